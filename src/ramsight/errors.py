@@ -1,0 +1,103 @@
+"""What can go wrong, said in one line: where, what was found and what would have been right.
+
+Every error that a user can cause is a `RamsightError`; the command line prints its text and exits with 2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
+
+
+class RamsightError(Exception):
+    """Base of every error that a user can cause and mend. Its text is one line."""
+
+
+class DescriptionError(RamsightError):
+    """A machine description, or a value given on the command line, that cannot be used.
+
+    Args:
+        message: what is wrong, in words.
+        file: the file it stands in, or `None` where there is no file.
+        key: dotted path of the value, for example ``units.boom.cylinder.bore``.
+        value: the value as it was given.
+        allowed: the range or the choices that would be right, in the user's units.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        file: str | None = None,
+        key: str | None = None,
+        value: object = None,
+        allowed: str | None = None,
+    ) -> None:
+        self.file, self.key, self.value, self.allowed = file, key, value, allowed
+        place = ": ".join(part for part in (file, key) if part)
+        given = f" = {value!r}" if value is not None else ""
+        head = f"{place}{given}: " if place or given else ""
+        tail = f" (allowed: {allowed})" if allowed else ""
+        super().__init__(f"{head}{message}{tail}")
+
+
+class UnknownNameError(RamsightError):
+    """A name that is not in a list of known names.
+
+    Args:
+        kind: what was looked for, for example ``unit``.
+        name: the name as it was given.
+        known: the names that exist.
+        where: the place that was searched, for example a file.
+    """
+
+    def __init__(self, kind: str, name: str, known: Iterable[str], where: str | None = None) -> None:
+        self.kind, self.name, self.known = kind, name, sorted(known)
+        close = get_close_matches(name, self.known, n=1)
+        hint = f"; did you mean {close[0]!r}?" if close else ""
+        listing = ", ".join(self.known) or "none"
+        place = f"{where}: " if where else ""
+        super().__init__(f"{place}unknown {kind} {name!r}{hint} (known: {listing})")
+
+
+class LogError(RamsightError):
+    """A drive log, or a truth file, that cannot be read.
+
+    Args:
+        message: what is wrong, in words.
+        file: the file.
+        line: line in the file, from 1, the header included.
+        column: name of the column.
+    """
+
+    def __init__(self, message: str, *, file: str, line: int | None = None, column: str | None = None) -> None:
+        self.file, self.line, self.column = file, line, column
+        place = file
+        if line is not None:
+            place += f", line {line}"
+        if column is not None:
+            place += f", column {column}"
+        super().__init__(f"{place}: {message}")
+
+
+class MissingColumnError(LogError):
+    """A log without a column that is needed.
+
+    Args:
+        file: the file.
+        missing: the columns that are needed and absent.
+        found: the columns that the file has.
+    """
+
+    def __init__(self, *, file: str, missing: Sequence[str], found: Sequence[str]) -> None:
+        self.missing, self.found = list(missing), list(found)
+        word = "column" if len(self.missing) == 1 else "columns"
+        super().__init__(f"missing {word} {', '.join(self.missing)}; found {', '.join(self.found)}", file=file)
+
+
+class SimulationError(RamsightError):
+    """A simulated run that did not reach its end; the text names the place and the remedy."""
+
+
+class OutputError(RamsightError):
+    """A result that cannot be written where it was asked for."""
