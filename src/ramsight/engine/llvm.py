@@ -1,0 +1,200 @@
+"""Machine code from a CasADi graph: every elementary operation becomes one LLVM operation on doubles or vectors.
+
+A `Program` (the operations of one SX function) is emitted inside a Numba function, for one run at a time or for
+`width` runs side by side. No compiler is needed on the machine, and the same graph gives both.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import casadi as ca
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+
+Program = Sequence[Sequence[Any]]
+
+_LOG2_E = 1.4426950408889634
+_LN2_HIGH, _LN2_LOW = 0.693147180369123816490, 1.90821492927058770002e-10  # ln 2 in two parts, as in fdlibm
+_ROUND = 6755399441055744.0  # 1.5 * 2**52: adding it leaves the nearest integer in the low bits
+
+
+class _Emitter:
+    """Emits operations on one value type into an LLVM builder."""
+
+    def __init__(self, builder: Any, width: int) -> None:
+        self.b, self.width = builder, width
+        double, integer, bit = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
+        self.real = double if width == 1 else ir.VectorType(double, width)
+        self.integer = integer if width == 1 else ir.VectorType(integer, width)
+        self.bit = bit if width == 1 else ir.VectorType(bit, width)
+        self.suffix = "f64" if width == 1 else f"v{width}f64"
+
+    def constant(self, value: float) -> Any:
+        return ir.Constant(self.real, float(value) if self.width == 1 else [float(value)] * self.width)
+
+    def whole(self, value: int) -> Any:
+        return ir.Constant(self.integer, value if self.width == 1 else [value] * self.width)
+
+    def call(self, name: str, *arguments: Any) -> Any:
+        full = f"llvm.{name}.{self.suffix}"
+        module = self.b.module
+        function = module.globals.get(full)
+        if function is None:
+            function = ir.Function(module, ir.FunctionType(self.real, [self.real] * len(arguments)), full)
+        return self.b.call(function, arguments)
+
+    def fma(self, x: Any, y: Any, z: Any) -> Any:
+        return self.call("fma", x, y, z)
+
+    def truth(self, flag: Any) -> Any:
+        return self.b.select(flag, self.constant(1.0), self.constant(0.0))
+
+    def compare(self, symbol: str) -> Callable[[Any, Any], Any]:
+        return lambda x, y: self.truth(self.b.fcmp_ordered(symbol, x, y))
+
+    def nonzero(self, x: Any) -> Any:
+        return self.b.fcmp_unordered("!=", x, self.constant(0.0))
+
+    def maximum(self, x: Any, y: Any) -> Any:
+        return self.b.select(self.b.fcmp_unordered("<=", x, y), y, x)
+
+    def minimum(self, x: Any, y: Any) -> Any:
+        return self.b.select(self.b.fcmp_unordered(">=", x, y), y, x)
+
+    def exp(self, x: Any) -> Any:
+        """exp(x) by reduction to |r| <= ln2/2 and a Taylor polynomial of degree 13."""
+        x = self.minimum(self.maximum(x, self.constant(-700.0)), self.constant(700.0))
+        shifted = self.fma(x, self.constant(_LOG2_E), self.constant(_ROUND))
+        k = self.b.fsub(shifted, self.constant(_ROUND))
+        r = self.fma(k, self.constant(-_LN2_HIGH), x)
+        r = self.fma(k, self.constant(-_LN2_LOW), r)
+        value = self.constant(1.0 / math.factorial(13))
+        for degree in range(12, -1, -1):
+            value = self.fma(value, r, self.constant(1.0 / math.factorial(degree)))
+        bits = self.b.bitcast(shifted, self.integer)
+        bits = self.b.shl(self.b.add(self.b.and_(bits, self.whole(4095)), self.whole(1023)), self.whole(52))
+        bits = self.b.and_(bits, self.whole(0x7FFFFFFFFFFFFFFF))
+        return self.b.fmul(value, self.b.bitcast(bits, self.real))
+
+    def log(self, x: Any) -> Any:
+        """log(x), x > 0, by x = 2**e m with m about 1 and the series of artanh."""
+        b = self.b
+        bits = b.bitcast(x, self.integer)
+        e = b.ashr(b.sub(bits, self.whole(0x3FE6A09E667F3BCD)), self.whole(52))
+        m = b.bitcast(b.sub(bits, b.shl(e, self.whole(52))), self.real)
+        s = b.fdiv(b.fsub(m, self.constant(1.0)), b.fadd(m, self.constant(1.0)))
+        z = b.fmul(s, s)
+        series = self.constant(1.0 / 21)
+        for k in range(19, 1, -2):
+            series = self.fma(series, z, self.constant(1.0 / k))
+        exponent = b.bitcast(b.or_(b.add(e, self.whole(2048)), self.whole(0x4330000000000000)), self.real)
+        exponent = b.fsub(exponent, self.constant(4503599627370496.0 + 2048.0))
+        twice = b.fmul(self.constant(2.0), s)
+        tail = self.fma(b.fmul(twice, z), series, twice)
+        value = self.fma(exponent, self.constant(_LN2_HIGH + _LN2_LOW), tail)
+        return b.select(b.fcmp_ordered(">", x, self.constant(0.0)), value, self.constant(math.nan))
+
+    def tanh(self, x: Any) -> Any:
+        """tanh(x) = 1 - 2/(exp(2x) + 1); saturated beyond 20."""
+        x = self.minimum(self.maximum(x, self.constant(-20.0)), self.constant(20.0))
+        e = self.exp(self.b.fmul(self.constant(2.0), x))
+        quotient = self.b.fdiv(self.constant(2.0), self.b.fadd(e, self.constant(1.0)))
+        return self.b.fsub(self.constant(1.0), quotient)
+
+    def power(self, x: Any, y: Any) -> Any:
+        """x**y for x > 0."""
+        return self.exp(self.b.fmul(y, self.log(x)))
+
+    def table(self) -> dict[int, Callable[..., Any]]:
+        """CasADi's operation codes and what each becomes."""
+        b, fast = self.b, ("contract",)
+        one, two = self.constant(1.0), self.constant(2.0)
+        return {
+            ca.OP_ASSIGN: lambda x: x,
+            ca.OP_ADD: lambda x, y: b.fadd(x, y, flags=fast),
+            ca.OP_SUB: lambda x, y: b.fsub(x, y, flags=fast),
+            ca.OP_MUL: lambda x, y: b.fmul(x, y, flags=fast),
+            ca.OP_DIV: b.fdiv,
+            ca.OP_NEG: b.fneg,
+            ca.OP_INV: lambda x: b.fdiv(one, x),
+            ca.OP_SQ: lambda x: b.fmul(x, x, flags=fast),
+            ca.OP_TWICE: lambda x: b.fmul(two, x, flags=fast),
+            ca.OP_SQRT: lambda x: self.call("sqrt", x),
+            ca.OP_FABS: lambda x: self.call("fabs", x),
+            ca.OP_FLOOR: lambda x: self.call("floor", x),
+            ca.OP_CEIL: lambda x: self.call("ceil", x),
+            ca.OP_EXP: self.exp,
+            ca.OP_LOG: self.log,
+            ca.OP_TANH: self.tanh,
+            ca.OP_POW: self.power,
+            ca.OP_CONSTPOW: self.power,
+            ca.OP_SIN: lambda x: self.call("sin", x),
+            ca.OP_COS: lambda x: self.call("cos", x),
+            ca.OP_FMIN: self.minimum,
+            ca.OP_FMAX: self.maximum,
+            ca.OP_SIGN: lambda x: b.fsub(
+                self.truth(b.fcmp_ordered(">", x, self.constant(0.0))),
+                self.truth(b.fcmp_ordered("<", x, self.constant(0.0))),
+            ),
+            ca.OP_LT: self.compare("<"),
+            ca.OP_LE: self.compare("<="),
+            ca.OP_EQ: self.compare("=="),
+            ca.OP_NE: self.compare("!="),
+            ca.OP_NOT: lambda x: b.select(self.nonzero(x), self.constant(0.0), one),
+            ca.OP_AND: lambda x, y: self.truth(b.and_(self.nonzero(x), self.nonzero(y))),
+            ca.OP_OR: lambda x, y: self.truth(b.or_(self.nonzero(x), self.nonzero(y))),
+            ca.OP_IF_ELSE_ZERO: lambda c, x: b.select(self.nonzero(c), x, self.constant(0.0)),
+        }
+
+    def run(self, program: Program, inputs: Sequence[Any], outputs: Sequence[Any]) -> None:
+        """Emit a whole program; every output is stored after every input was read, so they may overlap."""
+        table = self.table()
+        register: dict[int, Any] = {}
+        loaded: dict[tuple[int, int], Any] = {}
+        results: list[tuple[Any, Any]] = []
+        for code, target, sources, value in program:
+            if code == ca.OP_INPUT:
+                place = (sources[0], sources[1])
+                if place not in loaded:
+                    loaded[place] = self.b.load(self.address(inputs[place[0]], place[1]), typ=self.real, align=8)
+                register[target[0]] = loaded[place]
+            elif code == ca.OP_CONST:
+                register[target[0]] = self.constant(value)
+            elif code == ca.OP_OUTPUT:
+                results.append((self.address(outputs[target[0]], target[1]), register[sources[0]]))
+            else:
+                register[target[0]] = table[code](*(register[s] for s in sources))
+        for address, result in results:
+            self.b.store(result, address, align=8)
+
+    def address(self, base: Any, element: int) -> Any:
+        offset = ir.Constant(ir.IntType(64), element * self.width)
+        return self.b.bitcast(self.b.gep(base, [offset], source_etype=ir.DoubleType()), self.real.as_pointer())
+
+
+def operations(load: Callable[[], Program], width: int = 1) -> Any:
+    """A Numba intrinsic `f(inputs, outputs)` that runs a program on tuples of C-contiguous float64 arrays.
+
+    Args:
+        load: returns the program; called only when machine code has to be made.
+        width: runs side by side. With 1 the arrays have shape (n,), else (n, width).
+    """
+
+    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        pointers = []
+        for tuple_type, packed in zip(signature.args, arguments, strict=True):
+            unpacked = [builder.extract_value(packed, i) for i in range(len(tuple_type))]
+            pointers.append(
+                [context.make_array(kind)(context, builder, a).data for kind, a in zip(tuple_type, unpacked, strict=True)]
+            )
+        _Emitter(builder, width).run(load(), *pointers)
+        return context.get_dummy_value()
+
+    def typed(typing_context: Any, inputs: Any, outputs: Any) -> Any:
+        return types.void(inputs, outputs), emit
+
+    return intrinsic(typed)

@@ -1,0 +1,111 @@
+"""An ordinary differential equation as a CasADi graph: what the engine can run, whatever it describes."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+
+
+@dataclass(frozen=True)
+class State:
+    """A state of the equation.
+
+    Args:
+        name: unique name.
+        unit: SI unit, for labels.
+        tolerance: absolute error that a step may leave in it, in its unit.
+        integral: true for a pure integral of the other states (an energy, a volume): nothing depends on it,
+            and the step size is chosen without it.
+    """
+
+    name: str
+    unit: str
+    tolerance: float
+    integral: bool = False
+
+
+@dataclass(frozen=True)
+class Output:
+    """A quantity computed from states, inputs and parameters at one instant."""
+
+    name: str
+    unit: str
+    expression: Any
+
+
+@dataclass(frozen=True, eq=False)
+class OdeModel:
+    """dx/dt = f(x, u, du/dt, p) with inputs u that are piecewise linear in time.
+
+    Args:
+        name: for messages.
+        states: the states, in the order of `x`; integrals last.
+        inputs: names of the inputs, in the order of `u` and of its slope `slope`.
+        parameters: names of the parameters, in the order of `p`; constant while a segment lasts.
+        x, u, slope, p: the SX symbols, column vectors.
+        rhs: SX expression of dx/dt.
+        outputs: further quantities.
+    """
+
+    name: str
+    states: tuple[State, ...]
+    inputs: tuple[str, ...]
+    parameters: tuple[str, ...]
+    x: Any
+    u: Any
+    slope: Any
+    p: Any
+    rhs: Any
+    outputs: tuple[Output, ...] = ()
+
+    @property
+    def n_coupled(self) -> int:
+        """Number of states that are not integrals."""
+        return sum(not state.integral for state in self.states)
+
+    @cached_property
+    def function(self) -> ca.Function:
+        """The right-hand side as `f(x, u, slope, p) -> dx`, for use with any solver."""
+        return ca.Function("rhs", [self.x, self.u, self.slope, self.p], [self.rhs], ["x", "u", "slope", "p"], ["dx"])
+
+    @cached_property
+    def output_function(self) -> ca.Function:
+        """All outputs as one column, `g(x, u, slope, p) -> y`."""
+        column = ca.vertcat(*(output.expression for output in self.outputs))
+        return ca.Function("outputs", [self.x, self.u, self.slope, self.p], [column], ["x", "u", "slope", "p"], ["y"])
+
+    def state_index(self, name: str) -> int:
+        """Place of a state in `x`."""
+        return next(i for i, state in enumerate(self.states) if state.name == name)
+
+    def outputs_as_function(self, names: Sequence[str]) -> ca.Function:
+        """The named outputs as one column, in the given order."""
+        by_name = {output.name: output.expression for output in self.outputs}
+        column = ca.vertcat(*(by_name[name] for name in names))
+        return ca.Function("outputs", [self.x, self.u, self.slope, self.p], [column])
+
+
+def instructions(function: ca.Function) -> list[list[Any]]:
+    """The elementary operations of an SX function, in order: `[operation, target, sources, constant]`.
+
+    Registers are those of CasADi; `target` and `sources` are pairs (argument, element) for inputs and outputs.
+    """
+    listing = []
+    for k in range(function.n_instructions()):
+        code = function.instruction_id(k)
+        target, sources = function.instruction_output(k), function.instruction_input(k)
+        value = function.instruction_constant(k) if code == ca.OP_CONST else 0.0
+        listing.append([code, target, sources, value])
+    return listing
+
+
+def content_hash(*parts: Any) -> str:
+    """A short hash of JSON-able content; the same content always has the same one."""
+    text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
+    return hashlib.sha256(text.encode()).hexdigest()[:24]

@@ -1,0 +1,156 @@
+"""Run a model through its segments and get the trajectory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ramsight.engine.build import compile_model
+from ramsight.engine.model import OdeModel
+from ramsight.engine.outcome import Outcome
+
+Array = NDArray[np.float64]
+
+DEFAULT_RTOL = 3e-6
+DEFAULT_MAX_STEPS = 20_000_000
+_BUFFER = 16384  # accepted steps kept between two looks at the progress
+
+
+@dataclass(frozen=True)
+class Segments:
+    """Piecewise-linear inputs: between corners every input is linear and every parameter constant.
+
+    Args:
+        start, end: times [s], shape (n,); end of one is the start of the next.
+        value: inputs at each start, shape (n, inputs).
+        slope: their slopes [1/s], shape (n, inputs).
+        parameters: shape (1, parameters) or (n, parameters).
+    """
+
+    start: Array
+    end: Array
+    value: Array
+    slope: Array
+    parameters: Array
+
+    def at(self, time: Array) -> tuple[NDArray[np.int64], Array]:
+        """Segment of each time (the later one at a corner) and the inputs there, shape (times, inputs)."""
+        row = np.clip(np.searchsorted(self.start, time, side="right") - 1, 0, len(self.start) - 1)
+        return row, self.value[row] + self.slope[row] * (time - self.start[row])[:, None]
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """What a run leaves.
+
+    Attributes:
+        outcome: how it ended; anything but `Outcome.DONE` means that the arrays end early.
+        message: the outcome's sentence.
+        time, state: states at the sample times, shapes (samples,), (samples, states).
+        step_time, step_state: states after every accepted step, the start included; empty if not recorded.
+        accepted, rejected: number of steps.
+    """
+
+    outcome: Outcome
+    message: str
+    time: Array
+    state: Array
+    step_time: Array
+    step_state: Array
+    accepted: int
+    rejected: int
+
+
+def integrate(
+    model: OdeModel,
+    initial: Array,
+    segments: Segments,
+    sample_time: Array,
+    *,
+    rtol: float = DEFAULT_RTOL,
+    tolerance_scale: float = 1.0,
+    max_step: float = np.inf,
+    max_steps: int = DEFAULT_MAX_STEPS,
+    record_steps: bool = False,
+    advance: Callable[[float], object] | None = None,
+) -> Trajectory:
+    """Integrate a model from `initial` through all segments with Rodas4.
+
+    Args:
+        model: the equations.
+        initial: states at the start, shape (states,).
+        segments: inputs and parameters.
+        sample_time: times [s] at which states are wanted, increasing, within the segments.
+        rtol: relative tolerance; the absolute ones are the states' own times `tolerance_scale`.
+        tolerance_scale: factor on the states' absolute tolerances.
+        max_step: largest step [s].
+        max_steps: steps after which the run is given up.
+        record_steps: keep the states after every accepted step.
+        advance: called now and then with the simulated seconds since the last call.
+
+    Returns:
+        The trajectory, also when the run failed: look at its outcome.
+    """
+    compiled = compile_model(model)
+    y = np.array(initial, dtype=np.float64)
+    atol = np.array([np.inf if s.integral else s.tolerance * tolerance_scale for s in model.states])
+    table = np.column_stack([segments.start, segments.end, segments.value])
+    sample_time = np.ascontiguousarray(sample_time, dtype=np.float64)
+    sample_state = np.empty((len(sample_time), len(y)))
+    early = int(np.searchsorted(sample_time, segments.start[0], side="right"))
+    sample_state[:early] = y
+    progress = np.zeros(16)
+    progress[1], progress[2], progress[6], progress[8] = segments.start[0], 1e-4, early, -1
+    capacity = _BUFFER if record_steps else 0
+    step_time, step_state = np.empty(capacity), np.empty((capacity, len(y)))
+    kept_time, kept_state = [np.array([segments.start[0]])], [y[None].copy()]
+    code = compiled.PAUSED
+    while code == compiled.PAUSED and progress[4] + progress[5] < max_steps:
+        before = progress[1]
+        budget = min(float(max_steps), progress[4] + progress[5] + _BUFFER)
+        code = compiled.integrate(
+            table, segments.slope, segments.parameters, rtol, atol, max_step, y, progress, budget,
+            sample_time, sample_state, step_time, step_state,
+        )  # fmt: skip
+        if record_steps:
+            n = int(progress[7])
+            kept_time.append(step_time[:n].copy())
+            kept_state.append(step_state[:n].copy())
+            progress[7] = 0
+        if advance is not None:
+            advance((segments.end[-1] if code == compiled.DONE else progress[1]) - before)
+    outcome = {
+        compiled.DONE: Outcome.DONE,
+        compiled.PAUSED: Outcome.TOO_MANY_STEPS,
+        compiled.TOO_SMALL: Outcome.STEP_TOO_SMALL,
+        compiled.NOT_FINITE: Outcome.NOT_FINITE,
+    }[code]
+    bad = int(progress[8])
+    message = outcome.sentence(
+        time=progress[1], state=model.states[bad].name if bad >= 0 else "", limit=max_steps
+    )
+    n = int(progress[6])
+    return Trajectory(
+        outcome=outcome,
+        message=message,
+        time=sample_time[:n],
+        state=sample_state[:n],
+        step_time=np.concatenate(kept_time),
+        step_state=np.concatenate(kept_state),
+        accepted=int(progress[4]),
+        rejected=int(progress[5]),
+    )
+
+
+def outputs(model: OdeModel, segments: Segments, time: Array, state: Array) -> dict[str, Array]:
+    """The model's outputs along a trajectory, by name, each of shape (times,)."""
+    compiled = compile_model(model)
+    row, u = segments.at(time)
+    slope = np.ascontiguousarray(segments.slope[row])
+    held = np.minimum(row, len(segments.parameters) - 1)
+    result = np.empty((len(time), len(model.outputs)))
+    compiled.sample_outputs(np.ascontiguousarray(state), np.ascontiguousarray(u), slope, segments.parameters, held, result)
+    return {output.name: result[:, k] for k, output in enumerate(model.outputs)}

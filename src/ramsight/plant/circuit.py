@@ -1,0 +1,225 @@
+"""Parts on nodes become one ordinary differential equation.
+
+Every node is a volume of oil at one pressure, dp/dt = (sum Q - dV/dt)/(V/beta + C_wall), so any topology is explicit.
+A part is a frozen dataclass whose `connect` adds its flows, torques and states; its float fields become parameters
+of the model, its other fields shape the graph.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any, Protocol
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from ramsight.engine.model import OdeModel, Output, State
+from ramsight.plant.oil import Oil
+
+TANK = "tank"
+INPUTS = ("motor_speed", "load")
+_PRESSURE_TOLERANCE = 1e3  # Pa
+
+
+class Part(Protocol):
+    """What a part has to have."""
+
+    @property
+    def name(self) -> str:
+        """Unique in its circuit."""
+
+    def connect(self, circuit: Circuit) -> None:
+        """Add flows, torques, states and power to the circuit."""
+
+
+@dataclass(frozen=True)
+class CircuitModel:
+    """A circuit as an equation, with the values of its parameters and what its audit needs.
+
+    Attributes:
+        ode: the equation. Its integrals are `energy.*` [J] and `volume.*` [m3].
+        values: the parameters' values, in the order of `ode.parameters`; the oil's temperature is among them.
+        nodes: the nodes that are volumes.
+        losses, works: names of the energies that leave through losses and as work.
+    """
+
+    ode: OdeModel
+    values: NDArray[np.float64]
+    nodes: tuple[str, ...]
+    losses: tuple[str, ...]
+    works: tuple[str, ...]
+    tank_flows: tuple[str, ...]
+
+    def parameters(self, **changes: float) -> NDArray[np.float64]:
+        """The parameters' values with some changed, by name with `__` for the dot."""
+        values = self.values.copy()
+        for name, value in changes.items():
+            values[self.ode.parameters.index(name.replace("__", "."))] = value
+        return values
+
+
+class Circuit:
+    """Collects what parts add. Everything is made when first named, so the order of parts does not matter."""
+
+    def __init__(self, oil: Oil, tank_pressure: float) -> None:
+        self._parameters: dict[str, Any] = {}
+        self._values: list[float] = []
+        self._states: dict[str, tuple[State, Any]] = {}
+        self._derivatives: dict[str, Any] = {}
+        self._pressure: dict[str, Any] = {}
+        self._net: dict[str, Any] = {}
+        self._volume: dict[str, Any] = {}
+        self._growth: dict[str, Any] = {}
+        self._wall: dict[str, Any] = {}
+        self._powers: dict[str, Any] = {}
+        self._losses: list[str] = []
+        self._works: list[str] = []
+        self._stored: dict[str, Any] = {}
+        self._tank_flow: dict[str, Any] = {}
+        self._flows: dict[str, Any] = {}
+        self._outputs: dict[str, Output] = {}
+        self._torque: Any = 0.0
+        self.motor_speed, self.load = ca.SX.sym("motor_speed"), ca.SX.sym("load")
+        self.motor_acceleration, self._load_rate = ca.SX.sym("motor_acceleration"), ca.SX.sym("load_rate")
+        self.oil: Any = self._symbolic("oil", oil)
+        self.oil_temperature = self._parameter("oil_temperature", 313.15)
+        self.viscosity = self.oil.viscosity(self.oil_temperature)
+        self._pressure[TANK] = self._parameter("tank.pressure", tank_pressure)
+
+    def _parameter(self, name: str, value: float) -> Any:
+        if name in self._parameters:
+            raise ValueError(f"parameter {name!r} exists already")
+        symbol = ca.SX.sym(name)
+        self._parameters[name] = symbol
+        self._values.append(float(value))
+        return symbol
+
+    def _symbolic(self, name: str, part: Any) -> Any:
+        """A copy of a dataclass with a parameter symbol in place of every float field."""
+        numbers = [field.name for field in fields(part) if isinstance(getattr(part, field.name), float)]
+        return replace(part, **{key: self._parameter(f"{name}.{key}", getattr(part, key)) for key in numbers})
+
+    def add(self, part: Part) -> None:
+        """Add a part."""
+        self._symbolic(part.name, part).connect(self)
+
+    def state(self, name: str, unit: str, tolerance: float) -> Any:
+        """The symbol of a state; `tolerance` is the absolute error that a step may leave in it."""
+        if name not in self._states:
+            self._states[name] = (State(name, unit, tolerance), ca.SX.sym(name))
+        return self._states[name][1]
+
+    def derivative(self, name: str, expression: Any) -> None:
+        """Say how a state changes [its unit per second]."""
+        self._derivatives[name] = expression
+
+    def pressure(self, node: str) -> Any:
+        """Absolute pressure of a node [Pa]."""
+        if node not in self._pressure:
+            self._pressure[node] = self.state(f"pressure_{node}", "Pa", _PRESSURE_TOLERANCE)
+            self._net[node] = self._volume[node] = self._growth[node] = self._wall[node] = 0.0
+        return self._pressure[node]
+
+    def flow(self, name: str, source: str, target: str, flow: Any) -> None:
+        """Volume flow [m3/s] of part `name` from one node to another."""
+        for node, sign in ((source, -1.0), (target, 1.0)):
+            self.pressure(node)
+            if node == TANK:
+                self._tank_flow[name] = self._tank_flow.get(name, 0.0) - sign * flow
+            else:
+                self._net[node] += sign * flow
+        self._flows[name] = flow
+        self.output(f"{name}.flow", "m3/s", flow)
+
+    def volume(self, node: str, volume: Any, rate: Any = 0.0) -> None:
+        """Add oil volume [m3] to a node; `rate` [m3/s] is how the volume itself grows."""
+        self.pressure(node)
+        self._volume[node] += volume
+        self._growth[node] += rate
+
+    def compliance(self, node: str, compliance: Any) -> None:
+        """Add what a node's walls give [m3/Pa]."""
+        self.pressure(node)
+        self._wall[node] += compliance
+
+    def shaft_torque(self, torque: Any) -> None:
+        """Add torque that the motor must give [N m]."""
+        self._torque += torque
+
+    def loss(self, name: str, power: Any) -> None:
+        """Power that a part turns into heat [W]; never negative."""
+        self._powers[name] = power
+        self._losses.append(name)
+
+    def work(self, name: str, power: Any) -> None:
+        """Power given to the outside [W]."""
+        self._powers[name] = power
+        self._works.append(name)
+
+    def stored(self, name: str, energy: Any) -> None:
+        """Energy kept in the circuit [J], a function of states and inputs."""
+        self._stored[name] = energy
+
+    def output(self, name: str, unit: str, expression: Any) -> None:
+        """A quantity worth looking at."""
+        self._outputs[name] = Output(name, unit, expression)
+
+    def model(self, name: str, *, audited: bool) -> CircuitModel:
+        """Close all balances.
+
+        Args:
+            name: for messages.
+            audited: carry the integrals of every power and tank flow, for the energy and volume audit.
+        """
+        nodes = tuple(node for node in self._pressure if node != TANK)
+        for node in nodes:
+            capacity = self._volume[node] / self.oil.bulk_modulus + self._wall[node]
+            self.output(f"capacity_{node}", "m3/Pa", capacity)
+            self.derivative(f"pressure_{node}", (self._net[node] - self._growth[node]) / capacity)
+        self.output("motor_torque", "N m", self._torque)
+        states = [state for state, _ in self._states.values()]
+        symbols = [symbol for _, symbol in self._states.values()]
+        rates = [self._derivatives[state.name] for state in states]
+        if audited:
+            integrals = {f"energy.{key}": ("J", power) for key, power in self._powers.items()}
+            integrals["energy.shaft"] = ("J", self._torque * self.motor_speed)
+            integrals |= {f"volume.{key}": ("m3", flow) for key, flow in self._tank_flow.items()}
+            for key, (unit, rate) in integrals.items():
+                states.append(State(key, unit, float("inf"), integral=True))
+                symbols.append(ca.SX.sym(key))
+                rates.append(rate)
+            for key, energy in self._stored.items():
+                self.output(f"stored.{key}", "J", energy)
+        ode = OdeModel(
+            name=name,
+            states=tuple(states),
+            inputs=INPUTS,
+            parameters=tuple(self._parameters),
+            x=ca.vertcat(*symbols),
+            u=ca.vertcat(self.motor_speed, self.load),
+            slope=ca.vertcat(self.motor_acceleration, self._load_rate),
+            p=ca.vertcat(*self._parameters.values()),
+            rhs=ca.vertcat(*rates),
+            outputs=tuple(self._outputs.values()),
+        )
+        return CircuitModel(
+            ode, np.array(self._values), nodes, tuple(self._losses), tuple(self._works), tuple(self._tank_flow)
+        )
+
+
+def join(name: str, oil: Oil, tank_pressure: float, parts: Sequence[Part], *, audited: bool = False) -> CircuitModel:
+    """Join parts at their nodes into one equation.
+
+    Args:
+        name: for messages.
+        oil: the oil in it.
+        tank_pressure: absolute [Pa].
+        parts: the parts.
+        audited: carry energy and volume integrals.
+    """
+    circuit = Circuit(oil, tank_pressure)
+    for part in parts:
+        circuit.add(part)
+    return circuit.model(name, audited=audited)

@@ -1,0 +1,101 @@
+"""The cylinder: two chambers, a piston with friction and a mass, end stops, and the load that presses on it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import casadi as ca
+
+if TYPE_CHECKING:
+    from ramsight.plant.circuit import Circuit
+
+ATMOSPHERE = 101325.0  # Pa, standard atmosphere (ISO 2533); acts on the rod's end
+
+
+def friction_force(velocity: Any, coulomb: Any, breakaway: Any, viscous: Any, breakaway_velocity: Any) -> Any:
+    """Friction force [N] against the motion: Stribeck hump, Coulomb and viscous part.
+
+    F = sqrt(2e) (F_brk - F_C) exp(-(v/v_st)^2) v/v_st + F_C tanh(v/v_C) + f v with v_st = sqrt(2) v_brk, v_C = v_brk/10.
+
+    Args:
+        velocity: [m/s].
+        coulomb: F_C [N].
+        breakaway: F_brk, the largest friction near rest [N].
+        viscous: f [N/(m/s)].
+        breakaway_velocity: v_brk, where the largest friction is [m/s].
+
+    Source: Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083, in the smooth form that
+    MathWorks documents for its translational friction.
+    """
+    z = velocity / (math.sqrt(2.0) * breakaway_velocity)
+    stribeck = math.sqrt(2.0 * math.e) * (breakaway - coulomb) * z * ca.exp(-z * z)
+    return stribeck + coulomb * ca.tanh(10.0 * velocity / breakaway_velocity) + viscous * velocity
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """One cylinder, or several that move together, with the mass they carry.
+
+    Args:
+        name: of the part.
+        node_a, node_b: nodes of the A-side (piston) and B-side (rod) chamber.
+        area_a, area_b: piston areas, all cylinders together [m2].
+        stroke: [m].
+        dead_volume_a, dead_volume_b: chamber volumes at zero stroke of that side [m3].
+        mass: moved mass [kg].
+        coulomb_friction, breakaway_friction: [N].
+        viscous_friction: [N/(m/s)].
+        breakaway_velocity: [m/s].
+        stop_stiffness: of the end stops [N/m].
+        stop_damping: force of the stop grows by this share per speed of approach [s/m].
+        load_sign: +1 if a positive load presses the piston in, -1 if it pulls it out.
+    """
+
+    name: str
+    node_a: str
+    node_b: str
+    area_a: float
+    area_b: float
+    stroke: float
+    dead_volume_a: float
+    dead_volume_b: float
+    mass: float
+    coulomb_friction: float
+    breakaway_friction: float
+    viscous_friction: float
+    breakaway_velocity: float
+    stop_stiffness: float
+    stop_damping: float
+    load_sign: float
+
+    def friction(self, velocity: Any) -> Any:
+        """Friction force [N] at a velocity [m/s]."""
+        return friction_force(
+            velocity, self.coulomb_friction, self.breakaway_friction, self.viscous_friction, self.breakaway_velocity
+        )
+
+    def connect(self, circuit: Circuit) -> None:
+        """Add chambers, position and velocity, forces and where the power goes."""
+        x = circuit.state("position", "m", 1e-9)
+        v = circuit.state("velocity", "m/s", 1e-6)
+        p_a, p_b = circuit.pressure(self.node_a), circuit.pressure(self.node_b)
+        circuit.volume(self.node_a, self.dead_volume_a + self.area_a * x, rate=self.area_a * v)
+        circuit.volume(self.node_b, self.dead_volume_b + self.area_b * (self.stroke - x), rate=-self.area_b * v)
+        friction = self.friction(v)
+        depth_out, depth_in = ca.fmax(x - self.stroke, 0.0), ca.fmax(-x, 0.0)
+        stop = self.stop_stiffness * (depth_in - depth_out)
+        damping = self.stop_stiffness * self.stop_damping * (depth_in + depth_out) * v
+        ambient = ATMOSPHERE * (self.area_a - self.area_b)
+        load = self.load_sign * circuit.load
+        force = self.area_a * p_a - self.area_b * p_b - ambient - load - friction + stop - damping
+        circuit.derivative("position", v)
+        circuit.derivative("velocity", force / self.mass)
+        circuit.loss(f"{self.name}.friction", friction * v)
+        circuit.loss(f"{self.name}.stop", damping * v)
+        circuit.work("load", load * v)
+        circuit.work("atmosphere", ambient * v)
+        circuit.stored("kinetic", 0.5 * self.mass * v * v)
+        circuit.stored("stop", 0.5 * self.stop_stiffness * (depth_in**2 + depth_out**2))
+        circuit.output("friction_force", "N", friction)

@@ -1,0 +1,136 @@
+"""A pump that also works as a motor: displacement, leakage and friction in all four quadrants.
+
+The paper's eqs 3-10; eq. 7 with the absolute value that its text lost, eq. 10 in the form for pumps.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import casadi as ca
+
+if TYPE_CHECKING:
+    from ramsight.plant.circuit import Circuit
+
+
+def leak_coefficient(
+    displacement: Any,
+    volumetric_efficiency: Any,
+    nominal_speed: Any,
+    nominal_pressure: Any,
+    nominal_viscosity: Any,
+    nominal_density: Any,
+    viscosity: Any,
+    density: Any,
+) -> Any:
+    """Leakage per pressure difference K_HP [m3/s/Pa], eq. 10: Hagen-Poiseuille flow through the nominal gap.
+
+    Args:
+        displacement: [m3/rad].
+        volumetric_efficiency: at the nominal point [1].
+        nominal_speed: pump speed of the nominal point [rad/s].
+        nominal_pressure: pressure difference of the nominal point [Pa].
+        nominal_viscosity, viscosity: kinematic viscosity at the nominal point and now [m2/s].
+        nominal_density, density: density at the nominal point and now [kg/m3].
+
+    Example:
+        >>> from math import pi
+        >>> k = leak_coefficient(31.6e-6 / (2 * pi), 0.90, 151.84, 250e5, 46e-6, 872.0, 32e-6, 872.0)
+        >>> f"{k:.3e}"
+        '4.391e-12'
+    """
+    gap = displacement * nominal_speed / nominal_pressure * (1.0 - volumetric_efficiency)
+    return gap * (nominal_viscosity * nominal_density) / (viscosity * density)
+
+
+def friction_coefficient(displacement: Any, hydromechanical_efficiency: Any) -> Any:
+    """Friction torque per pressure difference K_TP [N m/Pa], eq. 8: D (eta_v/eta_tot - 1) = D (1/eta_hm - 1).
+
+    Args:
+        displacement: [m3/rad].
+        hydromechanical_efficiency: at the nominal point [1].
+    """
+    return displacement * (1.0 / hydromechanical_efficiency - 1.0)
+
+
+def friction_torque(no_load_torque: Any, coefficient: Any, pressure_rise: Any, speed: Any, threshold: Any) -> Any:
+    """Friction torque [N m], eq. 7: (tau_0 + K_TP |dp|) tanh(4 w/w_th), against the rotation.
+
+    Args:
+        no_load_torque: tau_0 [N m].
+        coefficient: K_TP [N m/Pa].
+        pressure_rise: from inlet to outlet [Pa].
+        speed: pump speed [rad/s].
+        threshold: speed at which friction is fully developed, w_th [rad/s].
+    """
+    return (no_load_torque + coefficient * ca.fabs(pressure_rise)) * ca.tanh(4.0 * speed / threshold)
+
+
+@dataclass(frozen=True)
+class Pump:
+    """A pump/motor between two nodes, driven by the motor through a belt.
+
+    Args:
+        name: of the part.
+        inlet, outlet: nodes; positive speed moves oil from inlet to outlet.
+        displacement: of all its chambers together [m3/rad].
+        belt_ratio: pump speed over motor speed [1].
+        volumetric_efficiency, hydromechanical_efficiency: at the nominal point [1].
+        nominal_speed, nominal_pressure, nominal_viscosity, nominal_density: the nominal point [SI].
+        no_load_torque: of all its blocks together [N m].
+        threshold_speed: for friction [rad/s].
+        leak_factor: leakage over the data sheet's, for wear [1].
+    """
+
+    name: str
+    inlet: str
+    outlet: str
+    displacement: float
+    belt_ratio: float
+    volumetric_efficiency: float
+    hydromechanical_efficiency: float
+    nominal_speed: float
+    nominal_pressure: float
+    nominal_viscosity: float
+    nominal_density: float
+    no_load_torque: float
+    threshold_speed: float
+    leak_factor: float = 1.0
+
+    def leakage_coefficient(self, viscosity: Any, density: Any) -> Any:
+        """K_HP [m3/s/Pa] with this oil, eq. 10."""
+        return self.leak_factor * leak_coefficient(
+            self.displacement,
+            self.volumetric_efficiency,
+            self.nominal_speed,
+            self.nominal_pressure,
+            self.nominal_viscosity,
+            self.nominal_density,
+            viscosity,
+            density,
+        )
+
+    def flow(self, speed: Any, pressure_rise: Any, viscosity: Any, density: Any) -> Any:
+        """Volume flow from inlet to outlet [m3/s], eqs 3 and 9, at a pump speed [rad/s] and pressure rise [Pa]."""
+        return self.displacement * speed - self.leakage_coefficient(viscosity, density) * pressure_rise
+
+    def torque(self, speed: Any, pressure_rise: Any) -> Any:
+        """Torque at the pump's own shaft [N m], eqs 4, 7 and 8."""
+        return self.displacement * pressure_rise + self.friction(speed, pressure_rise)
+
+    def friction(self, speed: Any, pressure_rise: Any) -> Any:
+        """Friction torque at the pump's own shaft [N m], eq. 7."""
+        coefficient = friction_coefficient(self.displacement, self.hydromechanical_efficiency)
+        return friction_torque(self.no_load_torque, coefficient, pressure_rise, speed, self.threshold_speed)
+
+    def connect(self, circuit: Circuit) -> None:
+        """Add flow, torque and losses."""
+        speed = self.belt_ratio * circuit.motor_speed
+        rise = circuit.pressure(self.outlet) - circuit.pressure(self.inlet)
+        leak = self.leakage_coefficient(circuit.viscosity, circuit.oil.density) * rise
+        friction = self.friction(speed, rise)
+        circuit.flow(self.name, self.inlet, self.outlet, self.displacement * speed - leak)
+        circuit.shaft_torque(self.belt_ratio * (self.displacement * rise + friction))
+        circuit.loss(f"{self.name}.leakage", leak * rise)
+        circuit.loss(f"{self.name}.friction", friction * speed)

@@ -1,0 +1,106 @@
+"""Valves: what they let pass at a pressure difference."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import casadi as ca
+
+if TYPE_CHECKING:
+    from ramsight.plant.circuit import Circuit
+
+_LAMINAR = 2e3  # Pa; below about this difference an orifice's flow is laminar (linear), so its slope stays finite
+
+
+def orifice_flow(conductance: Any, pressure_difference: Any) -> Any:
+    """Flow through an orifice [m3/s]: G sign(dp) sqrt|dp|, made linear near zero.
+
+    Args:
+        conductance: G = Q_rated / sqrt(dp_rated) [m3/s/sqrt(Pa)].
+        pressure_difference: [Pa].
+    """
+    magnitude = ca.sqrt(pressure_difference * pressure_difference + _LAMINAR * _LAMINAR)
+    return conductance * pressure_difference / ca.sqrt(magnitude)
+
+
+@dataclass(frozen=True)
+class ReliefValve:
+    """Opens at its setting; the flow then grows linearly with the pressure.
+
+    Args:
+        name: of the part.
+        inlet, outlet: nodes.
+        setting: pressure difference at which it opens [Pa].
+        conductance: flow per pressure above the setting [m3/s/Pa].
+    """
+
+    name: str
+    inlet: str
+    outlet: str
+    setting: float
+    conductance: float
+
+    def connect(self, circuit: Circuit) -> None:
+        """Add the flow and its throttling loss."""
+        difference = circuit.pressure(self.inlet) - circuit.pressure(self.outlet)
+        flow = self.conductance * ca.fmax(difference - self.setting, 0.0)
+        circuit.flow(self.name, self.inlet, self.outlet, flow)
+        circuit.loss(f"{self.name}.throttling", flow * difference)
+
+
+@dataclass(frozen=True)
+class CheckValve:
+    """Lets oil pass one way, above a cracking pressure; here as the anti-cavitation valve.
+
+    Args:
+        name: of the part.
+        inlet, outlet: nodes; oil passes from inlet to outlet only.
+        cracking_pressure: pressure difference at which it opens [Pa].
+        conductance: Q / sqrt(pressure difference above cracking) [m3/s/sqrt(Pa)].
+    """
+
+    name: str
+    inlet: str
+    outlet: str
+    cracking_pressure: float
+    conductance: float
+
+    def connect(self, circuit: Circuit) -> None:
+        """Add the flow and its throttling loss."""
+        difference = circuit.pressure(self.inlet) - circuit.pressure(self.outlet)
+        flow = orifice_flow(self.conductance, ca.fmax(difference - self.cracking_pressure, 0.0))
+        circuit.flow(self.name, self.inlet, self.outlet, flow)
+        circuit.loss(f"{self.name}.throttling", flow * difference)
+
+
+@dataclass(frozen=True)
+class SafetyValve:
+    """A seat valve with free flow towards the cylinder, opened the other way by the motor's speed.
+
+    Args:
+        name: of the part.
+        pump_side, cylinder_side: nodes; pump side to cylinder side is always free.
+        conductance: Q_rated / sqrt(dp_rated) when open [m3/s/sqrt(Pa)].
+        opening_speed: motor speed at which the command opens it [rad/s]; a sign gives the direction. It is fully
+            open at twice this speed.
+        commanded: false for a valve that is held open all the time.
+    """
+
+    name: str
+    pump_side: str
+    cylinder_side: str
+    conductance: float
+    opening_speed: float
+    commanded: bool = True
+
+    def connect(self, circuit: Circuit) -> None:
+        """Add the flow, its throttling loss and the opening as an output."""
+        difference = circuit.pressure(self.pump_side) - circuit.pressure(self.cylinder_side)
+        flow = orifice_flow(self.conductance, difference)
+        if self.commanded:
+            opening = ca.fmin(ca.fmax(circuit.motor_speed / self.opening_speed - 1.0, 0.0), 1.0)
+            flow = ca.if_else(difference > 0.0, flow, opening * flow)
+            circuit.output(f"{self.name}.opening", "1", opening)
+        circuit.flow(self.name, self.pump_side, self.cylinder_side, flow)
+        circuit.loss(f"{self.name}.throttling", flow * difference)
