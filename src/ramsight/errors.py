@@ -33,10 +33,11 @@ class DescriptionError(RamsightError):
         value: object = None,
         allowed: str | None = None,
     ) -> None:
-        self.file, self.key, self.value, self.allowed = file, key, value, allowed
+        self.message, self.file, self.key, self.value, self.allowed = message, file, key, value, allowed
         place = ": ".join(part for part in (file, key) if part)
-        given = f" = {value!r}" if value is not None else ""
-        head = f"{place}{given}: " if place or given else ""
+        given = repr(value) if value is not None else ""
+        head = " = ".join(part for part in (place, given) if part)
+        head = f"{head}: " if head else ""
         tail = f" (allowed: {allowed})" if allowed else ""
         super().__init__(f"{head}{message}{tail}")
 

@@ -60,10 +60,12 @@ class _Emitter:
         return self.b.fcmp_unordered("!=", x, self.constant(0.0))
 
     def maximum(self, x: Any, y: Any) -> Any:
-        return self.b.select(self.b.fcmp_unordered("<=", x, y), y, x)
+        """The larger; NaN if x is."""
+        return self.b.select(self.b.fcmp_ordered("<=", x, y), y, x)
 
     def minimum(self, x: Any, y: Any) -> Any:
-        return self.b.select(self.b.fcmp_unordered(">=", x, y), y, x)
+        """The smaller; NaN if x is."""
+        return self.b.select(self.b.fcmp_ordered(">=", x, y), y, x)
 
     def exp(self, x: Any) -> Any:
         """exp(x) by reduction to |r| <= ln2/2 and a Taylor polynomial of degree 13."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.engine.build import compile_model
-from ramsight.engine.model import OdeModel
+from ramsight.engine.ode_module import compile_ode
+from ramsight.equation import OdeModel
 from ramsight.engine.outcome import Outcome
 
 Array = NDArray[np.float64]
@@ -94,7 +94,7 @@ def integrate(
     Returns:
         The trajectory, also when the run failed: look at its outcome.
     """
-    compiled = compile_model(model)
+    compiled = compile_ode(model)
     y = np.array(initial, dtype=np.float64)
     atol = np.array([np.inf if s.integral else s.tolerance * tolerance_scale for s in model.states])
     table = np.column_stack([segments.start, segments.end, segments.value])
@@ -147,7 +147,7 @@ def integrate(
 
 def outputs(model: OdeModel, segments: Segments, time: Array, state: Array) -> dict[str, Array]:
     """The model's outputs along a trajectory, by name, each of shape (times,)."""
-    compiled = compile_model(model)
+    compiled = compile_ode(model)
     row, u = segments.at(time)
     slope = np.ascontiguousarray(segments.slope[row])
     held = np.minimum(row, len(segments.parameters) - 1)

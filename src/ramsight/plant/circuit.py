@@ -8,15 +8,16 @@ of the model, its other fields shape the graph.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.engine.model import OdeModel, Output, State
+from ramsight.equation import OdeModel, Output, State
 from ramsight.plant.oil import Oil
+from ramsight.plant.symbols import Parameters
 
 TANK = "tank"
 INPUTS = ("motor_speed", "load")
@@ -64,8 +65,7 @@ class Circuit:
     """Collects what parts add. Everything is made when first named, so the order of parts does not matter."""
 
     def __init__(self, oil: Oil, tank_pressure: float) -> None:
-        self._parameters: dict[str, Any] = {}
-        self._values: list[float] = []
+        self._parameters = Parameters()
         self._states: dict[str, tuple[State, Any]] = {}
         self._derivatives: dict[str, Any] = {}
         self._pressure: dict[str, Any] = {}
@@ -78,32 +78,18 @@ class Circuit:
         self._works: list[str] = []
         self._stored: dict[str, Any] = {}
         self._tank_flow: dict[str, Any] = {}
-        self._flows: dict[str, Any] = {}
         self._outputs: dict[str, Output] = {}
         self._torque: Any = 0.0
         self.motor_speed, self.load = ca.SX.sym("motor_speed"), ca.SX.sym("load")
         self.motor_acceleration, self._load_rate = ca.SX.sym("motor_acceleration"), ca.SX.sym("load_rate")
-        self.oil: Any = self._symbolic("oil", oil)
-        self.oil_temperature = self._parameter("oil_temperature", 313.15)
+        self.oil: Any = self._parameters.symbolic("oil", oil)
+        self.oil_temperature = self._parameters.add("oil_temperature", 313.15)
         self.viscosity = self.oil.viscosity(self.oil_temperature)
-        self._pressure[TANK] = self._parameter("tank.pressure", tank_pressure)
-
-    def _parameter(self, name: str, value: float) -> Any:
-        if name in self._parameters:
-            raise ValueError(f"parameter {name!r} exists already")
-        symbol = ca.SX.sym(name)
-        self._parameters[name] = symbol
-        self._values.append(float(value))
-        return symbol
-
-    def _symbolic(self, name: str, part: Any) -> Any:
-        """A copy of a dataclass with a parameter symbol in place of every float field."""
-        numbers = [field.name for field in fields(part) if isinstance(getattr(part, field.name), float)]
-        return replace(part, **{key: self._parameter(f"{name}.{key}", getattr(part, key)) for key in numbers})
+        self._pressure[TANK] = self._parameters.add("tank.pressure", tank_pressure)
 
     def add(self, part: Part) -> None:
         """Add a part."""
-        self._symbolic(part.name, part).connect(self)
+        self._parameters.symbolic(part.name, part).connect(self)
 
     def state(self, name: str, unit: str, tolerance: float) -> Any:
         """The symbol of a state; `tolerance` is the absolute error that a step may leave in it."""
@@ -130,7 +116,6 @@ class Circuit:
                 self._tank_flow[name] = self._tank_flow.get(name, 0.0) - sign * flow
             else:
                 self._net[node] += sign * flow
-        self._flows[name] = flow
         self.output(f"{name}.flow", "m3/s", flow)
 
     def volume(self, node: str, volume: Any, rate: Any = 0.0) -> None:
@@ -177,6 +162,7 @@ class Circuit:
         for node in nodes:
             capacity = self._volume[node] / self.oil.bulk_modulus + self._wall[node]
             self.output(f"capacity_{node}", "m3/Pa", capacity)
+            self.output(f"volume_{node}", "m3", self._volume[node])
             self.derivative(f"pressure_{node}", (self._net[node] - self._growth[node]) / capacity)
         self.output("motor_torque", "N m", self._torque)
         states = [state for state, _ in self._states.values()]
@@ -184,8 +170,11 @@ class Circuit:
         rates = [self._derivatives[state.name] for state in states]
         if audited:
             integrals = {f"energy.{key}": ("J", power) for key, power in self._powers.items()}
-            integrals["energy.shaft"] = ("J", self._torque * self.motor_speed)
+            shaft = self._torque * self.motor_speed
+            integrals["energy.shaft_given"] = ("J", ca.fmax(shaft, 0.0))
+            integrals["energy.shaft_taken"] = ("J", ca.fmax(-shaft, 0.0))
             integrals |= {f"volume.{key}": ("m3", flow) for key, flow in self._tank_flow.items()}
+            integrals["volume.exchanged"] = ("m3", sum(ca.fabs(flow) for flow in self._tank_flow.values()))
             for key, (unit, rate) in integrals.items():
                 states.append(State(key, unit, float("inf"), integral=True))
                 symbols.append(ca.SX.sym(key))
@@ -196,16 +185,16 @@ class Circuit:
             name=name,
             states=tuple(states),
             inputs=INPUTS,
-            parameters=tuple(self._parameters),
+            parameters=self._parameters.names,
             x=ca.vertcat(*symbols),
             u=ca.vertcat(self.motor_speed, self.load),
             slope=ca.vertcat(self.motor_acceleration, self._load_rate),
-            p=ca.vertcat(*self._parameters.values()),
+            p=self._parameters.column,
             rhs=ca.vertcat(*rates),
             outputs=tuple(self._outputs.values()),
         )
         return CircuitModel(
-            ode, np.array(self._values), nodes, tuple(self._losses), tuple(self._works), tuple(self._tank_flow)
+            ode, self._parameters.values, nodes, tuple(self._losses), tuple(self._works), tuple(self._tank_flow)
         )
 
 

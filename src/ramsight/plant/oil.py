@@ -10,6 +10,7 @@ import casadi as ca
 
 _OFFSET = 0.7  # mm2/s, the constant of the Walther equation for viscosities above 2 mm2/s
 _MM2 = 1e-6  # m2
+T40, T100 = 313.15, 373.15  # K, the temperatures at which data sheets give viscosity
 
 
 def kinematic_viscosity(temperature: Any, walther_a: Any, walther_b: Any) -> Any:

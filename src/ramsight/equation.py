@@ -1,9 +1,7 @@
-"""An ordinary differential equation as a CasADi graph: what the engine can run, whatever it describes."""
+"""An ordinary differential equation as a CasADi graph: the plain thing that the plant hands to the engine."""
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -89,23 +87,3 @@ class OdeModel:
         by_name = {output.name: output.expression for output in self.outputs}
         column = ca.vertcat(*(by_name[name] for name in names))
         return ca.Function("outputs", [self.x, self.u, self.slope, self.p], [column])
-
-
-def instructions(function: ca.Function) -> list[list[Any]]:
-    """The elementary operations of an SX function, in order: `[operation, target, sources, constant]`.
-
-    Registers are those of CasADi; `target` and `sources` are pairs (argument, element) for inputs and outputs.
-    """
-    listing = []
-    for k in range(function.n_instructions()):
-        code = function.instruction_id(k)
-        target, sources = function.instruction_output(k), function.instruction_input(k)
-        value = function.instruction_constant(k) if code == ca.OP_CONST else 0.0
-        listing.append([code, target, sources, value])
-    return listing
-
-
-def content_hash(*parts: Any) -> str:
-    """A short hash of JSON-able content; the same content always has the same one."""
-    text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(text.encode()).hexdigest()[:24]

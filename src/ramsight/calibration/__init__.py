@@ -1,0 +1,1 @@
+"""Sensors made to measure: tables from simulated sweeps."""

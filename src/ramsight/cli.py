@@ -1,0 +1,265 @@
+"""The command line: one verb a function, nothing else. Whatever a verb needs is imported inside it."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+_HELP = {"help_option_names": ["-h", "--help"]}
+
+app = typer.Typer(
+    name="ramsight",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    context_settings=_HELP,
+)
+catalog = typer.Typer(invoke_without_command=True, rich_markup_mode=None, context_settings=_HELP)
+app.add_typer(catalog, name="catalog")
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from ramsight import __version__
+
+        typer.echo(f"ramsight {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def ramsight(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    """Where the piston of a hydraulic cylinder is, without a position sensor.
+
+    A machine is a TOML file or a name in the catalogue. Begin with: ramsight check mining-loader
+    """
+
+
+@app.command()
+def check(
+    machine: Annotated[str, typer.Argument(help="A description file, or a catalogue name.")],
+    unit: Annotated[str | None, typer.Option(help="Show this unit only, for example boom.")] = None,
+) -> None:
+    """Check a machine description and show what follows from it.
+
+    Says in one line what is wrong: file, key, value and allowed range. If nothing is, shows for each unit the
+    areas and ratios, the travel per motor revolution, the load at relief pressure, and for each named load
+    the pressure and the motor torque while lifting and lowering.
+
+    Example: ramsight check my-machine.toml --unit boom
+    """
+    from ramsight.machine import load
+    from ramsight.machine.tables import machine_summary, show
+
+    show(machine_summary(load(machine), unit))
+
+
+@catalog.callback()
+def catalog_list(context: typer.Context) -> None:
+    """List the oils, pumps, valves and machines that ramsight knows.
+
+    A description takes a part from the catalogue by its name (model = "PGI100-2-008") and may override its
+    values.
+
+    Example: ramsight catalog
+    """
+    if context.invoked_subcommand is None:
+        from ramsight.machine.tables import catalogue_list, show
+
+        show(catalogue_list())
+
+
+@catalog.command("show")
+def catalog_show(
+    name: Annotated[str, typer.Argument(help="A name that 'ramsight catalog' lists.")],
+) -> None:
+    """Show every value of a catalogue entry, what it means and where it comes from.
+
+    The sources are marked: [P] the paper, [S: …] elsewhere, [M] remembered from a data sheet, [D] derived,
+    [G] guessed.
+
+    Example: ramsight catalog show PGI100-2-008
+    """
+    from ramsight.machine.tables import catalogue_entry, show
+
+    show(catalogue_entry(name))
+
+
+@app.command()
+def new(
+    file: Annotated[Path, typer.Argument(help="Where to write it, for example loader.toml.")],
+    like: Annotated[str, typer.Option(help="The machine whose values stand in it.")] = "mining-loader",
+    force: Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")] = False,
+) -> None:
+    """Write a commented machine description to start from.
+
+    It is complete and valid: every key with its unit, its meaning and its allowed range, and the values of an
+    example. Replace them by those of your machine, then check the file.
+
+    Example: ramsight new my-machine.toml
+    """
+    from ramsight.errors import OutputError
+    from ramsight.machine import load, template
+    from ramsight.output import atomic_path
+
+    if file.exists() and not force:
+        raise OutputError(f"{file}: exists already; --force replaces it")
+    text = template(load(like), name=file.stem or "my-machine")
+    with atomic_path(file) as draft:
+        draft.write_text(text, encoding="utf-8")
+    typer.echo(f"{file}: written; put your machine's values in, then: ramsight check {file}")
+
+
+_MACHINE = Annotated[str, typer.Argument(help="A description file, or a catalogue name.")]
+
+
+@app.command()
+def simulate(
+    machine: _MACHINE,
+    unit: Annotated[str, typer.Option(help="The unit that works, for example boom.")],
+    load: Annotated[str, typer.Option(help="Constant load against lifting, at the rods.")],
+    oil_temperature: Annotated[str, typer.Option(help="Oil temperature.")] = "40 degC",
+    speed: Annotated[str, typer.Option(help="Motor speed of lifting and lowering.")] = "1500 rpm",
+    ramp: Annotated[str, typer.Option(help="Time of each speed ramp.")] = "0.8 s",
+    hold: Annotated[
+        str | None, typer.Option(help="Time at full speed [default: up to 45 % of the stroke, at most 6.4 s].")
+    ] = None,
+    start: Annotated[
+        str | None, typer.Option(help="Piston position at first, 0 = retracted [default: a fifth of the stroke up].")
+    ] = None,
+    cycles: Annotated[int, typer.Option(min=1, max=1000, help="How many lift-lower cycles.")] = 1,
+    sample_period: Annotated[str, typer.Option(help="Distance of the samples.")] = "20 ms",
+    out: Annotated[Path | None, typer.Option(help="All results: .nc, .csv or .csv.gz.")] = None,
+    log: Annotated[Path | None, typer.Option(help="What a drive would log of it: .csv or .csv.gz.")] = None,
+    truth: Annotated[Path | None, typer.Option(help="The true position over time: .csv or .csv.gz.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the log's noise.")] = 0,
+) -> None:
+    """Simulate lift-lower cycles of one unit.
+
+    The motor rests, lifts at constant speed, rests and lowers, with the load on the rods all the time. Shows where
+    the energy went, and how well the books close; writes results, drive log and truth where you say.
+
+    Example: ramsight simulate mining-loader --unit boom --load "441 kN" --oil-temperature "40 degC" --out boom.nc
+    """
+    from ramsight.duty import DriveReport, lift_lower, report
+    from ramsight.duty import simulate as run_unit
+    from ramsight.duty.summary import run_summary
+    from ramsight.logs import write_drive_log
+    from ramsight.machine import load as load_machine
+    from ramsight.output import check_target, write_dataset, write_table
+    from ramsight.plant.ddh import build
+    from ramsight.progress import progress
+    from ramsight.units import format_si, parse_option
+
+    for path, suffixes in ((out, (".nc", ".csv", ".csv.gz")), (log, (".csv", ".csv.gz")), (truth, (".csv", ".csv.gz"))):
+        check_target(path, suffixes)
+    described = load_machine(machine).unit(unit)
+    ddh = build(unit, described)
+    stroke, fastest = (format_si(*of) for of in ((described.cylinder.stroke, "mm"), (described.drive.max_speed, "rpm")))
+    lowest, highest = (format_si(t, "degC") for t in (described.oil.min_temperature, described.oil.max_temperature))
+    duty = lift_lower(
+        ddh,
+        parse_option(load, "N", "--load", least="-10000 kN", most="10000 kN"),
+        parse_option(oil_temperature, "K", "--oil-temperature", least=lowest, most=highest),
+        motor_speed=parse_option(speed, "rad/s", "--speed", least="1 rpm", most=fastest),
+        ramp=parse_option(ramp, "s", "--ramp", least="1 ms", most="100 s"),
+        hold=None if hold is None else parse_option(hold, "s", "--hold", least="0 s", most="10000 s"),
+        start_position=None if start is None else parse_option(start, "m", "--start", least="0 mm", most=stroke),
+        cycles=cycles,
+    )
+    period = parse_option(sample_period, "s", "--sample-period", least="0.1 ms", most="10 s")
+    with progress(duty.duration, "simulating") as bar:
+        run = run_unit(ddh, duty, sample_period=period, advance=bar.advance)
+    if out is not None:
+        write_dataset(run, out)
+    if log is not None:
+        write_drive_log(report(run, DriveReport(seed=seed)), log)
+    if truth is not None:
+        write_table({"time_s": run["time"].values, "position_m": run["position"].values}, truth)
+    typer.echo(run_summary(run))
+    for path in (out, log, truth):
+        if path is not None:
+            typer.echo(f"{path}: written")
+
+
+@app.command()
+def track(
+    machine: _MACHINE,
+    log: Annotated[Path, typer.Argument(help="Drive log, .csv or .csv.gz.")],
+    unit: Annotated[str, typer.Option(help="The unit that the drive turns, for example boom.")],
+    start: Annotated[str, typer.Option(help='Piston position at the first sample, 0 = retracted: "100 mm".')],
+    sensor: Annotated[str, typer.Option(help="balance: volume bookkeeping; table: the paper's look-up table.")] = "balance",
+    out: Annotated[Path | None, typer.Option(help="The track: .csv, .csv.gz or .nc.")] = None,
+    truth: Annotated[Path | None, typer.Option(help="True position, to print the errors: .csv or .csv.gz.")] = None,
+    figure: Annotated[Path | None, typer.Option(help="A picture of it: .png, .svg or .pdf.")] = None,
+) -> None:
+    """Say where the piston was, from the log of a motor drive.
+
+    The log has the columns time_s, motor_speed_rpm, motor_torque_nm and oil_temperature_c; nothing else in it is
+    read. The track has time_s, position_m, position_std_m (empty where the sensor does not know it) and status.
+
+    Example: ramsight track mining-loader log.csv.gz --unit boom --start "100 mm" --out track.csv
+    """
+    from ramsight.calibration.sensors import TABLE_RUNS, sensor_for
+    from ramsight.logs import read_drive_log, read_truth
+    from ramsight.machine import load as load_machine
+    from ramsight.output import check_target, write_dataset, write_table
+    from ramsight.plant.ddh import build
+    from ramsight.progress import progress
+    from ramsight.study.figures import tracked_figure
+    from ramsight.study.tracking import error_summary, track_columns, track_summary
+    from ramsight.units import format_si, parse_option
+
+    check_target(out, (".csv", ".csv.gz", ".nc"))
+    check_target(figure, (".png", ".svg", ".pdf"))
+    description = load_machine(machine)
+    ddh = build(unit, description.unit(unit))
+    position = parse_option(start, "m", "--start", least="0 mm", most=format_si(ddh.cylinder.stroke, "mm"))
+    recorded = read_drive_log(log)
+    true = None if truth is None else read_truth(truth)
+    with progress(TABLE_RUNS, "calibrating the table") as bar:
+        virtual = sensor_for(ddh, sensor, advance=bar.advance)
+    virtual.start(position)
+    with progress(recorded.sizes["time"], "tracking") as bar:
+        tracked = virtual.track(recorded, advance=bar.advance)
+    errors = None if true is None else error_summary(tracked, true)
+    if out is not None:
+        if out.suffix == ".nc":
+            write_dataset(tracked, out)
+        else:
+            write_table(track_columns(tracked), out)
+    if figure is not None:
+        title = f"{description.title or description.name}, {unit}: {log.name}"
+        tracked_figure(recorded, tracked, true, title, figure)
+    typer.echo(track_summary(tracked))
+    if errors is not None:
+        typer.echo(errors)
+    for path in (out, figure):
+        if path is not None:
+            typer.echo(f"{path}: written")
+
+
+def main() -> None:
+    """Run the command line: one line on standard error and exit code 2 for whatever a user can mend."""
+    from ramsight.errors import RamsightError
+
+    try:
+        app()
+    except RamsightError as error:
+        typer.echo(f"error: {' '.join(str(error).split())}", err=True)
+        sys.exit(2)
+    except OSError as error:  # where standard output goes is full or gone; a closed pipe is Typer's to handle
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - for the interpreter's last flush
+        typer.echo(f"error: standard output: {error.strerror or error}", err=True)
+        sys.exit(2)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,63 @@
+"""What a drive reports of a run: sampled, in steps, with noise, and nothing but speed, torque and temperature."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import xarray
+
+_RPM = 2.0 * math.pi / 60.0
+
+
+@dataclass(frozen=True)
+class DriveReport:
+    """How a drive rounds and how noisy it is.
+
+    Args:
+        speed_step: [rad/s]; default 1 rpm.
+        torque_step: [N m]; default 1/16 N m.
+        torque_noise: standard deviation [N m].
+        temperature_step: [K].
+        temperature_noise: standard deviation [K].
+        seed: of the noise; the same seed gives the same log.
+    """
+
+    speed_step: float = _RPM
+    torque_step: float = 1.0 / 16.0
+    torque_noise: float = 0.5
+    temperature_step: float = 0.1
+    temperature_noise: float = 0.2
+    seed: int = 0
+
+
+def report(run: xarray.Dataset, how: DriveReport | None = None) -> xarray.Dataset:
+    """The drive log of a simulated run.
+
+    Args:
+        run: a Dataset as `simulate` returns it.
+        how: rounding and noise; by default that of a usual CANopen drive.
+
+    Returns:
+        A Dataset over the same `time` with motor_speed, motor_torque and oil_temperature.
+    """
+    how = how or DriveReport()
+    random = np.random.default_rng(how.seed)
+    count = run.sizes["time"]
+
+    def rounded(values: NDArray[np.float64], step: float) -> NDArray[np.float64]:
+        return np.round(values / step) * step if step > 0.0 else values
+
+    torque = run["motor_torque"].values + how.torque_noise * random.standard_normal(count)
+    temperature = run["oil_temperature"].values + how.temperature_noise * random.standard_normal(count)
+    log = run[["motor_speed", "motor_torque", "oil_temperature"]].copy(deep=True)
+    log["motor_speed"].values[:] = rounded(run["motor_speed"].values, how.speed_step)
+    log["motor_torque"].values[:] = rounded(torque, how.torque_step)
+    log["oil_temperature"].values[:] = rounded(temperature - 273.15, how.temperature_step) + 273.15
+    log.attrs = {"format": 1, "kind": "drive log"}
+    return log

@@ -1,0 +1,148 @@
+"""Quantities over time as straight lines between corners."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ramsight.engine.run import Segments
+
+Array = NDArray[np.float64]
+
+_TEMPERATURE_STEP = 0.05  # K; a changing oil temperature is held over pieces no coarser than this
+
+
+@dataclass(frozen=True)
+class Profile:
+    """A quantity that runs straight from corner to corner and stays at its last value.
+
+    Args:
+        time: corners [s], strictly increasing, shape (n,).
+        value: value at each corner [SI], shape (n,).
+
+    Raises:
+        ValueError: if the shapes differ or time does not increase.
+
+    Example:
+        >>> ramp = Profile([0.0, 2.0], [0.0, 10.0])
+        >>> float(ramp(1.5)), float(ramp(9.0))
+        (7.5, 10.0)
+    """
+
+    time: Array
+    value: Array
+
+    def __init__(self, time: ArrayLike, value: ArrayLike) -> None:
+        object.__setattr__(self, "time", np.atleast_1d(np.asarray(time, dtype=np.float64)))
+        object.__setattr__(self, "value", np.atleast_1d(np.asarray(value, dtype=np.float64)))
+        if self.time.ndim != 1 or self.time.shape != self.value.shape or not self.time.size:
+            raise ValueError(f"time {self.time.shape} and value {self.value.shape} must be equally long lists")
+        if not (np.all(np.isfinite(self.time)) and np.all(np.isfinite(self.value))):
+            raise ValueError("time and value must be finite")
+        if np.any(np.diff(self.time) <= 0.0):
+            raise ValueError("time must increase from corner to corner")
+
+    def __call__(self, time: ArrayLike) -> Array:
+        """Value at the given times."""
+        return np.asarray(np.interp(time, self.time, self.value))
+
+
+def constant(value: float) -> Profile:
+    """A quantity that does not change."""
+    return Profile([0.0], [value])
+
+
+@dataclass(frozen=True)
+class Duty:
+    """What a unit is asked to do.
+
+    Args:
+        motor_speed: command to the drive [rad/s]; positive extends.
+        load: force on the piston [N]; positive works against lifting.
+        oil_temperature: [K].
+        start_position: of the piston [m].
+        end: when the duty ends [s]; by default at the last corner of the speed.
+    """
+
+    motor_speed: Profile
+    load: Profile
+    oil_temperature: Profile
+    start_position: float
+    end: float | None = None
+
+    @property
+    def duration(self) -> float:
+        """Length of the duty [s]."""
+        return float(self.motor_speed.time[-1]) if self.end is None else self.end
+
+    def repeated(self, times: int) -> Duty:
+        """The same duty several times in a row; loads and temperatures repeat with it."""
+        period = self.duration
+        return Duty(
+            *(_repeat(profile, period, times) for profile in (self.motor_speed, self.load, self.oil_temperature)),
+            start_position=self.start_position,
+            end=period * times,
+        )
+
+    def corners(self) -> Array:
+        """Times at which an input bends or the held temperature steps [s], from 0 to the end."""
+        inner = np.concatenate([self.motor_speed.time, self.load.time, self._temperature_corners()])
+        times = np.unique(np.concatenate([[0.0, self.duration], inner]))
+        times = times[(times >= 0.0) & (times <= self.duration)]
+        keep = np.concatenate([[True], np.diff(times) > 1e-9])
+        keep[-1] = True
+        return times[keep]
+
+    def _temperature_corners(self) -> Array:
+        time, value = self.oil_temperature.time, self.oil_temperature.value
+        pieces = [time]
+        for t0, t1, v0, v1 in zip(time[:-1], time[1:], value[:-1], value[1:], strict=True):
+            pieces.append(np.linspace(t0, t1, int(np.ceil(abs(v1 - v0) / _TEMPERATURE_STEP)) + 1))
+        return np.concatenate(pieces)
+
+    def segments(self, parameters: Array, temperature_index: int) -> Segments:
+        """The duty as the engine's segments.
+
+        Args:
+            parameters: of the model, shape (parameters,).
+            temperature_index: place of the oil temperature among them.
+        """
+        corner = self.corners()
+        inputs = np.column_stack([self.motor_speed(corner), self.load(corner)])
+        slope = np.diff(inputs, axis=0) / np.diff(corner)[:, None]
+        middle = self.oil_temperature(0.5 * (corner[:-1] + corner[1:]))
+        held = parameters[None].copy()
+        if np.ptp(middle) > 0.0:
+            held = np.repeat(held, len(middle), axis=0)
+        held[:, temperature_index] = middle[: len(held)]
+        return Segments(corner[:-1], corner[1:], np.ascontiguousarray(inputs[:-1]), slope, held)
+
+
+def _repeat(profile: Profile, period: float, times: int) -> Profile:
+    corner = np.unique(np.concatenate([[0.0, period], profile.time[(profile.time > 0) & (profile.time < period)]]))
+    value = profile(corner)
+    if value[0] != value[-1]:
+        raise ValueError("a duty can be repeated only if it ends with the values it began with")
+    time = np.concatenate([corner[:-1] + k * period for k in range(times)] + [[times * period]])
+    return Profile(time, np.concatenate([np.tile(value[:-1], times), value[-1:]]))
+
+
+def trapezoid_moves(moves: Sequence[tuple[float, float]], *, ramp: float, before: float, rest: float) -> Profile:
+    """A speed command of moves with ramps and rests between them.
+
+    Args:
+        moves: (speed [rad/s], time at that speed [s]) of each move.
+        ramp: time of each ramp [s].
+        before: rest before the first move [s].
+        rest: rest after each move [s].
+    """
+    time, value = ([0.0, before], [0.0, 0.0]) if before > 0.0 else ([0.0], [0.0])
+    for speed, hold in moves:
+        for span, level in ((ramp, speed), (hold, speed), (ramp, 0.0), (rest, 0.0)):
+            if span > 0.0:
+                time.append(time[-1] + span)
+                value.append(level)
+    return Profile(time, value)

@@ -1,0 +1,108 @@
+"""What a column of a log means: each one declared once, for reading and for writing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import xarray
+
+TIME = "time_s"
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A column of a log and the variable that it becomes: ``value = factor * cell + offset``.
+
+    Args:
+        column: name in the file's header, its unit last.
+        name: name in the `Dataset`.
+        units: SI unit in the `Dataset`.
+        long_name: the quantity in words.
+        factor: SI units for one unit of the file.
+        offset: SI value of the file's zero.
+    """
+
+    column: str
+    name: str
+    units: str
+    long_name: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+    def to_si(self, cells: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Values in SI units from the file's.
+
+        Args:
+            cells: values in the file's unit, any shape.
+
+        Returns:
+            Values in SI units, the same shape.
+
+        Example:
+            >>> MOTOR_SPEED.to_si(np.array([1500.0])).round(3).tolist()
+            [157.08]
+        """
+        return cells * self.factor + self.offset
+
+    def from_si(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Values in the file's unit from SI units, rounded to 1e-9 to shed what the conversion adds.
+
+        Args:
+            values: values in SI units, any shape.
+
+        Returns:
+            Values in the file's unit, the same shape.
+
+        Example:
+            >>> OIL_TEMPERATURE.from_si(np.array([312.95])).tolist()
+            [39.8]
+        """
+        return np.asarray(np.round((values - self.offset) / self.factor, 9), dtype=np.float64)
+
+
+MOTOR_SPEED = Channel(
+    "motor_speed_rpm", "motor_speed", "rad/s", "motor speed, extension positive", factor=2.0 * math.pi / 60.0
+)
+MOTOR_TORQUE = Channel(
+    "motor_torque_nm", "motor_torque", "N m", "motor torque, positive when driving towards extension"
+)
+OIL_TEMPERATURE = Channel("oil_temperature_c", "oil_temperature", "K", "oil temperature", offset=273.15)
+REFERENCE = Channel(
+    "reference_m", "reference", "m", "position that a reference switch reports, NaN elsewhere"
+)
+POSITION = Channel("position_m", "position", "m", "piston position, 0 = fully retracted")
+PRESSURE_A = Channel("pressure_a_pa", "pressure_a", "Pa", "absolute pressure in chamber A")
+PRESSURE_B = Channel("pressure_b_pa", "pressure_b", "Pa", "absolute pressure in chamber B")
+
+
+def as_dataset(columns: Mapping[str, NDArray[np.float64]], channels: Sequence[Channel]) -> xarray.Dataset:
+    """A `Dataset` over time of the columns that are there.
+
+    Args:
+        columns: column name to values, shape (n,); ``time_s`` [s] among them.
+        channels: what the other columns mean; those absent from ``columns`` are left out.
+
+    Returns:
+        The variables in SI units over ``time`` [s], each with ``units`` and ``long_name``.
+    """
+    import xarray
+
+    return xarray.Dataset(
+        {
+            channel.name: (
+                "time",
+                channel.to_si(columns[channel.column]),
+                {"units": channel.units, "long_name": channel.long_name},
+            )
+            for channel in channels
+            if channel.column in columns
+        },
+        coords={"time": ("time", columns[TIME], {"units": "s", "long_name": "time"})},
+    )

@@ -1,0 +1,59 @@
+"""What a machine is: descriptions in TOML, checked and in SI, and the catalogue of parts with their sources.
+
+Example:
+    >>> from ramsight import machine
+    >>> boom = machine.load("mining-loader").unit("boom")
+    >>> round(boom.cylinder.bore, 4), boom.load_direction
+    (0.127, 'extend')
+"""
+
+from ramsight.machine import catalogue
+from ramsight.machine.declare import Part, Quantity, Value, quantity, walk
+from ramsight.machine.derived import Derived, OperatingPoint, derive, torque_at_load
+from ramsight.machine.description import FORMAT, Machine, Unit
+from ramsight.machine.parts import (
+    AnticavitationValve,
+    Cylinder,
+    Drive,
+    Hose,
+    Load,
+    Manifold,
+    Oil,
+    Pump,
+    ReliefValve,
+    SafetyValve,
+    Tank,
+)
+from ramsight.machine.reading import load, loads
+from ramsight.machine.template import json_schema, template
+
+__all__ = [
+    "FORMAT",
+    "AnticavitationValve",
+    "Cylinder",
+    "Derived",
+    "Drive",
+    "Hose",
+    "Load",
+    "Machine",
+    "Manifold",
+    "Oil",
+    "OperatingPoint",
+    "Part",
+    "Pump",
+    "Quantity",
+    "ReliefValve",
+    "SafetyValve",
+    "Tank",
+    "Unit",
+    "Value",
+    "catalogue",
+    "derive",
+    "json_schema",
+    "load",
+    "loads",
+    "quantity",
+    "template",
+    "torque_at_load",
+    "walk",
+]

@@ -1,0 +1,166 @@
+"""The catalogue: oils, pumps, valves and whole machines as data files, each value with its source."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from ramsight.errors import DescriptionError, UnknownNameError
+
+__all__ = ["Entry", "entries", "find", "has", "read"]
+
+_ROOT = Path(__file__).parent
+_FOLDERS = ("machines", "oils", "pumps", "valves")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One thing in the catalogue.
+
+    Attributes:
+        kind: ``machine``, ``oil``, ``pump``, ``relief valve``, ``anticavitation valve`` or ``safety valve``.
+        name: what a description calls it.
+        description: one line about it.
+        source: where its values come from, unless they say so themselves.
+        path: the data file.
+    """
+
+    kind: str
+    name: str
+    description: str
+    source: str
+    path: Path
+
+
+@cache
+def entries() -> tuple[Entry, ...]:
+    """List everything in the catalogue, by kind and name.
+
+    Example:
+        >>> [entry.name for entry in entries() if entry.kind == "oil"]
+        ['tellus-t-32']
+    """
+    found = []
+    for folder in _FOLDERS:
+        for path in sorted((_ROOT / folder).glob("*.toml")):
+            data = read_toml(path)
+            kind = data.get("kind", "machine")
+            found.append(Entry(kind, data["name"], data["description"], data.get("source", ""), path))
+    return tuple(sorted(found, key=lambda entry: (entry.kind, entry.name)))
+
+
+def has(kind: str, name: str) -> bool:
+    """Say whether the catalogue knows a name; upper and lower case are alike."""
+    return any(entry.kind == kind and entry.name.casefold() == name.casefold() for entry in entries())
+
+
+def find(kind: str, name: str, *, where: str | None = None) -> Entry:
+    """Look a name up; upper and lower case are alike.
+
+    Args:
+        kind: one of the kinds of `Entry`; empty for any.
+        name: the name.
+        where: the place that asks, for the error text.
+
+    Raises:
+        UnknownNameError: the catalogue has no such name; the text lists those it has.
+    """
+    some = [entry for entry in entries() if kind in ("", entry.kind)]
+    for entry in some:
+        if entry.name.casefold() == name.casefold():
+            return entry
+    raise UnknownNameError(kind or "catalogue name", name, [entry.name for entry in some], where)
+
+
+def read(entry: Entry) -> tuple[dict[str, Any], dict[str, str]]:
+    """Read a part's values as they are written, and where each comes from.
+
+    Args:
+        entry: an entry that is no machine.
+
+    Returns:
+        Values by key, as text with units, and sources by key.
+    """
+    values, sources = split_sources(read_toml(entry.path)["values"], str(entry.path))
+    return values, {key: sources.get(key, entry.source) for key in values}
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Read a TOML file.
+
+    Raises:
+        DescriptionError: it cannot be read; one line with the file and, for a slip in the syntax, the line.
+    """
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+    except FileNotFoundError:
+        raise DescriptionError("no such file", file=str(path)) from None
+    except IsADirectoryError:
+        raise DescriptionError("is a directory, not a description", file=str(path)) from None
+    except UnicodeDecodeError as error:
+        raise DescriptionError(f"is not UTF-8 text (byte {error.start})", file=str(path)) from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise DescriptionError(f"cannot be read: {reason}", file=str(path)) from None
+    return parse_toml(text, str(path))
+
+
+def parse_toml(text: str, file: str) -> dict[str, Any]:
+    """Parse TOML text; errors name `file` and the line."""
+    try:
+        return tomllib.loads(text.replace("\r\n", "\n"))
+    except tomllib.TOMLDecodeError as error:
+        words = str(error)
+        match = re.fullmatch(r"(.*) \(at line (\d+), column (\d+)\)", words, re.DOTALL)
+        line = match[2] if match else str(text.count("\n") + 1)
+        words = match[1] if match else words.removesuffix(" (at end of document)")
+        raise DescriptionError(f"is not TOML: {words.strip()}", file=f"{file}, line {line}") from None
+    except RecursionError:
+        raise DescriptionError("is not TOML: nested too deeply", file=file) from None
+
+
+def split_sources(
+    data: Mapping[str, Any], file: str, path: str = ""
+) -> tuple[dict[str, Any], dict[str, str]]:
+    """Take `{ value = …, source = … }` apart.
+
+    A table with a `source` of its own gives it to all values in it that have none.
+
+    Args:
+        data: what a TOML file holds.
+        file: for errors.
+        path: where `data` stands, empty at the top.
+
+    Returns:
+        The same data with plain values, and the sources by dotted path.
+
+    Raises:
+        DescriptionError: a source without a value, or one that is no text.
+    """
+    plain: dict[str, Any] = {}
+    sources: dict[str, str] = {}
+    for key, item in data.items():
+        where = f"{path}.{key}" if path else key
+        if key == "source":
+            if not isinstance(item, str):
+                raise DescriptionError("a source is text", file=file, key=where)
+            sources[path] = item
+        elif not isinstance(item, dict):
+            plain[key] = item
+        elif "value" in item and item.keys() <= {"value", "source"}:
+            plain[key] = item["value"]
+            if "source" in item:
+                if not isinstance(item["source"], str):
+                    raise DescriptionError("a source is text", file=file, key=f"{where}.source")
+                sources[where] = item["source"]
+        elif item.keys() == {"source"}:
+            raise DescriptionError("has a source but no value", file=file, key=where)
+        else:
+            plain[key], inner = split_sources(item, file, where)
+            sources.update(inner)
+    return plain, sources

@@ -1,0 +1,283 @@
+"""One declaration per parameter: unit, range and meaning; checks, schema, template and tables follow."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, ClassVar, Self
+
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticCustomError, core_schema
+
+from ramsight import units
+from ramsight.errors import DescriptionError, UnknownNameError
+
+#: validation context of values that come from a file, where a number without a unit is refused
+FROM_FILE: Mapping[str, bool] = {"from_file": True}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """The declaration of a physical parameter; stands in `Annotated[float, quantity(...)]`."""
+
+    unit: str
+    text: str
+    above: str | None = None
+    least: str | None = None
+    below: str | None = None
+    most: str | None = None
+    whole: bool = False
+    teeth: bool = False
+
+    @property
+    def range(self) -> str:
+        """The allowed range in the units it was declared in, for example ``above 0 mm, at most 1 m``."""
+        words = (
+            ("above", self.above),
+            ("at least", self.least),
+            ("below", self.below),
+            ("at most", self.most),
+        )
+        return ", ".join(f"{word} {bound}" for word, bound in words if bound is not None)
+
+    def read(self, value: Any, *, from_file: bool = False) -> float | int:
+        """Turn a value into SI and check its range.
+
+        Args:
+            value: text with a unit, or an SI number (from a file only where no unit is needed).
+            from_file: whether the value stands in a file.
+
+        Raises:
+            DescriptionError: the value cannot be used.
+        """
+        plain = not from_file and isinstance(value, int | float) and not isinstance(value, bool)
+        number = units.parse(value, "1" if plain else self.unit)
+        checks: tuple[tuple[str | None, Callable[[float, float], bool]], ...] = (
+            (self.above, operator.gt),
+            (self.least, operator.ge),
+            (self.below, operator.lt),
+            (self.most, operator.le),
+        )
+        for bound, holds in checks:
+            if bound is not None and not holds(number, units.parse(bound, self.unit)):
+                shown = units.format_si(number, self.unit, 6) if plain else value
+                raise DescriptionError("out of range", value=shown, allowed=self.range)
+        if not self.whole:
+            return number
+        if number != round(number):
+            raise DescriptionError("expected a whole number", value=value, allowed=self.range)
+        return round(number)
+
+    def show(self, value: float, digits: int | None = None) -> str:
+        """Write an SI value in the declared unit; teeth as ``28/41``, so that they come back exactly."""
+        if self.teeth and digits is None:
+            ratio = Fraction(value).limit_denominator(1000)
+            if float(ratio) == value and ratio.denominator > 1:
+                return f"{ratio.numerator}/{ratio.denominator}"
+        return units.format_si(value, self.unit, digits)
+
+    def _validate(self, value: Any, info: ValidationInfo) -> float | int:
+        try:
+            return self.read(value, from_file=bool(info.context and info.context.get("from_file")))
+        except DescriptionError as error:
+            context = {"text": error.message, "value": error.value, "allowed": error.allowed}
+            raise PydanticCustomError("quantity", "{text}", context) from None
+
+    def __get_pydantic_core_schema__(
+        self, _source: Any, _handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        return core_schema.with_info_plain_validator_function(self._validate)
+
+    def __get_pydantic_json_schema__(
+        self, _schema: core_schema.CoreSchema, _handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        dimensionless = self.unit in ("1", "%")
+        plain: dict[str, Any] = {"type": ["string", "number"] if dimensionless else "string"}
+        sourced = {
+            "type": "object",
+            "properties": {"value": plain, "source": {"type": "string"}},
+            "required": ["value"],
+            "additionalProperties": False,
+        }
+        words = f"{self.text} [{self.unit}]" if not dimensionless else self.text
+        words += f"; {self.range}" if self.range else ""
+        return {"anyOf": [plain, sourced], "description": words, "x-unit": self.unit, "x-range": self.range}
+
+
+def quantity(
+    unit: str,
+    text: str,
+    *,
+    above: str | None = None,
+    least: str | None = None,
+    below: str | None = None,
+    most: str | None = None,
+) -> Quantity:
+    """Declare a physical parameter.
+
+    Args:
+        unit: the unit it is shown in; any unit of the same dimension may be written.
+        text: what it is, for people.
+        above: lower bound that is not itself allowed, with its unit.
+        least: lower bound that is allowed, with its unit.
+        below: upper bound that is not itself allowed, with its unit.
+        most: upper bound that is allowed, with its unit.
+    """
+    return Quantity(unit, text, above, least, below, most)
+
+
+def count(text: str, *, least: int, most: int) -> Quantity:
+    """Declare a whole number.
+
+    Args:
+        text: what is counted.
+        least: the smallest number allowed.
+        most: the largest number allowed.
+    """
+    return Quantity("1", text, least=str(least), most=str(most), whole=True)
+
+
+def gearing(text: str, *, above: str, most: str) -> Quantity:
+    """Declare a gear or belt ratio, which may be written as teeth over teeth.
+
+    Args:
+        text: what turns how fast over what.
+        above: lower bound that is not itself allowed.
+        most: upper bound that is allowed.
+    """
+    return Quantity("1", text, above=above, most=most, teeth=True)
+
+
+def refuse(key: str, value: object, message: str, allowed: str | None = None) -> PydanticCustomError:
+    """Make the error of a check that looks at several keys at once, to be raised by a model validator.
+
+    Args:
+        key: the key to blame, relative to the model.
+        value: its value, as people read it.
+        message: what is wrong.
+        allowed: the range that would be right.
+    """
+    return PydanticCustomError(
+        "cross", "{text}", {"text": message, "key": key, "value": value, "allowed": allowed}
+    )
+
+
+class Part(BaseModel):
+    """Base of everything that a description holds: frozen, SI inside, unknown keys refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, protected_namespaces=())
+
+    #: the kind under which the catalogue lists such parts; empty if it does not
+    kind: ClassVar[str] = ""
+
+    def replace(self, changes: Mapping[str, Any]) -> Self:
+        """Return a copy with some values changed, checked like values from a file.
+
+        Args:
+            changes: dotted path to value; an SI number, or text with a unit.
+
+        Raises:
+            DescriptionError: a value cannot be used.
+            UnknownNameError: there is no such key.
+
+        Example:
+            >>> from ramsight import machine
+            >>> boom = machine.load("mining-loader").unit("boom")
+            >>> boom.replace({"cylinder.bore": "6 in"}).cylinder.bore
+            0.1524
+        """
+        from ramsight.machine.reading import validate
+
+        own: dict[str, Any] = {}
+        nested: dict[str, dict[str, Any]] = {}
+        for path, value in changes.items():
+            head, _, rest = path.partition(".")
+            if head not in type(self).model_fields:
+                raise UnknownNameError("key", head, type(self).model_fields)
+            if rest:
+                nested.setdefault(head, {})[rest] = value
+            else:
+                own[head] = value
+        for head, inner in nested.items():
+            part = own.get(head, getattr(self, head))
+            if isinstance(part, Part):
+                own[head] = part.replace(inner)
+            elif isinstance(part, dict):
+                own[head] = _replace_in(part, inner)
+            else:
+                raise UnknownNameError("key", f"{head}.{next(iter(inner))}", type(self).model_fields)
+        return validate(type(self), {**dict(self), **own})
+
+
+def _replace_in(parts: dict[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Do what `Part.replace` does, in a dictionary of parts or of values."""
+    result = dict(parts)
+    for path, value in changes.items():
+        head, _, rest = path.partition(".")
+        if rest and head not in result:
+            raise UnknownNameError("key", head, result)
+        result[head] = result[head].replace({rest: value}) if rest else value
+    return result
+
+
+def declaration(field: FieldInfo) -> Quantity | None:
+    """Return the declaration of a field, or `None` if it holds words or a table."""
+    return next((item for item in field.metadata if isinstance(item, Quantity)), None)
+
+
+def explain(field: FieldInfo) -> str:
+    """Return what a field means, in words."""
+    declared = declaration(field)
+    return declared.text if declared else field.description or ""
+
+
+@dataclass(frozen=True)
+class Value:
+    """One value of a description: where it stands, what it is and how it reads."""
+
+    path: str
+    value: Any
+    declared: Quantity | None
+    text: str
+
+    @property
+    def shown(self) -> str:
+        """The value as a person would write it."""
+        return self.declared.show(self.value) if self.declared else str(self.value)
+
+
+def walk(part: Part, prefix: str = "") -> Iterator[Value]:
+    """Yield every value of a part and of the parts in it, in the order of their declaration.
+
+    Args:
+        part: a part, a unit or a machine.
+        prefix: path of the part, ending in a dot, or empty.
+    """
+    for name, field in type(part).model_fields.items():
+        yield from _walk_value(getattr(part, name), f"{prefix}{name}", field)
+
+
+def _walk_value(value: Any, path: str, field: FieldInfo) -> Iterator[Value]:
+    if isinstance(value, Part):
+        yield from walk(value, f"{path}.")
+    elif isinstance(value, dict):
+        inner = _of_values(field)
+        for key, item in value.items():
+            if isinstance(item, Part):
+                yield from walk(item, f"{path}.{key}.")
+            else:
+                yield Value(f"{path}.{key}", item, inner, inner.text if inner else explain(field))
+    elif value is not None:
+        yield Value(path, value, declaration(field), explain(field))
+
+
+def _of_values(field: FieldInfo) -> Quantity | None:
+    """Return the declaration of the values of a `dict[str, Annotated[float, quantity(...)]]`."""
+    for argument in getattr(field.annotation, "__args__", ()):
+        for item in getattr(argument, "__metadata__", ()):
+            if isinstance(item, Quantity):
+                return item
+    return None

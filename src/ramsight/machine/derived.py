@@ -1,0 +1,222 @@
+"""What follows from a description at steady state: areas, ratios, travel per revolution, torque."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ramsight.errors import DescriptionError
+from ramsight.machine.description import Unit
+from ramsight.machine.parts import Pump
+
+_ROUNDS = (
+    60  # of the fixed point between velocity and viscous friction, which contracts a thousandfold a round
+)
+
+
+@dataclass(frozen=True)
+class Derived:
+    """What follows from a unit's description. All in SI.
+
+    Attributes:
+        area_a: piston area, all cylinders [m2].
+        area_b: annulus area on the rod side, all cylinders [m2].
+        area_ratio: area_b over area_a [1].
+        geared_displacement_a: volume of pump A per motor radian [m3/rad].
+        geared_displacement_b: volume of pump B per motor radian [m3/rad].
+        geared_flow_ratio: geared_displacement_b over geared_displacement_a [1].
+        mismatch: geared_flow_ratio over area_ratio, less one [1]; positive if pump B moves too much oil.
+        travel_a: travel per motor radian that pump A gives without leakage [m/rad].
+        travel_b: the same of pump B [m/rad].
+        load_at_relief: load that the relief pressure balances, tank pressure on the other side [N].
+        load_at_relief_after_friction: that, less the breakaway friction [N].
+    """
+
+    area_a: float
+    area_b: float
+    area_ratio: float
+    geared_displacement_a: float
+    geared_displacement_b: float
+    geared_flow_ratio: float
+    mismatch: float
+    travel_a: float
+    travel_b: float
+    load_at_relief: float
+    load_at_relief_after_friction: float
+
+
+@dataclass(frozen=True)
+class OperatingPoint:
+    """Steady lifting and lowering of one load at one motor speed. All in SI; torques signed as the motor's.
+
+    Attributes:
+        pressure_lift: pressure of the load-holding chamber while lifting [Pa].
+        pressure_lower: the same while lowering [Pa].
+        torque_lift: motor torque while lifting [N m].
+        torque_lower: motor torque while lowering [N m]; of lifting's sign while the load drives the motor.
+        travel_lift: travel per motor radian while lifting, a magnitude [m/rad].
+        travel_lower: the same while lowering [m/rad].
+    """
+
+    pressure_lift: float
+    pressure_lower: float
+    torque_lift: float
+    torque_lower: float
+    travel_lift: float
+    travel_lower: float
+
+
+def derive(unit: Unit) -> Derived:
+    """Work out what follows from a unit's description.
+
+    Args:
+        unit: the unit.
+
+    Example:
+        >>> from ramsight import machine
+        >>> boom = derive(machine.load("mining-loader").unit("boom"))
+        >>> round(boom.area_ratio, 3), round(boom.geared_flow_ratio, 3)
+        (0.609, 0.613)
+    """
+    cylinder = unit.cylinder
+    area_a, area_b = cylinder.area_a, cylinder.area_b
+    geared_a, geared_b = unit.pump_a.geared_displacement, unit.pump_b.geared_displacement
+    area_ratio, flow_ratio = area_b / area_a, geared_b / geared_a
+    holding, other = (area_a, area_b) if unit.load_side == "a" else (area_b, area_a)
+    at_relief = (unit.tank.pressure + unit.relief_valve.setting) * holding - unit.tank.pressure * other
+    return Derived(
+        area_a=area_a,
+        area_b=area_b,
+        area_ratio=area_ratio,
+        geared_displacement_a=geared_a,
+        geared_displacement_b=geared_b,
+        geared_flow_ratio=flow_ratio,
+        mismatch=flow_ratio / area_ratio - 1,
+        travel_a=geared_a / area_a,
+        travel_b=geared_b / area_b,
+        load_at_relief=at_relief,
+        load_at_relief_after_friction=at_relief - cylinder.number * cylinder.breakaway_friction,
+    )
+
+
+def torque_at_load(
+    unit: Unit,
+    load: float,
+    temperature: float = 313.15,
+    speed: float = 50 * math.pi,
+    *,
+    low_side: float | None = None,
+    tank: float | None = None,
+) -> OperatingPoint:
+    """Pressure, motor torque and travel per revolution when a load is lifted and lowered at constant speed.
+
+    The holding chamber balances load, friction and the other chamber. Its pump gives D w less the leakage
+    K_HP dp (eqs 9, 10), and takes D dp and the friction (tau0 + K_TP |dp|) in the direction of rotation
+    (eqs 7, 8). Line and valve losses are left out.
+
+    Args:
+        unit: the unit.
+        load: force that presses against the lifting direction [N].
+        temperature: oil temperature [K]; 40 °C if not given.
+        speed: magnitude of the motor speed [rad/s]; 1500 rpm if not given.
+        low_side: absolute pressure of the chamber that does not hold the load [Pa]; the tank's if not given.
+        tank: absolute pressure at the pumps' tank port [Pa]; the tank's if not given.
+
+    Raises:
+        DescriptionError: the speed is not above zero.
+
+    Example:
+        >>> from ramsight import machine
+        >>> boom = machine.load("mining-loader").unit("boom")
+        >>> point = torque_at_load(boom, 441e3, low_side=2e5, tank=0.0)
+        >>> round(point.torque_lift, 1), round(point.torque_lower, 1)
+        (68.0, 51.7)
+    """
+    if not speed > 0:
+        raise DescriptionError("a steady motion needs a motor speed above zero", value=speed)
+    tank = unit.tank.pressure if tank is None else tank
+    low = unit.tank.pressure if low_side is None else low_side
+    lift = _steady(unit, load, temperature, speed, low, tank, lifting=True)
+    lower = _steady(unit, load, temperature, speed, low, tank, lifting=False)
+    return OperatingPoint(
+        pressure_lift=lift[0],
+        pressure_lower=lower[0],
+        torque_lift=lift[1],
+        torque_lower=lower[1],
+        travel_lift=lift[2] / speed,
+        travel_lower=lower[2] / speed,
+    )
+
+
+def _steady(
+    unit: Unit, load: float, temperature: float, speed: float, low: float, tank: float, *, lifting: bool
+) -> tuple[float, float, float]:
+    """Return pressure [Pa], motor torque [N m] and upward or downward velocity [m/s] of one direction."""
+    cylinder = unit.cylinder
+    viscosity = unit.oil.kinematic_viscosity(temperature)
+    on_a = unit.load_side == "a"
+    area, other = (cylinder.area_a, cylinder.area_b) if on_a else (cylinder.area_b, cylinder.area_a)
+    pump = unit.pump_a if on_a else unit.pump_b
+    direction = 1.0 if lifting else -1.0
+    leak = pump.leak_coefficient(viscosity, unit.oil.density)
+    pressure = velocity = 0.0
+    for _ in range(_ROUNDS):
+        friction = (
+            direction
+            * cylinder.number
+            * (cylinder.coulomb_friction + cylinder.viscous_friction * abs(velocity))
+        )
+        pressure = (load + low * other + friction) / area
+        velocity = (direction * pump.geared_displacement * speed - leak * (pressure - tank)) / area
+    high, rest = pressure - tank, low - tank
+    turning = direction * unit.lift_sign
+    # pump A presses oil into its manifold when the motor turns forward, pump B draws it out of its own
+    torque_a = _shaft_torque(unit.pump_a, high if on_a else rest, turning)
+    torque_b = _shaft_torque(unit.pump_b, -(rest if on_a else high), turning)
+    torque = torque_a * unit.pump_a.belt + torque_b * unit.pump_b.belt
+    return pressure, torque, direction * velocity
+
+
+def _shaft_torque(pump: Pump, pressure: float, turning: float) -> float:
+    """Torque at a pump's shaft [N m] against `pressure` [Pa], turning forward (+1) or back (-1); eqs 7, 8."""
+    friction = pump.total_no_load_torque + pump.friction_coefficient * abs(pressure)
+    return pump.displacement_per_rad * pressure + turning * friction
+
+
+def cautions(unit: Unit) -> tuple[str, ...]:
+    """Say what in a valid description an engineer would look at twice.
+
+    Args:
+        unit: the unit.
+
+    Returns:
+        One sentence each; none if nothing stands out.
+    """
+    found = []
+    values = derive(unit)
+    if abs(values.mismatch) > 0.05:
+        found.append(
+            f"the geared flow ratio {values.geared_flow_ratio:.3f} is {values.mismatch:+.1%} off the area "
+            f"ratio {values.area_ratio:.3f}: one side will be starved or pressed through the relief valve"
+        )
+    for side, pump in (("A", unit.pump_a), ("B", unit.pump_b)):
+        if unit.relief_valve.setting > pump.max_pressure:
+            found.append(
+                f"the relief valve opens at {unit.relief_valve.setting / 1e5:g} bar, pump {side} allows "
+                f"{pump.max_pressure / 1e5:g} bar"
+            )
+        fastest = unit.drive.max_speed * pump.belt * 30 / math.pi
+        if fastest > pump.max_speed * 30 / math.pi * (1 + 1e-9):
+            found.append(
+                f"at the motor's highest speed pump {side} turns {fastest:.0f} rpm, it allows "
+                f"{pump.max_speed * 30 / math.pi:.0f} rpm"
+            )
+    for name, load in unit.load.loads.items():
+        if load > values.load_at_relief_after_friction:
+            found.append(f"load {name} ({load / 1e3:g} kN) is more than the relief valve lets the unit lift")
+        elif (torque := abs(torque_at_load(unit, load).torque_lift)) > unit.drive.max_torque:
+            found.append(
+                f"lifting load {name} ({load / 1e3:g} kN) takes {torque:.0f} N m, the motor has "
+                f"{unit.drive.max_torque:g} N m"
+            )
+    return tuple(found)

@@ -1,0 +1,144 @@
+"""What is generated from the declarations: a commented template and a JSON Schema for editors."""
+
+from __future__ import annotations
+
+import json
+import textwrap
+from typing import Any
+
+from ramsight.machine import catalogue
+from ramsight.machine.declare import Part, Quantity, declaration, explain
+from ramsight.machine.description import Machine, Unit
+
+_WIDTH = 118
+_HEAD = """\
+Machine description for ramsight. Check it with: ramsight check FILE
+
+Write every value with its unit; any unit of the right kind will do (mm, in, bar, MPa, l/min, rpm).
+Beside each value stand its meaning and the allowed range. A value may carry its source:
+
+    bore = { value = "127 mm", source = "drawing 4711" }
+
+A part that names a model takes from the catalogue (ramsight catalog) what is commented out here.
+Write a value to override the catalogue's, or drop the model and write them all."""
+
+
+def template(like: Machine | None = None, name: str = "my-machine") -> str:
+    """Write a commented description that is complete and valid.
+
+    Args:
+        like: the machine whose values stand in it; the catalogue's mining loader, boom only, if not given.
+        name: the name of the new machine.
+
+    Returns:
+        TOML text.
+
+    Example:
+        >>> from ramsight import machine
+        >>> machine.loads(machine.template()).name
+        'my-machine'
+    """
+    if like is None:
+        from ramsight.machine.reading import load
+
+        boom = load("mining-loader").unit("boom")
+        like = Machine(name=name, title="My machine", description="", units={"boom": boom})
+    lines = [_comment(_HEAD), ""]
+    for key in ("format", "name", "title", "description"):
+        field = Machine.model_fields[key]
+        value = name if key == "name" else getattr(like, key)
+        lines.append(_line(key, value, explain(field)))
+    for unit_name, unit in like.units.items():
+        lines += _unit_lines(unit_name, unit)
+    return "\n".join(lines) + "\n"
+
+
+def _unit_lines(name: str, unit: Unit) -> list[str]:
+    tables = [(key, value) for key, value in unit if isinstance(value, Part)]
+    lines = ["", _comment(_first_sentence(unit)), f"[units.{name}]"]
+    for key, field in Unit.model_fields.items():
+        value = getattr(unit, key)
+        if not isinstance(value, Part):
+            choices = " or ".join(f'"{item}"' for item in getattr(field.annotation, "__args__", ()))
+            lines.append(_line(key, value, f"{explain(field)}; {choices}" if choices else explain(field)))
+    for key, part in tables:
+        about = Unit.model_fields[key].description or _first_sentence(part)
+        lines += ["", _comment(about), f"[units.{name}.{key}]", *_part_lines(part)]
+    return lines
+
+
+def _part_lines(part: Part) -> list[str]:
+    model = getattr(part, "model", None)
+    given: dict[str, Any] = {}
+    if model is not None:
+        given, _ = catalogue.read(catalogue.find(part.kind, model))
+    lines = []
+    for key, field in type(part).model_fields.items():
+        value, declared = getattr(part, key), declaration(field)
+        if value is None:
+            continue
+        words = explain(field)
+        if declared is not None:
+            words += f"; {declared.range}" if declared.range else ""
+            same = key in given and declared.read(given[key], from_file=True) == value
+            lines.append(_line(key, _written(declared, value), words, off=same))
+        elif isinstance(value, dict):
+            inner = ", ".join(f'{name} = "{item / 1e3:g} kN"' for name, item in value.items())
+            lines += [f"# {words}", f"{key} = {{ {inner} }}"]
+        else:
+            lines.append(_line(key, value, words))
+    return lines
+
+
+def _written(declared: Quantity, value: float) -> str | float:
+    text = declared.show(value)
+    if declared.whole:
+        return value
+    return float(text) if declared.unit == "1" and "/" not in text else text
+
+
+def _line(key: str, value: Any, words: str, *, off: bool = False) -> str:
+    written = value if isinstance(value, int | float) else json.dumps(value, ensure_ascii=False)
+    start = f"{'# ' if off else ''}{key} = {written}"
+    if len(f"{start:<40}  # {words}") <= _WIDTH:
+        return f"{start:<40}  # {words}"
+    return f"{_comment(words)}\n{start}"
+
+
+def _comment(text: str) -> str:
+    wrapped = (textwrap.wrap(line, _WIDTH - 2, drop_whitespace=False) or [""] for line in text.splitlines())
+    return "\n".join(f"# {line}".rstrip() for lines in wrapped for line in lines)
+
+
+def _first_sentence(part: Part) -> str:
+    return (type(part).__doc__ or "").strip().splitlines()[0]
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON Schema of a description, for editors that complete and check TOML.
+
+    Example:
+        >>> from ramsight import machine
+        >>> machine.json_schema()["$defs"]["Cylinder"]["properties"]["bore"]["x-unit"]
+        'mm'
+    """
+    schema = Machine.model_json_schema()
+    schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
+    schema["required"] = ["format", *schema["required"]]
+    for definition in schema["$defs"].values():
+        if "model" in definition["properties"]:
+            _allow_model(definition)
+    for key, field in schema["$defs"]["Unit"]["properties"].items():
+        part = Unit.model_fields[key].annotation
+        if isinstance(part, type) and issubclass(part, Part) and part.kind:
+            names = [entry.name for entry in catalogue.entries() if entry.kind == part.kind]
+            schema["$defs"]["Unit"]["properties"][key] = (
+                {"anyOf": [field, {"enum": names}]} if names else field
+            )
+    return schema
+
+
+def _allow_model(definition: dict[str, Any]) -> None:
+    """A part with a model need not give what the catalogue may give."""
+    required = definition.pop("required", [])
+    definition["anyOf"] = [{"required": ["model"]}, {"required": required}]

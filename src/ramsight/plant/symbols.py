@@ -1,0 +1,50 @@
+"""Parameters as symbols: a part's numbers become inputs of the graph, so that one graph serves every machine."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Parameters:
+    """A growing list of named parameters with their symbols and values."""
+
+    def __init__(self) -> None:
+        self._symbols: dict[str, Any] = {}
+        self._values: list[float] = []
+
+    def add(self, name: str, value: float) -> Any:
+        """A new parameter's symbol.
+
+        Raises:
+            ValueError: if the name is taken.
+        """
+        if name in self._symbols:
+            raise ValueError(f"parameter {name!r} exists already")
+        self._symbols[name] = ca.SX.sym(name)
+        self._values.append(float(value))
+        return self._symbols[name]
+
+    def symbolic(self, name: str, part: Any) -> Any:
+        """A copy of a dataclass with a parameter `name.field` in place of every float field."""
+        numbers = [field.name for field in fields(part) if isinstance(getattr(part, field.name), float)]
+        return replace(part, **{key: self.add(f"{name}.{key}", getattr(part, key)) for key in numbers})
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names in the order of `column` and `values`."""
+        return tuple(self._symbols)
+
+    @property
+    def column(self) -> Any:
+        """The symbols as one column."""
+        return ca.vertcat(*self._symbols.values())
+
+    @property
+    def values(self) -> NDArray[np.float64]:
+        """The values."""
+        return np.array(self._values)

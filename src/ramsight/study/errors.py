@@ -1,0 +1,133 @@
+"""The error of an estimated position against the truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ramsight.errors import RamsightError
+
+
+class ComparisonError(RamsightError):
+    """An estimate and a truth that cannot be compared."""
+
+
+@dataclass(frozen=True)
+class PositionErrors:
+    """Absolute errors of an estimated position.
+
+    Args:
+        largest: the largest error [m].
+        p95: the error that 95 % of the samples keep within [m].
+        final: the error of the last sample compared [m]; NaN if that sample has no estimate.
+        samples: number of samples compared, those without an estimate not counted.
+        missing: number of samples within the same time at which the estimate is NaN.
+    """
+
+    largest: float
+    p95: float
+    final: float
+    samples: int
+    missing: int
+
+
+def position_errors(
+    estimate_time: ArrayLike,
+    estimate_position: ArrayLike,
+    truth_time: ArrayLike,
+    truth_position: ArrayLike,
+    *,
+    until: float | None = None,
+) -> PositionErrors:
+    """Errors of an estimate at its own times, where the truth is known.
+
+    The truth is interpolated linearly. Estimates before its first or after its last sample are left out; NaN
+    estimates are counted, and take no part in ``largest`` and ``p95``.
+
+    Args:
+        estimate_time: times of the estimate [s], shape (n,), increasing.
+        estimate_position: estimated position [m], shape (n,), NaN where there is none.
+        truth_time: times of the truth [s], shape (m,), increasing.
+        truth_position: true position [m], shape (m,), finite.
+        until: compare up to this time [s] only, itself included.
+
+    Returns:
+        The largest, the 95 % and the final absolute error [m], and how many samples they rest on.
+
+    Raises:
+        ComparisonError: the two have no time in common, the truth has gaps, times do not increase, lengths
+            differ, or every estimate within the common time is NaN.
+
+    Example:
+        >>> errors = position_errors([0.0, 0.5, 1.0], [0.1, 0.151, 0.2], [0.0, 1.0], [0.1, 0.2])
+        >>> round(errors.largest, 6), round(errors.final, 6), errors.samples
+        (0.001, 0.0, 3)
+    """
+    time, estimate = _series(estimate_time, estimate_position, "estimate")
+    known_at, known = _series(truth_time, truth_position, "truth")
+    if not np.isfinite(known).all():
+        raise ComparisonError(f"the truth has no position at {known_at[~np.isfinite(known)][0]:g} s")
+    end = known_at[-1] if until is None else min(float(until), known_at[-1])
+    common = (time >= known_at[0]) & (time <= end)
+    if not common.any():
+        limit = "" if until is None else f", up to {until:g} s"
+        raise ComparisonError(
+            f"the estimate ({time[0]:g} to {time[-1]:g} s) and the truth ({known_at[0]:g} to"
+            f" {known_at[-1]:g} s{limit}) have no time in common"
+        )
+    error = np.abs(estimate[common] - np.interp(time[common], known_at, known))
+    present = error[~np.isnan(error)]
+    if not present.size:
+        raise ComparisonError(f"none of the {error.size} samples has an estimated position")
+    return PositionErrors(
+        largest=float(present.max()),
+        p95=float(np.percentile(present, 95.0)),
+        final=float(error[-1]),
+        samples=int(present.size),
+        missing=int(error.size - present.size),
+    )
+
+
+def first_stop_contact(
+    truth_time: ArrayLike, truth_position: ArrayLike, stroke: float, *, tolerance: float = 1e-4
+) -> float | None:
+    """When the piston first touches an end stop, after which an estimate is no longer dead reckoning alone.
+
+    Args:
+        truth_time: times [s], shape (n,), increasing.
+        truth_position: true position [m], shape (n,).
+        stroke: stroke of the cylinder [m].
+        tolerance: how near to a stop counts as touching it [m].
+
+    Returns:
+        Time of the first sample within ``tolerance`` of either stop [s], or None if there is none.
+
+    Raises:
+        ComparisonError: lengths differ, times do not increase, or the series is empty.
+
+    Example:
+        >>> first_stop_contact([0.0, 1.0, 2.0], [0.2, 0.1, 0.0], 0.79)
+        2.0
+        >>> first_stop_contact([0.0, 1.0], [0.2, 0.3], 0.79) is None
+        True
+    """
+    time, position = _series(truth_time, truth_position, "truth")
+    touching = (position <= tolerance) | (position >= stroke - tolerance)
+    return float(time[np.argmax(touching)]) if touching.any() else None
+
+
+def _series(
+    time: ArrayLike, position: ArrayLike, whose: str
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    times, positions = np.asarray(time, dtype=np.float64), np.asarray(position, dtype=np.float64)
+    if times.ndim != 1 or times.shape != positions.shape:
+        raise ComparisonError(
+            f"the {whose}'s times {times.shape} and positions {positions.shape} do not match"
+        )
+    if not times.size:
+        raise ComparisonError(f"the {whose} has no samples")
+    if not (times[1:] > times[:-1]).all() or not np.isfinite(times).all():
+        raise ComparisonError(f"the {whose}'s times do not increase")
+    return times, positions

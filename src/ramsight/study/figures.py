@@ -1,0 +1,83 @@
+"""Pictures of a tracked log."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ramsight.output import atomic_path
+from ramsight.sensor.status import Status
+
+if TYPE_CHECKING:
+    import xarray
+
+ESTIMATE, TRUTH, ERROR, DOUBT = "#c8401e", "#1f2a36", "#2a6f97", "#e9b44c"
+_STYLE = {
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.alpha": 0.25,
+    "legend.frameon": False,
+    "svg.hashsalt": "ramsight",
+}
+
+
+def save(figure: Any, path: str | Path) -> None:
+    """Write a figure whole, in the format of its suffix (.png, .svg, .pdf)."""
+    with atomic_path(path) as draft:
+        figure.savefig(draft, dpi=160, metadata={"Date": None} if draft.suffix in {".svg", ".pdf"} else None)
+
+
+def tracked_figure(
+    log: xarray.Dataset, tracked: xarray.Dataset, truth: xarray.Dataset | None, title: str, path: str | Path
+) -> None:
+    """Draw a tracked log: position with the truth if there is one, the error, and what the drive reported.
+
+    Args:
+        log: the drive log.
+        tracked: what the sensor made of it.
+        truth: with `position` [m], or None.
+        title: above the picture.
+        path: .png, .svg or .pdf.
+    """
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    time = tracked["time"].values
+    with mpl.rc_context(_STYLE):  # type: ignore[arg-type]
+        rows = 4 if truth is not None else 3
+        heights = [2.2, 1.2, 1.0, 1.0] if truth is not None else [2.2, 1.0, 1.0]
+        figure = Figure(figsize=(7.2, 1.2 + 1.35 * rows), layout="constrained")
+        axes = figure.subplots(rows, 1, sharex=True, height_ratios=heights)
+        position = axes[0]
+        if truth is not None:
+            position.plot(truth["time"], 1e3 * truth["position"], color=TRUTH, lw=2.4, label="true position")
+        position.plot(time, 1e3 * tracked["position"], color=ESTIMATE, lw=1.1, label=f"{tracked.attrs['sensor']} sensor")
+        _shade(position, time, tracked["status"].values)
+        position.set_ylabel("position [mm]")
+        position.legend(loc="best")
+        position.set_title(title, loc="left", fontweight="bold")
+        if truth is not None:
+            error = 1e3 * (tracked["position"].values - np.interp(time, truth["time"], truth["position"]))
+            axes[1].plot(time, error, color=ERROR, lw=1.0)
+            axes[1].axhline(0.0, color=TRUTH, lw=0.6)
+            axes[1].set_ylabel("error [mm]")
+        axes[-2].plot(log["time"], log["motor_speed"].values * 60 / (2 * np.pi), color=TRUTH, lw=1.0)
+        axes[-2].set_ylabel("motor speed\n[rpm]")
+        axes[-1].plot(log["time"], log["motor_torque"], color=TRUTH, lw=0.6)
+        axes[-1].set_ylabel("motor torque\n[N m]")
+        axes[-1].set_xlabel("time [s]")
+        figure.align_ylabels()
+        save(figure, path)
+
+
+def _shade(axes: Any, time: Any, status: Any) -> None:
+    """Mark where the sensor is not sure."""
+    doubt = np.concatenate([[False], status != Status.OK, [False]])
+    edges = np.flatnonzero(np.diff(doubt.astype(int)))
+    for k, (first, last) in enumerate(zip(edges[::2], edges[1::2], strict=True)):
+        label = "not sure" if k == 0 else None
+        axes.axvspan(time[first], time[min(last, len(time) - 1)], color=DOUBT, alpha=0.3, lw=0, label=label)

@@ -1,0 +1,336 @@
+"""Units, once, at the border: `"250 bar"` becomes `25e6` and back.
+
+Inside ramsight every number is an SI float. A number with a unit exists only in files, on the command line
+and in printed results. Pint knows the units; it is asked once per distinct unit and its factor is kept, and
+it is imported at the first text that is parsed, not before. Angles are a dimension of their own here, so
+that a pump's ``cm3/rev`` cannot be mistaken for a volume, nor a speed in rpm for a frequency.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from functools import cache
+from typing import TYPE_CHECKING, NamedTuple
+
+from ramsight.errors import DescriptionError
+
+if TYPE_CHECKING:
+    import pint
+
+__all__ = ["format_si", "name_of", "parse", "to_si"]
+
+_DEFINITIONS = """
+tera- = 1e12 = T-
+giga- = 1e9 = G-
+mega- = 1e6 = M-
+kilo- = 1e3 = k-
+hecto- = 1e2 = h-
+deci- = 1e-1 = d-
+centi- = 1e-2 = c-
+milli- = 1e-3 = m-
+micro- = 1e-6 = µ- = u-
+nano- = 1e-9 = n-
+pico- = 1e-12 = p-
+metre = [length] = m = meter
+second = [time] = s = sec
+kilogram = [mass] = kg
+radian = [angle] = rad
+kelvin = [temperature]; offset: 0 = K
+ampere = [current] = A
+gram = 1e-3 * kilogram = g
+tonne = 1000 * kilogram = t = ton
+pound = 0.45359237 * kilogram = lb
+minute = 60 * second = min
+hour = 3600 * second = h
+inch = 0.0254 * metre = in
+foot = 0.3048 * metre = ft
+turn = 6.283185307179586 * radian = rev = revolution
+degree = 0.017453292519943295 * radian = deg
+rpm = 0.10471975511965977 * radian / second
+hertz = 1 / second = Hz
+litre = 1e-3 * metre ** 3 = l = L = liter
+cc = 1e-6 * metre ** 3
+gallon = 3.785411784e-3 * metre ** 3 = gal
+gpm = 6.30901964e-5 * metre ** 3 / second
+lpm = 1.6666666666666667e-5 * metre ** 3 / second
+newton = kilogram * metre / second ** 2 = N
+lbf = 4.4482216152605 * newton
+pascal = newton / metre ** 2 = Pa
+bar = 1e5 * pascal
+psi = 6894.757293168361 * pascal
+atm = 101325 * pascal
+joule = newton * metre = J
+watt = joule / second = W
+volt = watt / ampere = V
+stokes = 1e-4 * metre ** 2 / second = St
+poise = 0.1 * pascal * second
+degC = kelvin; offset: 273.15
+degF = 5 / 9 * kelvin; offset: 255.3722222222222
+percent = 0.01
+permille = 0.001
+"""
+
+#: what a quantity is called and how one is written, by its SI unit
+_KNOWN = {
+    "1": ("plain number", "0.9"),
+    "1/Pa": ("compressibility", "8e-10 1/Pa"),
+    "K": ("temperature", "40 degC"),
+    "delta_K": ("temperature difference", "5 K"),
+    "N": ("force", "129 kN"),
+    "N/m": ("stiffness", "250 kN/mm"),
+    "N m": ("torque", "0.5 N m"),
+    "N s/m": ("viscous friction", "8.5 kN/(m/s)"),
+    "Pa": ("pressure", "210 bar"),
+    "W": ("power", "12 kW"),
+    "kg": ("mass", "4000 kg"),
+    "kg m2": ("moment of inertia", "0.008 kg m2"),
+    "kg/m3": ("density", "872 kg/m3"),
+    "m": ("length", "127 mm"),
+    "m/s": ("velocity", "50 mm/s"),
+    "m2": ("area", "12668 mm2"),
+    "m2/s": ("kinematic viscosity", "46 mm2/s"),
+    "m3": ("volume", "0.3 l"),
+    "m3/rad": ("displacement per revolution", "31.6 cm3/rev"),
+    "m3/s": ("volume flow", "100 l/min"),
+    "m/rad": ("travel per revolution", "0.85 mm/rev"),
+    "rad": ("angle", "30 deg"),
+    "rad/s": ("angular speed", "1450 rpm"),
+    "rad/s2": ("angular acceleration", "200 rad/s2"),
+    "s": ("time", "20 ms"),
+}
+
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_QUANTITY = re.compile(rf"({_NUMBER})(?![.\d])\s*(.*)", re.DOTALL)
+_RATIO = re.compile(rf"({_NUMBER})\s*[/:]\s*({_NUMBER})")
+_COMMA = re.compile(r"[+-]?\d+,\d+")
+_PER_MINUTE = frozenset({"1/min", "min-1", "min^-1", "1/minute", "r/min", "U/min", "RPM"})
+_TIDY = str.maketrans(
+    {"−": "-", "·": " ", "⋅": " ", "²": "2", "³": "3", "μ": "µ", "\u00a0": " ", "\u202f": " "}
+)
+_UNIT = re.compile(r"(?:1\s*+/)?(?:[\s*/()]|(?:[A-Za-zµ]++(?:\s*+(?:\^|\*\*))?-?[1-9]?))*+")
+_LONGEST_UNIT = 40
+_TOKEN = re.compile(r"([A-Za-zµ]+)\s*(?:\^|\*\*)?\s*(-?\d+)?")
+
+
+class _Unit(NamedTuple):
+    """A unit as an affine map to SI: ``si = number * factor / divisor + offset``."""
+
+    factor: float
+    divisor: float
+    offset: float
+    dimension: tuple[tuple[str, int], ...]
+
+
+@cache
+def _registry() -> pint.UnitRegistry[float]:
+    import pint
+
+    registry: pint.UnitRegistry[float] = pint.UnitRegistry(None, autoconvert_offset_to_baseunit=True)
+    registry.load_definitions(_DEFINITIONS.strip().splitlines())
+    return registry
+
+
+def _spell(unit: str) -> str:
+    """Turn an engineer's spelling (``cm3/rev``, ``Nm``, ``°C``, ``%``) into Pint's."""
+    text = unit.translate(_TIDY).strip().replace("°C", "degC").replace("°F", "degF").replace("°", "deg")
+    text = text.replace("%", "percent").replace("‰", "permille")
+    text = re.sub(r"\b([kM]?N)m\b", r"\1 m", text)
+    return _TOKEN.sub(lambda m: f"{m[1]}**{m[2]} " if m[2] else m[0], text).strip()
+
+
+def _clean(number: float) -> float:
+    """Undo the last-digit noise of chained conversions."""
+    short = float(f"{number:.12g}")
+    return short if math.isclose(short, number, rel_tol=1e-15) else number
+
+
+@cache
+def _unit(unit: str) -> _Unit | None:
+    """Ask Pint what a unit is; `None` if it does not know it."""
+    difference = unit.startswith("delta_")
+    spelt = _spell(unit.removeprefix("delta_"))
+    if spelt in ("", "1"):
+        return _Unit(1.0, 1.0, 0.0, ())
+    if len(spelt) > _LONGEST_UNIT or not _UNIT.fullmatch(spelt):
+        return None  # before Pint evaluates m**9**9**9
+    try:
+        units = _registry().parse_units(spelt) if not spelt.startswith("1") else None
+        one = _registry().Quantity(1.0, units) if units is not None else _registry().Quantity(spelt)
+        dimension = tuple(sorted((key, int(str(power))) for key, power in one.dimensionality.items()))
+        offset = 0.0
+        if dimension == (("[temperature]", 1),):
+            base = _registry().Quantity(0.0, units).to("kelvin").magnitude
+            factor = _clean(_registry().Quantity(1e3, units).to("kelvin").magnitude / 1e3 - base / 1e3)
+            offset = 0.0 if difference else base
+        else:
+            factor = _clean(float(one.to_root_units().magnitude))
+    except Exception:  # Pint raises a dozen kinds, down to tokenizer errors, for text that is no unit
+        return None
+    if not (math.isfinite(factor) and factor > 0):
+        return None
+    inverse = round(1 / factor) if factor < 1 else 0
+    if inverse and math.isclose(inverse * factor, 1, rel_tol=4e-16):
+        return _Unit(1.0, float(inverse), offset, dimension)  # dividing rounds once: 127 mm is 0.127 exactly
+    return _Unit(factor, 1.0, offset, dimension)
+
+
+def _known(unit: str) -> _Unit:
+    found = _unit(unit)
+    if found is None:
+        raise ValueError(f"{unit!r} is not a unit")
+    return found
+
+
+@cache
+def name_of(unit: str) -> str:
+    """Say what a unit measures, with an example: the tail of every error about units.
+
+    Args:
+        unit: any unit, for example ``"Pa"`` or ``"bar"``.
+
+    Example:
+        >>> name_of("bar")
+        "a pressure such as '210 bar'"
+    """
+    wanted = _known(unit)
+    for si, (words, example) in _KNOWN.items():
+        if _known(si).dimension == wanted.dimension and si.startswith("delta_") == unit.startswith("delta_"):
+            article = "an" if words[0] in "aeiou" else "a"
+            return f"{article} {words} such as {example!r}"
+    return f"a quantity in {unit}"
+
+
+def to_si(number: float, unit: str) -> float:
+    """Convert a number in a unit to SI.
+
+    Args:
+        number: the number, in `unit`.
+        unit: a unit such as ``"bar"``; ``"degC"`` is a temperature, ``"delta_degC"`` a difference of two.
+
+    Raises:
+        ValueError: the unit is unknown (a mistake of the program, never of a file).
+
+    Example:
+        >>> to_si(210, "bar"), to_si(40, "degC"), to_si(5, "delta_degC")
+        (21000000.0, 313.15, 5.0)
+    """
+    known = _known(unit)
+    return number * known.factor / known.divisor + known.offset
+
+
+def parse(text: str | float, unit: str) -> float:
+    """Read a quantity written by a person.
+
+    Args:
+        text: for example ``"250 bar"``, ``"31.6 cm3/rev"``, ``"28/41"``, or a number where no unit is needed.
+        unit: any unit of the expected dimension, for example ``"Pa"``; ``"1"`` for a plain number.
+            ``"K"`` expects a temperature (``"40 degC"``), ``"delta_K"`` a difference of two (``"5 K"``).
+
+    Returns:
+        The value in SI units (Pa, m3/rad, rad/s, K, …).
+
+    Raises:
+        DescriptionError: the text is no quantity, has no unit, or has the unit of something else; it names
+            what is expected, with an example. File and key are added by whoever knows them.
+
+    Example:
+        >>> parse("250 bar", "Pa")
+        25000000.0
+        >>> round(parse("31.6 cm3/rev", "m3/rad"), 10)
+        5.0293e-06
+        >>> parse("40 degC", "K")
+        313.15
+    """
+    wanted = _known(unit)
+    if isinstance(text, bool) or not isinstance(text, str | int | float):
+        raise DescriptionError(f"expected {name_of(unit)}", value=text)
+    if not isinstance(text, str):
+        if wanted.dimension:
+            raise DescriptionError(f"a unit is missing; expected {name_of(unit)}", value=text)
+        return _finite(text, text, unit)
+    tidy = text.translate(_TIDY).strip()
+    if not wanted.dimension and (ratio := _RATIO.fullmatch(tidy)):
+        if float(ratio[2]) == 0:
+            raise DescriptionError("a ratio cannot be over zero", value=text)
+        return _finite(float(ratio[1]) / float(ratio[2]), text, unit)
+    match = _QUANTITY.fullmatch(tidy)
+    if match is None or _COMMA.match(tidy):
+        comma = "; the decimal mark is a point" if _COMMA.match(tidy) else ""
+        raise DescriptionError(f"expected {name_of(unit)}{comma}", value=text)
+    number, given = float(match[1]), match[2].strip()
+    if not given and wanted.dimension:
+        raise DescriptionError(f"a unit is missing; expected {name_of(unit)}", value=text)
+    if given in _PER_MINUTE and wanted.dimension == _known("rpm").dimension:
+        given = "rpm"
+    found = _unit(f"delta_{given}" if unit.startswith("delta_") else given)
+    if found is None:
+        raise DescriptionError(f"{given!r} is not a unit; expected {name_of(unit)}", value=text)
+    if found.dimension != wanted.dimension:
+        raise DescriptionError(f"{given or 'no unit'!r} does not fit; expected {name_of(unit)}", value=text)
+    return _finite(number * found.factor / found.divisor + found.offset, text, unit)
+
+
+def _finite(number: float, text: object, unit: str) -> float:
+    try:
+        value = float(number)  # a file may hold a whole number of four hundred digits
+    except OverflowError:
+        value = math.inf
+    if not math.isfinite(value):
+        raise DescriptionError(f"is not finite; expected {name_of(unit)}", value=text)
+    return value
+
+
+def format_si(value: float, unit: str, digits: int | None = None) -> str:
+    """Write an SI value in a unit that people read.
+
+    Args:
+        value: the value in SI units.
+        unit: the unit to write it in, for example ``"bar"``; ``"1"`` for a plain number.
+        digits: how many significant digits; without it, as many as the value has, up to twelve.
+
+    Raises:
+        ValueError: the unit is unknown (a mistake of the program, never of a file).
+
+    Example:
+        >>> format_si(25e6, "bar"), format_si(313.15, "degC"), format_si(5.0293e-6, "cm3/rev", 3)
+        ('250 bar', '40 degC', '31.6 cm3/rev')
+    """
+    known = _known(unit)
+    number = (value - known.offset) * known.divisor / known.factor
+    text = f"{number:.{digits or 12}g}"
+    if "e" in text and 1e-4 <= abs(number) < 1e7:
+        text = f"{float(text):.0f}"
+    if text in ("-0", "-0.0"):
+        text = "0"
+    label = unit.removeprefix("delta_")
+    return text if label in ("", "1") else f"{text} {label}"
+
+
+def parse_option(text: str, unit: str, option: str, *, least: str, most: str) -> float:
+    """Read a quantity given on the command line and hold it against its range.
+
+    Args:
+        text: what was given, for example ``"441 kN"``.
+        unit: any unit of the expected dimension.
+        option: name of the option, for the message.
+        least, most: the range, ends included, for example ``"0 kN"`` and ``"2000 kN"``.
+
+    Returns:
+        The value in SI units.
+
+    Raises:
+        DescriptionError: the text is no such quantity or lies outside; it names option, value and range.
+
+    Example:
+        >>> parse_option("441 kN", "N", "--load", least="-100 MN", most="100 MN")
+        441000.0
+    """
+    allowed = f"{least} to {most}"
+    try:
+        value = parse(text, unit)
+    except DescriptionError as error:
+        raise DescriptionError(error.message, key=option, value=text, allowed=allowed) from None
+    if not parse(least, unit) <= value <= parse(most, unit):
+        raise DescriptionError("is out of range", key=option, value=text, allowed=allowed)
+    return value

@@ -1,0 +1,54 @@
+"""What the tests share: recorded traces, and settings of hypothesis."""
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, settings
+
+TRACES = Path(__file__).parent / "traces"
+
+# Compiling takes seconds the first time, so examples have no deadline; the same examples run everywhere.
+settings.register_profile(
+    "ramsight", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
+)
+settings.load_profile("ramsight")
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A recorded case: where its log and its truth are, and what was done (see ``traces/README.md``)."""
+
+    name: str
+    log: Path
+    truth: Path
+    case: dict[str, Any]
+
+
+def trace_names() -> list[str]:
+    """The names of all recorded cases, to parametrize tests with."""
+    return [case["name"] for case in _cases()]
+
+
+def _cases() -> list[dict[str, Any]]:
+    return json.loads((TRACES / "cases.json").read_text())
+
+
+@pytest.fixture(scope="session")
+def trace() -> Callable[[str], Trace]:
+    """A recorded case by its name: ``trace("boom_441kN_40C").log``."""
+    cases = {case["name"]: case for case in _cases()}
+
+    def find(name: str) -> Trace:
+        return Trace(name, TRACES / f"{name}.csv.gz", TRACES / f"{name}_truth.csv.gz", cases[name])
+
+    return find
+
+
+@pytest.fixture(scope="session")
+def traces(trace: Callable[[str], Trace]) -> list[Trace]:
+    """All recorded cases."""
+    return [trace(name) for name in trace_names()]

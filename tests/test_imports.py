@@ -1,0 +1,139 @@
+"""The one-way street: every room imports only rooms before it, and heavy libraries load late."""
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import ramsight
+
+SOURCE = Path(ramsight.__file__).parent
+
+STREET = [
+    {"units"},
+    {"logs"},
+    {"machine"},
+    {"plant"},
+    {"engine"},
+    {"duty"},
+    {"sensor"},
+    {"calibration"},
+    {"study"},
+    {"deploy", "studio"},
+    {"cli", "__main__"},
+]
+PLACE = {room: place for place, rooms in enumerate(STREET) for room in rooms}
+FREE = {"equation", "errors", "output", "progress"}
+"""Modules that all others may use, and that use no room but each other."""
+DOOR = "__init__"
+"""The package itself: anyone may ask it for the version, and it loads no room by itself."""
+
+ENGINE_LIBRARIES = {"numpy", "numba", "llvmlite", "casadi"}
+HEAVY = ["numpy", "casadi", "numba", "xarray", "pint", "matplotlib", "scipy", "pandas"]
+
+
+def room_of(file: Path) -> str:
+    parts = file.relative_to(SOURCE).with_suffix("").parts
+    return parts[0]
+
+
+def modules(file: Path) -> Iterator[tuple[int, str]]:
+    """Line and dotted name of everything that a file imports, inside functions too."""
+    package = ["ramsight", *file.relative_to(SOURCE).parts[:-1]]
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"), filename=str(file))):
+        if isinstance(node, ast.Import):
+            yield from ((node.lineno, alias.name) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = package[: len(package) - node.level + 1] if node.level else []
+            name = ".".join([*base, *([node.module] if node.module else [])])
+            if name == "ramsight":  # from ramsight import sensor
+                yield from ((node.lineno, f"ramsight.{alias.name}") for alias in node.names)
+            else:
+                yield node.lineno, name
+
+
+def rooms(file: Path) -> Iterator[tuple[int, str]]:
+    """Line and name of the rooms of ramsight that a file imports."""
+    for line, name in modules(file):
+        if name == "ramsight":
+            yield line, DOOR
+        elif name.startswith("ramsight."):
+            room = name.split(".")[1]
+            yield line, room if (SOURCE / room).is_dir() or (SOURCE / f"{room}.py").is_file() else DOOR
+
+
+def allowed(room: str, other: str) -> bool:
+    if other in {room, DOOR, *FREE}:
+        return True
+    if room in FREE:
+        return False
+    if room == "engine":
+        return False
+    return PLACE[other] < PLACE[room]
+
+
+FILES = sorted(SOURCE.rglob("*.py"))
+
+
+def test_every_room_has_its_place_in_the_street():
+    known = {*PLACE, *FREE, DOOR}
+    assert {room_of(file) for file in FILES} <= known, "a new room needs a place in STREET"
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: str(file.relative_to(SOURCE)))
+def test_imports_run_one_way(file):
+    room = room_of(file)
+    wrong = [
+        f"{file.relative_to(SOURCE)}:{line}: {room} imports {other}"
+        for line, other in rooms(file)
+        if room != DOOR and not allowed(room, other)
+    ]
+    assert not wrong
+
+
+def test_the_engine_uses_numpy_numba_and_casadi_alone():
+    files = [file for file in FILES if room_of(file) == "engine"]
+    used = {name.split(".")[0] for file in files for _, name in modules(file)}
+    assert used - sys.stdlib_module_names - {"ramsight"} <= ENGINE_LIBRARIES
+
+
+def test_the_test_sees_imports_of_every_kind(tmp_path, monkeypatch):
+    (tmp_path / "engine").mkdir()
+    (tmp_path / "cli.py").write_text("")
+    (tmp_path / "units.py").write_text("")
+    file = tmp_path / "engine" / "run.py"
+    file.write_text(
+        "import ramsight.cli\nfrom ramsight import units, __version__\nfrom . import kernel\n"
+        "from ..cli import main\ndef late():\n    from ramsight.units import parse\n"
+    )
+    monkeypatch.setitem(globals(), "SOURCE", tmp_path)
+    assert list(rooms(file)) == [
+        (1, "cli"),
+        (2, "units"),
+        (2, DOOR),
+        (3, "engine"),
+        (4, "cli"),
+        (6, "units"),
+    ]
+    assert not allowed("engine", "cli")
+    assert not allowed("logs", "machine")
+    assert not allowed("errors", "units")
+    assert not allowed("studio", "deploy")
+    assert allowed("cli", "studio")
+
+
+@pytest.mark.parametrize("module", ["ramsight", "ramsight.cli", "ramsight.errors", "ramsight.progress"])
+def test_heavy_libraries_load_late(module):
+    if module == "ramsight.cli" and not (SOURCE / "cli.py").is_file():
+        pytest.skip("there is no command line yet")
+    code = f"import sys, {module}\nprint(*(name for name in {HEAVY} if name in sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert done.stdout.split() == []
+
+
+def test_logs_load_without_xarray():
+    code = "import sys, ramsight.logs, ramsight.output\nassert 'xarray' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)

@@ -1,0 +1,237 @@
+"""Drive logs and truth files: what is read, what is written, and what stays out."""
+
+import gzip
+import math
+import time
+
+import numpy as np
+import pytest
+import xarray
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ramsight.errors import OutputError
+from ramsight.logs import read_drive_log, read_truth, write_drive_log
+from ramsight.logs.table import read_columns
+
+HEADER = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c"
+ROWS = ["0.00,0,-0.6875,39.8", "0.02,1500,12.5,40.1", "0.04,-1500,0,39.7"]
+PLAIN = "\n".join([HEADER, *ROWS]) + "\n"
+
+
+def written(folder, content, name="log.csv"):
+    path = folder / name
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return path
+
+
+def drive_log(time, speed, torque, temperature, reference=None):
+    variables = {
+        "motor_speed": ("time", speed),
+        "motor_torque": ("time", torque),
+        "oil_temperature": ("time", temperature),
+    }
+    if reference is not None:
+        variables["reference"] = ("time", reference)
+    return xarray.Dataset(variables, coords={"time": ("time", time)})
+
+
+def test_a_log_is_read_into_si_units(tmp_path):
+    log = read_drive_log(written(tmp_path, PLAIN))
+    assert log.time.values.tolist() == [0.0, 0.02, 0.04]
+    np.testing.assert_allclose(log.motor_speed, [0.0, 50.0 * math.pi, -50.0 * math.pi], rtol=1e-15)
+    assert log.motor_torque.values.tolist() == [-0.6875, 12.5, 0.0]
+    np.testing.assert_allclose(log.oil_temperature, [312.95, 313.25, 312.85], rtol=1e-15)
+    units = {name: log[name].attrs["units"] for name in log.variables}
+    assert units == {"time": "s", "motor_speed": "rad/s", "motor_torque": "N m", "oil_temperature": "K"}
+    assert all(log[name].attrs["long_name"] for name in log.variables)
+    assert all(log[name].dtype == np.float64 for name in log.variables)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "\ufeff" + PLAIN,
+        PLAIN.replace("\n", "\r\n"),
+        PLAIN.replace("\n", "\r"),
+        PLAIN.rstrip("\n"),
+        PLAIN + "\n\n  \n\r\n",
+        PLAIN.replace(",", " ,\t"),
+        "\n".join(f"  {line}  " for line in PLAIN.splitlines()),
+        "\n".join(",".join(reversed(line.split(","))) for line in PLAIN.splitlines()),
+        "\n".join(f"{line},x" for line in PLAIN.splitlines()),
+        "\n".join(f"{line}," for line in PLAIN.splitlines()),
+        "\n".join(f'"{line.replace(",", chr(34) + "," + chr(34))}"' for line in PLAIN.splitlines()),
+        "\n".join(f'{line},"a, b"' for line in PLAIN.splitlines()),
+        PLAIN.replace(",", ";").replace(".", ","),
+        PLAIN.replace(",", ";"),
+        PLAIN.replace("0.02", "2e-2"),
+        "\n".join(f"{line},Öltemperatur 漢" for line in PLAIN.splitlines()),
+    ],
+    ids=[
+        "byte-order mark",
+        "CRLF",
+        "CR",
+        "no newline at the end",
+        "blank lines at the end",
+        "blanks around cells",
+        "blanks around lines",
+        "other order",
+        "text in another column",
+        "comma at the end",
+        "quotes",
+        "quoted comma",
+        "semicolon and decimal comma",
+        "semicolon and decimal point",
+        "exponent",
+        "letters beyond ASCII",
+    ],
+)
+@pytest.mark.parametrize("packed", [False, True], ids=["csv", "csv.gz"])
+def test_the_same_log_in_another_form_reads_the_same(tmp_path, content, packed):
+    expected = read_drive_log(written(tmp_path, PLAIN))
+    data = content.encode()
+    path = written(
+        tmp_path, gzip.compress(data) if packed else data, "other.csv.gz" if packed else "other.csv"
+    )
+    xarray.testing.assert_identical(read_drive_log(path), expected)
+
+
+def test_truth_does_not_get_into_a_drive_log(tmp_path):
+    lines = [
+        f"{line},{extra}" for line, extra in zip(PLAIN.splitlines(), ["position_m", 1, 2, 3], strict=True)
+    ]
+    log = read_drive_log(written(tmp_path, "\n".join(lines)))
+    assert set(log.variables) == {"time", "motor_speed", "motor_torque", "oil_temperature"}
+    assert log.attrs == {}
+
+
+@pytest.mark.parametrize("place", [0, 2, 4], ids=["first", "middle", "last"])
+def test_a_reference_is_nan_where_its_cell_is_empty(tmp_path, place):
+    cells = ["reference_m", "", "0.79", ""]
+    lines = []
+    for line, cell in zip(PLAIN.splitlines(), cells, strict=True):
+        parts = line.split(",")
+        parts.insert(place, cell)
+        lines.append(",".join(parts))
+    log = read_drive_log(written(tmp_path, "\n".join(lines)))
+    np.testing.assert_array_equal(log.reference, [np.nan, 0.79, np.nan])
+    assert log.reference.attrs["units"] == "m"
+
+
+def test_truth_has_pressures_where_the_file_has_them(tmp_path):
+    text = "position_m,time_s,pressure_b_pa\n0.1,0,400000\n0.2,1,500000\n"
+    truth = read_truth(written(tmp_path, text))
+    assert set(truth.variables) == {"time", "position", "pressure_b"}
+    assert truth.position.values.tolist() == [0.1, 0.2]
+    assert (truth.position.attrs["units"], truth.pressure_b.attrs["units"]) == ("m", "Pa")
+
+
+def test_every_recorded_trace_reads(traces):
+    assert len(traces) == 17
+    for trace in traces:
+        log, truth = read_drive_log(trace.log), read_truth(trace.truth)
+        np.testing.assert_allclose(log.time, truth.time)
+        assert float(truth.position[0]) == pytest.approx(trace.case["x0"], abs=1e-3)
+        assert float(log.oil_temperature.mean()) - 273.15 == pytest.approx(trace.case["temp_c"], abs=0.1)
+        speed = np.interp(log.time, *np.transpose(trace.case["speed"])) * 2.0 * math.pi / 60.0
+        np.testing.assert_allclose(log.motor_speed, speed, atol=0.5)  # 5 rpm: the case's corners are rounded
+        assert set(truth.data_vars) == {"position", "pressure_a", "pressure_b"}
+
+
+def test_a_simulated_log_written_and_read_is_the_same(trace, tmp_path):
+    log = read_drive_log(trace("boom_441kN_40C").log)
+    write_drive_log(log, tmp_path / "again.csv.gz")
+    again = read_drive_log(tmp_path / "again.csv.gz")
+    xarray.testing.assert_allclose(again, log, rtol=1e-12, atol=0.0)
+    assert again.time.values.tolist() == log.time.values.tolist()
+    with gzip.open(tmp_path / "again.csv.gz", "rt") as file:
+        assert file.readline() == HEADER + "\n"
+        assert file.readline() == "0,0,-0.6875,39.8\n"
+
+
+finite = {"allow_nan": False, "allow_infinity": False}
+
+
+@given(
+    rows=st.lists(
+        st.tuples(
+            st.floats(1e-4, 1e3),
+            st.floats(-1e4, 1e4, **finite),
+            st.floats(-1e4, 1e4, **finite),
+            st.floats(214.0, 473.0),
+            st.none() | st.floats(0.0, 3.0),
+        ),
+        min_size=1,
+        max_size=20,
+    ),
+    start=st.floats(-1e4, 1e4),
+    packed=st.booleans(),
+    has_reference=st.booleans(),
+)
+def test_any_log_written_is_read_the_same(tmp_path_factory, rows, start, packed, has_reference):
+    steps, speed, torque, temperature, reference = map(list, zip(*rows, strict=True))
+    log = drive_log(
+        start + np.cumsum(steps),
+        speed,
+        torque,
+        temperature,
+        [np.nan if r is None else r for r in reference] if has_reference else None,
+    )
+    path = tmp_path_factory.mktemp("log") / ("log.csv.gz" if packed else "log.csv")
+    write_drive_log(log, path)
+    again = read_drive_log(path)
+    assert set(again.variables) == set(log.variables)
+    for name in log.variables:
+        np.testing.assert_allclose(again[name], log[name], rtol=1e-11, atol=1e-9)
+
+
+def test_a_whole_run_is_written_without_its_truth(tmp_path):
+    log = drive_log([0.0, 1.0], [1.0, 2.0], [3.0, 4.0], [300.0, 301.0])
+    log["position"] = ("time", [0.1, 0.2])
+    write_drive_log(log, tmp_path / "log.csv")
+    assert (tmp_path / "log.csv").read_text().splitlines()[0] == HEADER
+
+
+@pytest.mark.parametrize(
+    ("change", "part"),
+    [
+        (lambda log: log.drop_vars("motor_torque"), "missing motor_torque"),
+        (lambda log: log.assign(motor_speed=("time", [np.nan, 0.0])), "motor_speed_rpm of sample 0"),
+        (lambda log: log.assign(oil_temperature=("time", [40.0, 40.0])), "another unit"),
+        (lambda log: log.assign_coords(time=[1.0, 1.0]), "does not increase"),
+        (lambda log: log.isel(time=slice(0)), "no samples"),
+        (lambda log: log.assign(motor_speed=("other", [0.0])), "over time alone"),
+    ],
+    ids=["absent", "NaN", "degrees Celsius", "equal times", "empty", "other dimension"],
+)
+def test_what_could_not_be_read_is_not_written(tmp_path, change, part):
+    log = change(drive_log([0.0, 1.0], [1.0, 2.0], [3.0, 4.0], [300.0, 301.0]))
+    with pytest.raises(OutputError, match=part):
+        write_drive_log(log, tmp_path / "log.csv")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_careful_pass_reads_what_the_fast_one_reads(tmp_path, trace):
+    with gzip.open(trace("bucket_48kN_40C").log, "rt") as file:
+        text = file.read()
+    names = ["time_s", "oil_temperature_c"]
+    fast = read_columns(written(tmp_path, text), names)
+    quoted = text.replace("0.020,", '"0.020",', 1)
+    careful = read_columns(written(tmp_path, quoted), names)
+    for name in names:
+        assert fast[name].tolist() == careful[name].tolist()
+
+
+def test_a_long_log_reads_at_once(tmp_path):
+    rows = 23_000
+    text = HEADER + "\n" + "".join(f"{i * 0.02:.3f},1500.000,-12.5000,40.1\n" for i in range(rows))
+    path = written(tmp_path, text)
+    read_drive_log(path)
+    took = []
+    for _ in range(3):
+        start = time.perf_counter()
+        log = read_drive_log(path)
+        took.append(time.perf_counter() - start)
+    assert log.sizes["time"] == rows
+    assert min(took) < 0.2  # 0.01 s alone on a desktop machine; the slow pass would take 0.05 s and more

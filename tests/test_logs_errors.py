@@ -1,0 +1,290 @@
+"""Logs that cannot be read: one line that says where, and never another kind of error."""
+
+import gzip
+
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from ramsight.errors import LogError, MissingColumnError, RamsightError
+from ramsight.logs import read_drive_log, read_truth
+
+HEADER = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c"
+ROWS = ["0.00,0,-0.6875,39.8", "0.02,1500,12.5,40.1", "0.04,-1500,0,39.7"]
+
+
+def log_of(*lines):
+    return "\n".join(lines).encode() + b"\n"
+
+
+PLAIN = log_of(HEADER, *ROWS)
+WITH_REFERENCE = log_of(HEADER + ",reference_m", *(row + "," for row in ROWS))
+
+
+def refusal(folder, data, name="log.csv", read=read_drive_log):
+    path = folder / name
+    path.write_bytes(data)
+    with pytest.raises(LogError) as caught:
+        read(path)
+    text = str(caught.value)
+    assert text.startswith(str(path))
+    assert text.splitlines() == [text]
+    return caught.value, text.removeprefix(str(path))
+
+
+@pytest.mark.parametrize(
+    ("data", "line", "column", "text"),
+    [
+        (b"", None, None, ": is empty"),
+        (b" \r\n\n", None, None, ": is empty"),
+        (b"\xef\xbb\xbf", None, None, ": is empty"),
+        (log_of(HEADER), None, None, ": has a header but no rows"),
+        (log_of("", HEADER, *ROWS), 1, None, ", line 1: is blank where the header should stand"),
+        (
+            log_of(HEADER, ROWS[0], "0.02,1500,fast,40.1"),
+            3,
+            "motor_torque_nm",
+            ", line 3, column motor_torque_nm: is not a number: 'fast'",
+        ),
+        (
+            log_of(HEADER, ROWS[0], "0.02,1_500,1,40.1"),
+            3,
+            "motor_speed_rpm",
+            ", line 3, column motor_speed_rpm: is not a number: '1_500'",
+        ),
+        (
+            log_of(HEADER, "0,١,1,40"),
+            2,
+            "motor_speed_rpm",
+            ", line 2, column motor_speed_rpm: is not a number: '١'",
+        ),
+        (
+            log_of(HEADER, "0,1\0,1,40"),
+            2,
+            "motor_speed_rpm",
+            ", line 2, column motor_speed_rpm: is not a number: '1\\x00'",
+        ),
+        (
+            log_of(HEADER, ROWS[0], "0.02,nan,1,40.1"),
+            3,
+            "motor_speed_rpm",
+            ", line 3, column motor_speed_rpm: is not finite: 'nan'",
+        ),
+        (
+            log_of(HEADER, ROWS[0], "0.02,1,1e999,40.1"),
+            3,
+            "motor_torque_nm",
+            ", line 3, column motor_torque_nm: is not finite: '1e999'",
+        ),
+        (
+            log_of(HEADER, ROWS[0], "0.02,1, ,40.1"),
+            3,
+            "motor_torque_nm",
+            ", line 3, column motor_torque_nm: is empty where a number should stand",
+        ),
+        (
+            log_of(HEADER + ",reference_m", "0,1,,40,"),
+            2,
+            "motor_torque_nm",
+            ", line 2, column motor_torque_nm: is empty where a number should stand",
+        ),
+        (
+            log_of(HEADER + ",reference_m", "0,1,1,40,-inf"),
+            2,
+            "reference_m",
+            ", line 2, column reference_m: is not finite: '-inf'",
+        ),
+        (
+            log_of(HEADER, ROWS[0], "0.02,1,40.1"),
+            3,
+            None,
+            ", line 3: has 3 cells where the header has 4",
+        ),
+        (log_of(HEADER, *ROWS, "0.06"), 5, None, ", line 5: has 1 cell where the header has 4"),
+        (log_of(HEADER, ROWS[0] + ",7"), 2, None, ", line 2: has 5 cells where the header has 4"),
+        (
+            log_of(HEADER, "0,0,0", "0.02,1,1,40,7"),
+            2,
+            None,
+            ", line 2: has 3 cells where the header has 4",
+        ),
+        (log_of(HEADER, ROWS[0], " ", ROWS[1]), 3, None, ", line 3: is blank"),
+        (
+            log_of(HEADER, ROWS[1], ROWS[0]),
+            3,
+            "time_s",
+            ", line 3, column time_s: time goes backwards: 0.0 after 0.02",
+        ),
+        (
+            log_of(HEADER, ROWS[0], ROWS[1], ROWS[1]),
+            4,
+            "time_s",
+            ", line 4, column time_s: time does not increase: 0.02 after 0.02",
+        ),
+        (
+            log_of(HEADER, "1.7e308,0,0,40", "-1.7e308,0,0,40"),
+            3,
+            "time_s",
+            ", line 3, column time_s: time goes backwards: -1.7e+308 after 1.7e+308",
+        ),
+        (
+            log_of(HEADER + ",time_s", ROWS[0] + ",0"),
+            1,
+            "time_s",
+            ", line 1, column time_s: is there more than once",
+        ),
+        (
+            log_of(HEADER, ROWS[0], "0.02,0,0,313.2"),
+            3,
+            "oil_temperature_c",
+            ", line 3, column oil_temperature_c: is 313.2 °C; a drive log's oil is between -60 and 200 °C:"
+            " is the column in another unit?",
+        ),
+        (
+            log_of(HEADER, "0.02,0,0,-300"),
+            2,
+            "oil_temperature_c",
+            ", line 2, column oil_temperature_c: is -300 °C; a drive log's oil is between -60 and 200 °C:"
+            " is the column in another unit?",
+        ),
+        (log_of(HEADER, ROWS[0]) + b"0.02,\xff", 3, None, ", line 3: byte 0xff is not UTF-8 text"),
+        (
+            "\n".join([HEADER, *ROWS]).encode("utf-16"),
+            None,
+            None,
+            ": is UTF-16 text; save it as UTF-8",
+        ),
+        (
+            gzip.compress(PLAIN, mtime=0),
+            None,
+            None,
+            ": is a gzip file; give it a name that ends in .csv.gz",
+        ),
+        (
+            log_of(HEADER.replace(",", ";"), "0,0;1,5;zwölf;40,1"),
+            2,
+            "motor_torque_nm",
+            ", line 2, column motor_torque_nm: is not a number: 'zwölf'",
+        ),
+        (
+            log_of(HEADER, f'0,"{"1" * 140_000}",1,40'),
+            2,
+            None,
+            ", line 2: is no row of a CSV file: field larger than field limit (131072)",
+        ),
+    ],
+)
+def test_a_log_that_cannot_be_read_says_where(tmp_path, data, line, column, text):
+    error, said = refusal(tmp_path, data)
+    assert said == text
+    assert (error.line, error.column) == (line, column)
+
+
+def test_missing_columns_are_named_with_those_found(tmp_path):
+    error, text = refusal(tmp_path, b"time_s,speed,motor_torque_nm\n0,1,2\n")
+    assert isinstance(error, MissingColumnError)
+    assert error.missing == ["motor_speed_rpm", "oil_temperature_c"]
+    assert (
+        text == ": missing columns motor_speed_rpm, oil_temperature_c; found time_s, speed, motor_torque_nm"
+    )
+
+
+def test_a_header_of_rubbish_is_not_repeated_at_length(tmp_path):
+    _, text = refusal(tmp_path, b"x" * 100_000 + b"," * 1000 + "\x07\u2028\x85".encode() + b"\n1\n")
+    assert len(text) < 500
+
+
+def test_a_truth_without_a_position_is_refused(tmp_path):
+    error, text = refusal(tmp_path, b"time_s,pressure_a_pa\n0,1\n", read=read_truth)
+    assert isinstance(error, MissingColumnError)
+    assert text == ": missing column position_m; found time_s, pressure_a_pa"
+    _, text = refusal(tmp_path, b"time_s,position_m,pressure_a_pa\n0,1,\n", read=read_truth)
+    assert text == ", line 2, column pressure_a_pa: is empty where a number should stand"
+    _, text = refusal(tmp_path, b"time_s,position_m\n1,1\n1,1\n", read=read_truth)
+    assert text == ", line 3, column time_s: time does not increase: 1.0 after 1.0"
+
+
+@pytest.mark.parametrize(
+    ("data", "text"),
+    [
+        (PLAIN, ": is not a gzip file though its name ends in .gz"),
+        (gzip.compress(PLAIN)[:-12], ": is a gzip file that breaks off before its end"),
+        (gzip.compress(PLAIN)[:15] + bytes(40), ": is a damaged gzip file"),
+        (gzip.compress(b""), ": is empty"),
+    ],
+    ids=["plain text", "cut off", "damaged", "nothing in it"],
+)
+def test_a_broken_gzip_file_says_so(tmp_path, data, text):
+    assert refusal(tmp_path, data, "log.csv.gz")[1] == text
+
+
+def test_a_file_that_is_none_says_so(tmp_path):
+    with pytest.raises(LogError, match="no such file"):
+        read_drive_log(tmp_path / "absent.csv")
+    with pytest.raises(LogError, match="is a directory"):
+        read_drive_log(tmp_path)
+    with pytest.raises(LogError, match="cannot be read"):
+        read_drive_log("null\0character.csv")
+    (tmp_path / "log.csv").write_bytes(PLAIN)
+    with pytest.raises(LogError, match="cannot be read: Not a directory"):
+        read_drive_log(tmp_path / "log.csv" / "log.csv")
+    with pytest.raises(LogError) as caught:
+        read_drive_log(tmp_path / "two\nlines.csv")
+    assert len(str(caught.value).splitlines()) == 1
+
+
+ALPHABET = b'0123456789.,;-+eE_"\n\r\t nainf\x00\x0b\x1c\x85\xff\xe2\x80\xa8'
+EDIT = st.tuples(
+    st.integers(0, 400),
+    st.integers(0, 3),
+    st.binary(max_size=3) | st.sampled_from([bytes([b]) for b in ALPHABET]),
+)
+
+
+def read_or_refuse(path):
+    """Read a log; whatever goes wrong must be a RamsightError of one line."""
+    for read in (read_drive_log, read_truth):
+        try:
+            log = read(path)
+        except RamsightError as error:
+            text = str(error)
+            assert text.splitlines() == [text]
+            assert text.isprintable()
+            assert len(text) < 1500
+        else:
+            assert log.sizes["time"] >= 1
+
+
+@given(source=st.sampled_from([PLAIN, WITH_REFERENCE]), edits=st.lists(EDIT, min_size=1, max_size=4))
+@example(source=PLAIN, edits=[(70, 1, b"\xe2\x80\xa8")])
+@example(source=PLAIN, edits=[(70, 1, b"\x85")])
+def test_a_mutated_log_is_read_or_refused(tmp_path_factory, source, edits):
+    data = source
+    for place, length, new in edits:
+        at = place % len(data) if data else 0
+        data = data[:at] + new + data[at + length :]
+    path = tmp_path_factory.mktemp("log") / "log.csv"
+    path.write_bytes(data)
+    read_or_refuse(path)
+
+
+@given(data=st.binary(max_size=200))
+def test_any_bytes_are_read_or_refused(tmp_path_factory, data):
+    folder = tmp_path_factory.mktemp("log")
+    for name, content in [
+        ("log.csv", data),
+        ("log.csv.gz", data),
+        ("packed.csv.gz", gzip.compress(data)),
+        ("rows.csv", HEADER.encode() + b"\n" + data),
+    ]:
+        (folder / name).write_bytes(content)
+        read_or_refuse(folder / name)
+
+
+@given(place=st.integers(0, 200), new=st.binary(min_size=1, max_size=2))
+def test_a_mutated_gzip_file_is_read_or_refused(tmp_path_factory, place, new):
+    data = gzip.compress(PLAIN, mtime=0)
+    at = place % len(data)
+    path = tmp_path_factory.mktemp("log") / "log.csv.gz"
+    path.write_bytes(data[:at] + new + data[at + len(new) :])
+    read_or_refuse(path)
