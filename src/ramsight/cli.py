@@ -56,7 +56,8 @@ def check(
     Example: ramsight check my-machine.toml --unit boom
     """
     from ramsight.machine import load
-    from ramsight.machine.tables import machine_summary, show
+    from ramsight.machine.tables import show
+    from ramsight.plant.summary import machine_summary
 
     show(machine_summary(load(machine), unit))
 
@@ -129,10 +130,12 @@ def simulate(
     speed: Annotated[str, typer.Option(help="Motor speed of lifting and lowering.")] = "1500 rpm",
     ramp: Annotated[str, typer.Option(help="Time of each speed ramp.")] = "0.8 s",
     hold: Annotated[
-        str | None, typer.Option(help="Time at full speed [default: up to 45 % of the stroke, at most 6.4 s].")
+        str | None,
+        typer.Option(help="Time at full speed [default: up to 45 % of the stroke, at most 6.4 s]."),
     ] = None,
     start: Annotated[
-        str | None, typer.Option(help="Piston position at first, 0 = retracted [default: a fifth of the stroke up].")
+        str | None,
+        typer.Option(help="Piston position at first, 0 = retracted [default: a fifth of the stroke up]."),
     ] = None,
     cycles: Annotated[int, typer.Option(min=1, max=1000, help="How many lift-lower cycles.")] = 1,
     sample_period: Annotated[str, typer.Option(help="Distance of the samples.")] = "20 ms",
@@ -158,12 +161,20 @@ def simulate(
     from ramsight.progress import progress
     from ramsight.units import format_si, parse_option
 
-    for path, suffixes in ((out, (".nc", ".csv", ".csv.gz")), (log, (".csv", ".csv.gz")), (truth, (".csv", ".csv.gz"))):
+    for path, suffixes in (
+        (out, (".nc", ".csv", ".csv.gz")),
+        (log, (".csv", ".csv.gz")),
+        (truth, (".csv", ".csv.gz")),
+    ):
         check_target(path, suffixes)
     described = load_machine(machine).unit(unit)
     ddh = build(unit, described)
-    stroke, fastest = (format_si(*of) for of in ((described.cylinder.stroke, "mm"), (described.drive.max_speed, "rpm")))
-    lowest, highest = (format_si(t, "degC") for t in (described.oil.min_temperature, described.oil.max_temperature))
+    stroke, fastest = (
+        format_si(*of) for of in ((described.cylinder.stroke, "mm"), (described.drive.max_speed, "rpm"))
+    )
+    lowest, highest = (
+        format_si(t, "degC") for t in (described.oil.min_temperature, described.oil.max_temperature)
+    )
     duty = lift_lower(
         ddh,
         parse_option(load, "N", "--load", least="-10000 kN", most="10000 kN"),
@@ -171,7 +182,9 @@ def simulate(
         motor_speed=parse_option(speed, "rad/s", "--speed", least="1 rpm", most=fastest),
         ramp=parse_option(ramp, "s", "--ramp", least="1 ms", most="100 s"),
         hold=None if hold is None else parse_option(hold, "s", "--hold", least="0 s", most="10000 s"),
-        start_position=None if start is None else parse_option(start, "m", "--start", least="0 mm", most=stroke),
+        start_position=None
+        if start is None
+        else parse_option(start, "m", "--start", least="0 mm", most=stroke),
         cycles=cycles,
     )
     period = parse_option(sample_period, "s", "--sample-period", least="0.1 ms", most="10 s")
@@ -195,9 +208,13 @@ def track(
     log: Annotated[Path, typer.Argument(help="Drive log, .csv or .csv.gz.")],
     unit: Annotated[str, typer.Option(help="The unit that the drive turns, for example boom.")],
     start: Annotated[str, typer.Option(help='Piston position at the first sample, 0 = retracted: "100 mm".')],
-    sensor: Annotated[str, typer.Option(help="balance: volume bookkeeping; table: the paper's look-up table.")] = "balance",
+    sensor: Annotated[
+        str, typer.Option(help="balance: volume bookkeeping; table: the paper's look-up table.")
+    ] = "balance",
     out: Annotated[Path | None, typer.Option(help="The track: .csv, .csv.gz or .nc.")] = None,
-    truth: Annotated[Path | None, typer.Option(help="True position, to print the errors: .csv or .csv.gz.")] = None,
+    truth: Annotated[
+        Path | None, typer.Option(help="True position, to print the errors: .csv or .csv.gz.")
+    ] = None,
     figure: Annotated[Path | None, typer.Option(help="A picture of it: .png, .svg or .pdf.")] = None,
 ) -> None:
     """Say where the piston was, from the log of a motor drive.

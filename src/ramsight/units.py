@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import re
+from decimal import Decimal
 from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -114,11 +115,13 @@ _TOKEN = re.compile(r"([A-Za-zµ]+)\s*(?:\^|\*\*)?\s*(-?\d+)?")
 
 
 class _Unit(NamedTuple):
-    """A unit as an affine map to SI: ``si = number * factor / divisor + offset``."""
+    """A unit as an affine map to SI, ``si = number * factor + offset``.
 
-    factor: float
-    divisor: float
-    offset: float
+    Decimals, so that a value that is written exactly is rounded once: ``"79.4 mm"`` is 0.0794.
+    """
+
+    factor: Decimal
+    offset: Decimal
     dimension: tuple[tuple[str, int], ...]
 
 
@@ -151,7 +154,7 @@ def _unit(unit: str) -> _Unit | None:
     difference = unit.startswith("delta_")
     spelt = _spell(unit.removeprefix("delta_"))
     if spelt in ("", "1"):
-        return _Unit(1.0, 1.0, 0.0, ())
+        return _Unit(Decimal(1), Decimal(0), ())
     if len(spelt) > _LONGEST_UNIT or not _UNIT.fullmatch(spelt):
         return None  # before Pint evaluates m**9**9**9
     try:
@@ -169,10 +172,7 @@ def _unit(unit: str) -> _Unit | None:
         return None
     if not (math.isfinite(factor) and factor > 0):
         return None
-    inverse = round(1 / factor) if factor < 1 else 0
-    if inverse and math.isclose(inverse * factor, 1, rel_tol=4e-16):
-        return _Unit(1.0, float(inverse), offset, dimension)  # dividing rounds once: 127 mm is 0.127 exactly
-    return _Unit(factor, 1.0, offset, dimension)
+    return _Unit(Decimal(repr(factor)), Decimal(repr(offset)), dimension)
 
 
 def _known(unit: str) -> _Unit:
@@ -216,7 +216,7 @@ def to_si(number: float, unit: str) -> float:
         (21000000.0, 313.15, 5.0)
     """
     known = _known(unit)
-    return number * known.factor / known.divisor + known.offset
+    return float(Decimal(repr(float(number))) * known.factor + known.offset)
 
 
 def parse(text: str | float, unit: str) -> float:
@@ -258,7 +258,7 @@ def parse(text: str | float, unit: str) -> float:
     if match is None or _COMMA.match(tidy):
         comma = "; the decimal mark is a point" if _COMMA.match(tidy) else ""
         raise DescriptionError(f"expected {name_of(unit)}{comma}", value=text)
-    number, given = float(match[1]), match[2].strip()
+    given = match[2].strip()
     if not given and wanted.dimension:
         raise DescriptionError(f"a unit is missing; expected {name_of(unit)}", value=text)
     if given in _PER_MINUTE and wanted.dimension == _known("rpm").dimension:
@@ -268,7 +268,8 @@ def parse(text: str | float, unit: str) -> float:
         raise DescriptionError(f"{given!r} is not a unit; expected {name_of(unit)}", value=text)
     if found.dimension != wanted.dimension:
         raise DescriptionError(f"{given or 'no unit'!r} does not fit; expected {name_of(unit)}", value=text)
-    return _finite(number * found.factor / found.divisor + found.offset, text, unit)
+    _finite(float(match[1]), text, unit)
+    return _finite(float(Decimal(match[1]) * found.factor + found.offset), text, unit)
 
 
 def _finite(number: float, text: object, unit: str) -> float:
@@ -297,7 +298,7 @@ def format_si(value: float, unit: str, digits: int | None = None) -> str:
         ('250 bar', '40 degC', '31.6 cm3/rev')
     """
     known = _known(unit)
-    number = (value - known.offset) * known.divisor / known.factor
+    number = float((Decimal(repr(float(value))) - known.offset) / known.factor)
     text = f"{number:.{digits or 12}g}"
     if "e" in text and 1e-4 <= abs(number) < 1e7:
         text = f"{float(text):.0f}"
@@ -314,7 +315,8 @@ def parse_option(text: str, unit: str, option: str, *, least: str, most: str) ->
         text: what was given, for example ``"441 kN"``.
         unit: any unit of the expected dimension.
         option: name of the option, for the message.
-        least, most: the range, ends included, for example ``"0 kN"`` and ``"2000 kN"``.
+        least: lowest value allowed, for example ``"0 kN"``.
+        most: highest value allowed, for example ``"2000 kN"``.
 
     Returns:
         The value in SI units.

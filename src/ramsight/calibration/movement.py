@@ -68,14 +68,18 @@ def calibrate(
     for d, direction in enumerate((1.0, -1.0)):
         low_end = 0.0 if unit.lift_sign * direction > 0.0 else stroke
         start = low_end + 0.2 * stroke * unit.lift_sign * direction
-        speed = trapezoid_moves([(direction * unit.lift_sign * motor_speed, span)], ramp=_RAMP, before=0.0, rest=0.0)
+        speed = trapezoid_moves(
+            [(direction * unit.lift_sign * motor_speed, span)], ramp=_RAMP, before=0.0, rest=0.0
+        )
         for t, temperature in enumerate(temperatures):
             for k, load in enumerate(force):
                 duty = Duty(speed, constant(load), constant(temperature), start, end=_RAMP + span)
                 segments = duty.segments(model.values, ode.parameters.index("oil_temperature"))
                 run = integrate(ode, initial_state(unit, model, start, load), segments, time)
                 if run.outcome is not Outcome.DONE:
-                    raise SimulationError(f"{unit.name} at {load:.0f} N and {temperature - 273.15:.0f} degC: {run.message}")
+                    raise SimulationError(
+                        f"{unit.name} at {load:.0f} N and {temperature - 273.15:.0f} degC: {run.message}"
+                    )
                 x = run.state[:, position]
                 angle = direction * unit.lift_sign * motor_speed * (time[-1] - time[0])
                 movement[d, t, k] = (x[-1] - x[0]) / angle
@@ -84,7 +88,14 @@ def calibrate(
                     advance(1)
     (lift_torque, lift), (lower_torque, lower) = (_on_common_grid(needed[d], movement[d]) for d in (0, 1))
     return MovementTable(
-        unit.name, motor_speed, np.asarray(temperatures), lift_torque, lift, lower_torque, lower, unit.lift_sign
+        unit.name,
+        motor_speed,
+        np.asarray(temperatures),
+        lift_torque,
+        lift,
+        lower_torque,
+        lower,
+        unit.lift_sign,
     )
 
 

@@ -60,7 +60,7 @@ def simulate(
     ode = model.ode
     segments = duty.segments(model.values, ode.parameters.index("oil_temperature"))
     count = int(np.floor(duty.duration / sample_period + 1e-9)) + 1
-    time = np.arange(count) * sample_period
+    time = np.minimum(np.arange(count) * sample_period, duty.duration)
     initial = initial_state(unit, model, duty.start_position, float(duty.load(0.0)))
     run = integrate(
         ode, initial, segments, time, rtol=rtol, max_steps=max_steps, record_steps=True, advance=advance
@@ -76,12 +76,20 @@ def simulate(
     }
     for node in model.nodes:
         name = node.replace("chamber", "pressure") if node.startswith("chamber") else f"pressure_{node}"
-        columns[name] = ("Pa", f"absolute pressure of {node}", run.state[:, ode.state_index(f"pressure_{node}")])
+        columns[name] = (
+            "Pa",
+            f"absolute pressure of {node}",
+            run.state[:, ode.state_index(f"pressure_{node}")],
+        )
     computed = outputs(ode, segments, time, run.state)
     for output in ode.outputs:
         if not output.name.startswith(("capacity_", "stored.")):
             name = output.name.replace(".", "_")
-            columns[name] = (output.unit, output.name.replace("_", " ").replace(".", " "), computed[output.name])
+            columns[name] = (
+                output.unit,
+                output.name.replace("_", " ").replace(".", " "),
+                computed[output.name],
+            )
     result = xarray.Dataset(
         {name: ("time", values, {"units": unit_, "long_name": text}) for name, (unit_, text, values) in columns.items()},
         coords={"time": ("time", time, {"units": "s", "long_name": "time"})},

@@ -100,14 +100,20 @@ def generated_module(
     """
     programs = {name: instructions(function) for name, function in functions.items()}
     lines = ['"""Generated; may be deleted at any time."""', "import numpy as np", "import numba as nb"]
-    lines += ["from ramsight.engine.cache import program_loader", "from ramsight.engine.llvm import operations", ""]
+    lines += [
+        "from ramsight.engine.cache import program_loader",
+        "from ramsight.engine.llvm import operations",
+        "",
+    ]
     lines += [f"{name} = {value!r}" for name, value in constants.items()]
     lines += [f"compiled = {_COMPILE}", "load = program_loader(__file__)", ""]
     for name, function in functions.items():
         lines += _wrapper(name, function)
     lines += [line if not line.startswith("def ") else f"@compiled\n{line}" for line in body.splitlines()]
     source = "\n".join(lines) + "\n"
-    name = "model_" + content_hash(programs, source, inspect.getsource(llvm), ca.__version__, sys.version_info[:2])
+    name = "model_" + content_hash(
+        programs, source, inspect.getsource(llvm), ca.__version__, sys.version_info[:2]
+    )
     if name in _loaded:
         return _loaded[name]
     folder = cache_directory()

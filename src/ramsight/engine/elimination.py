@@ -89,6 +89,13 @@ def eliminate(sparsity: ca.Sparsity) -> Elimination:
                 k_[i] = k_[i] - w[i, j] * k_[j]
         k_[i] = k_[i] * w[i, i]
     options = {"cse": True}
-    factor = ca.Function("factor", [jacobian, c], [ca.vertcat(*(entries[place] for place in places))], ["jac", "c"], ["w"], options)
+    factor = ca.Function(
+        "factor",
+        [jacobian, c],
+        [ca.vertcat(*(entries[place] for place in places))],
+        ["jac", "c"],
+        ["w"],
+        options,
+    )
     solve = ca.Function("solve", [factors, b], [ca.vertcat(*k_)], ["w", "b"], ["b_new"], options)
     return Elimination(factor, solve, len(places))

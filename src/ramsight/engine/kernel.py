@@ -14,7 +14,21 @@ DONE, PAUSED, TOO_SMALL, NOT_FINITE = 0, 1, 2, 3
 SEGMENT, TIME, STEP, REJECTED, ACCEPTED, REFUSED, SAMPLE, RECORDED, BAD_STATE = range(9)
 
 
-def integrate(segments, slopes, parameters, rtol, atol, max_step, y, progress, budget, sample_t, sample_y, step_t, step_y):
+def integrate(
+    segments,
+    slopes,
+    parameters,
+    rtol,
+    atol,
+    max_step,
+    y,
+    progress,
+    budget,
+    sample_t,
+    sample_y,
+    step_t,
+    step_y,
+):
     """Advance `y` through the segments until done, out of `budget` steps, or stuck; returns one of the codes above.
 
     segments: (n, 2 + NU) start, end and input values at the start; slopes: (n, NU); parameters: (n or 1, NP).
@@ -39,7 +53,9 @@ def integrate(segments, slopes, parameters, rtol, atol, max_step, y, progress, b
         span = max(abs(start), abs(end))
         fresh = True
         while t < end:
-            if progress[ACCEPTED] + progress[REFUSED] >= budget or (capacity > 0 and progress[RECORDED] >= capacity):
+            if progress[ACCEPTED] + progress[REFUSED] >= budget or (
+                capacity > 0 and progress[RECORDED] >= capacity
+            ):
                 progress[SEGMENT], progress[TIME], progress[STEP] = s, t, h_next
                 progress[REJECTED] = 1.0 if rejected else 0.0
                 return PAUSED

@@ -162,7 +162,9 @@ class _Emitter:
             if code == ca.OP_INPUT:
                 place = (sources[0], sources[1])
                 if place not in loaded:
-                    loaded[place] = self.b.load(self.address(inputs[place[0]], place[1]), typ=self.real, align=8)
+                    loaded[place] = self.b.load(
+                        self.address(inputs[place[0]], place[1]), typ=self.real, align=8
+                    )
                 register[target[0]] = loaded[place]
             elif code == ca.OP_CONST:
                 register[target[0]] = self.constant(value)
@@ -175,7 +177,9 @@ class _Emitter:
 
     def address(self, base: Any, element: int) -> Any:
         offset = ir.Constant(ir.IntType(64), element * self.width)
-        return self.b.bitcast(self.b.gep(base, [offset], source_etype=ir.DoubleType()), self.real.as_pointer())
+        return self.b.bitcast(
+            self.b.gep(base, [offset], source_etype=ir.DoubleType()), self.real.as_pointer()
+        )
 
 
 def operations(load: Callable[[], Program], width: int = 1) -> Any:
@@ -191,7 +195,10 @@ def operations(load: Callable[[], Program], width: int = 1) -> Any:
         for tuple_type, packed in zip(signature.args, arguments, strict=True):
             unpacked = [builder.extract_value(packed, i) for i in range(len(tuple_type))]
             pointers.append(
-                [context.make_array(kind)(context, builder, a).data for kind, a in zip(tuple_type, unpacked, strict=True)]
+                [
+                    context.make_array(kind)(context, builder, a).data
+                    for kind, a in zip(tuple_type, unpacked, strict=True)
+                ]
             )
         _Emitter(builder, width).run(load(), *pointers)
         return context.get_dummy_value()

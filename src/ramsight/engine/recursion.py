@@ -49,7 +49,9 @@ class Recursion:
 
     def function(self) -> ca.Function:
         """The step as `step(x, u, p) -> (x_new, y)`."""
-        return ca.Function("step", [self.x, self.u, self.p], [self.next_state, self.output], ["x", "u", "p"], ["x_new", "y"])
+        return ca.Function(
+            "step", [self.x, self.u, self.p], [self.next_state, self.output], ["x", "u", "p"], ["x_new", "y"]
+        )
 
 
 @lru_cache(maxsize=64)

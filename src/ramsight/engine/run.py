@@ -152,5 +152,7 @@ def outputs(model: OdeModel, segments: Segments, time: Array, state: Array) -> d
     slope = np.ascontiguousarray(segments.slope[row])
     held = np.minimum(row, len(segments.parameters) - 1)
     result = np.empty((len(time), len(model.outputs)))
-    compiled.sample_outputs(np.ascontiguousarray(state), np.ascontiguousarray(u), slope, segments.parameters, held, result)
+    compiled.sample_outputs(
+        np.ascontiguousarray(state), np.ascontiguousarray(u), slope, segments.parameters, held, result
+    )
     return {output.name: result[:, k] for k, output in enumerate(model.outputs)}

@@ -9,7 +9,6 @@ Example:
 
 from ramsight.machine import catalogue
 from ramsight.machine.declare import Part, Quantity, Value, quantity, walk
-from ramsight.machine.derived import Derived, OperatingPoint, derive, torque_at_load
 from ramsight.machine.description import FORMAT, Machine, Unit
 from ramsight.machine.parts import (
     AnticavitationValve,
@@ -31,14 +30,12 @@ __all__ = [
     "FORMAT",
     "AnticavitationValve",
     "Cylinder",
-    "Derived",
     "Drive",
     "Hose",
     "Load",
     "Machine",
     "Manifold",
     "Oil",
-    "OperatingPoint",
     "Part",
     "Pump",
     "Quantity",
@@ -48,12 +45,10 @@ __all__ = [
     "Unit",
     "Value",
     "catalogue",
-    "derive",
     "json_schema",
     "load",
     "loads",
     "quantity",
     "template",
-    "torque_at_load",
     "walk",
 ]

@@ -9,9 +9,6 @@ from pydantic import Field, model_validator
 
 from ramsight.machine.declare import Part, count, gearing, quantity, refuse
 
-_WALTHER = 0.7  # mm2/s added to the viscosity in the Walther (ASTM D341) equation
-_T40, _T100 = 313.15, 373.15
-
 Model = Annotated[
     str | None, Field(description="name of a catalogue entry that gives what is not given here")
 ]
@@ -55,39 +52,6 @@ class Oil(Part):
                 f"below {self.viscosity_40c * 1e6:g} mm2/s",
             )
         return self
-
-    @property
-    def walther_b(self) -> float:
-        """Slope B of log10 log10(nu + 0.7) = A - B log10 T, nu in mm2/s and T in K; ASTM D341."""
-        rise = _loglog(self.viscosity_40c) - _loglog(self.viscosity_100c)
-        return rise / math.log10(_T100 / _T40)
-
-    @property
-    def walther_a(self) -> float:
-        """Constant A of log10 log10(nu + 0.7) = A - B log10 T, nu in mm2/s and T in K; ASTM D341."""
-        return _loglog(self.viscosity_40c) + self.walther_b * math.log10(_T40)
-
-    def kinematic_viscosity(self, temperature: float) -> float:
-        """Kinematic viscosity by Walther's equation (ASTM D341, with 0.7).
-
-        Args:
-            temperature: oil temperature [K].
-
-        Returns:
-            Kinematic viscosity [m2/s].
-
-        Example:
-            >>> from ramsight import machine
-            >>> oil = machine.load("mining-loader").unit("boom").oil
-            >>> round(oil.kinematic_viscosity(333.15) * 1e6, 1)
-            16.1
-        """
-        log = self.walther_a - self.walther_b * math.log10(temperature)
-        return float((10.0**10.0**log - _WALTHER) * 1e-6)
-
-
-def _loglog(viscosity: float) -> float:
-    return math.log10(math.log10(viscosity * 1e6 + _WALTHER))
 
 
 class Cylinder(Part):
@@ -230,35 +194,6 @@ class Pump(Part):
         """No-load torque tau0 of all blocks, at the pump shaft [N m]."""
         return self.no_load_torque * self.blocks
 
-    @property
-    def friction_coefficient(self) -> float:
-        """K_TP = D (1/eta_hm - 1), friction torque per pressure difference [N m/Pa]; eq. 8 of the paper."""
-        return self.displacement_per_rad * (1 / self.hydromechanical_efficiency - 1)
-
-    def leak_coefficient(self, viscosity: float, density: float | None = None) -> float:
-        """Hagen-Poiseuille coefficient of the leakage, eq. 10 of the paper.
-
-        K_HP = (nu_nom rho_nom)/(nu rho) · (D w_nom/dp_nom) · (1 - eta_v)
-
-        Args:
-            viscosity: kinematic viscosity of the oil [m2/s].
-            density: density of the oil [kg/m3]; the nominal one if not given.
-
-        Returns:
-            Leakage flow per pressure difference [m3/s/Pa].
-
-        Example:
-            >>> from ramsight import machine
-            >>> pump = machine.load("mining-loader").unit("boom").pump_a
-            >>> f"{pump.leak_coefficient(32e-6):.3e}"
-            '4.391e-12'
-        """
-        thinner = (
-            self.nominal_viscosity * self.nominal_density / (viscosity * (density or self.nominal_density))
-        )
-        ideal = self.displacement_per_rad * self.nominal_speed / self.nominal_pressure
-        return thinner * ideal * (1 - self.volumetric_efficiency)
-
 
 class Drive(Part):
     """Electric motor that turns both pumps."""
@@ -297,18 +232,6 @@ class Hose(Part):
         float,
         quantity("GPa", "bulk modulus of oil and hose wall together", least="0.01 GPa", most="5 GPa"),
     ]
-
-    def resistance(self, viscosity: float, density: float) -> float:
-        """Laminar resistance 128 nu rho L/(pi d^4).
-
-        Args:
-            viscosity: kinematic viscosity [m2/s].
-            density: density [kg/m3].
-
-        Returns:
-            Pressure drop per volume flow [Pa s/m3].
-        """
-        return 128 * viscosity * density * self.length / (math.pi * self.diameter**4)
 
 
 class Tank(Part):

@@ -194,11 +194,18 @@ class Circuit:
             outputs=tuple(self._outputs.values()),
         )
         return CircuitModel(
-            ode, self._parameters.values, nodes, tuple(self._losses), tuple(self._works), tuple(self._tank_flow)
+            ode,
+            self._parameters.values,
+            nodes,
+            tuple(self._losses),
+            tuple(self._works),
+            tuple(self._tank_flow),
         )
 
 
-def join(name: str, oil: Oil, tank_pressure: float, parts: Sequence[Part], *, audited: bool = False) -> CircuitModel:
+def join(
+    name: str, oil: Oil, tank_pressure: float, parts: Sequence[Part], *, audited: bool = False
+) -> CircuitModel:
     """Join parts at their nodes into one equation.
 
     Args:

@@ -14,24 +14,24 @@ if TYPE_CHECKING:
 ATMOSPHERE = 101325.0  # Pa, standard atmosphere (ISO 2533); acts on the rod's end
 
 
-def friction_force(velocity: Any, coulomb: Any, breakaway: Any, viscous: Any, breakaway_velocity: Any) -> Any:
+def friction_force(velocity: Any, coulomb: Any, breakaway: Any, viscous: Any, stribeck_velocity: Any) -> Any:
     """Friction force [N] against the motion: Stribeck hump, Coulomb and viscous part.
 
-    F = sqrt(2e) (F_brk - F_C) exp(-(v/v_st)^2) v/v_st + F_C tanh(v/v_C) + f v with v_st = sqrt(2) v_brk, v_C = v_brk/10.
+    F = sqrt(2e) (F_brk - F_C) exp(-(v/v_st)^2) v/v_st + F_C tanh(v/v_C) + f v with v_C = v_st/(10 sqrt(2)).
 
     Args:
         velocity: [m/s].
         coulomb: F_C [N].
         breakaway: F_brk, the largest friction near rest [N].
         viscous: f [N/(m/s)].
-        breakaway_velocity: v_brk, where the largest friction is [m/s].
+        stribeck_velocity: v_st; friction is largest at v_st/sqrt(2) [m/s].
 
     Source: Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994) 1083, in the smooth form that
     MathWorks documents for its translational friction.
     """
-    z = velocity / (math.sqrt(2.0) * breakaway_velocity)
+    z = velocity / stribeck_velocity
     stribeck = math.sqrt(2.0 * math.e) * (breakaway - coulomb) * z * ca.exp(-z * z)
-    return stribeck + coulomb * ca.tanh(10.0 * velocity / breakaway_velocity) + viscous * velocity
+    return stribeck + coulomb * ca.tanh(10.0 * math.sqrt(2.0) * z) + viscous * velocity
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Cylinder:
         mass: moved mass [kg].
         coulomb_friction, breakaway_friction: [N].
         viscous_friction: [N/(m/s)].
-        breakaway_velocity: [m/s].
+        stribeck_velocity: [m/s].
         stop_stiffness: of the end stops [N/m].
         stop_damping: force of the stop grows by this share per speed of approach [s/m].
         load_sign: +1 if a positive load presses the piston in, -1 if it pulls it out.
@@ -65,7 +65,7 @@ class Cylinder:
     coulomb_friction: float
     breakaway_friction: float
     viscous_friction: float
-    breakaway_velocity: float
+    stribeck_velocity: float
     stop_stiffness: float
     stop_damping: float
     load_sign: float
@@ -73,7 +73,11 @@ class Cylinder:
     def friction(self, velocity: Any) -> Any:
         """Friction force [N] at a velocity [m/s]."""
         return friction_force(
-            velocity, self.coulomb_friction, self.breakaway_friction, self.viscous_friction, self.breakaway_velocity
+            velocity,
+            self.coulomb_friction,
+            self.breakaway_friction,
+            self.viscous_friction,
+            self.stribeck_velocity,
         )
 
     def connect(self, circuit: Circuit) -> None:
@@ -82,7 +86,9 @@ class Cylinder:
         v = circuit.state("velocity", "m/s", 1e-6)
         p_a, p_b = circuit.pressure(self.node_a), circuit.pressure(self.node_b)
         circuit.volume(self.node_a, self.dead_volume_a + self.area_a * x, rate=self.area_a * v)
-        circuit.volume(self.node_b, self.dead_volume_b + self.area_b * (self.stroke - x), rate=-self.area_b * v)
+        circuit.volume(
+            self.node_b, self.dead_volume_b + self.area_b * (self.stroke - x), rate=-self.area_b * v
+        )
         friction = self.friction(v)
         depth_out, depth_in = ca.fmax(x - self.stroke, 0.0), ca.fmax(-x, 0.0)
         stop = self.stop_stiffness * (depth_in - depth_out)

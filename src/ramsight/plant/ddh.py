@@ -76,7 +76,7 @@ class DdhUnit:
     def travel_per_radian(self) -> float:
         """Ideal travel per motor angle on the load-holding side [m/rad]."""
         side, area = (self.a, self.cylinder.area_a) if self.held == "a" else (self.b, self.cylinder.area_b)
-        return side.pump.displacement * side.pump.belt_ratio / area
+        return float(side.pump.geared_displacement / area)
 
 
 def _pump(spec: PumpDescription, side: str) -> Pump:
@@ -87,7 +87,7 @@ def _pump(spec: PumpDescription, side: str) -> Pump:
         inlet=inlet,
         outlet=outlet,
         displacement=spec.displacement_per_rad,
-        belt_ratio=spec.belt,
+        belt=spec.belt,
         volumetric_efficiency=spec.volumetric_efficiency,
         hydromechanical_efficiency=spec.hydromechanical_efficiency,
         nominal_speed=spec.nominal_speed,
@@ -154,7 +154,7 @@ def build(name: str, unit: Unit) -> DdhUnit:
         coulomb_friction=c.number * c.coulomb_friction,
         breakaway_friction=c.number * c.breakaway_friction,
         viscous_friction=c.number * c.viscous_friction,
-        breakaway_velocity=c.stribeck_velocity / math.sqrt(2.0),
+        stribeck_velocity=c.stribeck_velocity,
         stop_stiffness=c.number * c.end_stop_stiffness,
         stop_damping=c.end_stop_damping / (c.end_stop_stiffness * _STOP_DEFORMATION),
         load_sign=lift_sign,

@@ -54,7 +54,9 @@ def friction_coefficient(displacement: Any, hydromechanical_efficiency: Any) -> 
     return displacement * (1.0 / hydromechanical_efficiency - 1.0)
 
 
-def friction_torque(no_load_torque: Any, coefficient: Any, pressure_rise: Any, speed: Any, threshold: Any) -> Any:
+def friction_torque(
+    no_load_torque: Any, coefficient: Any, pressure_rise: Any, speed: Any, threshold: Any
+) -> Any:
     """Friction torque [N m], eq. 7: (tau_0 + K_TP |dp|) tanh(4 w/w_th), against the rotation.
 
     Args:
@@ -75,7 +77,7 @@ class Pump:
         name: of the part.
         inlet, outlet: nodes; positive speed moves oil from inlet to outlet.
         displacement: of all its chambers together [m3/rad].
-        belt_ratio: pump speed over motor speed [1].
+        belt: pump speed over motor speed [1].
         volumetric_efficiency, hydromechanical_efficiency: at the nominal point [1].
         nominal_speed, nominal_pressure, nominal_viscosity, nominal_density: the nominal point [SI].
         no_load_torque: of all its blocks together [N m].
@@ -87,7 +89,7 @@ class Pump:
     inlet: str
     outlet: str
     displacement: float
-    belt_ratio: float
+    belt: float
     volumetric_efficiency: float
     hydromechanical_efficiency: float
     nominal_speed: float
@@ -98,7 +100,12 @@ class Pump:
     threshold_speed: float
     leak_factor: float = 1.0
 
-    def leakage_coefficient(self, viscosity: Any, density: Any) -> Any:
+    @property
+    def geared_displacement(self) -> Any:
+        """Displacement per motor angle [m3/rad]."""
+        return self.displacement * self.belt
+
+    def leak_coefficient(self, viscosity: Any, density: Any) -> Any:
         """K_HP [m3/s/Pa] with this oil, eq. 10."""
         return self.leak_factor * leak_coefficient(
             self.displacement,
@@ -113,7 +120,7 @@ class Pump:
 
     def flow(self, speed: Any, pressure_rise: Any, viscosity: Any, density: Any) -> Any:
         """Volume flow from inlet to outlet [m3/s], eqs 3 and 9, at a pump speed [rad/s] and pressure rise [Pa]."""
-        return self.displacement * speed - self.leakage_coefficient(viscosity, density) * pressure_rise
+        return self.displacement * speed - self.leak_coefficient(viscosity, density) * pressure_rise
 
     def torque(self, speed: Any, pressure_rise: Any) -> Any:
         """Torque at the pump's own shaft [N m], eqs 4, 7 and 8."""
@@ -126,11 +133,11 @@ class Pump:
 
     def connect(self, circuit: Circuit) -> None:
         """Add flow, torque and losses."""
-        speed = self.belt_ratio * circuit.motor_speed
+        speed = self.belt * circuit.motor_speed
         rise = circuit.pressure(self.outlet) - circuit.pressure(self.inlet)
-        leak = self.leakage_coefficient(circuit.viscosity, circuit.oil.density) * rise
+        leak = self.leak_coefficient(circuit.viscosity, circuit.oil.density) * rise
         friction = self.friction(speed, rise)
         circuit.flow(self.name, self.inlet, self.outlet, self.displacement * speed - leak)
-        circuit.shaft_torque(self.belt_ratio * (self.displacement * rise + friction))
+        circuit.shaft_torque(self.belt * (self.displacement * rise + friction))
         circuit.loss(f"{self.name}.leakage", leak * rise)
         circuit.loss(f"{self.name}.friction", friction * speed)

@@ -29,6 +29,7 @@ class Tuning:
 
     Args:
         smoothing: time constant with which the held chamber's pressure follows the torque [s].
+        yielding: time in which the mass follows oil that fills the chamber, while the valve opens [s].
         settling: how long the valve must have been open before the torque is taken for the chamber's pressure [s].
         first_look: time over which the chamber's unknown first pressure is found, without counting compression [s].
         flow_smoothing: time constant of the flow that tells whether the check has opened [s].
@@ -38,7 +39,8 @@ class Tuning:
     """
 
     smoothing: float = 0.1
-    settling: float = 0.03
+    yielding: float = 0.02
+    settling: float = 0.015
     first_look: float = 0.3
     flow_smoothing: float = 0.04
     flow_share: float = 0.3
@@ -55,8 +57,14 @@ class _Chamber:
     """One side of the cylinder as the balance sees it."""
 
     def __init__(self, side: Side, area: Any, dead_volume: Any, flow_sign: float, oil: Any) -> None:
-        self.side, self.area, self.dead_volume, self.flow_sign, self.oil = side, area, dead_volume, flow_sign, oil
-        self.belt = side.pump.belt_ratio
+        self.side, self.area, self.dead_volume, self.flow_sign, self.oil = (
+            side,
+            area,
+            dead_volume,
+            flow_sign,
+            oil,
+        )
+        self.belt = side.pump.belt
 
     def delivered(self, angle: Any) -> Any:
         """Oil that the pump moves into this side while the motor turns by an angle [m3]."""
@@ -80,7 +88,9 @@ class _Chamber:
     def capacity(self, travel: Any) -> Any:
         """Of hose and chamber [m3/Pa] with the piston `travel` [m] away from this side's end."""
         hose: Hose = self.side.hose
-        return hose.volume / hose.bulk_modulus + (self.dead_volume + self.area * travel) / self.oil.bulk_modulus
+        return (
+            hose.volume / hose.bulk_modulus + (self.dead_volume + self.area * travel) / self.oil.bulk_modulus
+        )
 
 
 def balance(unit: DdhUnit, tuning: Tuning | None = None) -> VirtualSensor:
@@ -106,21 +116,30 @@ def balance(unit: DdhUnit, tuning: Tuning | None = None) -> VirtualSensor:
             field: add(f"{field}_{name}", getattr(side, field))
             for field in ("pump", "manifold", "relief", "anticavitation", "safety", "hose")
         }
-        area, dead = (cylinder.area_a, cylinder.dead_volume_a) if name == "a" else (cylinder.area_b, cylinder.dead_volume_b)
+        area, dead = (
+            (cylinder.area_a, cylinder.dead_volume_a)
+            if name == "a"
+            else (cylinder.area_b, cylinder.dead_volume_b)
+        )
         return _Chamber(Side(**parts), area, dead, 1.0 if name == "a" else -1.0, oil)
 
     held, other = chamber(unit.held), chamber("b" if unit.held == "a" else "a")
     out = unit.lift_sign  # the piston moves this way when oil enters the held side
     w, dt = graph.motor_speed, graph.elapsed
     viscosity = oil.viscosity(graph.oil_temperature)
-    leak_held, leak_other = (c.side.pump.leakage_coefficient(viscosity, oil.density) for c in (held, other))
+    leak_held, leak_other = (c.side.pump.leak_coefficient(viscosity, oil.density) for c in (held, other))
 
     # States before the sample; pressures are above tank.
     x = graph.position
     manifold_0, other_0 = graph.state("manifold_pressure"), graph.state("other_pressure")
-    load_0, motion_0, known = graph.state("load_pressure"), graph.state("motion_pressure"), graph.state("load_known")
+    load_0, motion_0, known = (
+        graph.state("load_pressure"),
+        graph.state("motion_pressure"),
+        graph.state("load_known"),
+    )
     open_, open_for = graph.state("valve_open"), graph.state("valve_open_for")
     standing_for, flow_0 = graph.state("standing_for", 1e3), graph.state("valve_flow")
+    waiting_0 = graph.state("waiting_oil")
 
     # Hydraulic torque: without the rotor's and the no-load friction's share.
     acceleration = (w - graph.last_speed) / ca.fmax(dt, 1e-6)
@@ -139,6 +158,8 @@ def balance(unit: DdhUnit, tuning: Tuning | None = None) -> VirtualSensor:
     drop = lifts * (held.delivered(w) / held.side.safety.conductance) ** 2
     other_drop = lifts * (other.delivered(w) / other.side.safety.conductance) ** 2
     follow = open_ * dt / (tuning.smoothing + dt)
+    # Oil that passes a valve which is only just opening fills the chamber before the mass begins to move.
+    release = ca.if_else(open_ > 0.5, 1.0, dt / (tuning.yielding + dt))
 
     # Force balance of the moving piston: chamber = load + motion + ratio * other, motion from mass, friction and the
     # drop across the other side's valve.
@@ -153,7 +174,7 @@ def balance(unit: DdhUnit, tuning: Tuning | None = None) -> VirtualSensor:
         through = held.delivered(graph.angle) - leaked - held.manifold_capacity * (manifold_1 - manifold_0)
         load_1 = load_0 + follow * (manifold_1 - drop - motion_1 - ratio * other_1 - load_0)
         rise = known * (load_1 - load_0) + motion_1 - motion_0 + ratio * (other_1 - other_0)
-        return manifold_1, through, load_1, turning * through - capacity_held * rise
+        return manifold_1, through, load_1, release * (waiting_0 + turning * through) - capacity_held * rise
 
     def drawn(other_1: Any) -> Any:
         """Oil that the other side would have to draw from the tank [m3], linear in its pressure."""
@@ -163,7 +184,9 @@ def balance(unit: DdhUnit, tuning: Tuning | None = None) -> VirtualSensor:
 
     at_tank, at_more = drawn(0.0), drawn(_LOWEST)
     other_1 = at_tank * _LOWEST / (at_tank - at_more)
-    other_1 = ca.fmin(ca.fmax(other_1, -other.side.anticavitation.cracking_pressure), other.side.relief.setting)
+    other_1 = ca.fmin(
+        ca.fmax(other_1, -other.side.anticavitation.cracking_pressure), other.side.relief.setting
+    )
     manifold_1, through, load_1, moved = movement(other_1)
     # The first look at the load is believed at once: what the chamber held before is not compression.
     looking = ca.logic_and(ca.logic_and(known < 0.5, open_ > 0.5), open_for < 1.5 * tuning.settling)
@@ -193,10 +216,13 @@ def balance(unit: DdhUnit, tuning: Tuning | None = None) -> VirtualSensor:
     graph.becomes("valve_open_for", open_for_1)
     graph.becomes("standing_for", ca.if_else(standing, standing_for + dt, 0.0))
     graph.becomes("valve_flow", flow_1)
+    graph.becomes("waiting_oil", (1.0 - release) * (waiting_0 + turning * through))
 
     velocity = ca.if_else(dt > 0.0, step / ca.fmax(dt, 1e-6), 0.0)
     rod = out * (tank_pressure - ATMOSPHERE) * (cylinder.area_a - cylinder.area_b)
     load = held.area * chamber_1 - other.area * other_1 + rod
     near = ca.fmax(chamber_1, other_1) > _NEAR_RELIEF * held.side.relief.setting
     status = ca.if_else(near, float(Status.NEAR_RELIEF), float(Status.OK))
-    return graph.sensor("balance", position=position, velocity=velocity, load=load, std=math.nan, status=status)
+    return graph.sensor(
+        "balance", position=position, velocity=velocity, load=load, std=math.nan, status=status
+    )

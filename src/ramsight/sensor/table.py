@@ -46,7 +46,8 @@ def _shares(graph: SensorGraph, name: str, grid: Array, x: Any) -> list[Any]:
     """How far `x` has gone through each interval of a grid, 0 ... 1; outside the grid it stays at the end."""
     points = [graph.parameters.add(f"{name}[{i}]", value) for i, value in enumerate(grid)]
     return [
-        ca.fmin(ca.fmax((x - low) / (high - low), 0.0), 1.0) for low, high in zip(points, points[1:], strict=False)
+        ca.fmin(ca.fmax((x - low) / (high - low), 0.0), 1.0)
+        for low, high in zip(points, points[1:], strict=False)
     ]
 
 

@@ -68,7 +68,9 @@ class SensorGraph:
         """What a state is after the sample."""
         self._next[name] = expression
 
-    def sensor(self, kind: str, *, position: Any, velocity: Any, load: Any, std: Any, status: Any) -> VirtualSensor:
+    def sensor(
+        self, kind: str, *, position: Any, velocity: Any, load: Any, std: Any, status: Any
+    ) -> VirtualSensor:
         """Close the graph."""
         self.becomes("position", position)
         recursion = Recursion(
@@ -121,7 +123,9 @@ class VirtualSensor:
             oil_temperature: [K].
         """
         sample = np.array([[time, motor_speed, motor_torque, oil_temperature]])
-        position, std, velocity, load, status = replay(self.recursion, sample, self.parameters, self._state)[0]
+        position, std, velocity, load, status = replay(self.recursion, sample, self.parameters, self._state)[
+            0
+        ]
         return Estimate(float(position), float(std), float(velocity), float(load), Status(int(status)))
 
     def track(self, log: xarray.Dataset, *, advance: Callable[[int], object] | None = None) -> xarray.Dataset:
@@ -148,5 +152,8 @@ class VirtualSensor:
         tracked = xarray.Dataset(data, coords={"time": log["time"]}, attrs={"format": 1, "sensor": self.kind})
         tracked["status"] = tracked["status"].astype(np.int16)
         meanings = {str(int(status)): status.text for status in Status}
-        tracked["status"].attrs = {"long_name": "status", "meaning": "; ".join(f"{k}: {v}" for k, v in meanings.items())}
+        tracked["status"].attrs = {
+            "long_name": "status",
+            "meaning": "; ".join(f"{k}: {v}" for k, v in meanings.items()),
+        }
         return tracked

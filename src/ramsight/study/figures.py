@@ -55,7 +55,9 @@ def tracked_figure(
         position = axes[0]
         if truth is not None:
             position.plot(truth["time"], 1e3 * truth["position"], color=TRUTH, lw=2.4, label="true position")
-        position.plot(time, 1e3 * tracked["position"], color=ESTIMATE, lw=1.1, label=f"{tracked.attrs['sensor']} sensor")
+        position.plot(
+            time, 1e3 * tracked["position"], color=ESTIMATE, lw=1.1, label=f"{tracked.attrs['sensor']} sensor"
+        )
         _shade(position, time, tracked["status"].values)
         position.set_ylabel("position [mm]")
         position.legend(loc="best")

@@ -1,4 +1,4 @@
-"""What follows from a description at steady state: areas, ratios, travel per revolution, torque."""
+"""What follows from a unit at steady state: areas, ratios, travel per revolution, pressure and torque at a load."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Unit
-from ramsight.machine.parts import Pump
+from ramsight.plant.cylinder import ATMOSPHERE
+from ramsight.plant.ddh import DdhUnit
 
 _ROUNDS = (
     60  # of the fixed point between velocity and viscous friction, which contracts a thousandfold a round
@@ -66,47 +67,54 @@ class OperatingPoint:
     travel_lower: float
 
 
-def derive(unit: Unit) -> Derived:
-    """Work out what follows from a unit's description.
+def derive(unit: DdhUnit) -> Derived:
+    """Work out what follows from a unit's parts.
 
     Args:
         unit: the unit.
 
     Example:
         >>> from ramsight import machine
-        >>> boom = derive(machine.load("mining-loader").unit("boom"))
+        >>> from ramsight.plant.ddh import build
+        >>> boom = derive(build("boom", machine.load("mining-loader").unit("boom")))
         >>> round(boom.area_ratio, 3), round(boom.geared_flow_ratio, 3)
         (0.609, 0.613)
     """
-    cylinder = unit.cylinder
+    cylinder, (held, other) = unit.cylinder, _areas(unit)
     area_a, area_b = cylinder.area_a, cylinder.area_b
-    geared_a, geared_b = unit.pump_a.geared_displacement, unit.pump_b.geared_displacement
-    area_ratio, flow_ratio = area_b / area_a, geared_b / geared_a
-    holding, other = (area_a, area_b) if unit.load_side == "a" else (area_b, area_a)
-    at_relief = (unit.tank.pressure + unit.relief_valve.setting) * holding - unit.tank.pressure * other
+    geared_a, geared_b = unit.a.pump.geared_displacement, unit.b.pump.geared_displacement
+    relief = unit.a.relief.setting + unit.tank_pressure
+    at_relief = relief * held - unit.tank_pressure * other - unit.lift_sign * ATMOSPHERE * (area_a - area_b)
     return Derived(
         area_a=area_a,
         area_b=area_b,
-        area_ratio=area_ratio,
+        area_ratio=area_b / area_a,
         geared_displacement_a=geared_a,
         geared_displacement_b=geared_b,
-        geared_flow_ratio=flow_ratio,
-        mismatch=flow_ratio / area_ratio - 1,
+        geared_flow_ratio=geared_b / geared_a,
+        mismatch=geared_b / geared_a / (area_b / area_a) - 1.0,
         travel_a=geared_a / area_a,
         travel_b=geared_b / area_b,
         load_at_relief=at_relief,
-        load_at_relief_after_friction=at_relief - cylinder.number * cylinder.breakaway_friction,
+        load_at_relief_after_friction=at_relief - cylinder.breakaway_friction,
     )
 
 
+def _areas(unit: DdhUnit) -> tuple[float, float]:
+    """Piston area of the side that holds the load, and of the other one [m2]."""
+    areas = (unit.cylinder.area_a, unit.cylinder.area_b)
+    return areas if unit.held == "a" else areas[::-1]
+
+
 def torque_at_load(
-    unit: Unit,
+    unit: DdhUnit,
     load: float,
     temperature: float = 313.15,
     speed: float = 50 * math.pi,
     *,
     low_side: float | None = None,
     tank: float | None = None,
+    atmosphere: float = ATMOSPHERE,
 ) -> OperatingPoint:
     """Pressure, motor torque and travel per revolution when a load is lifted and lowered at constant speed.
 
@@ -121,23 +129,25 @@ def torque_at_load(
         speed: magnitude of the motor speed [rad/s]; 1500 rpm if not given.
         low_side: absolute pressure of the chamber that does not hold the load [Pa]; the tank's if not given.
         tank: absolute pressure at the pumps' tank port [Pa]; the tank's if not given.
+        atmosphere: pressure on the rod's end [Pa].
 
     Raises:
         DescriptionError: the speed is not above zero.
 
     Example:
         >>> from ramsight import machine
-        >>> boom = machine.load("mining-loader").unit("boom")
-        >>> point = torque_at_load(boom, 441e3, low_side=2e5, tank=0.0)
+        >>> from ramsight.plant.ddh import build
+        >>> boom = build("boom", machine.load("mining-loader").unit("boom"))
+        >>> point = torque_at_load(boom, 441e3, low_side=2e5, tank=0.0, atmosphere=0.0)
         >>> round(point.torque_lift, 1), round(point.torque_lower, 1)
         (68.0, 51.7)
     """
     if not speed > 0:
         raise DescriptionError("a steady motion needs a motor speed above zero", value=speed)
-    tank = unit.tank.pressure if tank is None else tank
-    low = unit.tank.pressure if low_side is None else low_side
-    lift = _steady(unit, load, temperature, speed, low, tank, lifting=True)
-    lower = _steady(unit, load, temperature, speed, low, tank, lifting=False)
+    tank = unit.tank_pressure if tank is None else tank
+    low = unit.tank_pressure if low_side is None else low_side
+    rod = unit.lift_sign * atmosphere * (unit.cylinder.area_a - unit.cylinder.area_b)
+    lift, lower = (_steady(unit, load + rod, temperature, turn * speed, low, tank) for turn in (1.0, -1.0))
     return OperatingPoint(
         pressure_lift=lift[0],
         pressure_lower=lower[0],
@@ -149,74 +159,67 @@ def torque_at_load(
 
 
 def _steady(
-    unit: Unit, load: float, temperature: float, speed: float, low: float, tank: float, *, lifting: bool
+    unit: DdhUnit, force: float, temperature: float, lifting_speed: float, low: float, tank: float
 ) -> tuple[float, float, float]:
-    """Return pressure [Pa], motor torque [N m] and upward or downward velocity [m/s] of one direction."""
+    """Return held pressure [Pa], motor torque [N m] and magnitude of the velocity [m/s] at a motor speed."""
+    area, other = _areas(unit)
+    pump = unit.a.pump if unit.held == "a" else unit.b.pump
+    viscosity = unit.oil.viscosity(temperature)
+    direction = math.copysign(1.0, lifting_speed)
     cylinder = unit.cylinder
-    viscosity = unit.oil.kinematic_viscosity(temperature)
-    on_a = unit.load_side == "a"
-    area, other = (cylinder.area_a, cylinder.area_b) if on_a else (cylinder.area_b, cylinder.area_a)
-    pump = unit.pump_a if on_a else unit.pump_b
-    direction = 1.0 if lifting else -1.0
     leak = pump.leak_coefficient(viscosity, unit.oil.density)
     pressure = velocity = 0.0
     for _ in range(_ROUNDS):
-        friction = (
-            direction
-            * cylinder.number
-            * (cylinder.coulomb_friction + cylinder.viscous_friction * abs(velocity))
-        )
-        pressure = (load + low * other + friction) / area
-        velocity = (direction * pump.geared_displacement * speed - leak * (pressure - tank)) / area
+        friction = direction * (cylinder.coulomb_friction + cylinder.viscous_friction * abs(velocity))
+        pressure = (force + low * other + friction) / area
+        velocity = (pump.geared_displacement * lifting_speed - leak * (pressure - tank)) / area
     high, rest = pressure - tank, low - tank
-    turning = direction * unit.lift_sign
-    # pump A presses oil into its manifold when the motor turns forward, pump B draws it out of its own
-    torque_a = _shaft_torque(unit.pump_a, high if on_a else rest, turning)
-    torque_b = _shaft_torque(unit.pump_b, -(rest if on_a else high), turning)
-    torque = torque_a * unit.pump_a.belt + torque_b * unit.pump_b.belt
-    return pressure, torque, direction * velocity
+    # Pump A presses oil into its manifold when the motor turns forward, pump B draws it out of its own.
+    rise_a, rise_b = (high, -rest) if unit.held == "a" else (rest, -high)
+    turning = unit.lift_sign * lifting_speed
+    torque = sum(
+        p.belt * p.torque(p.belt * turning, rise)
+        for p, rise in ((unit.a.pump, rise_a), (unit.b.pump, rise_b))
+    )
+    return pressure, float(torque), abs(velocity)
 
 
-def _shaft_torque(pump: Pump, pressure: float, turning: float) -> float:
-    """Torque at a pump's shaft [N m] against `pressure` [Pa], turning forward (+1) or back (-1); eqs 7, 8."""
-    friction = pump.total_no_load_torque + pump.friction_coefficient * abs(pressure)
-    return pump.displacement_per_rad * pressure + turning * friction
-
-
-def cautions(unit: Unit) -> tuple[str, ...]:
+def cautions(described: Unit, unit: DdhUnit) -> tuple[str, ...]:
     """Say what in a valid description an engineer would look at twice.
 
     Args:
-        unit: the unit.
+        described: the description.
+        unit: the unit built from it.
 
     Returns:
         One sentence each; none if nothing stands out.
     """
     found = []
     values = derive(unit)
+    rpm = 30.0 / math.pi
     if abs(values.mismatch) > 0.05:
         found.append(
             f"the geared flow ratio {values.geared_flow_ratio:.3f} is {values.mismatch:+.1%} off the area "
             f"ratio {values.area_ratio:.3f}: one side will be starved or pressed through the relief valve"
         )
-    for side, pump in (("A", unit.pump_a), ("B", unit.pump_b)):
-        if unit.relief_valve.setting > pump.max_pressure:
+    for side, pump in (("A", described.pump_a), ("B", described.pump_b)):
+        if described.relief_valve.setting > pump.max_pressure:
             found.append(
-                f"the relief valve opens at {unit.relief_valve.setting / 1e5:g} bar, pump {side} allows "
+                f"the relief valve opens at {described.relief_valve.setting / 1e5:g} bar, pump {side} allows "
                 f"{pump.max_pressure / 1e5:g} bar"
             )
-        fastest = unit.drive.max_speed * pump.belt * 30 / math.pi
-        if fastest > pump.max_speed * 30 / math.pi * (1 + 1e-9):
+        fastest = described.drive.max_speed * pump.belt
+        if fastest > pump.max_speed * (1 + 1e-9):
             found.append(
-                f"at the motor's highest speed pump {side} turns {fastest:.0f} rpm, it allows "
-                f"{pump.max_speed * 30 / math.pi:.0f} rpm"
+                f"at the motor's highest speed pump {side} turns {fastest * rpm:.0f} rpm, it allows "
+                f"{pump.max_speed * rpm:.0f} rpm"
             )
-    for name, load in unit.load.loads.items():
+    for name, load in described.load.loads.items():
         if load > values.load_at_relief_after_friction:
             found.append(f"load {name} ({load / 1e3:g} kN) is more than the relief valve lets the unit lift")
-        elif (torque := abs(torque_at_load(unit, load).torque_lift)) > unit.drive.max_torque:
+        elif (torque := abs(torque_at_load(unit, load).torque_lift)) > described.drive.max_torque:
             found.append(
                 f"lifting load {name} ({load / 1e3:g} kN) takes {torque:.0f} N m, the motor has "
-                f"{unit.drive.max_torque:g} N m"
+                f"{described.drive.max_torque:g} N m"
             )
     return tuple(found)

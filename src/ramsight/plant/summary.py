@@ -1,0 +1,76 @@
+"""What follows from a machine's description, as tables for a terminal."""
+
+from __future__ import annotations
+
+import math
+
+from rich.console import Group, RenderableType
+from rich.text import Text
+
+from ramsight.machine.description import Machine, Unit
+from ramsight.machine.tables import table_of
+from ramsight.plant.ddh import DdhUnit, build
+from ramsight.plant.steady import cautions, derive, torque_at_load
+from ramsight.units import format_si
+
+_SPEED, _TEMPERATURE = 50 * math.pi, 313.15  # 1500 rpm and 40 °C
+
+
+def machine_summary(machine: Machine, only: str | None = None) -> RenderableType:
+    """Tables of what follows from a description, a unit at a time.
+
+    Args:
+        machine: the machine.
+        only: name of the one unit to show; all if not given.
+
+    Raises:
+        UnknownNameError: there is no such unit.
+    """
+    names = [only] if only is not None else list(machine.units)
+    parts: list[RenderableType] = [Text(machine.title or machine.name, style="bold")]
+    for name in names:
+        unit = machine.unit(name)
+        ddh = build(name, unit)
+        parts += [Text(), _facts(unit, ddh)]
+        if unit.load.loads:
+            parts += [Text(), _loads(unit, ddh)]
+        parts += [Text(f"look twice: {sentence}", style="yellow") for sentence in cautions(unit, ddh)]
+    return Group(*parts)
+
+
+def _facts(unit: Unit, ddh: DdhUnit) -> Group:
+    found = derive(ddh)
+    side = unit.load_side.upper()
+    title = f"unit {ddh.name}: lifts by {unit.load_direction}ing, side {side} holds the load"
+    table = table_of(("", ""))
+    pumped = (_per_rev(found.geared_displacement_a, 1e6), _per_rev(found.geared_displacement_b, 1e6))
+    travel = (_per_rev(found.travel_a, 1e3), _per_rev(found.travel_b, 1e3))
+    flow = f"{found.geared_flow_ratio:.3f}, {found.mismatch:+.1%} off the area ratio"
+    table.add_row("areas A, B", f"{found.area_a * 1e6:.0f}, {found.area_b * 1e6:.0f} mm2")
+    table.add_row("area ratio B/A", f"{found.area_ratio:.3f}")
+    table.add_row("geared flow ratio B/A", flow)
+    table.add_row("pumped per motor rev A, B", f"{pumped[0]:.2f}, {pumped[1]:.2f} cm3")
+    table.add_row("travel without leakage A, B", f"{travel[0]:.3f}, {travel[1]:.3f} mm per motor rev")
+    table.add_row("load at relief pressure", f"{found.load_at_relief / 1e3:.1f} kN")
+    table.add_row("  less breakaway friction", f"{found.load_at_relief_after_friction / 1e3:.1f} kN")
+    return Group(Text(title, style="bold"), table)
+
+
+def _per_rev(per_radian: float, scale: float) -> float:
+    return per_radian * 2 * math.pi * scale
+
+
+def _loads(unit: Unit, ddh: DdhUnit) -> Group:
+    conditions = f"{format_si(_SPEED, 'rpm', 6)}, {format_si(_TEMPERATURE, 'degC', 4)}"
+    title = f"steady lift / lower at {conditions}, other side at tank pressure"
+    table = table_of(("load", "kN", "chamber bar", "motor N m", "mm per motor rev"))
+    for name, force in unit.load.loads.items():
+        point = torque_at_load(ddh, force, _TEMPERATURE, _SPEED)
+        table.add_row(
+            Text(name),
+            f"{force / 1e3:g}",
+            f"{point.pressure_lift / 1e5:.1f} / {point.pressure_lower / 1e5:.1f}",
+            f"{point.torque_lift:+.1f} / {point.torque_lower:+.1f}",
+            f"{_per_rev(point.travel_lift, 1e3):.3f} / {_per_rev(point.travel_lower, 1e3):.3f}",
+        )
+    return Group(Text(title, style="bold"), table)

@@ -1,0 +1,164 @@
+"""Quantities as people write them."""
+
+import math
+import subprocess
+import sys
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ramsight import units
+from ramsight.errors import DescriptionError
+
+WRITTEN = [
+    ("250 bar", "Pa", 25e6),
+    ("1 MPa", "bar", 1e6),
+    ("-3 bar", "Pa", -3e5),
+    ("31.6 cm3/rev", "m3/rad", 31.6e-6 / (2 * math.pi)),
+    ("31.6 cm³/rev", "m3/rad", 31.6e-6 / (2 * math.pi)),
+    ("1450 rpm", "rad/s", 1450 * math.pi / 30),
+    ("1450 1/min", "rad/s", 1450 * math.pi / 30),
+    ("46 mm2/s", "m2/s", 46e-6),
+    ("46 cSt", "m2/s", 46e-6),
+    ("40 degC", "K", 313.15),
+    ("40 °C", "K", 313.15),
+    ("104 degF", "K", 313.15),
+    ("313.15 K", "degC", 313.15),
+    ("5 K", "delta_K", 5.0),
+    ("5 degC", "delta_K", 5.0),
+    ("9 degF", "delta_degC", 5.0),
+    ("28/41", "1", 28 / 41),
+    ("8.5 kN/(m/s)", "N s/m", 8500.0),
+    ("5 l/min", "m3/s", 5e-3 / 60),
+    ("0.5 N m", "N m", 0.5),
+    ("0.5 Nm", "N m", 0.5),
+    ("3 kNm", "N m", 3000.0),
+    ("90 %", "1", 0.9),
+    ("127 mm", "m", 0.127),
+    ("5 in", "m", 0.127),
+    ("20e-9 1/Pa", "1/Pa", 20e-9),
+    ("8e-5 1/bar", "1/Pa", 8e-10),
+    ("2 l", "m3", 2e-3),
+    ("1.2 GPa", "Pa", 1.2e9),
+    ("0.008 kg·m²", "kg m2", 0.008),
+    ("129kN", "N", 129e3),
+    ("1E3 m^2", "m2", 1000.0),
+    (".5 m", "m", 0.5),
+    ("−2 mm", "m", -0.002),
+    (0.9, "1", 0.9),
+    ("0.9", "1", 0.9),
+    (2, "1", 2.0),
+]
+
+
+@pytest.mark.parametrize(("text", "unit", "si"), WRITTEN)
+def test_what_engineers_write_becomes_si(text, unit, si):
+    assert units.parse(text, unit) == pytest.approx(si, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("text", "si"),
+    [("127 mm", 0.127), ("0.3 l", 0.0003), ("250 bar", 25e6), ("4 bar", 4e5), ("79.4 mm", 0.0794)],
+)
+def test_usual_values_are_exact_to_the_last_digit(text, si):
+    assert units.parse(text, {"mm": "m", "l": "m3", "bar": "Pa"}[text.split()[1]]) == si
+
+
+REFUSED = [
+    ("250", "Pa", "a unit is missing; expected a pressure such as '210 bar'"),
+    (250, "Pa", "a unit is missing; expected a pressure such as '210 bar'"),
+    ("50 cm3", "m3/rad", "expected a displacement per revolution such as '31.6 cm3/rev'"),
+    ("10 Hz", "rad/s", "expected an angular speed such as '1450 rpm'"),
+    ("3 bar", "m", "'bar' does not fit; expected a length such as '127 mm'"),
+    ("3 bar", "1", "expected a plain number"),
+    ("1,5 mm", "m", "the decimal mark is a point"),
+    ("3 foo", "m", "'foo' is not a unit"),
+    ("abc", "Pa", "expected a pressure"),
+    ("", "Pa", "expected a pressure"),
+    ("nan bar", "Pa", "expected a pressure"),
+    ("1e999 m", "m", "not finite"),
+    (math.inf, "1", "not finite"),
+    (10**400, "1", "not finite"),
+    (True, "1", "expected a plain number"),
+    (None, "m", "expected a length"),
+    (["3 m"], "m", "expected a length"),
+    ("1/0", "1", "over zero"),
+    ("1.2.3 m", "m", "expected a length"),
+    ("2 m**9**9**9", "m", "is not a unit"),
+    ("2 (((((m", "m", "is not a unit"),
+    ("5 m; import os", "m", "is not a unit"),
+    ("5 " + "m" * 200, "m", "is not a unit"),
+]
+
+
+@pytest.mark.parametrize(("text", "unit", "words"), REFUSED)
+def test_what_cannot_be_used_is_refused_with_an_example(text, unit, words):
+    with pytest.raises(DescriptionError) as caught:
+        units.parse(text, unit)
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+SHOWN = [
+    "Pa",
+    "bar",
+    "mm",
+    "cm3/rev",
+    "rpm",
+    "degC",
+    "l/min",
+    "kN/(m/s)",
+    "mm2/s",
+    "N m",
+    "GPa",
+    "1",
+    "%",
+    "1/Pa",
+]
+
+
+@given(unit=st.sampled_from(SHOWN), number=st.floats(-1e6, 1e6, allow_nan=False))
+def test_a_value_survives_being_written_and_read(unit, number):
+    si = units.to_si(number, unit)
+    assert units.parse(units.format_si(si, unit), unit) == pytest.approx(
+        si, rel=1e-11, abs=units.to_si(1e-9, unit)
+    )
+
+
+@given(st.text(max_size=30))
+def test_any_text_is_read_or_refused_in_words(text):
+    try:
+        assert math.isfinite(units.parse(text, "Pa"))
+    except DescriptionError as error:
+        said = str(error)
+    else:
+        return
+    assert "expected a pressure such as '210 bar'" in said
+
+
+@pytest.mark.parametrize("unit", list(units._KNOWN))
+def test_every_example_in_an_error_is_itself_right(unit):
+    assert units.parse(units._KNOWN[unit][1], unit) > 0
+
+
+def test_formats():
+    assert units.format_si(25e6, "bar") == "250 bar"
+    assert units.format_si(123456789.0, "N", 3) == "1.23e+08 N"
+    assert units.format_si(536e3, "kN", 2) == "540 kN"
+    assert units.format_si(0.0, "degC", 5) == "-273.15 degC"
+    assert units.format_si(-0.0, "bar") == "0 bar"
+    assert units.format_si(5.0, "delta_K") == "5 K"
+
+
+def test_an_unknown_unit_in_the_program_is_its_mistake():
+    with pytest.raises(ValueError, match="parsec"):
+        units.to_si(1.0, "parsec")
+
+
+def test_pint_is_asked_only_when_a_text_is_read():
+    code = (
+        "import sys, ramsight.units as u; assert 'pint' not in sys.modules; "
+        "u.parse('3 bar', 'Pa'); assert 'pint' in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
