@@ -12,9 +12,7 @@ from hypothesis import HealthCheck, settings
 TRACES = Path(__file__).parent / "traces"
 
 # Compiling takes seconds the first time, so examples have no deadline; the same examples run everywhere.
-settings.register_profile(
-    "ramsight", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
-)
+settings.register_profile("ramsight", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("ramsight")
 
 

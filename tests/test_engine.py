@@ -91,7 +91,11 @@ def test_steps_end_exactly_at_the_corners_of_the_input():
     start, end = np.array([0.0, 0.3, 0.7]), np.array([0.3, 0.7, 1.0])
     value, slope = np.array([[0.0], [1.0], [1.0]]), np.array([[0.0], [0.0], [-2.0]])
     run = integrate(
-        model, np.zeros(1), Segments(start, end, value, slope, np.zeros((1, 1))), np.array([1.0]), record_steps=True
+        model,
+        np.zeros(1),
+        Segments(start, end, value, slope, np.zeros((1, 1))),
+        np.array([1.0]),
+        record_steps=True,
     )
     assert set(end) <= set(run.step_time)
     assert run.state[-1, 0] == pytest.approx(0.4 + 0.3 - 0.3**2, abs=1e-12)
@@ -208,7 +212,15 @@ def test_machine_code_passes_not_a_number_on(compiled_operations):
 def test_a_recursion_steps_the_same_alone_and_in_a_row():
     x, u, p = ca.SX.sym("x", 2), ca.SX.sym("u", 1), ca.SX.sym("p", 1)
     recursion = Recursion(
-        ("a", "b"), ("u",), ("p",), ("y",), x, u, p, ca.vertcat(x[0] + p * u, x[0] * 0.5 + x[1]), x[0] + x[1] + u
+        ("a", "b"),
+        ("u",),
+        ("p",),
+        ("y",),
+        x,
+        u,
+        p,
+        ca.vertcat(x[0] + p * u, x[0] * 0.5 + x[1]),
+        x[0] + x[1] + u,
     )
     inputs = np.random.default_rng(0).standard_normal((50, 1))
     state, alone = np.zeros(2), np.zeros(2)

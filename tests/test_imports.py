@@ -23,7 +23,8 @@ STREET = [
     {"calibration"},
     {"study"},
     {"deploy", "studio"},
-    {"cli", "__main__"},
+    {"cli"},
+    {"__main__"},
 ]
 PLACE = {room: place for place, rooms in enumerate(STREET) for room in rooms}
 FREE = {"equation", "errors", "output", "progress"}

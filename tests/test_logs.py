@@ -91,16 +91,12 @@ def test_a_log_is_read_into_si_units(tmp_path):
 def test_the_same_log_in_another_form_reads_the_same(tmp_path, content, packed):
     expected = read_drive_log(written(tmp_path, PLAIN))
     data = content.encode()
-    path = written(
-        tmp_path, gzip.compress(data) if packed else data, "other.csv.gz" if packed else "other.csv"
-    )
+    path = written(tmp_path, gzip.compress(data) if packed else data, "other.csv.gz" if packed else "other.csv")
     xarray.testing.assert_identical(read_drive_log(path), expected)
 
 
 def test_truth_does_not_get_into_a_drive_log(tmp_path):
-    lines = [
-        f"{line},{extra}" for line, extra in zip(PLAIN.splitlines(), ["position_m", 1, 2, 3], strict=True)
-    ]
+    lines = [f"{line},{extra}" for line, extra in zip(PLAIN.splitlines(), ["position_m", 1, 2, 3], strict=True)]
     log = read_drive_log(written(tmp_path, "\n".join(lines)))
     assert set(log.variables) == {"time", "motor_speed", "motor_torque", "oil_temperature"}
     assert log.attrs == {}

@@ -184,9 +184,7 @@ def test_missing_columns_are_named_with_those_found(tmp_path):
     error, text = refusal(tmp_path, b"time_s,speed,motor_torque_nm\n0,1,2\n")
     assert isinstance(error, MissingColumnError)
     assert error.missing == ["motor_speed_rpm", "oil_temperature_c"]
-    assert (
-        text == ": missing columns motor_speed_rpm, oil_temperature_c; found time_s, speed, motor_torque_nm"
-    )
+    assert text == ": missing columns motor_speed_rpm, oil_temperature_c; found time_s, speed, motor_torque_nm"
 
 
 def test_a_header_of_rubbish_is_not_repeated_at_length(tmp_path):

@@ -41,9 +41,7 @@ def all_parts(cls=machine.Machine):
     yield cls
     for field in cls.model_fields.values():
         inner = field.annotation
-        inner = (
-            getattr(inner, "__args__", [None, None])[-1] if getattr(inner, "__origin__", 0) is dict else inner
-        )
+        inner = getattr(inner, "__args__", [None, None])[-1] if getattr(inner, "__origin__", 0) is dict else inner
         if isinstance(inner, type) and issubclass(inner, Part):
             yield from all_parts(inner)
 
@@ -217,16 +215,11 @@ def test_sources_stay_with_their_values(text):
 def test_a_catalogue_part_can_be_overridden_or_given_in_full(text):
     pump = 'model = "PGI100-2-008"'
     assert (
-        machine.loads(broken(text, pump, f'{pump}\nmax_pressure = "280 bar"'))
-        .unit("boom")
-        .pump_a.max_pressure
-        == 28e6
+        machine.loads(broken(text, pump, f'{pump}\nmax_pressure = "280 bar"')).unit("boom").pump_a.max_pressure == 28e6
     )
     lines = text.splitlines()
     head, tail = lines.index("[units.boom.pump_a]"), lines.index("[units.boom.pump_b]")
-    lines[head:tail] = [
-        re.sub(r"^# (\w+ = )", r"\1", line) for line in lines[head:tail] if "model" not in line
-    ]
+    lines[head:tail] = [re.sub(r"^# (\w+ = )", r"\1", line) for line in lines[head:tail] if "model" not in line]
     full = machine.loads("\n".join(lines)).unit("boom").pump_a
     assert full.model is None
     assert full.replace({"model": "PGI100-2-008"}) == machine.loads(text).unit("boom").pump_a
@@ -272,9 +265,7 @@ def test_every_parameter_is_explained_and_bounded():
 
 
 def test_replace_checks_and_keeps_the_rest(loader):
-    worn = loader.replace(
-        {"units.boom.pump_a.volumetric_efficiency": 0.85, "units.boom.cylinder.bore": "6 in"}
-    )
+    worn = loader.replace({"units.boom.pump_a.volumetric_efficiency": 0.85, "units.boom.cylinder.bore": "6 in"})
     assert worn.unit("boom").pump_a.volumetric_efficiency == 0.85
     assert worn.unit("boom").cylinder.bore == 0.1524
     assert worn.unit("bucket") == loader.unit("bucket")

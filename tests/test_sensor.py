@@ -105,7 +105,7 @@ def test_balance_does_not_mind_the_drives_period(units, sensors, period):
     sensor.start(duty.start_position)
     tracked = sensor.track(report(run, DriveReport(seed=3)))
     assert np.abs(tracked["position"] - run["position"]).max() < 1e-3
-    assert abs(float(tracked["position"][-1] - run["position"][-1])) < 0.3e-3
+    assert abs(float(tracked["position"][-1] - run["position"][-1])) < 0.4e-3
 
 
 @pytest.mark.parametrize("kind", ["balance", "table"])
@@ -118,7 +118,10 @@ def test_a_step_at_a_time_is_the_same_as_a_whole_log(trace, sensors, kind):
     for k in range(log.sizes["time"]):
         row = log.isel(time=k)
         estimate = sensor.step(
-            float(row["time"]), float(row["motor_speed"]), float(row["motor_torque"]), float(row["oil_temperature"])
+            float(row["time"]),
+            float(row["motor_speed"]),
+            float(row["motor_torque"]),
+            float(row["oil_temperature"]),
         )
         assert estimate.position == whole["position"].values[k]
 

@@ -121,9 +121,7 @@ SHOWN = [
 @given(unit=st.sampled_from(SHOWN), number=st.floats(-1e6, 1e6, allow_nan=False))
 def test_a_value_survives_being_written_and_read(unit, number):
     si = units.to_si(number, unit)
-    assert units.parse(units.format_si(si, unit), unit) == pytest.approx(
-        si, rel=1e-11, abs=units.to_si(1e-9, unit)
-    )
+    assert units.parse(units.format_si(si, unit), unit) == pytest.approx(si, rel=1e-11, abs=units.to_si(1e-9, unit))
 
 
 @given(st.text(max_size=30))

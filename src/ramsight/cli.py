@@ -169,12 +169,8 @@ def simulate(
         check_target(path, suffixes)
     described = load_machine(machine).unit(unit)
     ddh = build(unit, described)
-    stroke, fastest = (
-        format_si(*of) for of in ((described.cylinder.stroke, "mm"), (described.drive.max_speed, "rpm"))
-    )
-    lowest, highest = (
-        format_si(t, "degC") for t in (described.oil.min_temperature, described.oil.max_temperature)
-    )
+    stroke, fastest = (format_si(*of) for of in ((described.cylinder.stroke, "mm"), (described.drive.max_speed, "rpm")))
+    lowest, highest = (format_si(t, "degC") for t in (described.oil.min_temperature, described.oil.max_temperature))
     duty = lift_lower(
         ddh,
         parse_option(load, "N", "--load", least="-10000 kN", most="10000 kN"),
@@ -182,9 +178,7 @@ def simulate(
         motor_speed=parse_option(speed, "rad/s", "--speed", least="1 rpm", most=fastest),
         ramp=parse_option(ramp, "s", "--ramp", least="1 ms", most="100 s"),
         hold=None if hold is None else parse_option(hold, "s", "--hold", least="0 s", most="10000 s"),
-        start_position=None
-        if start is None
-        else parse_option(start, "m", "--start", least="0 mm", most=stroke),
+        start_position=None if start is None else parse_option(start, "m", "--start", least="0 mm", most=stroke),
         cycles=cycles,
     )
     period = parse_option(sample_period, "s", "--sample-period", least="0.1 ms", most="10 s")
@@ -209,12 +203,11 @@ def track(
     unit: Annotated[str, typer.Option(help="The unit that the drive turns, for example boom.")],
     start: Annotated[str, typer.Option(help='Piston position at the first sample, 0 = retracted: "100 mm".')],
     sensor: Annotated[
-        str, typer.Option(help="balance: volume bookkeeping; table: the paper's look-up table.")
+        str,
+        typer.Option(help="balance: volume bookkeeping; table: the paper's look-up table; or a file of 'calibrate'."),
     ] = "balance",
     out: Annotated[Path | None, typer.Option(help="The track: .csv, .csv.gz or .nc.")] = None,
-    truth: Annotated[
-        Path | None, typer.Option(help="True position, to print the errors: .csv or .csv.gz.")
-    ] = None,
+    truth: Annotated[Path | None, typer.Option(help="True position, to print the errors: .csv or .csv.gz.")] = None,
     figure: Annotated[Path | None, typer.Option(help="A picture of it: .png, .svg or .pdf.")] = None,
 ) -> None:
     """Say where the piston was, from the log of a motor drive.
@@ -261,6 +254,66 @@ def track(
     for path in (out, figure):
         if path is not None:
             typer.echo(f"{path}: written")
+
+
+@app.command()
+def calibrate(
+    machine: _MACHINE,
+    unit: Annotated[str, typer.Option(help="The unit that the sensor is for, for example boom.")],
+    out: Annotated[Path, typer.Option(help="The sensor file, for example boom.sensor.")],
+    speed: Annotated[str, typer.Option(help="Constant motor speed of the calibration.")] = "1500 rpm",
+    loads: Annotated[int, typer.Option(min=8, max=1000, help="How many loads.")] = 40,
+) -> None:
+    """Make the paper's look-up table from simulated runs, and keep it as a sensor file.
+
+    The unit lifts and lowers loads from 1 kN to the relief valve's opening at a constant speed, at oil
+    temperatures from 20 to 70 °C; the table says how far the rod moves per motor revolution at each motor torque.
+
+    Example: ramsight calibrate mining-loader --unit boom --out boom.sensor
+    """
+    from ramsight.calibration.cached import calibrated
+    from ramsight.calibration.movement import TEMPERATURES
+    from ramsight.calibration.sensor_file import SUFFIX, save
+    from ramsight.machine import load as load_machine
+    from ramsight.output import check_target
+    from ramsight.plant.ddh import build
+    from ramsight.progress import progress
+    from ramsight.units import format_si, parse_option
+
+    check_target(out, (SUFFIX,))
+    described = load_machine(machine).unit(unit)
+    fastest = format_si(described.drive.max_speed, "rpm")
+    motor_speed = parse_option(speed, "rad/s", "--speed", least="100 rpm", most=fastest)
+    with progress(2 * loads * len(TEMPERATURES), "calibrating the table") as bar:
+        movement = calibrated(build(unit, described), motor_speed=motor_speed, loads=loads, advance=bar.advance)
+    save(movement, out)
+    typer.echo(
+        f"{out}: written; {unit}, {loads} loads at {len(TEMPERATURES)} oil temperatures, torque from "
+        f"{movement.lift_torque[0]:.1f} to {movement.lift_torque[-1]:.1f} N m while lifting"
+    )
+
+
+@app.command()
+def paper(
+    out: Annotated[Path, typer.Option(help="Directory for the report; made if it is not there.")],
+) -> None:
+    """Redo the study of the paper and lay statement, result and verdict side by side.
+
+    Writes report.html (self-contained), report.md with its figures as PNG and SVG, and results.json with every
+    number. An earlier report in the same directory is replaced; other files there stay.
+
+    Example: ramsight paper --out paper
+    """
+    from ramsight.progress import progress
+    from ramsight.study.paper import STEPS, reproduce, write_report
+    from ramsight.study.paper.writing import check_directory
+
+    check_directory(out)
+    with progress(STEPS, "redoing the paper") as bar:
+        study = reproduce(advance=bar.advance)
+        write_report(study, out, advance=bar.advance)
+    typer.echo(study.summary())
+    typer.echo(f"{out}: report.html, report.md and results.json written")
 
 
 def main() -> None:

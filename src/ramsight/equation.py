@@ -70,17 +70,13 @@ class OdeModel:
     @cached_property
     def function(self) -> ca.Function:
         """The right-hand side as `f(x, u, slope, p) -> dx`, for use with any solver."""
-        return ca.Function(
-            "rhs", [self.x, self.u, self.slope, self.p], [self.rhs], ["x", "u", "slope", "p"], ["dx"]
-        )
+        return ca.Function("rhs", [self.x, self.u, self.slope, self.p], [self.rhs], ["x", "u", "slope", "p"], ["dx"])
 
     @cached_property
     def output_function(self) -> ca.Function:
         """All outputs as one column, `g(x, u, slope, p) -> y`."""
         column = ca.vertcat(*(output.expression for output in self.outputs))
-        return ca.Function(
-            "outputs", [self.x, self.u, self.slope, self.p], [column], ["x", "u", "slope", "p"], ["y"]
-        )
+        return ca.Function("outputs", [self.x, self.u, self.slope, self.p], [column], ["x", "u", "slope", "p"], ["y"])
 
     def state_index(self, name: str) -> int:
         """Place of a state in `x`."""

@@ -71,9 +71,7 @@ class LogError(RamsightError):
         column: name of the column.
     """
 
-    def __init__(
-        self, message: str, *, file: str, line: int | None = None, column: str | None = None
-    ) -> None:
+    def __init__(self, message: str, *, file: str, line: int | None = None, column: str | None = None) -> None:
         self.file, self.line, self.column = file, line, column
         place = file
         if line is not None:
@@ -95,9 +93,7 @@ class MissingColumnError(LogError):
     def __init__(self, *, file: str, missing: Sequence[str], found: Sequence[str]) -> None:
         self.missing, self.found = list(missing), list(found)
         word = "column" if len(self.missing) == 1 else "columns"
-        super().__init__(
-            f"missing {word} {', '.join(self.missing)}; found {', '.join(self.found)}", file=file
-        )
+        super().__init__(f"missing {word} {', '.join(self.missing)}; found {', '.join(self.found)}", file=file)
 
 
 class SimulationError(RamsightError):

@@ -242,8 +242,7 @@ def _csv_text(arrays: Mapping[str, np.ndarray[Any, Any]], formats: Mapping[str, 
     length = next((array.size for array in arrays.values()), 0)
     for start in range(0, length, _ROWS_AT_ONCE):
         cells = [
-            _cells(array[start : start + _ROWS_AT_ONCE], name, formats.get(name))
-            for name, array in arrays.items()
+            _cells(array[start : start + _ROWS_AT_ONCE], name, formats.get(name)) for name, array in arrays.items()
         ]
         yield "\n".join(map(",".join, zip(*cells, strict=True))) + "\n"
 
@@ -281,9 +280,7 @@ def _dataset_columns(dataset: xarray.Dataset, shown: str) -> dict[str, np.ndarra
     dims = [str(dim) for dim in dataset.sizes]
     many = [str(name) for name, variable in dataset.variables.items() if variable.ndim > 1]
     if len(dims) != 1 or many:
-        raise OutputError(
-            f"{shown}: a table has one dimension, this has {', '.join(dims) or 'none'}; write .nc"
-        )
+        raise OutputError(f"{shown}: a table has one dimension, this has {', '.join(dims) or 'none'}; write .nc")
     length = dataset.sizes[dims[0]]
     columns: dict[str, np.ndarray[Any, Any]] = {}
     for name in [dims[0], *(name for name in dataset.variables if name != dims[0])]:

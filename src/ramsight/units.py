@@ -106,9 +106,7 @@ _QUANTITY = re.compile(rf"({_NUMBER})(?![.\d])\s*(.*)", re.DOTALL)
 _RATIO = re.compile(rf"({_NUMBER})\s*[/:]\s*({_NUMBER})")
 _COMMA = re.compile(r"[+-]?\d+,\d+")
 _PER_MINUTE = frozenset({"1/min", "min-1", "min^-1", "1/minute", "r/min", "U/min", "RPM"})
-_TIDY = str.maketrans(
-    {"−": "-", "·": " ", "⋅": " ", "²": "2", "³": "3", "μ": "µ", "\u00a0": " ", "\u202f": " "}
-)
+_TIDY = str.maketrans({"−": "-", "·": " ", "⋅": " ", "²": "2", "³": "3", "μ": "µ", "\u00a0": " ", "\u202f": " "})
 _UNIT = re.compile(r"(?:1\s*+/)?(?:[\s*/()]|(?:[A-Za-zµ]++(?:\s*+(?:\^|\*\*))?-?[1-9]?))*+")
 _LONGEST_UNIT = 40
 _TOKEN = re.compile(r"([A-Za-zµ]+)\s*(?:\^|\*\*)?\s*(-?\d+)?")

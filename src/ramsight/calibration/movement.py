@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,17 +14,44 @@ from ramsight.duty.profile import Duty, constant, trapezoid_moves
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import integrate, outputs
 from ramsight.errors import SimulationError
+from ramsight.plant.circuit import CircuitModel
 from ramsight.plant.ddh import DdhUnit, circuit, initial_state
 from ramsight.sensor.table import MovementTable
 
 Array = NDArray[np.float64]
 
+METHOD = 2
+"""Version of the method; one that gives other tables has another number."""
+
 TEMPERATURES = np.array([20.0, 30.0, 40.0, 50.0, 60.0, 70.0]) + 273.15  # K
 LOADS = 40
 _LIGHTEST = 1e3  # N, [P]
-_STEEP = 0.95  # share of the relief load above which the points lie closer
+_STEEP, _TOP = 0.95, 1.03  # shares of the relief load: the points lie closer from here, and end there
+_APART = 1e-3  # share of the table's torque range below which two points are one
 _RAMP, _LONGEST, _SHARE_OF_STROKE = 0.2, 8.0, 0.6  # s, s, 1
 _SAMPLES = 41
+_RELIEF_PASSES = 1e-3  # share of the pump's flow from which the relief valve counts as open
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Movement and torque of every simulated run, before they become a table.
+
+    Args:
+        motor_speed: magnitude [rad/s].
+        temperature: [K], shape (t,).
+        load: [N], shape (n,).
+        movement: piston movement per motor angle [m/rad], shape (2, t, n), lift first.
+        torque: motor torque [N m], the same shape.
+        relieved: share of the pump's flow that passed the relief valve [1], the same shape.
+    """
+
+    motor_speed: float
+    temperature: Array
+    load: Array
+    movement: Array
+    torque: Array
+    relieved: Array
 
 
 def relief_load(unit: DdhUnit) -> float:
@@ -30,6 +59,46 @@ def relief_load(unit: DdhUnit) -> float:
     area = unit.cylinder.area_a if unit.held == "a" else unit.cylinder.area_b
     side = unit.a if unit.held == "a" else unit.b
     return side.relief.setting * area
+
+
+def sweep(
+    unit: DdhUnit,
+    *,
+    motor_speed: float = SPEED,
+    temperatures: Array = TEMPERATURES,
+    loads: int = LOADS,
+    advance: Callable[[int], object] | None = None,
+) -> Sweep:
+    """Simulate the unit at one constant speed, over loads and oil temperatures, in both directions.
+
+    Args:
+        unit: the unit, taken to be its data sheet.
+        motor_speed: magnitude [rad/s].
+        temperatures: [K], increasing.
+        loads: how many, from 1 kN to a little above the relief valve's opening; a quarter of them close to that.
+        advance: called with 1 after every run; there are 2 * loads * len(temperatures).
+
+    Raises:
+        SimulationError: if a run does not reach its end.
+    """
+    model = circuit(unit)
+    top = relief_load(unit)
+    steep = max(2, loads // 4)
+    force = np.concatenate(
+        [
+            np.linspace(_LIGHTEST, _STEEP * top, loads - steep),
+            np.linspace(_STEEP * top, _TOP * top, steep + 1)[1:],
+        ]
+    )
+    result = np.empty((3, 2, len(temperatures), loads))
+    for d, direction in enumerate((1.0, -1.0)):
+        for t, temperature in enumerate(temperatures):
+            for k, load in enumerate(force):
+                speed = direction * unit.lift_sign * motor_speed
+                result[:, d, t, k] = _run(unit, model, speed, float(temperature), float(load))
+                if advance is not None:
+                    advance(1)
+    return Sweep(motor_speed, np.asarray(temperatures), force, *result)
 
 
 def calibrate(
@@ -40,7 +109,7 @@ def calibrate(
     loads: int = LOADS,
     advance: Callable[[int], object] | None = None,
 ) -> MovementTable:
-    """Simulate the unit at one constant speed and tabulate its movement.
+    """Simulate the unit at one constant speed and tabulate its movement, as the paper did.
 
     Args:
         unit: the unit, taken to be its data sheet.
@@ -51,52 +120,58 @@ def calibrate(
 
     Raises:
         SimulationError: if a run does not reach its end.
+
+    Example:
+        >>> from ramsight import machine
+        >>> from ramsight.plant.ddh import build
+        >>> boom = build("boom", machine.load("mining-loader").unit("boom"))
+        >>> table = calibrate(boom, temperatures=np.array([313.15]), loads=4)
+        >>> bool(table.lift[0, 0] > table.lift[0, 1])  # the heavier load moves less
+        True
     """
-    model = circuit(unit)
-    ode = model.ode
-    top = relief_load(unit)
-    steep = max(2, loads // 4)
-    force = np.concatenate(
-        [np.linspace(_LIGHTEST, _STEEP * top, loads - steep), np.linspace(_STEEP * top, top, steep + 1)[1:]]
-    )
-    stroke = unit.cylinder.stroke
-    span = min(_LONGEST, max(1.0, _SHARE_OF_STROKE * stroke / (motor_speed * unit.travel_per_radian)))
-    time = np.linspace(_RAMP + 0.5 * span, _RAMP + span, _SAMPLES)
-    position = ode.state_index("position")
-    movement = np.empty((2, len(temperatures), loads))
-    needed = np.empty_like(movement)
-    for d, direction in enumerate((1.0, -1.0)):
-        low_end = 0.0 if unit.lift_sign * direction > 0.0 else stroke
-        start = low_end + 0.2 * stroke * unit.lift_sign * direction
-        speed = trapezoid_moves(
-            [(direction * unit.lift_sign * motor_speed, span)], ramp=_RAMP, before=0.0, rest=0.0
-        )
-        for t, temperature in enumerate(temperatures):
-            for k, load in enumerate(force):
-                duty = Duty(speed, constant(load), constant(temperature), start, end=_RAMP + span)
-                segments = duty.segments(model.values, ode.parameters.index("oil_temperature"))
-                run = integrate(ode, initial_state(unit, model, start, load), segments, time)
-                if run.outcome is not Outcome.DONE:
-                    raise SimulationError(
-                        f"{unit.name} at {load:.0f} N and {temperature - 273.15:.0f} degC: {run.message}"
-                    )
-                x = run.state[:, position]
-                angle = direction * unit.lift_sign * motor_speed * (time[-1] - time[0])
-                movement[d, t, k] = (x[-1] - x[0]) / angle
-                needed[d, t, k] = float(np.mean(outputs(ode, segments, time, run.state)["motor_torque"]))
-                if advance is not None:
-                    advance(1)
-    (lift_torque, lift), (lower_torque, lower) = (_on_common_grid(needed[d], movement[d]) for d in (0, 1))
+    found = sweep(unit, motor_speed=motor_speed, temperatures=temperatures, loads=loads, advance=advance)
+    return tabulate(unit, found)
+
+
+def tabulate(unit: DdhUnit, found: Sweep) -> MovementTable:
+    """The table of a sweep."""
+    (lift_torque, lift), (lower_torque, lower) = (_on_common_grid(found.torque[d], found.movement[d]) for d in (0, 1))
+    opens = found.relieved[0] > _RELIEF_PASSES
+    relief_torque = float(np.abs(found.torque[0][opens]).min()) if opens.any() else math.inf
     return MovementTable(
-        unit.name,
-        motor_speed,
-        np.asarray(temperatures),
-        lift_torque,
-        lift,
-        lower_torque,
-        lower,
-        unit.lift_sign,
+        unit=unit.name,
+        motor_speed=found.motor_speed,
+        temperature=found.temperature,
+        lift_torque=lift_torque,
+        lift=lift,
+        lower_torque=lower_torque,
+        lower=lower,
+        lift_sign=unit.lift_sign,
+        relief_torque=relief_torque,
     )
+
+
+def _run(
+    unit: DdhUnit, model: CircuitModel, motor_speed: float, temperature: float, load: float
+) -> tuple[float, float, float]:
+    """Movement per angle [m/rad], mean torque [N m] and share of the flow through the relief valve of one run."""
+    ode, stroke = model.ode, unit.cylinder.stroke
+    span = min(_LONGEST, max(1.0, _SHARE_OF_STROKE * stroke / (abs(motor_speed) * unit.travel_per_radian)))
+    time = np.linspace(_RAMP + 0.5 * span, _RAMP + span, _SAMPLES)
+    way = math.copysign(1.0, motor_speed)  # +1 extends
+    start = 0.5 * (1.0 - way) * stroke + 0.2 * stroke * way
+    speed = trapezoid_moves([(motor_speed, span)], ramp=_RAMP, before=0.0, rest=0.0)
+    duty = Duty(speed, constant(load), constant(temperature), start, end=_RAMP + span)
+    segments = duty.segments(model.values, ode.parameters.index("oil_temperature"))
+    run = integrate(ode, initial_state(unit, model, start, load), segments, time)
+    if run.outcome is not Outcome.DONE:
+        raise SimulationError(f"{unit.name} at {load:.0f} N and {temperature - 273.15:.0f} degC: {run.message}")
+    x = run.state[:, ode.state_index("position")]
+    computed = outputs(ode, segments, time, run.state)
+    pump = unit.a.pump if unit.held == "a" else unit.b.pump
+    relieved = np.mean(computed[f"relief_{unit.held}.flow"]) / (pump.geared_displacement * abs(motor_speed))
+    movement = (x[-1] - x[0]) / (motor_speed * (time[-1] - time[0]))
+    return float(movement), float(np.mean(computed["motor_torque"])), float(relieved)
 
 
 def _on_common_grid(torque: Array, movement: Array) -> tuple[Array, Array]:
@@ -104,4 +179,5 @@ def _on_common_grid(torque: Array, movement: Array) -> tuple[Array, Array]:
     order = np.argsort(torque, axis=1)
     torque, movement = np.take_along_axis(torque, order, 1), np.take_along_axis(movement, order, 1)
     grid = np.unique(torque[len(torque) // 2])
+    grid = grid[np.concatenate([[True], np.diff(grid) > _APART * np.ptp(grid)])]
     return grid, np.array([np.interp(grid, t, m) for t, m in zip(torque, movement, strict=True)])

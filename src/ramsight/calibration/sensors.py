@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
-from ramsight.calibration.movement import LOADS, TEMPERATURES, calibrate
+from ramsight.calibration.cached import calibrated
+from ramsight.calibration.movement import LOADS, TEMPERATURES
+from ramsight.calibration.sensor_file import SUFFIX, SensorFileError, load
 from ramsight.errors import UnknownNameError
 from ramsight.plant.ddh import DdhUnit
 from ramsight.sensor.balance import balance
@@ -20,14 +23,25 @@ def sensor_for(unit: DdhUnit, kind: str, *, advance: Callable[[int], object] | N
 
     Args:
         unit: the unit it watches.
-        kind: ``balance`` or ``table``; a table is calibrated first, by `TABLE_RUNS` simulated runs.
+        kind: ``balance``; ``table``, which is calibrated first unless it is in the cache, by `TABLE_RUNS` simulated
+            runs; or a sensor file.
         advance: called with 1 after each of those runs.
 
     Raises:
         UnknownNameError: there is no such kind.
+        SensorFileError: the sensor file cannot be used, or was made for another unit.
     """
     if kind == "balance":
         return balance(unit)
     if kind == "table":
-        return table(calibrate(unit, advance=advance))
+        return table(calibrated(unit, advance=advance))
+    if kind.endswith(SUFFIX) or Path(kind).is_file():
+        return _from_file(unit, kind)
     raise UnknownNameError("sensor", kind, KINDS)
+
+
+def _from_file(unit: DdhUnit, path: str) -> VirtualSensor:
+    movement = load(path)
+    if movement.unit != unit.name or movement.lift_sign != unit.lift_sign:
+        raise SensorFileError(f"{path}: was calibrated for unit {movement.unit!r}, not for {unit.name!r}")
+    return table(movement)

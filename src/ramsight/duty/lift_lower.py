@@ -37,9 +37,7 @@ def lift_lower(
     """
     stroke = unit.cylinder.stroke
     if hold is None:
-        hold = min(
-            _LONGEST_HOLD, max(0.0, _SHARE_OF_STROKE * stroke / (motor_speed * unit.travel_per_radian) - ramp)
-        )
+        hold = min(_LONGEST_HOLD, max(0.0, _SHARE_OF_STROKE * stroke / (motor_speed * unit.travel_per_radian) - ramp))
     up = motor_speed * unit.lift_sign
     lowered = 0.0 if unit.lift_sign > 0 else stroke
     start = lowered + 0.2 * stroke * unit.lift_sign if start_position is None else start_position

@@ -39,9 +39,7 @@ class Profile:
         object.__setattr__(self, "time", np.atleast_1d(np.asarray(time, dtype=np.float64)))
         object.__setattr__(self, "value", np.atleast_1d(np.asarray(value, dtype=np.float64)))
         if self.time.ndim != 1 or self.time.shape != self.value.shape or not self.time.size:
-            raise ValueError(
-                f"time {self.time.shape} and value {self.value.shape} must be equally long lists"
-            )
+            raise ValueError(f"time {self.time.shape} and value {self.value.shape} must be equally long lists")
         if not (np.all(np.isfinite(self.time)) and np.all(np.isfinite(self.value))):
             raise ValueError("time and value must be finite")
         if np.any(np.diff(self.time) <= 0.0):
@@ -49,7 +47,7 @@ class Profile:
 
     def __call__(self, time: ArrayLike) -> Array:
         """Value at the given times."""
-        return np.asarray(np.interp(time, self.time, self.value))
+        return np.asarray(np.interp(np.asarray(time, dtype=np.float64), self.time, self.value))
 
 
 def constant(value: float) -> Profile:
@@ -84,11 +82,10 @@ class Duty:
         """The same duty several times in a row; loads and temperatures repeat with it."""
         period = self.duration
         return Duty(
-            *(
-                _repeat(profile, period, times)
-                for profile in (self.motor_speed, self.load, self.oil_temperature)
-            ),
-            start_position=self.start_position,
+            _repeat(self.motor_speed, period, times),
+            _repeat(self.load, period, times),
+            _repeat(self.oil_temperature, period, times),
+            self.start_position,
             end=period * times,
         )
 
@@ -99,7 +96,7 @@ class Duty:
         times = times[(times >= 0.0) & (times <= self.duration)]
         keep = np.concatenate([[True], np.diff(times) > 1e-9])
         keep[-1] = True
-        return times[keep]
+        return np.asarray(times[keep])
 
     def _temperature_corners(self) -> Array:
         time, value = self.oil_temperature.time, self.oil_temperature.value
@@ -127,9 +124,7 @@ class Duty:
 
 
 def _repeat(profile: Profile, period: float, times: int) -> Profile:
-    corner = np.unique(
-        np.concatenate([[0.0, period], profile.time[(profile.time > 0) & (profile.time < period)]])
-    )
+    corner = np.unique(np.concatenate([[0.0, period], profile.time[(profile.time > 0) & (profile.time < period)]]))
     value = profile(corner)
     if value[0] != value[-1]:
         raise ValueError("a duty can be repeated only if it ends with the values it began with")
@@ -137,9 +132,7 @@ def _repeat(profile: Profile, period: float, times: int) -> Profile:
     return Profile(time, np.concatenate([np.tile(value[:-1], times), value[-1:]]))
 
 
-def trapezoid_moves(
-    moves: Sequence[tuple[float, float]], *, ramp: float, before: float, rest: float
-) -> Profile:
+def trapezoid_moves(moves: Sequence[tuple[float, float]], *, ramp: float, before: float, rest: float) -> Profile:
     """A speed command of moves with ramps and rests between them.
 
     Args:

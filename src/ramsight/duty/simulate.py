@@ -62,9 +62,7 @@ def simulate(
     count = int(np.floor(duty.duration / sample_period + 1e-9)) + 1
     time = np.minimum(np.arange(count) * sample_period, duty.duration)
     initial = initial_state(unit, model, duty.start_position, float(duty.load(0.0)))
-    run = integrate(
-        ode, initial, segments, time, rtol=rtol, max_steps=max_steps, record_steps=True, advance=advance
-    )
+    run = integrate(ode, initial, segments, time, rtol=rtol, max_steps=max_steps, record_steps=True, advance=advance)
     if run.outcome is not Outcome.DONE:
         raise SimulationError(f"{ode.name}: {run.message}")
     columns = {
@@ -90,11 +88,9 @@ def simulate(
                 output.name.replace("_", " ").replace(".", " "),
                 computed[output.name],
             )
-    result = xarray.Dataset(
-        {name: ("time", values, {"units": unit_, "long_name": text}) for name, (unit_, text, values) in columns.items()},
-        coords={"time": ("time", time, {"units": "s", "long_name": "time"})},
-        attrs={"format": 1, "kind": "simulated run", "unit": ode.name, "accepted_steps": run.accepted,
-               "rejected_steps": run.rejected},
-    )  # fmt: skip
+    data = {name: ("time", values, {"units": u, "long_name": text}) for name, (u, text, values) in columns.items()}
+    result = xarray.Dataset(data, coords={"time": ("time", time, {"units": "s", "long_name": "time"})})
+    result.attrs = {"format": 1, "kind": "simulated run", "unit": ode.name}
+    result.attrs |= {"accepted_steps": run.accepted, "rejected_steps": run.rejected}
     result.attrs.update(audit(model, segments, run))
     return result

@@ -13,9 +13,7 @@ _SHOWN = 1e-3  # share of the largest energy below which a line is left out
 def run_summary(run: xarray.Dataset) -> str:
     """Travel, torque, the energy book and how well it closes, as lines of text."""
     position, torque = run["position"].values, run["motor_torque"].values
-    energies = {
-        name.removeprefix("energy."): value for name, value in run.attrs.items() if name.startswith("energy.")
-    }
+    energies = {name.removeprefix("energy."): value for name, value in run.attrs.items() if name.startswith("energy.")}
     lines = [
         f"{run.attrs['unit']}: {run['time'].values[-1]:.1f} s in {run.attrs['accepted_steps']} steps; position "
         f"{1e3 * position[0]:.1f} mm at first, {1e3 * position.min():.1f} to {1e3 * position.max():.1f} mm, "

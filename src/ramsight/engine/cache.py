@@ -85,9 +85,7 @@ def _wrapper(name: str, function: ca.Function) -> list[str]:
     ]
 
 
-def generated_module(
-    functions: Mapping[str, ca.Function], constants: Mapping[str, object], body: str
-) -> ModuleType:
+def generated_module(functions: Mapping[str, ca.Function], constants: Mapping[str, object], body: str) -> ModuleType:
     """A compiled module made of SX functions and of Python source that calls them.
 
     Compiling takes seconds when the content is new and a fraction of a second when it was seen before here.
@@ -112,7 +110,7 @@ def generated_module(
     lines += [line if not line.startswith("def ") else f"@compiled\n{line}" for line in body.splitlines()]
     source = "\n".join(lines) + "\n"
     name = "model_" + content_hash(
-        programs, source, inspect.getsource(llvm), ca.__version__, sys.version_info[:2]
+        programs, source, inspect.getsource(llvm), ca.CasadiMeta.version(), sys.version_info[:2]
     )
     if name in _loaded:
         return _loaded[name]

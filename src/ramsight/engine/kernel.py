@@ -53,9 +53,7 @@ def integrate(
         span = max(abs(start), abs(end))
         fresh = True
         while t < end:
-            if progress[ACCEPTED] + progress[REFUSED] >= budget or (
-                capacity > 0 and progress[RECORDED] >= capacity
-            ):
+            if progress[ACCEPTED] + progress[REFUSED] >= budget or (capacity > 0 and progress[RECORDED] >= capacity):
                 progress[SEGMENT], progress[TIME], progress[STEP] = s, t, h_next
                 progress[REJECTED] = 1.0 if rejected else 0.0
                 return PAUSED

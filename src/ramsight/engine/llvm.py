@@ -68,7 +68,7 @@ class _Emitter:
         return self.b.select(self.b.fcmp_ordered(">=", x, y), y, x)
 
     def exp(self, x: Any) -> Any:
-        """exp(x) by reduction to |r| <= ln2/2 and a Taylor polynomial of degree 13."""
+        """Exponential by reduction to |r| <= ln2/2 and a Taylor polynomial of degree 13."""
         x = self.minimum(self.maximum(x, self.constant(-700.0)), self.constant(700.0))
         shifted = self.fma(x, self.constant(_LOG2_E), self.constant(_ROUND))
         k = self.b.fsub(shifted, self.constant(_ROUND))
@@ -83,7 +83,7 @@ class _Emitter:
         return self.b.fmul(value, self.b.bitcast(bits, self.real))
 
     def log(self, x: Any) -> Any:
-        """log(x), x > 0, by x = 2**e m with m about 1 and the series of artanh."""
+        """Natural logarithm of x > 0, by x = 2**e m with m about 1 and the series of artanh."""
         b = self.b
         bits = b.bitcast(x, self.integer)
         e = b.ashr(b.sub(bits, self.whole(0x3FE6A09E667F3BCD)), self.whole(52))
@@ -101,7 +101,7 @@ class _Emitter:
         return b.select(b.fcmp_ordered(">", x, self.constant(0.0)), value, self.constant(math.nan))
 
     def tanh(self, x: Any) -> Any:
-        """tanh(x) = 1 - 2/(exp(2x) + 1); saturated beyond 20."""
+        """Hyperbolic tangent, 1 - 2/(exp(2x) + 1); saturated beyond 20."""
         x = self.minimum(self.maximum(x, self.constant(-20.0)), self.constant(20.0))
         e = self.exp(self.b.fmul(self.constant(2.0), x))
         quotient = self.b.fdiv(self.constant(2.0), self.b.fadd(e, self.constant(1.0)))
@@ -162,9 +162,7 @@ class _Emitter:
             if code == ca.OP_INPUT:
                 place = (sources[0], sources[1])
                 if place not in loaded:
-                    loaded[place] = self.b.load(
-                        self.address(inputs[place[0]], place[1]), typ=self.real, align=8
-                    )
+                    loaded[place] = self.b.load(self.address(inputs[place[0]], place[1]), typ=self.real, align=8)
                 register[target[0]] = loaded[place]
             elif code == ca.OP_CONST:
                 register[target[0]] = self.constant(value)
@@ -177,9 +175,7 @@ class _Emitter:
 
     def address(self, base: Any, element: int) -> Any:
         offset = ir.Constant(ir.IntType(64), element * self.width)
-        return self.b.bitcast(
-            self.b.gep(base, [offset], source_etype=ir.DoubleType()), self.real.as_pointer()
-        )
+        return self.b.bitcast(self.b.gep(base, [offset], source_etype=ir.DoubleType()), self.real.as_pointer())
 
 
 def operations(load: Callable[[], Program], width: int = 1) -> Any:

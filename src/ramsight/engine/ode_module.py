@@ -42,9 +42,7 @@ def compile_ode(model: OdeModel) -> ModuleType:
     functions = {
         "prepare": prepare,
         "rhs": ca.Function("rhs", arguments, [f], names, ["f"], options),
-        "rhs_jacobian": ca.Function(
-            "rhs_jacobian", arguments, [f, jac, ft], names, ["f", "jac", "ft"], options
-        ),
+        "rhs_jacobian": ca.Function("rhs_jacobian", arguments, [f, jac, ft], names, ["f", "jac", "ft"], options),
         "outputs": ca.Function("outputs", arguments, [out], names, ["out"], options),
         "factor": solver.factor,
         "solve": solver.solve,

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.engine.ode_module import compile_ode
-from ramsight.equation import OdeModel
 from ramsight.engine.outcome import Outcome
+from ramsight.equation import OdeModel
 
 Array = NDArray[np.float64]
 
-DEFAULT_RTOL = 3e-6
+DEFAULT_RTOL = 1e-6
 DEFAULT_MAX_STEPS = 20_000_000
 _BUFFER = 16384  # accepted steps kept between two looks at the progress
 
@@ -129,9 +129,7 @@ def integrate(
         compiled.NOT_FINITE: Outcome.NOT_FINITE,
     }[code]
     bad = int(progress[8])
-    message = outcome.sentence(
-        time=progress[1], state=model.states[bad].name if bad >= 0 else "", limit=max_steps
-    )
+    message = outcome.sentence(time=progress[1], state=model.states[bad].name if bad >= 0 else "", limit=max_steps)
     n = int(progress[6])
     return Trajectory(
         outcome=outcome,

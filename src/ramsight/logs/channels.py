@@ -74,9 +74,7 @@ MOTOR_TORQUE = Channel(
     "motor_torque_nm", "motor_torque", "N m", "motor torque, positive when driving towards extension"
 )
 OIL_TEMPERATURE = Channel("oil_temperature_c", "oil_temperature", "K", "oil temperature", offset=273.15)
-REFERENCE = Channel(
-    "reference_m", "reference", "m", "position that a reference switch reports, NaN elsewhere"
-)
+REFERENCE = Channel("reference_m", "reference", "m", "position that a reference switch reports, NaN elsewhere")
 POSITION = Channel("position_m", "position", "m", "piston position, 0 = fully retracted")
 PRESSURE_A = Channel("pressure_a_pa", "pressure_a", "Pa", "absolute pressure in chamber A")
 PRESSURE_B = Channel("pressure_b_pa", "pressure_b", "Pa", "absolute pressure in chamber B")

@@ -99,9 +99,7 @@ def write_drive_log(log: xarray.Dataset, path: str | Path) -> None:
         raise OutputError(f"{file}: a drive log needs {', '.join(needed)}; missing {', '.join(missing)}")
     for name in [*needed, REFERENCE.name]:
         if name in log.variables and log[name].dims != ("time",):
-            raise OutputError(
-                f"{file}: {name} of a drive log runs over time alone, not over {log[name].dims}"
-            )
+            raise OutputError(f"{file}: {name} of a drive log runs over time alone, not over {log[name].dims}")
     columns = {TIME: np.asarray(log["time"].values, dtype=np.float64)}
     for channel in (*CHANNELS, REFERENCE):
         if channel.name in log.variables:

@@ -96,9 +96,7 @@ def check_increasing(time: NDArray[np.float64], column: str, file: str) -> None:
         row = int(stuck[0]) + 1
         now, before = float(time[row]), float(time[row - 1])
         what = "does not increase" if now == before else "goes backwards"
-        raise LogError(
-            f"time {what}: {now!r} after {before!r}", file=file, line=FIRST_ROW + row, column=column
-        )
+        raise LogError(f"time {what}: {now!r} after {before!r}", file=file, line=FIRST_ROW + row, column=column)
 
 
 @dataclass(frozen=True)
@@ -153,9 +151,7 @@ def _head_and_body(data: bytes, file: str) -> tuple[str, bytes]:
             data.decode("utf-8")
         except UnicodeDecodeError as error:
             line = data.count(b"\n", 0, error.start) + 1
-            raise LogError(
-                f"byte 0x{data[error.start]:02x} is not UTF-8 text", file=file, line=line
-            ) from None
+            raise LogError(f"byte 0x{data[error.start]:02x} is not UTF-8 text", file=file, line=line) from None
     if not data.strip():
         raise LogError("is empty", file=file)
     head, _, body = data.partition(b"\n")
@@ -235,9 +231,7 @@ def _parse_carefully(body: bytes, layout: _Layout) -> NDArray[np.float64]:
         except csv.Error as error:
             raise LogError(f"is no row of a CSV file: {error}", file=layout.file, line=number) from None
         if len(cells) != width:
-            what = (
-                "is blank" if not line.strip() else f"has {_count(len(cells))} where the header has {width}"
-            )
+            what = "is blank" if not line.strip() else f"has {_count(len(cells))} where the header has {width}"
             raise LogError(what, file=layout.file, line=number)
         rows.append([_number(cells[index], name, number, layout) for index, name in places])
     return np.ascontiguousarray(np.array(rows, dtype=np.float64).T)
@@ -258,9 +252,7 @@ def _number(cell: str, name: str, line: int, layout: _Layout) -> float:
             raise ValueError
         value = float(text.replace(",", ".") if layout.separator == ";" else text)
     except ValueError:
-        raise LogError(
-            f"is not a number: '{printable(text)}'", file=layout.file, line=line, column=name
-        ) from None
+        raise LogError(f"is not a number: '{printable(text)}'", file=layout.file, line=line, column=name) from None
     if math.isinf(value) or (math.isnan(value) and name not in layout.gaps):
         raise LogError(f"is not finite: '{printable(text)}'", file=layout.file, line=line, column=name)
     return value

@@ -39,8 +39,6 @@ def read_truth(path: str | Path) -> xarray.Dataset:
         [0.25, 0.26]
     """
     channels = (POSITION, PRESSURE_A, PRESSURE_B)
-    columns = read_columns(
-        path, needed=[TIME, POSITION.column], optional=[PRESSURE_A.column, PRESSURE_B.column]
-    )
+    columns = read_columns(path, needed=[TIME, POSITION.column], optional=[PRESSURE_A.column, PRESSURE_B.column])
     check_increasing(columns[TIME], TIME, file_name(path))
     return as_dataset(columns, channels)

@@ -86,9 +86,7 @@ class Quantity:
             context = {"text": error.message, "value": error.value, "allowed": error.allowed}
             raise PydanticCustomError("quantity", "{text}", context) from None
 
-    def __get_pydantic_core_schema__(
-        self, _source: Any, _handler: GetCoreSchemaHandler
-    ) -> core_schema.CoreSchema:
+    def __get_pydantic_core_schema__(self, _source: Any, _handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         return core_schema.with_info_plain_validator_function(self._validate)
 
     def __get_pydantic_json_schema__(
@@ -160,9 +158,7 @@ def refuse(key: str, value: object, message: str, allowed: str | None = None) ->
         message: what is wrong.
         allowed: the range that would be right.
     """
-    return PydanticCustomError(
-        "cross", "{text}", {"text": message, "key": key, "value": value, "allowed": allowed}
-    )
+    return PydanticCustomError("cross", "{text}", {"text": message, "key": key, "value": value, "allowed": allowed})
 
 
 class Part(BaseModel):

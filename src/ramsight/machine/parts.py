@@ -9,9 +9,7 @@ from pydantic import Field, model_validator
 
 from ramsight.machine.declare import Part, count, gearing, quantity, refuse
 
-Model = Annotated[
-    str | None, Field(description="name of a catalogue entry that gives what is not given here")
-]
+Model = Annotated[str | None, Field(description="name of a catalogue entry that gives what is not given here")]
 
 
 class Oil(Part):
@@ -30,9 +28,7 @@ class Oil(Part):
         float,
         quantity("kg/m3", "density at 15 °C, taken as constant", least="500 kg/m3", most="2000 kg/m3"),
     ]
-    bulk_modulus: Annotated[
-        float, quantity("GPa", "bulk modulus of the oil itself", least="0.05 GPa", most="5 GPa")
-    ]
+    bulk_modulus: Annotated[float, quantity("GPa", "bulk modulus of the oil itself", least="0.05 GPa", most="5 GPa")]
     min_temperature: Annotated[
         float,
         quantity("degC", "lowest temperature the data hold for", least="-60 degC", most="40 degC"),
@@ -59,21 +55,15 @@ class Cylinder(Part):
 
     number: Annotated[int, count("cylinders that move together", least=1, most=16)]
     bore: Annotated[float, quantity("mm", "inner diameter of the barrel", above="0 mm", most="1 m")]
-    rod: Annotated[
-        float, quantity("mm", "diameter of the rod, smaller than the bore", above="0 mm", below="1 m")
-    ]
+    rod: Annotated[float, quantity("mm", "diameter of the rod, smaller than the bore", above="0 mm", below="1 m")]
     stroke: Annotated[float, quantity("mm", "travel from end to end", above="0 mm", most="20 m")]
     dead_volume_a: Annotated[
         float,
-        quantity(
-            "l", "oil in the A chambers, fully retracted, all cylinders together", above="0 l", most="100 l"
-        ),
+        quantity("l", "oil in the A chambers, fully retracted, all cylinders together", above="0 l", most="100 l"),
     ]
     dead_volume_b: Annotated[
         float,
-        quantity(
-            "l", "oil in the B chambers, fully extended, all cylinders together", above="0 l", most="100 l"
-        ),
+        quantity("l", "oil in the B chambers, fully extended, all cylinders together", above="0 l", most="100 l"),
     ]
     breakaway_friction: Annotated[
         float, quantity("kN", "force that starts a motion, per cylinder", least="0 kN", most="1000 kN")
@@ -92,9 +82,7 @@ class Cylinder(Part):
     ]
     stribeck_velocity: Annotated[
         float,
-        quantity(
-            "mm/s", "velocity over which breakaway fades to Coulomb friction", above="0 mm/s", most="1 m/s"
-        ),
+        quantity("mm/s", "velocity over which breakaway fades to Coulomb friction", above="0 mm/s", most="1 m/s"),
     ] = 5e-3
     end_stop_stiffness: Annotated[
         float,
@@ -142,9 +130,7 @@ class Pump(Part):
     model: Model = None
     chambers: Annotated[int, count("chambers in a block", least=1, most=16)] = 1
     blocks: Annotated[int, count("parallel units", least=1, most=16)] = 1
-    belt: Annotated[
-        float, gearing("pump speed over motor speed, as a number or as teeth", above="0.01", most="100")
-    ]
+    belt: Annotated[float, gearing("pump speed over motor speed, as a number or as teeth", above="0.01", most="100")]
     displacement: Annotated[
         float,
         quantity("cm3/rev", "displacement of one chamber", above="0 cm3/rev", most="5000 cm3/rev"),
@@ -155,9 +141,7 @@ class Pump(Part):
     hydromechanical_efficiency: Annotated[
         float, quantity("1", "hydro-mechanical efficiency at the nominal point", above="0.5", most="1")
     ]
-    nominal_speed: Annotated[
-        float, quantity("rpm", "pump speed of the nominal point", least="1 rpm", most="20000 rpm")
-    ]
+    nominal_speed: Annotated[float, quantity("rpm", "pump speed of the nominal point", least="1 rpm", most="20000 rpm")]
     nominal_pressure: Annotated[
         float, quantity("bar", "pressure difference of the nominal point", least="1 bar", most="1000 bar")
     ]
@@ -172,12 +156,8 @@ class Pump(Part):
     no_load_torque: Annotated[
         float, quantity("N m", "friction torque without pressure, per block", least="0 N m", most="1000 N m")
     ]
-    max_speed: Annotated[
-        float, quantity("rpm", "highest pump speed allowed", least="1 rpm", most="20000 rpm")
-    ]
-    max_pressure: Annotated[
-        float, quantity("bar", "highest continuous pressure", least="1 bar", most="1000 bar")
-    ]
+    max_speed: Annotated[float, quantity("rpm", "highest pump speed allowed", least="1 rpm", most="20000 rpm")]
+    max_pressure: Annotated[float, quantity("bar", "highest continuous pressure", least="1 bar", most="1000 bar")]
 
     @property
     def displacement_per_rad(self) -> float:
@@ -246,9 +226,7 @@ class ReliefValve(Part):
     kind: ClassVar[str] = "relief valve"
 
     model: Model = None
-    setting: Annotated[
-        float, quantity("bar", "opening pressure above the tank's", least="1 bar", most="1000 bar")
-    ]
+    setting: Annotated[float, quantity("bar", "opening pressure above the tank's", least="1 bar", most="1000 bar")]
     rated_flow: Annotated[
         float,
         quantity("l/min", "flow at which override_pressure is given", above="0 l/min", most="10000 l/min"),
@@ -321,6 +299,4 @@ class Load(Part):
 
 
 #: the classes of parts that the catalogue lists, by kind
-PARTS: dict[str, type[Part]] = {
-    part.kind: part for part in (Oil, Pump, ReliefValve, AnticavitationValve, SafetyValve)
-}
+PARTS: dict[str, type[Part]] = {part.kind: part for part in (Oil, Pump, ReliefValve, AnticavitationValve, SafetyValve)}

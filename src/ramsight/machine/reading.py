@@ -139,9 +139,7 @@ def validate(
     raise _one_line(model, dict(problems[0]), len(problems) - 1, file, prefix)
 
 
-def _one_line(
-    model: type[Part], problem: dict[str, Any], more: int, file: str | None, prefix: str
-) -> DescriptionError:
+def _one_line(model: type[Part], problem: dict[str, Any], more: int, file: str | None, prefix: str) -> DescriptionError:
     location = [str(item) for item in problem["loc"]]
     context = problem.get("ctx", {})
     value, allowed = problem["input"], context.get("allowed")

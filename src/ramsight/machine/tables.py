@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 from rich.console import Console, Group, RenderableType
@@ -13,7 +12,6 @@ from ramsight.machine import catalogue
 from ramsight.machine.declare import declaration, explain, walk
 from ramsight.machine.parts import PARTS
 from ramsight.machine.reading import load
-from ramsight.units import format_si
 
 _WIDE = 140  # columns where the output goes into a file or a pipe
 
@@ -81,9 +79,7 @@ def catalogue_entry(name: str) -> RenderableType:
 def _rows(entry: catalogue.Entry) -> Iterator[tuple[str, str, str, str]]:
     if entry.kind == "machine":
         machine = load(entry.name)
-        for value in (
-            value for name, unit in machine.units.items() for value in walk(unit, f"units.{name}.")
-        ):
+        for value in (value for name, unit in machine.units.items() for value in walk(unit, f"units.{name}.")):
             yield value.path, value.shown, value.text, machine.source_of(value.path) or ""
         return
     values, sources = catalogue.read(entry)

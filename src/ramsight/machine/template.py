@@ -132,9 +132,7 @@ def json_schema() -> dict[str, Any]:
         part = Unit.model_fields[key].annotation
         if isinstance(part, type) and issubclass(part, Part) and part.kind:
             names = [entry.name for entry in catalogue.entries() if entry.kind == part.kind]
-            schema["$defs"]["Unit"]["properties"][key] = (
-                {"anyOf": [field, {"enum": names}]} if names else field
-            )
+            schema["$defs"]["Unit"]["properties"][key] = {"anyOf": [field, {"enum": names}]} if names else field
     return schema
 
 

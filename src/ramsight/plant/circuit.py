@@ -21,7 +21,7 @@ from ramsight.plant.symbols import Parameters
 
 TANK = "tank"
 INPUTS = ("motor_speed", "load")
-_PRESSURE_TOLERANCE = 1e3  # Pa
+_PRESSURE_TOLERANCE = 10.0  # Pa; with this and 1e-6 of the value a position is right to 1e-6 m
 
 
 class Part(Protocol):
@@ -203,9 +203,7 @@ class Circuit:
         )
 
 
-def join(
-    name: str, oil: Oil, tank_pressure: float, parts: Sequence[Part], *, audited: bool = False
-) -> CircuitModel:
+def join(name: str, oil: Oil, tank_pressure: float, parts: Sequence[Part], *, audited: bool = False) -> CircuitModel:
     """Join parts at their nodes into one equation.
 
     Args:

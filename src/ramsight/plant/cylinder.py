@@ -82,13 +82,11 @@ class Cylinder:
 
     def connect(self, circuit: Circuit) -> None:
         """Add chambers, position and velocity, forces and where the power goes."""
-        x = circuit.state("position", "m", 1e-9)
-        v = circuit.state("velocity", "m/s", 1e-6)
+        x = circuit.state("position", "m", 1e-11)
+        v = circuit.state("velocity", "m/s", 1e-8)
         p_a, p_b = circuit.pressure(self.node_a), circuit.pressure(self.node_b)
         circuit.volume(self.node_a, self.dead_volume_a + self.area_a * x, rate=self.area_a * v)
-        circuit.volume(
-            self.node_b, self.dead_volume_b + self.area_b * (self.stroke - x), rate=-self.area_b * v
-        )
+        circuit.volume(self.node_b, self.dead_volume_b + self.area_b * (self.stroke - x), rate=-self.area_b * v)
         friction = self.friction(v)
         depth_out, depth_in = ca.fmax(x - self.stroke, 0.0), ca.fmax(-x, 0.0)
         stop = self.stop_stiffness * (depth_in - depth_out)

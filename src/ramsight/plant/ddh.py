@@ -7,7 +7,6 @@ lowers; the other one is held open.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -183,7 +182,7 @@ def initial_state(unit: DdhUnit, model: CircuitModel, position: float, load: flo
     """
     c = unit.cylinder
     state = np.zeros(len(model.ode.states))
-    pressure = {node: unit.tank_pressure for node in model.nodes}
+    pressure = dict.fromkeys(model.nodes, unit.tank_pressure)
     force = unit.lift_sign * load + ATMOSPHERE * (c.area_a - c.area_b)
     on_a, on_b = c.area_a * unit.tank_pressure, c.area_b * unit.tank_pressure
     if force > on_a - on_b:

@@ -16,7 +16,8 @@ def laminar_resistance(viscosity: Any, density: Any, length: Any, diameter: Any)
     Args:
         viscosity: kinematic [m2/s].
         density: [kg/m3].
-        length, diameter: [m].
+        length: [m].
+        diameter: [m].
     """
     return 128.0 * viscosity * density * length / (math.pi * diameter**4)
 

@@ -37,8 +37,10 @@ def walther_constants(t1: float, nu1: float, t2: float, nu2: float) -> tuple[flo
     """Constants (a, b) of the Walther equation from two points of a data sheet.
 
     Args:
-        t1, t2: temperatures [K].
-        nu1, nu2: kinematic viscosities there [m2/s].
+        t1: first temperature [K].
+        nu1: kinematic viscosity there [m2/s].
+        t2: second temperature [K].
+        nu2: kinematic viscosity there [m2/s].
 
     Example:
         >>> a, b = walther_constants(313.15, 32e-6, 373.15, 6.1e-6)

@@ -31,8 +31,10 @@ def leak_coefficient(
         volumetric_efficiency: at the nominal point [1].
         nominal_speed: pump speed of the nominal point [rad/s].
         nominal_pressure: pressure difference of the nominal point [Pa].
-        nominal_viscosity, viscosity: kinematic viscosity at the nominal point and now [m2/s].
-        nominal_density, density: density at the nominal point and now [kg/m3].
+        nominal_viscosity: kinematic viscosity of the nominal point [m2/s].
+        nominal_density: density of the nominal point [kg/m3].
+        viscosity: kinematic viscosity now [m2/s].
+        density: density now [kg/m3].
 
     Example:
         >>> from math import pi
@@ -54,9 +56,7 @@ def friction_coefficient(displacement: Any, hydromechanical_efficiency: Any) -> 
     return displacement * (1.0 / hydromechanical_efficiency - 1.0)
 
 
-def friction_torque(
-    no_load_torque: Any, coefficient: Any, pressure_rise: Any, speed: Any, threshold: Any
-) -> Any:
+def friction_torque(no_load_torque: Any, coefficient: Any, pressure_rise: Any, speed: Any, threshold: Any) -> Any:
     """Friction torque [N m], eq. 7: (tau_0 + K_TP |dp|) tanh(4 w/w_th), against the rotation.
 
     Args:

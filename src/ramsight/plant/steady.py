@@ -10,9 +10,7 @@ from ramsight.machine.description import Unit
 from ramsight.plant.cylinder import ATMOSPHERE
 from ramsight.plant.ddh import DdhUnit
 
-_ROUNDS = (
-    60  # of the fixed point between velocity and viscous friction, which contracts a thousandfold a round
-)
+_ROUNDS = 60  # of the fixed point between velocity and viscous friction, which contracts a thousandfold a round
 
 
 @dataclass(frozen=True)
@@ -178,8 +176,7 @@ def _steady(
     rise_a, rise_b = (high, -rest) if unit.held == "a" else (rest, -high)
     turning = unit.lift_sign * lifting_speed
     torque = sum(
-        p.belt * p.torque(p.belt * turning, rise)
-        for p, rise in ((unit.a.pump, rise_a), (unit.b.pump, rise_b))
+        p.belt * p.torque(p.belt * turning, rise) for p, rise in ((unit.a.pump, rise_a), (unit.b.pump, rise_b))
     )
     return pressure, float(torque), abs(velocity)
 

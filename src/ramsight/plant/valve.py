@@ -10,9 +10,7 @@ import casadi as ca
 if TYPE_CHECKING:
     from ramsight.plant.circuit import Circuit
 
-_LAMINAR = (
-    2e3  # Pa; below about this difference an orifice's flow is laminar (linear), so its slope stays finite
-)
+_LAMINAR = 2e3  # Pa; below about this difference an orifice's flow is laminar (linear), so its slope stays finite
 
 
 def orifice_flow(conductance: Any, pressure_difference: Any) -> Any:

@@ -49,6 +49,9 @@ class Tuning:
 
 
 _NEAR_RELIEF = 0.97  # share of the relief setting above which flow may be lost, [G]
+_AT_RELIEF = 0.99  # share of the setting from which oil is taken to pass; the noise of the pressure is 0.2 %
+_STOP_ZONE = 0.02  # share of the stroke; so near the lift's end the relief valve opens because of the stop
+_COLDEST, _HOTTEST = 243.15, 383.15  # K; -30 ... 110 degC, where the Walther equation joins two points well
 _STANDING = 0.06  # rad/s; below half a step of 1 rpm the motor counts as standing
 _LOWEST = 1e5  # Pa; leakage margin of an unloaded unit
 
@@ -88,9 +91,7 @@ class _Chamber:
     def capacity(self, travel: Any) -> Any:
         """Of hose and chamber [m3/Pa] with the piston `travel` [m] away from this side's end."""
         hose: Hose = self.side.hose
-        return (
-            hose.volume / hose.bulk_modulus + (self.dead_volume + self.area * travel) / self.oil.bulk_modulus
-        )
+        return hose.volume / hose.bulk_modulus + (self.dead_volume + self.area * travel) / self.oil.bulk_modulus
 
 
 def balance(unit: DdhUnit, tuning: Tuning | None = None) -> VirtualSensor:
@@ -117,9 +118,7 @@ def balance(unit: DdhUnit, tuning: Tuning | None = None) -> VirtualSensor:
             for field in ("pump", "manifold", "relief", "anticavitation", "safety", "hose")
         }
         area, dead = (
-            (cylinder.area_a, cylinder.dead_volume_a)
-            if name == "a"
-            else (cylinder.area_b, cylinder.dead_volume_b)
+            (cylinder.area_a, cylinder.dead_volume_a) if name == "a" else (cylinder.area_b, cylinder.dead_volume_b)
         )
         return _Chamber(Side(**parts), area, dead, 1.0 if name == "a" else -1.0, oil)
 
@@ -184,9 +183,7 @@ def balance(unit: DdhUnit, tuning: Tuning | None = None) -> VirtualSensor:
 
     at_tank, at_more = drawn(0.0), drawn(_LOWEST)
     other_1 = at_tank * _LOWEST / (at_tank - at_more)
-    other_1 = ca.fmin(
-        ca.fmax(other_1, -other.side.anticavitation.cracking_pressure), other.side.relief.setting
-    )
+    other_1 = ca.fmin(ca.fmax(other_1, -other.side.anticavitation.cracking_pressure), other.side.relief.setting)
     manifold_1, through, load_1, moved = movement(other_1)
     # The first look at the load is believed at once: what the chamber held before is not compression.
     looking = ca.logic_and(ca.logic_and(known < 0.5, open_ > 0.5), open_for < 1.5 * tuning.settling)
@@ -222,7 +219,12 @@ def balance(unit: DdhUnit, tuning: Tuning | None = None) -> VirtualSensor:
     rod = out * (tank_pressure - ATMOSPHERE) * (cylinder.area_a - cylinder.area_b)
     load = held.area * chamber_1 - other.area * other_1 + rod
     near = ca.fmax(chamber_1, other_1) > _NEAR_RELIEF * held.side.relief.setting
-    status = ca.if_else(near, float(Status.NEAR_RELIEF), float(Status.OK))
-    return graph.sensor(
-        "balance", position=position, velocity=velocity, load=load, std=math.nan, status=status
-    )
+    highest = ca.fmax(chamber_1 + ca.fmax(drop, 0.0), other_1)
+    relief_opens = ca.logic_and(highest > _AT_RELIEF * held.side.relief.setting, turning > 0.5)
+    away = cylinder.stroke - travel > _STOP_ZONE * cylinder.stroke  # at its stop the piston is where it seems to be
+    lost = graph.lost(ca.logic_and(relief_opens, away))
+    extreme = ca.logic_or(graph.oil_temperature < _COLDEST, graph.oil_temperature > _HOTTEST)
+    status = ca.if_else(extreme, float(Status.OUTSIDE_TEMPERATURE), float(Status.OK))
+    status = ca.if_else(near, float(Status.NEAR_RELIEF), status)
+    status = ca.if_else(lost, float(Status.POSITION_LOST), status)
+    return graph.sensor("balance", position=position, velocity=velocity, load=load, std=math.nan, status=status)

@@ -12,6 +12,7 @@ class Status(IntEnum):
     OUTSIDE_TORQUE = 10
     OUTSIDE_TEMPERATURE = 11
     NEAR_RELIEF = 12
+    POSITION_LOST = 13
 
     @property
     def text(self) -> str:
@@ -24,4 +25,5 @@ _TEXT = {
     Status.OUTSIDE_TORQUE: "uncertain: torque outside the calibrated range",
     Status.OUTSIDE_TEMPERATURE: "uncertain: oil temperature outside the calibrated range",
     Status.NEAR_RELIEF: "uncertain: near the relief valve's pressure",
+    Status.POSITION_LOST: "uncertain: the relief valve has let oil pass; a reference is needed",
 }

@@ -6,6 +6,7 @@ It counts revolutions only, so whatever happens per second (leakage) is right at
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -30,6 +31,8 @@ class MovementTable:
         lift_torque, lower_torque: motor torque [N m], increasing, shape (n,).
         lift, lower: piston movement per motor angle [m/rad], shape (t, n), positive where positive speed extends.
         lift_sign: +1 if positive motor speed lifts, else -1.
+        relief_torque: magnitude of the torque at which the relief valve begins to open while lifting [N m]; infinite
+            if no load of the calibration opened it.
     """
 
     unit: str
@@ -40,15 +43,19 @@ class MovementTable:
     lower_torque: Array
     lower: Array
     lift_sign: float
+    relief_torque: float = math.inf
+
+
+_SLOW = 0.05  # share of the calibrated speed; slower turns move the piston too little to judge the torque by
+_TORQUE_MARGIN = 0.03  # share of the largest torque; the noise of a drive and the rotor's own torque in a ramp
+_TEMPERATURE_MARGIN = 1.0  # K; the noise of a temperature reading, worth a few parts in a thousand of the leakage
+_NEAR_RELIEF = 0.97  # share of the torque at the relief valve's opening above which flow may be lost, [G]
 
 
 def _shares(graph: SensorGraph, name: str, grid: Array, x: Any) -> list[Any]:
     """How far `x` has gone through each interval of a grid, 0 ... 1; outside the grid it stays at the end."""
     points = [graph.parameters.add(f"{name}[{i}]", value) for i, value in enumerate(grid)]
-    return [
-        ca.fmin(ca.fmax((x - low) / (high - low), 0.0), 1.0)
-        for low, high in zip(points, points[1:], strict=False)
-    ]
+    return [ca.fmin(ca.fmax((x - low) / (high - low), 0.0), 1.0) for low, high in zip(points, points[1:], strict=False)]
 
 
 def _along(values: list[Any], shares: list[Any]) -> Any:
@@ -58,6 +65,52 @@ def _along(values: list[Any], shares: list[Any]) -> Any:
     )
 
 
+def _per_angle(graph: SensorGraph, movement: MovementTable, prefix: str = "") -> Any:
+    """Movement per motor angle [m/rad] at this sample's torque, oil temperature and direction."""
+    warm = _shares(graph, f"{prefix}temperature", movement.temperature, graph.oil_temperature)
+
+    def look_up(name: str, grid: Array, values: Array) -> Any:
+        shares = _shares(graph, f"{name}.torque", grid, graph.motor_torque)
+        rows = []
+        for t, row in enumerate(values):
+            cells = [graph.parameters.add(f"{name}[{t},{i}]", value) for i, value in enumerate(row)]
+            rows.append(_along(cells, shares))
+        return _along(rows, warm)
+
+    return ca.if_else(
+        movement.lift_sign * graph.motor_speed > 0.0,
+        look_up(f"{prefix}lift", movement.lift_torque, movement.lift),
+        look_up(f"{prefix}lower", movement.lower_torque, movement.lower),
+    )
+
+
+def _status(graph: SensorGraph, movement: MovementTable) -> Any:
+    """Inside the calibrated range or not; judged while the motor turns fast enough to matter."""
+    w, torque, temperature = graph.motor_speed, graph.motor_torque, graph.oil_temperature
+    add = graph.parameters.add
+    lifting, turning = (
+        movement.lift_sign * w > 0.0,
+        ca.fabs(w) > _SLOW * add("motor_speed", movement.motor_speed),
+    )
+    grids = (movement.lift_torque, movement.lower_torque)
+    margin = _TORQUE_MARGIN * max(float(np.abs(grid).max()) for grid in grids)
+
+    def outside(name: str, x: Any, grid: Array, tolerance: float) -> Any:
+        low, high = add(f"{name}.lowest", grid[0] - tolerance), add(f"{name}.highest", grid[-1] + tolerance)
+        return ca.logic_or(x < low, x > high)
+
+    off_torque = ca.if_else(
+        lifting, outside("lift", torque, grids[0], margin), outside("lower", torque, grids[1], margin)
+    )
+    pushing = ca.logic_and(turning, lifting) * movement.lift_sign * torque
+    status = ca.if_else(ca.logic_and(turning, off_torque), float(Status.OUTSIDE_TORQUE), float(Status.OK))
+    off_temperature = outside("temperature", temperature, movement.temperature, _TEMPERATURE_MARGIN)
+    status = ca.if_else(off_temperature, float(Status.OUTSIDE_TEMPERATURE), status)
+    relief = add("relief_torque", movement.relief_torque)
+    status = ca.if_else(pushing > _NEAR_RELIEF * relief, float(Status.NEAR_RELIEF), status)
+    return ca.if_else(graph.lost(pushing > relief), float(Status.POSITION_LOST), status)
+
+
 def table(movement: MovementTable) -> VirtualSensor:
     """The look-up sensor of a calibrated table.
 
@@ -65,43 +118,44 @@ def table(movement: MovementTable) -> VirtualSensor:
         movement: the table.
 
     Returns:
-        A sensor with position, velocity and status; it knows neither load nor standard deviation (NaN).
+        A sensor with position, velocity and status; it knows neither load nor standard deviation (NaN). Outside the
+        table it goes on with the table's nearest value, and says so.
     """
-    graph = SensorGraph()
-    w, torque, temperature = graph.motor_speed, graph.motor_torque, graph.oil_temperature
-    warm = _shares(graph, "temperature", movement.temperature, temperature)
+    return _sensor("table", SensorGraph(), movement, _per_angle)
 
-    def look_up(name: str, grid: Array, values: Array) -> Any:
-        shares = _shares(graph, f"{name}.torque", grid, torque)
-        rows = []
-        for t, row in enumerate(values):
-            cells = [graph.parameters.add(f"{name}[{t},{i}]", value) for i, value in enumerate(row)]
-            rows.append(_along(cells, shares))
-        return _along(rows, warm)
 
-    lifting = movement.lift_sign * w > 0.0
-    per_angle = ca.if_else(
-        lifting,
-        look_up("lift", movement.lift_torque, movement.lift),
-        look_up("lower", movement.lower_torque, movement.lower),
-    )
-    step = per_angle * graph.angle
+def speed_table(movements: Sequence[MovementTable]) -> VirtualSensor:
+    """The look-up sensor of tables made at several speeds, with the movement interpolated over speed.
 
-    def outside(x: Any, grid: Array) -> Any:
-        return ca.logic_or(x < float(grid[0]), x > float(grid[-1]))
+    The repair that suggests itself; below the slowest and above the fastest table it uses that one.
 
-    off_torque = ca.if_else(
-        lifting, outside(torque, movement.lift_torque), outside(torque, movement.lower_torque)
-    )
-    turning = ca.fabs(w) > 0.0
-    status = ca.if_else(ca.logic_and(turning, off_torque), float(Status.OUTSIDE_TORQUE), float(Status.OK))
-    off_temperature = outside(temperature, movement.temperature)
-    status = ca.if_else(off_temperature, float(Status.OUTSIDE_TEMPERATURE), status)
+    Args:
+        movements: tables of one unit, their speeds increasing.
+
+    Returns:
+        A sensor like that of `table`.
+    """
+
+    def per_angle(graph: SensorGraph, first: MovementTable) -> Any:
+        speeds = np.array([movement.motor_speed for movement in movements])
+        values = [_per_angle(graph, m, f"speed[{k}].") for k, m in enumerate(movements)]
+        return _along(values, _shares(graph, "motor_speed", speeds, ca.fabs(graph.motor_speed)))
+
+    return _sensor("speed table", SensorGraph(), movements[-1], per_angle)
+
+
+def _sensor(
+    kind: str,
+    graph: SensorGraph,
+    movement: MovementTable,
+    look_up: Callable[[SensorGraph, MovementTable], Any],
+) -> VirtualSensor:
+    per_angle = look_up(graph, movement)
     return graph.sensor(
-        "table",
-        position=graph.position + step,
-        velocity=per_angle * w,
+        kind,
+        position=graph.position + per_angle * graph.angle,
+        velocity=per_angle * graph.motor_speed,
         load=math.nan,
         std=math.nan,
-        status=status,
+        status=_status(graph, movement),
     )

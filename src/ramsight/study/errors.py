@@ -118,14 +118,10 @@ def first_stop_contact(
     return float(time[np.argmax(touching)]) if touching.any() else None
 
 
-def _series(
-    time: ArrayLike, position: ArrayLike, whose: str
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _series(time: ArrayLike, position: ArrayLike, whose: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     times, positions = np.asarray(time, dtype=np.float64), np.asarray(position, dtype=np.float64)
     if times.ndim != 1 or times.shape != positions.shape:
-        raise ComparisonError(
-            f"the {whose}'s times {times.shape} and positions {positions.shape} do not match"
-        )
+        raise ComparisonError(f"the {whose}'s times {times.shape} and positions {positions.shape} do not match")
     if not times.size:
         raise ComparisonError(f"the {whose} has no samples")
     if not (times[1:] > times[:-1]).all() or not np.isfinite(times).all():

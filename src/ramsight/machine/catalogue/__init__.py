@@ -124,9 +124,7 @@ def parse_toml(text: str, file: str) -> dict[str, Any]:
         raise DescriptionError("is not TOML: nested too deeply", file=file) from None
 
 
-def split_sources(
-    data: Mapping[str, Any], file: str, path: str = ""
-) -> tuple[dict[str, Any], dict[str, str]]:
+def split_sources(data: Mapping[str, Any], file: str, path: str = "") -> tuple[dict[str, Any], dict[str, str]]:
     """Take `{ value = …, source = … }` apart.
 
     A table with a `source` of its own gives it to all values in it that have none.

@@ -1,0 +1,174 @@
+"""The user's path: simulate, track, and one clear line for whatever is wrong. Run as commands."""
+
+import csv
+import gzip
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import xarray
+
+HEADER = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n"
+
+
+def ramsight(*arguments, cwd=None):
+    command = [sys.executable, "-m", "ramsight.cli", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, check=False)
+
+
+def refused(done, *words):
+    assert done.returncode == 2, done.stderr
+    assert done.stdout == ""
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert "Traceback" not in done.stderr
+    for word in words:
+        assert word in done.stderr
+
+
+@pytest.fixture(scope="module")
+def simulated(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("simulated")
+    done = ramsight(
+        "simulate", "mining-loader", "--unit", "boom", "--load", "441 kN", "--oil-temperature", "40 degC",
+        "--out", "run.nc", "--log", "log.csv.gz", "--truth", "truth.csv", cwd=folder,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return folder, done
+
+
+def test_simulate_writes_results_log_and_truth_and_closes_its_books(simulated):
+    folder, done = simulated
+    energy, volume = map(float, re.search(r"energy closes to (\S+) %, volume to (\S+) %", done.stdout).groups())
+    assert max(energy, volume) < 0.1
+    with xarray.open_dataset(folder / "run.nc") as run:
+        assert run["position"].attrs["units"] == "m"
+        assert run["motor_torque"].attrs["units"] == "N m"
+        assert all("units" in variable.attrs for variable in run.variables.values())
+        assert float(run["position"].max()) > 0.25
+    with gzip.open(folder / "log.csv.gz", "rt") as stream:
+        assert stream.readline() == HEADER
+    assert done.stderr == ""  # no progress bar where there is no terminal
+
+
+def test_track_finds_the_simulated_rod(simulated, tmp_path):
+    folder, _ = simulated
+    done = ramsight(
+        "track", "mining-loader", folder / "log.csv.gz", "--unit", "boom", "--start", "140 mm",
+        "--out", tmp_path / "track.csv", "--truth", folder / "truth.csv", "--figure", tmp_path / "track.png",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    largest, p95, final = map(
+        float, re.search(r"largest (\S+) mm.*within (\S+) mm.*final (\S+) mm", done.stdout).groups()
+    )
+    assert final <= largest < 0.5
+    assert p95 <= largest
+    with open(tmp_path / "track.csv", newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert list(rows[0]) == ["time_s", "position_m", "position_std_m", "status"]
+    assert len(rows) == 1001
+    assert {row["status"] for row in rows} == {"ok"}
+    assert (tmp_path / "track.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("sensor", ["balance", "table"])
+def test_track_on_a_log_of_the_independent_simulator(trace, sensor, tmp_path):
+    case = trace("boom_258kN_40C")
+    done = ramsight(
+        "track", "mining-loader", case.log, "--unit", "boom", "--start", "100 mm", "--sensor", sensor,
+        "--truth", case.truth, "--out", tmp_path / "track.csv.gz",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    largest = float(re.search(r"largest (\S+) mm", done.stdout)[1])
+    assert largest < (0.5 if sensor == "balance" else 5.0)
+    with gzip.open(tmp_path / "track.csv.gz", "rt") as stream:
+        assert stream.readline().strip() == "time_s,position_m,position_std_m,status"
+
+
+def test_a_machine_file_does_as_well_as_a_catalogue_name(simulated, tmp_path):
+    folder, _ = simulated
+    assert ramsight("new", "mine.toml", cwd=tmp_path).returncode == 0
+    done = ramsight("track", "mine.toml", folder / "log.csv.gz", "--unit", "boom", "--start", "140 mm", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+
+
+GOOD = ["track", "mining-loader", "log.csv", "--unit", "boom", "--start", "100 mm"]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({4: "boon"}, ["unknown unit 'boon'", "boom", "bucket"]),
+        ({6: "900 mm"}, ["--start", "900 mm", "700 mm"]),
+        ({6: "100"}, ["--start", "a unit is missing"]),
+        ({6: "100 bar"}, ["--start", "length"]),
+        ({1: "no-such-machine"}, ["no-such-machine"]),
+        ({2: "no-such-log.csv"}, ["no-such-log.csv"]),
+    ],
+)
+def test_a_wrong_word_on_the_command_line_gets_one_line(tmp_path, change, words):
+    (tmp_path / "log.csv").write_text(HEADER + "0,0,0,40\n0.02,0,0,40\n")
+    arguments = [change.get(k, word) for k, word in enumerate(GOOD)]
+    refused(ramsight(*arguments, cwd=tmp_path), *words)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", ["empty"]),
+        (HEADER, ["log.csv"]),
+        ("time_s,motor_speed_rpm,oil_temperature_c\n0,0,40\n", ["motor_torque_nm", "motor_speed_rpm"]),
+        (HEADER + "0,0,0,40\n0.04,0,0,40\n0.02,0,0,40\n", ["line 4"]),
+        (HEADER + "0,0,0,40\n0.02,0,twelve,40\n", ["line 3", "motor_torque_nm", "twelve"]),
+        (HEADER + "0,0,0,40\n0.02,0,nan,40\n", ["line 3", "motor_torque_nm"]),
+        (HEADER + "0,0,0,40\n0.02,0,0\n", ["line 3"]),
+    ],
+)
+def test_a_bad_log_gets_one_line_and_leaves_nothing(tmp_path, text, words):
+    (tmp_path / "log.csv").write_text(text)
+    refused(ramsight(*GOOD, "--out", "track.csv", cwd=tmp_path), *words)
+    assert [file.name for file in tmp_path.iterdir()] == ["log.csv"]
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "words"),
+    [
+        ("--load", "441", ["--load", "unit is missing"]),
+        ("--load", "441 bar", ["--load", "force"]),
+        ("--oil-temperature", "300 degC", ["--oil-temperature", "300 degC", "100 degC"]),
+        ("--speed", "0 rpm", ["--speed"]),
+        ("--out", "run.xlsx", ["run.xlsx", ".nc"]),
+        ("--out", "nowhere/run.nc", ["nowhere"]),
+        ("--unit", "bomb", ["unknown unit 'bomb'"]),
+    ],
+)
+def test_a_bad_simulation_gets_one_line(tmp_path, option, value, words):
+    arguments = {"--unit": "boom", "--load": "100 kN"} | {option: value}
+    refused(ramsight("simulate", "mining-loader", *sum(arguments.items(), ()), cwd=tmp_path), *words)
+
+
+def test_a_track_that_fails_leaves_the_old_one(simulated, tmp_path):
+    (tmp_path / "track.csv").write_text("precious")
+    (tmp_path / "log.csv").write_text(HEADER + "0,0,0,40\n0,0,0,40\n")
+    refused(ramsight(*GOOD, "--out", "track.csv", cwd=tmp_path), "line 3")
+    assert (tmp_path / "track.csv").read_text() == "precious"
+
+
+def test_simulations_repeat_to_the_last_bit(tmp_path):
+    for name in ("one", "two"):
+        done = ramsight(
+            "simulate",
+            "mining-loader",
+            "--unit",
+            "bucket",
+            "--load",
+            "96 kN",
+            "--log",
+            f"{name}.csv",
+            cwd=tmp_path,
+        )
+        assert done.returncode == 0, done.stderr
+    assert (tmp_path / "one.csv").read_bytes() == (tmp_path / "two.csv").read_bytes()
+    speed = np.loadtxt(tmp_path / "one.csv", delimiter=",", skiprows=1)[:, 1]
+    assert speed.min() < -1400  # the bucket lifts by retracting
