@@ -9,7 +9,7 @@ import json
 import os
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -19,16 +19,29 @@ import casadi as ca
 from ramsight.engine import llvm
 
 _COMPILE = "nb.njit(cache=True, nogil=True, error_model='numpy', fastmath={'contract', 'nsz', 'arcp', 'afn'})"
-_loaded: dict[str, ModuleType] = {}
+_loaded: dict[str, CompiledModule] = {}
 
 
 def cache_directory() -> Path:
-    """Where compiled models are kept: `$RAMSIGHT_CACHE`, else `ramsight` in the user's cache directory."""
+    """Where compiled models are kept; the folder exists.
+
+    `$RAMSIGHT_CACHE`, else `ramsight` in the user's cache directory, else, if that cannot be written, a folder of the
+    user's own among the temporary files.
+    """
     given = os.environ.get("RAMSIGHT_CACHE")
-    if given:
-        return Path(given)
     base = os.environ.get("XDG_CACHE_HOME")
-    return (Path(base) if base else Path.home() / ".cache") / "ramsight"
+    wanted = Path(given) if given else (Path(base) if base else Path.home() / ".cache") / "ramsight"
+    try:
+        wanted.mkdir(parents=True, exist_ok=True)
+        if os.access(wanted, os.W_OK | os.X_OK):
+            return wanted
+    except OSError:
+        pass
+    own = Path(tempfile.gettempdir()) / f"ramsight-{os.getuid()}"
+    own.mkdir(mode=0o700, exist_ok=True)
+    if own.stat().st_uid != os.getuid():
+        raise OSError(f"{own} belongs to somebody else; set RAMSIGHT_CACHE to a folder of your own")
+    return own
 
 
 def instructions(function: ca.Function) -> list[list[Any]]:
@@ -72,12 +85,12 @@ def _write_whole(path: Path, text: str) -> None:
     os.replace(temporary, path)
 
 
-def _wrapper(name: str, function: ca.Function) -> list[str]:
+def _wrapper(name: str, function: ca.Function, width: int) -> list[str]:
     """Source of the compiled function `name(inputs..., outputs...)`; an output named like an input overwrites it."""
     inputs, outputs = function.name_in(), [out.removesuffix("_new") for out in function.name_out()]
     arguments = ", ".join(dict.fromkeys(inputs + outputs))
     return [
-        f"_{name} = operations(lambda: load({name!r}))",
+        f"_{name} = operations(lambda: load({name!r}), {width})",
         "@compiled",
         f"def {name}({arguments}):",
         f"    _{name}(({', '.join(inputs)},), ({', '.join(outputs)},))",
@@ -85,7 +98,12 @@ def _wrapper(name: str, function: ca.Function) -> list[str]:
     ]
 
 
-def generated_module(functions: Mapping[str, ca.Function], constants: Mapping[str, object], body: str) -> ModuleType:
+def generated_module(
+    functions: Mapping[str, ca.Function],
+    constants: Mapping[str, object],
+    body: str,
+    widths: Mapping[str, int] | None = None,
+) -> CompiledModule:
     """A compiled module made of SX functions and of Python source that calls them.
 
     Compiling takes seconds when the content is new and a fraction of a second when it was seen before here.
@@ -95,6 +113,7 @@ def generated_module(functions: Mapping[str, ca.Function], constants: Mapping[st
             entries of an input or output are its nonzeros. An output `b_new` is written over the input `b`.
         constants: module-level names that `body` uses.
         body: source of further functions; `def` at the left margin is compiled.
+        widths: functions that work on several runs side by side, and on how many; their arrays are (n, width).
     """
     programs = {name: instructions(function) for name, function in functions.items()}
     lines = ['"""Generated; may be deleted at any time."""', "import numpy as np", "import numba as nb"]
@@ -106,29 +125,99 @@ def generated_module(functions: Mapping[str, ca.Function], constants: Mapping[st
     lines += [f"{name} = {value!r}" for name, value in constants.items()]
     lines += [f"compiled = {_COMPILE}", "load = program_loader(__file__)", ""]
     for name, function in functions.items():
-        lines += _wrapper(name, function)
+        lines += _wrapper(name, function, (widths or {}).get(name, 1))
     lines += [line if not line.startswith("def ") else f"@compiled\n{line}" for line in body.splitlines()]
     source = "\n".join(lines) + "\n"
     name = "model_" + content_hash(
         programs, source, inspect.getsource(llvm), ca.CasadiMeta.version(), sys.version_info[:2]
     )
-    if name in _loaded:
-        return _loaded[name]
-    folder = cache_directory()
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / f"{name}.py"
-    if not path.with_suffix(".json").exists():
-        _write_whole(path.with_suffix(".json"), json.dumps(programs))
-    if not path.exists():
-        _write_whole(path, source)
-    specification = importlib.util.spec_from_file_location(name, path)
-    assert specification is not None
-    assert specification.loader is not None
-    module = importlib.util.module_from_spec(specification)
-    sys.modules[name] = module
-    specification.loader.exec_module(module)
-    _loaded[name] = module
-    return module
+    if name not in _loaded:
+        _loaded[name] = CompiledModule(name, source, json.dumps(programs))
+    return _loaded[name]
+
+
+class CompiledModule:
+    """A generated module whose functions mend their own cache.
+
+    What Numba left on disk is held against the checksums taken when it was made, and is thrown away if it differs;
+    if it cannot be loaded all the same, it is made again.
+
+    Args:
+        name: of the module and its files.
+        source: its text.
+        programs: the operations of its functions, as JSON.
+    """
+
+    def __init__(self, name: str, source: str, programs: str) -> None:
+        self._path, self._texts = cache_directory() / f"{name}.py", {".json": programs, ".py": source}
+        self._module = self._load()
+
+    def __getattr__(self, name: str) -> Any:
+        value = getattr(self._module, name)
+        if hasattr(value, "overloads"):
+            value = self._guarded(name)
+        self.__dict__[name] = value
+        return value
+
+    def _load(self) -> ModuleType:
+        for suffix, text in self._texts.items():
+            path = self._path.with_suffix(suffix)
+            if not path.exists() or path.read_bytes() != text.encode():
+                _write_whole(path, text)
+        if any(self._checksum(name) not in {None, known} for name, known in self._known_checksums().items()):
+            self._forget()
+        specification = importlib.util.spec_from_file_location(self._path.stem, self._path)
+        assert specification is not None
+        assert specification.loader is not None
+        module = importlib.util.module_from_spec(specification)
+        sys.modules[self._path.stem] = module
+        specification.loader.exec_module(module)
+        return module
+
+    def _guarded(self, name: str) -> Callable[..., Any]:
+        function = getattr(self._module, name)
+
+        def call(*arguments: Any) -> Any:
+            nonlocal function
+            if function.overloads:
+                return function(*arguments)
+            try:
+                result = function(*arguments)
+            except Exception:  # whatever a damaged file makes Numba raise; a second failure is a real one
+                self._forget()
+                self._module = self._load()
+                function = getattr(self._module, name)
+                result = function(*arguments)
+            self._seal()
+            return result
+
+        return call
+
+    def _files(self) -> list[Path]:
+        """What Numba keeps of this module."""
+        return sorted((self._path.parent / "__pycache__").glob(f"{self._path.stem}.*.nb*"))
+
+    def _checksum(self, name: str) -> str | None:
+        try:
+            return hashlib.sha256((self._path.parent / "__pycache__" / name).read_bytes()).hexdigest()
+        except OSError:
+            return None
+
+    def _known_checksums(self) -> dict[str, str]:
+        try:
+            known = json.loads(self._path.with_suffix(".sums").read_text())
+            return known if isinstance(known, dict) else {}
+        except (OSError, ValueError):
+            return {}
+
+    def _seal(self) -> None:
+        sums = {file.name: self._checksum(file.name) for file in self._files()}
+        if sums != self._known_checksums():
+            _write_whole(self._path.with_suffix(".sums"), json.dumps(sums))
+
+    def _forget(self) -> None:
+        for file in self._files():
+            file.unlink(missing_ok=True)
 
 
 def hold(expression: Any, parameters: Any) -> tuple[Any, Any, ca.Function]:

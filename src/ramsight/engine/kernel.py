@@ -1,8 +1,8 @@
 # mypy: ignore-errors
 """The adaptive loop around a Rosenbrock step. Its source is copied into each generated module and compiled there.
 
-The names `N`, `NU`, `NJ`, `NW`, `NQ`, `STAGES`, `ORDER`, `GAMMA` and the functions `prepare`, `rhs`, `rhs_jacobian`,
-`factor`, `solve`, `stages`, `dense` are the generated module's own.
+The names `N`, `NU`, `NJ`, `NW`, `NQ`, `CORNER_STEP` and the functions `prepare`, `begin`, `rhs_jacobian`, `factor`,
+`stage_0` ... `stage_5`, `finish`, `conclude`, `dense` are the generated module's own.
 """
 
 # ruff: noqa: F821
@@ -15,104 +15,71 @@ SEGMENT, TIME, STEP, REJECTED, ACCEPTED, REFUSED, SAMPLE, RECORDED, BAD_STATE = 
 
 
 def integrate(
-    segments,
-    slopes,
-    parameters,
-    rtol,
-    atol,
-    max_step,
-    y,
-    progress,
-    budget,
-    sample_t,
-    sample_y,
-    step_t,
-    step_y,
+    segments, slopes, parameters, rtol, atol, max_step, y, progress, budget, sample_t, sample_y, step_t, step_y
 ):
     """Advance `y` through the segments until done, out of `budget` steps, or stuck; returns one of the codes above.
 
     segments: (n, 2 + NU) start, end and input values at the start; slopes: (n, NU); parameters: (n or 1, NP).
     sample_y (n_samples, N) is filled by interpolation at the times sample_t; step_y (capacity, N) by accepted steps.
     """
-    k = np.zeros((STAGES, N))
-    f, ft, g, v, y1 = np.empty(N), np.empty(N), np.empty(N), np.empty(N), np.empty(N)
-    jac, w, q = np.empty(NJ), np.empty(NW), np.empty(NQ)
-    u0, u, slope = np.empty(NU), np.empty(NU), np.empty(NU)
-    c = np.empty(1)
+    k0, k1, k2, k3, k4, k5 = np.empty(N), np.empty(N), np.empty(N), np.empty(N), np.empty(N), np.empty(N)
+    f, ft, y0, y1 = np.empty(N), np.empty(N), np.empty(N), np.empty(N)
+    jac, w, q, u0 = np.empty(NJ), np.empty(NW), np.empty(NQ), np.empty(NU)
+    t, t0, t1, h, c = np.empty(1), np.empty(1), np.empty(1), np.empty(1), np.empty(1)
+    share, error, rejected, h_next = np.empty(1), np.empty(1), np.empty(1), np.empty(1)
+    relative, longest = np.full(1, rtol), np.full(1, max_step)
     n_samples, capacity = sample_t.shape[0], step_t.shape[0]
     first = int(progress[SEGMENT])
     for s in range(first, segments.shape[0]):
-        start, end = segments[s, 0], segments[s, 1]
-        slope[:] = slopes[s]
+        t0[0], t1[0] = segments[s, 0], segments[s, 1]
         prepare(parameters[min(s, parameters.shape[0] - 1)], q)
-        if progress[TIME] < start or s > first:
-            progress[TIME] = start
-        t = progress[TIME]
-        rejected = progress[REJECTED] > 0.0
-        h_next = min(progress[STEP], max_step)
-        span = max(abs(start), abs(end))
+        t[0] = max(progress[TIME], t0[0]) if s == first else t0[0]
+        rejected[0], h_next[0] = progress[REJECTED], progress[STEP]
         fresh = True
-        while t < end:
+        while t[0] < t1[0]:
             if progress[ACCEPTED] + progress[REFUSED] >= budget or (capacity > 0 and progress[RECORDED] >= capacity):
-                progress[SEGMENT], progress[TIME], progress[STEP] = s, t, h_next
-                progress[REJECTED] = 1.0 if rejected else 0.0
+                progress[SEGMENT], progress[TIME] = s, t[0]
+                progress[STEP], progress[REJECTED] = h_next[0], rejected[0]
                 return PAUSED
-            if fresh:
-                for i in range(NU):
-                    u0[i] = segments[s, 2 + i] + slope[i] * (t - start)
-                rhs_jacobian(y, u0, slope, q, f, jac, ft)
+            begin(t, t0, t1, h_next, longest, segments[s, 2:], slopes[s], h, c, u0)
+            if fresh or rejected[0] == 0.0:
                 fresh = False
-            h, last = h_next, False
-            if t + 1.0001 * h >= end:
-                h, last = end - t, True
-            c[0] = 1.0 / (h * GAMMA)
+                rhs_jacobian(y, u0, slopes[s], q, f, jac, ft)
             factor(jac, c, w)
-            stages(y, u0, slope, q, h, f, ft, w, k, v, u, g, y1)
-            error, bad = 0.0, -1
-            for i in range(N):
-                d = k[STAGES - 1, i] / (atol[i] + rtol * max(abs(y[i]), abs(y1[i])))
-                if atol[i] < np.inf:
-                    error += d * d
-                if not np.isfinite(y1[i]) and bad < 0:
-                    bad = i
-            error = np.sqrt(error / NC)
-            if bad >= 0 or not error < 1e10:
-                error = 1e10
-            factor_h = min(6.0, max(0.2, 0.9 * max(error, 1e-10) ** (-1.0 / ORDER)))
-            if error <= 1.0:
-                t1 = end if last else t + h
-                while progress[SAMPLE] < n_samples and sample_t[int(progress[SAMPLE])] <= t1:
+            stage_0(f, ft, h, w, k0)
+            stage_1(y, u0, slopes[s], q, h, ft, w, k0, k1)
+            stage_2(y, u0, slopes[s], q, h, ft, w, k0, k1, k2)
+            stage_3(y, u0, slopes[s], q, h, ft, w, k0, k1, k2, k3)
+            stage_4(y, u0, slopes[s], q, h, ft, w, k0, k1, k2, k3, k4)
+            stage_5(y, u0, slopes[s], q, h, ft, w, k0, k1, k2, k3, k4, k5)
+            finish(y, k0, k1, k2, k3, k4, k5, atol, relative, y1, error)
+            before = t[0]
+            y0[:] = y
+            conclude(y, y1, error, h, t, t1, h_next, rejected)
+            if rejected[0] == 0.0:
+                while progress[SAMPLE] < n_samples and sample_t[int(progress[SAMPLE])] <= t[0]:
                     j = int(progress[SAMPLE])
-                    dense(y, y1, k, (sample_t[j] - t) / h, sample_y[j])
+                    share[0] = (sample_t[j] - before) / h[0]
+                    dense(y0, y1, k0, k1, k2, k3, k4, share, sample_y[j])
                     progress[SAMPLE] += 1
-                y[:] = y1
-                t = t1
                 progress[ACCEPTED] += 1
                 if capacity > 0:
                     j = int(progress[RECORDED])
-                    step_t[j] = t
+                    step_t[j] = t[0]
                     step_y[j] = y
                     progress[RECORDED] += 1
-                if rejected:
-                    factor_h = min(factor_h, 1.0)
-                rejected = False
-                h_next = min(max(h_next, h * factor_h) if last else h * factor_h, max_step)
-                fresh = True
             else:
                 progress[REFUSED] += 1
-                rejected = True
-                h_next = h * factor_h
-                if h_next < 1e-14 * max(span, 1.0):
-                    progress[SEGMENT], progress[TIME], progress[BAD_STATE] = s, t, bad
-                    if bad < 0:
-                        worst = 0.0
-                        for i in range(N):
-                            d = abs(k[STAGES - 1, i]) / (atol[i] + rtol * max(abs(y[i]), abs(y1[i])))
-                            if d > worst:
-                                worst, progress[BAD_STATE] = d, i
-                        return TOO_SMALL
-                    return NOT_FINITE
-        progress[STEP] = min(h_next, CORNER_STEP)
-        progress[REJECTED] = 0.0
+                if h_next[0] < 1e-14 * max(abs(t1[0]), 1.0):
+                    progress[SEGMENT], progress[TIME] = s, t[0]
+                    worst, code = -1.0, TOO_SMALL
+                    for i in range(N):
+                        d = abs(k5[i]) / (atol[i] + rtol * max(abs(y[i]), abs(y1[i])))
+                        if not np.isfinite(y1[i]):
+                            d, code = np.inf, NOT_FINITE
+                        if d > worst:
+                            worst, progress[BAD_STATE] = d, i
+                    return code
+        progress[STEP], progress[REJECTED] = min(h_next[0], CORNER_STEP), 0.0
         progress[SEGMENT] = s + 1
     return DONE

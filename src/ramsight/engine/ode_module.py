@@ -8,10 +8,11 @@ from types import ModuleType
 
 import casadi as ca
 
-from ramsight.engine import elimination, kernel, rodas4
-from ramsight.engine.cache import generated_module, hold
+from ramsight.engine import elimination, kernel, lanes, rodas4
+from ramsight.engine.cache import CompiledModule, generated_module, hold
 from ramsight.equation import OdeModel
 
+WIDTH = 8  # runs side by side: one AVX-512 register of doubles, two of AVX2
 _CORNER_STEP = 1e-3  # s; the first step after a corner of the inputs
 
 _SAMPLE_OUTPUTS = """
@@ -27,8 +28,29 @@ def sample_outputs(x, u, slope, parameters, row, out):
 
 
 @lru_cache(maxsize=256)
-def compile_ode(model: OdeModel) -> ModuleType:
+def compile_ode(model: OdeModel) -> CompiledModule:
     """The compiled functions of a model: `integrate`, `sample_outputs` and the parts they are made of."""
+    functions, constants = _pieces(model)
+    return generated_module(functions, constants, _loop(kernel, "DONE, PAUSED") + _SAMPLE_OUTPUTS)
+
+
+@lru_cache(maxsize=64)
+def compile_lanes(model: OdeModel) -> CompiledModule:
+    """`integrate_lanes` of a model, for many runs at once."""
+    functions, constants = _pieces(model)
+    needed = {name: function for name, function in functions.items() if name not in {"outputs", "dense"}}
+    widths = {name: WIDTH for name in needed if name != "prepare"}
+    return generated_module(needed, constants | {"W": WIDTH}, _loop(lanes, "FINISHED, TOO_MANY"), widths)
+
+
+def _loop(module: ModuleType, first: str) -> str:
+    """Source of a loop's module, from its first constant on."""
+    source = inspect.getsource(module)
+    return source[source.index(first) :]
+
+
+def _pieces(model: OdeModel) -> tuple[dict[str, ca.Function], dict[str, object]]:
+    """The functions that a loop calls, and the constants that it knows."""
     x, u, slope = model.x, model.u, model.slope
     jacobian = ca.jacobian(model.rhs, x)
     time_derivative = ca.jtimes(model.rhs, u, slope)
@@ -41,24 +63,19 @@ def compile_ode(model: OdeModel) -> ModuleType:
     solver = elimination.eliminate(jacobian.sparsity())
     functions = {
         "prepare": prepare,
-        "rhs": ca.Function("rhs", arguments, [f], names, ["f"], options),
         "rhs_jacobian": ca.Function("rhs_jacobian", arguments, [f, jac, ft], names, ["f", "jac", "ft"], options),
         "outputs": ca.Function("outputs", arguments, [out], names, ["out"], options),
         "factor": solver.factor,
-        "solve": solver.solve,
+        **rodas4.step_functions(ca.Function("rhs", arguments, [f], names, ["f"], options), solver.solve),
+        **rodas4.control_functions(n, model.n_coupled, u.numel()),
     }
-    constants = {
+    constants: dict[str, object] = {
         "N": n,
         "NC": model.n_coupled,
         "NU": u.numel(),
         "NJ": nnz,
         "NW": solver.n_factors,
         "NQ": q.numel(),
-        "STAGES": rodas4.STAGES,
-        "ORDER": rodas4.ORDER,
-        "GAMMA": rodas4.GAMMA,
         "CORNER_STEP": _CORNER_STEP,
     }
-    loop = inspect.getsource(kernel)
-    body = rodas4.stages_source() + loop[loop.index("DONE, PAUSED") :] + _SAMPLE_OUTPUTS
-    return generated_module(functions, constants, body)
+    return functions, constants

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from types import ModuleType
 from typing import Any
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.engine.cache import generated_module, hold
+from ramsight.engine.cache import CompiledModule, generated_module, hold
 
 Array = NDArray[np.float64]
 
@@ -55,7 +54,7 @@ class Recursion:
 
 
 @lru_cache(maxsize=64)
-def _compile(recursion: Recursion) -> ModuleType:
+def _compile(recursion: Recursion) -> CompiledModule:
     n = recursion.x.numel()
     both, q, prepare = hold(ca.densify(ca.vertcat(recursion.next_state, recursion.output)), recursion.p)
     new, out = ca.vertsplit(both, [0, n, both.numel()])

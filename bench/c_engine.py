@@ -1,0 +1,59 @@
+"""Builds and calls the C engines."""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+from pathlib import Path
+
+import numpy as np
+from c_source import c_function
+
+from ramsight.engine.ode_module import _pieces
+
+HERE = Path(__file__).parent
+
+
+def _pointer(array):
+    return array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+
+
+class CEngine:
+    """`integrate` for one run, `integrate_lanes` for many, from the model's graphs by gcc -O3 -march=native."""
+
+    def __init__(self, model, folder):
+        functions, sizes = _pieces(model)
+        skip = {"outputs", "dense", "extremes"}
+        header = [f"#define {k} {v}" for k, v in sizes.items() if k != "CORNER_STEP"]
+        header.append(f"#define NP {model.p.numel()}")
+        header += [c_function(name, f) for name, f in functions.items() if name not in skip]
+        Path(folder, "model.h").write_text("\n".join(header))
+        for lanes in (0, 1):
+            command = ["gcc", "-O3", "-march=native", "-ffp-contract=fast", "-fno-math-errno", "-shared", "-fPIC", "-w",
+                       f"-DLANES={lanes}", f"-I{folder}", str(HERE / "rodas.c"), "-o", f"{folder}/rodas{lanes}.so",
+                       "-lmvec", "-lm"]  # fmt: skip
+            subprocess.run(command, check=True)
+        self._one = ctypes.CDLL(f"{folder}/rodas0.so").integrate
+        self._many = ctypes.CDLL(f"{folder}/rodas1.so").integrate_lanes
+        for function in (self._one, self._many):
+            function.restype = ctypes.c_long
+
+    def one(self, initial, segments, rtol, atol):
+        """Final state of one run."""
+        y = np.array(initial)
+        corners = np.column_stack([segments.start, segments.end])
+        steps = self._one(
+            ctypes.c_long(len(corners)), _pointer(corners), _pointer(segments.value), _pointer(segments.slope),
+            _pointer(segments.parameters), ctypes.c_double(rtol), _pointer(atol), _pointer(y),
+        )  # fmt: skip
+        assert steps > 0
+        return y
+
+    def many(self, states, corners, values, slopes, parameters, rtol, atol):
+        """Final states of runs that share their corners; releases the interpreter while it works."""
+        y = states.copy()
+        self._many(
+            ctypes.c_long(len(y)), ctypes.c_long(len(corners)), _pointer(corners), _pointer(values), _pointer(slopes),
+            _pointer(parameters), ctypes.c_double(rtol), _pointer(atol), _pointer(y),
+        )  # fmt: skip
+        return y

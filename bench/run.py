@@ -1,0 +1,270 @@
+"""Measures the engine against others on the same equations, in one run, and writes bench.json.
+
+    python bench/run.py [--quick]
+
+Every time is the median of repeats that take turns, so that a slow moment of the machine hits all alike.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+from c_engine import CEngine
+from scipy.integrate import solve_ivp
+
+from ramsight import machine
+from ramsight.duty import lift_lower
+from ramsight.engine.batch import Job, batches
+from ramsight.engine.run import DEFAULT_RTOL, integrate
+from ramsight.plant.ddh import build, circuit, initial_state
+
+LIMIT = 1e-6  # m, what every engine has to keep
+RUNS = 1024
+CORES = len(os.sched_getaffinity(0))
+UNIT = build("boom", machine.load("mining-loader").unit("boom"))
+MODEL = circuit(UNIT)
+ODE = MODEL.ode
+POSITION = ODE.state_index("position")
+ATOL = np.array([state.tolerance for state in ODE.states])
+SCALE = np.array([1e5 if state.unit == "Pa" else 1e-2 for state in ODE.states])  # what a state's tolerance is a share of
+
+
+def job(load, kelvin, cycles=1, start=None):
+    """Lift-lower cycles of the boom."""
+    duty = lift_lower(UNIT, load, kelvin, cycles=cycles, start_position=start)
+    segments = duty.segments(MODEL.values, ODE.parameters.index("oil_temperature"))
+    return Job(initial_state(UNIT, MODEL, duty.start_position, load), segments)
+
+
+def timed(function):
+    start = time.perf_counter()
+    function()
+    return time.perf_counter() - start
+
+
+def take_turns(functions, repeats):
+    """Median time of each function, run one after the other, again and again."""
+    times = {name: [] for name in functions}
+    for _ in range(repeats):
+        for name, function in functions.items():
+            times[name].append(timed(function))
+    return {name: float(np.median(values)) for name, values in times.items()}
+
+
+def by_scipy(one, method, rtol, times):
+    """The cycle by scipy, restarted at the corners; the right-hand side is the CasADi function."""
+    state, rows, f = one.initial, [], ODE.function
+    for k, (a, b) in enumerate(zip(one.segments.start, one.segments.end, strict=True)):
+        value, slope, p = one.segments.value[k], one.segments.slope[k], one.segments.parameters[0]
+        inside = times[(times >= a) & (times < b)]
+        solved = solve_ivp(
+            lambda t, y, a=a, value=value, slope=slope, p=p: f(y, value + slope * (t - a), slope, p).full().ravel(),
+            (a, b), state, method=method, rtol=rtol, atol=rtol * SCALE,
+            t_eval=np.append(inside, b),
+        )  # fmt: skip
+        rows.append(solved.y[POSITION, :-1])
+        state = solved.y[:, -1]
+    return np.append(np.concatenate(rows), state[POSITION])
+
+
+class Cvodes:
+    """The cycle by CasADi's CVODES with its exact sparse Jacobian."""
+
+    def __init__(self, rtol):
+        p = ca.vertcat(ODE.p, ODE.slope, u0 := ca.SX.sym("u0", ODE.u.numel()), t0 := ca.SX.sym("t0"))
+        t = ca.SX.sym("t")
+        right = ca.substitute(ODE.rhs, ODE.u, u0 + ODE.slope * (t - t0))
+        self.problem, self.options = {"x": ODE.x, "p": p, "ode": right, "t": t}, {"reltol": rtol, "abstol": rtol * 1e-2}
+        self.cache = {}
+
+    def __call__(self, one, times):
+        state, rows = one.initial, []
+        for k, (a, b) in enumerate(zip(one.segments.start, one.segments.end, strict=True)):
+            inside = times[(times >= a) & (times < b)]
+            grid = np.append(inside[inside > a], b)
+            if k not in self.cache:
+                self.cache[k] = ca.integrator("cycle", "cvodes", self.problem, float(a), grid.tolist(), self.options)
+            p = np.concatenate([one.segments.parameters[0], one.segments.slope[k], one.segments.value[k], [a]])
+            found = self.cache[k](x0=state, p=p)["xf"].full()
+            if len(inside) and inside[0] == a:
+                rows.append([state[POSITION]])
+            rows.append(found[POSITION, :-1])
+            state = found[:, -1]
+        return np.append(np.concatenate(rows), state[POSITION])
+
+
+def loosest(make, tolerances, reference):
+    """The loosest tolerance that keeps the limit, and the error there."""
+    for tolerance in tolerances:
+        try:
+            error = float(np.abs(make(tolerance) - reference).max())
+        except RuntimeError:
+            continue
+        if error <= LIMIT:
+            return tolerance, error
+    raise SystemExit("an engine does not reach the limit")
+
+
+def single(results, quick, folder):
+    one = job(441e3, 313.15)
+    end = one.segments.end[-1]
+    times = np.append(np.arange(0.0, end - 1e-9, 0.1), end)
+    reference = integrate(ODE, one.initial, one.segments, times, rtol=1e-11, tolerance_scale=1e-6).state[:, POSITION]
+    compiled = CEngine(ODE, folder)
+    ours = integrate(ODE, one.initial, one.segments, times)
+    results["single_error_m"] = float(np.abs(ours.state[:, POSITION] - reference).max())
+    results["single_steps"] = [ours.accepted, ours.rejected]
+    results["c_error_m"] = abs(compiled.one(one.initial, one.segments, DEFAULT_RTOL, ATOL)[POSITION] - reference[-1])
+    tolerances = [a * 10.0**-b for b in range(3, 10) for a in (1.0, 0.3)]
+    lsoda, results["scipy_lsoda_error_m"] = loosest(lambda r: by_scipy(one, "LSODA", r, times), tolerances, reference)
+    solvers = {}
+
+    def cvodes_of(rtol):
+        solvers[rtol] = Cvodes(rtol)
+        return solvers[rtol](one, times)
+
+    cvodes, results["casadi_cvodes_error_m"] = loosest(cvodes_of, tolerances, reference)
+    results["scipy_lsoda_rtol"], results["casadi_cvodes_rtol"] = lsoda, cvodes
+    last = np.array([end])
+    fast = take_turns(
+        {
+            "ours": lambda: integrate(ODE, one.initial, one.segments, last),
+            "c": lambda: compiled.one(one.initial, one.segments, DEFAULT_RTOL, ATOL),
+            "cvodes": lambda: solvers[cvodes](one, times),
+        },
+        15 if quick else 101,
+    )
+    slow = take_turns(
+        {
+            "ours": lambda: integrate(ODE, one.initial, one.segments, last),
+            "lsoda": lambda: by_scipy(one, "LSODA", lsoda, last),
+        },
+        1 if quick else 3,
+    )
+    results["single_ms"], results["single_c_ms"] = 1e3 * fast["ours"], 1e3 * fast["c"]
+    results["single_vs_c"] = fast["ours"] / fast["c"]
+    results["casadi_cvodes_vs_single"] = fast["cvodes"] / fast["ours"]
+    results["scipy_lsoda_vs_single"] = slow["lsoda"] / fast["ours"]
+    return compiled
+
+
+def batch(results, quick, compiled):
+    rng = np.random.default_rng(0)
+    loads, kelvin = rng.uniform(50e3, 441e3, RUNS), rng.uniform(20.0, 70.0, RUNS) + 273.15
+    jobs = [job(load, t) for load, t in zip(loads, kelvin, strict=True)]
+    states = np.array([j.initial for j in jobs])
+    corners = np.column_stack([jobs[0].segments.start, jobs[0].segments.end])
+    values, slopes = (np.array([getattr(j.segments, name) for j in jobs]) for name in ("value", "slope"))
+    parameters = np.array([j.segments.parameters[0] for j in jobs])
+    pool, share = ThreadPoolExecutor(CORES), -(-RUNS // CORES)
+
+    def in_c():
+        parts = [slice(k, k + share) for k in range(0, RUNS, share)]
+        arguments = [(states[p], corners, values[p], slopes[p], parameters[p], DEFAULT_RTOL, ATOL) for p in parts]
+        return np.concatenate(list(pool.map(lambda a: compiled.many(*a), arguments)))
+
+    def ours():
+        return next(iter(batches(ODE, jobs, threads=CORES)))
+
+    found, other = ours(), in_c()
+    checked = range(0, RUNS, 16)
+    exact = np.array(
+        [
+            integrate(ODE, jobs[k].initial, jobs[k].segments, jobs[k].segments.end[-1:], rtol=1e-11, tolerance_scale=1e-6)
+            .state[0, POSITION]
+            for k in checked
+        ]
+    )  # fmt: skip
+    results["batch_error_m"] = float(np.abs(found.final[list(checked), POSITION] - exact).max())
+    results["batch_c_error_m"] = float(np.abs(other[list(checked), POSITION] - exact).max())
+    results["batch_steps_mean"] = float(np.mean(found.accepted + found.rejected))
+    times = take_turns({"ours": ours, "c": in_c}, 3 if quick else 15)
+    results["batch_cycles_per_s"], results["batch_c_cycles_per_s"] = RUNS / times["ours"], RUNS / times["c"]
+    results["batch_vs_c"] = times["ours"] / times["c"]
+
+
+def growth(results, quick):
+    cycles = [1, 2, 4, 8, 16, 32]
+    seconds = []
+    for count in cycles:
+        long = job(50e3, 313.15, count, start=0.4)  # a load that hardly sinks, so that no stop is reached
+        end = long.segments.end[-1:]
+        seconds.append(
+            [float(end[0]), float(np.median([timed(lambda: integrate(ODE, long.initial, long.segments, end)) for _ in range(5)]))]
+        )  # fmt: skip
+    results["time_over_simulated_s"] = seconds
+    counts = [512, 1024, 2048] if quick else [1024, 2048, 4096, 8192, 16384]
+    rows = []
+    for count in counts:
+        child = subprocess.run(
+            [sys.executable, __file__, "--many", str(count)], check=True, capture_output=True, text=True
+        )
+        rows.append([count, *map(float, child.stdout.split())])
+    results["runs_seconds_and_peak_mib"] = rows
+
+
+def many(count):
+    """A batch of `count` runs in a process of its own: prints seconds and peak memory in MiB."""
+    rng = np.random.default_rng(1)
+    jobs = (job(rng.uniform(50e3, 441e3), 273.15 + rng.uniform(20.0, 70.0)) for _ in range(count))
+    highest = 0.0
+    list(batches(ODE, [job(441e3, 313.15)]))
+
+    def work():
+        nonlocal highest
+        for part in batches(ODE, jobs):
+            highest = max(highest, float(part.most[:, POSITION].max()))
+
+    seconds = timed(work)
+    assert highest > 0.2
+    print(seconds, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+
+
+def starts(results, quick):
+    command = [sys.executable, "-m", "ramsight", "simulate", "mining-loader", "--unit", "boom", "--load", "441 kN"]
+    cold, warm = [], []
+    for _ in range(1 if quick else 3):
+        with tempfile.TemporaryDirectory() as cache:
+            run = lambda: subprocess.run(  # noqa: E731
+                command, check=True, capture_output=True, env=os.environ | {"RAMSIGHT_CACHE": cache}  # noqa: B023
+            )
+            cold.append(timed(run))
+            warm += [timed(run) for _ in range(3)]
+    results["cold_start_s"], results["warm_start_s"] = float(np.median(cold)), float(np.median(warm))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="fewer repeats")
+    parser.add_argument("--out", type=Path, default=Path("bench.json"))
+    parser.add_argument("--many", type=int, help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.many:
+        many(options.many)
+        return
+    processor = next((r for r in Path("/proc/cpuinfo").read_text().splitlines() if r.startswith("model name")), "")
+    results = {"cores": CORES, "processor": processor.partition(":")[2].strip() or platform.processor()}
+    with tempfile.TemporaryDirectory() as folder:
+        compiled = single(results, options.quick, folder)
+        batch(results, options.quick, compiled)
+    growth(results, options.quick)
+    starts(results, options.quick)
+    text = json.dumps({k: float(f"{v:.4g}") if isinstance(v, float) else v for k, v in results.items()}, indent=1)
+    options.out.write_text(text + "\n")
+    print(text)
+
+
+if __name__ == "__main__":
+    main()

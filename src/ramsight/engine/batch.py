@@ -1,0 +1,123 @@
+"""Many runs of one model at once, of which only summaries are kept."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import islice
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ramsight.engine.ode_module import compile_lanes
+from ramsight.engine.outcome import Outcome
+from ramsight.engine.run import DEFAULT_MAX_STEPS, DEFAULT_RTOL, Array, Segments
+from ramsight.equation import OdeModel
+
+_CHUNK = 1024  # runs that are held in memory at once, for all threads together
+
+
+@dataclass(frozen=True)
+class Job:
+    """One run of a batch.
+
+    Args:
+        initial: states at the start, shape (states,).
+        segments: inputs and parameters.
+    """
+
+    initial: Array
+    segments: Segments
+
+
+@dataclass(frozen=True)
+class Summaries:
+    """What is kept of a number of runs, in their order.
+
+    Attributes:
+        final, least, most: last, smallest and largest value of every state, shape (runs, states).
+        outcome: how each ended.
+        time: when each ended [s], shape (runs,).
+        accepted, rejected: steps of each, shape (runs,).
+    """
+
+    final: Array
+    least: Array
+    most: Array
+    outcome: list[Outcome]
+    time: Array
+    accepted: NDArray[np.int64]
+    rejected: NDArray[np.int64]
+
+
+def batches(
+    model: OdeModel,
+    jobs: Iterable[Job],
+    *,
+    rtol: float = DEFAULT_RTOL,
+    tolerance_scale: float = 1.0,
+    max_steps: int = DEFAULT_MAX_STEPS,
+    threads: int | None = None,
+    advance: Callable[[int], object] | None = None,
+) -> Iterator[Summaries]:
+    """Run jobs on all cores, several side by side on each, and hand out summaries about a thousand at a time.
+
+    However many jobs there are, only some thousand are in memory.
+
+    Args:
+        model: the equations.
+        jobs: the runs, taken as they are needed.
+        rtol: relative tolerance.
+        tolerance_scale: factor on the states' absolute tolerances.
+        max_steps: steps after which a run is given up.
+        threads: how many; by default one for each core that this process may use.
+        advance: called now and then with the number of runs done since the last call.
+    """
+    loop = compile_lanes(model).integrate_lanes
+    threads = threads or len(os.sched_getaffinity(0))
+    atol = np.array([np.inf if s.integral else s.tolerance * tolerance_scale for s in model.states])
+    supply = iter(jobs)
+    with ThreadPoolExecutor(threads) as pool:
+        while chunk := list(islice(supply, _CHUNK)):
+            share = -(-len(chunk) // threads)
+            parts = [chunk[k : k + share] for k in range(0, len(chunk), share)]
+            done = list(pool.map(lambda part: _run(loop, part, rtol, atol, max_steps), parts))
+            final, least, most, ended = (np.concatenate(pieces) for pieces in zip(*done, strict=True))
+            yield Summaries(
+                final=final,
+                least=least,
+                most=most,
+                outcome=[_OUTCOMES[int(code)] for code in ended[:, 0]],
+                time=ended[:, 3],
+                accepted=ended[:, 1].astype(np.int64),
+                rejected=ended[:, 2].astype(np.int64),
+            )
+            if advance is not None:
+                advance(len(chunk))
+
+
+_OUTCOMES = (Outcome.DONE, Outcome.TOO_MANY_STEPS, Outcome.STEP_TOO_SMALL)
+
+
+def _run(
+    loop: Callable[..., None], jobs: Sequence[Job], rtol: float, atol: Array, max_steps: int
+) -> tuple[Array, Array, Array, Array]:
+    segments = [job.segments for job in jobs]
+    counts = [len(s.start) for s in segments]
+    first = np.concatenate([[0], np.cumsum(counts)])
+    one_each = all(len(s.parameters) == 1 for s in segments)
+    parameters = [
+        s.parameters if one_each else np.broadcast_to(s.parameters, (n, s.parameters.shape[1]))
+        for s, n in zip(segments, counts, strict=True)
+    ]
+    corners = np.concatenate([np.column_stack([s.start, s.end]) for s in segments])
+    values, slopes = np.concatenate([s.value for s in segments]), np.concatenate([s.slope for s in segments])
+    states = np.array([job.initial for job in jobs], dtype=np.float64)
+    least, most, ended = np.empty_like(states), np.empty_like(states), np.zeros((len(jobs), 4))
+    loop(
+        corners, values, slopes, np.ascontiguousarray(np.concatenate(parameters)), first, rtol, atol,
+        float(max_steps), states, least, most, ended,
+    )  # fmt: skip
+    return states, least, most, ended
