@@ -1,6 +1,7 @@
 # A fresh machine needs Python 3.11 or newer, pip and make; everything else is fetched into .venv at pinned versions.
 #   make test    the tests            make lint    style and types
 #   make demo    track a recorded log and draw it, into demo/
+#   make bench   speed against C, scipy and CVODES: bench.json and its figures; needs gcc, takes some minutes
 #   make pins    renew the pinned versions
 # Another interpreter: make test PYTHON=python3.13
 
@@ -12,7 +13,7 @@ INSTALLED := $(VENV)/installed.stamp
 PYTEST_ARGS ?= -n 2 --dist loadfile
 TRACE := tests/traces/boom_441kN_40C
 
-.PHONY: demo test lint pins clean
+.PHONY: demo test lint bench pins clean
 
 $(INSTALLED): pyproject.toml $(PINS)
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "ramsight needs Python 3.11 or newer")'
@@ -33,6 +34,10 @@ lint: $(INSTALLED)
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
+
+bench: $(INSTALLED)
+	$(BIN)/python bench/run.py --out bench.json
+	$(BIN)/python bench/figures.py bench.json docs/images
 
 # What pip would install now for the package, its development tools and the backend that builds it, a line each.
 PIN_REPORT := $(VENV)/pins.json

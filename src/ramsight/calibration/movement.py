@@ -20,7 +20,7 @@ from ramsight.sensor.table import MovementTable
 
 Array = NDArray[np.float64]
 
-METHOD = 2
+METHOD = 3
 """Version of the method; one that gives other tables has another number."""
 
 TEMPERATURES = np.array([20.0, 30.0, 40.0, 50.0, 60.0, 70.0]) + 273.15  # K
@@ -134,8 +134,16 @@ def calibrate(
 
 
 def tabulate(unit: DdhUnit, found: Sweep) -> MovementTable:
-    """The table of a sweep."""
-    (lift_torque, lift), (lower_torque, lower) = (_on_common_grid(found.torque[d], found.movement[d]) for d in (0, 1))
+    """Make the table of a sweep.
+
+    Args:
+        unit: the unit that was swept.
+        found: its sweep.
+    """
+    lift_torque, lift = _on_common_grid(found.torque[0], found.movement[0])
+    # Lowering through an open relief valve has no movement of its own to a torque: such loads are left out.
+    clear = (found.relieved[1] <= _RELIEF_PASSES).all(axis=0)
+    lower_torque, lower = _on_common_grid(found.torque[1][:, clear], found.movement[1][:, clear])
     opens = found.relieved[0] > _RELIEF_PASSES
     relief_torque = float(np.abs(found.torque[0][opens]).min()) if opens.any() else math.inf
     return MovementTable(

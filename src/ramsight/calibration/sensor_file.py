@@ -88,9 +88,12 @@ def load(path: str | Path) -> MovementTable:
             header = tomllib.loads(packed.read(_HEADER).decode())
             _check_format(header, shown)
             arrays = {name: _read_array(packed.read(f"{name}.npy")) for name in _UNITS}
+            numbers = {name: float(header["numbers"][name]["value"]) for name in _NUMBERS}
             movement = MovementTable(
                 unit=str(header["unit"]),
-                **{name: float(header["numbers"][name]["value"]) for name in _NUMBERS},
+                motor_speed=numbers["motor_speed"],
+                lift_sign=numbers["lift_sign"],
+                relief_torque=numbers["relief_torque"],
                 **arrays,
             )
     except OSError as error:

@@ -9,7 +9,7 @@ Example:
 
 from ramsight.machine import catalogue
 from ramsight.machine.declare import Part, Quantity, Value, quantity, walk
-from ramsight.machine.description import FORMAT, Machine, Unit
+from ramsight.machine.description import FORMAT, Composed, DirectDriven, Machine, Unit
 from ramsight.machine.parts import (
     AnticavitationValve,
     Cylinder,
@@ -29,7 +29,9 @@ from ramsight.machine.template import json_schema, template
 __all__ = [
     "FORMAT",
     "AnticavitationValve",
+    "Composed",
     "Cylinder",
+    "DirectDriven",
     "Drive",
     "Hose",
     "Load",

@@ -167,7 +167,7 @@ class Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, protected_namespaces=())
 
     #: the kind under which the catalogue lists such parts; empty if it does not
-    kind: ClassVar[str] = ""
+    family: ClassVar[str] = ""
 
     def replace(self, changes: Mapping[str, Any]) -> Self:
         """Return a copy with some values changed, checked like values from a file.
@@ -232,12 +232,13 @@ def explain(field: FieldInfo) -> str:
 
 @dataclass(frozen=True)
 class Value:
-    """One value of a description: where it stands, what it is and how it reads."""
+    """One value of a description: where it stands, what it is, how it reads, and if it is more than a default."""
 
     path: str
     value: Any
     declared: Quantity | None
     text: str
+    given: bool = True
 
     @property
     def shown(self) -> str:
@@ -253,10 +254,11 @@ def walk(part: Part, prefix: str = "") -> Iterator[Value]:
         prefix: path of the part, ending in a dot, or empty.
     """
     for name, field in type(part).model_fields.items():
-        yield from _walk_value(getattr(part, name), f"{prefix}{name}", field)
+        given = name in part.model_fields_set
+        yield from _walk_value(getattr(part, name), f"{prefix}{name}", field, given)
 
 
-def _walk_value(value: Any, path: str, field: FieldInfo) -> Iterator[Value]:
+def _walk_value(value: Any, path: str, field: FieldInfo, given: bool) -> Iterator[Value]:
     if isinstance(value, Part):
         yield from walk(value, f"{path}.")
     elif isinstance(value, dict):
@@ -267,7 +269,7 @@ def _walk_value(value: Any, path: str, field: FieldInfo) -> Iterator[Value]:
             else:
                 yield Value(f"{path}.{key}", item, inner, inner.text if inner else explain(field))
     elif value is not None:
-        yield Value(path, value, declaration(field), explain(field))
+        yield Value(path, value, declaration(field), explain(field), given)
 
 
 def _of_values(field: FieldInfo) -> Quantity | None:

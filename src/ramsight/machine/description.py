@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, PrivateAttr, field_validator, model_validator
+from pydantic import Discriminator, Field, PrivateAttr, Tag, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from ramsight.errors import UnknownNameError
+from ramsight.machine import catalogue
 from ramsight.machine.declare import Part, refuse
 from ramsight.machine.parts import (
     AnticavitationValve,
@@ -23,41 +25,29 @@ from ramsight.machine.parts import (
     SafetyValve,
     Tank,
 )
+from ramsight.machine.placed import AnyPlaced, PlacedHose, has_volume, nodes_of
 
 #: the newest format of a description that this version reads
 FORMAT = 1
+#: the circuit of a description that gives all parts and nodes itself
+IN_FULL = "parts"
+
+_PART_NAME = re.compile(r"[a-z][a-z0-9_]*")
+_RESERVED = ("tank", "oil", "cylinder", "drive", "oil_temperature")
 
 
 class Unit(Part):
-    """Direct-driven hydraulic (DDH) unit: a motor, a pump on each side, valves, hoses and cylinders."""
+    """What every unit has: one motor, cylinders, a load, oil, and a circuit that joins them."""
 
-    circuit: Annotated[Literal["ddh"], Field(description="how the parts are joined")]
+    circuit: str
     load_direction: Annotated[
         Literal["extend", "retract"], Field(description="direction of motion that lifts the load")
     ]
     oil: Oil
     cylinder: Cylinder
-    pump_a: Annotated[Pump, Field(description="pump between tank and A (piston) side")]
-    pump_b: Annotated[Pump, Field(description="pump between tank and B (rod) side")]
     drive: Drive
-    manifold: Manifold
-    hose: Hose
     tank: Tank
-    relief_valve: ReliefValve
-    anticavitation_valve: AnticavitationValve
-    safety_valve: SafetyValve
     load: Load
-
-    @model_validator(mode="after")
-    def _hose_is_softer_than_oil(self) -> Self:
-        if self.hose.effective_bulk_modulus > self.oil.bulk_modulus:
-            raise refuse(
-                "hose.effective_bulk_modulus",
-                f"{self.hose.effective_bulk_modulus / 1e9:g} GPa",
-                "oil and hose together cannot be stiffer than the oil alone",
-                f"at most {self.oil.bulk_modulus / 1e9:g} GPa",
-            )
-        return self
 
     @property
     def lift_sign(self) -> int:
@@ -70,9 +60,107 @@ class Unit(Part):
         return "a" if self.load_direction == "extend" else "b"
 
     @property
+    def pumps(self) -> dict[str, Pump]:
+        """The pumps by what to call them."""
+        return {}
+
+    @property
+    def relief_settings(self) -> tuple[float, ...]:
+        """Settings of all relief valves [Pa]."""
+        return ()
+
+    def _check_hose(self, key: str, hose: Hose) -> None:
+        if hose.effective_bulk_modulus > self.oil.bulk_modulus:
+            raise refuse(
+                f"{key}.effective_bulk_modulus",
+                f"{hose.effective_bulk_modulus / 1e9:g} GPa",
+                "oil and hose together cannot be stiffer than the oil alone",
+                f"at most {self.oil.bulk_modulus / 1e9:g} GPa",
+            )
+
+
+class DirectDriven(Unit):
+    """Direct-driven hydraulic (DDH) unit: a motor, a pump on each side, valves, hoses and cylinders."""
+
+    circuit: Annotated[Literal["ddh"], Field(description="how the parts are joined")]
+    pump_a: Annotated[Pump, Field(description="pump between tank and A (piston) side")]
+    pump_b: Annotated[Pump, Field(description="pump between tank and B (rod) side")]
+    manifold: Manifold
+    hose: Hose
+    relief_valve: ReliefValve
+    anticavitation_valve: AnticavitationValve
+    safety_valve: SafetyValve
+
+    @model_validator(mode="after")
+    def _hose_is_softer_than_oil(self) -> Self:
+        self._check_hose("hose", self.hose)
+        return self
+
+    @property
     def hose_compliance(self) -> float:
         """Relative volume that the hose wall gives per pressure, 1/beta_effective - 1/beta_oil [1/Pa]."""
         return 1 / self.hose.effective_bulk_modulus - 1 / self.oil.bulk_modulus
+
+    @property
+    def pumps(self) -> dict[str, Pump]:
+        """The pumps by what to call them."""
+        return {"pump A": self.pump_a, "pump B": self.pump_b}
+
+    @property
+    def relief_settings(self) -> tuple[float, ...]:
+        """Settings of all relief valves [Pa]."""
+        return (self.relief_valve.setting,)
+
+
+class Composed(Unit):
+    """Unit whose circuit is given as parts on nodes, or taken from the catalogue's circuits by name."""
+
+    circuit: Annotated[str, Field(description='name of a catalogue circuit that gives the nodes, or "parts"')]
+    parts: Annotated[dict[str, AnyPlaced], Field(description="parts between nodes, by name")]
+
+    @model_validator(mode="after")
+    def _holds_together(self) -> Self:
+        known = [entry.name for entry in catalogue.entries() if entry.kind == "circuit"]
+        if self.circuit not in (*known, IN_FULL):
+            raise refuse("circuit", self.circuit, "unknown choice", f"ddh, {', '.join(known)} or {IN_FULL}")
+        with_volume = {"tank", "chamber_a", "chamber_b"}
+        for name, part in self.parts.items():
+            if not _PART_NAME.fullmatch(name) or name in _RESERVED:
+                text = "a part's name starts with a letter and holds small letters, digits and _"
+                raise refuse(f"parts.{name}", name, f"{text}; {', '.join(_RESERVED)} are taken")
+            if isinstance(part, PlacedHose):
+                self._check_hose(f"parts.{name}", part)
+            if has_volume(part):
+                with_volume.update(nodes_of(part))
+        for name, part in self.parts.items():
+            for node in nodes_of(part):
+                if node not in with_volume:
+                    text = "no oil at this node: put a volume, hose or accumulator there"
+                    raise refuse(f"parts.{name}", node, text, ", ".join(sorted(with_volume)))
+        if not self.pumps:
+            raise refuse("parts", len(self.parts), "the circuit has no pump")
+        return self
+
+    @property
+    def pumps(self) -> dict[str, Pump]:
+        """The pumps by what to call them."""
+        return {name: part for name, part in self.parts.items() if isinstance(part, Pump)}
+
+    @property
+    def relief_settings(self) -> tuple[float, ...]:
+        """Settings of all relief valves [Pa]."""
+        return tuple(part.setting for part in self.parts.values() if isinstance(part, ReliefValve))
+
+
+def _tag(value: Any) -> str:
+    """Which class a unit is of; whatever is no unit at all is refused by the first."""
+    circuit = value.get("circuit", "ddh") if isinstance(value, dict) else getattr(value, "circuit", "ddh")
+    return "@direct-driven" if circuit == "ddh" else "@composed"
+
+
+AnyUnit = Annotated[
+    Annotated[DirectDriven, Tag("@direct-driven")] | Annotated[Composed, Tag("@composed")], Discriminator(_tag)
+]
 
 
 class Machine(Part):
@@ -82,14 +170,14 @@ class Machine(Part):
     name: Annotated[str, Field(description="short name, used in file names", min_length=1)]
     title: Annotated[str, Field(description="name for headings")] = ""
     description: Annotated[str, Field(description="a sentence about the machine")] = ""
-    units: Annotated[dict[str, Unit], Field(description="hydraulic units by name")]
+    units: Annotated[dict[str, AnyUnit], Field(description="hydraulic units by name")]
 
     _sources: dict[str, str] = PrivateAttr(default_factory=dict)
     _origin: str = PrivateAttr(default="")
 
     @field_validator("units")
     @classmethod
-    def _at_least_one(cls, units: dict[str, Unit]) -> dict[str, Unit]:
+    def _at_least_one(cls, units: dict[str, Any]) -> dict[str, Any]:
         if not units:
             text = "a machine needs at least one unit, for example a table [units.boom]"
             raise PydanticCustomError("units", "{text}", {"text": text})

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, ClassVar, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
 from ramsight.machine.declare import Part, count, gearing, quantity, refuse
+from ramsight.machine.efficiencies import read_efficiencies
 
 Model = Annotated[str | None, Field(description="name of a catalogue entry that gives what is not given here")]
 
@@ -15,7 +16,7 @@ Model = Annotated[str | None, Field(description="name of a catalogue entry that 
 class Oil(Part):
     """Hydraulic oil."""
 
-    kind: ClassVar[str] = "oil"
+    family: ClassVar[str] = "oil"
 
     model: Model = None
     viscosity_40c: Annotated[
@@ -26,7 +27,7 @@ class Oil(Part):
     ]
     density: Annotated[
         float,
-        quantity("kg/m3", "density at 15 °C, taken as constant", least="500 kg/m3", most="2000 kg/m3"),
+        quantity("kg/m3", "density at 15 °C", least="500 kg/m3", most="2000 kg/m3"),
     ]
     bulk_modulus: Annotated[float, quantity("GPa", "bulk modulus of the oil itself", least="0.05 GPa", most="5 GPa")]
     min_temperature: Annotated[
@@ -37,6 +38,19 @@ class Oil(Part):
         float,
         quantity("degC", "highest temperature the data hold for", least="40 degC", most="200 degC"),
     ]
+    thermal_expansion: Annotated[
+        float, quantity("1/K", "loss of density per kelvin, 0 for none; mineral oil 7e-4", least="0 1/K", most="0.01 1/K")
+    ] = 0.0
+    free_air: Annotated[
+        float, quantity("%", "free air at atmospheric pressure, by volume of oil; 0 for none", least="0 %", most="20 %")
+    ] = 0.0
+    air_exponent: Annotated[
+        float, quantity("1", "polytropic exponent of that air, 1 slow, 1.4 fast", least="1", most="1.67")
+    ] = 1.4
+    pressure_viscosity: Annotated[
+        float,
+        quantity("1/Pa", "a of viscosity ~ exp(a p), acts on leakage; 0 for none", least="0 1/Pa", most="1e-7 1/Pa"),
+    ] = 0.0
 
     @model_validator(mode="after")
     def _thins_with_heat(self) -> Self:
@@ -92,16 +106,24 @@ class Cylinder(Part):
         float,
         quantity("kN/(m/s)", "damping of an end stop, per cylinder", least="0 kN/(m/s)", most="1e6 kN/(m/s)"),
     ] = 5e5
+    rod_a: Annotated[
+        float, quantity("mm", "diameter of a second rod, through the A side; 0 for none", least="0 mm", below="1 m")
+    ] = 0.0
+    seal_leakage: Annotated[
+        float,
+        quantity("l/min", "past the seals at 100 bar, 46 mm2/s, per cylinder; 0 for none", least="0 l/min", most="100 l/min"),
+    ] = 0.0
 
     @model_validator(mode="after")
     def _holds_together(self) -> Self:
-        if self.rod >= self.bore:
-            raise refuse(
-                "rod",
-                f"{self.rod * 1e3:g} mm",
-                "the rod does not fit into the bore",
-                f"above 0 mm, below {self.bore * 1e3:g} mm",
-            )
+        for key, rod, least in (("rod", self.rod, "above 0 mm"), ("rod_a", self.rod_a, "at least 0 mm")):
+            if rod >= self.bore:
+                raise refuse(
+                    key,
+                    f"{rod * 1e3:g} mm",
+                    "the rod does not fit into the bore",
+                    f"{least}, below {self.bore * 1e3:g} mm",
+                )
         if self.breakaway_friction < self.coulomb_friction:
             raise refuse(
                 "breakaway_friction",
@@ -113,8 +135,8 @@ class Cylinder(Part):
 
     @property
     def area_a(self) -> float:
-        """Piston area on the A side, all cylinders together [m2]."""
-        return self.number * math.pi / 4 * self.bore**2
+        """Piston area on the A side, less a second rod's, all cylinders together [m2]."""
+        return self.number * math.pi / 4 * (self.bore**2 - self.rod_a**2)
 
     @property
     def area_b(self) -> float:
@@ -125,7 +147,7 @@ class Cylinder(Part):
 class Pump(Part):
     """Pump-motor with its belt: `blocks` parallel units of `chambers` chambers each."""
 
-    kind: ClassVar[str] = "pump"
+    family: ClassVar[str] = "pump"
 
     model: Model = None
     chambers: Annotated[int, count("chambers in a block", least=1, most=16)] = 1
@@ -158,6 +180,31 @@ class Pump(Part):
     ]
     max_speed: Annotated[float, quantity("rpm", "highest pump speed allowed", least="1 rpm", most="20000 rpm")]
     max_pressure: Annotated[float, quantity("bar", "highest continuous pressure", least="1 bar", most="1000 bar")]
+    orifice_leakage: Annotated[
+        float,
+        quantity("l/min", "by wear, at nominal_pressure, grows with its root, per chamber", least="0 l/min", most="100 l/min"),
+    ] = 0.0
+    losses: Annotated[
+        Literal["analytic", "table"], Field(description="from the nominal point, or from efficiency_table")
+    ] = "analytic"
+    efficiency_table: Annotated[
+        str,
+        Field(
+            description="CSV text with the columns pressure_bar, speed_rpm, viscosity_mm2s, volumetric_efficiency, "
+            "hydromechanical_efficiency: pump operation on a full grid"
+        ),
+    ] = ""
+
+    @model_validator(mode="after")
+    def _table_is_a_grid(self) -> Self:
+        if self.losses == "table":
+            read_efficiencies(self.efficiency_table)
+        return self
+
+    @property
+    def orifice_conductance(self) -> float:
+        """Q/sqrt(dp) of the leakage by wear, all chambers and blocks [m3/s/sqrt(Pa)]."""
+        return self.orifice_leakage * self.chambers * self.blocks / math.sqrt(self.nominal_pressure)
 
     @property
     def displacement_per_rad(self) -> float:
@@ -178,7 +225,7 @@ class Pump(Part):
 class Drive(Part):
     """Electric motor that turns both pumps."""
 
-    kind: ClassVar[str] = "drive"
+    family: ClassVar[str] = "drive"
 
     model: Model = None
     moment_of_inertia: Annotated[
@@ -192,6 +239,22 @@ class Drive(Part):
     ]
     max_speed: Annotated[float, quantity("rpm", "highest motor speed", least="1 rpm", most="30000 rpm")]
     max_torque: Annotated[float, quantity("N m", "highest motor torque", above="0 N m", most="10000 N m")]
+    control: Annotated[
+        Literal["ideal", "servo"], Field(description="speed as commanded, or a PI speed loop limited by max_torque")
+    ] = "ideal"
+    proportional_gain: Annotated[
+        float,
+        quantity("N m s/rad", "of the speed loop, torque per speed", above="0 N m s/rad", most="10000 N m s/rad"),
+    ] = 0.8
+    integral_gain: Annotated[
+        float, quantity("N m/rad", "of the speed loop, torque per angle", least="0 N m/rad", most="1e6 N m/rad")
+    ] = 16.0
+    drive_efficiency: Annotated[
+        float, quantity("1", "of motor and inverter together, for energy figures", above="0.1", most="1")
+    ] = 0.9
+    battery_efficiency: Annotated[
+        float, quantity("1", "of the battery, each way, for energy figures", above="0.1", most="1")
+    ] = 0.95
 
 
 class Manifold(Part):
@@ -204,18 +267,24 @@ class Hose(Part):
     """Hose between manifold and cylinders, one side alike the other."""
 
     volume: Annotated[float, quantity("l", "oil in the hose, per side", above="0 l", most="1000 l")]
-    length: Annotated[float, quantity("m", "length, for the laminar resistance", above="0 m", most="100 m")]
+    length: Annotated[float, quantity("m", "length, for the resistance", above="0 m", most="100 m")]
     diameter: Annotated[
-        float, quantity("mm", "inner diameter, for the laminar resistance", above="1 mm", most="200 mm")
+        float, quantity("mm", "inner diameter, for the resistance", above="1 mm", most="200 mm")
     ]
     effective_bulk_modulus: Annotated[
         float,
         quantity("GPa", "bulk modulus of oil and hose wall together", least="0.01 GPa", most="5 GPa"),
     ]
+    regime: Annotated[
+        Literal["laminar", "turbulent"], Field(description="laminar whatever the speed, or turning turbulent")
+    ] = "laminar"
+    segments: Annotated[
+        int, count("segments whose oil has inertia; 0 leaves it out", least=0, most=50)
+    ] = 0
 
 
 class Tank(Part):
-    """Pressurised tank."""
+    """Tank; in a closed circuit the pressure that it is charged to at rest."""
 
     pressure: Annotated[float, quantity("bar", "absolute pressure", above="0 bar", most="50 bar")]
 
@@ -223,7 +292,7 @@ class Tank(Part):
 class ReliefValve(Part):
     """Relief valves, one per side, from manifold to tank."""
 
-    kind: ClassVar[str] = "relief valve"
+    family: ClassVar[str] = "relief valve"
 
     model: Model = None
     setting: Annotated[float, quantity("bar", "opening pressure above the tank's", least="1 bar", most="1000 bar")]
@@ -239,7 +308,7 @@ class ReliefValve(Part):
 class AnticavitationValve(Part):
     """Check valves, one per side, from tank to manifold."""
 
-    kind: ClassVar[str] = "anticavitation valve"
+    family: ClassVar[str] = "anticavitation valve"
 
     model: Model = None
     cracking_pressure: Annotated[
@@ -262,7 +331,7 @@ class AnticavitationValve(Part):
 class SafetyValve(Part):
     """Safety valves between manifold and hose; the load side's is a check while lifting, open to lower."""
 
-    kind: ClassVar[str] = "safety valve"
+    family: ClassVar[str] = "safety valve"
 
     model: Model = None
     rated_flow: Annotated[
@@ -281,6 +350,9 @@ class SafetyValve(Part):
             most="100 rad/s",
         ),
     ]
+    opening_time: Annotated[
+        float, quantity("ms", "until it is 95 % open or shut, first order; 0 for at once", least="0 ms", most="10 s")
+    ] = 0.0
 
     @property
     def flow_coefficient(self) -> float:
@@ -299,4 +371,4 @@ class Load(Part):
 
 
 #: the classes of parts that the catalogue lists, by kind
-PARTS: dict[str, type[Part]] = {part.kind: part for part in (Oil, Pump, ReliefValve, AnticavitationValve, SafetyValve)}
+PARTS: dict[str, type[Part]] = {part.family: part for part in (Oil, Pump, ReliefValve, AnticavitationValve, SafetyValve)}

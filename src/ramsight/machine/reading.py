@@ -13,7 +13,8 @@ from pydantic import BaseModel, ValidationError
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.machine import catalogue
 from ramsight.machine.declare import FROM_FILE, Part, declaration, explain
-from ramsight.machine.description import FORMAT, Machine, Unit
+from ramsight.machine.description import FORMAT, IN_FULL, Composed, DirectDriven, Machine
+from ramsight.machine.placed import KINDS
 from ramsight.units import name_of
 
 P = TypeVar("P", bound=Part)
@@ -99,20 +100,45 @@ def _check_format(data: Mapping[str, Any], file: str) -> None:
 def _resolve(unit: dict[str, Any], path: str, sources: dict[str, str], file: str) -> dict[str, Any]:
     """Fill in what catalogue entries give and the description does not."""
     resolved = dict(unit)
-    for key, field in Unit.model_fields.items():
+    composed = resolved.get("circuit", "ddh") != "ddh"
+    for key, field in (Composed if composed else DirectDriven).model_fields.items():
         part = field.annotation
-        kind = part.kind if isinstance(part, type) and issubclass(part, Part) else ""
-        given = resolved.get(key)
-        if isinstance(given, str) and kind:
-            given = {"model": given}
-        if not kind or not isinstance(given, dict) or not isinstance(given.get("model"), str):
-            continue
-        entry = catalogue.find(kind, given["model"], where=f"{file}: {path}.{key}")
-        values, origins = catalogue.read(entry)
-        for name in values.keys() - given.keys():
-            sources.setdefault(f"{path}.{key}.{name}", f"{entry.name}: {origins.get(name, entry.source)}")
-        resolved[key] = {**values, **given, "model": entry.name}
+        if key in resolved and isinstance(part, type) and issubclass(part, Part):
+            resolved[key] = _from_model(resolved[key], part.family, f"{path}.{key}", sources, file)
+    if composed and isinstance(resolved.get("parts", {}), dict):
+        resolved["parts"] = _parts(resolved, path, sources, file)
     return resolved
+
+
+def _parts(unit: Mapping[str, Any], path: str, sources: dict[str, str], file: str) -> dict[str, Any]:
+    """Fill in what the catalogue's circuit gives: kinds and nodes."""
+    parts = dict(unit.get("parts", {}))
+    name = unit["circuit"]
+    if isinstance(name, str) and name != IN_FULL and catalogue.has("circuit", name):
+        for key, template in catalogue.circuit(name).items():
+            given = parts.get(key, {})
+            if isinstance(given, dict):
+                for item in template.keys() - given.keys():
+                    sources.setdefault(f"{path}.parts.{key}.{item}", f"circuit {name}: [D] by its drawing")
+                parts[key] = {**template, **given}
+    for key, part in parts.items():
+        kind = part.get("kind") if isinstance(part, dict) else None
+        if isinstance(kind, str) and kind in KINDS:
+            parts[key] = _from_model(part, KINDS[kind].family, f"{path}.parts.{key}", sources, file)
+    return parts
+
+
+def _from_model(given: Any, family: str, path: str, sources: dict[str, str], file: str) -> Any:
+    """Fill in what the catalogue entry that a part names gives."""
+    if isinstance(given, str) and family:
+        given = {"model": given}
+    if not family or not isinstance(given, dict) or not isinstance(given.get("model"), str):
+        return given
+    entry = catalogue.find(family, given["model"], where=f"{file}: {path}")
+    values, origins = catalogue.read(entry)
+    for name in values.keys() - given.keys():
+        sources.setdefault(f"{path}.{name}", f"{entry.name}: {origins.get(name, entry.source)}")
+    return {**values, **given, "model": entry.name}
 
 
 def validate(
@@ -140,10 +166,11 @@ def validate(
 
 
 def _one_line(model: type[Part], problem: dict[str, Any], more: int, file: str | None, prefix: str) -> DescriptionError:
-    location = [str(item) for item in problem["loc"]]
+    steps = [str(item) for item in problem["loc"]]
+    location = [step for step in steps if not step.startswith("@")]
     context = problem.get("ctx", {})
     value, allowed = problem["input"], context.get("allowed")
-    holder, field = _field_at(model, location)
+    holder, field = _field_at(model, steps)
     kind = problem["type"]
     if kind == "extra_forbidden":
         known = list(holder.model_fields) if holder else []
@@ -159,6 +186,13 @@ def _one_line(model: type[Part], problem: dict[str, Any], more: int, file: str |
         location += context["key"].split(".") if "key" in context else []
         if field is not None and (declared := declaration(field)) and not allowed:
             allowed = declared.range
+    elif kind == "union_tag_not_found":
+        given = value.get("kind") if isinstance(value, dict) else None
+        message, allowed = "needs the kind of part" if given is None else "unknown choice", ", ".join(KINDS)
+        if isinstance(value, dict):
+            location, value = [*location, "kind"], given
+        else:
+            message, allowed = "expected a table of values", None
     elif kind in ("model_type", "model_attributes_type", "dict_type"):
         message = "expected a table of values"
     elif kind == "literal_error":
@@ -180,9 +214,18 @@ def _field_at(model: type[BaseModel], location: list[str]) -> tuple[type[BaseMod
         field = holder.model_fields.get(steps.pop(0))
         if field is None or not steps:
             break
-        inner = field.annotation
+        inner: Any = field.annotation
+        if any(step.startswith("@") for step in steps[:2]):  # one of several classes, by name
+            while not steps[0].startswith("@"):
+                steps.pop(0)
+            tag = steps.pop(0)
+            inner = {"@direct-driven": DirectDriven, "@composed": Composed}.get(tag) or KINDS[tag[1:]]
+            if not steps:
+                field = None
+            holder = inner
+            continue
         if getattr(inner, "__origin__", None) is dict:
-            inner = inner.__args__[1]  # type: ignore[union-attr]
+            inner = inner.__args__[1]
             steps.pop(0)
             if not steps:
                 field = None

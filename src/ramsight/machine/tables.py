@@ -11,6 +11,7 @@ from rich.text import Text
 from ramsight.machine import catalogue
 from ramsight.machine.declare import declaration, explain, walk
 from ramsight.machine.parts import PARTS
+from ramsight.machine.placed import KINDS
 from ramsight.machine.reading import load
 
 _WIDE = 140  # columns where the output goes into a file or a pipe
@@ -71,6 +72,8 @@ def catalogue_entry(name: str) -> RenderableType:
         tables[place].add_row(*(Text(cell) for cell in (key, *cells)))
     title = Text(f"{entry.kind} {entry.name}: {entry.description}", style="bold")
     parts: list[RenderableType] = [title]
+    if drawing := catalogue.drawing(entry):
+        parts += [Text(), Text(drawing)]
     for place, table in tables.items():
         parts += [Text(), Text(f"[{place}]", style="bold"), table] if place else [Text(), table]
     return Group(*parts)
@@ -80,7 +83,13 @@ def _rows(entry: catalogue.Entry) -> Iterator[tuple[str, str, str, str]]:
     if entry.kind == "machine":
         machine = load(entry.name)
         for value in (value for name, unit in machine.units.items() for value in walk(unit, f"units.{name}.")):
-            yield value.path, value.shown, value.text, machine.source_of(value.path) or ""
+            source = machine.source_of(value.path) or ""
+            yield value.path, value.shown, value.text, source if value.given else "default"
+        return
+    if entry.kind == "circuit":
+        for part, places in catalogue.circuit(entry.name).items():
+            for key, value in places.items():
+                yield f"parts.{part}.{key}", str(value), explain(KINDS[places["kind"]].model_fields[key]), entry.source
         return
     values, sources = catalogue.read(entry)
     fields = PARTS[entry.kind].model_fields

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 import textwrap
-from typing import Any
+from typing import Any, Literal, get_origin
+
+from pydantic.fields import FieldInfo
 
 from ramsight.machine import catalogue
 from ramsight.machine.declare import Part, Quantity, declaration, explain
-from ramsight.machine.description import Machine, Unit
+from ramsight.machine.description import Composed, DirectDriven, Machine, Unit
 
 _WIDTH = 118
+_FIRST = ("kind", "inlet", "outlet", "pilot", "node")  # what says where a part is stands before its values
 _HEAD = """\
 Machine description for ramsight. Check it with: ramsight check FILE
 
@@ -54,26 +57,34 @@ def template(like: Machine | None = None, name: str = "my-machine") -> str:
 
 
 def _unit_lines(name: str, unit: Unit) -> list[str]:
-    tables = [(key, value) for key, value in unit if isinstance(value, Part)]
+    tables = [(key, value, "") for key, value in unit if isinstance(value, Part)]
+    if isinstance(unit, Composed):
+        tables += [(f"parts.{key}", part, _first_sentence(part)) for key, part in unit.parts.items()]
     lines = ["", _comment(_first_sentence(unit)), f"[units.{name}]"]
-    for key, field in Unit.model_fields.items():
+    for key, field in type(unit).model_fields.items():
         value = getattr(unit, key)
-        if not isinstance(value, Part):
-            choices = " or ".join(f'"{item}"' for item in getattr(field.annotation, "__args__", ()))
-            lines.append(_line(key, value, f"{explain(field)}; {choices}" if choices else explain(field)))
-    for key, part in tables:
-        about = Unit.model_fields[key].description or _first_sentence(part)
+        if not isinstance(value, Part | dict):
+            lines.append(_line(key, value, _with_choices(field)))
+    for key, part, given in tables:
+        about = given or type(unit).model_fields[key].description or _first_sentence(part)
         lines += ["", _comment(about), f"[units.{name}.{key}]", *_part_lines(part)]
     return lines
+
+
+def _with_choices(field: FieldInfo) -> str:
+    choices = getattr(field.annotation, "__args__", ()) if get_origin(field.annotation) is Literal else ()
+    words = " or ".join(f'"{item}"' for item in choices)
+    return "; ".join(text for text in (explain(field), words) if text)
 
 
 def _part_lines(part: Part) -> list[str]:
     model = getattr(part, "model", None)
     given: dict[str, Any] = {}
     if model is not None:
-        given, _ = catalogue.read(catalogue.find(part.kind, model))
+        given, _ = catalogue.read(catalogue.find(part.family, model))
     lines = []
-    for key, field in type(part).model_fields.items():
+    fields = sorted(type(part).model_fields.items(), key=lambda item: item[0] not in _FIRST)
+    for key, field in fields:
         value, declared = getattr(part, key), declaration(field)
         if value is None:
             continue
@@ -86,7 +97,7 @@ def _part_lines(part: Part) -> list[str]:
             inner = ", ".join(f'{name} = "{item / 1e3:g} kN"' for name, item in value.items())
             lines += [f"# {words}", f"{key} = {{ {inner} }}"]
         else:
-            lines.append(_line(key, value, words))
+            lines.append(_line(key, value, _with_choices(field)))
     return lines
 
 
@@ -126,13 +137,15 @@ def json_schema() -> dict[str, Any]:
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     schema["required"] = ["format", *schema["required"]]
     for definition in schema["$defs"].values():
-        if "model" in definition["properties"]:
+        if "model" in definition.get("properties", {}):
             _allow_model(definition)
-    for key, field in schema["$defs"]["Unit"]["properties"].items():
-        part = Unit.model_fields[key].annotation
-        if isinstance(part, type) and issubclass(part, Part) and part.kind:
-            names = [entry.name for entry in catalogue.entries() if entry.kind == part.kind]
-            schema["$defs"]["Unit"]["properties"][key] = {"anyOf": [field, {"enum": names}]} if names else field
+    for unit in (DirectDriven, Composed):
+        properties = schema["$defs"][unit.__name__]["properties"]
+        for key, field in properties.items():
+            part = unit.model_fields[key].annotation
+            if isinstance(part, type) and issubclass(part, Part) and part.family:
+                names = [entry.name for entry in catalogue.entries() if entry.kind == part.family]
+                properties[key] = {"anyOf": [field, {"enum": names}]} if names else field
     return schema
 
 

@@ -7,7 +7,7 @@ of the model, its other fields shape the graph.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -21,6 +21,7 @@ from ramsight.plant.symbols import Parameters
 
 TANK = "tank"
 INPUTS = ("motor_speed", "load")
+_SPEED_TOLERANCE = 1e-4  # rad/s
 _PRESSURE_TOLERANCE = 10.0  # Pa; with this and 1e-6 of the value a position is right to 1e-6 m
 
 
@@ -80,11 +81,15 @@ class Circuit:
         self._tank_flow: dict[str, Any] = {}
         self._outputs: dict[str, Output] = {}
         self._torque: Any = 0.0
+        self._motor_torque: Any = None
+        self._command: Any = None
+        self._last: list[Callable[[], None]] = []
         self.motor_speed, self.load = ca.SX.sym("motor_speed"), ca.SX.sym("load")
         self.motor_acceleration, self._load_rate = ca.SX.sym("motor_acceleration"), ca.SX.sym("load_rate")
         self.oil: Any = self._parameters.symbolic("oil", oil)
         self.oil_temperature = self._parameters.add("oil_temperature", 313.15)
         self.viscosity = self.oil.viscosity(self.oil_temperature)
+        self.density = self.oil.density_at(self.oil_temperature)
         self._pressure[TANK] = self._parameters.add("tank.pressure", tank_pressure)
 
     def add(self, part: Part) -> None:
@@ -133,6 +138,26 @@ class Circuit:
         """Add torque that the motor must give [N m]."""
         self._torque += torque
 
+    def speed_loop(self) -> tuple[Any, Any]:
+        """Make the motor's speed a state, `motor_speed`: the speed that is asked for, and the actual one [rad/s]."""
+        if self._command is None:
+            self._command = ca.SX.sym("motor_speed_command")
+            self._states["motor_speed"] = (State("motor_speed", "rad/s", _SPEED_TOLERANCE), self.motor_speed)
+        return self._command, self.motor_speed
+
+    def motor(self, torque: Any) -> None:
+        """Say which torque [N m] the motor gives where it is not simply what the shaft takes."""
+        self._motor_torque = torque
+
+    def at_last(self, finish: Callable[[], None]) -> None:
+        """Call `finish` when every part has been added, for what depends on a sum over all parts."""
+        self._last.append(finish)
+
+    @property
+    def torque_taken(self) -> Any:
+        """Sum of the torques that the parts take at the motor shaft [N m]; complete in `at_last`."""
+        return self._torque
+
     def loss(self, name: str, power: Any) -> None:
         """Power that a part turns into heat [W]; never negative."""
         self._powers[name] = power
@@ -158,23 +183,27 @@ class Circuit:
             name: for messages.
             audited: carry the integrals of every power and tank flow, for the energy and volume audit.
         """
+        for finish in self._last:
+            finish()
         nodes = tuple(node for node in self._pressure if node != TANK)
         for node in nodes:
-            capacity = self._volume[node] / self.oil.bulk_modulus + self._wall[node]
+            capacity = self._volume[node] / self.oil.bulk_modulus_at(self._pressure[node]) + self._wall[node]
             self.output(f"capacity_{node}", "m3/Pa", capacity)
             self.output(f"volume_{node}", "m3", self._volume[node])
             self.derivative(f"pressure_{node}", (self._net[node] - self._growth[node]) / capacity)
-        self.output("motor_torque", "N m", self._torque)
+        motor_torque = self._torque if self._motor_torque is None else self._motor_torque
+        self.output("motor_torque", "N m", motor_torque)
         states = [state for state, _ in self._states.values()]
         symbols = [symbol for _, symbol in self._states.values()]
         rates = [self._derivatives[state.name] for state in states]
         if audited:
             integrals = {f"energy.{key}": ("J", power) for key, power in self._powers.items()}
-            shaft = self._torque * self.motor_speed
+            shaft = motor_torque * self.motor_speed
             integrals["energy.shaft_given"] = ("J", ca.fmax(shaft, 0.0))
             integrals["energy.shaft_taken"] = ("J", ca.fmax(-shaft, 0.0))
             integrals |= {f"volume.{key}": ("m3", flow) for key, flow in self._tank_flow.items()}
-            integrals["volume.exchanged"] = ("m3", sum(ca.fabs(flow) for flow in self._tank_flow.values()))
+            moved = self._tank_flow or self._growth  # a closed circuit has no tank: what the pistons displace
+            integrals["volume.exchanged"] = ("m3", sum(ca.fabs(flow) for flow in moved.values()))
             for key, (unit, rate) in integrals.items():
                 states.append(State(key, unit, float("inf"), integral=True))
                 symbols.append(ca.SX.sym(key))
@@ -187,7 +216,7 @@ class Circuit:
             inputs=INPUTS,
             parameters=self._parameters.names,
             x=ca.vertcat(*symbols),
-            u=ca.vertcat(self.motor_speed, self.load),
+            u=ca.vertcat(self.motor_speed if self._command is None else self._command, self.load),
             slope=ca.vertcat(self.motor_acceleration, self._load_rate),
             p=self._parameters.column,
             rhs=ca.vertcat(*rates),

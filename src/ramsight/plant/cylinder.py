@@ -50,6 +50,7 @@ class Cylinder:
         stribeck_velocity: [m/s].
         stop_stiffness: of the end stops [N/m].
         stop_damping: force of the stop grows by this share per speed of approach [s/m].
+        seal_leak: leakage past the seals per pressure difference, times viscosity [m3/s/Pa m2/s]; none without it.
         load_sign: +1 if a positive load presses the piston in, -1 if it pulls it out.
     """
 
@@ -69,6 +70,7 @@ class Cylinder:
     stop_stiffness: float
     stop_damping: float
     load_sign: float
+    seal_leak: float | None = None
 
     def friction(self, velocity: Any) -> Any:
         """Friction force [N] at a velocity [m/s]."""
@@ -103,3 +105,7 @@ class Cylinder:
         circuit.stored("kinetic", 0.5 * self.mass * v * v)
         circuit.stored("stop", 0.5 * self.stop_stiffness * (depth_in**2 + depth_out**2))
         circuit.output("friction_force", "N", friction)
+        if self.seal_leak is not None:
+            leak = self.seal_leak / circuit.viscosity * (p_a - p_b)
+            circuit.flow(f"{self.name}.seal", self.node_a, self.node_b, leak)
+            circuit.loss(f"{self.name}.seal", leak * (p_a - p_b))

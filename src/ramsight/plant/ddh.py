@@ -9,21 +9,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-from ramsight.machine.description import Unit
+from ramsight.errors import DescriptionError
+from ramsight.machine.description import DirectDriven, Unit
 from ramsight.machine.parts import Pump as PumpDescription
-from ramsight.plant.circuit import TANK, CircuitModel, Part, join
-from ramsight.plant.cylinder import ATMOSPHERE, Cylinder
-from ramsight.plant.drive import IdealDrive
+from ramsight.plant import described
+from ramsight.plant.circuit import TANK, Part
+from ramsight.plant.cylinder import Cylinder
+from ramsight.plant.drive import Drive
 from ramsight.plant.hose import Hose, Volume
-from ramsight.plant.oil import T40, T100, Oil, walther_constants
+from ramsight.plant.oil import Oil
 from ramsight.plant.pump import Pump
+from ramsight.plant.unit import circuit, initial_state
 from ramsight.plant.valve import CheckValve, ReliefValve, SafetyValve
 
-_STOP_DEFORMATION = 1e-3  # m, deformation at which a stop's damping is given
-_THRESHOLD = 0.01  # friction is fully developed at this share of the nominal speed, [G]
+__all__ = ["DdhUnit", "Side", "build", "circuit", "initial_state"]
 
 
 @dataclass(frozen=True)
@@ -51,16 +50,18 @@ class DdhUnit:
         lift_sign: +1 if extension lifts the load, -1 if retraction does.
         tank_pressure: absolute [Pa].
         held: the commanded safety valve's side, "a" or "b".
+        extra: further parts, for example your own, added with `dataclasses.replace`.
     """
 
     name: str
     oil: Oil
     tank_pressure: float
-    drive: IdealDrive
+    drive: Drive
     cylinder: Cylinder
     a: Side
     b: Side
     lift_sign: float
+    extra: tuple[Part, ...] = ()
 
     @property
     def held(self) -> str:
@@ -69,7 +70,7 @@ class DdhUnit:
 
     def parts(self) -> tuple[Part, ...]:
         """All parts."""
-        return (self.drive, self.cylinder, *self.a.parts(), *self.b.parts())
+        return (self.drive, self.cylinder, *self.a.parts(), *self.b.parts(), *self.extra)
 
     @property
     def travel_per_radian(self) -> float:
@@ -78,119 +79,43 @@ class DdhUnit:
         return float(side.pump.geared_displacement / area)
 
 
-def _pump(spec: PumpDescription, side: str) -> Pump:
-    manifold = f"manifold_{side}"
-    inlet, outlet = (TANK, manifold) if side == "a" else (manifold, TANK)
-    return Pump(
-        name=f"pump_{side}",
-        inlet=inlet,
-        outlet=outlet,
-        displacement=spec.displacement_per_rad,
-        belt=spec.belt,
-        volumetric_efficiency=spec.volumetric_efficiency,
-        hydromechanical_efficiency=spec.hydromechanical_efficiency,
-        nominal_speed=spec.nominal_speed,
-        nominal_pressure=spec.nominal_pressure,
-        nominal_viscosity=spec.nominal_viscosity,
-        nominal_density=spec.nominal_density,
-        no_load_torque=spec.total_no_load_torque,
-        threshold_speed=_THRESHOLD * spec.nominal_speed,
-    )
-
-
 def build(name: str, unit: Unit) -> DdhUnit:
-    """The parts of a described unit."""
-    points = (T40, unit.oil.viscosity_40c, T100, unit.oil.viscosity_100c)
-    oil = Oil(*walther_constants(*points), density=unit.oil.density, bulk_modulus=unit.oil.bulk_modulus)
-    lift_sign = float(unit.lift_sign)
-    relief, anticavitation, safety = unit.relief_valve, unit.anticavitation_valve, unit.safety_valve
+    """The parts of a described unit.
 
-    def side(name: str, spec: PumpDescription) -> Side:
-        manifold, line, chamber = f"manifold_{name}", f"line_{name}", f"chamber_{name}"
-        return Side(
-            pump=_pump(spec, name),
-            manifold=Volume(manifold, manifold, unit.manifold.volume),
-            relief=ReliefValve(
-                f"relief_{name}", manifold, TANK, relief.setting, relief.rated_flow / relief.override_pressure
-            ),
-            anticavitation=CheckValve(
-                f"anticavitation_{name}",
-                TANK,
-                manifold,
-                anticavitation.cracking_pressure,
-                anticavitation.flow_coefficient,
-            ),
-            safety=SafetyValve(
-                f"safety_{name}",
-                manifold,
-                line,
-                safety.flow_coefficient,
-                -lift_sign * safety.opening_speed,
-                commanded=name == unit.load_side,
-            ),
-            hose=Hose(
-                f"hose_{name}",
-                line,
-                chamber,
-                unit.hose.volume,
-                unit.hose.length,
-                unit.hose.diameter,
-                unit.hose.effective_bulk_modulus,
-            ),
+    Args:
+        name: of the unit.
+        unit: its description, of the circuit "ddh".
+
+    Raises:
+        DescriptionError: the unit has another circuit.
+    """
+    if not isinstance(unit, DirectDriven):
+        raise DescriptionError(
+            "this needs a direct-driven unit", key=f"units.{name}.circuit", value=unit.circuit, allowed="ddh"
         )
-
-    c = unit.cylinder
-    cylinder = Cylinder(
-        name="cylinder",
-        node_a="chamber_a",
-        node_b="chamber_b",
-        area_a=c.area_a,
-        area_b=c.area_b,
-        stroke=c.stroke,
-        dead_volume_a=c.dead_volume_a,
-        dead_volume_b=c.dead_volume_b,
-        mass=unit.load.mass,
-        coulomb_friction=c.number * c.coulomb_friction,
-        breakaway_friction=c.number * c.breakaway_friction,
-        viscous_friction=c.number * c.viscous_friction,
-        stribeck_velocity=c.stribeck_velocity,
-        stop_stiffness=c.number * c.end_stop_stiffness,
-        stop_damping=c.end_stop_damping / (c.end_stop_stiffness * _STOP_DEFORMATION),
-        load_sign=lift_sign,
-    )
+    lift_sign = float(unit.lift_sign)
     return DdhUnit(
         name=name,
-        oil=oil,
+        oil=described.oil(unit.oil),
         tank_pressure=unit.tank.pressure,
-        drive=IdealDrive("drive", unit.drive.moment_of_inertia),
-        cylinder=cylinder,
-        a=side("a", unit.pump_a),
-        b=side("b", unit.pump_b),
+        drive=described.drive(unit.drive),
+        cylinder=described.cylinder(unit),
+        a=_side("a", unit, unit.pump_a),
+        b=_side("b", unit, unit.pump_b),
         lift_sign=lift_sign,
     )
 
 
-def circuit(unit: DdhUnit, *, audited: bool = False) -> CircuitModel:
-    """The unit as an equation."""
-    return join(unit.name, unit.oil, unit.tank_pressure, unit.parts(), audited=audited)
-
-
-def initial_state(unit: DdhUnit, model: CircuitModel, position: float, load: float) -> NDArray[np.float64]:
-    """States of the unit at rest at a position [m] under a load [N]: the held chamber carries it, the rest is at tank.
-
-    Friction is not strained; a negative load is carried by the other chamber.
-    """
-    c = unit.cylinder
-    state = np.zeros(len(model.ode.states))
-    pressure = dict.fromkeys(model.nodes, unit.tank_pressure)
-    force = unit.lift_sign * load + ATMOSPHERE * (c.area_a - c.area_b)
-    on_a, on_b = c.area_a * unit.tank_pressure, c.area_b * unit.tank_pressure
-    if force > on_a - on_b:
-        side, value = "a", (force + on_b) / c.area_a
-    else:
-        side, value = "b", (on_a - force) / c.area_b
-    pressure[f"line_{side}"] = pressure[f"chamber_{side}"] = value
-    for node, level in pressure.items():
-        state[model.ode.state_index(f"pressure_{node}")] = level
-    state[model.ode.state_index("position")] = position
-    return state
+def _side(name: str, unit: DirectDriven, pump: PumpDescription) -> Side:
+    manifold, line, chamber = f"manifold_{name}", f"line_{name}", f"chamber_{name}"
+    inlet, outlet = (TANK, manifold) if name == "a" else (manifold, TANK)
+    return Side(
+        pump=described.pump(pump, f"pump_{name}", inlet, outlet),
+        manifold=Volume(manifold, manifold, unit.manifold.volume),
+        relief=described.relief_valve(unit.relief_valve, f"relief_{name}", manifold, TANK),
+        anticavitation=described.check_valve(unit.anticavitation_valve, f"anticavitation_{name}", TANK, manifold),
+        safety=described.safety_valve(
+            unit.safety_valve, f"safety_{name}", manifold, line, float(unit.lift_sign), name == unit.load_side
+        ),
+        hose=described.hose(unit.hose, f"hose_{name}", line, chamber),
+    )

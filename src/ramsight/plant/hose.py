@@ -1,4 +1,4 @@
-"""Hoses and rigid volumes: resistance, content and the give of their walls."""
+"""Hoses, lines and rigid volumes: resistance, inertia, content and the give of their walls."""
 
 from __future__ import annotations
 
@@ -6,8 +6,14 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import casadi as ca
+
+from ramsight.plant.pipe_friction import drop_over_laminar, flow_over_laminar
+
 if TYPE_CHECKING:
     from ramsight.plant.circuit import Circuit
+
+_FLOW_TOLERANCE = 1e-9  # m3/s
 
 
 def laminar_resistance(viscosity: Any, density: Any, length: Any, diameter: Any) -> Any:
@@ -43,14 +49,17 @@ class Volume:
 
 @dataclass(frozen=True)
 class Hose:
-    """A hose with laminar flow; half its content belongs to either end.
+    """A hose or pipe. Without inertia half its content belongs to either end; with it, it is cut into segments.
 
     Args:
         name: of the part.
-        inlet, outlet: nodes.
+        inlet, outlet: nodes; segments meet at nodes `name_1`, `name_2`, ...
         volume: content [m3].
         length, diameter: [m].
         bulk_modulus: of oil and wall together [Pa], not above the oil's.
+        turbulent: whether flow turns turbulent (Blasius); else it is laminar whatever its speed.
+        segments: equal parts whose flows are states; 0 leaves the oil's inertia out. Waves are shown up to about a
+            sixth of the frequency of one segment.
     """
 
     name: str
@@ -60,15 +69,56 @@ class Hose:
     length: float
     diameter: float
     bulk_modulus: float
+    turbulent: bool = False
+    segments: int = 0
+
+    @property
+    def joins(self) -> tuple[str, ...]:
+        """The nodes that have one pressure while nothing flows."""
+        return (self.inlet, *(f"{self.name}_{k}" for k in range(1, self.segments)), self.outlet)
+
+    passage = joins
+
+    def flow(self, pressure_difference: Any, viscosity: Any, density: Any) -> Any:
+        """Steady flow [m3/s] at a pressure difference [Pa], viscosity [m2/s] and density [kg/m3]."""
+        flow = pressure_difference / laminar_resistance(viscosity, density, self.length, self.diameter)
+        return flow * flow_over_laminar(self._reynolds(flow, viscosity)) if self.turbulent else flow
+
+    def pressure_drop(self, flow: Any, viscosity: Any, density: Any) -> Any:
+        """Steady pressure drop [Pa] at a flow [m3/s], viscosity [m2/s] and density [kg/m3]."""
+        drop = flow * laminar_resistance(viscosity, density, self.length, self.diameter)
+        return drop * drop_over_laminar(self._reynolds(flow, viscosity)) if self.turbulent else drop
+
+    def _reynolds(self, flow: Any, viscosity: Any) -> Any:
+        return 4.0 * ca.fabs(flow) / (math.pi * self.diameter * viscosity)
 
     def connect(self, circuit: Circuit) -> None:
         """Add content, the wall's compliance, flow and friction loss."""
-        half = 0.5 * self.volume
-        for node in (self.inlet, self.outlet):
+        nodes = self.joins
+        half = 0.5 * self.volume / max(self.segments, 1)
+        for node in (*nodes[:-1], *nodes[1:]):
             circuit.volume(node, half)
             circuit.compliance(node, half * (1.0 / self.bulk_modulus - 1.0 / circuit.oil.bulk_modulus))
+        if self.segments:
+            self._with_inertia(circuit)
+            return
         difference = circuit.pressure(self.inlet) - circuit.pressure(self.outlet)
-        resistance = laminar_resistance(circuit.viscosity, circuit.oil.density, self.length, self.diameter)
-        flow = difference / resistance
+        flow = self.flow(difference, circuit.viscosity, circuit.density)
         circuit.flow(self.name, self.inlet, self.outlet, flow)
         circuit.loss(f"{self.name}.throttling", flow * difference)
+
+    def _with_inertia(self, circuit: Circuit) -> None:
+        """Momentum of each segment: (rho L/A) dQ/dt = dp - dp_friction."""
+        nodes = self.joins
+        inertia = circuit.density * self.length / (0.25 * math.pi * self.diameter**2) / self.segments
+        energy: Any = 0.0
+        loss: Any = 0.0
+        for k, (start, end) in enumerate(zip(nodes[:-1], nodes[1:], strict=True), 1):
+            state = f"flow_{self.name}_{k}"
+            flow = circuit.state(state, "m3/s", _FLOW_TOLERANCE)
+            drop = self.pressure_drop(flow, circuit.viscosity, circuit.density) / self.segments
+            circuit.flow(f"{self.name}.{k}", start, end, flow)
+            circuit.derivative(state, (circuit.pressure(start) - circuit.pressure(end) - drop) / inertia)
+            energy, loss = energy + 0.5 * inertia * flow**2, loss + drop * flow
+        circuit.stored(f"{self.name}.inertia", energy)
+        circuit.loss(f"{self.name}.throttling", loss)

@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
+from ramsight.plant.loss_table import LossTable
+from ramsight.plant.valve import orifice_flow
+
 if TYPE_CHECKING:
     from ramsight.plant.circuit import Circuit
 
@@ -83,6 +86,8 @@ class Pump:
         no_load_torque: of all its blocks together [N m].
         threshold_speed: for friction [rad/s].
         leak_factor: leakage over the data sheet's, for wear [1].
+        orifice_leak: further leakage through worn edges, Q / sqrt(pressure rise) [m3/s/sqrt(Pa)]; none without it.
+        table: measured losses; with it the nominal point and the no-load torque are not used.
     """
 
     name: str
@@ -99,6 +104,8 @@ class Pump:
     no_load_torque: float
     threshold_speed: float
     leak_factor: float = 1.0
+    orifice_leak: float | None = None
+    table: LossTable | None = None
 
     @property
     def geared_displacement(self) -> Any:
@@ -118,25 +125,56 @@ class Pump:
             density,
         )
 
+    def leakage(self, speed: Any, pressure_rise: Any, viscosity: Any, density: Any) -> Any:
+        """Leakage from outlet to inlet [m3/s]: eq. 9 or the table, and the orifice's share.
+
+        Args:
+            speed: of the pump [rad/s].
+            pressure_rise: [Pa].
+            viscosity: in the gaps [m2/s].
+            density: [kg/m3].
+        """
+        if self.table is None:
+            leak = self.leak_coefficient(viscosity, density) * pressure_rise
+        else:
+            leak = self.leak_factor * self.table.leakage(self.displacement, speed, pressure_rise, viscosity)
+        if self.orifice_leak is not None:
+            leak = leak + orifice_flow(self.orifice_leak, pressure_rise)
+        return leak
+
     def flow(self, speed: Any, pressure_rise: Any, viscosity: Any, density: Any) -> Any:
         """Volume flow from inlet to outlet [m3/s], eqs 3 and 9, at a pump speed [rad/s] and pressure rise [Pa]."""
-        return self.displacement * speed - self.leak_coefficient(viscosity, density) * pressure_rise
+        return self.displacement * speed - self.leakage(speed, pressure_rise, viscosity, density)
 
-    def torque(self, speed: Any, pressure_rise: Any) -> Any:
-        """Torque at the pump's own shaft [N m], eqs 4, 7 and 8."""
-        return self.displacement * pressure_rise + self.friction(speed, pressure_rise)
+    def torque(self, speed: Any, pressure_rise: Any, viscosity: Any = None) -> Any:
+        """Torque at the pump's own shaft [N m], eqs 4, 7 and 8; arguments as `friction`."""
+        return self.displacement * pressure_rise + self.friction(speed, pressure_rise, viscosity)
 
-    def friction(self, speed: Any, pressure_rise: Any) -> Any:
-        """Friction torque at the pump's own shaft [N m], eq. 7."""
+    def friction(self, speed: Any, pressure_rise: Any, viscosity: Any = None) -> Any:
+        """Friction torque at the pump's own shaft [N m], eq. 7 or the table.
+
+        Args:
+            speed: of the pump [rad/s].
+            pressure_rise: [Pa].
+            viscosity: [m2/s]; only a table asks for it.
+        """
+        if self.table is not None:
+            return self.table.friction(
+                self.displacement, speed, pressure_rise, viscosity, threshold=self.threshold_speed
+            )
         coefficient = friction_coefficient(self.displacement, self.hydromechanical_efficiency)
         return friction_torque(self.no_load_torque, coefficient, pressure_rise, speed, self.threshold_speed)
 
     def connect(self, circuit: Circuit) -> None:
         """Add flow, torque and losses."""
         speed = self.belt * circuit.motor_speed
-        rise = circuit.pressure(self.outlet) - circuit.pressure(self.inlet)
-        leak = self.leak_coefficient(circuit.viscosity, circuit.oil.density) * rise
-        friction = self.friction(speed, rise)
+        inlet, outlet = circuit.pressure(self.inlet), circuit.pressure(self.outlet)
+        rise = outlet - inlet
+        viscosity = circuit.viscosity
+        if circuit.oil.pressure_viscosity is not None:
+            viscosity = viscosity * circuit.oil.thickening(0.5 * (inlet + outlet))
+        leak = self.leakage(speed, rise, viscosity, circuit.density)
+        friction = self.friction(speed, rise, circuit.viscosity)
         circuit.flow(self.name, self.inlet, self.outlet, self.displacement * speed - leak)
         circuit.shaft_torque(self.belt * (self.displacement * rise + friction))
         circuit.loss(f"{self.name}.leakage", leak * rise)

@@ -10,6 +10,8 @@ import casadi as ca
 if TYPE_CHECKING:
     from ramsight.plant.circuit import Circuit
 
+_PILOT_RANGE = 2e5  # Pa at the seat, from shut to fully open, [G]
+_SETTLED = 3.0  # time constants after which a first-order opening counts as done, 95 %
 _LAMINAR = 2e3  # Pa; below about this difference an orifice's flow is laminar (linear), so its slope stays finite
 
 
@@ -75,6 +77,80 @@ class CheckValve:
 
 
 @dataclass(frozen=True)
+class PilotCheckValve:
+    """A check valve that a pilot pressure opens the other way too.
+
+    It opens backwards in proportion, from where the pilot's force over the seat exceeds what presses the cone shut
+    until a further 2 bar at the seat.
+
+    Args:
+        name: of the part.
+        inlet, outlet: nodes; oil passes freely from inlet to outlet.
+        pilot: node whose pressure opens it.
+        cracking_pressure: of the free direction, and of the spring [Pa].
+        conductance: Q / sqrt(pressure difference) when open [m3/s/sqrt(Pa)].
+        pilot_ratio: area of the pilot piston over that of the seat [1].
+    """
+
+    name: str
+    inlet: str
+    outlet: str
+    pilot: str
+    cracking_pressure: float
+    conductance: float
+    pilot_ratio: float
+
+    def opening(self, inlet: Any, outlet: Any, pilot: Any) -> Any:
+        """How far the pilot holds it open, 0 to 1, at absolute pressures [Pa]."""
+        surplus = self.pilot_ratio * (pilot - inlet) - (outlet - inlet) - self.cracking_pressure
+        return ca.fmin(ca.fmax(surplus / _PILOT_RANGE, 0.0), 1.0)
+
+    def flow(self, inlet: Any, outlet: Any, pilot: Any) -> Any:
+        """Flow from inlet to outlet [m3/s] at absolute pressures [Pa]."""
+        difference, opening = inlet - outlet, self.opening(inlet, outlet, pilot)
+        spring = (1.0 - opening) * self.cracking_pressure  # the pilot takes the spring's part
+        free = orifice_flow(self.conductance, ca.fmax(difference - spring, 0.0))
+        back = opening * orifice_flow(self.conductance, ca.fmin(difference, 0.0))
+        return free + back
+
+    def connect(self, circuit: Circuit) -> None:
+        """Add the flow, its throttling loss and the opening as an output."""
+        inlet, outlet, pilot = (circuit.pressure(node) for node in (self.inlet, self.outlet, self.pilot))
+        flow = self.flow(inlet, outlet, pilot)
+        circuit.flow(self.name, self.inlet, self.outlet, flow)
+        circuit.loss(f"{self.name}.throttling", flow * (inlet - outlet))
+        circuit.output(f"{self.name}.opening", "1", self.opening(inlet, outlet, pilot))
+
+
+@dataclass(frozen=True)
+class Orifice:
+    """A fixed orifice.
+
+    Args:
+        name: of the part.
+        inlet, outlet: nodes.
+        conductance: Q / sqrt(pressure difference) [m3/s/sqrt(Pa)].
+    """
+
+    name: str
+    inlet: str
+    outlet: str
+    conductance: float
+
+    @property
+    def passage(self) -> tuple[str, ...]:
+        """The nodes between which oil passes either way."""
+        return (self.inlet, self.outlet)
+
+    def connect(self, circuit: Circuit) -> None:
+        """Add the flow and its throttling loss."""
+        difference = circuit.pressure(self.inlet) - circuit.pressure(self.outlet)
+        flow = orifice_flow(self.conductance, difference)
+        circuit.flow(self.name, self.inlet, self.outlet, flow)
+        circuit.loss(f"{self.name}.throttling", flow * difference)
+
+
+@dataclass(frozen=True)
 class SafetyValve:
     """A seat valve with free flow towards the cylinder, opened the other way by the motor's speed.
 
@@ -84,6 +160,7 @@ class SafetyValve:
         conductance: Q_rated / sqrt(dp_rated) when open [m3/s/sqrt(Pa)].
         opening_speed: motor speed at which the command opens it [rad/s]; a sign gives the direction. It is fully
             open at twice this speed.
+        opening_time: until it is 95 % open after a step of the command, first order [s]; at once without it.
         commanded: false for a valve that is held open all the time.
     """
 
@@ -92,15 +169,35 @@ class SafetyValve:
     cylinder_side: str
     conductance: float
     opening_speed: float
+    opening_time: float | None = None
     commanded: bool = True
+
+    @property
+    def passage(self) -> tuple[str, ...]:
+        """The nodes between which oil passes, at least while it is open."""
+        return (self.pump_side, self.cylinder_side)
+
+    def command(self, motor_speed: Any) -> Any:
+        """Opening that the motor's speed [rad/s] asks for, 0 to 1."""
+        return ca.fmin(ca.fmax(motor_speed / self.opening_speed - 1.0, 0.0), 1.0)
+
+    def flow(self, pressure_difference: Any, opening: Any) -> Any:
+        """Flow towards the cylinder [m3/s] at a pressure difference [Pa] and an opening."""
+        flow = orifice_flow(self.conductance, pressure_difference)
+        return ca.if_else(pressure_difference > 0.0, flow, opening * flow)
 
     def connect(self, circuit: Circuit) -> None:
         """Add the flow, its throttling loss and the opening as an output."""
         difference = circuit.pressure(self.pump_side) - circuit.pressure(self.cylinder_side)
-        flow = orifice_flow(self.conductance, difference)
         if self.commanded:
-            opening = ca.fmin(ca.fmax(circuit.motor_speed / self.opening_speed - 1.0, 0.0), 1.0)
-            flow = ca.if_else(difference > 0.0, flow, opening * flow)
+            opening = self.command(circuit.motor_speed)
+            if self.opening_time is not None:
+                state = f"opening_{self.name}"
+                asked, opening = opening, circuit.state(state, "1", 1e-6)
+                circuit.derivative(state, (asked - opening) * (_SETTLED / self.opening_time))
+            flow = self.flow(difference, opening)
             circuit.output(f"{self.name}.opening", "1", opening)
+        else:
+            flow = orifice_flow(self.conductance, difference)
         circuit.flow(self.name, self.pump_side, self.cylinder_side, flow)
         circuit.loss(f"{self.name}.throttling", flow * difference)

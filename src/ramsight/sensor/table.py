@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import casadi as ca
@@ -50,12 +51,13 @@ _SLOW = 0.05  # share of the calibrated speed; slower turns move the piston too 
 _TORQUE_MARGIN = 0.03  # share of the largest torque; the noise of a drive and the rotor's own torque in a ramp
 _TEMPERATURE_MARGIN = 1.0  # K; the noise of a temperature reading, worth a few parts in a thousand of the leakage
 _NEAR_RELIEF = 0.97  # share of the torque at the relief valve's opening above which flow may be lost, [G]
+_AT_RELIEF = 0.99  # share of that torque from which oil is taken to pass, [G]
 
 
 def _shares(graph: SensorGraph, name: str, grid: Array, x: Any) -> list[Any]:
     """How far `x` has gone through each interval of a grid, 0 ... 1; outside the grid it stays at the end."""
     points = [graph.parameters.add(f"{name}[{i}]", value) for i, value in enumerate(grid)]
-    return [ca.fmin(ca.fmax((x - low) / (high - low), 0.0), 1.0) for low, high in zip(points, points[1:], strict=False)]
+    return [ca.fmin(ca.fmax((x - low) / (high - low), 0.0), 1.0) for low, high in pairwise(points)]
 
 
 def _along(values: list[Any], shares: list[Any]) -> Any:
@@ -108,7 +110,7 @@ def _status(graph: SensorGraph, movement: MovementTable) -> Any:
     status = ca.if_else(off_temperature, float(Status.OUTSIDE_TEMPERATURE), status)
     relief = add("relief_torque", movement.relief_torque)
     status = ca.if_else(pushing > _NEAR_RELIEF * relief, float(Status.NEAR_RELIEF), status)
-    return ca.if_else(graph.lost(pushing > relief), float(Status.POSITION_LOST), status)
+    return ca.if_else(graph.lost(pushing > _AT_RELIEF * relief), float(Status.POSITION_LOST), status)
 
 
 def table(movement: MovementTable) -> VirtualSensor:

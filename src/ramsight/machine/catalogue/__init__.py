@@ -1,4 +1,4 @@
-"""The catalogue: oils, pumps, valves and whole machines as data files, each value with its source."""
+"""The catalogue: oils, pumps, valves, circuits and whole machines as data files, each value with its source."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from typing import Any
 
 from ramsight.errors import DescriptionError, UnknownNameError
 
-__all__ = ["Entry", "entries", "find", "has", "read"]
+__all__ = ["Entry", "circuit", "entries", "find", "has", "read"]
 
 _ROOT = Path(__file__).parent
-_FOLDERS = ("machines", "oils", "pumps", "valves")
+_FOLDERS = ("circuits", "machines", "oils", "pumps", "valves")
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,8 @@ class Entry:
     """One thing in the catalogue.
 
     Attributes:
-        kind: ``machine``, ``oil``, ``pump``, ``relief valve``, ``anticavitation valve`` or ``safety valve``.
+        kind: ``machine``, ``circuit``, ``oil``, ``pump``, ``relief valve``, ``anticavitation valve`` or
+            ``safety valve``.
         name: what a description calls it.
         description: one line about it.
         source: where its values come from, unless they say so themselves.
@@ -81,13 +82,32 @@ def read(entry: Entry) -> tuple[dict[str, Any], dict[str, str]]:
     """Read a part's values as they are written, and where each comes from.
 
     Args:
-        entry: an entry that is no machine.
+        entry: an entry that is neither machine nor circuit.
 
     Returns:
         Values by key, as text with units, and sources by key.
     """
     values, sources = split_sources(read_toml(entry.path)["values"], str(entry.path))
     return values, {key: sources.get(key, entry.source) for key in values}
+
+
+def circuit(name: str) -> dict[str, dict[str, Any]]:
+    """Read a circuit: kind and nodes of each of its parts.
+
+    Args:
+        name: its name.
+
+    Example:
+        >>> circuit("eha-double-rod")["pump"]["outlet"]
+        'port_a'
+    """
+    parts: dict[str, dict[str, Any]] = read_toml(find("circuit", name).path)["parts"]
+    return parts
+
+
+def drawing(entry: Entry) -> str:
+    """A circuit's drawing in text; empty for what has none."""
+    return str(read_toml(entry.path).get("drawing", "")).strip("\n")
 
 
 def read_toml(path: Path) -> dict[str, Any]:

@@ -1,0 +1,155 @@
+"""Parts with the nodes they join: what a circuit is made of when its description gives it in full."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Discriminator, Field, Tag
+
+from ramsight.machine.declare import Part, quantity
+from ramsight.machine.parts import AnticavitationValve, Hose, Manifold, Pump, ReliefValve, SafetyValve
+
+Node = Annotated[
+    str, Field(description="node: tank, chamber_a, chamber_b or any name", pattern=r"^[a-z][a-z0-9_]*$", max_length=40)
+]
+
+
+class PlacedPump(Pump):
+    """Pump-motor with its belt; positive motor speed moves oil from inlet to outlet."""
+
+    kind: Literal["pump"]
+    inlet: Node
+    outlet: Node
+
+
+class PlacedRelief(ReliefValve):
+    """Relief valve; opens from inlet to outlet at its setting above the outlet's pressure."""
+
+    kind: Literal["relief valve"]
+    inlet: Node
+    outlet: Node
+
+
+class PlacedCheck(AnticavitationValve):
+    """Check valve, from inlet to outlet."""
+
+    kind: Literal["check valve"]
+    inlet: Node
+    outlet: Node
+
+
+class PlacedPilotCheck(AnticavitationValve):
+    """Check valve from inlet to outlet that a pilot pressure opens backwards."""
+
+    kind: Literal["pilot check valve"]
+    inlet: Node
+    outlet: Node
+    pilot: Node
+    pilot_ratio: Annotated[
+        float, quantity("1", "area of the pilot piston over that of the seat", above="0.1", most="100")
+    ]
+
+
+class PlacedSafety(SafetyValve):
+    """Seat valve; free from inlet to outlet, opened the other way by the motor's speed."""
+
+    kind: Literal["safety valve"]
+    inlet: Annotated[Node, Field(description="node on the pump's side")]
+    outlet: Annotated[Node, Field(description="node on the cylinder's side")]
+    opens: Annotated[
+        Literal["lowering", "always"], Field(description="while the motor lowers, or held open all the time")
+    ] = "lowering"
+
+
+class PlacedHose(Hose):
+    """Hose or pipe between two nodes."""
+
+    kind: Literal["hose"]
+    inlet: Node
+    outlet: Node
+
+
+class PlacedVolume(Manifold):
+    """Rigid volume of oil at a node."""
+
+    kind: Literal["volume"]
+    node: Node
+    volume: Annotated[float, quantity("l", "oil in it", above="0 l", most="1000 l")]
+
+
+class PlacedOrifice(Part):
+    """Fixed orifice."""
+
+    kind: Literal["orifice"]
+    inlet: Node
+    outlet: Node
+    rated_flow: Annotated[
+        float,
+        quantity("l/min", "flow at which rated_pressure_drop is given", above="0 l/min", most="10000 l/min"),
+    ]
+    rated_pressure_drop: Annotated[
+        float, quantity("bar", "pressure drop at rated_flow", above="0 bar", most="1000 bar")
+    ]
+
+    @property
+    def flow_coefficient(self) -> float:
+        """Q/sqrt(dp) [m3/s/sqrt(Pa)]."""
+        return self.rated_flow / math.sqrt(self.rated_pressure_drop)
+
+
+class PlacedAccumulator(Part):
+    """Gas-loaded accumulator, or the reservoir of a closed circuit; at rest it has the tank's pressure."""
+
+    kind: Literal["accumulator"]
+    node: Node
+    gas_volume: Annotated[float, quantity("l", "gas at its precharge", above="0 l", most="1000 l")]
+    precharge: Annotated[float, quantity("bar", "absolute gas pressure without oil", above="0.1 bar", most="500 bar")]
+    gas_exponent: Annotated[
+        float, quantity("1", "polytropic exponent of the gas, 1 slow, 1.4 fast", least="1", most="1.67")
+    ] = 1.2
+
+    family: ClassVar[str] = ""
+
+
+PLACED: tuple[type[Part], ...] = (
+    PlacedPump,
+    PlacedRelief,
+    PlacedCheck,
+    PlacedPilotCheck,
+    PlacedSafety,
+    PlacedHose,
+    PlacedVolume,
+    PlacedOrifice,
+    PlacedAccumulator,
+)
+KINDS: dict[str, type[Part]] = {part.model_fields["kind"].annotation.__args__[0]: part for part in PLACED}  # type: ignore[union-attr]
+
+
+def _tag(value: Any) -> str | None:
+    kind = value.get("kind") if isinstance(value, dict) else getattr(value, "kind", None)
+    return f"@{kind}" if isinstance(kind, str) and kind in KINDS else None
+
+
+AnyPlaced = Annotated[
+    Annotated[PlacedPump, Tag("@pump")]
+    | Annotated[PlacedRelief, Tag("@relief valve")]
+    | Annotated[PlacedCheck, Tag("@check valve")]
+    | Annotated[PlacedPilotCheck, Tag("@pilot check valve")]
+    | Annotated[PlacedSafety, Tag("@safety valve")]
+    | Annotated[PlacedHose, Tag("@hose")]
+    | Annotated[PlacedVolume, Tag("@volume")]
+    | Annotated[PlacedOrifice, Tag("@orifice")]
+    | Annotated[PlacedAccumulator, Tag("@accumulator")],
+    Discriminator(_tag),
+]
+
+
+def nodes_of(part: Part) -> tuple[str, ...]:
+    """The nodes that a placed part names."""
+    return tuple(getattr(part, key) for key in ("inlet", "outlet", "pilot", "node") if hasattr(part, key))
+
+
+def has_volume(part: Part) -> bool:
+    """Whether a placed part brings oil volume to its nodes."""
+    return isinstance(part, PlacedHose | PlacedVolume | PlacedAccumulator)

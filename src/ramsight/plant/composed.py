@@ -1,0 +1,119 @@
+"""A unit whose circuit its description gives: parts between nodes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ramsight.errors import DescriptionError
+from ramsight.machine import placed
+from ramsight.machine.declare import Part as Described
+from ramsight.machine.description import Composed
+from ramsight.plant import described
+from ramsight.plant.accumulator import Accumulator
+from ramsight.plant.circuit import Part
+from ramsight.plant.cylinder import Cylinder
+from ramsight.plant.drive import Drive
+from ramsight.plant.hose import Volume
+from ramsight.plant.oil import Oil
+from ramsight.plant.unit import pumped_into
+from ramsight.plant.valve import Orifice, PilotCheckValve
+
+
+@dataclass(frozen=True)
+class ComposedUnit:
+    """A unit as a list of parts.
+
+    Attributes:
+        name: of the unit.
+        oil: in it.
+        tank_pressure: absolute; of a closed circuit, the pressure that it is charged to at rest [Pa].
+        drive, cylinder: of the unit.
+        lift_sign: +1 if extension lifts the load, -1 if retraction does.
+        others: all further parts; add your own with `dataclasses.replace`.
+    """
+
+    name: str
+    oil: Oil
+    tank_pressure: float
+    drive: Drive
+    cylinder: Cylinder
+    lift_sign: float
+    others: tuple[Part, ...]
+
+    @property
+    def held(self) -> str:
+        """The side that holds the load."""
+        return "a" if self.lift_sign > 0.0 else "b"
+
+    @property
+    def travel_per_radian(self) -> float:
+        """Ideal travel per motor angle on the load-holding side [m/rad]."""
+        area = self.cylinder.area_a if self.held == "a" else self.cylinder.area_b
+        return abs(pumped_into(self, self.held)) / area
+
+    def parts(self) -> tuple[Part, ...]:
+        """All parts."""
+        return (self.drive, self.cylinder, *self.others)
+
+
+def build(name: str, unit: Composed) -> ComposedUnit:
+    """The parts of a described unit.
+
+    Args:
+        name: of the unit.
+        unit: its description.
+
+    Raises:
+        DescriptionError: no pump moves oil to the side that holds the load.
+    """
+    built = ComposedUnit(
+        name=name,
+        oil=described.oil(unit.oil),
+        tank_pressure=unit.tank.pressure,
+        drive=described.drive(unit.drive),
+        cylinder=described.cylinder(unit),
+        lift_sign=float(unit.lift_sign),
+        others=tuple(_part(key, part, unit.lift_sign) for key, part in unit.parts.items()),
+    )
+    lifts = pumped_into(built, built.held) * unit.lift_sign * (1.0 if built.held == "a" else -1.0)
+    if not lifts * unit.lift_sign > 0.0:
+        raise DescriptionError(
+            f"positive motor speed has to {'fill' if built.held == 'a' else 'empty'} chamber_{built.held}; turn the "
+            "pumps round (inlet and outlet), or join them to it by hoses, orifices or safety valves",
+            key=f"units.{name}.parts",
+        )
+    return built
+
+
+def _part(name: str, spec: Described, lift_sign: int) -> Part:
+    """The part of a description."""
+    match spec:
+        case placed.PlacedPump():
+            return described.pump(spec, name, spec.inlet, spec.outlet)
+        case placed.PlacedRelief():
+            return described.relief_valve(spec, name, spec.inlet, spec.outlet)
+        case placed.PlacedCheck():
+            return described.check_valve(spec, name, spec.inlet, spec.outlet)
+        case placed.PlacedPilotCheck():
+            return PilotCheckValve(
+                name,
+                spec.inlet,
+                spec.outlet,
+                spec.pilot,
+                spec.cracking_pressure,
+                spec.flow_coefficient,
+                spec.pilot_ratio,
+            )
+        case placed.PlacedSafety():
+            return described.safety_valve(
+                spec, name, spec.inlet, spec.outlet, float(lift_sign), spec.opens == "lowering"
+            )
+        case placed.PlacedHose():
+            return described.hose(spec, name, spec.inlet, spec.outlet)
+        case placed.PlacedVolume():
+            return Volume(name, spec.node, spec.volume)
+        case placed.PlacedOrifice():
+            return Orifice(name, spec.inlet, spec.outlet, spec.flow_coefficient)
+        case placed.PlacedAccumulator():
+            return Accumulator(name, spec.node, spec.gas_volume, spec.precharge, spec.gas_exponent)
+    raise TypeError(f"no part is made of {type(spec).__name__}")

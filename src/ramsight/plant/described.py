@@ -1,0 +1,134 @@
+"""From the description of a part to the part: values of the data sheet become those of the equations."""
+
+from __future__ import annotations
+
+from ramsight.machine import parts as description
+from ramsight.machine.description import Unit
+from ramsight.plant.cylinder import Cylinder
+from ramsight.plant.drive import Drive, IdealDrive, ServoDrive, Supply
+from ramsight.plant.hose import Hose
+from ramsight.plant.loss_table import LossTable
+from ramsight.plant.oil import T40, T100, Oil, walther_constants
+from ramsight.plant.pump import Pump
+from ramsight.plant.valve import CheckValve, ReliefValve, SafetyValve
+
+_STOP_DEFORMATION = 1e-3  # m, deformation at which a stop's damping is given
+_THRESHOLD = 0.01  # friction is fully developed at this share of the nominal speed, [G]
+_SEAL_POINT = 46e-6 / 100e5  # m2/s over Pa, where the seals' leakage is given
+
+
+def oil(spec: description.Oil) -> Oil:
+    """The oil of a description."""
+    return Oil(
+        *walther_constants(T40, spec.viscosity_40c, T100, spec.viscosity_100c),
+        density=spec.density,
+        bulk_modulus=spec.bulk_modulus,
+        expansion=spec.thermal_expansion or None,
+        air=spec.free_air or None,
+        polytropic=spec.air_exponent if spec.free_air else None,
+        pressure_viscosity=spec.pressure_viscosity or None,
+        name=spec.model or "oil",
+        temperatures=(spec.min_temperature, spec.max_temperature),
+    )
+
+
+def drive(spec: description.Drive) -> Drive:
+    """The drive of a description."""
+    supply = Supply(spec.drive_efficiency, spec.battery_efficiency)
+    if spec.control == "ideal":
+        return IdealDrive("drive", spec.moment_of_inertia, supply)
+    return ServoDrive(
+        "drive", spec.moment_of_inertia, spec.proportional_gain, spec.integral_gain, spec.max_torque, supply
+    )
+
+
+def cylinder(unit: Unit) -> Cylinder:
+    """The cylinders of a described unit with the mass that they move."""
+    c = unit.cylinder
+    return Cylinder(
+        name="cylinder",
+        node_a="chamber_a",
+        node_b="chamber_b",
+        area_a=c.area_a,
+        area_b=c.area_b,
+        stroke=c.stroke,
+        dead_volume_a=c.dead_volume_a,
+        dead_volume_b=c.dead_volume_b,
+        mass=unit.load.mass,
+        coulomb_friction=c.number * c.coulomb_friction,
+        breakaway_friction=c.number * c.breakaway_friction,
+        viscous_friction=c.number * c.viscous_friction,
+        stribeck_velocity=c.stribeck_velocity,
+        stop_stiffness=c.number * c.end_stop_stiffness,
+        stop_damping=c.end_stop_damping / (c.end_stop_stiffness * _STOP_DEFORMATION),
+        load_sign=float(unit.lift_sign),
+        seal_leak=c.number * c.seal_leakage * _SEAL_POINT or None,
+    )
+
+
+def pump(spec: description.Pump, name: str, inlet: str, outlet: str) -> Pump:
+    """The pump of a description between two nodes."""
+    return Pump(
+        name=name,
+        inlet=inlet,
+        outlet=outlet,
+        displacement=spec.displacement_per_rad,
+        belt=spec.belt,
+        volumetric_efficiency=spec.volumetric_efficiency,
+        hydromechanical_efficiency=spec.hydromechanical_efficiency,
+        nominal_speed=spec.nominal_speed,
+        nominal_pressure=spec.nominal_pressure,
+        nominal_viscosity=spec.nominal_viscosity,
+        nominal_density=spec.nominal_density,
+        no_load_torque=spec.total_no_load_torque,
+        threshold_speed=_THRESHOLD * spec.nominal_speed,
+        orifice_leak=spec.orifice_conductance or None,
+        table=_table(spec),
+    )
+
+
+def _table(spec: description.Pump) -> LossTable | None:
+    if spec.losses != "table":
+        return None
+    found = description.read_efficiencies(spec.efficiency_table)
+    return LossTable(found.pressure, found.speed, found.viscosity, found.volumetric, found.hydromechanical)
+
+
+def relief_valve(spec: description.ReliefValve, name: str, inlet: str, outlet: str) -> ReliefValve:
+    """The relief valve of a description between two nodes."""
+    return ReliefValve(name, inlet, outlet, spec.setting, spec.rated_flow / spec.override_pressure)
+
+
+def check_valve(spec: description.AnticavitationValve, name: str, inlet: str, outlet: str) -> CheckValve:
+    """The check valve of a description between two nodes."""
+    return CheckValve(name, inlet, outlet, spec.cracking_pressure, spec.flow_coefficient)
+
+
+def safety_valve(
+    spec: description.SafetyValve, name: str, pump_side: str, cylinder_side: str, lift_sign: float, commanded: bool
+) -> SafetyValve:
+    """The safety valve of a description; commanded means opened to lower, else held open."""
+    return SafetyValve(
+        name,
+        pump_side,
+        cylinder_side,
+        spec.flow_coefficient,
+        -lift_sign * spec.opening_speed,
+        opening_time=(spec.opening_time or None) if commanded else None,
+        commanded=commanded,
+    )
+
+
+def hose(spec: description.Hose, name: str, inlet: str, outlet: str) -> Hose:
+    """The hose of a description between two nodes."""
+    return Hose(
+        name,
+        inlet,
+        outlet,
+        spec.volume,
+        spec.length,
+        spec.diameter,
+        spec.effective_bulk_modulus,
+        turbulent=spec.regime == "turbulent",
+        segments=spec.segments,
+    )

@@ -1,0 +1,126 @@
+"""What any unit is to those who run it: its parts, its cylinder and load, and a state to start from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ramsight.plant.circuit import CircuitModel, Part, join
+from ramsight.plant.cylinder import ATMOSPHERE, Cylinder
+from ramsight.plant.drive import Drive
+from ramsight.plant.oil import Oil
+from ramsight.plant.pump import Pump
+
+
+class HydraulicUnit(Protocol):
+    """A unit built from its description.
+
+    Attributes:
+        name: of the unit.
+        oil: in it.
+        tank_pressure: absolute; of a closed circuit, the pressure that it is charged to at rest [Pa].
+        drive: of its pumps.
+        cylinder: that it moves.
+        lift_sign: +1 if extension lifts the load, -1 if retraction does.
+        held: the side that holds the load, "a" or "b".
+    """
+
+    @property
+    def name(self) -> str: ...  # noqa: D102
+    @property
+    def oil(self) -> Oil: ...  # noqa: D102
+    @property
+    def tank_pressure(self) -> float: ...  # noqa: D102
+    @property
+    def drive(self) -> Drive: ...  # noqa: D102
+    @property
+    def cylinder(self) -> Cylinder: ...  # noqa: D102
+    @property
+    def lift_sign(self) -> float: ...  # noqa: D102
+    @property
+    def held(self) -> str: ...  # noqa: D102
+
+    @property
+    def travel_per_radian(self) -> float:
+        """Ideal travel per motor angle on the load-holding side [m/rad]."""
+
+    def parts(self) -> tuple[Part, ...]:
+        """All parts."""
+
+
+def reach(parts: Sequence[Part], start: str, through: str) -> frozenset[str]:
+    """Nodes that are joined to a node through parts.
+
+    Args:
+        parts: the parts of a circuit.
+        start: the node.
+        through: attribute that names the nodes that a part joins: "joins" for those with one pressure at rest,
+            "passage" for those between which oil passes in normal work.
+    """
+    groups = [set(getattr(part, through)) for part in parts if hasattr(part, through)]
+    found, grown = {start}, True
+    while grown:
+        before = len(found)
+        for group in groups:
+            if group & found:
+                found |= group
+        grown = len(found) > before
+    return frozenset(found)
+
+
+def side_nodes(unit: HydraulicUnit, side: str) -> frozenset[str]:
+    """Nodes on one side of the cylinder, "a" or "b", up to its pumps."""
+    return reach(unit.parts(), unit.cylinder.node_a if side == "a" else unit.cylinder.node_b, "passage")
+
+
+def pumped_into(unit: HydraulicUnit, side: str) -> float:
+    """Oil that the pumps move into a side per motor angle, without leakage [m3/rad]; negative if out of it."""
+    nodes = side_nodes(unit, side)
+    pumps = [part for part in unit.parts() if isinstance(part, Pump)]
+    return float(sum(p.geared_displacement * ((p.outlet in nodes) - (p.inlet in nodes)) for p in pumps))
+
+
+def circuit(unit: HydraulicUnit, *, audited: bool = False) -> CircuitModel:
+    """The unit as an equation.
+
+    Args:
+        unit: the unit.
+        audited: carry the integrals of the energy and volume audit.
+    """
+    return join(unit.name, unit.oil, unit.tank_pressure, unit.parts(), audited=audited)
+
+
+def initial_state(
+    unit: HydraulicUnit, model: CircuitModel, position: float, load: float, motor_speed: float = 0.0
+) -> NDArray[np.float64]:
+    """States of the unit at rest: the held chamber carries the load, the rest has the tank's pressure.
+
+    Friction is not strained; a negative load is carried by the other chamber.
+
+    Args:
+        unit: the unit.
+        model: its equation.
+        position: [m].
+        load: [N].
+        motor_speed: of a servo drive [rad/s].
+    """
+    c = unit.cylinder
+    state = np.zeros(len(model.ode.states))
+    pressure = dict.fromkeys(model.nodes, unit.tank_pressure)
+    force = unit.lift_sign * load + ATMOSPHERE * (c.area_a - c.area_b)
+    on_a, on_b = c.area_a * unit.tank_pressure, c.area_b * unit.tank_pressure
+    if force > on_a - on_b:
+        chamber, value = c.node_a, (force + on_b) / c.area_a
+    else:
+        chamber, value = c.node_b, (on_a - force) / c.area_b
+    for node in reach(unit.parts(), chamber, "joins"):
+        pressure[node] = value
+    for node, level in pressure.items():
+        state[model.ode.state_index(f"pressure_{node}")] = level
+    state[model.ode.state_index("position")] = position
+    if any(known.name == "motor_speed" for known in model.ode.states):
+        state[model.ode.state_index("motor_speed")] = motor_speed
+    return state

@@ -1,0 +1,178 @@
+"""The machine of the paper on the bench: its units, their sensors, and cycles to run them through."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ramsight import machine
+from ramsight.calibration.cached import calibrated
+from ramsight.duty.drive_report import DriveReport, report
+from ramsight.duty.lift_lower import RAMP, SPEED
+from ramsight.duty.profile import Duty, constant, trapezoid_moves
+from ramsight.duty.simulate import simulate
+from ramsight.plant.ddh import DdhUnit, build
+from ramsight.plant.steady import torque_at_load
+from ramsight.sensor.balance import balance
+from ramsight.sensor.table import MovementTable, speed_table, table
+from ramsight.sensor.virtual_sensor import VirtualSensor
+
+if TYPE_CHECKING:
+    import xarray
+
+Array = NDArray[np.float64]
+
+MACHINE = "mining-loader"
+UNITS = ("boom", "bucket")
+TEMPERATURE = 313.15  # K; 40 degC, the paper's cycles
+RPM = math.pi / 30.0  # rad/s
+TABLE_SPEEDS = tuple(rpm * RPM for rpm in (250.0, 500.0, 1000.0, 1500.0, 2000.0, 3000.0))
+_FEW_TEMPERATURES, _FEW_LOADS = np.array([303.15, 313.15, 323.15]), 16  # K; keeps six tables in one sensor small
+_SEED = 0
+_BEFORE, _REST = 1.0, 1.5  # s
+_CLOSED = 1e-5  # m; a cycle that ends so near to its begin is closed
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """A simulated run as a sensor saw it.
+
+    Attributes:
+        time: [s].
+        truth: position [m].
+        estimate: what the sensor said [m].
+        status: of each sample.
+    """
+
+    time: Array
+    truth: Array
+    estimate: Array
+    status: NDArray[np.int16]
+
+    @property
+    def error(self) -> Array:
+        """Estimate less truth [m]."""
+        return self.estimate - self.truth
+
+    @property
+    def largest_mm(self) -> float:
+        """Largest magnitude of the error [mm]."""
+        return float(1e3 * np.abs(self.error).max())
+
+    @property
+    def final_mm(self) -> float:
+        """Magnitude of the error at the end [mm]."""
+        return float(1e3 * abs(self.error[-1]))
+
+    def lifted_mm(self, lift_sign: float) -> float:
+        """Error at the end [mm], positive if the estimate stands higher than the rod."""
+        return float(1e3 * lift_sign * self.error[-1])
+
+
+@dataclass(frozen=True)
+class Bench:
+    """One unit with its loads and sensors."""
+
+    unit: DdhUnit
+    loads: dict[str, float]
+
+    @cached_property
+    def movement(self) -> MovementTable:
+        """The paper's table, at its one speed."""
+        return calibrated(self.unit)
+
+    @cached_property
+    def sensors(self) -> dict[str, VirtualSensor]:
+        """The paper's table and the volume balance."""
+        return {"table": table(self.movement), "balance": balance(self.unit)}
+
+    @cached_property
+    def speed_table(self) -> VirtualSensor:
+        """Tables at `TABLE_SPEEDS`, interpolated over speed."""
+        return speed_table(
+            [
+                calibrated(self.unit, motor_speed=speed, temperatures=_FEW_TEMPERATURES, loads=_FEW_LOADS)
+                for speed in TABLE_SPEEDS
+            ]
+        )
+
+    @property
+    def lowered_end(self) -> float:
+        """Position of the stop that the load pushes to [m]."""
+        return 0.0 if self.unit.lift_sign > 0.0 else self.unit.cylinder.stroke
+
+    @property
+    def held_area(self) -> float:
+        """Area of the side that holds the load [m2]."""
+        cylinder = self.unit.cylinder
+        return cylinder.area_a if self.unit.held == "a" else cylinder.area_b
+
+    def at(self, share: float) -> float:
+        """Position [m] at a share of the stroke from the lowered end."""
+        return self.lowered_end + share * self.unit.cylinder.stroke * self.unit.lift_sign
+
+    def worn(self, leak_factor: float) -> DdhUnit:
+        """The unit with pumps that leak so many times as much."""
+        a, b = (replace(side, pump=replace(side.pump, leak_factor=leak_factor)) for side in (self.unit.a, self.unit.b))
+        return replace(self.unit, a=a, b=b)
+
+    def track(
+        self,
+        run: xarray.Dataset,
+        sensor: VirtualSensor,
+        *,
+        add: Callable[[xarray.Dataset], xarray.Dataset] | None = None,
+    ) -> Tracked:
+        """Let a sensor follow what the drive reports of a run, from the true start.
+
+        Args:
+            run: simulated.
+            sensor: to judge.
+            add: changes the log first, for example by references.
+        """
+        log = report(run, DriveReport(seed=_SEED))
+        sensor.start(float(run["position"][0]))
+        tracked = sensor.track(log if add is None else add(log))
+        return Tracked(run["time"].values, run["position"].values, tracked["position"].values, tracked["status"].values)
+
+    def closed_cycle(self, load: float, low: float, high: float, *, extra: float = 0.0) -> Duty:
+        """A lift-lower cycle between two shares of the stroke that ends where it began.
+
+        Args:
+            load: [N].
+            low: share of the stroke from the lowered end at which it begins.
+            high: share at which it turns.
+            extra: time for which it lowers longer than that [s].
+        """
+        up = SPEED * self.unit.lift_sign
+        point = torque_at_load(self.unit, load, TEMPERATURE, SPEED)
+        speeds = (SPEED * point.travel_lift, SPEED * point.travel_lower)
+        holds = [(high - low) * self.unit.cylinder.stroke / speed - RAMP for speed in speeds]
+
+        def duty() -> Duty:
+            moves = [(up, holds[0]), (-up, holds[1])]
+            command = trapezoid_moves(moves, ramp=RAMP, before=_BEFORE, rest=_REST)
+            return Duty(command, constant(load), constant(TEMPERATURE), self.at(low))
+
+        for _ in range(8):
+            run = simulate(self.unit, duty())
+            way = self.unit.lift_sign * (run["position"].values - self.at(low))
+            short = (high - low) * self.unit.cylinder.stroke - float(way.max())
+            rest = float(way[-1])
+            if max(abs(short), abs(rest)) < _CLOSED:
+                break
+            holds = [holds[0] + short / speeds[0], holds[1] + (short + rest) / speeds[1]]
+        holds[1] += extra
+        return duty()
+
+
+def benches() -> dict[str, Bench]:
+    """The paper's two units by name."""
+    described = machine.load(MACHINE)
+    return {name: Bench(build(name, described.unit(name)), dict(described.unit(name).load.loads)) for name in UNITS}

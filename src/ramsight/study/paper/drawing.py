@@ -1,0 +1,43 @@
+"""How the report's figures look: one hand for all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from ramsight.study.figures import _STYLE, DOUBT, ERROR, ESTIMATE, TRUTH, save
+from ramsight.study.paper.parts import Picture
+
+__all__ = ["BALANCE", "DOUBT", "ESTIMATE", "GREY", "LOADS", "SPEED_TABLE", "TRUTH", "UNITS", "draw", "shade", "warmth"]
+
+BALANCE, SPEED_TABLE, GREY = ERROR, "#7a8f3c", "#8a94a0"
+LOADS = {"light": "#f0a58c", "medium": "#dd6b47", "high": ESTIMATE}
+UNITS = {"boom": ("-", "o"), "bucket": ("--", "s")}
+"""Line style and marker of each unit."""
+_MORE = {"axes.titlesize": 9.5, "axes.titleweight": "bold", "axes.titlelocation": "left", "lines.markersize": 4.5}
+
+
+def draw(picture: Picture, folder: Path) -> None:
+    """Draw a picture into a folder, as PNG and as SVG."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context(_STYLE | _MORE):  # type: ignore[arg-type]
+        figure = Figure(figsize=picture.size, layout="constrained")
+        picture.draw(figure)
+        for suffix in (".png", ".svg"):
+            save(figure, folder / f"{picture.name}{suffix}")
+
+
+def warmth(share: float) -> Any:
+    """Colour of an oil temperature, 0 the coldest and 1 the hottest."""
+    import matplotlib as mpl
+
+    return mpl.colormaps["plasma"](0.08 + 0.78 * share)
+
+
+def shade(axes: Any, spans: Iterable[tuple[float, float]], label: str, colour: str = DOUBT) -> None:
+    """Mark spans of the horizontal axis."""
+    for k, (first, last) in enumerate(spans):
+        axes.axvspan(first, last, color=colour, alpha=0.22, lw=0, label=label if k == 0 else None)
