@@ -17,8 +17,7 @@ import casadi as ca
 
 from ramsight.plant.cylinder import ATMOSPHERE
 from ramsight.plant.ddh import DdhUnit, Side
-from ramsight.plant.hose import Hose
-from ramsight.plant.pump import friction_coefficient
+from ramsight.sensor.chamber import Chamber
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import SensorGraph, VirtualSensor
 
@@ -56,44 +55,6 @@ _STANDING = 0.06  # rad/s; below half a step of 1 rpm the motor counts as standi
 _LOWEST = 1e5  # Pa; leakage margin of an unloaded unit
 
 
-class _Chamber:
-    """One side of the cylinder as the balance sees it."""
-
-    def __init__(self, side: Side, area: Any, dead_volume: Any, flow_sign: float, oil: Any) -> None:
-        self.side, self.area, self.dead_volume, self.flow_sign, self.oil = (
-            side,
-            area,
-            dead_volume,
-            flow_sign,
-            oil,
-        )
-        self.belt = side.pump.belt
-
-    def delivered(self, angle: Any) -> Any:
-        """Oil that the pump moves into this side while the motor turns by an angle [m3]."""
-        return self.flow_sign * self.side.pump.displacement * self.belt * angle
-
-    def torque_per_pressure(self, direction: Any) -> Any:
-        """Motor torque per gauge pressure, friction included [N m/Pa]; eqs 4, 7, 8."""
-        pump = self.side.pump
-        friction = friction_coefficient(pump.displacement, pump.hydromechanical_efficiency)
-        return self.belt * (self.flow_sign * pump.displacement + direction * friction)
-
-    def direction(self, motor_speed: Any) -> Any:
-        """How far friction has developed, -1 ... 1; eq. 7."""
-        return ca.tanh(4.0 * self.belt * motor_speed / self.side.pump.threshold_speed)
-
-    @property
-    def manifold_capacity(self) -> Any:
-        """Of the manifold [m3/Pa]."""
-        return self.side.manifold.volume / self.oil.bulk_modulus
-
-    def capacity(self, travel: Any) -> Any:
-        """Of hose and chamber [m3/Pa] with the piston `travel` [m] away from this side's end."""
-        hose: Hose = self.side.hose
-        return hose.volume / hose.bulk_modulus + (self.dead_volume + self.area * travel) / self.oil.bulk_modulus
-
-
 def balance(unit: DdhUnit, tuning: Tuning | None = None) -> VirtualSensor:
     """The volume-bookkeeping sensor of a unit.
 
@@ -111,7 +72,7 @@ def balance(unit: DdhUnit, tuning: Tuning | None = None) -> VirtualSensor:
 
     tank_pressure = graph.parameters.add("tank.pressure", unit.tank_pressure)
 
-    def chamber(name: str) -> _Chamber:
+    def chamber(name: str) -> Chamber:
         side: Side = getattr(unit, name)
         parts = {
             field: add(f"{field}_{name}", getattr(side, field))
@@ -120,7 +81,7 @@ def balance(unit: DdhUnit, tuning: Tuning | None = None) -> VirtualSensor:
         area, dead = (
             (cylinder.area_a, cylinder.dead_volume_a) if name == "a" else (cylinder.area_b, cylinder.dead_volume_b)
         )
-        return _Chamber(Side(**parts), area, dead, 1.0 if name == "a" else -1.0, oil)
+        return Chamber(Side(**parts), area, dead, 1.0 if name == "a" else -1.0, oil)
 
     held, other = chamber(unit.held), chamber("b" if unit.held == "a" else "a")
     out = unit.lift_sign  # the piston moves this way when oil enters the held side

@@ -1,0 +1,52 @@
+"""One side of a unit in a sensor's eyes: what its pump delivers, what torque its pressure costs, what it can store."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+
+from ramsight.plant.ddh import Side
+from ramsight.plant.hose import Hose
+from ramsight.plant.pump import friction_coefficient
+
+
+class Chamber:
+    """One side of the unit as a sensor sees it, in numbers or in symbols.
+
+    Args:
+        side: its parts.
+        area: piston area on this side [m2].
+        dead_volume: chamber volume at zero stroke of this side [m3].
+        flow_sign: +1 if positive motor speed pumps into it, else -1.
+        oil: the oil.
+    """
+
+    def __init__(self, side: Side, area: Any, dead_volume: Any, flow_sign: float, oil: Any) -> None:
+        self.side, self.area, self.dead_volume = side, area, dead_volume
+        self.flow_sign, self.oil = flow_sign, oil
+        self.belt = side.pump.belt
+
+    def delivered(self, angle: Any) -> Any:
+        """Oil that the pump moves into this side while the motor turns by an angle [m3]."""
+        return self.flow_sign * self.side.pump.displacement * self.belt * angle
+
+    def torque_per_pressure(self, direction: Any) -> Any:
+        """Motor torque per gauge pressure, friction included [N m/Pa]; eqs 4, 7, 8."""
+        pump = self.side.pump
+        friction = friction_coefficient(pump.displacement, pump.hydromechanical_efficiency)
+        return self.belt * (self.flow_sign * pump.displacement + direction * friction)
+
+    def direction(self, motor_speed: Any) -> Any:
+        """How far friction has developed, -1 ... 1; eq. 7."""
+        return ca.tanh(4.0 * self.belt * motor_speed / self.side.pump.threshold_speed)
+
+    @property
+    def manifold_capacity(self) -> Any:
+        """Of the manifold [m3/Pa]."""
+        return self.side.manifold.volume / self.oil.bulk_modulus
+
+    def capacity(self, travel: Any) -> Any:
+        """Of hose and chamber [m3/Pa] with the piston `travel` [m] away from this side's end."""
+        hose: Hose = self.side.hose
+        return hose.volume / hose.bulk_modulus + (self.dead_volume + self.area * travel) / self.oil.bulk_modulus
