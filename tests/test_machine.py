@@ -12,6 +12,7 @@ from ramsight.errors import DescriptionError, RamsightError, UnknownNameError
 from ramsight.machine import catalogue
 from ramsight.machine.declare import Part, declaration, explain
 from ramsight.machine.parts import PARTS
+from ramsight.machine.placed import PLACED
 
 
 @pytest.fixture(scope="module")
@@ -37,11 +38,17 @@ def refusal(text):
     return str(caught.value)
 
 
-def all_parts(cls=machine.Machine):
+def all_parts(cls=None):
+    """Every class of parts; those of the direct-driven unit first."""
+    if cls is None:
+        yield machine.Machine
+        for unit in (machine.DirectDriven, machine.Composed):
+            yield from all_parts(unit)
+        yield from PLACED
+        return
     yield cls
     for field in cls.model_fields.values():
         inner = field.annotation
-        inner = getattr(inner, "__args__", [None, None])[-1] if getattr(inner, "__origin__", 0) is dict else inner
         if isinstance(inner, type) and issubclass(inner, Part):
             yield from all_parts(inner)
 
@@ -239,7 +246,7 @@ def test_a_template_reads_back_as_the_machine_it_was_made_from(loader, name):
 
 
 def test_a_template_names_every_key_with_its_range(text):
-    for part in all_parts():
+    for part in (machine.Machine, *all_parts(machine.DirectDriven)):
         for key, field in part.model_fields.items():
             assert re.search(rf"^(# |\[units\.boom\.)?{key}( =|\])|^\[units\.boom\]", text, re.MULTILINE), key
             declared = declaration(field)
@@ -294,7 +301,8 @@ def test_the_json_schema_knows_unit_range_and_sources():
     assert bore["x-unit"] == "mm"
     assert "above 0 mm" in bore["description"]
     assert {"value", "source"} == set(bore["anyOf"][1]["properties"])
-    assert "PGI100-2-008" in schema["$defs"]["Unit"]["properties"]["pump_a"]["anyOf"][1]["enum"]
+    assert "PGI100-2-008" in schema["$defs"]["DirectDriven"]["properties"]["pump_a"]["anyOf"][1]["enum"]
+    assert "relief valve" in schema["$defs"]["PlacedRelief"]["properties"]["kind"]["const"]
 
 
 JSON = st.recursive(
@@ -333,8 +341,13 @@ def test_every_value_of_the_catalogue_has_a_source_and_every_source_a_mark():
             for name, unit in read.units.items():
                 for value in machine.walk(unit, f"units.{name}."):
                     source = read.source_of(value.path)
-                    assert source, f"{entry.name}: {value.path} has no source"
+                    assert source or not value.given, f"{entry.name}: {value.path} has no source"
+                    if not value.given:
+                        continue  # a default, explained where it is declared
                     assert marked.search(source), f"{entry.name}: {value.path}: {source!r} has no mark"
+        elif entry.kind == "circuit":
+            assert marked.search(entry.source)
+            assert catalogue.drawing(entry)
         else:
             values, sources = catalogue.read(entry)
             for key, value in values.items():

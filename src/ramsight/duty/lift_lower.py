@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ramsight.duty.profile import Duty, constant, trapezoid_moves
-from ramsight.plant.ddh import DdhUnit
+from ramsight.plant.unit import HydraulicUnit
 
 RAMP = 0.8  # s, [D] the ramp that explains the paper's errors
 SPEED = 157.07963267948966  # rad/s = 1500 rpm, near the pumps' nominal 1450 rpm
@@ -13,7 +13,7 @@ _SHARE_OF_STROKE = 0.45  # how far a move may go without leakage
 
 
 def lift_lower(
-    unit: DdhUnit,
+    unit: HydraulicUnit,
     load: float,
     oil_temperature: float,
     *,

@@ -12,9 +12,9 @@ from ramsight.duty.audit import audit
 from ramsight.duty.profile import Duty
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import DEFAULT_MAX_STEPS, DEFAULT_RTOL, integrate, outputs
-from ramsight.errors import SimulationError
+from ramsight.errors import DescriptionError, SimulationError
 from ramsight.plant.circuit import CircuitModel
-from ramsight.plant.ddh import DdhUnit, circuit, initial_state
+from ramsight.plant.unit import HydraulicUnit, circuit, initial_state
 
 if TYPE_CHECKING:
     import xarray
@@ -23,13 +23,30 @@ SAMPLE_PERIOD = 0.02  # s
 
 
 @lru_cache(maxsize=32)
-def audited_circuit(unit: DdhUnit) -> CircuitModel:
+def audited_circuit(unit: HydraulicUnit) -> CircuitModel:
     """The unit's equation with its audit's integrals; the same unit gives the same object."""
     return circuit(unit, audited=True)
 
 
+def check_temperature(unit: HydraulicUnit, duty: Duty) -> None:
+    """Refuse a duty whose oil temperature is outside the range that the oil's data hold for.
+
+    Raises:
+        DescriptionError: it is; the text names oil, temperature and range.
+    """
+    low, high = unit.oil.temperatures
+    for value in (float(duty.oil_temperature.value.min()), float(duty.oil_temperature.value.max())):
+        if not low <= value <= high:
+            raise DescriptionError(
+                f"the data of the oil {unit.oil.name} do not reach so far",
+                key="oil temperature",
+                value=f"{value - 273.15:.6g} degC",
+                allowed=f"{low - 273.15:.6g} to {high - 273.15:.6g} degC",
+            )
+
+
 def simulate(
-    unit: DdhUnit,
+    unit: HydraulicUnit,
     duty: Duty,
     *,
     sample_period: float = SAMPLE_PERIOD,
@@ -49,26 +66,33 @@ def simulate(
 
     Returns:
         A Dataset over `time` [s] with position, velocity, pressures, motor speed and torque, flows, openings and
-        loss powers, each with `units`; its attributes carry the energy and volume audit.
+        loss powers, each with `units`; its attributes carry the energy and volume audit, and with it what the
+        battery gave and took.
 
     Raises:
+        DescriptionError: the duty's oil temperature is outside the range that the oil's data hold for.
         SimulationError: if the run does not reach its end; the text says where and what to do.
     """
     import xarray
 
+    check_temperature(unit, duty)
     model = audited_circuit(unit)
     ode = model.ode
     segments = duty.segments(model.values, ode.parameters.index("oil_temperature"))
     count = int(np.floor(duty.duration / sample_period + 1e-9)) + 1
     time = np.minimum(np.arange(count) * sample_period, duty.duration)
-    initial = initial_state(unit, model, duty.start_position, float(duty.load(0.0)))
+    start_load, start_speed = float(duty.load(0.0)), float(duty.motor_speed(0.0))
+    initial = initial_state(unit, model, duty.start_position, start_load, start_speed)
     run = integrate(ode, initial, segments, time, rtol=rtol, max_steps=max_steps, record_steps=True, advance=advance)
     if run.outcome is not Outcome.DONE:
         raise SimulationError(f"{ode.name}: {run.message}")
+    speed = duty.motor_speed(time)
+    if any(state.name == "motor_speed" for state in ode.states):
+        speed = run.state[:, ode.state_index("motor_speed")]  # a servo's own, the duty's is its reference
     columns = {
         "position": ("m", "piston position, 0 = retracted", run.state[:, ode.state_index("position")]),
         "velocity": ("m/s", "piston velocity, positive extends", run.state[:, ode.state_index("velocity")]),
-        "motor_speed": ("rad/s", "motor speed, positive extends", duty.motor_speed(time)),
+        "motor_speed": ("rad/s", "motor speed, positive extends", speed),
         "oil_temperature": ("K", "oil temperature", duty.oil_temperature(time)),
         "load": ("N", "load force, positive against lifting", duty.load(time)),
     }
@@ -93,4 +117,8 @@ def simulate(
     result.attrs = {"format": 1, "kind": "simulated run", "unit": ode.name}
     result.attrs |= {"accepted_steps": run.accepted, "rejected_steps": run.rejected}
     result.attrs.update(audit(model, segments, run))
+    if unit.drive.supply is not None:
+        shaft = result.attrs["energy.shaft_given"], result.attrs["energy.shaft_taken"]
+        given, recovered = unit.drive.supply.electrical(*shaft)
+        result.attrs |= {"electrical_energy_given": given, "electrical_energy_recovered": recovered}
     return result

@@ -25,6 +25,9 @@ def run_summary(run: xarray.Dataset) -> str:
     for name, value in sorted(energies.items(), key=lambda item: -abs(item[1])):
         if abs(value) >= _SHOWN * largest:
             lines.append(f"  {value / 1e3:10.3f}  {name.replace('_', ' ').replace('.', ': ')}")
+    if "electrical_energy_given" in run.attrs:
+        given, recovered = run.attrs["electrical_energy_given"], run.attrs["electrical_energy_recovered"]
+        lines.append(f"battery [kJ]: gave {given / 1e3:.2f}, took {recovered / 1e3:.2f} back")
     lines.append(
         f"books: energy closes to {100 * abs(run.attrs['energy_residual']):.2g} %, "
         f"volume to {100 * abs(run.attrs['volume_residual']):.2g} %"

@@ -36,6 +36,11 @@ _PART_NAME = re.compile(r"[a-z][a-z0-9_]*")
 _RESERVED = ("tank", "oil", "cylinder", "drive", "oil_temperature")
 
 
+def circuits() -> tuple[str, ...]:
+    """What a description may name as its circuit."""
+    return ("ddh", *(entry.name for entry in catalogue.entries() if entry.kind == "circuit"), IN_FULL)
+
+
 class Unit(Part):
     """What every unit has: one motor, cylinders, a load, oil, and a circuit that joins them."""
 
@@ -120,9 +125,8 @@ class Composed(Unit):
 
     @model_validator(mode="after")
     def _holds_together(self) -> Self:
-        known = [entry.name for entry in catalogue.entries() if entry.kind == "circuit"]
-        if self.circuit not in (*known, IN_FULL):
-            raise refuse("circuit", self.circuit, "unknown choice", f"ddh, {', '.join(known)} or {IN_FULL}")
+        if self.circuit not in circuits():
+            raise refuse("circuit", self.circuit, "unknown choice", ", ".join(circuits()))
         with_volume = {"tank", "chamber_a", "chamber_b"}
         for name, part in self.parts.items():
             if not _PART_NAME.fullmatch(name) or name in _RESERVED:

@@ -42,7 +42,7 @@ class Efficiencies:
 
 @lru_cache(maxsize=64)
 def read_efficiencies(text: str) -> Efficiencies:
-    """Read the table.
+    r"""Read the table.
 
     Args:
         text: CSV with the columns of `COLUMNS`, one row for each combination of pressure, speed and viscosity.
@@ -52,7 +52,7 @@ def read_efficiencies(text: str) -> Efficiencies:
 
     Example:
         >>> header = ",".join(COLUMNS)
-        >>> table = read_efficiencies(header + "\\n100, 1500, 46, 0.95, 0.92\\n200, 1500, 46, 0.9, 0.94")
+        >>> table = read_efficiencies(header + "\n100, 1500, 46, 0.95, 0.92\n200, 1500, 46, 0.9, 0.94")
         >>> table.pressure, table.volumetric
         ((10000000.0, 20000000.0), (((0.95, 0.9),),))
     """

@@ -39,7 +39,8 @@ class Oil(Part):
         quantity("degC", "highest temperature the data hold for", least="40 degC", most="200 degC"),
     ]
     thermal_expansion: Annotated[
-        float, quantity("1/K", "loss of density per kelvin, 0 for none; mineral oil 7e-4", least="0 1/K", most="0.01 1/K")
+        float,
+        quantity("1/K", "loss of density per kelvin, 0 for none; mineral oil 7e-4", least="0 1/K", most="0.01 1/K"),
     ] = 0.0
     free_air: Annotated[
         float, quantity("%", "free air at atmospheric pressure, by volume of oil; 0 for none", least="0 %", most="20 %")
@@ -111,7 +112,9 @@ class Cylinder(Part):
     ] = 0.0
     seal_leakage: Annotated[
         float,
-        quantity("l/min", "past the seals at 100 bar, 46 mm2/s, per cylinder; 0 for none", least="0 l/min", most="100 l/min"),
+        quantity(
+            "l/min", "past the seals at 100 bar, 46 mm2/s, per cylinder; 0 for none", least="0 l/min", most="100 l/min"
+        ),
     ] = 0.0
 
     @model_validator(mode="after")
@@ -182,7 +185,9 @@ class Pump(Part):
     max_pressure: Annotated[float, quantity("bar", "highest continuous pressure", least="1 bar", most="1000 bar")]
     orifice_leakage: Annotated[
         float,
-        quantity("l/min", "by wear, at nominal_pressure, grows with its root, per chamber", least="0 l/min", most="100 l/min"),
+        quantity(
+            "l/min", "by wear, at nominal_pressure, grows with its root, per chamber", least="0 l/min", most="100 l/min"
+        ),
     ] = 0.0
     losses: Annotated[
         Literal["analytic", "table"], Field(description="from the nominal point, or from efficiency_table")
@@ -268,9 +273,7 @@ class Hose(Part):
 
     volume: Annotated[float, quantity("l", "oil in the hose, per side", above="0 l", most="1000 l")]
     length: Annotated[float, quantity("m", "length, for the resistance", above="0 m", most="100 m")]
-    diameter: Annotated[
-        float, quantity("mm", "inner diameter, for the resistance", above="1 mm", most="200 mm")
-    ]
+    diameter: Annotated[float, quantity("mm", "inner diameter, for the resistance", above="1 mm", most="200 mm")]
     effective_bulk_modulus: Annotated[
         float,
         quantity("GPa", "bulk modulus of oil and hose wall together", least="0.01 GPa", most="5 GPa"),
@@ -278,9 +281,7 @@ class Hose(Part):
     regime: Annotated[
         Literal["laminar", "turbulent"], Field(description="laminar whatever the speed, or turning turbulent")
     ] = "laminar"
-    segments: Annotated[
-        int, count("segments whose oil has inertia; 0 leaves it out", least=0, most=50)
-    ] = 0
+    segments: Annotated[int, count("segments whose oil has inertia; 0 leaves it out", least=0, most=50)] = 0
 
 
 class Tank(Part):
@@ -371,4 +372,6 @@ class Load(Part):
 
 
 #: the classes of parts that the catalogue lists, by kind
-PARTS: dict[str, type[Part]] = {part.family: part for part in (Oil, Pump, ReliefValve, AnticavitationValve, SafetyValve)}
+PARTS: dict[str, type[Part]] = {
+    part.family: part for part in (Oil, Pump, ReliefValve, AnticavitationValve, SafetyValve)
+}

@@ -13,7 +13,7 @@ from pydantic import BaseModel, ValidationError
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.machine import catalogue
 from ramsight.machine.declare import FROM_FILE, Part, declaration, explain
-from ramsight.machine.description import FORMAT, IN_FULL, Composed, DirectDriven, Machine
+from ramsight.machine.description import FORMAT, IN_FULL, Composed, DirectDriven, Machine, circuits
 from ramsight.machine.placed import KINDS
 from ramsight.units import name_of
 
@@ -100,7 +100,12 @@ def _check_format(data: Mapping[str, Any], file: str) -> None:
 def _resolve(unit: dict[str, Any], path: str, sources: dict[str, str], file: str) -> dict[str, Any]:
     """Fill in what catalogue entries give and the description does not."""
     resolved = dict(unit)
-    composed = resolved.get("circuit", "ddh") != "ddh"
+    circuit = resolved.get("circuit", "ddh")
+    composed = circuit != "ddh"
+    if isinstance(circuit, str) and circuit not in (known := circuits()):
+        raise DescriptionError(
+            "unknown choice", file=file, key=f"{path}.circuit", value=circuit, allowed=", ".join(known)
+        )
     for key, field in (Composed if composed else DirectDriven).model_fields.items():
         part = field.annotation
         if key in resolved and isinstance(part, type) and issubclass(part, Part):

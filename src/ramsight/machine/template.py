@@ -44,7 +44,7 @@ def template(like: Machine | None = None, name: str = "my-machine") -> str:
     if like is None:
         from ramsight.machine.reading import load
 
-        boom = load("mining-loader").unit("boom")
+        boom = load("mining-loader").units["boom"]
         like = Machine(name=name, title="My machine", description="", units={"boom": boom})
     lines = [_comment(_HEAD), ""]
     for key in ("format", "name", "title", "description"):

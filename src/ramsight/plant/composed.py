@@ -75,8 +75,7 @@ def build(name: str, unit: Composed) -> ComposedUnit:
         lift_sign=float(unit.lift_sign),
         others=tuple(_part(key, part, unit.lift_sign) for key, part in unit.parts.items()),
     )
-    lifts = pumped_into(built, built.held) * unit.lift_sign * (1.0 if built.held == "a" else -1.0)
-    if not lifts * unit.lift_sign > 0.0:
+    if not pumped_into(built, built.held) * unit.lift_sign > 0.0:
         raise DescriptionError(
             f"positive motor speed has to {'fill' if built.held == 'a' else 'empty'} chamber_{built.held}; turn the "
             "pumps round (inlet and outlet), or join them to it by hoses, orifices or safety valves",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ramsight.machine import parts as description
 from ramsight.machine.description import Unit
+from ramsight.machine.efficiencies import read_efficiencies
 from ramsight.plant.cylinder import Cylinder
 from ramsight.plant.drive import Drive, IdealDrive, ServoDrive, Supply
 from ramsight.plant.hose import Hose
@@ -90,7 +91,7 @@ def pump(spec: description.Pump, name: str, inlet: str, outlet: str) -> Pump:
 def _table(spec: description.Pump) -> LossTable | None:
     if spec.losses != "table":
         return None
-    found = description.read_efficiencies(spec.efficiency_table)
+    found = read_efficiencies(spec.efficiency_table)
     return LossTable(found.pressure, found.speed, found.viscosity, found.volumetric, found.hydromechanical)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
@@ -113,7 +114,7 @@ class Hose:
         inertia = circuit.density * self.length / (0.25 * math.pi * self.diameter**2) / self.segments
         energy: Any = 0.0
         loss: Any = 0.0
-        for k, (start, end) in enumerate(zip(nodes[:-1], nodes[1:], strict=True), 1):
+        for k, (start, end) in enumerate(pairwise(nodes), 1):
             state = f"flow_{self.name}_{k}"
             flow = circuit.state(state, "m3/s", _FLOW_TOLERANCE)
             drop = self.pressure_drop(flow, circuit.viscosity, circuit.density) / self.segments

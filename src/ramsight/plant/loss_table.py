@@ -79,10 +79,13 @@ class LossTable:
         return displacement * magnitude * ca.sign(pressure_rise)
 
     def friction(self, displacement: Any, speed: Any, pressure_rise: Any, viscosity: Any, *, threshold: Any) -> Any:
-        """Friction torque [N m] against the rotation; arguments as `leakage`.
+        """Friction torque [N m] against the rotation.
 
         Args:
-            displacement, speed, pressure_rise, viscosity: as `leakage`.
+            displacement: D [m3/rad].
+            speed: [rad/s].
+            pressure_rise: [Pa].
+            viscosity: [m2/s].
             threshold: speed at which friction is fully developed [rad/s].
         """
         lost = [
@@ -107,10 +110,7 @@ class LossTable:
         fluidity = [1.0 / value for value in reversed(self.viscosity)]
         pages = list(reversed(pages))
         rows = [
-            [
-                interpolate(1.0 / nu, fluidity, [page[j][k] for page in pages], beyond=True)
-                for k in range(len(pressure))
-            ]
+            [interpolate(1.0 / nu, fluidity, [page[j][k] for page in pages], beyond=True) for k in range(len(pressure))]
             for j in range(len(self.speed))
         ]
         columns = [
@@ -118,5 +118,3 @@ class LossTable:
             for k in range(len(pressure))
         ]
         return ca.fmax(interpolate(ca.fabs(rise), pressure, columns, beyond=True), 0.0)
-
-

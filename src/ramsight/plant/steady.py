@@ -8,7 +8,9 @@ from dataclasses import dataclass
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Unit
 from ramsight.plant.cylinder import ATMOSPHERE
-from ramsight.plant.ddh import DdhUnit
+from ramsight.plant.pump import Pump
+from ramsight.plant.unit import HydraulicUnit, pumped_into, side_nodes
+from ramsight.plant.valve import PilotCheckValve, ReliefValve
 
 _ROUNDS = 60  # of the fixed point between velocity and viscous friction, which contracts a thousandfold a round
 
@@ -21,12 +23,12 @@ class Derived:
         area_a: piston area, all cylinders [m2].
         area_b: annulus area on the rod side, all cylinders [m2].
         area_ratio: area_b over area_a [1].
-        geared_displacement_a: volume of pump A per motor radian [m3/rad].
-        geared_displacement_b: volume of pump B per motor radian [m3/rad].
+        geared_displacement_a: volume that the pumps move into side A per motor radian [m3/rad].
+        geared_displacement_b: volume that they move out of side B per motor radian [m3/rad].
         geared_flow_ratio: geared_displacement_b over geared_displacement_a [1].
         mismatch: geared_flow_ratio over area_ratio, less one [1]; positive if pump B moves too much oil.
-        travel_a: travel per motor radian that pump A gives without leakage [m/rad].
-        travel_b: the same of pump B [m/rad].
+        travel_a: travel per motor radian that side A's flow gives without leakage [m/rad].
+        travel_b: the same of side B's [m/rad].
         load_at_relief: load that the relief pressure balances, tank pressure on the other side [N].
         load_at_relief_after_friction: that, less the breakaway friction [N].
     """
@@ -65,7 +67,7 @@ class OperatingPoint:
     travel_lower: float
 
 
-def derive(unit: DdhUnit) -> Derived:
+def derive(unit: HydraulicUnit) -> Derived:
     """Work out what follows from a unit's parts.
 
     Args:
@@ -80,8 +82,10 @@ def derive(unit: DdhUnit) -> Derived:
     """
     cylinder, (held, other) = unit.cylinder, _areas(unit)
     area_a, area_b = cylinder.area_a, cylinder.area_b
-    geared_a, geared_b = unit.a.pump.geared_displacement, unit.b.pump.geared_displacement
-    relief = unit.a.relief.setting + unit.tank_pressure
+    geared_a, geared_b = pumped_into(unit, "a"), -pumped_into(unit, "b")
+    nodes = side_nodes(unit, unit.held)
+    reliefs = [p.setting for p in unit.parts() if isinstance(p, ReliefValve) and p.inlet in nodes]
+    relief = min(reliefs, default=math.inf) + unit.tank_pressure
     at_relief = relief * held - unit.tank_pressure * other - unit.lift_sign * ATMOSPHERE * (area_a - area_b)
     return Derived(
         area_a=area_a,
@@ -98,14 +102,14 @@ def derive(unit: DdhUnit) -> Derived:
     )
 
 
-def _areas(unit: DdhUnit) -> tuple[float, float]:
+def _areas(unit: HydraulicUnit) -> tuple[float, float]:
     """Piston area of the side that holds the load, and of the other one [m2]."""
     areas = (unit.cylinder.area_a, unit.cylinder.area_b)
     return areas if unit.held == "a" else areas[::-1]
 
 
 def torque_at_load(
-    unit: DdhUnit,
+    unit: HydraulicUnit,
     load: float,
     temperature: float = 313.15,
     speed: float = 50 * math.pi,
@@ -157,31 +161,37 @@ def torque_at_load(
 
 
 def _steady(
-    unit: DdhUnit, force: float, temperature: float, lifting_speed: float, low: float, tank: float
+    unit: HydraulicUnit, force: float, temperature: float, lifting_speed: float, low: float, tank: float
 ) -> tuple[float, float, float]:
     """Return held pressure [Pa], motor torque [N m] and magnitude of the velocity [m/s] at a motor speed."""
     area, other = _areas(unit)
-    pump = unit.a.pump if unit.held == "a" else unit.b.pump
-    viscosity = unit.oil.viscosity(temperature)
+    held = side_nodes(unit, unit.held)
+    opposite = side_nodes(unit, "b" if unit.held == "a" else "a")
+    pumps = [part for part in unit.parts() if isinstance(part, Pump)]
+    viscosity, density = unit.oil.viscosity(temperature), unit.oil.density_at(temperature)
     direction = math.copysign(1.0, lifting_speed)
+    turning = unit.lift_sign * lifting_speed
     cylinder = unit.cylinder
-    leak = pump.leak_coefficient(viscosity, unit.oil.density)
     pressure = velocity = 0.0
+
+    def rise(pump: Pump) -> float:
+        ends = (pump.outlet, pump.inlet)
+        above = [pressure if node in held else low if node in opposite else tank for node in ends]
+        return above[0] - above[1]
+
     for _ in range(_ROUNDS):
         friction = direction * (cylinder.coulomb_friction + cylinder.viscous_friction * abs(velocity))
         pressure = (force + low * other + friction) / area
-        velocity = (pump.geared_displacement * lifting_speed - leak * (pressure - tank)) / area
-    high, rest = pressure - tank, low - tank
-    # Pump A presses oil into its manifold when the motor turns forward, pump B draws it out of its own.
-    rise_a, rise_b = (high, -rest) if unit.held == "a" else (rest, -high)
-    turning = unit.lift_sign * lifting_speed
-    torque = sum(
-        p.belt * p.torque(p.belt * turning, rise) for p, rise in ((unit.a.pump, rise_a), (unit.b.pump, rise_b))
-    )
-    return pressure, float(torque), abs(velocity)
+        into = sum(
+            ((p.outlet in held) - (p.inlet in held)) * float(p.flow(p.belt * turning, rise(p), viscosity, density))
+            for p in pumps
+        )
+        velocity = unit.lift_sign * (1.0 if unit.held == "a" else -1.0) * into / area
+    torque = sum(p.belt * float(p.torque(p.belt * turning, rise(p), viscosity)) for p in pumps)
+    return pressure, torque, abs(velocity)
 
 
-def cautions(described: Unit, unit: DdhUnit) -> tuple[str, ...]:
+def cautions(described: Unit, unit: HydraulicUnit) -> tuple[str, ...]:
     """Say what in a valid description an engineer would look at twice.
 
     Args:
@@ -194,21 +204,22 @@ def cautions(described: Unit, unit: DdhUnit) -> tuple[str, ...]:
     found = []
     values = derive(unit)
     rpm = 30.0 / math.pi
-    if abs(values.mismatch) > 0.05:
+    matched = not any(isinstance(part, PilotCheckValve) for part in unit.parts())
+    if matched and values.geared_displacement_b > 0.0 and abs(values.mismatch) > 0.05:
         found.append(
             f"the geared flow ratio {values.geared_flow_ratio:.3f} is {values.mismatch:+.1%} off the area "
             f"ratio {values.area_ratio:.3f}: one side will be starved or pressed through the relief valve"
         )
-    for side, pump in (("A", described.pump_a), ("B", described.pump_b)):
-        if described.relief_valve.setting > pump.max_pressure:
+    for name, pump in described.pumps.items():
+        setting = max(described.relief_settings, default=0.0)
+        if setting > pump.max_pressure:
             found.append(
-                f"the relief valve opens at {described.relief_valve.setting / 1e5:g} bar, pump {side} allows "
-                f"{pump.max_pressure / 1e5:g} bar"
+                f"the relief valve opens at {setting / 1e5:g} bar, {name} allows {pump.max_pressure / 1e5:g} bar"
             )
         fastest = described.drive.max_speed * pump.belt
         if fastest > pump.max_speed * (1 + 1e-9):
             found.append(
-                f"at the motor's highest speed pump {side} turns {fastest * rpm:.0f} rpm, it allows "
+                f"at the motor's highest speed {name} turns {fastest * rpm:.0f} rpm, it allows "
                 f"{pump.max_speed * rpm:.0f} rpm"
             )
     for name, load in described.load.loads.items():

@@ -9,8 +9,9 @@ from rich.text import Text
 
 from ramsight.machine.description import Machine, Unit
 from ramsight.machine.tables import table_of
-from ramsight.plant.ddh import DdhUnit, build
+from ramsight.plant.build import build
 from ramsight.plant.steady import cautions, derive, torque_at_load
+from ramsight.plant.unit import HydraulicUnit
 from ramsight.units import format_si
 
 _SPEED, _TEMPERATURE = 50 * math.pi, 313.15  # 1500 rpm and 40 °C
@@ -30,27 +31,32 @@ def machine_summary(machine: Machine, only: str | None = None) -> RenderableType
     parts: list[RenderableType] = [Text(machine.title or machine.name, style="bold")]
     for name in names:
         unit = machine.unit(name)
-        ddh = build(name, unit)
-        parts += [Text(), _facts(unit, ddh)]
+        built = build(name, unit)
+        parts += [Text(), _facts(unit, built)]
         if unit.load.loads:
-            parts += [Text(), _loads(unit, ddh)]
-        parts += [Text(f"look twice: {sentence}", style="yellow") for sentence in cautions(unit, ddh)]
+            parts += [Text(), _loads(unit, built)]
+        parts += [Text(f"look twice: {sentence}", style="yellow") for sentence in cautions(unit, built)]
     return Group(*parts)
 
 
-def _facts(unit: Unit, ddh: DdhUnit) -> Group:
-    found = derive(ddh)
+def _facts(unit: Unit, built: HydraulicUnit) -> Group:
+    found = derive(built)
     side = unit.load_side.upper()
-    title = f"unit {ddh.name}: lifts by {unit.load_direction}ing, side {side} holds the load"
+    title = f"unit {built.name}: lifts by {unit.load_direction}ing, side {side} holds the load"
     table = table_of(("", ""))
     pumped = (_per_rev(found.geared_displacement_a, 1e6), _per_rev(found.geared_displacement_b, 1e6))
     travel = (_per_rev(found.travel_a, 1e3), _per_rev(found.travel_b, 1e3))
     flow = f"{found.geared_flow_ratio:.3f}, {found.mismatch:+.1%} off the area ratio"
+    two_sided = found.geared_displacement_b > 0.0
     table.add_row("areas A, B", f"{found.area_a * 1e6:.0f}, {found.area_b * 1e6:.0f} mm2")
     table.add_row("area ratio B/A", f"{found.area_ratio:.3f}")
-    table.add_row("geared flow ratio B/A", flow)
-    table.add_row("pumped per motor rev A, B", f"{pumped[0]:.2f}, {pumped[1]:.2f} cm3")
-    table.add_row("travel without leakage A, B", f"{travel[0]:.3f}, {travel[1]:.3f} mm per motor rev")
+    if two_sided:
+        table.add_row("geared flow ratio B/A", flow)
+        table.add_row("pumped per motor rev A, B", f"{pumped[0]:.2f}, {pumped[1]:.2f} cm3")
+        table.add_row("travel without leakage A, B", f"{travel[0]:.3f}, {travel[1]:.3f} mm per motor rev")
+    else:
+        table.add_row("pumped per motor rev", f"{pumped[0]:.2f} cm3")
+        table.add_row("travel without leakage", f"{travel[0]:.3f} mm per motor rev")
     table.add_row("load at relief pressure", f"{found.load_at_relief / 1e3:.1f} kN")
     table.add_row("  less breakaway friction", f"{found.load_at_relief_after_friction / 1e3:.1f} kN")
     return Group(Text(title, style="bold"), table)
@@ -60,12 +66,12 @@ def _per_rev(per_radian: float, scale: float) -> float:
     return per_radian * 2 * math.pi * scale
 
 
-def _loads(unit: Unit, ddh: DdhUnit) -> Group:
+def _loads(unit: Unit, built: HydraulicUnit) -> Group:
     conditions = f"{format_si(_SPEED, 'rpm', 6)}, {format_si(_TEMPERATURE, 'degC', 4)}"
     title = f"steady lift / lower at {conditions}, other side at tank pressure"
     table = table_of(("load", "kN", "chamber bar", "motor N m", "mm per motor rev"))
     for name, force in unit.load.loads.items():
-        point = torque_at_load(ddh, force, _TEMPERATURE, _SPEED)
+        point = torque_at_load(built, force, _TEMPERATURE, _SPEED)
         table.add_row(
             Text(name),
             f"{force / 1e3:g}",

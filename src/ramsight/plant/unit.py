@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.plant.circuit import CircuitModel, Part, join
+from ramsight.plant.circuit import TANK, CircuitModel, Part, join
 from ramsight.plant.cylinder import ATMOSPHERE, Cylinder
 from ramsight.plant.drive import Drive
 from ramsight.plant.oil import Oil
@@ -43,6 +43,8 @@ class HydraulicUnit(Protocol):
     @property
     def held(self) -> str: ...  # noqa: D102
 
+    def __hash__(self) -> int: ...
+
     @property
     def travel_per_radian(self) -> float:
         """Ideal travel per motor angle on the load-holding side [m/rad]."""
@@ -52,7 +54,7 @@ class HydraulicUnit(Protocol):
 
 
 def reach(parts: Sequence[Part], start: str, through: str) -> frozenset[str]:
-    """Nodes that are joined to a node through parts.
+    """Nodes that are joined to a node through parts; the tank joins nothing.
 
     Args:
         parts: the parts of a circuit.
@@ -60,7 +62,7 @@ def reach(parts: Sequence[Part], start: str, through: str) -> frozenset[str]:
         through: attribute that names the nodes that a part joins: "joins" for those with one pressure at rest,
             "passage" for those between which oil passes in normal work.
     """
-    groups = [set(getattr(part, through)) for part in parts if hasattr(part, through)]
+    groups = [set(getattr(part, through)) - {TANK} for part in parts if hasattr(part, through)]
     found, grown = {start}, True
     while grown:
         before = len(found)

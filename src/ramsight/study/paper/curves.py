@@ -25,8 +25,7 @@ def movements(benches: dict[str, Bench]) -> Chapter:
         Picture(
             f"{figure}_{name}_movement",
             f"{name.capitalize()} movement per motor revolution over motor torque at oil temperatures from 20 to 70 "
-            "°C, "
-            f"up to the relief valve's opening (the paper's Fig. {int(figure[3:])}).",
+            f"°C, up to the relief valve's opening (the paper's Fig. {int(figure[3:])}).",
             partial(_draw, movement=bench.movement),
             (7.2, 4.2),
         )
@@ -40,10 +39,9 @@ def movements(benches: dict[str, Bench]) -> Chapter:
     return Chapter(
         "Movement per motor revolution (Figs 9 and 10)",
         (
-            "The table is made as the paper made it: each unit is simulated at a constant 1500 rpm with loads from 1 "
-            "kN "
-            "to above the relief valve's opening, and the movement per motor revolution is noted over the motor "
-            "torque.",
+            "The table is made as the paper made it: each unit is simulated at a constant 1500 rpm with loads from "
+            "1 kN to above the relief valve's opening, and the movement per motor revolution is noted over the "
+            "motor torque.",
         ),
         {"movement": shapes},
         (
@@ -73,9 +71,9 @@ def movements(benches: dict[str, Bench]) -> Chapter:
                 "Figs 9, 10",
                 "The rapid drop at high torque in the lifting graph is caused by reaching the relief limit.",
                 f"The drop begins at {both[0]['relief_torque_nm']:.1f} N m (boom) and "
-                f"{both[1]['relief_torque_nm']:.1f} N m "
-                "(bucket), where the simulated relief valve opens; it is "
-                f"{both[0]['steeper_at_relief']:.0f} and {both[1]['steeper_at_relief']:.0f} times steeper than before.",
+                f"{both[1]['relief_torque_nm']:.1f} N m (bucket), where the simulated relief valve opens; it is "
+                f"{both[0]['steeper_at_relief']:.0f} and {both[1]['steeper_at_relief']:.0f} times steeper than "
+                "before.",
                 Verdict.of(all(s["steeper_at_relief"] > _STEEP for s in both)),
             ),
             Statement(

@@ -41,23 +41,19 @@ def load_change(benches: dict[str, Bench]) -> Chapter:
         "A load change at rest",
         (
             "After a first move with its light load, each unit is given its high load while the motor stands still. "
-            "The oil "
-            f"is compressed: the rod gives way by {moved['boom']:.1f} mm (boom) and {moved['bucket']:.1f} mm "
-            "(bucket) with no "
-            "turn of the motor. No sensor that knows the motor alone can see that before the motor turns again. The "
-            "table "
-            f"never sees it: its error after the next move is {unseen['boom']['table']:.1f} and "
-            f"{unseen['bucket']['table']:.1f} mm. The balance sensor finds the new pressure as soon as the safety "
-            "valve "
-            f"passes oil, and is back within {unseen['boom']['balance']:.1f} and {unseen['bucket']['balance']:.1f} mm.",
+            f"The oil is compressed: the rod gives way by {moved['boom']:.1f} mm (boom) and {moved['bucket']:.1f} mm "
+            "(bucket) with no turn of the motor. No sensor that knows the motor alone can see that before the motor "
+            f"turns again. The table never sees it: its error after the next move is {unseen['boom']['table']:.1f} "
+            f"and {unseen['bucket']['table']:.1f} mm. The balance sensor finds the new pressure as soon as the "
+            f"safety valve passes oil, and is back within {unseen['boom']['balance']:.1f} and "
+            f"{unseen['bucket']['balance']:.1f} mm.",
         ),
         {"load_change_moves_rod_mm": moved, "load_change_error_mm": unseen},
         pictures=(
             Picture(
                 "fig23_load_change",
                 "Position and error of the boom when its load goes from light to high while the motor rests "
-                "(shaded), before "
-                "the second move.",
+                "(shaded), before the second move.",
                 lambda figure: _draw_change(figure, found["boom"]),
                 (7.2, 4.2),
             ),
@@ -86,13 +82,10 @@ def near_relief(benches: dict[str, Bench]) -> Chapter:
         "Near the relief pressure",
         (
             "Above about 97 % of the load that the relief valve holds, part of the pump's flow goes to the tank and "
-            "the "
-            f"calculated movement has nothing to do with the true one: up to {worst['boom']:.0f} mm (boom) and "
+            f"the calculated movement has nothing to do with the true one: up to {worst['boom']:.0f} mm (boom) and "
             f"{worst['bucket']:.0f} mm (bucket) for the table, in one cycle. The sensors say so: from 97 % of the "
-            "opening "
-            "pressure or torque on they call themselves uncertain, and once the valve has passed oil they call the "
-            "position "
-            "lost until a reference comes. The largest error of any sample that was called ok is "
+            "opening pressure or torque on they call themselves uncertain, and once the valve has passed oil they "
+            "call the position lost until a reference comes. The largest error of any sample that was called ok is "
             f"{silent['boom']:.1f} mm (boom) and {silent['bucket']:.1f} mm (bucket).",
         ),
         {
@@ -107,8 +100,7 @@ def near_relief(benches: dict[str, Bench]) -> Chapter:
                 "Section 2, conclusion",
                 "Near and over the maximum pressure the position calculation is no longer valid.",
                 f"The table errs by up to {worst['boom']:.0f} mm (boom) and {worst['bucket']:.0f} mm (bucket); every "
-                "sample "
-                "worse than the paper's error at high load carries a status that says so.",
+                "sample worse than the paper's error at high load carries a status that says so.",
                 Verdict.of(all(worst[u] > 10 * w and silent[u] <= 1.3 * w for u, w in _WRONG_MM.items())),
             ),
         ),
@@ -116,8 +108,7 @@ def near_relief(benches: dict[str, Bench]) -> Chapter:
             Picture(
                 "fig24_relief",
                 "Largest error of one cycle over the load, as a share of the load at the relief pressure: of all "
-                "samples, and "
-                "of those that the sensor called ok.",
+                "samples, and of those that the sensor called ok.",
                 lambda figure: _draw_relief(figure, errors, unflagged),
                 (7.2, 3.6),
             ),

@@ -47,16 +47,15 @@ def ramps(benches: dict[str, Bench]) -> Chapter:
     return Chapter(
         "Where the paper's error comes from: the ramps",
         (
-            "At constant speed the table is right. In a ramp of length t the mean speed is half the calibrated one, so "
-            "the leakage of half the ramp is missing: ½·v_leak·t, four times a cycle, always with the load. With "
+            "At constant speed the table is right. In a ramp of length t the mean speed is half the calibrated one, "
+            "so the leakage of half the ramp is missing: ½·v_leak·t, four times a cycle, always with the load. With "
             f"v_leak = {1e3 * leak['boom']:.2f} mm/s (boom) and {1e3 * leak['bucket']:.2f} mm/s (bucket) at high "
-            "load, four "
-            f"ramps of 0.8 s make {explained['boom'][RAMP]:.1f} and {explained['bucket'][RAMP]:.1f} mm; simulated are "
-            f"{found['boom'][RAMP]['table']:.1f} and {found['bucket'][RAMP]['table']:.1f} mm. The paper names about "
-            "5 and "
-            "10 mm.",
-            "While the motor turns too slowly to hold the load the safety valve is closed and nothing is lost, which "
-            "takes a little off the explained error; the shorter the ramp, the more the chamber's compression counts.",
+            f"load, four ramps of 0.8 s make {explained['boom'][RAMP]:.1f} and {explained['bucket'][RAMP]:.1f} mm; "
+            f"simulated are {found['boom'][RAMP]['table']:.1f} and {found['bucket'][RAMP]['table']:.1f} mm. The "
+            "paper names about 5 and 10 mm.",
+            "While the motor turns too slowly to hold the load the safety valve is closed and nothing is lost, "
+            "which takes a little off the explained error; the shorter the ramp, the more the chamber's compression "
+            "counts.",
         ),
         {
             "ramp_error_mm": {
@@ -72,11 +71,9 @@ def ramps(benches: dict[str, Bench]) -> Chapter:
             Statement(
                 "Discussion",
                 "The accumulation of error is mainly caused by errors induced during the motor's acceleration and "
-                "deceleration "
-                "phases.",
+                "deceleration phases.",
                 f"½·v_leak·t_ramp in each ramp gives the simulated error to within {100 * max(off.values()):.0f} % "
-                "for ramps from 0.8 to 3.2 s, "
-                "both units.",
+                "for ramps from 0.8 to 3.2 s, both units.",
                 Verdict.of(max(off.values()) < _CLOSE),
             ),
         ),
@@ -84,8 +81,7 @@ def ramps(benches: dict[str, Bench]) -> Chapter:
             Picture(
                 "fig20_ramps",
                 "Largest error of one cycle at high load over the length of its four ramps: simulated (marks) and "
-                "explained "
-                "by ½·v_leak·t_ramp each (lines).",
+                "explained by ½·v_leak·t_ramp each (lines).",
                 lambda figure: _draw_ramps(figure, found, explained),
                 (7.2, 3.6),
             ),

@@ -60,18 +60,16 @@ def speeds(benches: dict[str, Bench]) -> Chapter:
         "Other speeds than the calibrated one",
         (
             "The table is per revolution, leakage is per second: it is right at the speed of its calibration alone. "
-            "The "
-            "same moves at other speeds, high load and 40 °C, cost the boom "
-            f"{boom[500]['table']:.0f} mm a cycle at 500 rpm and {boom[3000]['table']:.0f} mm at 3000 rpm, the bucket "
-            f"{bucket[500]['table']:.0f} and {bucket[3000]['table']:.0f} mm.",
+            f"The same moves at other speeds, high load and 40 °C, cost the boom {boom[500]['table']:.0f} mm a cycle "
+            f"at 500 rpm and {boom[3000]['table']:.0f} mm at 3000 rpm, the bucket {bucket[500]['table']:.0f} and "
+            f"{bucket[3000]['table']:.0f} mm.",
             "The repair that suggests itself, tables at "
             + ", ".join(f"{speed / RPM:.0f}" for speed in TABLE_SPEEDS)
-            + f" rpm interpolated over speed, brings the boom to {boom[500]['speed_table']:.1f} mm at 500 and "
-            f"{boom[3000]['speed_table']:.1f} mm at 3000 rpm, at six times the calibration. The balance sensor needs "
-            "no "
-            f"table and stays within {usual:.2f} mm from {_USUAL_RPM} rpm up. At 300 rpm, where the boom's pump "
-            "moves little more oil "
-            f"than it leaks, it errs by {slowest:.1f} mm.",
+            + " rpm interpolated over speed, has six times the calibration and brings the boom to "
+            f"{boom[500]['speed_table']:.1f} mm at 500 rpm, but {boom[750]['speed_table']:.1f} mm at 750 rpm: "
+            "between its speeds the movement per revolution bends, because what leaks is divided by the speed. The "
+            f"balance sensor needs no table and stays within {usual:.2f} mm from {_USUAL_RPM} rpm up. At 300 rpm, "
+            f"where the boom's pump moves little more oil than it leaks, it errs by {slowest:.1f} mm.",
         ),
         {
             "other_speeds_error_mm": {
@@ -82,12 +80,10 @@ def speeds(benches: dict[str, Bench]) -> Chapter:
             Statement(
                 "Section 3",
                 "The position calculation is based on look-up tables of the movement per revolution over torque at "
-                "various "
-                "temperatures.",
-                "Torque and temperature are not enough: the table holds at its own speed alone. At half and at twice "
-                "that "
-                f"speed it errs by {boom[750]['table']:.0f} and {boom[3000]['table']:.0f} mm a cycle (boom), "
-                f"{bucket[750]['table']:.0f} and {bucket[3000]['table']:.0f} mm (bucket).",
+                "various temperatures.",
+                "Torque and temperature are not enough: the table holds at its own speed alone. At half and at "
+                f"twice that speed it errs by {boom[750]['table']:.0f} and {boom[3000]['table']:.0f} mm a cycle "
+                f"(boom), {bucket[750]['table']:.0f} and {bucket[3000]['table']:.0f} mm (bucket).",
                 Verdict.NOT if boom[750]["table"] > 2 * boom[1500]["table"] else Verdict.PARTLY,
             ),
         ),

@@ -40,12 +40,11 @@ def temperature(benches: dict[str, Bench]) -> Chapter:
         "An oil temperature that is read wrong",
         (
             "Viscosity decides the leakage, and the sensors take it from the temperature that they are told. A "
-            "reading 5 K "
-            f"too high costs the balance sensor {abs(found['boom']['balance'][5.0]):.1f} mm (boom) and "
+            f"reading 5 K too high costs the balance sensor {abs(found['boom']['balance'][5.0]):.1f} mm (boom) and "
             f"{abs(found['bucket']['balance'][5.0]):.1f} mm (bucket) in one cycle at high load, "
             f"{abs(slope['boom']['balance']):.2f} and {abs(slope['bucket']['balance']):.2f} mm per K. The table "
-            "suffers alike, on top "
-            "of its error in the ramps; a reading that is too warm hides that error, one that is too cold adds to it.",
+            "suffers alike, on top of its error in the ramps; a reading that is too warm hides that error, one that "
+            "is too cold adds to it.",
         ),
         {
             "temperature_error_mm": {
@@ -57,13 +56,11 @@ def temperature(benches: dict[str, Bench]) -> Chapter:
         (
             Statement(
                 "Abstract",
-                "Using only torque and speed data from the motor controller it is possible to simulate the position, "
-                "provided "
-                "that all relevant parameters are known.",
+                "Using only torque and speed data from the motor controller it is possible to simulate the "
+                "position, provided that all relevant parameters are known.",
                 "Torque and speed suffice only together with the oil's temperature: 1 K read wrong costs "
                 f"{abs(slope['boom']['table']):.1f} mm (boom) and {abs(slope['bucket']['table']):.1f} mm (bucket) a "
-                "cycle with "
-                "the table.",
+                "cycle with the table.",
                 Verdict.PARTLY,
             ),
         ),
@@ -94,11 +91,10 @@ def wear(benches: dict[str, Bench]) -> Chapter:
         (
             "The paper assumes that the pumps do not wear. With 10 % more leakage the error of one cycle grows by "
             f"{abs(ten['boom']['balance']):.1f} mm (boom) and {abs(ten['bucket']['balance']):.1f} mm (bucket) for "
-            "the balance sensor and "
-            f"by {abs(ten['boom']['table']):.1f} and {abs(ten['bucket']['table']):.1f} mm for the table; with pumps "
-            "that leak twice as "
-            f"much the balance sensor is off by {abs(found['boom']['balance'][2.0]):.0f} and "
-            f"{abs(found['bucket']['balance'][2.0]):.0f} mm. Both have to be told, or to learn, what the pumps leak.",
+            f"the balance sensor and by {abs(ten['boom']['table']):.1f} and {abs(ten['bucket']['table']):.1f} mm for "
+            "the table; with pumps that leak twice as much the balance sensor is off by "
+            f"{abs(found['boom']['balance'][2.0]):.0f} and {abs(found['bucket']['balance'][2.0]):.0f} mm. Both have "
+            "to be told, or to learn, what the pumps leak.",
         ),
         {
             "wear_error_mm": {

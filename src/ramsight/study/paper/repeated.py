@@ -30,7 +30,7 @@ def repeated(benches: dict[str, Bench]) -> Chapter:
         (
             f"{unit}, {NAMES[kind]}",
             *(
-                f"{value:.{digits}f}"
+                f"{round(value, digits) + 0.0:.{digits}f}"
                 for sensor in ("table", "balance")
                 for value, digits in (
                     (results[sensor][kind].drift, 3),
@@ -55,16 +55,15 @@ def repeated(benches: dict[str, Bench]) -> Chapter:
         "Repeated cycles and references",
         (
             f"Each unit lifts and lowers its high load {CYCLES} times between 2 and 98 % of its stroke, in cycles "
-            "that end "
-            "where they began. The switches have a hysteresis of 1 mm and a response time of 5 ms, and are seen at the "
-            "next sample of the drive, so that their own accuracy is "
+            "that end where they began. The switches have a hysteresis of 1 mm and a response time of 5 ms, and are "
+            "seen at the next sample of the drive, so that their own accuracy is "
             + " and ".join(f"{accuracy:.1f} mm ({unit})" for unit, (_, accuracy) in found.items())
             + " at the highest rod speed.",
             "The end stop is found in the torque alone: while the unit lowers, the load's torque collapses when the "
-            "rod "
-            "stands on its stop. The position is then that of the stop; what remains is the give of the stop under the "
-            "load, and the oil that has to fill the emptied chamber before the next lift, which the table takes for "
-            f"travel: up to {stop['boom'].largest:.1f} mm (boom) and {stop['bucket'].largest:.1f} mm (bucket).",
+            "rod stands on its stop. The position is then that of the stop; what remains is the give of the stop "
+            "under the load, and the oil that has to fill the emptied chamber before the next lift, which the table "
+            f"takes for travel: up to {stop['boom'].largest:.1f} mm (boom) and {stop['bucket'].largest:.1f} mm "
+            "(bucket).",
         ),
         {"drift_mm_per_cycle": drift, "repeated_cycles": numbers},
         (
@@ -72,8 +71,8 @@ def repeated(benches: dict[str, Bench]) -> Chapter:
                 "Abstract",
                 "A cumulative error was observed for repeated cycles.",
                 f"The table drifts by {drift['table']['boom']['none']:.2f} mm (boom) and "
-                f"{drift['table']['bucket']['none']:.2f} mm (bucket) per cycle, to {stop_free(found, 'boom'):.0f} and "
-                f"{stop_free(found, 'bucket'):.0f} mm after {CYCLES}. The balance sensor drifts by "
+                f"{drift['table']['bucket']['none']:.2f} mm (bucket) per cycle, to {stop_free(found, 'boom'):.0f} "
+                f"and {stop_free(found, 'bucket'):.0f} mm after {CYCLES}. The balance sensor drifts by "
                 f"{abs(drift['balance']['boom']['none']):.3f} and {abs(drift['balance']['bucket']['none']):.3f} mm "
                 "per cycle.",
                 Verdict.of(min(drift["table"][unit]["none"] for unit in found) > 1.0),
@@ -82,9 +81,8 @@ def repeated(benches: dict[str, Bench]) -> Chapter:
                 "Abstract, discussion",
                 "Simple proximity sensors at the cylinder's end or middle resolve the accumulation.",
                 "With one switch the drift is gone (below 0.05 mm per cycle); a visit leaves at most "
-                f"{kept['boom']:.1f} mm "
-                f"(boom) and {kept['bucket']:.1f} mm (bucket), less than the switch's own accuracy. Between visits the "
-                "table's error of the cycle comes back each time.",
+                f"{kept['boom']:.1f} mm (boom) and {kept['bucket']:.1f} mm (bucket), less than the switch's own "
+                "accuracy. Between visits the table's error of the cycle comes back each time.",
                 Verdict.of(holds and bounded),
             ),
         ),
@@ -98,8 +96,7 @@ def repeated(benches: dict[str, Bench]) -> Chapter:
             Picture(
                 "fig18_references",
                 "Error after each cycle with proximity switches and with the end stop found in the torque. Thin "
-                "grey: the "
-                "same without any reference.",
+                "grey: the same without any reference.",
                 lambda figure: _draw_references(figure, {u: r for u, (r, _) in found.items()}),
                 (7.2, 5.0),
             ),
