@@ -42,12 +42,12 @@ def test_the_recorded_leak_test_gives_the_machines_leak_factor(trace):
 @pytest.mark.parametrize("celsius", [15.0, 40.0, 55.0])
 def test_known_wear_is_found(name, load, factor, celsius):
     unit = UNITS[name]
-    # Speeds that hold a third and half of the load's pressure on the worn machine.
+    # Speeds that hold a half and four fifths of the load's pressure on the worn machine.
     side = unit.a if unit.held == "a" else unit.b
     area = unit.cylinder.area_a if unit.held == "a" else unit.cylinder.area_b
     kelvin = celsius + 273.15
     leak = factor * side.pump.leak_coefficient(unit.oil.viscosity(kelvin), unit.oil.density)
-    speeds = [share * leak * load / area / side.pump.geared_displacement / RPM for share in (0.35, 0.55)]
+    speeds = [share * leak * load / area / side.pump.geared_displacement / RPM for share in (0.5, 0.8)]
     log = log_of(worn(unit, factor), [(rpm, 5.0) for rpm in speeds], load, kelvin, seed=3)
     found = leak_test(unit, log)
     assert abs(found.factor - factor) < 4.0 * found.std + 0.005 * factor
