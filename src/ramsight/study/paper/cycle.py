@@ -9,15 +9,25 @@ import numpy as np
 from ramsight.duty.lift_lower import lift_lower
 from ramsight.duty.profile import Duty
 from ramsight.duty.simulate import simulate
-from ramsight.study.paper.bench import TEMPERATURE, Bench, Tracked
+from ramsight.study.paper.bench import SEED, TEMPERATURE, Bench, Tracked
+
+NOISES = 20
+"""Draws of the drive's noise that the balance sensor has to bear."""
 
 
 @dataclass(frozen=True)
 class Cycle:
-    """One cycle of one unit with one load."""
+    """One cycle of one unit with one load.
+
+    Attributes:
+        duty: what the unit was asked to do.
+        tracks: what each sensor made of it.
+        any_noise_mm: largest error of the balance sensor over `NOISES` draws of the noise [mm].
+    """
 
     duty: Duty
     tracks: dict[str, Tracked]
+    any_noise_mm: float
 
     @property
     def ramps(self) -> list[tuple[float, float]]:
@@ -49,4 +59,7 @@ def run_cycle(bench: Bench, load: float) -> Cycle:
     """
     duty = lift_lower(bench.unit, load, TEMPERATURE)
     run = simulate(bench.unit, duty)
-    return Cycle(duty, {name: bench.track(run, sensor) for name, sensor in bench.sensors.items()})
+    tracks = {name: bench.track(run, sensor) for name, sensor in bench.sensors.items()}
+    balance = bench.sensors["balance"]
+    any_noise = max(bench.track(run, balance, seed=seed).largest_mm for seed in range(SEED, SEED + NOISES))
+    return Cycle(duty, tracks, any_noise)

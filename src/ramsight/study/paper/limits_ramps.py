@@ -27,7 +27,7 @@ def leak_velocity(unit: DdhUnit, load: float) -> float:
         >>> from ramsight.study.paper.bench import benches
         >>> boom = benches()["boom"]
         >>> round(1e3 * leak_velocity(boom.unit, boom.loads["high"]), 2)
-        3.01
+        3.0
     """
     point = torque_at_load(unit, load, TEMPERATURE, SPEED)
     return SPEED * 0.5 * (point.travel_lower - point.travel_lift)

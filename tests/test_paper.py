@@ -1,0 +1,202 @@
+"""The paper's study: its shapes, its headline, its limits, and the report that tells them."""
+
+import json
+import math
+import re
+
+import pytest
+
+from ramsight.errors import OutputError
+from ramsight.study.paper import CHAPTERS, STEPS, Chapter, Study, Verdict, reproduce, write_report
+from ramsight.study.paper.repeating import NAMES, SWITCHES
+from ramsight.study.paper.writing import check_directory
+
+UNITS, LOADS = ("boom", "bucket"), ("light", "medium", "high")
+
+
+@pytest.fixture(scope="module")
+def study():
+    return reproduce()
+
+
+@pytest.fixture(scope="module")
+def numbers(study):
+    return study.numbers
+
+
+@pytest.fixture(scope="module")
+def folder(study, tmp_path_factory):
+    out = tmp_path_factory.mktemp("paper") / "report"
+    steps = []
+    write_report(study, out, advance=steps.append)
+    assert sum(steps) + len(CHAPTERS) == STEPS
+    return out
+
+
+@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("shape", ["lift_falls", "lower_rises", "hotter_is_stronger"])
+def test_movement_per_revolution_has_the_papers_shapes(numbers, unit, shape):
+    assert numbers["movement"][unit][shape] is True
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_lift_falls_steeply_where_the_relief_valve_opens(numbers, unit):
+    assert numbers["movement"][unit]["steeper_at_relief"] > 10.0
+
+
+def test_the_buckets_torque_has_the_opposite_sign(numbers):
+    boom, bucket = (numbers["movement"][unit]["lift_torque_range_nm"] for unit in UNITS)
+    assert min(boom) > 0.0 > max(bucket)
+
+
+@pytest.mark.parametrize(("unit", "limit"), [("boom", 5.0), ("bucket", 10.0)])
+def test_the_tables_error_is_the_papers(numbers, unit, limit):
+    light, medium, high = (numbers["table_error_mm"][unit][load] for load in LOADS)
+    assert 0.5 * limit < high <= limit
+    assert light < medium < high
+
+
+@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("load", LOADS)
+def test_the_balance_errs_by_less_than_a_third_of_a_millimetre(numbers, unit, load):
+    assert numbers["balance_error_mm"][unit][load] <= 0.3
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_the_table_errs_in_the_ramps_and_the_leakage_explains_it(numbers, unit):
+    gained = numbers["table_error_gained"][unit]
+    assert gained["in_ramps_mm"] > 20 * gained["at_constant_speed_mm"]
+    assert numbers["ramp_explanation_off_share"][unit] < 0.1
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_drift_is_told_for_every_sensor_and_reference(numbers, unit):
+    for sensor in ("table", "balance"):
+        assert set(numbers["drift_mm_per_cycle"][sensor][unit]) == set(NAMES)
+    assert numbers["drift_mm_per_cycle"]["table"][unit]["none"] > 1.0
+    assert abs(numbers["drift_mm_per_cycle"]["balance"][unit]["none"]) < 0.05
+
+
+@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("sensor", ["table", "balance"])
+@pytest.mark.parametrize("kind", SWITCHES)
+def test_a_visit_leaves_no_more_than_the_switchs_own_accuracy(numbers, unit, sensor, kind):
+    cycles = numbers["repeated_cycles"][unit]
+    assert cycles[sensor][kind]["left_by_a_visit_mm"] <= cycles["switch_accuracy_mm"]
+    assert abs(numbers["drift_mm_per_cycle"][sensor][unit][kind]) < 0.05
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_an_end_stop_found_in_the_torque_stops_the_drift(numbers, unit):
+    for sensor in ("table", "balance"):
+        assert abs(numbers["drift_mm_per_cycle"][sensor][unit]["stop"]) < 0.05
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_one_speed_is_not_enough_and_six_are_better(numbers, unit):
+    errors = numbers["other_speeds_error_mm"][unit]
+    for rpm in ("500_rpm", "750_rpm", "3000_rpm"):
+        assert errors[rpm]["table"] > errors["1500_rpm"]["table"]
+        assert errors[rpm]["balance"] < errors[rpm]["speed_table"] < 0.3 * errors[rpm]["table"]
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_the_balance_minds_no_speed(numbers, unit):
+    assert all(errors["balance"] < 0.4 for errors in numbers["other_speeds_error_mm"][unit].values())
+
+
+def test_near_relief_no_large_error_is_called_ok(numbers):
+    silent = numbers["largest_error_called_ok_near_relief_mm"]
+    assert silent["boom"] < 6.0
+    assert silent["bucket"] < 12.0
+    for unit in UNITS:
+        assert numbers["near_relief_error_mm"][unit]["table"]["104_percent"] > 50.0
+
+
+def test_a_load_put_on_at_rest_is_found_by_the_balance_alone(numbers):
+    for unit in UNITS:
+        assert numbers["load_change_moves_rod_mm"][unit] > 3.0
+        assert numbers["load_change_error_mm"][unit]["balance"] < 0.5
+        assert numbers["load_change_error_mm"][unit]["table"] > 3.0
+
+
+def test_what_the_paper_takes_for_granted_costs_millimetres(numbers):
+    for unit in UNITS:
+        for sensor in ("table", "balance"):
+            assert 1.0 < abs(numbers["temperature_error_mm_per_K"][unit][sensor]) < 3.0
+            assert 3.0 < abs(numbers["wear_error_mm_per_10_percent"][unit][sensor]) < 8.0
+
+
+def test_verdicts_are_given_and_not_all_the_same(study):
+    verdicts = [statement.verdict for statement in study.statements]
+    assert verdicts.count(Verdict.REPRODUCED) >= 12
+    assert Verdict.NOT in verdicts
+
+
+def test_results_hold_every_number_and_nothing_that_is_none(folder, numbers):
+    results = json.loads((folder / "results.json").read_text())
+    assert results["format"] == 1
+    assert {key: results[key] for key in numbers} == numbers
+
+    def leaves(value):
+        if isinstance(value, dict | list):
+            for inner in value.values() if isinstance(value, dict) else value:
+                yield from leaves(inner)
+        else:
+            yield value
+
+    assert all(math.isfinite(value) for value in leaves(numbers) if not isinstance(value, str))
+
+
+def test_every_figure_is_there_in_both_formats_and_in_both_reports(folder, study):
+    markdown, page = (folder / "report.md").read_text(), (folder / "report.html").read_text()
+    for picture in study.pictures:
+        assert (folder / f"{picture.name}.png").read_bytes().startswith(b"\x89PNG")
+        assert "<svg" in (folder / f"{picture.name}.svg").read_text()
+        assert f"]({picture.name}.png)" in markdown
+        assert f'id="{picture.name}"' in page
+    assert page.count("data:image/svg+xml;base64,") == len(study.pictures)
+
+
+def test_the_page_needs_no_other_file(folder):
+    page = (folder / "report.html").read_text()
+    assert not re.search(r'(src|href)="(?!data:)', page)
+    assert page.index("our result") < page.index("Fig. 3")
+
+
+def test_figures_have_units_on_their_axes(study):
+    from matplotlib.figure import Figure
+
+    for picture in study.pictures:
+        figure = Figure()
+        picture.draw(figure)
+        for axes in figure.axes:
+            labels = [label for label in (axes.get_xlabel(), axes.get_ylabel()) if label and label != "cycle"]
+            assert all("[" in label for label in labels), (picture.name, labels)
+
+
+def test_a_second_report_takes_the_place_of_the_first_and_leaves_the_rest(study, folder, tmp_path):
+    empty = Study([Chapter("Nothing", (), {"nothing": 0.0})])
+    out = tmp_path / "again"
+    write_report(empty, out)
+    (out / "mine.txt").write_text("kept")
+    write_report(Study([Chapter("Something", (), {"something": 1.0})]), out)
+    assert json.loads((out / "results.json").read_text())["something"] == 1.0
+    assert (out / "mine.txt").read_text() == "kept"
+    assert [file.name for file in tmp_path.iterdir()] == ["again"]
+
+
+def test_a_report_that_fails_leaves_nothing(tmp_path):
+    broken = Study([Chapter("Broken", (), {"number": math.nan})])
+    with pytest.raises(ValueError, match="JSON"):
+        write_report(broken, tmp_path / "report")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_place_that_cannot_hold_a_report_is_refused(tmp_path):
+    file = tmp_path / "file"
+    file.write_text("")
+    with pytest.raises(OutputError, match="is a file"):
+        check_directory(file)
+    with pytest.raises(OutputError, match="there is no directory"):
+        check_directory(tmp_path / "no" / "report")
