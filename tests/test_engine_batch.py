@@ -1,4 +1,4 @@
-"""Many runs side by side: the same as one at a time, on any processor, in bounded memory; and a cache that mends itself."""
+"""Many runs side by side: the same as one at a time, on any processor; and a cache that mends itself."""
 
 import json
 import os

@@ -194,9 +194,9 @@ def leak_test_summary(test: LeakTest) -> str:
         f"  {test.per_kelvin:+.3f} for each K that the oil is warmer than reported, "
         f"{test.per_torque:+.3f} for each % that the torque is larger",
     ]
-    for s in test.stretches:
-        lines.append(
-            f"  {s.start:.1f} to {s.end:.1f} s: {s.motor_speed * 30 / math.pi:.0f} rpm hold {s.pressure / 1e5:.1f} bar "
-            f"at {s.oil_temperature - 273.15:.1f} degC, factor {s.factor:.3f}"
-        )
+    lines += [
+        f"  {s.start:.1f} to {s.end:.1f} s: {s.motor_speed * 30 / math.pi:.0f} rpm hold {s.pressure / 1e5:.1f} bar "
+        f"at {s.oil_temperature - 273.15:.1f} degC, factor {s.factor:.3f}"
+        for s in test.stretches
+    ]
     return "\n".join(lines)

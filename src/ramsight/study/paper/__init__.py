@@ -1,7 +1,7 @@
 """The paper, reproduced: its figures, its numbers, its limits, and the balance sensor on the same runs.
 
 T. Sourander, M. Pietola, T. Minav, H. Hänninen: Sensorless position estimation of simulated direct driven hydraulic
-actuators. SICFP'17, Tampere, 2017.
+actuators. SICFP'17, June 7-9, 2017.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from ramsight.study.paper.parts import Study
 TITLE = "Sensorless position of direct driven hydraulic actuators: the paper, reproduced"
 SOURCE = (
     "T. Sourander, M. Pietola, T. Minav, H. Hänninen: Sensorless position estimation of simulated direct driven "
-    "hydraulic actuators. The 15th Scandinavian International Conference on Fluid Power, SICFP'17, Tampere, 2017."
+    "hydraulic actuators. The 15th Scandinavian International Conference on Fluid Power, SICFP'17, June 7-9, 2017."
 )
 INTRODUCTION = (
     "The paper finds the position of a hydraulic cylinder from the speed and torque of the electric motor that "
