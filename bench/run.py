@@ -16,6 +16,7 @@ import sys
 import tempfile
 import time
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import casadi as ca
@@ -37,7 +38,9 @@ MODEL = circuit(UNIT)
 ODE = MODEL.ode
 POSITION = ODE.state_index("position")
 ATOL = np.array([state.tolerance for state in ODE.states])
-SCALE = np.array([1e5 if state.unit == "Pa" else 1e-2 for state in ODE.states])  # what a state's tolerance is a share of
+SCALE = np.array(
+    [1e5 if state.unit == "Pa" else 1e-2 for state in ODE.states]
+)  # what a state's tolerance is a share of
 
 
 def job(load, kelvin, cycles=1, start=None):
@@ -198,11 +201,10 @@ def growth(results, quick):
     cycles = [1, 2, 4, 8, 16, 32]
     seconds = []
     for count in cycles:
-        long = job(50e3, 313.15, count, start=0.4)  # a load that hardly sinks, so that no stop is reached
-        end = long.segments.end[-1:]
-        seconds.append(
-            [float(end[0]), float(np.median([timed(lambda: integrate(ODE, long.initial, long.segments, end)) for _ in range(5)]))]
-        )  # fmt: skip
+        # A load that hardly sinks, so that no stop is reached.
+        one = job(50e3, 313.15, count, start=0.4)
+        run = partial(integrate, ODE, one.initial, one.segments, one.segments.end[-1:])
+        seconds.append([float(one.segments.end[-1]), float(np.median([timed(run) for _ in range(5)]))])
     results["time_over_simulated_s"] = seconds
     counts = [512, 1024, 2048] if quick else [1024, 2048, 4096, 8192, 16384]
     rows = []
@@ -238,8 +240,8 @@ def starts(results, quick):
     cold, warm = [], []
     for _ in range(1 if quick else 3):
         with tempfile.TemporaryDirectory() as cache:
-            run = lambda: subprocess.run(  # noqa: E731
-                command, check=True, capture_output=True, env=os.environ | {"RAMSIGHT_CACHE": cache}  # noqa: B023
+            run = partial(
+                subprocess.run, command, check=True, capture_output=True, env=os.environ | {"RAMSIGHT_CACHE": cache}
             )
             cold.append(timed(run))
             warm += [timed(run) for _ in range(3)]

@@ -195,8 +195,8 @@ def leak_test_summary(test: LeakTest) -> str:
         f"{test.per_torque:+.3f} for each % that the torque is larger",
     ]
     lines += [
-        f"  {s.start:.1f} to {s.end:.1f} s: {s.motor_speed * 30 / math.pi:.0f} rpm hold {s.pressure / 1e5:.1f} bar "
-        f"at {s.oil_temperature - 273.15:.1f} degC, factor {s.factor:.3f}"
+        f"  {s.start:.1f} to {s.end:.1f} s: {s.motor_speed * 30 / math.pi:.0f} rpm hold {s.pressure / 1e5:.1f} bar at "
+        f"{s.oil_temperature - 273.15:.1f} degC, factor {s.factor:.3f}"
         for s in test.stretches
     ]
     return "\n".join(lines)
