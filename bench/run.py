@@ -182,13 +182,13 @@ def batch(results, quick, compiled):
 
     found, other = ours(), in_c()
     checked = range(0, RUNS, 16)
+    tight = {"rtol": 1e-11, "tolerance_scale": 1e-6}
     exact = np.array(
         [
-            integrate(ODE, jobs[k].initial, jobs[k].segments, jobs[k].segments.end[-1:], rtol=1e-11, tolerance_scale=1e-6)
-            .state[0, POSITION]
-            for k in checked
+            integrate(ODE, one.initial, one.segments, one.segments.end[-1:], **tight).state[0, POSITION]
+            for one in (jobs[k] for k in checked)
         ]
-    )  # fmt: skip
+    )
     results["batch_error_m"] = float(np.abs(found.final[list(checked), POSITION] - exact).max())
     results["batch_c_error_m"] = float(np.abs(other[list(checked), POSITION] - exact).max())
     results["batch_steps_mean"] = float(np.mean(found.accepted + found.rejected))

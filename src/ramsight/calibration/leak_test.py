@@ -190,13 +190,14 @@ def _load_pressure(unit: DdhUnit, log: xarray.Dataset) -> float | None:
 def leak_test_summary(test: LeakTest) -> str:
     """The leak factor with its uncertainty, and what it rests on, as lines of text."""
     lines = [
-        f"leak factor {test.factor:.3f} ± {1.96 * test.std:.3f} (95 %, from the torque's scatter and the speed's rounding)",
+        f"leak factor {test.factor:.3f} ± {1.96 * test.std:.3f} "
+        "(95 %, from the torque's scatter and the speed's rounding)",
         f"  {test.per_kelvin:+.3f} for each K that the oil is warmer than reported, "
         f"{test.per_torque:+.3f} for each % that the torque is larger",
     ]
     lines += [
-        f"  {s.start:.1f} to {s.end:.1f} s: {s.motor_speed * 30 / math.pi:.0f} rpm hold {s.pressure / 1e5:.1f} bar at "
-        f"{s.oil_temperature - 273.15:.1f} degC, factor {s.factor:.3f}"
+        f"  {s.start:.1f} to {s.end:.1f} s: {s.motor_speed * 30 / math.pi:.0f} rpm hold "
+        f"{s.pressure / 1e5:.1f} bar at {s.oil_temperature - 273.15:.1f} degC, factor {s.factor:.3f}"
         for s in test.stretches
     ]
     return "\n".join(lines)
