@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import xarray
 
 SAMPLE_PERIOD = 0.02  # s
+_ROUNDING = 1e-6  # K, between degC and K
 
 
 @lru_cache(maxsize=32)
@@ -36,7 +37,7 @@ def check_temperature(unit: HydraulicUnit, duty: Duty) -> None:
     """
     low, high = unit.oil.temperatures
     for value in (float(duty.oil_temperature.value.min()), float(duty.oil_temperature.value.max())):
-        if not low <= value <= high:
+        if not low - _ROUNDING <= value <= high + _ROUNDING:
             raise DescriptionError(
                 f"the data of the oil {unit.oil.name} do not reach so far",
                 key="oil temperature",

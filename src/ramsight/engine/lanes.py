@@ -29,7 +29,11 @@ def integrate_lanes(corners, values, slopes, parameters, segment_of, rtol, atol,
     jac, w, q = np.zeros((NJ, W)), np.zeros((NW, W)), np.zeros((NQ, W))
     start_u, u0, slope = np.zeros((NU, W)), np.zeros((NU, W)), np.zeros((NU, W))
     c, h, error, relative, longest = (
-        np.zeros((1, W)), np.zeros((1, W)), np.zeros((1, W)), np.full((1, W), rtol), np.full((1, W), np.inf)
+        np.zeros((1, W)),
+        np.zeros((1, W)),
+        np.zeros((1, W)),
+        np.full((1, W), rtol),
+        np.full((1, W), np.inf),
     )
     t, t0, t1 = np.zeros((1, W)), np.zeros((1, W)), np.ones((1, W))
     h_next, rejected = np.full((1, W), CORNER_STEP), np.zeros((1, W))

@@ -23,7 +23,7 @@ from ramsight.machine.parts import (
     SafetyValve,
     Tank,
 )
-from ramsight.machine.reading import load, loads
+from ramsight.machine.reading import from_catalogue, load, loads
 from ramsight.machine.template import json_schema, template
 
 __all__ = [
@@ -47,6 +47,7 @@ __all__ = [
     "Unit",
     "Value",
     "catalogue",
+    "from_catalogue",
     "json_schema",
     "load",
     "loads",

@@ -6,9 +6,9 @@ import operator
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError, core_schema
 
@@ -185,7 +185,7 @@ class Part(BaseModel):
             >>> boom.replace({"cylinder.bore": "6 in"}).cylinder.bore
             0.1524
         """
-        from ramsight.machine.reading import validate
+        from ramsight.machine.checking import validate
 
         own: dict[str, Any] = {}
         nested: dict[str, dict[str, Any]] = {}
@@ -217,6 +217,10 @@ def _replace_in(parts: dict[str, Any], changes: Mapping[str, Any]) -> dict[str, 
             raise UnknownNameError("key", head, result)
         result[head] = result[head].replace({rest: value}) if rest else value
     return result
+
+
+#: the field by which a part names a catalogue entry
+Model = Annotated[str | None, Field(description="name of a catalogue entry that gives what is not given here")]
 
 
 def declaration(field: FieldInfo) -> Quantity | None:

@@ -1,16 +1,32 @@
-"""The parts of a direct-driven hydraulic unit: what each is described by, in SI once read."""
+"""What parts are described by, in SI once read: oil, cylinder, tank and load here, the others beside."""
 
 from __future__ import annotations
 
 import math
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Self
 
 from pydantic import Field, model_validator
 
-from ramsight.machine.declare import Part, count, gearing, quantity, refuse
-from ramsight.machine.efficiencies import read_efficiencies
+from ramsight.machine.declare import Model, Part, count, quantity, refuse
+from ramsight.machine.lines import Hose, Manifold
+from ramsight.machine.pump import Drive, Pump
+from ramsight.machine.valves import AnticavitationValve, ReliefValve, SafetyValve
 
-Model = Annotated[str | None, Field(description="name of a catalogue entry that gives what is not given here")]
+__all__ = [
+    "PARTS",
+    "AnticavitationValve",
+    "Cylinder",
+    "Drive",
+    "Hose",
+    "Load",
+    "Manifold",
+    "Oil",
+    "Part",
+    "Pump",
+    "ReliefValve",
+    "SafetyValve",
+    "Tank",
+]
 
 
 class Oil(Part):
@@ -147,218 +163,10 @@ class Cylinder(Part):
         return self.number * math.pi / 4 * (self.bore**2 - self.rod**2)
 
 
-class Pump(Part):
-    """Pump-motor with its belt: `blocks` parallel units of `chambers` chambers each."""
-
-    family: ClassVar[str] = "pump"
-
-    model: Model = None
-    chambers: Annotated[int, count("chambers in a block", least=1, most=16)] = 1
-    blocks: Annotated[int, count("parallel units", least=1, most=16)] = 1
-    belt: Annotated[float, gearing("pump speed over motor speed, as a number or as teeth", above="0.01", most="100")]
-    displacement: Annotated[
-        float,
-        quantity("cm3/rev", "displacement of one chamber", above="0 cm3/rev", most="5000 cm3/rev"),
-    ]
-    volumetric_efficiency: Annotated[
-        float, quantity("1", "volumetric efficiency at the nominal point", above="0.5", most="1")
-    ]
-    hydromechanical_efficiency: Annotated[
-        float, quantity("1", "hydro-mechanical efficiency at the nominal point", above="0.5", most="1")
-    ]
-    nominal_speed: Annotated[float, quantity("rpm", "pump speed of the nominal point", least="1 rpm", most="20000 rpm")]
-    nominal_pressure: Annotated[
-        float, quantity("bar", "pressure difference of the nominal point", least="1 bar", most="1000 bar")
-    ]
-    nominal_viscosity: Annotated[
-        float,
-        quantity("mm2/s", "kinematic viscosity of the nominal point", above="1 mm2/s", most="1000 mm2/s"),
-    ]
-    nominal_density: Annotated[
-        float,
-        quantity("kg/m3", "oil density of the nominal point", least="500 kg/m3", most="2000 kg/m3"),
-    ]
-    no_load_torque: Annotated[
-        float, quantity("N m", "friction torque without pressure, per block", least="0 N m", most="1000 N m")
-    ]
-    max_speed: Annotated[float, quantity("rpm", "highest pump speed allowed", least="1 rpm", most="20000 rpm")]
-    max_pressure: Annotated[float, quantity("bar", "highest continuous pressure", least="1 bar", most="1000 bar")]
-    orifice_leakage: Annotated[
-        float,
-        quantity(
-            "l/min", "by wear, at nominal_pressure, grows with its root, per chamber", least="0 l/min", most="100 l/min"
-        ),
-    ] = 0.0
-    losses: Annotated[
-        Literal["analytic", "table"], Field(description="from the nominal point, or from efficiency_table")
-    ] = "analytic"
-    efficiency_table: Annotated[
-        str,
-        Field(
-            description="CSV text with the columns pressure_bar, speed_rpm, viscosity_mm2s, volumetric_efficiency, "
-            "hydromechanical_efficiency: pump operation on a full grid"
-        ),
-    ] = ""
-
-    @model_validator(mode="after")
-    def _table_is_a_grid(self) -> Self:
-        if self.losses == "table":
-            read_efficiencies(self.efficiency_table)
-        return self
-
-    @property
-    def orifice_conductance(self) -> float:
-        """Q/sqrt(dp) of the leakage by wear, all chambers and blocks [m3/s/sqrt(Pa)]."""
-        return self.orifice_leakage * self.chambers * self.blocks / math.sqrt(self.nominal_pressure)
-
-    @property
-    def displacement_per_rad(self) -> float:
-        """Displacement D of all chambers and blocks, per pump radian [m3/rad]."""
-        return self.displacement * self.chambers * self.blocks
-
-    @property
-    def geared_displacement(self) -> float:
-        """Displacement per motor radian, D times belt [m3/rad]."""
-        return self.displacement_per_rad * self.belt
-
-    @property
-    def total_no_load_torque(self) -> float:
-        """No-load torque tau0 of all blocks, at the pump shaft [N m]."""
-        return self.no_load_torque * self.blocks
-
-
-class Drive(Part):
-    """Electric motor that turns both pumps."""
-
-    family: ClassVar[str] = "drive"
-
-    model: Model = None
-    moment_of_inertia: Annotated[
-        float,
-        quantity(
-            "kg m2",
-            "moment of inertia at the motor shaft, belt and pumps included",
-            above="0 kg m2",
-            most="10 kg m2",
-        ),
-    ]
-    max_speed: Annotated[float, quantity("rpm", "highest motor speed", least="1 rpm", most="30000 rpm")]
-    max_torque: Annotated[float, quantity("N m", "highest motor torque", above="0 N m", most="10000 N m")]
-    control: Annotated[
-        Literal["ideal", "servo"], Field(description="speed as commanded, or a PI speed loop limited by max_torque")
-    ] = "ideal"
-    proportional_gain: Annotated[
-        float,
-        quantity("N m s/rad", "of the speed loop, torque per speed", above="0 N m s/rad", most="10000 N m s/rad"),
-    ] = 0.8
-    integral_gain: Annotated[
-        float, quantity("N m/rad", "of the speed loop, torque per angle", least="0 N m/rad", most="1e6 N m/rad")
-    ] = 16.0
-    drive_efficiency: Annotated[
-        float, quantity("1", "of motor and inverter together, for energy figures", above="0.1", most="1")
-    ] = 0.9
-    battery_efficiency: Annotated[
-        float, quantity("1", "of the battery, each way, for energy figures", above="0.1", most="1")
-    ] = 0.95
-
-
-class Manifold(Part):
-    """Block that carries pump and valves, one side alike the other."""
-
-    volume: Annotated[float, quantity("l", "oil in the manifold, per side", above="0 l", most="100 l")]
-
-
-class Hose(Part):
-    """Hose between manifold and cylinders, one side alike the other."""
-
-    volume: Annotated[float, quantity("l", "oil in the hose, per side", above="0 l", most="1000 l")]
-    length: Annotated[float, quantity("m", "length, for the resistance", above="0 m", most="100 m")]
-    diameter: Annotated[float, quantity("mm", "inner diameter, for the resistance", above="1 mm", most="200 mm")]
-    effective_bulk_modulus: Annotated[
-        float,
-        quantity("GPa", "bulk modulus of oil and hose wall together", least="0.01 GPa", most="5 GPa"),
-    ]
-    regime: Annotated[
-        Literal["laminar", "turbulent"], Field(description="laminar whatever the speed, or turning turbulent")
-    ] = "laminar"
-    segments: Annotated[int, count("segments whose oil has inertia; 0 leaves it out", least=0, most=50)] = 0
-
-
 class Tank(Part):
     """Tank; in a closed circuit the pressure that it is charged to at rest."""
 
     pressure: Annotated[float, quantity("bar", "absolute pressure", above="0 bar", most="50 bar")]
-
-
-class ReliefValve(Part):
-    """Relief valves, one per side, from manifold to tank."""
-
-    family: ClassVar[str] = "relief valve"
-
-    model: Model = None
-    setting: Annotated[float, quantity("bar", "opening pressure above the tank's", least="1 bar", most="1000 bar")]
-    rated_flow: Annotated[
-        float,
-        quantity("l/min", "flow at which override_pressure is given", above="0 l/min", most="10000 l/min"),
-    ]
-    override_pressure: Annotated[
-        float, quantity("bar", "rise above the setting at rated_flow", above="0 bar", most="200 bar")
-    ]
-
-
-class AnticavitationValve(Part):
-    """Check valves, one per side, from tank to manifold."""
-
-    family: ClassVar[str] = "anticavitation valve"
-
-    model: Model = None
-    cracking_pressure: Annotated[
-        float, quantity("bar", "pressure difference at which it opens", least="0 bar", most="20 bar")
-    ]
-    rated_flow: Annotated[
-        float,
-        quantity("l/min", "flow at which rated_pressure_drop is given", above="0 l/min", most="10000 l/min"),
-    ]
-    rated_pressure_drop: Annotated[
-        float, quantity("bar", "pressure drop of the open valve at rated_flow", above="0 bar", most="100 bar")
-    ]
-
-    @property
-    def flow_coefficient(self) -> float:
-        """Q/sqrt(dp) of the open valve [m3/s/sqrt(Pa)]."""
-        return self.rated_flow / math.sqrt(self.rated_pressure_drop)
-
-
-class SafetyValve(Part):
-    """Safety valves between manifold and hose; the load side's is a check while lifting, open to lower."""
-
-    family: ClassVar[str] = "safety valve"
-
-    model: Model = None
-    rated_flow: Annotated[
-        float,
-        quantity("l/min", "flow at which rated_pressure_drop is given", above="0 l/min", most="10000 l/min"),
-    ]
-    rated_pressure_drop: Annotated[
-        float, quantity("bar", "pressure drop of the open valve at rated_flow", above="0 bar", most="100 bar")
-    ]
-    opening_speed: Annotated[
-        float,
-        quantity(
-            "rad/s",
-            "motor speed in the lowering direction above which it is held open",
-            above="0 rad/s",
-            most="100 rad/s",
-        ),
-    ]
-    opening_time: Annotated[
-        float, quantity("ms", "until it is 95 % open or shut, first order; 0 for at once", least="0 ms", most="10 s")
-    ] = 0.0
-
-    @property
-    def flow_coefficient(self) -> float:
-        """Q/sqrt(dp) of the open valve [m3/s/sqrt(Pa)]."""
-        return self.rated_flow / math.sqrt(self.rated_pressure_drop)
 
 
 class Load(Part):

@@ -18,7 +18,7 @@ Node = Annotated[
 class PlacedPump(Pump):
     """Pump-motor with its belt; positive motor speed moves oil from inlet to outlet."""
 
-    kind: Literal["pump"]
+    kind: Annotated[Literal["pump"], Field(description="kind of part")]
     inlet: Node
     outlet: Node
 
@@ -26,7 +26,7 @@ class PlacedPump(Pump):
 class PlacedRelief(ReliefValve):
     """Relief valve; opens from inlet to outlet at its setting above the outlet's pressure."""
 
-    kind: Literal["relief valve"]
+    kind: Annotated[Literal["relief valve"], Field(description="kind of part")]
     inlet: Node
     outlet: Node
 
@@ -34,7 +34,7 @@ class PlacedRelief(ReliefValve):
 class PlacedCheck(AnticavitationValve):
     """Check valve, from inlet to outlet."""
 
-    kind: Literal["check valve"]
+    kind: Annotated[Literal["check valve"], Field(description="kind of part")]
     inlet: Node
     outlet: Node
 
@@ -42,7 +42,7 @@ class PlacedCheck(AnticavitationValve):
 class PlacedPilotCheck(AnticavitationValve):
     """Check valve from inlet to outlet that a pilot pressure opens backwards."""
 
-    kind: Literal["pilot check valve"]
+    kind: Annotated[Literal["pilot check valve"], Field(description="kind of part")]
     inlet: Node
     outlet: Node
     pilot: Node
@@ -54,7 +54,7 @@ class PlacedPilotCheck(AnticavitationValve):
 class PlacedSafety(SafetyValve):
     """Seat valve; free from inlet to outlet, opened the other way by the motor's speed."""
 
-    kind: Literal["safety valve"]
+    kind: Annotated[Literal["safety valve"], Field(description="kind of part")]
     inlet: Annotated[Node, Field(description="node on the pump's side")]
     outlet: Annotated[Node, Field(description="node on the cylinder's side")]
     opens: Annotated[
@@ -65,7 +65,7 @@ class PlacedSafety(SafetyValve):
 class PlacedHose(Hose):
     """Hose or pipe between two nodes."""
 
-    kind: Literal["hose"]
+    kind: Annotated[Literal["hose"], Field(description="kind of part")]
     inlet: Node
     outlet: Node
 
@@ -73,7 +73,7 @@ class PlacedHose(Hose):
 class PlacedVolume(Manifold):
     """Rigid volume of oil at a node."""
 
-    kind: Literal["volume"]
+    kind: Annotated[Literal["volume"], Field(description="kind of part")]
     node: Node
     volume: Annotated[float, quantity("l", "oil in it", above="0 l", most="1000 l")]
 
@@ -81,7 +81,7 @@ class PlacedVolume(Manifold):
 class PlacedOrifice(Part):
     """Fixed orifice."""
 
-    kind: Literal["orifice"]
+    kind: Annotated[Literal["orifice"], Field(description="kind of part")]
     inlet: Node
     outlet: Node
     rated_flow: Annotated[
@@ -101,7 +101,7 @@ class PlacedOrifice(Part):
 class PlacedAccumulator(Part):
     """Gas-loaded accumulator, or the reservoir of a closed circuit; at rest it has the tank's pressure."""
 
-    kind: Literal["accumulator"]
+    kind: Annotated[Literal["accumulator"], Field(description="kind of part")]
     node: Node
     gas_volume: Annotated[float, quantity("l", "gas at its precharge", above="0 l", most="1000 l")]
     precharge: Annotated[float, quantity("bar", "absolute gas pressure without oil", above="0.1 bar", most="500 bar")]

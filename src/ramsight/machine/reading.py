@@ -4,20 +4,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from difflib import get_close_matches
 from pathlib import Path
-from typing import Any, TypeVar
-
-from pydantic import BaseModel, ValidationError
+from typing import Any
 
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.machine import catalogue
-from ramsight.machine.declare import FROM_FILE, Part, declaration, explain
+from ramsight.machine.checking import validate
+from ramsight.machine.declare import FROM_FILE, Part
 from ramsight.machine.description import FORMAT, IN_FULL, Composed, DirectDriven, Machine, circuits
+from ramsight.machine.parts import PARTS
 from ramsight.machine.placed import KINDS
-from ramsight.units import name_of
-
-P = TypeVar("P", bound=Part)
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
 
@@ -66,6 +62,27 @@ def loads(text: str, file: str = "description") -> Machine:
     return _machine(catalogue.parse_toml(text, file), file)
 
 
+def from_catalogue(kind: str, name: str, **given: Any) -> Part:
+    """Read one part of the catalogue.
+
+    Args:
+        kind: what it is, for example ``"pump"``.
+        name: its name.
+        given: values that the catalogue does not have or that override it, as in a description.
+
+    Raises:
+        UnknownNameError: there is no such part.
+        DescriptionError: a value is missing or cannot be used.
+
+    Example:
+        >>> round(from_catalogue("pump", "PGI100-2-008", belt=1).displacement_per_rad, 9)
+        1.257e-06
+    """
+    entry = catalogue.find(kind, name)
+    values, _ = catalogue.read(entry)
+    return validate(PARTS[kind], {**values, **given, "model": entry.name}, file=entry.name, context=FROM_FILE)
+
+
 def _machine(data: dict[str, Any], file: str) -> Machine:
     _check_format(data, file)
     plain, sources = catalogue.split_sources(data, file)
@@ -110,7 +127,7 @@ def _resolve(unit: dict[str, Any], path: str, sources: dict[str, str], file: str
         part = field.annotation
         if key in resolved and isinstance(part, type) and issubclass(part, Part):
             resolved[key] = _from_model(resolved[key], part.family, f"{path}.{key}", sources, file)
-    if composed and isinstance(resolved.get("parts", {}), dict):
+    if composed and isinstance(resolved.get("parts", {}), dict) and ("parts" in resolved or circuit != IN_FULL):
         resolved["parts"] = _parts(resolved, path, sources, file)
     return resolved
 
@@ -144,105 +161,3 @@ def _from_model(given: Any, family: str, path: str, sources: dict[str, str], fil
     for name in values.keys() - given.keys():
         sources.setdefault(f"{path}.{name}", f"{entry.name}: {origins.get(name, entry.source)}")
     return {**values, **given, "model": entry.name}
-
-
-def validate(
-    model: type[P], data: Mapping[str, Any], *, file: str | None = None, context: Any = None, prefix: str = ""
-) -> P:
-    """Build a part, turning what pydantic has to say into one line.
-
-    Args:
-        model: the class to build.
-        data: its values.
-        file: the file they came from.
-        context: `FROM_FILE` where numbers without a unit must be refused.
-        prefix: path of the part in the file, for the error text.
-
-    Raises:
-        DescriptionError: the first thing that is wrong, and how many more there are.
-    """
-    try:
-        return model.model_validate(dict(data), context=context)
-    except ValidationError as error:
-        problems = error.errors(include_url=False)
-    # a misspelt key is both unknown and missing: the unknown one says more
-    problems.sort(key=lambda problem: problem["type"] != "extra_forbidden")
-    raise _one_line(model, dict(problems[0]), len(problems) - 1, file, prefix)
-
-
-def _one_line(model: type[Part], problem: dict[str, Any], more: int, file: str | None, prefix: str) -> DescriptionError:
-    steps = [str(item) for item in problem["loc"]]
-    location = [step for step in steps if not step.startswith("@")]
-    context = problem.get("ctx", {})
-    value, allowed = problem["input"], context.get("allowed")
-    holder, field = _field_at(model, steps)
-    kind = problem["type"]
-    if kind == "extra_forbidden":
-        known = list(holder.model_fields) if holder else []
-        close = get_close_matches(location[-1], known, n=1)
-        hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"
-        message, value = f"unknown key; {hint}", None
-    elif kind == "missing":
-        message, value = f"is missing: {_describe(field)}", None
-        if holder is not None and "model" in holder.model_fields:
-            message += "; or name a model of the catalogue that has it"
-    elif kind in ("quantity", "cross", "units"):
-        message, value = context["text"], context.get("value")
-        location += context["key"].split(".") if "key" in context else []
-        if field is not None and (declared := declaration(field)) and not allowed:
-            allowed = declared.range
-    elif kind == "union_tag_not_found":
-        given = value.get("kind") if isinstance(value, dict) else None
-        message, allowed = "needs the kind of part" if given is None else "unknown choice", ", ".join(KINDS)
-        if isinstance(value, dict):
-            location, value = [*location, "kind"], given
-        else:
-            message, allowed = "expected a table of values", None
-    elif kind in ("model_type", "model_attributes_type", "dict_type"):
-        message = "expected a table of values"
-    elif kind == "literal_error":
-        message, allowed = "unknown choice", context.get("expected", "").replace("'", "")
-    else:
-        message = str(problem["msg"])
-    if more:
-        message += f" (and {more} more)"
-    value = value if isinstance(value, str | int | float) else None
-    return DescriptionError(message, file=file, key=prefix + ".".join(location), value=value, allowed=allowed)
-
-
-def _field_at(model: type[BaseModel], location: list[str]) -> tuple[type[BaseModel] | None, Any]:
-    """Follow a path through the classes: the class that holds its last key, and that key's field."""
-    holder: type[BaseModel] | None = model
-    field = None
-    steps = list(location)
-    while steps and holder is not None:
-        field = holder.model_fields.get(steps.pop(0))
-        if field is None or not steps:
-            break
-        inner: Any = field.annotation
-        if any(step.startswith("@") for step in steps[:2]):  # one of several classes, by name
-            while not steps[0].startswith("@"):
-                steps.pop(0)
-            tag = steps.pop(0)
-            inner = {"@direct-driven": DirectDriven, "@composed": Composed}.get(tag) or KINDS[tag[1:]]
-            if not steps:
-                field = None
-            holder = inner
-            continue
-        if getattr(inner, "__origin__", None) is dict:
-            inner = inner.__args__[1]
-            steps.pop(0)
-            if not steps:
-                field = None
-        holder = inner if isinstance(inner, type) and issubclass(inner, BaseModel) else None
-    return holder, field
-
-
-def _describe(field: Any) -> str:
-    if field is None:
-        return "it has to be given"
-    declared = declaration(field)
-    if declared is None:
-        return explain(field) or "a table of values"
-    words = f"{declared.text} ({declared.range})" if declared.range else declared.text
-    return f"{words}, {name_of(declared.unit)}"

@@ -11,6 +11,7 @@ from pydantic.fields import FieldInfo
 from ramsight.machine import catalogue
 from ramsight.machine.declare import Part, Quantity, declaration, explain
 from ramsight.machine.description import Composed, DirectDriven, Machine, Unit
+from ramsight.machine.placed import PLACED
 
 _WIDTH = 118
 _FIRST = ("kind", "inlet", "outlet", "pilot", "node")  # what says where a part is stands before its values
@@ -136,6 +137,11 @@ def json_schema() -> dict[str, Any]:
     schema = Machine.model_json_schema()
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     schema["required"] = ["format", *schema["required"]]
+    parts = schema["$defs"]["Composed"]["properties"]["parts"]["additionalProperties"]
+    parts["anyOf"] = parts.pop("oneOf")  # a circuit of the catalogue gives kind and nodes, so they may be missing
+    for placed in PLACED:
+        definition = schema["$defs"][placed.__name__]
+        definition["required"] = [key for key in definition["required"] if key not in _FIRST]
     for definition in schema["$defs"].values():
         if "model" in definition.get("properties", {}):
             _allow_model(definition)

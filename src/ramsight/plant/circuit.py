@@ -124,13 +124,19 @@ class Circuit:
         self.output(f"{name}.flow", "m3/s", flow)
 
     def volume(self, node: str, volume: Any, rate: Any = 0.0) -> None:
-        """Add oil volume [m3] to a node; `rate` [m3/s] is how the volume itself grows."""
+        """Add oil volume [m3] to a node; `rate` [m3/s] is how the volume itself grows. The tank has its own."""
+        if node == TANK:
+            if not (isinstance(rate, float) and rate == 0.0):
+                raise ValueError("a chamber that moves cannot be the tank itself: join it to the tank by an orifice")
+            return
         self.pressure(node)
         self._volume[node] += volume
         self._growth[node] += rate
 
     def compliance(self, node: str, compliance: Any) -> None:
         """Add what a node's walls give [m3/Pa]."""
+        if node == TANK:
+            return
         self.pressure(node)
         self._wall[node] += compliance
 

@@ -15,8 +15,9 @@ from ramsight.plant.cylinder import Cylinder
 from ramsight.plant.drive import Drive
 from ramsight.plant.hose import Volume
 from ramsight.plant.oil import Oil
+from ramsight.plant.pilot_check import PilotCheckValve
 from ramsight.plant.unit import pumped_into
-from ramsight.plant.valve import Orifice, PilotCheckValve
+from ramsight.plant.valve import Orifice
 
 
 @dataclass(frozen=True)

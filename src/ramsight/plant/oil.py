@@ -89,7 +89,7 @@ def aerated_bulk_modulus(pressure: Any, bulk_modulus: Any, air: Any, polytropic:
 
     Example:
         >>> [round(float(aerated_bulk_modulus(p, 1.2e9, 0.01, 1.4)) / 1e6) for p in (1e5, 10e5, 100e5)]
-        [14, 358, 1120]
+        [14, 450, 1163]
     """
     p = ca.fmax(pressure, _FLOOR)
     gas = air * ca.exp(ca.log(_P0 / p) / polytropic)

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Unit
 from ramsight.plant.cylinder import ATMOSPHERE
+from ramsight.plant.pilot_check import PilotCheckValve
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit, pumped_into, side_nodes
-from ramsight.plant.valve import PilotCheckValve, ReliefValve
+from ramsight.plant.valve import ReliefValve
 
 _ROUNDS = 60  # of the fixed point between velocity and viscous friction, which contracts a thousandfold a round
 

@@ -1,0 +1,119 @@
+"""Values become parts, and what pydantic has to say of them becomes one line: file, key, value and allowed range."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from difflib import get_close_matches
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from ramsight.errors import DescriptionError
+from ramsight.machine.declare import Part, declaration, explain
+from ramsight.machine.description import Composed, DirectDriven
+from ramsight.machine.placed import KINDS
+from ramsight.units import name_of
+
+P = TypeVar("P", bound=Part)
+
+
+def validate(
+    model: type[P], data: Mapping[str, Any], *, file: str | None = None, context: Any = None, prefix: str = ""
+) -> P:
+    """Build a part, turning what pydantic has to say into one line.
+
+    Args:
+        model: the class to build.
+        data: its values.
+        file: the file they came from.
+        context: `FROM_FILE` where numbers without a unit must be refused.
+        prefix: path of the part in the file, for the error text.
+
+    Raises:
+        DescriptionError: the first thing that is wrong, and how many more there are.
+    """
+    try:
+        return model.model_validate(dict(data), context=context)
+    except ValidationError as error:
+        problems = error.errors(include_url=False)
+    # a misspelt key is both unknown and missing: the unknown one says more
+    problems.sort(key=lambda problem: problem["type"] != "extra_forbidden")
+    raise _one_line(model, dict(problems[0]), len(problems) - 1, file, prefix)
+
+
+def _one_line(model: type[Part], problem: dict[str, Any], more: int, file: str | None, prefix: str) -> DescriptionError:
+    steps = [str(item) for item in problem["loc"]]
+    location = [step for step in steps if not step.startswith("@")]
+    context = problem.get("ctx", {})
+    value, allowed = problem["input"], context.get("allowed")
+    holder, field = _field_at(model, steps)
+    kind = problem["type"]
+    if kind == "extra_forbidden":
+        known = list(holder.model_fields) if holder else []
+        close = get_close_matches(location[-1], known, n=1)
+        hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"
+        message, value = f"unknown key; {hint}", None
+    elif kind == "missing":
+        message, value = f"is missing: {_describe(field)}", None
+        if holder is not None and "model" in holder.model_fields:
+            message += "; or name a model of the catalogue that has it"
+    elif kind in ("quantity", "cross", "units"):
+        message, value = context["text"], context.get("value")
+        location += context["key"].split(".") if "key" in context else []
+        if field is not None and (declared := declaration(field)) and not allowed:
+            allowed = declared.range
+    elif kind == "union_tag_not_found":
+        given = value.get("kind") if isinstance(value, dict) else None
+        message, allowed = "needs the kind of part" if given is None else "unknown choice", ", ".join(KINDS)
+        if isinstance(value, dict):
+            location, value = [*location, "kind"], given
+        else:
+            message, allowed = "expected a table of values", None
+    elif kind in ("model_type", "model_attributes_type", "dict_type"):
+        message = "expected a table of values"
+    elif kind == "literal_error":
+        message, allowed = "unknown choice", context.get("expected", "").replace("'", "")
+    else:
+        message = str(problem["msg"])
+    if more:
+        message += f" (and {more} more)"
+    value = value if isinstance(value, str | int | float) else None
+    return DescriptionError(message, file=file, key=prefix + ".".join(location), value=value, allowed=allowed)
+
+
+def _field_at(model: type[BaseModel], location: list[str]) -> tuple[type[BaseModel] | None, Any]:
+    """Follow a path through the classes: the class that holds its last key, and that key's field."""
+    holder: type[BaseModel] | None = model
+    field = None
+    steps = list(location)
+    while steps and holder is not None:
+        field = holder.model_fields.get(steps.pop(0))
+        if field is None or not steps:
+            break
+        inner: Any = field.annotation
+        if any(step.startswith("@") for step in steps[:2]):  # one of several classes, by name
+            while not steps[0].startswith("@"):
+                steps.pop(0)
+            tag = steps.pop(0)
+            inner = {"@direct-driven": DirectDriven, "@composed": Composed}.get(tag) or KINDS[tag[1:]]
+            if not steps:
+                field = None
+            holder = inner
+            continue
+        if getattr(inner, "__origin__", None) is dict:
+            inner = inner.__args__[1]
+            steps.pop(0)
+            if not steps:
+                field = None
+        holder = inner if isinstance(inner, type) and issubclass(inner, BaseModel) else None
+    return holder, field
+
+
+def _describe(field: Any) -> str:
+    if field is None:
+        return "it has to be given"
+    declared = declaration(field)
+    if declared is None:
+        return explain(field) or "a table of values"
+    words = f"{declared.text} ({declared.range})" if declared.range else declared.text
+    return f"{words}, {name_of(declared.unit)}"

@@ -1,0 +1,126 @@
+"""The description of a pump and of the motor that turns it."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, ClassVar, Literal, Self
+
+from pydantic import Field, model_validator
+
+from ramsight.machine.declare import Model, Part, count, gearing, quantity
+from ramsight.machine.efficiencies import read_efficiencies
+
+
+class Pump(Part):
+    """Pump-motor with its belt: `blocks` parallel units of `chambers` chambers each."""
+
+    family: ClassVar[str] = "pump"
+
+    model: Model = None
+    chambers: Annotated[int, count("chambers in a block", least=1, most=16)] = 1
+    blocks: Annotated[int, count("parallel units", least=1, most=16)] = 1
+    belt: Annotated[float, gearing("pump speed over motor speed, as a number or as teeth", above="0.01", most="100")]
+    displacement: Annotated[
+        float,
+        quantity("cm3/rev", "displacement of one chamber", above="0 cm3/rev", most="5000 cm3/rev"),
+    ]
+    volumetric_efficiency: Annotated[
+        float, quantity("1", "volumetric efficiency at the nominal point", above="0.5", most="1")
+    ]
+    hydromechanical_efficiency: Annotated[
+        float, quantity("1", "hydro-mechanical efficiency at the nominal point", above="0.5", most="1")
+    ]
+    nominal_speed: Annotated[float, quantity("rpm", "pump speed of the nominal point", least="1 rpm", most="20000 rpm")]
+    nominal_pressure: Annotated[
+        float, quantity("bar", "pressure difference of the nominal point", least="1 bar", most="1000 bar")
+    ]
+    nominal_viscosity: Annotated[
+        float,
+        quantity("mm2/s", "kinematic viscosity of the nominal point", above="1 mm2/s", most="1000 mm2/s"),
+    ]
+    nominal_density: Annotated[
+        float,
+        quantity("kg/m3", "oil density of the nominal point", least="500 kg/m3", most="2000 kg/m3"),
+    ]
+    no_load_torque: Annotated[
+        float, quantity("N m", "friction torque without pressure, per block", least="0 N m", most="1000 N m")
+    ]
+    max_speed: Annotated[float, quantity("rpm", "highest pump speed allowed", least="1 rpm", most="20000 rpm")]
+    max_pressure: Annotated[float, quantity("bar", "highest continuous pressure", least="1 bar", most="1000 bar")]
+    orifice_leakage: Annotated[
+        float,
+        quantity(
+            "l/min", "by wear, at nominal_pressure, grows with its root, per chamber", least="0 l/min", most="100 l/min"
+        ),
+    ] = 0.0
+    losses: Annotated[
+        Literal["analytic", "table"], Field(description="from the nominal point, or from efficiency_table")
+    ] = "analytic"
+    efficiency_table: Annotated[
+        str,
+        Field(
+            description="CSV text with the columns pressure_bar, speed_rpm, viscosity_mm2s, volumetric_efficiency, "
+            "hydromechanical_efficiency: pump operation on a full grid"
+        ),
+    ] = ""
+
+    @model_validator(mode="after")
+    def _table_is_a_grid(self) -> Self:
+        if self.losses == "table":
+            read_efficiencies(self.efficiency_table)
+        return self
+
+    @property
+    def orifice_conductance(self) -> float:
+        """Q/sqrt(dp) of the leakage by wear, all chambers and blocks [m3/s/sqrt(Pa)]."""
+        return self.orifice_leakage * self.chambers * self.blocks / math.sqrt(self.nominal_pressure)
+
+    @property
+    def displacement_per_rad(self) -> float:
+        """Displacement D of all chambers and blocks, per pump radian [m3/rad]."""
+        return self.displacement * self.chambers * self.blocks
+
+    @property
+    def geared_displacement(self) -> float:
+        """Displacement per motor radian, D times belt [m3/rad]."""
+        return self.displacement_per_rad * self.belt
+
+    @property
+    def total_no_load_torque(self) -> float:
+        """No-load torque tau0 of all blocks, at the pump shaft [N m]."""
+        return self.no_load_torque * self.blocks
+
+
+class Drive(Part):
+    """Electric motor that turns both pumps."""
+
+    family: ClassVar[str] = "drive"
+
+    model: Model = None
+    moment_of_inertia: Annotated[
+        float,
+        quantity(
+            "kg m2",
+            "moment of inertia at the motor shaft, belt and pumps included",
+            above="0 kg m2",
+            most="10 kg m2",
+        ),
+    ]
+    max_speed: Annotated[float, quantity("rpm", "highest motor speed", least="1 rpm", most="30000 rpm")]
+    max_torque: Annotated[float, quantity("N m", "highest motor torque", above="0 N m", most="10000 N m")]
+    control: Annotated[
+        Literal["ideal", "servo"], Field(description="speed as commanded, or a PI speed loop limited by max_torque")
+    ] = "ideal"
+    proportional_gain: Annotated[
+        float,
+        quantity("N m s/rad", "of the speed loop, torque per speed", above="0 N m s/rad", most="10000 N m s/rad"),
+    ] = 0.8
+    integral_gain: Annotated[
+        float, quantity("N m/rad", "of the speed loop, torque per angle", least="0 N m/rad", most="1e6 N m/rad")
+    ] = 16.0
+    drive_efficiency: Annotated[
+        float, quantity("1", "of motor and inverter together, for energy figures", above="0.1", most="1")
+    ] = 0.9
+    battery_efficiency: Annotated[
+        float, quantity("1", "of the battery, each way, for energy figures", above="0.1", most="1")
+    ] = 0.95

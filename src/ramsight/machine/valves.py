@@ -1,0 +1,79 @@
+"""The description of valves."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, ClassVar
+
+from ramsight.machine.declare import Model, Part, quantity
+
+
+class ReliefValve(Part):
+    """Relief valves, one per side, from manifold to tank."""
+
+    family: ClassVar[str] = "relief valve"
+
+    model: Model = None
+    setting: Annotated[float, quantity("bar", "opening pressure above the tank's", least="1 bar", most="1000 bar")]
+    rated_flow: Annotated[
+        float,
+        quantity("l/min", "flow at which override_pressure is given", above="0 l/min", most="10000 l/min"),
+    ]
+    override_pressure: Annotated[
+        float, quantity("bar", "rise above the setting at rated_flow", above="0 bar", most="200 bar")
+    ]
+
+
+class AnticavitationValve(Part):
+    """Check valves, one per side, from tank to manifold."""
+
+    family: ClassVar[str] = "anticavitation valve"
+
+    model: Model = None
+    cracking_pressure: Annotated[
+        float, quantity("bar", "pressure difference at which it opens", least="0 bar", most="20 bar")
+    ]
+    rated_flow: Annotated[
+        float,
+        quantity("l/min", "flow at which rated_pressure_drop is given", above="0 l/min", most="10000 l/min"),
+    ]
+    rated_pressure_drop: Annotated[
+        float, quantity("bar", "pressure drop of the open valve at rated_flow", above="0 bar", most="100 bar")
+    ]
+
+    @property
+    def flow_coefficient(self) -> float:
+        """Q/sqrt(dp) of the open valve [m3/s/sqrt(Pa)]."""
+        return self.rated_flow / math.sqrt(self.rated_pressure_drop)
+
+
+class SafetyValve(Part):
+    """Safety valves between manifold and hose; the load side's is a check while lifting, open to lower."""
+
+    family: ClassVar[str] = "safety valve"
+
+    model: Model = None
+    rated_flow: Annotated[
+        float,
+        quantity("l/min", "flow at which rated_pressure_drop is given", above="0 l/min", most="10000 l/min"),
+    ]
+    rated_pressure_drop: Annotated[
+        float, quantity("bar", "pressure drop of the open valve at rated_flow", above="0 bar", most="100 bar")
+    ]
+    opening_speed: Annotated[
+        float,
+        quantity(
+            "rad/s",
+            "motor speed in the lowering direction above which it is held open",
+            above="0 rad/s",
+            most="100 rad/s",
+        ),
+    ]
+    opening_time: Annotated[
+        float, quantity("ms", "until it is 95 % open or shut, first order; 0 for at once", least="0 ms", most="10 s")
+    ] = 0.0
+
+    @property
+    def flow_coefficient(self) -> float:
+        """Q/sqrt(dp) of the open valve [m3/s/sqrt(Pa)]."""
+        return self.rated_flow / math.sqrt(self.rated_pressure_drop)

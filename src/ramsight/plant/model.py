@@ -1,0 +1,97 @@
+"""The plant as a CasADi function with names, for model predictive control, identification and linearisation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from ramsight.machine.description import Unit
+from ramsight.plant.build import build
+from ramsight.plant.circuit import CircuitModel
+from ramsight.plant.unit import HydraulicUnit, circuit, initial_state
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class CasadiModel:
+    """dx/dt and outputs of a unit: `function(x=, u=, slope=, p=)` gives `dx` and `y`, all in SI.
+
+    Attributes:
+        function: the plain `casadi.Function`, the same graph that ramsight simulates.
+        states, inputs, parameters, outputs: names of the entries of `x`, `u` (and `slope`), `p` and `y`.
+        state_units, output_units: their units.
+        p0: the described values of the parameters.
+    """
+
+    function: ca.Function
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    parameters: tuple[str, ...]
+    outputs: tuple[str, ...]
+    state_units: tuple[str, ...]
+    output_units: tuple[str, ...]
+    p0: Array
+    unit: HydraulicUnit
+    circuit: CircuitModel
+
+    def x0(self, position: float | None = None, load: float = 0.0) -> Array:
+        """States at rest with the load carried.
+
+        Args:
+            position: [m]; the middle of the stroke if not given.
+            load: [N], positive against lifting.
+        """
+        middle = 0.5 * self.unit.cylinder.stroke
+        return initial_state(self.unit, self.circuit, middle if position is None else position, load)
+
+    def p(self, **changes: float) -> Array:
+        """The parameters with some changed, by name with `__` for the dot: `p(oil_temperature=320.0)`."""
+        unknown = [name for name in changes if name.replace("__", ".") not in self.parameters]
+        if unknown:
+            raise ValueError(f"no parameter {unknown[0]!r}; known: {', '.join(self.parameters)}")
+        return self.circuit.parameters(**changes)
+
+
+def casadi_model(unit: HydraulicUnit | Unit, name: str = "plant") -> CasadiModel:
+    """The plant of a unit as a `casadi.Function`.
+
+    Inputs `u` are the motor's speed [rad/s] (a servo's reference) and the load [N]; `slope` is their rate of change,
+    which only the motor's torque depends on. The oil's temperature is a parameter.
+
+    Args:
+        unit: a unit, described or built.
+        name: of the function.
+
+    Example:
+        >>> from ramsight import casadi_model, machine
+        >>> model = casadi_model(machine.load("eha-test-bench").unit("axis"))
+        >>> model.function.name_in(), model.function.name_out()
+        (['x', 'u', 'slope', 'p'], ['dx', 'y'])
+        >>> model.states[:3], model.inputs
+        (('position', 'velocity', 'pressure_chamber_a'), ('motor_speed', 'load'))
+        >>> rate = model.function(x=model.x0(load=5e3), u=[100.0, 5e3], slope=0, p=model.p0)["dx"]
+        >>> rate.shape
+        (7, 1)
+    """
+    built: Any = build(name, unit) if isinstance(unit, Unit) else unit
+    model = circuit(built)
+    ode = model.ode
+    y = ca.vertcat(*(output.expression for output in ode.outputs))
+    arguments, names = [ode.x, ode.u, ode.slope, ode.p], ["x", "u", "slope", "p"]
+    return CasadiModel(
+        function=ca.Function(name, arguments, [ode.rhs, y], names, ["dx", "y"]),
+        states=tuple(state.name for state in ode.states),
+        inputs=ode.inputs,
+        parameters=ode.parameters,
+        outputs=tuple(output.name for output in ode.outputs),
+        state_units=tuple(state.unit for state in ode.states),
+        output_units=tuple(output.unit for output in ode.outputs),
+        p0=model.values,
+        unit=built,
+        circuit=model,
+    )

@@ -1,0 +1,61 @@
+"""The check valve that a pilot pressure opens backwards."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import casadi as ca
+
+from ramsight.plant.valve import orifice_flow
+
+if TYPE_CHECKING:
+    from ramsight.plant.circuit import Circuit
+
+_PILOT_RANGE = 2e5  # Pa at the seat, from shut to fully open, [G]
+
+
+@dataclass(frozen=True)
+class PilotCheckValve:
+    """A check valve that a pilot pressure opens the other way too.
+
+    It opens backwards in proportion, from where the pilot's force over the seat exceeds what presses the cone shut
+    until a further 2 bar at the seat.
+
+    Args:
+        name: of the part.
+        inlet, outlet: nodes; oil passes freely from inlet to outlet.
+        pilot: node whose pressure opens it.
+        cracking_pressure: of the free direction, and of the spring [Pa].
+        conductance: Q / sqrt(pressure difference) when open [m3/s/sqrt(Pa)].
+        pilot_ratio: area of the pilot piston over that of the seat [1].
+    """
+
+    name: str
+    inlet: str
+    outlet: str
+    pilot: str
+    cracking_pressure: float
+    conductance: float
+    pilot_ratio: float
+
+    def opening(self, inlet: Any, outlet: Any, pilot: Any) -> Any:
+        """How far the pilot holds it open, 0 to 1, at absolute pressures [Pa]."""
+        surplus = self.pilot_ratio * (pilot - inlet) - (outlet - inlet) - self.cracking_pressure
+        return ca.fmin(ca.fmax(surplus / _PILOT_RANGE, 0.0), 1.0)
+
+    def flow(self, inlet: Any, outlet: Any, pilot: Any) -> Any:
+        """Flow from inlet to outlet [m3/s] at absolute pressures [Pa]."""
+        difference, opening = inlet - outlet, self.opening(inlet, outlet, pilot)
+        spring = (1.0 - opening) * self.cracking_pressure  # the pilot takes the spring's part
+        free = orifice_flow(self.conductance, ca.fmax(difference - spring, 0.0))
+        back = opening * orifice_flow(self.conductance, ca.fmin(difference, 0.0))
+        return free + back
+
+    def connect(self, circuit: Circuit) -> None:
+        """Add the flow, its throttling loss and the opening as an output."""
+        inlet, outlet, pilot = (circuit.pressure(node) for node in (self.inlet, self.outlet, self.pilot))
+        flow = self.flow(inlet, outlet, pilot)
+        circuit.flow(self.name, self.inlet, self.outlet, flow)
+        circuit.loss(f"{self.name}.throttling", flow * (inlet - outlet))
+        circuit.output(f"{self.name}.opening", "1", self.opening(inlet, outlet, pilot))
