@@ -1,0 +1,58 @@
+"""What is written down is true: examples run, and the figures are those of the benchmark."""
+
+import doctest
+import importlib
+import json
+import pkgutil
+import re
+from pathlib import Path
+
+import pytest
+
+import ramsight
+
+ROOT = Path(__file__).parent.parent
+MODULES = sorted(
+    m.name for m in pkgutil.walk_packages(ramsight.__path__, "ramsight.") if not m.name.endswith("__main__")
+)
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_examples_in_docstrings_run(name):
+    outcome = doctest.testmod(importlib.import_module(name), optionflags=doctest.NORMALIZE_WHITESPACE)
+    assert outcome.failed == 0
+
+
+def test_the_readmes_python_runs(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    (block,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), flags=re.DOTALL)
+    names = {}
+    exec(block, names)
+    assert names["now"].position == pytest.approx(0.1)
+    assert names["track"].sizes["time"] > 1000
+
+
+def test_the_readme_names_verbs_that_exist():
+    from ramsight.cli import app
+
+    verbs = {command.name or command.callback.__name__ for command in app.registered_commands}
+    verbs |= {group.name for group in app.registered_groups}
+    named = set(re.findall(r"^ramsight (\w+)", (ROOT / "README.md").read_text(), flags=re.MULTILINE))
+    assert named
+    assert named <= verbs
+
+
+def test_the_performance_page_quotes_the_benchmark():
+    found, page = json.loads((ROOT / "bench.json").read_text()), (ROOT / "docs" / "performance.md").read_text()
+    quoted = [
+        f"**{found['single_ms']:.2f}**",
+        f"| {found['single_c_ms']:.2f} |",
+        f"| {found['casadi_cvodes_vs_single']:.1f} |",
+        f"| {found['scipy_lsoda_vs_single']:.0f} |",
+        f"**{found['batch_cycles_per_s']:.0f}**",
+        f"| {found['batch_c_cycles_per_s']:.0f} |",
+        f"| {found['cold_start_s']:.1f} |",
+        f"| {found['warm_start_s']:.2f} |",
+    ]
+    assert [figure for figure in quoted if figure not in page] == []
+    assert max(found[key] for key in ("single_error_m", "batch_error_m", "c_error_m")) < 1e-6
