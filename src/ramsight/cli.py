@@ -330,7 +330,7 @@ def leaktest(
 
     Example: ramsight leaktest mining-loader log.csv.gz --unit boom
     """
-    from ramsight.calibration.leak_test import leak_test, leak_test_summary
+    from ramsight.calibration.leakage import leak_test, leak_test_summary
     from ramsight.logs import read_drive_log
     from ramsight.machine import load as load_machine
     from ramsight.plant.ddh import build

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from difflib import get_close_matches
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, Tag, ValidationError
 
 from ramsight.errors import DescriptionError
 from ramsight.machine.declare import Part, declaration, explain
-from ramsight.machine.description import Composed, DirectDriven
-from ramsight.machine.placed import KINDS
 from ramsight.units import name_of
 
 P = TypeVar("P", bound=Part)
@@ -64,7 +62,7 @@ def _one_line(model: type[Part], problem: dict[str, Any], more: int, file: str |
             allowed = declared.range
     elif kind == "union_tag_not_found":
         given = value.get("kind") if isinstance(value, dict) else None
-        message, allowed = "needs the kind of part" if given is None else "unknown choice", ", ".join(KINDS)
+        message, allowed = "needs the kind of part" if given is None else "unknown choice", ", ".join(_choices(field))
         if isinstance(value, dict):
             location, value = [*location, "kind"], given
         else:
@@ -95,7 +93,7 @@ def _field_at(model: type[BaseModel], location: list[str]) -> tuple[type[BaseMod
             while not steps[0].startswith("@"):
                 steps.pop(0)
             tag = steps.pop(0)
-            inner = {"@direct-driven": DirectDriven, "@composed": Composed}.get(tag) or KINDS[tag[1:]]
+            inner = _tagged(field)[tag]
             if not steps:
                 field = None
             holder = inner
@@ -107,6 +105,24 @@ def _field_at(model: type[BaseModel], location: list[str]) -> tuple[type[BaseMod
                 field = None
         holder = inner if isinstance(inner, type) and issubclass(inner, BaseModel) else None
     return holder, field
+
+
+def _tagged(field: Any) -> dict[str, type[BaseModel]]:
+    """The classes that a field may hold, by the tag that tells them apart (`Annotated[Class, Tag("@name")]`)."""
+    found: dict[str, type[BaseModel]] = {}
+    left = [field.annotation, *field.metadata] if field is not None else []
+    while left:
+        annotation = left.pop()
+        arguments = get_args(annotation)
+        tags = [argument.tag for argument in arguments if isinstance(argument, Tag)]
+        found |= {tag: arguments[0] for tag in tags}
+        left += [argument for argument in arguments if not isinstance(argument, Tag)]
+    return found
+
+
+def _choices(field: Any) -> list[str]:
+    """The names of those classes, in alphabetical order."""
+    return sorted(tag.removeprefix("@") for tag in _tagged(field))
 
 
 def _describe(field: Any) -> str:

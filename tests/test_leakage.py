@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ramsight import machine
-from ramsight.calibration.leak_test import LeakTestError, leak_test, leak_test_summary
+from ramsight.calibration.leakage import LeakTestError, leak_test, leak_test_summary
 from ramsight.duty import DriveReport, Duty, report, simulate
 from ramsight.duty.profile import constant, trapezoid_moves
 from ramsight.logs import read_drive_log
