@@ -126,6 +126,7 @@ def test_the_masts_valve_takes_its_time():
 BROKEN = [
     ("press", 'inlet = "tank"\noutlet = "port_a"\nmodel', 'inlet = "port_a"\noutlet = "tank"\nmodel', "has to fill"),
     ("press", 'kind = "pump"\n', 'kind = "pmup"\n', "units.ram.parts.pump_a.kind = 'pmup': unknown choice"),
+    ("press", 'kind = "pump"\n', 'kind = "pmup"\n', "(allowed: accumulator, check valve, hose, "),
     ("press", 'kind = "pump"\n', "", "units.ram.parts.pump_a.kind: needs the kind of part"),
     ("press", 'kind = "pump"\ninlet = "tank"', 'kind = "pump"\ninlet = "Tank 1"', "units.ram.parts.pump_a.inlet"),
     ("press", 'inlet = "tank"', 'inlet = "sump"', "units.ram.parts.pump_a = 'sump': no oil at this node"),

@@ -62,7 +62,10 @@ def _one_line(model: type[Part], problem: dict[str, Any], more: int, file: str |
             allowed = declared.range
     elif kind == "union_tag_not_found":
         given = value.get("kind") if isinstance(value, dict) else None
-        message, allowed = "needs the kind of part" if given is None else "unknown choice", ", ".join(_choices(field))
+        message, allowed = (
+            "needs the kind of part" if given is None else "unknown choice",
+            ", ".join(_choices(_field_at(model, steps[:-1])[1])),
+        )
         if isinstance(value, dict):
             location, value = [*location, "kind"], given
         else:
@@ -115,7 +118,7 @@ def _tagged(field: Any) -> dict[str, type[BaseModel]]:
         annotation = left.pop()
         arguments = get_args(annotation)
         tags = [argument.tag for argument in arguments if isinstance(argument, Tag)]
-        found |= {tag: arguments[0] for tag in tags}
+        found |= dict.fromkeys(tags, arguments[0])
         left += [argument for argument in arguments if not isinstance(argument, Tag)]
     return found
 
