@@ -62,10 +62,8 @@ def _one_line(model: type[Part], problem: dict[str, Any], more: int, file: str |
             allowed = declared.range
     elif kind == "union_tag_not_found":
         given = value.get("kind") if isinstance(value, dict) else None
-        message, allowed = (
-            "needs the kind of part" if given is None else "unknown choice",
-            ", ".join(_choices(_field_at(model, steps[:-1])[1])),
-        )
+        message = "needs the kind of part" if given is None else "unknown choice"
+        allowed = ", ".join(_choices(_field_at(model, steps[:-1])[1]))
         if isinstance(value, dict):
             location, value = [*location, "kind"], given
         else:
@@ -118,7 +116,8 @@ def _tagged(field: Any) -> dict[str, type[BaseModel]]:
         annotation = left.pop()
         arguments = get_args(annotation)
         tags = [argument.tag for argument in arguments if isinstance(argument, Tag)]
-        found |= dict.fromkeys(tags, arguments[0])
+        if tags:
+            found |= dict.fromkeys(tags, arguments[0])
         left += [argument for argument in arguments if not isinstance(argument, Tag)]
     return found
 
