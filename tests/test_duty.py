@@ -169,7 +169,7 @@ def test_the_casadi_model_is_the_plant_that_is_simulated():
     assert model.p(oil_temperature=320.0)[model.parameters.index("oil_temperature")] == 320.0
     with pytest.raises(ValueError, match="no parameter 'oil_temprature'"):
         model.p(oil_temprature=320.0)
-    found = model.function(x=model.x0(0.3, LOAD), u=[0.0, LOAD], slope=0, p=model.p0)
+    found = model(x=model.x0(0.3, LOAD), u=[0.0, LOAD], slope=0, p=model.p0)
     assert abs(float(found["dx"][1])) < 1e-6  # at rest with the load carried, nothing is pushed
     servo = casadi_model(replace(UNIT, drive=boom({"drive.control": "servo"}).drive))
     assert "motor_speed" in servo.states

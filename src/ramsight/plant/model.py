@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -17,27 +16,32 @@ from ramsight.plant.unit import HydraulicUnit, circuit, initial_state
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class CasadiModel:
-    """dx/dt and outputs of a unit: `function(x=, u=, slope=, p=)` gives `dx` and `y`, all in SI.
+class PlantFunction(ca.Function):
+    """dx/dt and outputs of a unit: `plant(x=, u=, slope=, p=)` gives `dx` and `y`, all in SI.
+
+    A `casadi.Function` like any other (Jacobians, code generation, `map`), which also knows what its entries are.
+
+    Args:
+        function: the plain function, the same graph that ramsight simulates.
+        unit: the unit.
+        circuit: its closed circuit.
 
     Attributes:
-        function: the plain `casadi.Function`, the same graph that ramsight simulates.
         states, inputs, parameters, outputs: names of the entries of `x`, `u` (and `slope`), `p` and `y`.
         state_units, output_units: their units.
         p0: the described values of the parameters.
     """
 
-    function: ca.Function
-    states: tuple[str, ...]
-    inputs: tuple[str, ...]
-    parameters: tuple[str, ...]
-    outputs: tuple[str, ...]
-    state_units: tuple[str, ...]
-    output_units: tuple[str, ...]
-    p0: Array
-    unit: HydraulicUnit
-    circuit: CircuitModel
+    def __init__(self, function: ca.Function, unit: HydraulicUnit, circuit: CircuitModel) -> None:
+        super().__init__(function)
+        ode = circuit.ode
+        self.unit, self.circuit = unit, circuit
+        self.states = tuple(state.name for state in ode.states)
+        self.inputs, self.parameters = ode.inputs, ode.parameters
+        self.outputs = tuple(output.name for output in ode.outputs)
+        self.state_units = tuple(state.unit for state in ode.states)
+        self.output_units = tuple(output.unit for output in ode.outputs)
+        self.p0 = circuit.values
 
     def x0(self, position: float | None = None, load: float = 0.0) -> Array:
         """States at rest with the load carried.
@@ -57,7 +61,7 @@ class CasadiModel:
         return self.circuit.parameters(**changes)
 
 
-def casadi_model(unit: HydraulicUnit | Unit, name: str = "plant") -> CasadiModel:
+def casadi_model(unit: HydraulicUnit | Unit, name: str = "plant") -> PlantFunction:
     """The plant of a unit as a `casadi.Function`.
 
     Inputs `u` are the motor's speed [rad/s] (a servo's reference) and the load [N]; `slope` is their rate of change,
@@ -70,11 +74,11 @@ def casadi_model(unit: HydraulicUnit | Unit, name: str = "plant") -> CasadiModel
     Example:
         >>> from ramsight import casadi_model, machine
         >>> model = casadi_model(machine.load("eha-test-bench").unit("axis"))
-        >>> model.function.name_in(), model.function.name_out()
+        >>> model.name_in(), model.name_out()
         (['x', 'u', 'slope', 'p'], ['dx', 'y'])
         >>> model.states[:3], model.inputs
         (('position', 'velocity', 'pressure_chamber_a'), ('motor_speed', 'load'))
-        >>> rate = model.function(x=model.x0(load=5e3), u=[100.0, 5e3], slope=0, p=model.p0)["dx"]
+        >>> rate = model(x=model.x0(load=5e3), u=[100.0, 5e3], slope=0, p=model.p0)["dx"]
         >>> rate.shape
         (7, 1)
     """
@@ -83,15 +87,4 @@ def casadi_model(unit: HydraulicUnit | Unit, name: str = "plant") -> CasadiModel
     ode = model.ode
     y = ca.vertcat(*(output.expression for output in ode.outputs))
     arguments, names = [ode.x, ode.u, ode.slope, ode.p], ["x", "u", "slope", "p"]
-    return CasadiModel(
-        function=ca.Function(name, arguments, [ode.rhs, y], names, ["dx", "y"]),
-        states=tuple(state.name for state in ode.states),
-        inputs=ode.inputs,
-        parameters=ode.parameters,
-        outputs=tuple(output.name for output in ode.outputs),
-        state_units=tuple(state.unit for state in ode.states),
-        output_units=tuple(output.unit for output in ode.outputs),
-        p0=model.values,
-        unit=built,
-        circuit=model,
-    )
+    return PlantFunction(ca.Function(name, arguments, [ode.rhs, y], names, ["dx", "y"]), built, model)
