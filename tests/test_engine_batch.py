@@ -14,6 +14,7 @@ from ramsight.duty.profile import constant
 from ramsight.engine.batch import Job, batches
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import integrate
+from ramsight.plant.build import build as build_any
 from ramsight.plant.ddh import build, circuit, initial_state
 
 UNIT = build("boom", machine.load("mining-loader").unit("boom"))
@@ -53,6 +54,29 @@ def test_runs_may_differ_in_corners_and_temperature():
     (found,) = batches(MODEL.ode, runs)
     for k, one in enumerate(runs):
         alone = integrate(MODEL.ode, one.initial, one.segments, one.segments.end[-1:])
+        np.testing.assert_allclose(found.final[k], alone.state[0], rtol=1e-12, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "changes"),
+    [
+        ("mining-loader", "boom", {"drive.control": "servo", "oil.free_air": "0.5 %"}),
+        ("eha-single-rod", "axis", {}),
+    ],
+)
+def test_other_circuits_and_options_run_in_lanes_too(name, unit, changes):
+    built = build_any(unit, machine.load(name).unit(unit).replace(changes))
+    model = circuit(built)
+    runs = []
+    for k in range(9):
+        duty = lift_lower(built, 9e3 + 1.5e3 * k, 300.0 + 3.0 * k, hold=0.4)
+        segments = duty.segments(model.values, model.ode.parameters.index("oil_temperature"))
+        start = initial_state(built, model, duty.start_position, float(duty.load(0.0)))
+        runs.append(Job(start, segments))
+    (found,) = batches(model.ode, runs)
+    assert found.outcome == [Outcome.DONE] * len(runs)
+    for k, one in enumerate(runs):
+        alone = integrate(model.ode, one.initial, one.segments, one.segments.end[-1:])
         np.testing.assert_allclose(found.final[k], alone.state[0], rtol=1e-12, atol=1e-15)
 
 
