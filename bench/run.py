@@ -28,7 +28,8 @@ from ramsight import machine
 from ramsight.duty import lift_lower
 from ramsight.engine.batch import Job, batches
 from ramsight.engine.run import DEFAULT_RTOL, integrate
-from ramsight.plant.ddh import build, circuit, initial_state
+from ramsight.plant.ddh import build
+from ramsight.plant.unit import circuit, initial_state
 
 LIMIT = 1e-6  # m, what every engine has to keep
 RUNS = 1024

@@ -15,7 +15,8 @@ from ramsight.engine.batch import Job, batches
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import integrate
 from ramsight.plant.build import build as build_any
-from ramsight.plant.ddh import build, circuit, initial_state
+from ramsight.plant.ddh import build
+from ramsight.plant.unit import circuit, initial_state
 
 UNIT = build("boom", machine.load("mining-loader").unit("boom"))
 MODEL = circuit(UNIT)

@@ -12,7 +12,8 @@ from ramsight.duty.profile import constant
 from ramsight.engine.run import integrate, outputs
 from ramsight.logs import read_truth
 from ramsight.plant.cylinder import ATMOSPHERE, friction_force
-from ramsight.plant.ddh import build, circuit, initial_state
+from ramsight.plant.ddh import build
+from ramsight.plant.unit import circuit, initial_state
 from ramsight.plant.valve import orifice_flow
 from ramsight.study.errors import first_stop_contact
 

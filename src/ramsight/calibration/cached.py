@@ -15,7 +15,8 @@ from ramsight.duty.lift_lower import SPEED
 from ramsight.engine.cache import cache_directory, content_hash, instructions
 from ramsight.engine.run import DEFAULT_RTOL
 from ramsight.errors import OutputError
-from ramsight.plant.ddh import DdhUnit, circuit
+from ramsight.plant.ddh import DdhUnit
+from ramsight.plant.unit import circuit
 from ramsight.sensor.table import MovementTable
 
 

@@ -15,7 +15,8 @@ from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import integrate, outputs
 from ramsight.errors import SimulationError
 from ramsight.plant.circuit import CircuitModel
-from ramsight.plant.ddh import DdhUnit, circuit, initial_state
+from ramsight.plant.ddh import DdhUnit
+from ramsight.plant.unit import circuit, initial_state
 from ramsight.sensor.table import MovementTable
 
 Array = NDArray[np.float64]

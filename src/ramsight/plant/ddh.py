@@ -19,10 +19,7 @@ from ramsight.plant.drive import Drive
 from ramsight.plant.hose import Hose, Volume
 from ramsight.plant.oil import Oil
 from ramsight.plant.pump import Pump
-from ramsight.plant.unit import circuit, initial_state
 from ramsight.plant.valve import CheckValve, ReliefValve, SafetyValve
-
-__all__ = ["DdhUnit", "Side", "build", "circuit", "initial_state"]
 
 
 @dataclass(frozen=True)
