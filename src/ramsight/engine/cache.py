@@ -18,7 +18,7 @@ import casadi as ca
 
 from ramsight.engine import llvm
 
-_COMPILE = "nb.njit(cache=True, nogil=True, error_model='numpy', fastmath={'contract', 'nsz', 'arcp', 'afn'})"
+_OPTIONS = "nogil=True, error_model='numpy', fastmath={'contract', 'nsz', 'arcp', 'afn'}"
 _loaded: dict[str, CompiledModule] = {}
 
 
@@ -91,7 +91,7 @@ def _wrapper(name: str, function: ca.Function, width: int) -> list[str]:
     arguments = ", ".join(dict.fromkeys(inputs + outputs))
     return [
         f"_{name} = operations(lambda: load({name!r}), {width})",
-        "@compiled",
+        "@inner",
         f"def {name}({arguments}):",
         f"    _{name}(({', '.join(inputs)},), ({', '.join(outputs)},))",
         "",
@@ -123,7 +123,10 @@ def generated_module(
         "",
     ]
     lines += [f"{name} = {value!r}" for name, value in constants.items()]
-    lines += [f"compiled = {_COMPILE}", "load = program_loader(__file__)", ""]
+    # What only other compiled functions call becomes part of their code, and is compiled with it.
+    inner = f"nb.njit(inline='always', {_OPTIONS})" if body else "compiled"
+    lines += [f"compiled = nb.njit(cache=True, {_OPTIONS})", f"inner = {inner}"]
+    lines += ["load = program_loader(__file__)", ""]
     for name, function in functions.items():
         lines += _wrapper(name, function, (widths or {}).get(name, 1))
     lines += [line if not line.startswith("def ") else f"@compiled\n{line}" for line in body.splitlines()]
