@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from c_source import c_function
 
-from ramsight.engine.ode_module import _pieces
+from ramsight.engine.ode_module import pieces
 
 HERE = Path(__file__).parent
 
@@ -22,9 +22,9 @@ class CEngine:
     """`integrate` for one run, `integrate_lanes` for many, from the model's graphs by gcc -O3 -march=native."""
 
     def __init__(self, model, folder):
-        functions, sizes = _pieces(model)
+        functions, sizes = pieces(model)
         skip = {"outputs", "dense", "extremes"}
-        header = [f"#define {k} {v}" for k, v in sizes.items() if k != "CORNER_STEP"]
+        header = [f"#define {k} {v}" for k, v in sizes.items() if not k.endswith("_STEP")]
         header.append(f"#define NP {model.p.numel()}")
         header += [c_function(name, f) for name, f in functions.items() if name not in skip]
         Path(folder, "model.h").write_text("\n".join(header))

@@ -121,6 +121,12 @@ def new(
 _MACHINE = Annotated[str, typer.Argument(help="A description file, or a catalogue name.")]
 
 
+def _say_written(*paths: Path | None) -> None:
+    for path in paths:
+        if path is not None:
+            typer.echo(f"{path}: written")
+
+
 @app.command()
 def simulate(
     machine: _MACHINE,
@@ -191,9 +197,7 @@ def simulate(
     if truth is not None:
         write_table({"time_s": run["time"].values, "position_m": run["position"].values}, truth)
     typer.echo(run_summary(run))
-    for path in (out, log, truth):
-        if path is not None:
-            typer.echo(f"{path}: written")
+    _say_written(out, log, truth)
 
 
 @app.command()
@@ -251,9 +255,7 @@ def track(
     typer.echo(track_summary(tracked))
     if errors is not None:
         typer.echo(errors)
-    for path in (out, figure):
-        if path is not None:
-            typer.echo(f"{path}: written")
+    _say_written(out, figure)
 
 
 @app.command()

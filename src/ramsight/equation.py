@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -81,9 +80,3 @@ class OdeModel:
     def state_index(self, name: str) -> int:
         """Place of a state in `x`."""
         return next(i for i, state in enumerate(self.states) if state.name == name)
-
-    def outputs_as_function(self, names: Sequence[str]) -> ca.Function:
-        """The named outputs as one column, in the given order."""
-        by_name = {output.name: output.expression for output in self.outputs}
-        column = ca.vertcat(*(by_name[name] for name in names))
-        return ca.Function("outputs", [self.x, self.u, self.slope, self.p], [column])

@@ -70,6 +70,5 @@ def calibrated(
             return load(file)
     movement = calibrate(unit, motor_speed=motor_speed, temperatures=temperatures, loads=loads, advance=advance)
     with suppress(OSError, OutputError):
-        file.parent.mkdir(parents=True, exist_ok=True)
         save(movement, file)
     return movement

@@ -124,9 +124,7 @@ def leak_test(unit: DdhUnit, log: xarray.Dataset) -> LeakTest:
 
 def _held(unit: DdhUnit) -> tuple[Chamber, Chamber]:
     """The load-holding side and the other one."""
-    c = unit.cylinder
-    a = Chamber(unit.a, c.area_a, c.dead_volume_a, 1.0, unit.oil)
-    b = Chamber(unit.b, c.area_b, c.dead_volume_b, -1.0, unit.oil)
+    a, b = (Chamber.of(getattr(unit, name), name, unit.cylinder, unit.oil) for name in "ab")
     return (a, b) if unit.held == "a" else (b, a)
 
 

@@ -57,9 +57,7 @@ class Sweep:
 
 def relief_load(unit: DdhUnit) -> float:
     """Load at which the held side's pressure reaches the relief setting, friction left out [N]."""
-    area = unit.cylinder.area_a if unit.held == "a" else unit.cylinder.area_b
-    side = unit.a if unit.held == "a" else unit.b
-    return side.relief.setting * area
+    return float(unit.held_side.relief.setting * unit.cylinder.area(unit.held))
 
 
 def sweep(
@@ -177,7 +175,7 @@ def _run(
         raise SimulationError(f"{unit.name} at {load:.0f} N and {temperature - 273.15:.0f} degC: {run.message}")
     x = run.state[:, ode.state_index("position")]
     computed = outputs(ode, segments, time, run.state)
-    pump = unit.a.pump if unit.held == "a" else unit.b.pump
+    pump = unit.held_side.pump
     relieved = np.mean(computed[f"relief_{unit.held}.flow"]) / (pump.geared_displacement * abs(motor_speed))
     movement = (x[-1] - x[0]) / (motor_speed * (time[-1] - time[0]))
     return float(movement), float(np.mean(computed["motor_torque"])), float(relieved)

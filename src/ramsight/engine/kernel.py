@@ -12,6 +12,7 @@ DONE, PAUSED, TOO_SMALL, NOT_FINITE = 0, 1, 2, 3
 
 # places in `progress`: what a paused run carries on with
 SEGMENT, TIME, STEP, REJECTED, ACCEPTED, REFUSED, SAMPLE, RECORDED, BAD_STATE = range(9)
+SLOTS = 9
 
 
 def integrate(

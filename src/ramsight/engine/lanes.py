@@ -2,14 +2,16 @@
 """The adaptive loop for many runs, `W` of them side by side in vector registers. Copied into generated modules.
 
 Each lane has its own time and step; a lane whose run has ended takes the next run from the queue, so that no lane waits
-for a slower one. The names `N`, `NU`, `NJ`, `NW`, `NQ`, `W`, `CORNER_STEP` and the functions `prepare` (one run) and
-`begin`, `rhs_jacobian`, `factor`, `stage_0` ... `finish`, `conclude`, `extremes` (all lanes) are that module's own.
+for a slower one. The names `N`, `NU`, `NJ`, `NW`, `NQ`, `W`, `FIRST_STEP`, `CORNER_STEP` and the functions `prepare`
+(one run) and `begin`, `rhs_jacobian`, `factor`, `stage_0` ... `finish`, `conclude`, `extremes` (all lanes) are that
+module's own.
 """
 
 # ruff: noqa: F821
 import numpy as np
 
 FINISHED, TOO_MANY, STUCK = 0, 1, 2
+IDLE, EMPTY = -1, -2
 
 
 def integrate_lanes(corners, values, slopes, parameters, segment_of, rtol, atol, max_steps, states, least, most, ended):
@@ -37,33 +39,37 @@ def integrate_lanes(corners, values, slopes, parameters, segment_of, rtol, atol,
     )
     t, t0, t1 = np.zeros((1, W)), np.zeros((1, W)), np.ones((1, W))
     h_next, rejected = np.full((1, W), CORNER_STEP), np.zeros((1, W))
-    run, segment = np.full(W, -1), np.zeros(W, np.int64)
+    run, segment = np.full(W, EMPTY), np.zeros(W, np.int64)
     steps, refused = np.zeros(W, np.int64), np.zeros(W, np.int64)
     q1 = np.empty(NQ)
     for i in range(N):
         for j in range(W):
             tolerance[i, j] = atol[i]
-    queued, active = 0, 0
-    for j in range(W):
-        # Lanes without a run of their own copy the first: their numbers stay harmless and are never stored.
-        r = min(queued, runs - 1)
-        s = segment_of[r]
-        prepare(parameters[s if per_segment else r], q1)
-        for i in range(NQ):
-            q[i, j] = q1[i]
-        for i in range(N):
-            y[i, j] = low[i, j] = high[i, j] = states[r, i]
-        for i in range(NU):
-            start_u[i, j], slope[i, j] = values[s, i], slopes[s, i]
-        t[0, j] = t0[0, j] = corners[s, 0]
-        t1[0, j] = corners[s, 1]
-        h_next[0, j] = 1e-4
-        segment[j] = s
-        if queued < runs:
-            run[j] = queued
-            queued += 1
-            active += 1
-    while active > 0:
+    queued, active, empty = 0, 0, W
+    while True:
+        # A lane that is empty takes the next run; with none left it copies the first, whose numbers stay harmless.
+        for j in range(W if empty > 0 else 0):
+            if run[j] != EMPTY:
+                continue
+            r, run[j] = 0, IDLE
+            if queued < runs:
+                r, run[j] = queued, queued
+                queued += 1
+                active += 1
+            s = segment_of[r]
+            prepare(parameters[s if per_segment else r], q1)
+            for i in range(NQ):
+                q[i, j] = q1[i]
+            for i in range(N):
+                y[i, j] = low[i, j] = high[i, j] = states[r, i]
+            for i in range(NU):
+                start_u[i, j], slope[i, j] = values[s, i], slopes[s, i]
+            t[0, j] = t0[0, j] = corners[s, 0]
+            t1[0, j], segment[j] = corners[s, 1], s
+            h_next[0, j], rejected[0, j], steps[j], refused[j] = FIRST_STEP, 0.0, 0, 0
+        empty = 0
+        if active == 0:
+            break
         begin(t, t0, t1, h_next, longest, start_u, slope, h, c, u0)
         rhs_jacobian(y, u0, slope, q, f, jac, ft)
         factor(jac, c, w)
@@ -78,7 +84,7 @@ def integrate_lanes(corners, values, slopes, parameters, segment_of, rtol, atol,
         extremes(y, low, high)
         for j in range(W):
             r = run[j]
-            if r < 0:
+            if r == IDLE:
                 # An idle lane stands still.
                 t[0, j], h_next[0, j] = t0[0, j], CORNER_STEP
                 for i in range(N):
@@ -111,23 +117,6 @@ def integrate_lanes(corners, values, slopes, parameters, segment_of, rtol, atol,
             ended[r, 0], ended[r, 1], ended[r, 2], ended[r, 3] = outcome, steps[j] - refused[j], refused[j], t[0, j]
             for i in range(N):
                 states[r, i], least[r, i], most[r, i] = y[i, j], low[i, j], high[i, j]
-            run[j] = -1
+            run[j] = EMPTY
             active -= 1
-            if queued < runs:
-                r = queued
-                run[j] = r
-                queued += 1
-                active += 1
-            else:
-                r = 0  # harmless numbers for an idle lane
-            s = segment_of[r]
-            prepare(parameters[s if per_segment else r], q1)
-            for i in range(NQ):
-                q[i, j] = q1[i]
-            for i in range(N):
-                y[i, j] = low[i, j] = high[i, j] = states[r, i]
-            for i in range(NU):
-                start_u[i, j], slope[i, j] = values[s, i], slopes[s, i]
-            t[0, j] = t0[0, j] = corners[s, 0]
-            t1[0, j], segment[j] = corners[s, 1], s
-            h_next[0, j], rejected[0, j], steps[j], refused[j] = 1e-4, 0.0, 0, 0
+            empty += 1

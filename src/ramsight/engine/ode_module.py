@@ -13,6 +13,7 @@ from ramsight.engine.cache import CompiledModule, generated_module, hold
 from ramsight.equation import OdeModel
 
 WIDTH = 8  # runs side by side: one AVX-512 register of doubles, two of AVX2
+FIRST_STEP = 1e-4  # s; of a run
 _CORNER_STEP = 1e-3  # s; the first step after a corner of the inputs
 
 _SAMPLE_OUTPUTS = """
@@ -30,14 +31,14 @@ def sample_outputs(x, u, slope, parameters, row, out):
 @lru_cache(maxsize=256)
 def compile_ode(model: OdeModel) -> CompiledModule:
     """The compiled functions of a model: `integrate`, `sample_outputs` and the parts they are made of."""
-    functions, constants = _pieces(model)
+    functions, constants = pieces(model)
     return generated_module(functions, constants, _loop(kernel, "DONE, PAUSED") + _SAMPLE_OUTPUTS)
 
 
 @lru_cache(maxsize=64)
 def compile_lanes(model: OdeModel) -> CompiledModule:
     """`integrate_lanes` of a model, for many runs at once."""
-    functions, constants = _pieces(model)
+    functions, constants = pieces(model)
     needed = {name: function for name, function in functions.items() if name not in {"outputs", "dense"}}
     widths = {name: WIDTH for name in needed if name != "prepare"}
     return generated_module(needed, constants | {"W": WIDTH}, _loop(lanes, "FINISHED, TOO_MANY"), widths)
@@ -49,7 +50,7 @@ def _loop(module: ModuleType, first: str) -> str:
     return source[source.index(first) :]
 
 
-def _pieces(model: OdeModel) -> tuple[dict[str, ca.Function], dict[str, object]]:
+def pieces(model: OdeModel) -> tuple[dict[str, ca.Function], dict[str, object]]:
     """The functions that a loop calls, and the constants that it knows."""
     x, u, slope = model.x, model.u, model.slope
     jacobian = ca.jacobian(model.rhs, x)
@@ -76,6 +77,7 @@ def _pieces(model: OdeModel) -> tuple[dict[str, ca.Function], dict[str, object]]
         "NJ": nnz,
         "NW": solver.n_factors,
         "NQ": q.numel(),
+        "FIRST_STEP": FIRST_STEP,
         "CORNER_STEP": _CORNER_STEP,
     }
     return functions, constants

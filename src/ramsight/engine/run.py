@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.engine.ode_module import compile_ode
+from ramsight.engine import kernel
+from ramsight.engine.ode_module import FIRST_STEP, compile_ode
 from ramsight.engine.outcome import Outcome
 from ramsight.equation import OdeModel
 
@@ -102,35 +103,37 @@ def integrate(
     sample_state = np.empty((len(sample_time), len(y)))
     early = int(np.searchsorted(sample_time, segments.start[0], side="right"))
     sample_state[:early] = y
-    progress = np.zeros(16)
-    progress[1], progress[2], progress[6], progress[8] = segments.start[0], 1e-4, early, -1
+    progress = np.zeros(kernel.SLOTS)
+    progress[kernel.TIME], progress[kernel.STEP] = segments.start[0], FIRST_STEP
+    progress[kernel.SAMPLE], progress[kernel.BAD_STATE] = early, -1
     capacity = _BUFFER if record_steps else 0
     step_time, step_state = np.empty(capacity), np.empty((capacity, len(y)))
     kept_time, kept_state = [np.array([segments.start[0]])], [y[None].copy()]
     code = compiled.PAUSED
-    while code == compiled.PAUSED and progress[4] + progress[5] < max_steps:
-        before = progress[1]
-        budget = min(float(max_steps), progress[4] + progress[5] + _BUFFER)
+    while code == compiled.PAUSED and progress[kernel.ACCEPTED] + progress[kernel.REFUSED] < max_steps:
+        before = progress[kernel.TIME]
+        budget = min(float(max_steps), progress[kernel.ACCEPTED] + progress[kernel.REFUSED] + _BUFFER)
         code = compiled.integrate(
             table, segments.slope, segments.parameters, rtol, atol, max_step, y, progress, budget,
             sample_time, sample_state, step_time, step_state,
         )  # fmt: skip
         if record_steps:
-            n = int(progress[7])
+            n = int(progress[kernel.RECORDED])
             kept_time.append(step_time[:n].copy())
             kept_state.append(step_state[:n].copy())
-            progress[7] = 0
+            progress[kernel.RECORDED] = 0
         if advance is not None:
-            advance((segments.end[-1] if code == compiled.DONE else progress[1]) - before)
+            advance((segments.end[-1] if code == compiled.DONE else progress[kernel.TIME]) - before)
     outcome = {
         compiled.DONE: Outcome.DONE,
         compiled.PAUSED: Outcome.TOO_MANY_STEPS,
         compiled.TOO_SMALL: Outcome.STEP_TOO_SMALL,
         compiled.NOT_FINITE: Outcome.NOT_FINITE,
     }[code]
-    bad = int(progress[8])
-    message = outcome.sentence(time=progress[1], state=model.states[bad].name if bad >= 0 else "", limit=max_steps)
-    n = int(progress[6])
+    bad = int(progress[kernel.BAD_STATE])
+    state = model.states[bad].name if bad >= 0 else ""
+    message = outcome.sentence(time=progress[kernel.TIME], state=state, limit=max_steps)
+    n = int(progress[kernel.SAMPLE])
     return Trajectory(
         outcome=outcome,
         message=message,
@@ -138,8 +141,8 @@ def integrate(
         state=sample_state[:n],
         step_time=np.concatenate(kept_time),
         step_state=np.concatenate(kept_state),
-        accepted=int(progress[4]),
-        rejected=int(progress[5]),
+        accepted=int(progress[kernel.ACCEPTED]),
+        rejected=int(progress[kernel.REFUSED]),
     )
 
 

@@ -49,8 +49,7 @@ class ComposedUnit:
     @property
     def travel_per_radian(self) -> float:
         """Ideal travel per motor angle on the load-holding side [m/rad]."""
-        area = self.cylinder.area_a if self.held == "a" else self.cylinder.area_b
-        return abs(pumped_into(self, self.held)) / area
+        return float(abs(pumped_into(self, self.held)) / self.cylinder.area(self.held))
 
     def parts(self) -> tuple[Part, ...]:
         """All parts."""

@@ -72,6 +72,14 @@ class Cylinder:
     load_sign: float
     seal_leak: float | None = None
 
+    def area(self, side: str) -> Any:
+        """Piston area on side "a" or "b", all cylinders together [m2]."""
+        return self.area_a if side == "a" else self.area_b
+
+    def dead_volume(self, side: str) -> Any:
+        """Chamber volume at zero stroke of side "a" or "b" [m3]."""
+        return self.dead_volume_a if side == "a" else self.dead_volume_b
+
     def friction(self, velocity: Any) -> Any:
         """Friction force [N] at a velocity [m/s]."""
         return friction_force(

@@ -70,10 +70,14 @@ class DdhUnit:
         return (self.drive, self.cylinder, *self.a.parts(), *self.b.parts(), *self.extra)
 
     @property
+    def held_side(self) -> Side:
+        """The parts of that side."""
+        return self.a if self.held == "a" else self.b
+
+    @property
     def travel_per_radian(self) -> float:
         """Ideal travel per motor angle on the load-holding side [m/rad]."""
-        side, area = (self.a, self.cylinder.area_a) if self.held == "a" else (self.b, self.cylinder.area_b)
-        return float(side.pump.geared_displacement / area)
+        return float(self.held_side.pump.geared_displacement / self.cylinder.area(self.held))
 
 
 def build(name: str, unit: Unit) -> DdhUnit:

@@ -10,7 +10,7 @@ from ramsight.machine.description import Unit
 from ramsight.plant.cylinder import ATMOSPHERE
 from ramsight.plant.pilot_check import PilotCheckValve
 from ramsight.plant.pump import Pump
-from ramsight.plant.unit import HydraulicUnit, pumped_into, side_nodes
+from ramsight.plant.unit import HydraulicUnit, opposite, pumped_into, side_nodes
 from ramsight.plant.valve import ReliefValve
 
 _ROUNDS = 60  # of the fixed point between velocity and viscous friction, which contracts a thousandfold a round
@@ -105,8 +105,7 @@ def derive(unit: HydraulicUnit) -> Derived:
 
 def _areas(unit: HydraulicUnit) -> tuple[float, float]:
     """Piston area of the side that holds the load, and of the other one [m2]."""
-    areas = (unit.cylinder.area_a, unit.cylinder.area_b)
-    return areas if unit.held == "a" else areas[::-1]
+    return unit.cylinder.area(unit.held), unit.cylinder.area(opposite(unit.held))
 
 
 def torque_at_load(
@@ -167,7 +166,7 @@ def _steady(
     """Return held pressure [Pa], motor torque [N m] and magnitude of the velocity [m/s] at a motor speed."""
     area, other = _areas(unit)
     held = side_nodes(unit, unit.held)
-    opposite = side_nodes(unit, "b" if unit.held == "a" else "a")
+    unloaded = side_nodes(unit, opposite(unit.held))
     pumps = [part for part in unit.parts() if isinstance(part, Pump)]
     viscosity, density = unit.oil.viscosity(temperature), unit.oil.density_at(temperature)
     direction = math.copysign(1.0, lifting_speed)
@@ -177,7 +176,7 @@ def _steady(
 
     def rise(pump: Pump) -> float:
         ends = (pump.outlet, pump.inlet)
-        above = [pressure if node in held else low if node in opposite else tank for node in ends]
+        above = [pressure if node in held else low if node in unloaded else tank for node in ends]
         return above[0] - above[1]
 
     for _ in range(_ROUNDS):

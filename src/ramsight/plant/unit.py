@@ -73,6 +73,11 @@ def reach(parts: Sequence[Part], start: str, through: str) -> frozenset[str]:
     return frozenset(found)
 
 
+def opposite(side: str) -> str:
+    """The other side of the cylinder: "b" of "a", "a" of "b"."""
+    return "b" if side == "a" else "a"
+
+
 def side_nodes(unit: HydraulicUnit, side: str) -> frozenset[str]:
     """Nodes on one side of the cylinder, "a" or "b", up to its pumps."""
     return reach(unit.parts(), unit.cylinder.node_a if side == "a" else unit.cylinder.node_b, "passage")

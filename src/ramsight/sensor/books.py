@@ -16,6 +16,7 @@ import casadi as ca
 
 from ramsight.plant.cylinder import ATMOSPHERE, Cylinder
 from ramsight.plant.ddh import DdhUnit, Side
+from ramsight.plant.unit import opposite
 from ramsight.sensor.chamber import Chamber
 from ramsight.sensor.virtual_sensor import SensorGraph
 
@@ -71,33 +72,22 @@ class Books:
         step: movement of the piston since the last sample [m].
         travel: distance of the piston from the held side's end before the sample [m].
         cylinder: the cylinder's symbols.
-        held, other: the side that holds the load, and the other one.
+        held: the side that holds the load.
         held_pressure, other_pressure: of the chambers [Pa].
-        manifold_pressure: on the held side, straight from the torque [Pa].
         highest_pressure: in either manifold, without the torque's noise [Pa].
         load: [N], positive against lifting.
-        capacity: of the held chamber and its hose [m3/Pa].
-        open: whether the safety valve lets the torque see the held chamber.
-        lowering: whether it is commanded open.
         turning: whether the motor turns or has turned just now.
-        known: whether the load has been seen since the start.
     """
 
     step: Any
     travel: Any
     cylinder: Cylinder
     held: Chamber
-    other: Chamber
     held_pressure: Any
     other_pressure: Any
-    manifold_pressure: Any
     highest_pressure: Any
     load: Any
-    capacity: Any
-    open: Any
-    lowering: Any
     turning: Any
-    known: Any
 
 
 def _sides(
@@ -116,11 +106,9 @@ def _sides(
         leak = pump.leak_factor * factors.leak / factors.displacement
         parts["pump"] = replace(pump, displacement=pump.displacement * factors.displacement, leak_factor=leak)
         parts["hose"] = replace(hose, bulk_modulus=hose.bulk_modulus / factors.compliance)
-        on_a = name == "a"
-        area, dead = (cylinder.area_a, cylinder.dead_volume_a) if on_a else (cylinder.area_b, cylinder.dead_volume_b)
-        return Chamber(Side(**parts), area, dead, 1.0 if on_a else -1.0, oil)
+        return Chamber.of(Side(**parts), name, cylinder, oil)
 
-    return chamber(unit.held), chamber("b" if unit.held == "a" else "a")
+    return chamber(unit.held), chamber(opposite(unit.held))
 
 
 def keep_books(graph: SensorGraph, unit: DdhUnit, tuning: Tuning, factors: Factors) -> Books:
@@ -236,15 +224,9 @@ def keep_books(graph: SensorGraph, unit: DdhUnit, tuning: Tuning, factors: Facto
         travel=travel,
         cylinder=cylinder,
         held=held,
-        other=other,
         held_pressure=chamber_1,
         other_pressure=other_1,
-        manifold_pressure=manifold_1,
         highest_pressure=ca.fmax(chamber_1 + ca.fmax(drop, 0.0), other_1),
         load=held.area * chamber_1 - other.area * other_1 + rod,
-        capacity=capacity_held,
-        open=open_,
-        lowering=lowering,
         turning=turning,
-        known=known,
     )

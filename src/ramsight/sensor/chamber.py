@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Self
 
 import casadi as ca
 
+from ramsight.plant.cylinder import Cylinder
 from ramsight.plant.ddh import Side
 from ramsight.plant.hose import Hose
 from ramsight.plant.pump import friction_coefficient
@@ -26,6 +27,11 @@ class Chamber:
         self.side, self.area, self.dead_volume = side, area, dead_volume
         self.flow_sign, self.oil = flow_sign, oil
         self.belt = side.pump.belt
+
+    @classmethod
+    def of(cls, side: Side, name: str, cylinder: Cylinder, oil: Any) -> Self:
+        """The chamber of side "a" or "b"."""
+        return cls(side, cylinder.area(name), cylinder.dead_volume(name), 1.0 if name == "a" else -1.0, oil)
 
     def delivered(self, angle: Any) -> Any:
         """Oil that the pump moves into this side while the motor turns by an angle [m3]."""

@@ -108,12 +108,6 @@ class Bench:
         """Position of the stop that the load pushes to [m]."""
         return 0.0 if self.unit.lift_sign > 0.0 else self.unit.cylinder.stroke
 
-    @property
-    def held_area(self) -> float:
-        """Area of the side that holds the load [m2]."""
-        cylinder = self.unit.cylinder
-        return cylinder.area_a if self.unit.held == "a" else cylinder.area_b
-
     def at(self, share: float) -> float:
         """Position [m] at a share of the stroke from the lowered end."""
         return self.lowered_end + share * self.unit.cylinder.stroke * self.unit.lift_sign
