@@ -122,14 +122,8 @@ def leak_test(unit: DdhUnit, log: xarray.Dataset) -> LeakTest:
     )
 
 
-def _held(unit: DdhUnit) -> tuple[Chamber, Chamber]:
-    """The load-holding side and the other one."""
-    a, b = (Chamber.of(getattr(unit, name), name, unit.cylinder, unit.oil) for name in "ab")
-    return (a, b) if unit.held == "a" else (b, a)
-
-
 def _stretches(unit: DdhUnit, log: xarray.Dataset) -> list[Stretch]:
-    held, other = _held(unit)
+    held, other = Chamber.pair(unit)
     time, speed = log["time"].values, log["motor_speed"].values
     lifting = held.flow_sign * speed > _SLOWEST
     steady = lifting & (np.abs(speed - np.concatenate([speed[:1], speed[:-1]])) < _STEADY)
@@ -175,7 +169,7 @@ def _load_pressure(unit: DdhUnit, log: xarray.Dataset) -> float | None:
     sensor = balance(unit)
     sensor.start(0.5 * unit.cylinder.stroke)
     load = sensor.track(log)["load"].values
-    held, _ = _held(unit)
+    held, _ = Chamber.pair(unit)
     fast = np.abs(log["motor_speed"].values) * float(held.delivered(1.0) * held.flow_sign)
     temperature = float(log["oil_temperature"].mean())
     leak = float(held.side.pump.leak_coefficient(unit.oil.viscosity(temperature), unit.oil.density))

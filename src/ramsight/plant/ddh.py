@@ -45,6 +45,7 @@ class DdhUnit:
     Attributes:
         name: of the unit.
         lift_sign: +1 if extension lifts the load, -1 if retraction does.
+        max_speed: highest motor speed [rad/s].
         tank_pressure: absolute [Pa].
         held: the commanded safety valve's side, "a" or "b".
         extra: further parts, for example your own, added with `dataclasses.replace`.
@@ -58,6 +59,7 @@ class DdhUnit:
     a: Side
     b: Side
     lift_sign: float
+    max_speed: float
     extra: tuple[Part, ...] = ()
 
     @property
@@ -73,6 +75,11 @@ class DdhUnit:
     def held_side(self) -> Side:
         """The parts of that side."""
         return self.a if self.held == "a" else self.b
+
+    @property
+    def max_velocity(self) -> float:
+        """Velocity of the piston at the highest motor speed, without leakage [m/s]."""
+        return self.max_speed * self.travel_per_radian
 
     @property
     def travel_per_radian(self) -> float:
@@ -104,6 +111,7 @@ def build(name: str, unit: Unit) -> DdhUnit:
         a=_side("a", unit, unit.pump_a),
         b=_side("b", unit, unit.pump_b),
         lift_sign=lift_sign,
+        max_speed=unit.drive.max_speed,
     )
 
 

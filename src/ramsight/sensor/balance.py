@@ -8,13 +8,9 @@ import casadi as ca
 
 from ramsight.plant.ddh import DdhUnit
 from ramsight.sensor.books import Factors, Tuning, keep_books
+from ramsight.sensor.judgement import AT_RELIEF, COLDEST, HOTTEST, NEAR_RELIEF, STOP_ZONE
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import SensorGraph, VirtualSensor
-
-_NEAR_RELIEF = 0.97  # share of the relief setting above which flow may be lost, [G]
-_AT_RELIEF = 0.99  # share of the setting from which oil is taken to pass; the noise of the pressure is 0.2 %
-_STOP_ZONE = 0.02  # share of the stroke; so near the lift's end the relief valve opens because of the stop
-_COLDEST, _HOTTEST = 243.15, 383.15  # K; -30 ... 110 degC, where the Walther equation joins two points well
 
 
 def balance(unit: DdhUnit, tuning: Tuning | None = None) -> VirtualSensor:
@@ -32,12 +28,12 @@ def balance(unit: DdhUnit, tuning: Tuning | None = None) -> VirtualSensor:
     stroke, setting = books.cylinder.stroke, books.held.side.relief.setting
     position = ca.fmin(ca.fmax(graph.position + books.step, 0.0), stroke)
     velocity = ca.if_else(graph.elapsed > 0.0, books.step / ca.fmax(graph.elapsed, 1e-6), 0.0)
-    near = ca.fmax(books.held_pressure, books.other_pressure) > _NEAR_RELIEF * setting
-    relief_opens = ca.logic_and(books.highest_pressure > _AT_RELIEF * setting, books.turning > 0.5)
-    away = stroke - books.travel > _STOP_ZONE * stroke  # at its stop the piston is where it seems to be
-    lost = graph.lost(ca.logic_and(relief_opens, away))
-    extreme = ca.logic_or(graph.oil_temperature < _COLDEST, graph.oil_temperature > _HOTTEST)
+    near = ca.fmax(books.held_pressure, books.other_pressure) > NEAR_RELIEF * setting
+    relief_opens = ca.logic_and(books.highest_pressure > AT_RELIEF * setting, books.turning > 0.5)
+    away = stroke - books.travel > STOP_ZONE * stroke  # at its stop the piston is where it seems to be
+    lost = graph.lost(ca.logic_and(relief_opens, away), graph.referenced)
+    extreme = ca.logic_or(graph.oil_temperature < COLDEST, graph.oil_temperature > HOTTEST)
     status = ca.if_else(extreme, float(Status.OUTSIDE_TEMPERATURE), float(Status.OK))
     status = ca.if_else(near, float(Status.NEAR_RELIEF), status)
     status = ca.if_else(lost, float(Status.POSITION_LOST), status)
-    return graph.sensor("balance", position=position, velocity=velocity, load=books.load, std=math.nan, status=status)
+    return graph.counting("balance", position=position, velocity=velocity, load=books.load, std=math.nan, status=status)

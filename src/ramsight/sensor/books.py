@@ -36,6 +36,8 @@ class Tuning:
         flow_smoothing: time constant of the flow that tells whether the check has opened [s].
         flow_share: share of the pump's net flow that must pass it before it counts as open [1].
         flow_margin: net flow below which it counts as closed, as a share of the leakage [1].
+        emptying: standing time after which the held manifold has leaked empty [s].
+        listening: time constant with which the other side's pressure then follows the torque [s].
         standstill: time without turning after which no flow is counted [s].
     """
 
@@ -46,6 +48,8 @@ class Tuning:
     flow_smoothing: float = 0.04
     flow_share: float = 0.3
     flow_margin: float = 0.1
+    emptying: float = 0.3
+    listening: float = 0.2
     standstill: float = 0.5
 
 
@@ -70,21 +74,42 @@ class Books:
 
     Attributes:
         step: movement of the piston since the last sample [m].
+        by_position, by_leak, by_displacement, by_compliance: derivative of `step` with respect to the position and to
+            each factor, the pressures being what the torque says [1, m, m, m].
         travel: distance of the piston from the held side's end before the sample [m].
         cylinder: the cylinder's symbols.
-        held: the side that holds the load.
+        held, other: the side that holds the load, and the other one.
         held_pressure, other_pressure: of the chambers [Pa].
+        manifold_pressure: on the held side, straight from the torque [Pa].
+        behind: by how much the manifold's pressure, less the valve's drop, is ahead of `held_pressure` [Pa].
+        capacity, other_capacity: of the held chamber and its hose; of all of the other side [m3/Pa].
+        leakage, other_leakage: of the pumps per pressure, without the factor [m3/s/Pa].
+        open: whether the safety valve lets the torque see the held chamber.
+        known: whether the load has been seen since the start.
         highest_pressure: in either manifold, without the torque's noise [Pa].
         load: [N], positive against lifting.
         turning: whether the motor turns or has turned just now.
     """
 
     step: Any
+    by_position: Any
+    by_leak: Any
+    by_displacement: Any
+    by_compliance: Any
     travel: Any
     cylinder: Cylinder
     held: Chamber
+    other: Chamber
     held_pressure: Any
     other_pressure: Any
+    manifold_pressure: Any
+    behind: Any
+    capacity: Any
+    other_capacity: Any
+    leakage: Any
+    other_leakage: Any
+    open: Any
+    known: Any
     highest_pressure: Any
     load: Any
     turning: Any
@@ -111,7 +136,22 @@ def _sides(
     return chamber(unit.held), chamber(opposite(unit.held))
 
 
-def keep_books(graph: SensorGraph, unit: DdhUnit, tuning: Tuning, factors: Factors) -> Books:
+@dataclass(frozen=True)
+class _Movement:
+    """What follows from the other side's pressure, all of it linear in that: pressures [Pa], oil [m3]."""
+
+    manifold: Any
+    leaked: Any
+    filled: Any
+    through: Any
+    load: Any
+    rise: Any
+    moved: Any
+
+
+def keep_books(
+    graph: SensorGraph, unit: DdhUnit, tuning: Tuning, factors: Factors, seated: Any = 0.0, from_stop: Any = 0.0
+) -> Books:
     """Write the bookkeeping of one sample into a sensor's graph.
 
     Args:
@@ -119,6 +159,8 @@ def keep_books(graph: SensorGraph, unit: DdhUnit, tuning: Tuning, factors: Facto
         unit: the unit's parts, as its data sheet has them.
         tuning: how the torque is listened to.
         factors: how the machine differs from its data sheet.
+        seated: whether the piston rests on the stop of the lowered end, which then carries the load.
+        from_stop: whether it rests on a stop, or has just begun to leave it.
     """
     add = graph.parameters.symbolic
     oil, drive, cylinder = add("oil", unit.oil), add("drive", unit.drive), add("cylinder", unit.cylinder)
@@ -168,39 +210,61 @@ def keep_books(graph: SensorGraph, unit: DdhUnit, tuning: Tuning, factors: Facto
     inertia = cylinder.mass * held.delivered(acceleration) / held.area
     motion_1 = open_ * ((inertia + cylinder.friction(lifting_speed)) / held.area + ratio * other_drop)
 
-    def movement(other_1: Any) -> tuple[Any, Any, Any, Any]:
-        """Manifold pressure, oil through the valve, load pressure, oil that moves the piston; linear in `other_1`."""
+    pumped = held.delivered(graph.angle)
+
+    def movement(other_1: Any) -> _Movement:
         manifold_1 = (torque - slope_other * other_1) / slope_held
         leaked = leak_held * 0.5 * (manifold_0 + manifold_1) * dt
-        through = held.delivered(graph.angle) - leaked - held.manifold_capacity * (manifold_1 - manifold_0)
+        filled = held.manifold_capacity * (manifold_1 - manifold_0)
         load_1 = load_0 + follow * (manifold_1 - drop - motion_1 - ratio * other_1 - load_0)
         rise = known * (load_1 - load_0) + motion_1 - motion_0 + ratio * (other_1 - other_0)
-        return manifold_1, through, load_1, release * (waiting_0 + turning * through) - capacity_held * rise
+        through = pumped - leaked - filled
+        moved = release * (waiting_0 + turning * through) - capacity_held * rise
+        return _Movement(manifold_1, leaked, filled, through, load_1, rise, moved)
+
+    # A load that changed at rest moved the rod then; what the other side had to take of it, it has taken.
+    looks_anew = ca.logic_and(open_ > 0.5, open_for < tuning.first_look)
+    at_rest = capacity_held * known * ca.logic_and(looks_anew, ca.logic_not(from_stop))
 
     def drawn(other_1: Any) -> Any:
         """Oil that the other side would have to draw from the tank [m3], linear in its pressure."""
-        moved = movement(other_1)[-1]
+        found = movement(other_1)
+        moved = found.moved + at_rest * (found.load - load_0)
         leaked = leak_other * 0.5 * (other_0 + other_1) * dt
         return capacity_other * (other_1 - other_0) - other.delivered(graph.angle) + leaked - ratio * moved
 
     at_tank, at_more = drawn(0.0), drawn(_LOWEST)
     other_1 = at_tank * _LOWEST / (at_tank - at_more)
     other_1 = ca.fmin(ca.fmax(other_1, -other.side.anticavitation.cracking_pressure), other.side.relief.setting)
-    manifold_1, through, load_1, moved = movement(other_1)
+    # Seated on the lowered end the held side is empty, and the whole torque is the other side's.
+    alone = ca.fmin(ca.fmax(torque / slope_other, 0.0), other.side.relief.setting)
+    other_1 = ca.if_else(seated, alone, other_1)
+    found = movement(other_1)
+    manifold_1 = ca.if_else(seated, 0.0, found.manifold)
+    # So it is at rest, once the held manifold has leaked empty. What the torque then says of the other side that the
+    # balance did not foresee is the load's doing: the held chamber keeps its pressure until the valve opens.
+    rests = ca.logic_and(ca.logic_and(standing_for > tuning.emptying, open_ < 0.5), ca.logic_not(seated))
+    heard = other_1 + dt / (tuning.listening + dt) * (torque / slope_other - other_1)
+    heard = ca.fmin(ca.fmax(heard, -other.side.anticavitation.cracking_pressure), other.side.relief.setting)
+    unforeseen = ca.if_else(rests, heard - other_1, 0.0)
+    other_1 += unforeseen
+    load_1 = found.load - ratio * unforeseen
     # The first look at the load is believed at once: what the chamber held before is not compression.
     looking = ca.logic_and(ca.logic_and(known < 0.5, open_ > 0.5), open_for < 1.5 * tuning.settling)
     load_1 = ca.if_else(looking, manifold_1 - drop - motion_1 - ratio * other_1, load_1)
+    load_1 = ca.if_else(seated, -motion_1 - ratio * other_1, load_1)
     chamber_1 = load_1 + motion_1 + ratio * other_1
-    step = out * moved / held.area
+    moves = ca.if_else(seated, 0.0, out / held.area)
+    step = moves * found.moved
 
     # Is the safety valve open for the next sample?
     lowering = held.side.safety.opening_speed * w > held.side.safety.opening_speed**2
-    flow_1 = flow_0 + dt / (tuning.flow_smoothing + dt) * (through / ca.fmax(dt, 1e-6) - flow_0)
-    pumped = held.delivered(w)
+    flow_1 = flow_0 + dt / (tuning.flow_smoothing + dt) * (found.through / ca.fmax(dt, 1e-6) - flow_0)
+    delivery = held.delivered(w)
     margin = tuning.flow_margin * leak_held
-    net = pumped - leak_held * ca.fmax(manifold_1, 0.0)
+    net = delivery - leak_held * ca.fmax(manifold_1, 0.0)
     opens = ca.logic_and(net > margin * ca.fmax(manifold_1, _LOWEST), flow_1 > tuning.flow_share * net)
-    stays = pumped - leak_held * chamber_1 > margin * ca.fmax(chamber_1, _LOWEST)
+    stays = delivery - leak_held * chamber_1 > margin * ca.fmax(chamber_1, _LOWEST)
     passes = flow_1 > 0.5 * tuning.flow_share * net  # a chamber whose pressure is not known yet cannot tell
     stays = ca.logic_and(stays, ca.logic_or(known > 0.5, passes))
     lifting = ca.if_else(open_ > 0.5, stays, opens)
@@ -216,16 +280,30 @@ def keep_books(graph: SensorGraph, unit: DdhUnit, tuning: Tuning, factors: Facto
     graph.becomes("valve_open_for", open_for_1)
     graph.becomes("standing_for", ca.if_else(standing, standing_for + dt, 0.0))
     graph.becomes("valve_flow", flow_1)
-    graph.becomes("waiting_oil", (1.0 - release) * (waiting_0 + turning * through))
+    graph.becomes("waiting_oil", (1.0 - release) * (waiting_0 + turning * found.through))
 
     rod = out * (tank_pressure - ATMOSPHERE) * (cylinder.area_a - cylinder.area_b)
+    compressed = turning * found.filled + capacity_held * found.rise
     return Books(
         step=step,
+        by_position=-ca.if_else(seated, 0.0, found.rise / oil.bulk_modulus),
+        by_leak=-moves * turning * found.leaked / factors.leak,
+        by_displacement=moves * turning * pumped / factors.displacement,
+        by_compliance=-moves * compressed / factors.compliance,
         travel=travel,
         cylinder=cylinder,
         held=held,
+        other=other,
         held_pressure=chamber_1,
         other_pressure=other_1,
+        manifold_pressure=manifold_1,
+        behind=manifold_1 - drop - chamber_1,
+        capacity=capacity_held,
+        other_capacity=capacity_other,
+        leakage=leak_held / factors.leak,
+        other_leakage=leak_other / factors.leak,
+        open=open_,
+        known=known,
         highest_pressure=ca.fmax(chamber_1 + ca.fmax(drop, 0.0), other_1),
         load=held.area * chamber_1 - other.area * other_1 + rod,
         turning=turning,

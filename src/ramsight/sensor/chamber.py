@@ -7,9 +7,10 @@ from typing import Any, Self
 import casadi as ca
 
 from ramsight.plant.cylinder import Cylinder
-from ramsight.plant.ddh import Side
+from ramsight.plant.ddh import DdhUnit, Side
 from ramsight.plant.hose import Hose
 from ramsight.plant.pump import friction_coefficient
+from ramsight.plant.unit import opposite
 
 
 class Chamber:
@@ -32,6 +33,14 @@ class Chamber:
     def of(cls, side: Side, name: str, cylinder: Cylinder, oil: Any) -> Self:
         """The chamber of side "a" or "b"."""
         return cls(side, cylinder.area(name), cylinder.dead_volume(name), 1.0 if name == "a" else -1.0, oil)
+
+    @classmethod
+    def pair(cls, unit: DdhUnit) -> tuple[Self, Self]:
+        """The load-holding side and the other one, in numbers."""
+        held, other = (
+            cls.of(getattr(unit, name), name, unit.cylinder, unit.oil) for name in (unit.held, opposite(unit.held))
+        )
+        return held, other
 
     def delivered(self, angle: Any) -> Any:
         """Oil that the pump moves into this side while the motor turns by an angle [m3]."""

@@ -6,24 +6,56 @@ from enum import IntEnum
 
 
 class Status(IntEnum):
-    """Status of one sample; the larger, the worse."""
+    """Status of one sample; the larger, the worse. Below 10 ok, below 20 uncertain, below 30 not referenced."""
 
     OK = 0
-    OUTSIDE_TORQUE = 10
-    OUTSIDE_TEMPERATURE = 11
-    NEAR_RELIEF = 12
-    POSITION_LOST = 13
+    REFERENCE_DUE = 10
+    OUTSIDE_TORQUE = 11
+    OUTSIDE_TEMPERATURE = 12
+    OUTSIDE_SPEED = 13
+    TEMPERATURE_LOST = 14
+    NEAR_RELIEF = 15
+    CAVITATION = 16
+    INPUT_GAP = 17
+    REFERENCE_REFUSED = 18
+    POSITION_LOST = 19
+    NOT_REFERENCED = 20
+    TOO_UNCERTAIN = 30
+    OUTSIDE_STROKE = 31
+    IMPLAUSIBLE_TORQUE = 32
+    IMPLAUSIBLE_SPEED = 33
+    INPUT_STUCK = 34
+    TIME_FROZEN = 35
+    INPUT_LOST = 36
+
+    @property
+    def validity(self) -> str:
+        """``ok``, ``uncertain``, ``not referenced`` or ``invalid``."""
+        return ("ok", "uncertain", "not referenced", "invalid")[int(self) // 10]
 
     @property
     def text(self) -> str:
         """The words for it."""
-        return _TEXT[self]
+        reason = _REASON.get(self)
+        return self.validity if reason is None else f"{self.validity}: {reason}"
 
 
-_TEXT = {
-    Status.OK: "ok",
-    Status.OUTSIDE_TORQUE: "uncertain: torque outside the calibrated range",
-    Status.OUTSIDE_TEMPERATURE: "uncertain: oil temperature outside the calibrated range",
-    Status.NEAR_RELIEF: "uncertain: near the relief valve's pressure",
-    Status.POSITION_LOST: "uncertain: the relief valve has let oil pass; a reference is needed",
+_REASON = {
+    Status.REFERENCE_DUE: "reference due",
+    Status.OUTSIDE_TORQUE: "torque outside the calibrated range",
+    Status.OUTSIDE_TEMPERATURE: "oil temperature outside the calibrated range",
+    Status.OUTSIDE_SPEED: "motor faster than it may turn",
+    Status.TEMPERATURE_LOST: "oil temperature missing or implausible; the last good one is used",
+    Status.NEAR_RELIEF: "near the relief valve's pressure",
+    Status.CAVITATION: "cavitation: the pump draws more than the load presses out",
+    Status.INPUT_GAP: "samples were missing",
+    Status.REFERENCE_REFUSED: "a reference that cannot be true was refused; another is needed",
+    Status.POSITION_LOST: "the relief valve has let oil pass; a reference is needed",
+    Status.TOO_UNCERTAIN: "the uncertainty is above its limit; a reference is needed",
+    Status.OUTSIDE_STROKE: "the position would be outside the stroke; a reference is needed",
+    Status.IMPLAUSIBLE_TORQUE: "implausible motor torque",
+    Status.IMPLAUSIBLE_SPEED: "implausible motor speed",
+    Status.INPUT_STUCK: "motor torque stuck",
+    Status.TIME_FROZEN: "time does not advance",
+    Status.INPUT_LOST: "motor speed, motor torque or time missing",
 }

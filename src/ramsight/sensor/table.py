@@ -110,7 +110,7 @@ def _status(graph: SensorGraph, movement: MovementTable) -> Any:
     status = ca.if_else(off_temperature, float(Status.OUTSIDE_TEMPERATURE), status)
     relief = add("relief_torque", movement.relief_torque)
     status = ca.if_else(pushing > _NEAR_RELIEF * relief, float(Status.NEAR_RELIEF), status)
-    return ca.if_else(graph.lost(pushing > _AT_RELIEF * relief), float(Status.POSITION_LOST), status)
+    return ca.if_else(graph.lost(pushing > _AT_RELIEF * relief, graph.referenced), float(Status.POSITION_LOST), status)
 
 
 def table(movement: MovementTable) -> VirtualSensor:
@@ -153,7 +153,7 @@ def _sensor(
     look_up: Callable[[SensorGraph, MovementTable], Any],
 ) -> VirtualSensor:
     per_angle = look_up(graph, movement)
-    return graph.sensor(
+    return graph.counting(
         kind,
         position=graph.position + per_angle * graph.angle,
         velocity=per_angle * graph.motor_speed,

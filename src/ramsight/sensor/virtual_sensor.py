@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +25,13 @@ INPUTS = (*REPORTED, "reference", "reference_known")
 """What a step takes: what the drive reports, and a position known at that sample, if one is."""
 _RELIEF_PASSES = 0.1  # s; five samples of a usual drive, so that noise alone does not lose the position
 
-OUTPUTS = ("position", "position_std", "velocity", "load", "status")
+UNITS = {"position": "m", "position_std": "m", "velocity": "m/s", "load": "N", "status": "1"}
+OUTPUTS = tuple(UNITS)
+
+
+IS_REFERENCED = "is_referenced"
+"""The state of a sensor that finds its position by itself: whether it has."""
+START_STD = 1e-3  # m, of a position given by hand
 
 
 @dataclass(frozen=True)
@@ -54,6 +60,8 @@ class SensorGraph:
         self.parameters = Parameters()
         self._states: dict[str, tuple[Any, float]] = {}
         self._next: dict[str, Any] = {}
+        self._always: set[str] = set()
+        self._passed_over: Any = 0.0
         self.inputs = [ca.SX.sym(name) for name in INPUTS]
         self.time, self.motor_speed, self.motor_torque, self.oil_temperature = self.inputs[:4]
         self.reference, self.referenced = self.inputs[4:]
@@ -71,40 +79,82 @@ class SensorGraph:
         self._states[name] = (ca.SX.sym(name), initial)
         return self._states[name][0]
 
-    def becomes(self, name: str, expression: Any) -> None:
-        """What a state is after the sample."""
-        self._next[name] = expression
+    def initially(self, name: str, value: float) -> None:
+        """Another value of a state before the first sample."""
+        self._states[name] = (self._states[name][0], value)
 
-    def lost(self, relief_open: Any) -> Any:
+    def held(self, name: str) -> Any:
+        """The symbol of a state that is there already."""
+        return self._states[name][0]
+
+    def becomes(self, name: str, expression: Any, *, always: bool = False) -> None:
+        """What a state is after the sample; `always`, even if the sample is passed over."""
+        self._next[name] = expression
+        if always:
+            self._always.add(name)
+
+    def pass_over(self, condition: Any) -> None:
+        """Samples after which every state is what it was, as if they had never come."""
+        self._passed_over = condition
+
+    def lost(self, relief_open: Any, found: Any) -> Any:
         """Whether the position is lost: the relief valve has let oil pass, and no reference came since.
 
         Args:
             relief_open: whether this sample looks like it; noise is told from it by how long it lasts.
+            found: whether a reference comes with this sample.
         """
         since, lost = self.state("relief_open_for"), self.state("position_lost")
         since_1 = ca.if_else(relief_open, since + self.elapsed, 0.0)
-        lost_1 = ca.if_else(self.referenced, 0.0, ca.fmax(lost, since_1 > _RELIEF_PASSES))
+        lost_1 = ca.if_else(found, 0.0, ca.fmax(lost, since_1 > _RELIEF_PASSES))
         self.becomes("relief_open_for", since_1)
         self.becomes("position_lost", lost_1)
         return lost_1
 
-    def sensor(self, kind: str, *, position: Any, velocity: Any, load: Any, std: Any, status: Any) -> VirtualSensor:
-        """Close the graph. A reference, where there is one, takes the place of the position."""
-        position = ca.if_else(self.referenced, self.reference, position)
-        self.becomes("position", position)
+    def sensor(
+        self,
+        kind: str,
+        *,
+        position: Any,
+        velocity: Any,
+        load: Any,
+        std: Any,
+        status: Any,
+        more: Mapping[str, tuple[Any, str]] | None = None,
+    ) -> VirtualSensor:
+        """Close the graph.
+
+        Args:
+            kind: the sensor's name.
+            position, velocity, load, std, status: what it says after a sample.
+            more: further outputs with their units.
+        """
+        more = more or {}
+        after = []
+        for name, (before, _) in self._states.items():
+            after.append(
+                self._next[name] if name in self._always else ca.if_else(self._passed_over, before, self._next[name])
+            )
         recursion = Recursion(
             state=tuple(self._states),
             inputs=INPUTS,
             parameters=self.parameters.names,
-            outputs=OUTPUTS,
+            outputs=(*OUTPUTS, *more),
             x=ca.vertcat(*(symbol for symbol, _ in self._states.values())),
             u=ca.vertcat(*self.inputs),
             p=self.parameters.column,
-            next_state=ca.vertcat(*(self._next[name] for name in self._states)),
-            output=ca.vertcat(position, std, velocity, load, status),
+            next_state=ca.vertcat(*after),
+            output=ca.vertcat(position, std, velocity, load, status, *(value for value, _ in more.values())),
         )
         initial = np.array([value for _, value in self._states.values()])
-        return VirtualSensor(kind, recursion, self.parameters.values, initial)
+        units = {**UNITS, **{name: unit for name, (_, unit) in more.items()}}
+        return VirtualSensor(kind, recursion, self.parameters.values, initial, units)
+
+    def counting(self, kind: str, *, position: Any, velocity: Any, load: Any, std: Any, status: Any) -> VirtualSensor:
+        """Close the graph of a sensor that believes every reference: it takes the place of the position."""
+        position = ca.if_else(self.referenced, self.reference, position)
+        self.becomes("position", position)
+        return self.sensor(kind, position=position, velocity=velocity, load=load, std=std, status=status)
 
 
 @dataclass
@@ -116,21 +166,51 @@ class VirtualSensor:
         recursion: its step.
         parameters: values of the recursion's parameters.
         initial: states before the first sample.
+        units: of its outputs.
     """
 
     kind: str
     recursion: Recursion
     parameters: Array
     initial: Array
+    units: Mapping[str, str]
     _state: Array = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         self._state = self.initial.copy()
 
-    def start(self, position: float) -> None:
-        """Forget everything and begin at a known position [m]."""
+    def start(self, position: float | None, std: float = START_STD) -> None:
+        """Forget everything and begin anew.
+
+        Args:
+            position: where the piston is [m]; None if nobody knows, which only `kalman` can work with.
+            std: standard deviation of that [m].
+
+        Raises:
+            ValueError: the position is not known, and this sensor cannot find it by itself.
+        """
         self._state = self.initial.copy()
-        self._state[self.recursion.state.index("position")] = position
+        place = self.recursion.state.index
+        finds = IS_REFERENCED in self.recursion.state
+        if position is None:
+            if not finds:
+                raise ValueError(f"the {self.kind} sensor has to be told where the piston is")
+            return
+        self._state[place("position")] = position
+        if finds:
+            self._state[place(IS_REFERENCED)] = 1.0
+            self._state[place("covariance_00")] = std**2
+
+    @property
+    def state(self) -> dict[str, float]:
+        """Everything the sensor knows, by name."""
+        return dict(zip(self.recursion.state, self._state.tolist(), strict=True))
+
+    @state.setter
+    def state(self, values: Mapping[str, float]) -> None:
+        if set(values) != set(self.recursion.state):
+            raise ValueError(f"not a state of the {self.kind} sensor")
+        self._state = np.array([values[name] for name in self.recursion.state], dtype=np.float64)
 
     def step(
         self,
@@ -152,7 +232,7 @@ class VirtualSensor:
         known = reference is not None and not math.isnan(reference)
         at = reference if known else 0.0
         sample = np.array([[time, motor_speed, motor_torque, oil_temperature, at, known]], dtype=np.float64)
-        position, std, velocity, load, status = replay(self.recursion, sample, self.parameters, self._state)[0]
+        position, std, velocity, load, status = replay(self.recursion, sample, self.parameters, self._state)[0, :5]
         return Estimate(float(position), float(std), float(velocity), float(load), Status(int(status)))
 
     def track(self, log: xarray.Dataset, *, advance: Callable[[int], object] | None = None) -> xarray.Dataset:
@@ -164,7 +244,8 @@ class VirtualSensor:
             advance: called now and then with the number of samples done since the last call.
 
         Returns:
-            A Dataset over the same `time` with position, position_std, velocity, load and status.
+            A Dataset over the same `time` with position, position_std, velocity, load, status, and whatever else
+            this sensor knows, each with `units`.
         """
         import xarray
 
@@ -174,10 +255,9 @@ class VirtualSensor:
         columns += [np.where(known, reference, 0.0), known]
         inputs = np.ascontiguousarray(np.column_stack(columns), dtype=np.float64)
         result = replay(self.recursion, inputs, self.parameters, self._state, advance=advance)
-        units = {"position": "m", "position_std": "m", "velocity": "m/s", "load": "N", "status": "1"}
         data = {
-            name: ("time", result[:, k], {"units": units[name], "long_name": name.replace("_", " ")})
-            for k, name in enumerate(OUTPUTS)
+            name: ("time", result[:, k], {"units": self.units[name], "long_name": name.replace("_", " ")})
+            for k, name in enumerate(self.recursion.outputs)
         }
         tracked = xarray.Dataset(data, coords={"time": log["time"]}, attrs={"format": 1, "sensor": self.kind})
         tracked["status"] = tracked["status"].astype(np.int16)

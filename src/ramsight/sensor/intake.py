@@ -1,0 +1,176 @@
+"""What a sensor lets in of what the drive reports: samples that cannot be are replaced or passed over, and named.
+
+A sample without a usable speed or time is as if it had never come: every state keeps its value, and the next good
+sample counts the time from the last good one. Without a usable torque the last one is used. No fault can move the
+books by more than the time that has passed allows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+
+from ramsight.plant.ddh import DdhUnit
+from ramsight.plant.oil import T40
+from ramsight.sensor.chamber import Chamber
+from ramsight.sensor.virtual_sensor import SensorGraph
+
+_LATE = 0.15  # s; samples may come 1 ... 100 ms apart
+_BRIDGED = 0.5  # s; a longer gap is not counted, because nothing says what happened in it
+_RESET = 1.0  # s; a clock that goes back by more was set anew, by less the sample came out of order
+_OVERSPEED = 1.5  # share of the highest speed that no motor reaches
+_OVERTORQUE = 1.5  # share of the torque at relief pressure on both sides
+_COLDEST, _HOTTEST = 203.15, 423.15  # K; -70 ... 150 degC, beyond which a thermometer is broken
+_WARMING = 5.0  # s; oil does not change its temperature faster, a thermometer's noise does
+_LEAP = 10.0  # K; from the filtered temperature
+_INSISTING = 10.0  # s; after which a leap is believed: it was the first reading that was wrong
+_LEARNING = 0.005  # share of a sample in the habit of changing
+_HABIT = 0.8  # a torque that has changed from sample to sample so often does not stand still
+_SURE = 20.0  # expected changes that did not come; exp(-20) by chance
+_TURNING = 3.0  # rad/s
+_BLIND = 0.3  # share of the relief pressure by which the pressure may change while the torque is lost
+
+
+@dataclass(frozen=True)
+class Intake:
+    """Conditions of the sample, and by how much the position has become less certain.
+
+    Attributes:
+        usable: whether the sample counts at all.
+        lost: speed, torque or time is missing.
+        overspeed, overtorque: a value that cannot be.
+        stuck: the torque stands still.
+        frozen: time does not advance.
+        gap: samples are missing before this one.
+        cold: temperature is missing or cannot be.
+        passed: time since the last sample by the clock, 0 if it does not advance [s].
+        drift: by how much the position's standard deviation grows [m].
+        unseen: how far the piston may have moved since the last sample that counted [m].
+    """
+
+    usable: Any
+    lost: Any
+    overspeed: Any
+    overtorque: Any
+    stuck: Any
+    frozen: Any
+    gap: Any
+    cold: Any
+    passed: Any
+    drift: Any
+    unseen: Any
+
+
+def _within(value: Any, limit: Any) -> Any:
+    """Whether a value is a number and within limits; a comparison with NaN is false."""
+    return ca.logic_and(value > -limit, value < limit)
+
+
+def take_in(graph: SensorGraph, unit: DdhUnit) -> Intake:
+    """Put checked inputs in the place of a graph's raw ones, and let unusable samples pass by.
+
+    Args:
+        graph: the sensor's graph, before its books are written.
+        unit: the unit's parts.
+    """
+    add = graph.parameters.add
+    time, w, torque, warmth = graph.time, graph.motor_speed, graph.motor_torque, graph.oil_temperature
+    started, last_time, last_speed = (graph.held(name) for name in ("started", "time", "motor_speed"))
+    fastest = add("max_speed", unit.max_speed)
+    travel = add("travel_per_radian", unit.travel_per_radian)
+
+    number = [_within(value, 1e12) for value in (time, w, torque)]
+    speed_ok = _within(w, _OVERSPEED * fastest)
+    torque_ok = _within(torque, add("max_torque", _largest_torque(unit)))
+
+    raw = ca.if_else(number[0], time - last_time, 0.0)
+    back = ca.logic_and(started, raw < -_RESET)
+    forward = ca.logic_or(ca.logic_not(started), raw > 0.0)
+    usable = ca.logic_and(ca.logic_and(number[0], speed_ok), ca.logic_or(forward, back))
+    far = raw > _BRIDGED
+    jump = ca.logic_or(far, back)
+    counted = ca.logic_and(started, ca.logic_not(ca.logic_or(jump, raw <= 0.0)))
+    elapsed = ca.if_else(ca.logic_and(usable, counted), raw, 0.0)
+
+    clock, clocked = graph.state("clock"), graph.state("clocked")
+    tick = ca.if_else(ca.logic_and(number[0], clocked), time - clock, 0.0)
+    passed = ca.fmax(tick, 0.0)
+    graph.becomes("clock", ca.if_else(number[0], time, clock), always=True)
+    graph.becomes("clocked", ca.fmax(clocked, number[0]), always=True)
+
+    last_torque, habit, repeats = (
+        graph.state("motor_torque"),
+        graph.state("torque_habit"),
+        graph.state("torque_repeats"),
+    )
+    changed = torque != last_torque
+    turning = ca.fabs(w) > _TURNING
+    habit_1 = ca.if_else(repeats > 3.0, habit, habit + _LEARNING * (changed - habit))
+    repeats_1 = ca.if_else(ca.logic_and(turning, ca.logic_not(changed)), repeats + 1.0, 0.0)
+    stuck = ca.logic_and(habit_1 > _HABIT, repeats_1 * habit_1 > _SURE)
+    graph.becomes("torque_habit", habit_1)
+    graph.becomes("torque_repeats", repeats_1)
+
+    filtered = graph.state("oil_temperature")
+    warm_ok = ca.logic_and(warmth > _COLDEST, warmth < _HOTTEST)
+    leap_for = graph.state("temperature_leap_for")
+    known = ca.logic_and(filtered > _COLDEST, leap_for < _INSISTING)
+    leap = ca.logic_and(warm_ok, ca.logic_and(known, ca.fabs(warmth - filtered) > _LEAP))
+    graph.becomes("temperature_leap_for", ca.if_else(leap, leap_for + elapsed, 0.0))
+    warm_ok = ca.logic_and(warm_ok, ca.logic_not(leap))
+    share = ca.if_else(known, elapsed / (_WARMING + elapsed), 1.0)
+    held = ca.if_else(known, filtered, T40)
+    temperature = ca.if_else(warm_ok, held + share * (warmth - held), held)
+    graph.becomes("oil_temperature", ca.if_else(ca.logic_or(known, warm_ok), temperature, 0.0))
+
+    graph.elapsed = elapsed
+    graph.motor_torque = ca.if_else(torque_ok, torque, last_torque)
+    graph.becomes("motor_torque", graph.motor_torque)
+    graph.motor_speed = ca.if_else(speed_ok, w, last_speed)
+    graph.last_speed = ca.if_else(counted, last_speed, graph.motor_speed)
+    graph.angle = 0.5 * (graph.last_speed + graph.motor_speed) * elapsed
+    graph.oil_temperature = temperature
+    graph.becomes("motor_speed", graph.motor_speed)
+    graph.becomes("time", time)
+    graph.becomes("started", 1.0)
+    graph.pass_over(ca.logic_not(usable))
+
+    # What nobody saw: a gap that is not counted, a long one that is, leakage while the torque is lost.
+    speeds = ca.fabs(last_speed) + ca.fabs(graph.motor_speed)
+    gap_for = ca.if_else(started, ca.if_else(back, _BRIDGED, raw), 0.0)
+    not_counted = ca.if_else(jump, (0.5 * speeds + 0.02 * fastest) * ca.fmin(gap_for, 3600.0), 0.0)
+    bridged = (0.3 * ca.fabs(graph.motor_speed - last_speed) + 0.02 * fastest) * ca.fmax(elapsed - _LATE, 0.0)
+    blind = ca.logic_or(stuck, ca.logic_not(torque_ok)) * add("blind_velocity", _blind_velocity(unit)) * elapsed
+    drift = ca.if_else(usable, travel * (not_counted + bridged) + blind, 0.0)
+    unseen = ca.if_else(usable, 0.0, travel * (ca.fabs(last_speed) + 0.02 * fastest) * ca.fmax(raw, 0.0))
+    return Intake(
+        usable=usable,
+        lost=ca.logic_not(ca.logic_and(ca.logic_and(number[0], number[1]), number[2])),
+        overspeed=ca.logic_not(speed_ok),
+        overtorque=ca.logic_not(torque_ok),
+        stuck=stuck,
+        frozen=ca.logic_and(started, raw <= 0.0),
+        gap=ca.logic_and(started, ca.logic_or(raw > _LATE, back)),
+        cold=ca.logic_not(warm_ok),
+        passed=passed,
+        drift=drift,
+        unseen=unseen,
+    )
+
+
+def _largest_torque(unit: DdhUnit) -> float:
+    """Beyond what relief pressure on either side can ask of the motor [N m]."""
+    pressing = sum(
+        abs(float(c.torque_per_pressure(1.0))) * c.side.relief.setting + c.belt * c.side.pump.no_load_torque
+        for c in Chamber.pair(unit)
+    )
+    return _OVERTORQUE * pressing
+
+
+def _blind_velocity(unit: DdhUnit) -> float:
+    """By how much leakage moves the piston if the pressure is not what it was [m/s]."""
+    held, _ = Chamber.pair(unit)
+    leak = held.side.pump.leak_coefficient(float(unit.oil.viscosity(T40)), unit.oil.density)
+    return float(leak * _BLIND * held.side.relief.setting / held.area)

@@ -1,0 +1,85 @@
+"""What an estimator does not know: the covariance of a few quantities, in entries that are states of a sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import casadi as ca
+
+from ramsight.sensor.virtual_sensor import SensorGraph
+
+
+class Covariance:
+    """The symmetric covariance of (position, factors ...), of which only the position moves.
+
+    Args:
+        graph: the sensor's graph; gains the upper entries as states ``covariance_ij``.
+        std: standard deviations at the start.
+    """
+
+    def __init__(self, graph: SensorGraph, std: Sequence[float]) -> None:
+        self._graph, self._n = graph, len(std)
+        self._pairs = [(i, j) for i in range(self._n) for j in range(i, self._n)]
+        self.entries = {
+            (i, j): graph.state(f"covariance_{i}{j}", std[i] ** 2 if i == j else 0.0) for i, j in self._pairs
+        }
+
+    def __getitem__(self, pair: tuple[int, int]) -> Any:
+        i, j = pair
+        return self.entries[(i, j) if i <= j else (j, i)]
+
+    def predict(self, row: Sequence[Any], noise: Sequence[Any]) -> None:
+        """The position moves by a step with these derivatives; P <- F P F' + Q, F = [[1 + r_0, r_1, ...], [0, I]].
+
+        Args:
+            row: derivative of the step with respect to each quantity.
+            noise: variance that each gains.
+        """
+        n = self._n
+        old = dict(self.entries)
+        full = [[old[(min(i, j), max(i, j))] for j in range(n)] for i in range(n)]
+        moved = [full[0][j] + sum(row[i] * full[i][j] for i in range(n)) for j in range(n)]
+        self.entries[0, 0] = moved[0] + sum(row[j] * moved[j] for j in range(n))
+        for j in range(1, n):
+            self.entries[0, j] = moved[j]
+        for i in range(n):
+            self.entries[i, i] += noise[i]
+
+    def update(self, row: Sequence[Any], innovation: Any, variance: Any, use: Any) -> list[Any]:
+        """A measurement that is `row` times the quantities; what each is corrected by, 0 where `use` is false.
+
+        Args:
+            row: derivative of the measurement with respect to each quantity; a plain 0 costs nothing.
+            innovation: the measurement less what it was expected to be.
+            variance: of the measurement.
+            use: whether there is one at this sample.
+        """
+        n = self._n
+        cross = [sum(self[i, j] * row[j] for j in range(n) if not _is_zero(row[j])) for i in range(n)]
+        total = sum(row[i] * cross[i] for i in range(n) if not _is_zero(row[i])) + variance
+        gain = [ca.if_else(use, c / total, 0.0) for c in cross]
+        for i, j in self._pairs:
+            self.entries[i, j] = self.entries[i, j] - gain[i] * cross[j]
+        return [k * innovation for k in gain]
+
+    def grow(self, std: Any) -> None:
+        """The position's standard deviation grows by `std` [m] as a whole, not as independent noise."""
+        here = self.entries[0, 0]
+        self.entries[0, 0] = here + std * (2.0 * ca.sqrt(ca.fmax(here, 0.0)) + std)
+
+    def raise_to(self, quantity: int, variance: Any) -> None:
+        """A quantity is at least so uncertain."""
+        here = self.entries[quantity, quantity]
+        self.entries[quantity, quantity] = ca.fmax(here, variance)
+
+    def close(self) -> None:
+        """Hand the entries back to the graph."""
+        for pair in self._pairs:
+            i, j = pair
+            entry = ca.fmax(self.entries[pair], 0.0) if i == j else self.entries[pair]
+            self._graph.becomes(f"covariance_{i}{j}", entry)
+
+
+def _is_zero(value: Any) -> bool:
+    return isinstance(value, float | int) and value == 0
