@@ -11,10 +11,11 @@ from ramsight.calibration.sensor_file import SUFFIX, SensorFileError, load
 from ramsight.errors import UnknownNameError
 from ramsight.plant.ddh import DdhUnit
 from ramsight.sensor.balance import balance
+from ramsight.sensor.kalman import kalman
 from ramsight.sensor.table import table
 from ramsight.sensor.virtual_sensor import VirtualSensor
 
-KINDS = ("balance", "table")
+KINDS = ("kalman", "balance", "table")
 TABLE_RUNS = 2 * LOADS * len(TEMPERATURES)
 
 
@@ -23,7 +24,7 @@ def sensor_for(unit: DdhUnit, kind: str, *, advance: Callable[[int], object] | N
 
     Args:
         unit: the unit it watches.
-        kind: ``balance``; ``table``, which is calibrated first unless it is in the cache, by `TABLE_RUNS` simulated
+        kind: ``kalman``; ``balance``; ``table``, which is calibrated first unless it is in the cache, by `TABLE_RUNS` simulated
             runs; or a sensor file.
         advance: called with 1 after each of those runs.
 
@@ -31,6 +32,8 @@ def sensor_for(unit: DdhUnit, kind: str, *, advance: Callable[[int], object] | N
         UnknownNameError: there is no such kind.
         SensorFileError: the sensor file cannot be used, or was made for another unit.
     """
+    if kind == "kalman":
+        return kalman(unit)
     if kind == "balance":
         return balance(unit)
     if kind == "table":

@@ -150,7 +150,13 @@ class _Movement:
 
 
 def keep_books(
-    graph: SensorGraph, unit: DdhUnit, tuning: Tuning, factors: Factors, seated: Any = 0.0, from_stop: Any = 0.0
+    graph: SensorGraph,
+    unit: DdhUnit,
+    tuning: Tuning,
+    factors: Factors,
+    seated: Any = 0.0,
+    from_stop: Any = 0.0,
+    leak_doubt: Any = 0.0,
 ) -> Books:
     """Write the bookkeeping of one sample into a sensor's graph.
 
@@ -161,6 +167,8 @@ def keep_books(
         factors: how the machine differs from its data sheet.
         seated: whether the piston rests on the stop of the lowered end, which then carries the load.
         from_stop: whether it rests on a stop, or has just begun to leave it.
+        leak_doubt: share by which the leakage may be more than believed; what the pump delivers within it may as well
+            leak, and opens no valve.
     """
     add = graph.parameters.symbolic
     oil, drive, cylinder = add("oil", unit.oil), add("drive", unit.drive), add("cylinder", unit.cylinder)
@@ -263,8 +271,10 @@ def keep_books(
     delivery = held.delivered(w)
     margin = tuning.flow_margin * leak_held
     net = delivery - leak_held * ca.fmax(manifold_1, 0.0)
-    opens = ca.logic_and(net > margin * ca.fmax(manifold_1, _LOWEST), flow_1 > tuning.flow_share * net)
-    stays = delivery - leak_held * chamber_1 > margin * ca.fmax(chamber_1, _LOWEST)
+    opening = ca.fmax(margin, leak_doubt * leak_held)
+    opens = ca.logic_and(net > opening * ca.fmax(manifold_1, _LOWEST), flow_1 > tuning.flow_share * net)
+    staying = ca.if_else(known > 0.5, margin, opening)
+    stays = delivery - leak_held * chamber_1 > staying * ca.fmax(chamber_1, _LOWEST)
     passes = flow_1 > 0.5 * tuning.flow_share * net  # a chamber whose pressure is not known yet cannot tell
     stays = ca.logic_and(stays, ca.logic_or(known > 0.5, passes))
     lifting = ca.if_else(open_ > 0.5, stays, opens)

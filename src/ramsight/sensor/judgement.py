@@ -10,6 +10,7 @@ import casadi as ca
 from ramsight.plant.ddh import DdhUnit
 from ramsight.sensor.books import Books
 from ramsight.sensor.intake import Intake
+from ramsight.sensor.references import Found
 from ramsight.sensor.status import Status
 from ramsight.sensor.stops import StopWatch
 from ramsight.sensor.virtual_sensor import SensorGraph
@@ -31,28 +32,6 @@ _RESTING = 3.0  # s of rest, after which manifolds have leaked empty
 _RESTING_TORQUE = 0.06  # share of the torque at relief pressure
 _RESTING_SMOOTHING = 0.5  # s
 _SLIP = 0.5  # share of the pump's flow that may be gone while the relief valve is open
-
-
-@dataclass(frozen=True)
-class Found:
-    """What became of references at a sample.
-
-    Attributes:
-        taken: one was accepted.
-        refused: one was refused.
-        low, top: the stop of the lowered or lifted end was recognised.
-        sign: the pressure looks as on a stop where the piston may be.
-        disputed: one was refused, and none has been accepted since.
-        referenced: whether the position has ever been known.
-    """
-
-    taken: Any
-    refused: Any
-    low: Any
-    top: Any
-    sign: Any
-    disputed: Any
-    referenced: Any
 
 
 @dataclass(frozen=True)
@@ -78,7 +57,9 @@ def judge(
 
     Args:
         graph: the sensor's graph; gains states.
-        books, intake, found: of this sample.
+        books: of this sample.
+        intake: its conditions.
+        found: its references.
         std: of the position [m].
         position: [m], perhaps outside the stroke.
         unit: the unit's parts.

@@ -83,12 +83,11 @@ class StopWatch:
         at_relief = self._pressure > _HIGH * relief
         low = ca.logic_and(lowering, ca.logic_or(ca.logic_and(settled, collapsed), empty))
         top = ca.logic_and(lifting, ca.logic_or(ca.logic_and(settled, risen), at_relief))
-        sure = ca.logic_and(self._moving, settled)
         self.signs = Signs(
             low=low,
             top=top,
-            surely_low=ca.logic_and(sure, ca.logic_and(low, empty)),
-            surely_top=ca.logic_and(sure, ca.logic_and(top, high)),
+            surely_low=ca.logic_and(ca.logic_and(lowering, settled), empty),
+            surely_top=ca.logic_and(ca.logic_and(lifting, settled), ca.logic_and(risen, high)),
             pressure=self._pressure,
             moving=self._moving,
         )

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.engine.recursion import Recursion, replay
+from ramsight.errors import RamsightError
 from ramsight.plant.symbols import Parameters
 from ramsight.sensor.status import Status
 
@@ -32,6 +33,10 @@ OUTPUTS = tuple(UNITS)
 IS_REFERENCED = "is_referenced"
 """The state of a sensor that finds its position by itself: whether it has."""
 START_STD = 1e-3  # m, of a position given by hand
+
+
+class StartError(RamsightError):
+    """A sensor that cannot begin without a position."""
 
 
 @dataclass(frozen=True)
@@ -126,7 +131,11 @@ class SensorGraph:
 
         Args:
             kind: the sensor's name.
-            position, velocity, load, std, status: what it says after a sample.
+            position: after a sample [m].
+            velocity: [m/s].
+            load: [N].
+            std: of the position [m].
+            status: as a number.
             more: further outputs with their units.
         """
         more = more or {}
@@ -187,14 +196,14 @@ class VirtualSensor:
             std: standard deviation of that [m].
 
         Raises:
-            ValueError: the position is not known, and this sensor cannot find it by itself.
+            StartError: the position is not known, and this sensor cannot find it by itself.
         """
         self._state = self.initial.copy()
         place = self.recursion.state.index
         finds = IS_REFERENCED in self.recursion.state
         if position is None:
             if not finds:
-                raise ValueError(f"the {self.kind} sensor has to be told where the piston is")
+                raise StartError(f"the {self.kind} sensor has to be told where the piston is at first (--start)")
             return
         self._state[place("position")] = position
         if finds:

@@ -58,12 +58,21 @@ def tracked_figure(
         position.plot(
             time, 1e3 * tracked["position"], color=ESTIMATE, lw=1.1, label=f"{tracked.attrs['sensor']} sensor"
         )
+        band = 1.96e3 * tracked["position_std"].values
+        if np.isfinite(band).any():
+            middle = 1e3 * tracked["position"].values
+            position.fill_between(
+                time, middle - band, middle + band, color=ESTIMATE, alpha=0.15, lw=0, label="95 % band"
+            )
         _shade(position, time, tracked["status"].values)
         position.set_ylabel("position [mm]")
         position.legend(loc="best")
         position.set_title(title, loc="left", fontweight="bold")
         if truth is not None:
             error = 1e3 * (tracked["position"].values - np.interp(time, truth["time"], truth["position"]))
+            if np.isfinite(band).any():
+                axes[1].fill_between(time, -band, band, color=ESTIMATE, alpha=0.15, lw=0)
+                axes[1].set_ylim(*_reach(error, band))
             axes[1].plot(time, error, color=ERROR, lw=1.0)
             axes[1].axhline(0.0, color=TRUTH, lw=0.6)
             axes[1].set_ylabel("error [mm]")
@@ -74,6 +83,12 @@ def tracked_figure(
         axes[-1].set_xlabel("time [s]")
         figure.align_ylabels()
         save(figure, path)
+
+
+def _reach(error: Any, band: Any) -> tuple[float, float]:
+    """Limits that show the error whole, and the band where it is not much wider."""
+    reach = 1.1 * max(float(np.nanmax(np.abs(error))), min(float(np.nanmax(band)), 3.0 * float(np.nanmedian(band))))
+    return -reach, reach
 
 
 def _shade(axes: Any, time: Any, status: Any) -> None:

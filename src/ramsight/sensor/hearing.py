@@ -1,0 +1,103 @@
+"""What a machine tells of itself without any reference: its leakage, and how much its oil gives way."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+
+from ramsight.sensor.belief import Belief
+from ramsight.sensor.books import Books
+from ramsight.sensor.virtual_sensor import SensorGraph
+
+_CLOSED_TURNING = 1.0  # rad/s; slowest turning against the closed valve that friction does not spoil
+_CLOSED_STEADY = 0.25  # rad/s; a steady speed in steps of 1 rpm
+_CLOSED_LEAST = 10e5  # Pa
+_CLOSED_SHARE = 0.85  # of the chamber's pressure; a slow lift is near it
+_CLOSED_DOUBT = 0.02  # of a leakage so measured, at best; nearly all of it is the torque's
+_CLOSED_BEST = 0.012  # of all stretches between two lifts together
+_SPEED_DOUBT = 0.03  # rad/s, standard deviation of a speed in steps of 1 rpm
+_CLOSED_SMOOTHING = 0.2  # s
+_PRESSING = 3.0  # rad/s
+_PRESSING_BEGINS = 0.15  # s, after which the pressure of the side that gave way is gone
+_PRESSED = 1e6  # s; marks a visit that has told its compliance
+_PRESSED_FULL = 0.9  # share of the relief setting up to which the volume is closed
+_PRESSED_LEAST = 20e5  # Pa
+_PRESSURE_NOISE = 3e5  # Pa, of a pressure from one torque sample
+_PRESSED_DOUBT = 0.02  # of the compressed volume
+
+
+def hear_leakage(graph: SensorGraph, books: Books, belief: Belief, lift: float) -> None:
+    """While the motor turns slowly against the closed valve, its flow is its leakage: D w = k K dp."""
+    slow, closed_for = graph.state("closed_pressure"), graph.state("closed_for")
+    w, dt = graph.motor_speed, graph.elapsed
+    steady = ca.fabs(w - graph.last_speed) < _CLOSED_STEADY
+    closed = ca.logic_and(ca.logic_and(lift * w > _CLOSED_TURNING, books.open < 0.5), steady)
+    share = ca.if_else(closed_for > 0.0, dt / (_CLOSED_SMOOTHING + dt), 1.0)
+    pressure = slow + share * (books.manifold_pressure - slow)
+    leak = belief.factors[0]
+    graph.becomes("closed_pressure", pressure)
+    graph.becomes("closed_for", ca.if_else(closed, closed_for + dt, 0.0))
+    filling = books.held.manifold_capacity / (books.leakage * leak)
+    settled = closed_for > 5.0 * filling + 2.0 * _CLOSED_SMOOTHING
+    tells = ca.logic_and(ca.logic_and(closed, settled), pressure > _CLOSED_LEAST)
+    # Within the doubt of the leakage it may be a slow lift after all.
+    excess = books.held.delivered(w) - books.leakage * leak * pressure
+    belief.covariance.grow(ca.if_else(tells, ca.fmax(excess, 0.0) * dt / books.held.area, 0.0))
+    measured = books.held.delivered(w) / (books.leakage * ca.fmax(pressure, _CLOSED_LEAST))
+    relative = _CLOSED_DOUBT**2 + (_SPEED_DOUBT / ca.fmax(ca.fabs(w), _CLOSED_TURNING)) ** 2
+    # Samples of a second together are one measurement. It counts once the load is known to have been higher: a slow
+    # lift looks the same.
+    names = ("tested_weight", "tested_leak", "tested_pressure")
+    weight, mean, highest = (graph.state(name) for name in names)
+    more = ca.if_else(tells, dt / (measured**2 * relative), 0.0)
+    weight_1 = ca.fmin(weight + more, 1.0 / _CLOSED_BEST**2)
+    mean_1 = mean + more / ca.fmax(weight_1, 1e-9) * (measured - mean)
+    highest_1 = ca.fmax(highest, ca.if_else(tells, pressure, 0.0))
+    seen = ca.logic_and(ca.logic_and(books.known > 0.5, books.open > 0.5), weight_1 > 0.0)
+    below = highest_1 < _CLOSED_SHARE * books.held_pressure
+    counts = ca.logic_and(seen, below)
+    variance = 1.0 / ca.fmax(weight_1, 1e-9)
+    belief.measure([0.0, 1.0, 0.0, 0.0], mean_1 - leak, variance, counts)
+    for name, value in zip(names, (weight_1, mean_1, highest_1), strict=True):
+        graph.becomes(name, ca.if_else(seen, 0.0, value))
+
+
+def hear_compression(graph: SensorGraph, books: Books, belief: Belief, on_low: Any, on_top: Any, lift: float) -> None:
+    """On a stop nothing moves, and what a pump delivers is compressed: 0 = V_pumped - V_leaked - C dp.
+
+    On the lifted end's stop in the held chamber, on the lowered end's in the other one, which the torque then tells.
+    """
+    w, dt, angle = graph.motor_speed, graph.elapsed, graph.angle
+    names = ("pressed_for", "pressed_from", "pressed_last", "pressed_oil", "pressed_leaked")
+    pressed_for, first, last, oil, leaked = (graph.state(name) for name in names)
+    lowers = ca.logic_and(on_low, lift * w < -_PRESSING)
+    lifts = ca.logic_and(on_top, lift * w > _PRESSING)
+    presses = ca.logic_or(lowers, lifts)
+    pressure = ca.if_else(on_low, books.other_pressure, books.manifold_pressure)
+    capacity = ca.if_else(on_low, books.other_capacity, books.capacity + books.held.manifold_capacity)
+    leakage = ca.if_else(on_low, books.other_leakage, books.leakage) * belief.factors[0]
+    delivered = ca.if_else(on_low, books.other.delivered(angle), books.held.delivered(angle))
+    begins = pressed_for < _PRESSING_BEGINS
+    done = pressed_for >= _PRESSED
+    counts = ca.logic_and(presses, ca.logic_not(ca.logic_or(begins, done)))
+    oil_1 = ca.if_else(counts, oil + delivered, 0.0)
+    leaked_1 = ca.if_else(counts, leaked + 0.5 * (last + pressure) * leakage * dt, 0.0)
+    first_1 = ca.if_else(begins, pressure, first)
+    relief = books.held.side.relief.setting
+    full = pressure > _PRESSED_FULL * relief
+    # The last sample before the motor stands, if it slows as it does now.
+    slows = ca.fabs(w) + 1.5 * (ca.fabs(w) - ca.fabs(graph.last_speed)) < _PRESSING
+    rise = pressure - first_1
+    tells = ca.logic_and(ca.logic_and(counts, ca.logic_or(full, slows)), rise > _PRESSED_LEAST)
+    pressed_1 = ca.if_else(ca.logic_or(tells, ca.logic_and(counts, full)), _PRESSED, pressed_for + dt)
+    graph.becomes("pressed_for", ca.if_else(presses, ca.if_else(done, _PRESSED, pressed_1), 0.0))
+    graph.becomes("pressed_from", first_1)
+    graph.becomes("pressed_last", pressure)
+    graph.becomes("pressed_oil", oil_1)
+    graph.becomes("pressed_leaked", leaked_1)
+    leak, displacement, compliance = belief.factors
+    compressed = capacity * rise
+    row = [0.0, -leaked_1 / leak, oil_1 / displacement, -compressed / compliance]
+    variance = (capacity * _PRESSURE_NOISE) ** 2 + (_PRESSED_DOUBT * compressed) ** 2
+    belief.measure(row, -(oil_1 - leaked_1 - compressed), variance, tells)

@@ -1,0 +1,95 @@
+"""A mechanism drawn to scale: the side view in its drawing pose, and where else it can go."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ramsight.output import atomic_path
+from ramsight.plant.linkage import joints, tip
+from ramsight.plant.linked import LinkedMachine
+from ramsight.study.loader.shapes import Array, Shapes, shapes
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_COLOURS = ("#c98a1b", "#4d7c8a", "#8a4f7d", "#5b8c5a")
+_POSES = 41  # of the tip's way
+_INK = "#222222"
+
+
+def mechanism_figure(
+    machine: LinkedMachine, path: Path, *, at: ArrayLike | None = None, ghosts: Sequence[ArrayLike] | None = None
+) -> None:
+    """Draw a machine's mechanism to scale, with names, pins and centres of mass.
+
+    Args:
+        machine: the machine.
+        path: .png, .svg or .pdf.
+        at: cylinder positions [m] of the pose that is drawn fully; by default the middles of the strokes.
+        ghosts: of the poses that are drawn faintly; by default the first cylinder's ends, the others as in `at`.
+    """
+    from matplotlib.figure import Figure
+
+    strokes = np.array([unit.cylinder.stroke for unit in machine.units])
+    main = 0.5 * strokes if at is None else np.asarray(at, dtype=np.float64)
+    first = np.eye(len(strokes))[0]
+    others = [main + first * (end - main) for end in (0.0 * strokes, strokes)] if ghosts is None else ghosts
+    figure = Figure(figsize=(9.0, 6.4), layout="constrained")
+    axes = figure.add_subplot(aspect="equal")
+    for other in others:
+        _draw(axes, shapes(machine.mechanism, other), 0.25)
+    whole = shapes(machine.mechanism, main)
+    _draw(axes, whole, 1.0)
+    _names(axes, whole)
+    way = np.column_stack([np.linspace(0.0, strokes[0], _POSES)] + [np.full(_POSES, x) for x in main[1:]])
+    axes.plot(*tip(machine.mechanism, joints(machine.mechanism, way)).T, ":", color=_INK, lw=1.0)
+    axes.axhline(0.0, color="#8a7a66", lw=1.5)
+    axes.margins(0.06)
+    axes.set(xlabel="forward [m]", ylabel="up [m]", title=f"{machine.name}: mechanism, to scale")
+    axes.grid(color="#dddddd", lw=0.5)
+    axes.set_axisbelow(True)
+    with atomic_path(path) as draft:
+        figure.savefig(draft, dpi=130, format=path.suffix.removeprefix("."))
+
+
+def _draw(axes: Axes, seen: Shapes, strength: float) -> None:
+    for colour, places in zip(_COLOURS * len(seen.bodies), seen.bodies.values(), strict=False):
+        axes.fill(*places.T, facecolor=colour, edgecolor=colour, alpha=0.45 * strength, lw=2.0, zorder=2)
+    for places in seen.links:
+        axes.plot(*places.T, "-", color=_INK, lw=2.0, alpha=strength, zorder=3)
+    for strut in seen.struts:
+        axes.plot(*np.array([strut.barrel_end, strut.rod]).T, "-", color="#777777", lw=3.0, alpha=strength, zorder=3)
+        axes.plot(*np.array([strut.base, strut.barrel_end]).T, "-", color="#b03030", lw=7.0, alpha=strength, zorder=4)
+    for place in (*seen.pivots, *seen.frame, *(end for strut in seen.struts for end in (strut.base, strut.rod))):
+        axes.plot(*place, "o", color="white", mec=_INK, ms=5.0, alpha=strength, zorder=5)
+
+
+def _names(axes: Axes, seen: Shapes) -> None:
+    for name, place in seen.centres.items():
+        axes.plot(*place, "P", color=_INK, ms=6.0, zorder=6)
+        axes.annotate(name, _pair(place), (6, 6), textcoords="offset points", fontsize=9, zorder=7)
+    for strut in seen.struts:
+        middle = 0.5 * (strut.base + strut.rod)
+        axes.annotate(
+            f"cylinder of {strut.name}",
+            _pair(middle),
+            (8, -14),
+            textcoords="offset points",
+            color="#b03030",
+            fontsize=9,
+        )
+    if seen.load is not None:
+        axes.plot(*seen.load, "v", color="#1b5fc9", ms=7.0, zorder=6)
+        axes.annotate("payload", _pair(seen.load), (6, 6), textcoords="offset points", color="#1b5fc9", fontsize=9)
+    axes.annotate("tip", _pair(seen.tip), (4, -12), textcoords="offset points", fontsize=9)
+    for place in seen.frame:
+        axes.plot(*place, "s", color="none", mec=_INK, ms=9.0, zorder=6)
+
+
+def _pair(place: Array) -> tuple[float, float]:
+    return float(place[0]), float(place[1])
