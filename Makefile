@@ -2,6 +2,7 @@
 #   make test    the tests            make lint    style and types
 #   make demo    track a recorded log and draw it, into demo/
 #   make bench   speed against C, scipy and CVODES: bench.json and its figures; needs gcc, takes some minutes
+#   make study   what docs/identify.md quotes: study.json; takes some minutes, real oil needs data (RAMSIGHT_DATA=folder)
 #   make pins    renew the pinned versions
 # Another interpreter: make test PYTHON=python3.13
 
@@ -13,7 +14,7 @@ INSTALLED := $(VENV)/installed.stamp
 PYTEST_ARGS ?= -n 2 --dist loadfile
 TRACE := tests/traces/boom_441kN_40C
 
-.PHONY: demo test lint bench pins clean
+.PHONY: demo test lint bench study pins clean
 
 $(INSTALLED): pyproject.toml $(PINS)
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "ramsight needs Python 3.11 or newer")'
@@ -38,6 +39,9 @@ lint: $(INSTALLED)
 bench: $(INSTALLED)
 	$(BIN)/python bench/run.py --out bench.json
 	$(BIN)/python bench/figures.py bench.json docs/images
+
+study: $(INSTALLED)
+	$(BIN)/python study/run.py --out study.json
 
 # What pip would install now for the package, its development tools and the backend that builds it, a line each.
 PIN_REPORT := $(VENV)/pins.json

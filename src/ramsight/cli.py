@@ -205,19 +205,36 @@ def track(
     machine: _MACHINE,
     log: Annotated[Path, typer.Argument(help="Drive log, .csv or .csv.gz.")],
     unit: Annotated[str, typer.Option(help="The unit that the drive turns, for example boom.")],
-    start: Annotated[str, typer.Option(help='Piston position at the first sample, 0 = retracted: "100 mm".')],
+    start: Annotated[
+        str | None,
+        typer.Option(
+            help='Piston position at the first sample, 0 = retracted: "100 mm". The kalman sensor does without: it is '
+            "not referenced until it meets an end stop or a reference."
+        ),
+    ] = None,
+    start_std: Annotated[str, typer.Option(help="Standard deviation of that position.")] = "1 mm",
     sensor: Annotated[
         str,
-        typer.Option(help="balance: volume bookkeeping; table: the paper's look-up table; or a file of 'calibrate'."),
-    ] = "balance",
+        typer.Option(
+            help="kalman: calibrates itself; balance: volume bookkeeping by the data sheet; table: the paper's look-up "
+            "table; or a file of 'calibrate'."
+        ),
+    ] = "kalman",
+    state: Annotated[
+        Path | None,
+        typer.Option(
+            help="Resume the kalman sensor from this file if it is there, and keep its state in it at the end."
+        ),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="The track: .csv, .csv.gz or .nc.")] = None,
     truth: Annotated[Path | None, typer.Option(help="True position, to print the errors: .csv or .csv.gz.")] = None,
     figure: Annotated[Path | None, typer.Option(help="A picture of it: .png, .svg or .pdf.")] = None,
 ) -> None:
     """Say where the piston was, from the log of a motor drive.
 
-    The log has the columns time_s, motor_speed_rpm, motor_torque_nm and oil_temperature_c; nothing else in it is
-    read. The track has time_s, position_m, position_std_m (empty where the sensor does not know it) and status.
+    The log has the columns time_s, motor_speed_rpm, motor_torque_nm and oil_temperature_c, and perhaps reference_m:
+    empty, or the position that a switch knows at that instant. The track has time_s, position_m, position_std_m (empty
+    where the sensor does not know it) and status; as .nc also velocity, load, pressures and what it learned.
 
     Example: ramsight track mining-loader log.csv.gz --unit boom --start "100 mm" --out track.csv
     """
@@ -227,6 +244,7 @@ def track(
     from ramsight.output import check_target, write_dataset, write_table
     from ramsight.plant.ddh import build
     from ramsight.progress import progress
+    from ramsight.sensor.keeping import StateFile, said
     from ramsight.study.figures import tracked_figure
     from ramsight.study.tracking import error_summary, track_columns, track_summary
     from ramsight.units import format_si, parse_option
@@ -235,14 +253,22 @@ def track(
     check_target(figure, (".png", ".svg", ".pdf"))
     description = load_machine(machine)
     ddh = build(unit, description.unit(unit))
-    position = parse_option(start, "m", "--start", least="0 mm", most=format_si(ddh.cylinder.stroke, "mm"))
+    stroke = format_si(ddh.cylinder.stroke, "mm")
+    position = None if start is None else parse_option(start, "m", "--start", least="0 mm", most=stroke)
+    std = parse_option(start_std, "m", "--start-std", least="0.01 mm", most=stroke)
     recorded = read_drive_log(log)
     true = None if truth is None else read_truth(truth)
     with progress(TABLE_RUNS, "calibrating the table") as bar:
         virtual = sensor_for(ddh, sensor, advance=bar.advance)
-    virtual.start(position)
+    kept = None if state is None else StateFile(state, virtual)
+    if kept is not None and position is None:
+        typer.echo(said(kept.resume(), kept.path))
+    else:
+        virtual.start(position, std)
     with progress(recorded.sizes["time"], "tracking") as bar:
         tracked = virtual.track(recorded, advance=bar.advance)
+    if kept is not None:
+        kept.save()
     errors = None if true is None else error_summary(tracked, true)
     if out is not None:
         if out.suffix == ".nc":
@@ -255,7 +281,7 @@ def track(
     typer.echo(track_summary(tracked))
     if errors is not None:
         typer.echo(errors)
-    _say_written(out, figure)
+    _say_written(out, figure, state)
 
 
 @app.command()
@@ -339,6 +365,47 @@ def leaktest(
 
     ddh = build(unit, load_machine(machine).unit(unit))
     typer.echo(leak_test_summary(leak_test(ddh, read_drive_log(log))))
+
+
+@app.command()
+def identify(
+    machine: _MACHINE,
+    log: Annotated[Path, typer.Argument(help="Drive log, .csv or .csv.gz.")],
+    unit: Annotated[str, typer.Option(help="The unit that the drive turns, for example boom.")],
+    truth: Annotated[Path, typer.Option(help="Its measured position: time_s and position_m, .csv or .csv.gz.")],
+    out: Annotated[Path | None, typer.Option(help="The tuned machine's description: .toml.")] = None,
+) -> None:
+    """Find how a machine differs from its data sheet, with a position sensor put on for a day.
+
+    Work the unit under several loads for some minutes, lifting and lowering each, with the drive's log and the
+    position on one clock. Fits leakage (through gaps, and like an orifice's), displacement, cylinder friction and
+    stiffness of oil and hoses, each with a 95 % interval; what the log cannot tell stays at the data sheet, and is
+    said. Loads need not be known and may change at rest; end stops and relief are left out by themselves. Nothing but
+    time_s and position_m is used of the truth. The tuned description goes wherever a machine goes: check, track, ...
+
+    Example: ramsight identify mining-loader log.csv.gz --unit boom --truth position.csv --out tuned.toml
+    """
+    from ramsight.calibration.identify import EVALUATIONS
+    from ramsight.calibration.identify import identify as identify_unit
+    from ramsight.calibration.identify_report import summary, tuned
+    from ramsight.logs import read_drive_log, read_truth
+    from ramsight.machine import load as load_machine
+    from ramsight.output import atomic_path, check_target
+    from ramsight.plant.ddh import build
+    from ramsight.progress import progress
+
+    check_target(out, (".toml",))
+    description = load_machine(machine)
+    ddh = build(unit, description.unit(unit))
+    recorded, known = read_drive_log(log), read_truth(truth)
+    with progress(EVALUATIONS, "identifying") as bar:
+        found = identify_unit(ddh, recorded, known, advance=bar.advance)
+    if out is not None:
+        text = tuned(description, unit, found, log.name, truth.name).text
+        with atomic_path(out) as draft:
+            draft.write_text(text, encoding="utf-8")
+    typer.echo(summary(found))
+    _say_written(out)
 
 
 def main() -> None:

@@ -151,7 +151,7 @@ def _evaluate(unit: DdhUnit, held: Chamber, other: Chamber, part: xarray.Dataset
     pressure = torque / float(held.torque_per_pressure(float(held.direction(speed))))
     mean = float(pressure.mean())
     temperature = float(part["oil_temperature"].mean())
-    leak = float(held.side.pump.leak_coefficient(unit.oil.viscosity(temperature), unit.oil.density))
+    leak = float(held.leak_per_pressure(mean, unit.oil.viscosity(temperature)))
     if mean < _LEAST_PRESSURE or float(held.delivered(speed)) > _WORST * leak * float(held.side.relief.setting):
         return None
     factor = float(held.delivered(speed)) / (leak * mean)

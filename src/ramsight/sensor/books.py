@@ -38,6 +38,7 @@ class Tuning:
         flow_margin: net flow below which it counts as closed, as a share of the leakage [1].
         emptying: standing time after which the held manifold has leaked empty [s].
         listening: time constant with which the other side's pressure then follows the torque [s].
+        deafness: pressure by which it has to differ before that is believed [Pa].
         standstill: time without turning after which no flow is counted [s].
     """
 
@@ -50,6 +51,7 @@ class Tuning:
     flow_margin: float = 0.1
     emptying: float = 0.3
     listening: float = 0.2
+    deafness: float = 2e5
     standstill: float = 0.5
 
 
@@ -130,6 +132,8 @@ def _sides(
         # Eq. 10 makes leakage proportional to displacement; the factors are meant to be independent.
         leak = pump.leak_factor * factors.leak / factors.displacement
         parts["pump"] = replace(pump, displacement=pump.displacement * factors.displacement, leak_factor=leak)
+        if pump.orifice_leak is not None:
+            parts["pump"] = replace(parts["pump"], orifice_leak=pump.orifice_leak * factors.leak)
         parts["hose"] = replace(hose, bulk_modulus=hose.bulk_modulus / factors.compliance)
         return Chamber.of(Side(**parts), name, cylinder, oil)
 
@@ -178,11 +182,12 @@ def keep_books(
     out = unit.lift_sign  # the piston moves this way when oil enters the held side
     w, dt = graph.motor_speed, graph.elapsed
     viscosity = oil.viscosity(graph.oil_temperature)
-    leak_held, leak_other = (c.side.pump.leak_coefficient(viscosity, oil.density) for c in (held, other))
 
     # States before the sample; pressures are above tank.
     x = graph.position
     manifold_0, other_0 = graph.state("manifold_pressure"), graph.state("other_pressure")
+    leak_held = held.leak_per_pressure(manifold_0, viscosity)
+    leak_other = other.leak_per_pressure(other_0, viscosity)
     load_0, motion_0, known = (
         graph.state("load_pressure"),
         graph.state("motion_pressure"),
@@ -243,20 +248,18 @@ def keep_books(
 
     at_tank, at_more = drawn(0.0), drawn(_LOWEST)
     other_1 = at_tank * _LOWEST / (at_tank - at_more)
-    other_1 = ca.fmin(ca.fmax(other_1, -other.side.anticavitation.cracking_pressure), other.side.relief.setting)
-    # Seated on the lowered end the held side is empty, and the whole torque is the other side's.
-    alone = ca.fmin(ca.fmax(torque / slope_other, 0.0), other.side.relief.setting)
-    other_1 = ca.if_else(seated, alone, other_1)
+    # Where the held manifold is empty, by leakage at rest or seated on the lowered end, the torque is the other side's.
+    # At rest only what noise cannot be is believed of it.
+    lowest, highest = -other.side.anticavitation.cracking_pressure, other.side.relief.setting
+    rests = ca.logic_and(standing_for > tuning.emptying, open_ < 0.5)
+    unheard = graph.state("unheard_pressure")
+    heard = unheard + dt / (tuning.listening + dt) * (torque / slope_other - other_1 - unheard)
+    believed = heard - ca.fmin(ca.fmax(heard, -tuning.deafness), tuning.deafness)
+    graph.becomes("unheard_pressure", ca.if_else(rests, heard - believed, 0.0))
+    other_1 = ca.fmin(ca.fmax(other_1 + ca.if_else(rests, believed, 0.0), lowest), highest)
+    other_1 = ca.if_else(seated, ca.fmin(ca.fmax(torque / slope_other, 0.0), highest), other_1)
     found = movement(other_1)
-    manifold_1 = ca.if_else(seated, 0.0, found.manifold)
-    # So it is at rest, once the held manifold has leaked empty. What the torque then says of the other side that the
-    # balance did not foresee is the load's doing: the held chamber keeps its pressure until the valve opens.
-    rests = ca.logic_and(ca.logic_and(standing_for > tuning.emptying, open_ < 0.5), ca.logic_not(seated))
-    heard = other_1 + dt / (tuning.listening + dt) * (torque / slope_other - other_1)
-    heard = ca.fmin(ca.fmax(heard, -other.side.anticavitation.cracking_pressure), other.side.relief.setting)
-    unforeseen = ca.if_else(rests, heard - other_1, 0.0)
-    other_1 += unforeseen
-    load_1 = found.load - ratio * unforeseen
+    manifold_1, load_1 = ca.if_else(seated, 0.0, found.manifold), found.load
     # The first look at the load is believed at once: what the chamber held before is not compression.
     looking = ca.logic_and(ca.logic_and(known < 0.5, open_ > 0.5), open_for < 1.5 * tuning.settling)
     load_1 = ca.if_else(looking, manifold_1 - drop - motion_1 - ratio * other_1, load_1)

@@ -11,6 +11,7 @@ from ramsight.plant.ddh import DdhUnit, Side
 from ramsight.plant.hose import Hose
 from ramsight.plant.pump import friction_coefficient
 from ramsight.plant.unit import opposite
+from ramsight.plant.valve import orifice_flow
 
 
 class Chamber:
@@ -51,6 +52,15 @@ class Chamber:
         pump = self.side.pump
         friction = friction_coefficient(pump.displacement, pump.hydromechanical_efficiency)
         return self.belt * (self.flow_sign * pump.displacement + direction * friction)
+
+    def leak_per_pressure(self, pressure: Any, viscosity: Any) -> Any:
+        """Leakage over the pressure that drives it, near a pressure [Pa], with this viscosity [m2/s]; [m3/s/Pa]."""
+        pump = self.side.pump
+        laminar = pump.leak_coefficient(viscosity, self.oil.density)
+        if pump.orifice_leak is None:
+            return laminar
+        near = ca.fmax(ca.fabs(pressure), 1.0)
+        return laminar + orifice_flow(pump.orifice_leak, near) / near
 
     def direction(self, motor_speed: Any) -> Any:
         """How far friction has developed, -1 ... 1; eq. 7."""

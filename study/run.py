@@ -1,0 +1,43 @@
+"""Runs the studies behind docs/identify.md and writes their figures: python study/run.py --out study.json.
+
+The real-oil study needs the data of the UCI repository (see docs/identify.md) in a folder that is given by --data or
+by RAMSIGHT_DATA; without it its figures in the file stay as they are.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+from pathlib import Path
+
+import identify_coverage
+import real_oil
+
+from ramsight.output import atomic_path
+from ramsight.progress import progress
+
+
+def main() -> None:
+    """Run what was asked for."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, default=Path("study.json"))
+    parser.add_argument("--data", type=Path, default=None, help="folder with uci_hydraulic in it")
+    parser.add_argument("--seeds", type=int, default=40)
+    given = parser.parse_args()
+    data = given.data or Path(os.environ.get("RAMSIGHT_DATA", Path(__file__).parents[2] / "shared" / "data"))
+    found = json.loads(given.out.read_text()) if given.out.exists() else {}
+    if (data / "uci_hydraulic" / "FS1.csv.gz").exists():
+        found["real_oil"] = real_oil.study(data / "uci_hydraulic")
+    else:
+        print(f"{data}: no uci_hydraulic here; the real-oil study is left out")
+    with progress(given.seeds, "identifying") as bar:
+        found["coverage"] = identify_coverage.coverage(given.seeds, bar.advance)
+        found["coverage_machines"] = given.seeds
+    with atomic_path(given.out) as draft:
+        draft.write_text(json.dumps(found, indent=2) + "\n")
+    print(json.dumps(found, indent=2))
+
+
+if __name__ == "__main__":
+    main()

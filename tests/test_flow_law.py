@@ -1,0 +1,108 @@
+"""The flow law against the plant's pump, its fit against what made the data, and a real pump where its data are."""
+
+import json
+import math
+import os
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ramsight.calibration.flow_law import FlowLaw, columns, fit, root, student
+from ramsight.plant.efficiency import catalogue_pump
+from ramsight.plant.valve import orifice_flow
+
+ROOT = Path(__file__).parent.parent
+DATA = Path(os.environ.get("RAMSIGHT_DATA", ROOT.parent / "shared" / "data")) / "uci_hydraulic"
+PUMP = catalogue_pump("PGI100-2-016")
+
+
+@given(
+    speed=st.floats(-400.0, 400.0),
+    rise=st.floats(-250e5, 250e5),
+    viscosity=st.floats(5e-6, 500e-6),
+    wear=st.floats(0.5, 3.0),
+    orifice=st.floats(1e-12, 1e-8),
+)
+def test_the_law_is_the_plants(speed, rise, viscosity, wear, orifice):
+    worn = replace(PUMP, leak_factor=wear, orifice_leak=orifice)
+    sheet = FlowLaw.of(PUMP)
+    law = FlowLaw(sheet.displacement, wear * sheet.laminar, orifice)
+    expected = float(worn.flow(speed, rise, viscosity, 872.0))
+    assert float(law.flow(speed, rise, 872.0 * viscosity)) == pytest.approx(expected, rel=1e-9, abs=1e-15)
+
+
+@given(rise=st.floats(-300e5, 300e5))
+def test_the_root_is_odd_and_the_plants(rise):
+    assert float(root(rise)) == pytest.approx(-float(root(-rise)))
+    assert float(root(rise)) == pytest.approx(float(orifice_flow(1.0, rise)), rel=1e-12)
+
+
+@given(rise=st.floats(1e5, 300e5), viscosity=st.floats(0.005, 0.5))
+def test_only_the_gaps_know_the_viscosity(rise, viscosity):
+    law = FlowLaw(5e-6, 1e-13, 2e-9)
+    gaps, edges = replace(law, orifice=0.0), replace(law, laminar=0.0)
+    assert float(gaps.leakage(rise, 2.0 * viscosity)) == pytest.approx(0.5 * float(gaps.leakage(rise, viscosity)))
+    assert float(edges.leakage(rise, 2.0 * viscosity)) == float(edges.leakage(rise, viscosity))
+    assert float(law.leakage(rise, viscosity)) > 0.0
+
+
+def _bench(seed, clusters=60, each=5):
+    """Flows of a known law with noise that a cluster shares."""
+    random = np.random.default_rng(seed)
+    cluster = np.repeat(np.arange(clusters), each)
+    speed, rise = random.uniform(50, 200, cluster.size), random.uniform(20e5, 200e5, cluster.size)
+    design = columns(speed, rise, random.uniform(0.01, 0.06, cluster.size))
+    law = FlowLaw(5e-6, 1.2e-13, 3e-9)
+    noise = 2e-6 * random.standard_normal(clusters)[cluster] + 1e-6 * random.standard_normal(cluster.size)
+    return design, design @ law.coefficients + noise, cluster, law.coefficients
+
+
+def test_intervals_hold_the_truth_though_errors_come_in_clusters():
+    held = np.zeros(3)
+    for seed in range(100):
+        design, flow, cluster, true = _bench(seed)
+        found = fit(design, flow, cluster)
+        held += np.abs(found.value - true) <= found.half_width
+    assert np.all(held >= 88)
+
+
+def test_a_fit_does_not_depend_on_units():
+    design, flow, cluster, _ = _bench(1)
+    plain, scaled = fit(design, flow, cluster), fit(design * [1.0, 1e-9, 1e3], flow, cluster)
+    assert scaled.value * [1.0, 1e-9, 1e3] == pytest.approx(plain.value)
+    assert scaled.half_width * [1.0, 1e-9, 1e3] == pytest.approx(plain.half_width)
+
+
+def test_what_cannot_be_told_apart_is_refused():
+    design, flow, cluster, _ = _bench(1)
+    with pytest.raises(ValueError, match="tell"):
+        fit(np.column_stack([design, design[:, 0]]), flow, cluster)
+    with pytest.raises(ValueError, match="clusters"):
+        fit(design, flow, np.zeros_like(cluster))
+
+
+def test_students_quantile():
+    from scipy.stats import t
+
+    for freedom in (3, 5, 10, 30, 1000):
+        assert student(freedom) == pytest.approx(t.ppf(0.975, freedom), rel=6e-3)
+    assert student(math.inf) == pytest.approx(1.96, abs=1e-3)
+
+
+@pytest.mark.skipif(not (DATA / "FS1.csv.gz").exists(), reason="the data of the real pump are not here")
+def test_a_real_pump_obeys_the_law(monkeypatch):
+    monkeypatch.setattr(sys, "path", [str(ROOT / "study"), *sys.path])
+    import real_oil
+
+    found = real_oil.study(DATA)
+    assert found["residual_percent"] <= 0.3
+    assert abs(found["bias_percent"]) <= 0.5
+    assert found["auc_0_1"] >= 0.99
+    assert found["auc_1_2"] >= 0.99
+    written = json.loads((ROOT / "study.json").read_text())["real_oil"]
+    assert found == pytest.approx(written, rel=1e-6)
