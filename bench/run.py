@@ -26,8 +26,11 @@ from scipy.integrate import solve_ivp
 
 from ramsight import machine
 from ramsight.duty import lift_lower
+from ramsight.duty.linked import starting
+from ramsight.duty.loading import loading_cycle
 from ramsight.engine.batch import Job, batches
-from ramsight.engine.run import DEFAULT_RTOL, integrate
+from ramsight.engine.run import DEFAULT_RTOL, integrate, outputs
+from ramsight.plant import linked
 from ramsight.plant.ddh import build
 from ramsight.plant.unit import circuit, initial_state
 
@@ -236,6 +239,26 @@ def many(count):
     print(seconds, float(peak.split()[1]) / 1024)
 
 
+def loader(results, quick):
+    """Both units of the loader and its mechanism over one loading cycle: simulated seconds per second of one core."""
+    whole = linked.build(machine.load("mining-loader"))
+    model, duty = linked.linked_model(whole), loading_cycle(whole)
+    segments, state = duty.segments(whole.mechanism.cylinders, model), starting(whole, model, duty)
+    times = np.append(np.arange(0.0, duty.duration - 1e-9, 0.1), duty.duration)
+
+    def positions(run):
+        found = outputs(model.ode, segments, times, run.state)
+        return np.column_stack([found[f"{unit.name}.position"] for unit in whole.units])
+
+    reference = integrate(model.ode, state, segments, times, rtol=1e-11, tolerance_scale=1e-6)
+    ours = integrate(model.ode, state, segments, times)
+    results["loader_error_m"] = float(np.abs(positions(ours) - positions(reference)).max())
+    results["loader_steps"] = [ours.accepted, ours.rejected]
+    seconds = [timed(partial(integrate, model.ode, state, segments, times)) for _ in range(5 if quick else 25)]
+    results["loader_cycle_s"] = duty.duration
+    results["loader_realtime_factor"] = duty.duration / float(np.median(seconds))
+
+
 def starts(results, quick):
     command = [sys.executable, "-m", "ramsight", "simulate", "mining-loader", "--unit", "boom", "--load", "441 kN"]
     cold, warm = [], []
@@ -264,6 +287,7 @@ def main():
         compiled = single(results, options.quick, folder)
         batch(results, options.quick, compiled)
     growth(results, options.quick)
+    loader(results, options.quick)
     starts(results, options.quick)
     text = json.dumps({k: float(f"{v:.4g}") if isinstance(v, float) else v for k, v in results.items()}, indent=1)
     options.out.write_text(text + "\n")

@@ -89,6 +89,7 @@ _KNOWN = {
     "kg/m3": ("density", "872 kg/m3"),
     "m": ("length", "127 mm"),
     "m/s": ("velocity", "50 mm/s"),
+    "m/s2": ("acceleration", "9.81 m/s2"),
     "m2": ("area", "12668 mm2"),
     "m2/s": ("kinematic viscosity", "46 mm2/s"),
     "m3": ("volume", "0.3 l"),

@@ -6,10 +6,32 @@ pressures and positions along the accepted steps, without using any flow.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
 import numpy as np
 
-from ramsight.engine.run import Segments, Trajectory, outputs
+from ramsight.engine.run import Array, Segments, Trajectory, outputs
+from ramsight.equation import OdeModel
 from ramsight.plant.circuit import CircuitModel
+from ramsight.plant.linked import LinkedModel
+
+_LEAST_ENERGY = 1e-9  # J, so that a run at rest divides by something
+_LEAST_VOLUME = 1e-12  # m3
+
+
+class Audited(Protocol):
+    """What a circuit's books are made of: its volumes, and names of energies and of flows from the tank."""
+
+    @property
+    def nodes(self) -> tuple[str, ...]: ...  # noqa: D102
+    @property
+    def losses(self) -> tuple[str, ...]: ...  # noqa: D102
+    @property
+    def works(self) -> tuple[str, ...]: ...  # noqa: D102
+    @property
+    def tank_flows(self) -> tuple[str, ...]: ...  # noqa: D102
 
 
 def audit(circuit: CircuitModel, segments: Segments, run: Trajectory) -> dict[str, float]:
@@ -24,39 +46,98 @@ def audit(circuit: CircuitModel, segments: Segments, run: Trajectory) -> dict[st
         `energy.*` [J] for the shaft, each work, each loss and each store; `energy_residual` and `volume_residual` as
         shares of the energy that the shaft gave and took, and of the volume that was exchanged with the tank.
     """
-    ode = circuit.ode
-    last = run.step_state[-1]
+    along = outputs(circuit.ode, segments, run.step_time, run.step_state)
+    book = _book(circuit.ode, circuit, segments, run, along)
+    return book.energies | {
+        "energy_residual": book.missing_energy / max(book.turned_over, _LEAST_ENERGY),
+        "volume_residual": book.missing_volume / max(book.exchanged, _LEAST_VOLUME),
+    }
+
+
+def audit_linked(model: LinkedModel, segments: Segments, run: Trajectory) -> dict[str, float]:
+    """Sum up a run of a machine with a mechanism.
+
+    Args:
+        model: the audited machine.
+        segments: its inputs.
+        run: its trajectory, with recorded steps.
+
+    Returns:
+        For each unit what `audit` returns, its names with the unit's before them; the work of its rods is
+        `UNIT.energy.rods`. Of the mechanism `linkage.energy.*` [J]: received from the rods, from the force on the tip,
+        with payload that came, and what is stored; `linkage.energy_residual`. Of all together `energy_residual` and
+        `volume_residual`. All residuals are shares of what the shafts of all units gave and took, and of the volume
+        that all exchanged: a unit that rests still holds.
+    """
+    along = outputs(model.ode, segments, run.step_time, run.step_state)
+    books = {name: _book(model.ode, own, segments, run, along, f"{name}.") for name, own in model.books.items()}
+    turned_over = max(sum(book.turned_over for book in books.values()), _LEAST_ENERGY)
+    exchanged = max(sum(book.exchanged for book in books.values()), _LEAST_VOLUME)
+    found: dict[str, float] = {}
+    for name, book in books.items():
+        found |= {f"{name}.{key}": value for key, value in book.energies.items()}
+        found[f"{name}.energy_residual"] = book.missing_energy / turned_over
+        found[f"{name}.volume_residual"] = book.missing_volume / exchanged
+    received = {key: _integral(run, model.ode, f"energy.{key}") for key in ("rods", "tip", "payload")}
+    stored = {f"stored_{key}": float(along[key][-1] - along[key][0]) for key in ("kinetic", "potential")}
+    found |= {f"linkage.energy.{key}": value for key, value in (received | stored).items()}
+    found["linkage.energy_residual"] = (sum(received.values()) - sum(stored.values())) / turned_over
+    return found | {
+        "energy_residual": sum(value for key, value in found.items() if key.endswith(".energy_residual")),
+        "volume_residual": sum(value for key, value in found.items() if key.endswith(".volume_residual")),
+    }
+
+
+@dataclass(frozen=True)
+class _Book:
+    """One circuit's energies by name [J]; what is missing, and what that is a share of [J, m3]."""
+
+    energies: dict[str, float]
+    missing_energy: float
+    turned_over: float
+    missing_volume: float
+    exchanged: float
+
+
+def _integral(run: Trajectory, ode: OdeModel, name: str) -> float:
+    """An integral's last value."""
+    return float(run.step_state[-1, ode.state_index(name)])
+
+
+def _book(
+    ode: OdeModel, books: Audited, segments: Segments, run: Trajectory, along: Mapping[str, Array], prefix: str = ""
+) -> _Book:
+    """One circuit's books; `along` are all outputs along the accepted steps, names of its own begin with `prefix`."""
 
     def total(name: str) -> float:
-        return float(last[ode.state_index(name)])
+        return _integral(run, ode, f"{prefix}{name}")
 
-    along = outputs(ode, segments, run.step_time, run.step_state)
-    stored = {name: float(along[name][-1] - along[name][0]) for name in along if name.startswith("stored.")}
+    own = {key.removeprefix(prefix): value for key, value in along.items() if key.startswith(prefix)}
+    stored = {name: float(own[name][-1] - own[name][0]) for name in own if name.startswith("stored.")}
     compressed_energy = compressed_volume = 0.0
-    for node in circuit.nodes:
-        pressure, capacity = run.step_state[:, ode.state_index(f"pressure_{node}")], along[f"capacity_{node}"]
+    for node in books.nodes:
+        pressure = run.step_state[:, ode.state_index(f"{prefix}pressure_{node}")]
+        capacity = own[f"capacity_{node}"]
         between = 0.5 * (capacity[1:] + capacity[:-1])
         compressed_energy += float(np.sum(between * 0.5 * np.diff(pressure**2)))
         compressed_volume += float(np.sum(between * np.diff(pressure)))
     stored["stored.compression"] = compressed_energy
-    drawn = sum(total(f"volume.{name}") for name in circuit.tank_flows)
-    tank_pressure = segments.parameters[0, ode.parameters.index("tank.pressure")]
-    works = {f"energy.{name}": total(f"energy.{name}") for name in circuit.works}
+    drawn = sum(total(f"volume.{name}") for name in books.tank_flows)
+    tank_pressure = segments.parameters[0, ode.parameters.index(f"{prefix}tank.pressure")]
+    works = {f"energy.{name}": total(f"energy.{name}") for name in books.works}
     works["energy.tank"] = -float(tank_pressure) * drawn
-    losses = {f"energy.{name}": total(f"energy.{name}") for name in circuit.losses}
+    losses = {f"energy.{name}": total(f"energy.{name}") for name in books.losses}
     given, taken = total("energy.shaft_given"), total("energy.shaft_taken")
     shaft = given - taken
     rest = shaft - sum(works.values()) - sum(losses.values()) - sum(stored.values())
-    grown = sum(float(along[f"volume_{node}"][-1] - along[f"volume_{node}"][0]) for node in circuit.nodes)
+    grown = sum(float(own[f"volume_{node}"][-1] - own[f"volume_{node}"][0]) for node in books.nodes)
     missing = drawn - grown - compressed_volume
-    exchanged = total("volume.exchanged")
-    return {
+    energies = {
         "energy.shaft": shaft,
         "energy.shaft_given": given,
         "energy.shaft_taken": taken,
         **works,
         **losses,
         **{name.replace("stored.", "energy.stored_"): value for name, value in stored.items()},
-        "energy_residual": rest / max(given + taken, 1e-9),
-        "volume_residual": missing / max(exchanged, 1e-12),
     }
+    return _Book(energies, rest, given + taken, missing, total("volume.exchanged"))

@@ -91,19 +91,8 @@ class Duty:
 
     def corners(self) -> Array:
         """Times at which an input bends or the held temperature steps [s], from 0 to the end."""
-        inner = np.concatenate([self.motor_speed.time, self.load.time, self._temperature_corners()])
-        times = np.unique(np.concatenate([[0.0, self.duration], inner]))
-        times = times[(times >= 0.0) & (times <= self.duration)]
-        keep = np.concatenate([[True], np.diff(times) > 1e-9])
-        keep[-1] = True
-        return np.asarray(times[keep])
-
-    def _temperature_corners(self) -> Array:
-        time, value = self.oil_temperature.time, self.oil_temperature.value
-        pieces = [time]
-        for t0, t1, v0, v1 in zip(time[:-1], time[1:], value[:-1], value[1:], strict=True):
-            pieces.append(np.linspace(t0, t1, int(np.ceil(abs(v1 - v0) / _TEMPERATURE_STEP)) + 1))
-        return np.concatenate(pieces)
+        bends = (self.motor_speed.time, self.load.time, held_corners(self.oil_temperature))
+        return all_corners(bends, self.duration)
 
     def segments(self, parameters: Array, temperature_index: int) -> Segments:
         """The duty as the engine's segments.
@@ -121,6 +110,24 @@ class Duty:
             held = np.repeat(held, len(middle), axis=0)
         held[:, temperature_index] = middle[: len(held)]
         return Segments(corner[:-1], corner[1:], np.ascontiguousarray(inputs[:-1]), slope, held)
+
+
+def held_corners(temperature: Profile) -> Array:
+    """Times at which a changing temperature, held over pieces, steps [s]."""
+    time, value = temperature.time, temperature.value
+    pieces = [time]
+    for t0, t1, v0, v1 in zip(time[:-1], time[1:], value[:-1], value[1:], strict=True):
+        pieces.append(np.linspace(t0, t1, int(np.ceil(abs(v1 - v0) / _TEMPERATURE_STEP)) + 1))
+    return np.concatenate(pieces)
+
+
+def all_corners(bends: Sequence[Array], duration: float) -> Array:
+    """All these times [s], each once, from 0 to the duration."""
+    times = np.unique(np.concatenate([[0.0, duration], *bends]))
+    times = times[(times >= 0.0) & (times <= duration)]
+    keep = np.concatenate([[True], np.diff(times) > 1e-9])
+    keep[-1] = True
+    return np.asarray(times[keep])
 
 
 def _repeat(profile: Profile, period: float, times: int) -> Profile:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ramsight.duty.audit import audit
-from ramsight.duty.profile import Duty
+from ramsight.duty.profile import Duty, Profile
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import DEFAULT_MAX_STEPS, DEFAULT_RTOL, integrate, outputs
 from ramsight.errors import DescriptionError, SimulationError
@@ -29,14 +29,14 @@ def audited_circuit(unit: HydraulicUnit) -> CircuitModel:
     return circuit(unit, audited=True)
 
 
-def check_temperature(unit: HydraulicUnit, duty: Duty) -> None:
-    """Refuse a duty whose oil temperature is outside the range that the oil's data hold for.
+def check_temperature(unit: HydraulicUnit, temperature: Profile) -> None:
+    """Refuse an oil temperature [K] that is anywhere outside the range that the oil's data hold for.
 
     Raises:
         DescriptionError: it is; the text names oil, temperature and range.
     """
     low, high = unit.oil.temperatures
-    for value in (float(duty.oil_temperature.value.min()), float(duty.oil_temperature.value.max())):
+    for value in (float(temperature.value.min()), float(temperature.value.max())):
         if not low - _ROUNDING <= value <= high + _ROUNDING:
             raise DescriptionError(
                 f"the data of the oil {unit.oil.name} do not reach so far",
@@ -76,7 +76,7 @@ def simulate(
     """
     import xarray
 
-    check_temperature(unit, duty)
+    check_temperature(unit, duty.oil_temperature)
     model = audited_circuit(unit)
     ode = model.ode
     segments = duty.segments(model.values, ode.parameters.index("oil_temperature"))

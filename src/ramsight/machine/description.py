@@ -12,6 +12,7 @@ from pydantic_core import PydanticCustomError
 from ramsight.errors import UnknownNameError
 from ramsight.machine import catalogue
 from ramsight.machine.declare import Part, refuse
+from ramsight.machine.linkage import Linkage
 from ramsight.machine.parts import (
     AnticavitationValve,
     Cylinder,
@@ -168,13 +169,16 @@ AnyUnit = Annotated[
 
 
 class Machine(Part):
-    """Machine description: its name and its hydraulic units."""
+    """Machine description: its name, its hydraulic units and the mechanism that they move."""
 
     format: Annotated[Literal[1], Field(description="format of this file")] = 1
     name: Annotated[str, Field(description="short name, used in file names", min_length=1)]
     title: Annotated[str, Field(description="name for headings")] = ""
     description: Annotated[str, Field(description="a sentence about the machine")] = ""
     units: Annotated[dict[str, AnyUnit], Field(description="hydraulic units by name")]
+    linkage: Annotated[
+        Linkage | None, Field(description="mechanism that the units' cylinders move; without it each carries its load")
+    ] = None
 
     _sources: dict[str, str] = PrivateAttr(default_factory=dict)
     _origin: str = PrivateAttr(default="")
@@ -186,6 +190,13 @@ class Machine(Part):
             text = "a machine needs at least one unit, for example a table [units.boom]"
             raise PydanticCustomError("units", "{text}", {"text": text})
         return units
+
+    @model_validator(mode="after")
+    def _cylinders_belong_to_units(self) -> Self:
+        for name in self.linkage.cylinders if self.linkage is not None else ():
+            if name not in self.units:
+                raise refuse(f"linkage.cylinders.{name}", name, "no such unit", ", ".join(self.units))
+        return self
 
     @property
     def sources(self) -> Mapping[str, str]:

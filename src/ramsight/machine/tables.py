@@ -82,7 +82,10 @@ def catalogue_entry(name: str) -> RenderableType:
 def _rows(entry: catalogue.Entry) -> Iterator[tuple[str, str, str, str]]:
     if entry.kind == "machine":
         machine = load(entry.name)
-        for value in (value for name, unit in machine.units.items() for value in walk(unit, f"units.{name}.")):
+        found = [value for name, unit in machine.units.items() for value in walk(unit, f"units.{name}.")]
+        if machine.linkage is not None:
+            found += walk(machine.linkage, "linkage.")
+        for value in found:
             source = machine.source_of(value.path) or ""
             yield value.path, value.shown, value.text, source if value.given else "default"
         return

@@ -11,6 +11,7 @@ from pydantic.fields import FieldInfo
 from ramsight.machine import catalogue
 from ramsight.machine.declare import Part, Quantity, declaration, explain
 from ramsight.machine.description import Composed, DirectDriven, Machine, Unit
+from ramsight.machine.linkage import Linkage
 from ramsight.machine.placed import PLACED
 
 _WIDTH = 118
@@ -54,6 +55,8 @@ def template(like: Machine | None = None, name: str = "my-machine") -> str:
         lines.append(_line(key, value, explain(field)))
     for unit_name, unit in like.units.items():
         lines += _unit_lines(unit_name, unit)
+    if like.linkage is not None:
+        lines += _linkage_lines(like.linkage)
     return "\n".join(lines) + "\n"
 
 
@@ -70,6 +73,40 @@ def _unit_lines(name: str, unit: Unit) -> list[str]:
         about = given or type(unit).model_fields[key].description or _first_sentence(part)
         lines += ["", _comment(about), f"[units.{name}.{key}]", *_part_lines(part)]
     return lines
+
+
+def _linkage_lines(linkage: Linkage) -> list[str]:
+    tables: list[tuple[str, Part]] = [("", linkage)]
+    tables += [(f".bodies.{name}", body) for name, body in linkage.bodies.items()]
+    tables += [(f".cylinders.{name}", cylinder) for name, cylinder in linkage.cylinders.items()]
+    tables += [(f".{key}", spot) for key in ("payload", "tip") if (spot := getattr(linkage, key)) is not None]
+    lines = []
+    for path, part in tables:
+        lines += ["", _comment(_first_sentence(part)), f"[linkage{path}]"]
+        for key, field in type(part).model_fields.items():
+            value, inner = getattr(part, key), isinstance(getattr(part, key), Part)
+            if value is None or isinstance(value, dict) or (part is linkage and inner):
+                continue
+            if inner:
+                lines += [f"# {explain(field) or _first_sentence(value)}", f"{key} = {_inline(value)}"]
+            else:
+                declared = declaration(field)
+                words = explain(field) + (f"; {declared.range}" if declared and declared.range else "")
+                lines.append(_line(key, value if declared is None else _written(declared, value), words))
+    return lines
+
+
+def _inline(part: Part) -> str:
+    """A part in one line, as TOML's inline table."""
+    words = []
+    for key, field in type(part).model_fields.items():
+        value, declared = getattr(part, key), declaration(field)
+        if isinstance(value, Part):
+            words.append(f"{key} = {_inline(value)}")
+        elif value is not None:
+            text = value if declared is None else _written(declared, value)
+            words.append(f"{key} = {text if isinstance(text, float) else json.dumps(text)}")
+    return f"{{ {', '.join(words)} }}"
 
 
 def _with_choices(field: FieldInfo) -> str:

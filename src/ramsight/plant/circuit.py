@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 import casadi as ca
 import numpy as np
@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from ramsight.equation import OdeModel, Output, State
 from ramsight.plant.oil import Oil
 from ramsight.plant.symbols import Parameters
+
+P = TypeVar("P", bound="Part")
 
 TANK = "tank"
 INPUTS = ("motor_speed", "load")
@@ -62,6 +64,29 @@ class CircuitModel:
         return values
 
 
+@dataclass(frozen=True)
+class Closed:
+    """A circuit whose balances are closed: everything that an equation is made of.
+
+    Attributes:
+        states: each with its symbol and its rate of change; integrals last.
+        motor_speed, motor_acceleration: symbols of the speed that the drive is asked for, and of its slope.
+        parameters: the circuit's.
+        outputs: further quantities.
+        nodes, losses, works, tank_flows: as in `CircuitModel`.
+    """
+
+    states: tuple[tuple[State, Any, Any], ...]
+    motor_speed: Any
+    motor_acceleration: Any
+    parameters: Parameters
+    outputs: tuple[Output, ...]
+    nodes: tuple[str, ...]
+    losses: tuple[str, ...]
+    works: tuple[str, ...]
+    tank_flows: tuple[str, ...]
+
+
 class Circuit:
     """Collects what parts add. Everything is made when first named, so the order of parts does not matter."""
 
@@ -94,7 +119,12 @@ class Circuit:
 
     def add(self, part: Part) -> None:
         """Add a part."""
-        self._parameters.symbolic(part.name, part).connect(self)
+        self.symbolic(part).connect(self)
+
+    def symbolic(self, part: P) -> P:
+        """The part with parameters of the circuit in place of its numbers."""
+        symbolic: P = self._parameters.symbolic(part.name, part)
+        return symbolic
 
     def state(self, name: str, unit: str, tolerance: float) -> Any:
         """The symbol of a state; `tolerance` is the absolute error that a step may leave in it."""
@@ -182,11 +212,10 @@ class Circuit:
         """A quantity worth looking at."""
         self._outputs[name] = Output(name, unit, expression)
 
-    def model(self, name: str, *, audited: bool) -> CircuitModel:
-        """Close all balances.
+    def close(self, *, audited: bool) -> Closed:
+        """Close all balances; nothing can be added afterwards.
 
         Args:
-            name: for messages.
             audited: carry the integrals of every power and tank flow, for the energy and volume audit.
         """
         for finish in self._last:
@@ -199,9 +228,7 @@ class Circuit:
             self.derivative(f"pressure_{node}", (self._net[node] - self._growth[node]) / capacity)
         motor_torque = self._torque if self._motor_torque is None else self._motor_torque
         self.output("motor_torque", "N m", motor_torque)
-        states = [state for state, _ in self._states.values()]
-        symbols = [symbol for _, symbol in self._states.values()]
-        rates = [self._derivatives[state.name] for state in states]
+        states = [(state, symbol, self._derivatives[name]) for name, (state, symbol) in self._states.items()]
         if audited:
             integrals = {f"energy.{key}": ("J", power) for key, power in self._powers.items()}
             shaft = motor_torque * self.motor_speed
@@ -211,31 +238,38 @@ class Circuit:
             moved = self._tank_flow or self._growth  # a closed circuit has no tank: what the pistons displace
             integrals["volume.exchanged"] = ("m3", sum(ca.fabs(flow) for flow in moved.values()))
             for key, (unit, rate) in integrals.items():
-                states.append(State(key, unit, float("inf"), integral=True))
-                symbols.append(ca.SX.sym(key))
-                rates.append(rate)
+                states.append((State(key, unit, float("inf"), integral=True), ca.SX.sym(key), rate))
             for key, energy in self._stored.items():
                 self.output(f"stored.{key}", "J", energy)
+        return Closed(
+            states=tuple(states),
+            motor_speed=self.motor_speed if self._command is None else self._command,
+            motor_acceleration=self.motor_acceleration,
+            parameters=self._parameters,
+            outputs=tuple(self._outputs.values()),
+            nodes=nodes,
+            losses=tuple(self._losses),
+            works=tuple(self._works),
+            tank_flows=tuple(self._tank_flow),
+        )
+
+    def model(self, name: str, *, audited: bool) -> CircuitModel:
+        """The circuit as an equation; arguments as `close`, and a name for messages."""
+        closed = self.close(audited=audited)
+        states, symbols, rates = zip(*closed.states, strict=True)
         ode = OdeModel(
             name=name,
-            states=tuple(states),
+            states=states,
             inputs=INPUTS,
-            parameters=self._parameters.names,
+            parameters=closed.parameters.names,
             x=ca.vertcat(*symbols),
-            u=ca.vertcat(self.motor_speed if self._command is None else self._command, self.load),
-            slope=ca.vertcat(self.motor_acceleration, self._load_rate),
-            p=self._parameters.column,
+            u=ca.vertcat(closed.motor_speed, self.load),
+            slope=ca.vertcat(closed.motor_acceleration, self._load_rate),
+            p=closed.parameters.column,
             rhs=ca.vertcat(*rates),
-            outputs=tuple(self._outputs.values()),
+            outputs=closed.outputs,
         )
-        return CircuitModel(
-            ode,
-            self._parameters.values,
-            nodes,
-            tuple(self._losses),
-            tuple(self._works),
-            tuple(self._tank_flow),
-        )
+        return CircuitModel(ode, closed.parameters.values, closed.nodes, closed.losses, closed.works, closed.tank_flows)
 
 
 def join(name: str, oil: Oil, tank_pressure: float, parts: Sequence[Part], *, audited: bool = False) -> CircuitModel:

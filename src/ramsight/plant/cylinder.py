@@ -91,9 +91,27 @@ class Cylinder:
         )
 
     def connect(self, circuit: Circuit) -> None:
-        """Add chambers, position and velocity, forces and where the power goes."""
+        """Add the chambers, and a mass that moves with the rods under the load."""
         x = circuit.state("position", "m", 1e-11)
         v = circuit.state("velocity", "m/s", 1e-8)
+        load = self.load_sign * circuit.load
+        circuit.derivative("position", v)
+        circuit.derivative("velocity", (self.push(circuit, x, v) - load) / self.mass)
+        circuit.work("load", load * v)
+        circuit.stored("kinetic", 0.5 * self.mass * v * v)
+
+    def push(self, circuit: Circuit, position: Any, velocity: Any) -> Any:
+        """Add chambers, friction and end stops, whatever it is that the rods move.
+
+        Args:
+            circuit: that the chambers belong to.
+            position: of the rods [m].
+            velocity: [m/s].
+
+        Returns:
+            The force that the rods give [N]; positive extends.
+        """
+        x, v = position, velocity
         p_a, p_b = circuit.pressure(self.node_a), circuit.pressure(self.node_b)
         circuit.volume(self.node_a, self.dead_volume_a + self.area_a * x, rate=self.area_a * v)
         circuit.volume(self.node_b, self.dead_volume_b + self.area_b * (self.stroke - x), rate=-self.area_b * v)
@@ -102,18 +120,13 @@ class Cylinder:
         stop = self.stop_stiffness * (depth_in - depth_out)
         damping = self.stop_stiffness * self.stop_damping * (depth_in + depth_out) * v
         ambient = ATMOSPHERE * (self.area_a - self.area_b)
-        load = self.load_sign * circuit.load
-        force = self.area_a * p_a - self.area_b * p_b - ambient - load - friction + stop - damping
-        circuit.derivative("position", v)
-        circuit.derivative("velocity", force / self.mass)
         circuit.loss(f"{self.name}.friction", friction * v)
         circuit.loss(f"{self.name}.stop", damping * v)
-        circuit.work("load", load * v)
         circuit.work("atmosphere", ambient * v)
-        circuit.stored("kinetic", 0.5 * self.mass * v * v)
         circuit.stored("stop", 0.5 * self.stop_stiffness * (depth_in**2 + depth_out**2))
         circuit.output("friction_force", "N", friction)
         if self.seal_leak is not None:
             leak = self.seal_leak / circuit.viscosity * (p_a - p_b)
             circuit.flow(f"{self.name}.seal", self.node_a, self.node_b, leak)
             circuit.loss(f"{self.name}.seal", leak * (p_a - p_b))
+        return self.area_a * p_a - self.area_b * p_b - ambient - friction + stop - damping

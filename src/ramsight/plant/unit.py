@@ -114,9 +114,19 @@ def initial_state(
         load: [N].
         motor_speed: of a servo drive [rad/s].
     """
-    c = unit.cylinder
     state = np.zeros(len(model.ode.states))
-    pressure = dict.fromkeys(model.nodes, unit.tank_pressure)
+    for node, level in rest_pressures(unit, model.nodes, load).items():
+        state[model.ode.state_index(f"pressure_{node}")] = level
+    state[model.ode.state_index("position")] = position
+    if any(known.name == "motor_speed" for known in model.ode.states):
+        state[model.ode.state_index("motor_speed")] = motor_speed
+    return state
+
+
+def rest_pressures(unit: HydraulicUnit, nodes: Sequence[str], load: float) -> dict[str, float]:
+    """Pressures [Pa] of the nodes at rest under a load [N], as in `initial_state`."""
+    c = unit.cylinder
+    pressure = dict.fromkeys(nodes, unit.tank_pressure)
     force = unit.lift_sign * load + ATMOSPHERE * (c.area_a - c.area_b)
     on_a, on_b = c.area_a * unit.tank_pressure, c.area_b * unit.tank_pressure
     if force > on_a - on_b:
@@ -125,9 +135,4 @@ def initial_state(
         chamber, value = c.node_b, (on_a - force) / c.area_b
     for node in reach(unit.parts(), chamber, "joins"):
         pressure[node] = value
-    for node, level in pressure.items():
-        state[model.ode.state_index(f"pressure_{node}")] = level
-    state[model.ode.state_index("position")] = position
-    if any(known.name == "motor_speed" for known in model.ode.states):
-        state[model.ode.state_index("motor_speed")] = motor_speed
-    return state
+    return pressure

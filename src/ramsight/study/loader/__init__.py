@@ -1,4 +1,4 @@
-"""A machine in motion: its mechanism drawn to scale.
+"""A machine with a mechanism: drawn to scale, and its runs with what sensors make of them as an animation.
 
 python -m ramsight.study.loader mining-loader loader.png
 """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,8 +17,10 @@ from ramsight.study.loader.shapes import Array, Shapes, shapes
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_COLOURS = ("#c98a1b", "#4d7c8a", "#8a4f7d", "#5b8c5a")
+#: of the bodies, in their order
+COLOURS = ("#c98a1b", "#4d7c8a", "#8a4f7d", "#5b8c5a")
 _POSES = 41  # of the tip's way
+GHOST = "#c8401e"  # of an estimate
 _INK = "#222222"
 
 
@@ -42,9 +44,9 @@ def mechanism_figure(
     figure = Figure(figsize=(9.0, 6.4), layout="constrained")
     axes = figure.add_subplot(aspect="equal")
     for other in others:
-        _draw(axes, shapes(machine.mechanism, other), 0.25)
+        draw_shapes(axes, shapes(machine.mechanism, other), 0.25)
     whole = shapes(machine.mechanism, main)
-    _draw(axes, whole, 1.0)
+    draw_shapes(axes, whole)
     _names(axes, whole)
     way = np.column_stack([np.linspace(0.0, strokes[0], _POSES)] + [np.full(_POSES, x) for x in main[1:]])
     axes.plot(*tip(machine.mechanism, joints(machine.mechanism, way)).T, ":", color=_INK, lw=1.0)
@@ -57,8 +59,23 @@ def mechanism_figure(
         figure.savefig(draft, dpi=130, format=path.suffix.removeprefix("."))
 
 
-def _draw(axes: Axes, seen: Shapes, strength: float) -> None:
-    for colour, places in zip(_COLOURS * len(seen.bodies), seen.bodies.values(), strict=False):
+def draw_shapes(axes: Axes, seen: Shapes, strength: float = 1.0, *, ghost: bool = False) -> None:
+    """Draw a mechanism into axes of equal scales.
+
+    Args:
+        axes: matplotlib's.
+        seen: the mechanism in one pose.
+        strength: 1 for full colour, less for a faint one.
+        ghost: dashed outlines in one colour, as of an estimate.
+    """
+    if ghost:
+        dashed: dict[str, Any] = {"color": GHOST, "lw": 1.2, "ls": "--", "zorder": 6}
+        for places in (*seen.bodies.values(), *seen.links):
+            axes.plot(*np.vstack([places, places[:1]]).T, **dashed)
+        for strut in seen.struts:
+            axes.plot(*np.array([strut.base, strut.rod]).T, **dashed)
+        return
+    for colour, places in zip(COLOURS * len(seen.bodies), seen.bodies.values(), strict=False):
         axes.fill(*places.T, facecolor=colour, edgecolor=colour, alpha=0.45 * strength, lw=2.0, zorder=2)
     for places in seen.links:
         axes.plot(*places.T, "-", color=_INK, lw=2.0, alpha=strength, zorder=3)

@@ -1,0 +1,149 @@
+"""How a mechanism moves: M(q) q'' = J' F + J_tip' F_tip - G(q) - c(q, q').
+
+J is the derivative of the cylinders' positions, so J' F is the principle of virtual work; the mass matrix M and the
+velocity terms c are sums over the bodies of m J_c' J_c and m J_c' (dJ_c/dt) q', by differentiation of where the
+centres of mass are (Kane and Levinson, Dynamics, 1985, ch. 6; for these joints the same as Lagrange's equations).
+Links and cylinders have no mass of their own: it is part of the bodies'. Payload that comes or goes has the velocity
+of the point where it is carried, so that it gives no force; its energy is work done from outside.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+
+from ramsight.plant.linkage.mechanism import Mechanism
+from ramsight.plant.linkage.parts import Spot
+from ramsight.plant.linkage.planar import Pose
+
+
+@dataclass(frozen=True)
+class Equations:
+    """A mechanism in motion, as expressions.
+
+    Attributes:
+        positions, velocities: of the cylinders, columns [m], [m/s].
+        jacobian: of the positions by the coordinates, (cylinders, joints).
+        mass_matrix: M, (joints, joints).
+        weight: G, potential energy's derivative by the coordinates, column.
+        bias: c, column.
+        tip_x, tip_z: the tip [m].
+        tip_jacobian: of these by the coordinates, (2, joints).
+        kinetic, potential: energies [J]; potential energy is 0 at z = 0 of the drawing.
+        payload_energy: kinetic and potential energy per payload [J/kg].
+        angles: by which the bodies are turned, by name [rad].
+    """
+
+    positions: Any
+    velocities: Any
+    jacobian: Any
+    mass_matrix: Any
+    weight: Any
+    bias: Any
+    tip_x: Any
+    tip_z: Any
+    tip_jacobian: Any
+    kinetic: Any
+    potential: Any
+    payload_energy: Any
+    angles: dict[str, Any]
+
+    def accelerations(self, forces: Any, tip_force: Any) -> Any:
+        """Second derivatives of the coordinates.
+
+        Args:
+            forces: of the cylinders, positive extends, column [N].
+            tip_force: on the tip, forward and up, column [N].
+        """
+        right = ca.mtimes(self.jacobian.T, forces) + ca.mtimes(self.tip_jacobian.T, tip_force) - self.weight - self.bias
+        return solve_symmetric(self.mass_matrix, right)
+
+
+def equations(mechanism: Mechanism, q: Any, rates: Any, payload: Any) -> Equations:
+    """A mechanism's equations.
+
+    Args:
+        mechanism: with numbers or symbols.
+        q: coordinates of the free joints, SX column [rad or m].
+        rates: their rates, SX column.
+        payload: [kg].
+    """
+    poses = mechanism.poses([q[i] for i in range(q.numel())])
+    n = q.numel()
+    mass_matrix, weight, bias = ca.SX(n, n), ca.SX(n, 1), ca.SX(n, 1)
+    potential: Any = 0.0
+    for body in mechanism.bodies:
+        x, z = poses[body.name].at(body.centre_x, body.centre_z)
+        turning = _turning(poses[body.name], q)
+        for weighing, by in ((body.mass, ca.jacobian(ca.vertcat(x, z), q)), (body.inertia, turning)):
+            mass_matrix += weighing * ca.mtimes(by.T, by)
+            bias += weighing * ca.mtimes(by.T, _along(ca.mtimes(by, rates), q, rates))
+        weight += body.mass * mechanism.gravity * ca.jacobian(z, q).T
+        potential += body.mass * mechanism.gravity * z
+    payload_energy: Any = 0.0
+    if mechanism.load is not None:
+        x, z = _now(mechanism.load, poses)
+        by = ca.jacobian(ca.vertcat(x, z), q)
+        mass_matrix += payload * ca.mtimes(by.T, by)
+        bias += payload * ca.mtimes(by.T, _along(ca.mtimes(by, rates), q, rates))
+        weight += payload * mechanism.gravity * by[1, :].T
+        potential += payload * mechanism.gravity * z
+        payload_energy = 0.5 * ca.sumsqr(ca.mtimes(by, rates)) + mechanism.gravity * z
+    struts = mechanism.struts
+    positions = ca.vertcat(*(mechanism.length(strut, poses) - strut.retracted_length for strut in struts))
+    jacobian = ca.jacobian(positions, q)
+    tip_x, tip_z = _now(mechanism.tip, poses)
+    return Equations(
+        positions=positions,
+        velocities=ca.mtimes(jacobian, rates),
+        jacobian=jacobian,
+        mass_matrix=mass_matrix,
+        weight=weight,
+        bias=bias,
+        tip_x=tip_x,
+        tip_z=tip_z,
+        tip_jacobian=ca.jacobian(ca.vertcat(tip_x, tip_z), q),
+        kinetic=0.5 * ca.mtimes([rates.T, mass_matrix, rates]),
+        potential=potential,
+        payload_energy=payload_energy,
+        angles={body.name: poses[body.name].angle for body in mechanism.bodies},
+    )
+
+
+def _now(spot: Spot, poses: dict[str, Pose]) -> tuple[Any, Any]:
+    return poses[spot.body].at(spot.x, spot.z)
+
+
+def _turning(pose: Pose, q: Any) -> Any:
+    """Derivative of a body's angle by the coordinates: cos d(sin) - sin d(cos)."""
+    cosine, sine = ca.SX(pose.cosine), ca.SX(pose.sine)
+    return cosine * ca.jacobian(sine, q) - sine * ca.jacobian(cosine, q)
+
+
+def _along(expression: Any, q: Any, rates: Any) -> Any:
+    """How an expression changes over time because the coordinates do."""
+    return ca.jtimes(expression, q, rates)
+
+
+def solve_symmetric(matrix: Any, right: Any) -> Any:
+    """Solution of a positive definite system, written out by elimination without pivoting.
+
+    Example:
+        >>> solve_symmetric(ca.SX([[2.0, 1.0], [1.0, 1.0]]), ca.SX([4.0, 3.0]))
+        SX([1, 2])
+    """
+    n = right.numel()
+    rows = [[matrix[i, j] for j in range(n)] for i in range(n)]
+    b = [right[i] for i in range(n)]
+    for k in range(n):
+        for i in range(k + 1, n):
+            factor = rows[i][k] / rows[k][k]
+            for j in range(k + 1, n):
+                rows[i][j] -= factor * rows[k][j]
+            b[i] -= factor * b[k]
+    found: list[Any] = [None] * n
+    for i in range(n - 1, -1, -1):
+        found[i] = (b[i] - sum(rows[i][j] * found[j] for j in range(i + 1, n))) / rows[i][i]
+    return ca.vertcat(*found)
