@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -31,9 +32,19 @@ class Belief:
         """Standard deviation of the leakage over the leakage [1]."""
         return ca.sqrt(ca.fmax(self.covariance[1, 1], 0.0)) / self.factors[0]
 
-    def measure(self, row: list[Any], innovation: Any, variance: Any, use: Any) -> None:
-        """Take a measurement, `row` times the quantities; nothing happens where `use` is false."""
-        correction = self.covariance.update(row, innovation, variance, use)
+    def measure(
+        self, row: list[Any], innovation: Any, variance: Any, use: Any, only: Sequence[int] | None = None
+    ) -> None:
+        """Take a measurement, `row` times the quantities; nothing happens where `use` is false.
+
+        Args:
+            row: derivative of the measurement with respect to position and factors.
+            innovation: the measurement less what it was expected to be.
+            variance: of the measurement.
+            use: whether there is one at this sample.
+            only: places of the quantities that it may correct; by default all.
+        """
+        correction = self.covariance.update(row, innovation, variance, use, only)
         self.position = self.position + correction[0]
         corrected = (value + change for value, change in zip(self.factors, correction[1:], strict=True))
         self.factors = [

@@ -159,6 +159,7 @@ def keep_books(
     tuning: Tuning,
     factors: Factors,
     seated: Any = 0.0,
+    pressed: Any = 0.0,
     from_stop: Any = 0.0,
     leak_doubt: Any = 0.0,
 ) -> Books:
@@ -170,6 +171,7 @@ def keep_books(
         tuning: how the torque is listened to.
         factors: how the machine differs from its data sheet.
         seated: whether the piston rests on the stop of the lowered end, which then carries the load.
+        pressed: whether it is pressed against the stop of the lifted end; the valve then keeps the highest pressure.
         from_stop: whether it rests on a stop, or has just begun to leave it.
         leak_doubt: share by which the leakage may be more than believed; what the pump delivers within it may as well
             leak, and opens no valve.
@@ -211,7 +213,8 @@ def keep_books(
     standing = ca.fabs(w) < _STANDING
     turning = ca.if_else(ca.logic_and(standing, standing_for > tuning.standstill), 0.0, 1.0)
     lifts = ca.sign(out * w)
-    drop = lifts * (held.delivered(w) / held.side.safety.conductance) ** 2
+    flows = ca.logic_not(pressed)
+    drop = flows * lifts * (held.delivered(w) / held.side.safety.conductance) ** 2
     other_drop = lifts * (other.delivered(w) / other.side.safety.conductance) ** 2
     follow = open_ * dt / (tuning.smoothing + dt)
     # Oil that passes a valve which is only just opening fills the chamber before the mass begins to move.
@@ -221,7 +224,7 @@ def keep_books(
     # drop across the other side's valve.
     lifting_speed = (held.delivered(w) - leak_held * load_0) / held.area
     inertia = cylinder.mass * held.delivered(acceleration) / held.area
-    motion_1 = open_ * ((inertia + cylinder.friction(lifting_speed)) / held.area + ratio * other_drop)
+    motion_1 = flows * open_ * ((inertia + cylinder.friction(lifting_speed)) / held.area + ratio * other_drop)
 
     pumped = held.delivered(graph.angle)
 
@@ -259,7 +262,8 @@ def keep_books(
     other_1 = ca.fmin(ca.fmax(other_1 + ca.if_else(rests, believed, 0.0), lowest), highest)
     other_1 = ca.if_else(seated, ca.fmin(ca.fmax(torque / slope_other, 0.0), highest), other_1)
     found = movement(other_1)
-    manifold_1, load_1 = ca.if_else(seated, 0.0, found.manifold), found.load
+    manifold_1 = ca.if_else(seated, 0.0, found.manifold)
+    load_1 = ca.if_else(pressed, ca.fmax(found.load, load_0 + motion_0), found.load)
     # The first look at the load is believed at once: what the chamber held before is not compression.
     looking = ca.logic_and(ca.logic_and(known < 0.5, open_ > 0.5), open_for < 1.5 * tuning.settling)
     load_1 = ca.if_else(looking, manifold_1 - drop - motion_1 - ratio * other_1, load_1)

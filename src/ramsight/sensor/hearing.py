@@ -100,4 +100,5 @@ def hear_compression(graph: SensorGraph, books: Books, belief: Belief, on_low: A
     compressed = capacity * rise
     row = [0.0, -leaked_1 / leak, oil_1 / displacement, -compressed / compliance]
     variance = (capacity * _PRESSURE_NOISE) ** 2 + (_PRESSED_DOUBT * compressed) ** 2
-    belief.measure(row, -(oil_1 - leaked_1 - compressed), variance, tells)
+    # Its own errors are those of the compressed volume; leakage and displacement are not to take them up.
+    belief.measure(row, -(oil_1 - leaked_1 - compressed), variance, tells, only=[3])

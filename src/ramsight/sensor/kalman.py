@@ -85,7 +85,7 @@ def kalman(unit: DdhUnit, tuning: Tuning | None = None, doubt: Doubt | None = No
     leaves = ca.logic_or(ca.logic_and(at_low, up >= _TURNING), ca.logic_and(at_top, up <= -_TURNING))
     on_low, on_top = (ca.logic_and(at, ca.logic_not(leaves)) for at in (at_low, at_top))
     doubtful = _SURELY_OPEN * belief.leak_doubt
-    books = keep_books(graph, unit, tuning, Factors(*factors), on_low, from_stop, doubtful)
+    books = keep_books(graph, unit, tuning, Factors(*factors), on_low, on_top, from_stop, doubtful)
     watch = StopWatch(graph, books, lift)
 
     _predict(graph, books, intake, doubt, belief, ca.logic_or(on_low, on_top), leaves)

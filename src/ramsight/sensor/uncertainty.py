@@ -46,7 +46,9 @@ class Covariance:
         for i in range(n):
             self.entries[i, i] += noise[i]
 
-    def update(self, row: Sequence[Any], innovation: Any, variance: Any, use: Any) -> list[Any]:
+    def update(
+        self, row: Sequence[Any], innovation: Any, variance: Any, use: Any, only: Sequence[int] | None = None
+    ) -> list[Any]:
         """A measurement that is `row` times the quantities; what each is corrected by, 0 where `use` is false.
 
         Args:
@@ -54,13 +56,16 @@ class Covariance:
             innovation: the measurement less what it was expected to be.
             variance: of the measurement.
             use: whether there is one at this sample.
+            only: the quantities that it may correct; by default all (Schmidt's filter: the others are considered).
         """
         n = self._n
         cross = [sum(self[i, j] * row[j] for j in range(n) if not _is_zero(row[j])) for i in range(n)]
         total = sum(row[i] * cross[i] for i in range(n) if not _is_zero(row[i])) + variance
-        gain = [ca.if_else(use, c / total, 0.0) for c in cross]
+        corrected = range(n) if only is None else only
+        gain = [ca.if_else(use, c / total, 0.0) if i in corrected else 0.0 for i, c in enumerate(cross)]
         for i, j in self._pairs:
-            self.entries[i, j] = self.entries[i, j] - gain[i] * cross[j]
+            if i in corrected or j in corrected:
+                self.entries[i, j] = self.entries[i, j] - (gain[i] * cross[j] if i in corrected else cross[i] * gain[j])
         return [k * innovation for k in gain]
 
     def grow(self, std: Any) -> None:
