@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from ramsight.errors import LogError, OutputError
 from ramsight.logs.channels import MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPERATURE, REFERENCE, TIME, as_dataset
-from ramsight.logs.table import FIRST_ROW, check_increasing, file_name, read_columns
+from ramsight.logs.lines import file_name
+from ramsight.logs.table import FIRST_ROW, check_increasing, read_columns
 from ramsight.output import write_table
 
 if TYPE_CHECKING:

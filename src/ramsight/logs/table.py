@@ -1,48 +1,130 @@
 """Columns of numbers out of a CSV file: fast when all is well, exact about the place when it is not.
 
-The C parser of NumPy reads the cells (about 0.4 us a row). Where it stumbles, or where a cell has no finite
-number, a slow pass in Python goes through the same text and says which line and which column.
+The C parser of NumPy reads the cells (about 0.3 us a row), some megabytes at a time. Where it stumbles, or where a
+cell has no finite number, a slow pass in Python goes through the same text and says which line and which column.
 """
 
 from __future__ import annotations
 
 import csv
-import gzip
 import io
 import math
-import zlib
-from collections.abc import Collection, Sequence
+import re
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.errors import LogError, MissingColumnError
+from ramsight.errors import DescriptionError, LogError, MissingColumnError
+from ramsight.logs.lines import BLOCK, Advance, file_name, line_blocks, printable
+from ramsight.units import parse
 
 FIRST_ROW = 2
 """Line of the first row: the header is line 1, and every row is one line."""
 
-_SHOWN = 40
+SEPARATORS = {",": "comma", ";": "semicolon", "\t": "tab"}
 _COLUMNS_SHOWN = 20
+_BRACKETS = re.compile(r"\s*[\[(](.*)[\])]\s*")
 
 
-def printable(text: object) -> str:
-    r"""Text fit for a one-line message: control characters escaped, cut after 40 characters.
+@dataclass(frozen=True)
+class CsvForm:
+    """How a CSV file is laid out, where that cannot be seen from its first line.
 
-    Example:
-        >>> printable("a\nb")
-        'a\\nb'
+    Args:
+        header_line: line with the names of the columns, from 1; lines before it are passed over.
+        separator: between cells; None looks at the header.
+        encoding: of the letters.
     """
-    shown = str(text)
-    if len(shown) > _SHOWN:
-        shown = shown[:_SHOWN] + "…"
-    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in shown)
+
+    header_line: int = 1
+    separator: str | None = None
+    encoding: str = "utf-8"
 
 
-def file_name(path: str | Path) -> str:
-    """A path as messages name it: whole, and on one line."""
-    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(path))
+class CsvTable:
+    """A CSV file that is read some rows at a time.
+
+    Cells are separated by commas, or by semicolons or tabs with a decimal comma or point. A row of units may stand
+    under the header: it is one if its cell in the first column is a unit of time, and it is passed over.
+
+    Args:
+        path: the file, compressed with gzip if its name ends in ``.gz``.
+        form: its layout.
+        advance: told how much of the file has been read.
+        size: bytes read at once.
+
+    Attributes:
+        file: the file as messages name it.
+        names: of the columns, in order.
+        units: of the columns as the row of units has them, "" without one.
+        separator: between cells.
+        first_row: line of the first row.
+
+    Raises:
+        LogError: the file cannot be read, has no header or no rows.
+    """
+
+    def __init__(
+        self, path: str | Path, form: CsvForm | None = None, *, advance: Advance | None = None, size: int = BLOCK
+    ) -> None:
+        form = form or CsvForm()
+        self.file = file_name(path)
+        self._blocks = line_blocks(path, encoding=form.encoding, advance=advance, size=size)
+        data = self._next()
+        if data is None:
+            raise LogError("is empty", file=self.file)
+        for _ in range(form.header_line - 1):
+            data = self._after_a_line(data)[1]
+        head, self._body = self._after_a_line(data)
+        if not head.strip():
+            raise LogError("is blank where the header should stand", file=self.file, line=form.header_line)
+        self.separator = form.separator or separator_of(head)
+        self.names = [name.strip() for name in split(head, self.separator)]
+        self.units = [""] * len(self.names)
+        self.first_row = form.header_line + 1
+        under, below = self._after_a_line(self._body)
+        units = units_row(under, self.separator)
+        if units is not None and len(units) == len(self.names):
+            self.units, self._body = units, below
+            self.first_row += 1
+        if not self._body:
+            raise LogError("has a header but no rows", file=self.file)
+
+    def blocks(self, wanted: Sequence[str], gaps: Collection[str] = ()) -> Iterator[NDArray[np.float64]]:
+        """The rows, once.
+
+        Args:
+            wanted: names of columns that are there.
+            gaps: those among them in which a cell may hold no number: empty, ``nan`` and ``inf`` read as NaN.
+
+        Yields:
+            Values in the file's units, shape (columns, rows), rows >= 1; finite but for the gaps.
+
+        Raises:
+            LogError: a row has too few or too many cells, or a cell has no (finite) number; with line and column.
+        """
+        for name in wanted:
+            if self.names.count(name) > 1:
+                raise LogError("is there more than once", file=self.file, line=self.first_row - 1, column=name)
+        layout = _Layout(self.file, self.separator, tuple(self.names), tuple(wanted), frozenset(gaps))
+        line, body = self.first_row, self._body
+        self._body = b""
+        while body:
+            table = _parse_fast(body, layout)
+            yield _parse_carefully(body, layout, line) if table is None else table
+            line += body.count(b"\n")
+            body = self._next() or b""
+
+    def _next(self) -> bytes | None:
+        return next(self._blocks, None)
+
+    def _after_a_line(self, data: bytes) -> tuple[str, bytes]:
+        """The first line of what is left, and the rest; more is read where the rest would be empty."""
+        head, _, body = data.partition(b"\n")
+        return head.decode("utf-8"), body or self._next() or b""
 
 
 def read_columns(
@@ -50,15 +132,14 @@ def read_columns(
 ) -> dict[str, NDArray[np.float64]]:
     """Columns of a CSV file, or of one compressed with gzip if its name ends in ``.gz``.
 
-    Cells are separated by commas, or by semicolons with a decimal comma. The columns may stand in any order;
-    others are ignored. A byte-order mark, CRLF line ends, blanks around cells and blank lines at the end are
-    fine.
+    The columns may stand in any order; others are ignored. A byte-order mark, CRLF line ends, blanks around cells
+    and blank lines at the end are fine.
 
     Args:
         path: the file.
         needed: columns that must be there.
         optional: columns that are read if they are there.
-        gaps: those among them in which a cell may be empty, which reads as NaN.
+        gaps: those among them in which a cell may hold no number, which reads as NaN.
 
     Returns:
         Column name to values in the file's units, each of shape (n,), n >= 1; finite but for the gaps.
@@ -68,25 +149,35 @@ def read_columns(
         LogError: the file cannot be read or decoded, a column is there twice, a row has too few or too many
             cells, or a cell has no finite number; with line and column where there is one.
     """
-    file = file_name(path)
-    head, body = _head_and_body(_read_bytes(path, file), file)
-    separator = ";" if ";" in head and "," not in head else ","
-    names = [name.strip() for name in _split(head, separator)]
-    wanted = _wanted(names, needed, optional, file)
-    layout = _Layout(file, separator, tuple(names), tuple(wanted), frozenset(gaps))
-    table = _parse_fast(body, layout)
-    if table is None:
-        table = _parse_carefully(body, layout)
-    return dict(zip(wanted, table, strict=True))
+    table = CsvTable(path)
+    check_columns(table.names, needed, table.file)
+    wanted = [*needed, *(name for name in optional if name in table.names)]
+    rows = np.concatenate(list(table.blocks(wanted, gaps)), axis=1)
+    return dict(zip(wanted, rows, strict=True))
 
 
-def check_increasing(time: NDArray[np.float64], column: str, file: str) -> None:
+def check_columns(names: Sequence[str], needed: Sequence[str], file: str) -> None:
+    """Refuse a table without a column that is needed.
+
+    Raises:
+        MissingColumnError: names those that are missing and some of those that are there.
+    """
+    missing = [name for name in needed if name not in names]
+    if missing:
+        found = [printable(name) or "(no name)" for name in names[:_COLUMNS_SHOWN]]
+        if len(names) > _COLUMNS_SHOWN:
+            found.append(f"and {len(names) - _COLUMNS_SHOWN} more")
+        raise MissingColumnError(file=file, missing=missing, found=found)
+
+
+def check_increasing(time: NDArray[np.float64], column: str, file: str, first_row: int = FIRST_ROW) -> None:
     """Refuse times that do not increase.
 
     Args:
         time: times as read [s], shape (n,).
         column: name of their column.
         file: the file they were read from.
+        first_row: line of the first.
 
     Raises:
         LogError: a time is not above the one before it; names the line.
@@ -96,7 +187,49 @@ def check_increasing(time: NDArray[np.float64], column: str, file: str) -> None:
         row = int(stuck[0]) + 1
         now, before = float(time[row]), float(time[row - 1])
         what = "does not increase" if now == before else "goes backwards"
-        raise LogError(f"time {what}: {now!r} after {before!r}", file=file, line=FIRST_ROW + row, column=column)
+        raise LogError(f"time {what}: {now!r} after {before!r}", file=file, line=first_row + row, column=column)
+
+
+def separator_of(head: str) -> str:
+    r"""What separates the cells of a header: commas if there are any, else semicolons, else tabs.
+
+    Example:
+        >>> separator_of("time_s;motor_speed_rpm")
+        ';'
+    """
+    return next((mark for mark in (",", ";", "\t") if mark in head), ",")
+
+
+def split(line: str, separator: str) -> list[str]:
+    """The cells of a line."""
+    if '"' not in line:
+        return line.split(separator)
+    return next(csv.reader([line], delimiter=separator, skipinitialspace=True), [""])
+
+
+def units_row(line: str, separator: str) -> list[str] | None:
+    """The units in a line, brackets taken off, if it is a row of units: no numbers, and a unit of time first.
+
+    Example:
+        >>> units_row("[s];[1/min];[Nm];", ";")
+        ['s', '1/min', 'Nm', '']
+        >>> units_row("0,0;1;2", ";") is None
+        True
+    """
+    try:
+        cells = [_BRACKETS.sub(r"\1", cell).strip() for cell in split(line, separator)]
+        parse(f"1 {cells[0]}", "s")
+    except (DescriptionError, csv.Error):
+        return None
+    return None if any(_is_number(cell) for cell in cells) else cells
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell.replace(",", "."))
+    except ValueError:
+        return False
+    return True
 
 
 @dataclass(frozen=True)
@@ -114,81 +247,12 @@ class _Layout:
         return [self.names.index(name) for name in self.wanted]
 
 
-def _read_bytes(path: str | Path, file: str) -> bytes:
-    try:
-        data = Path(path).read_bytes()
-    except FileNotFoundError:
-        raise LogError("no such file", file=file) from None
-    except IsADirectoryError:
-        raise LogError("is a directory, not a file", file=file) from None
-    except OSError as error:
-        raise LogError(f"cannot be read: {error.strerror or error}", file=file) from None
-    except ValueError as error:  # a null character in the path
-        raise LogError(f"cannot be read: {error}", file=file) from None
-    if str(path).endswith(".gz"):
-        try:
-            return gzip.decompress(data)
-        except gzip.BadGzipFile:
-            raise LogError("is not a gzip file though its name ends in .gz", file=file) from None
-        except EOFError:
-            raise LogError("is a gzip file that breaks off before its end", file=file) from None
-        except zlib.error:
-            raise LogError("is a damaged gzip file", file=file) from None
-    if data.startswith(b"\x1f\x8b"):
-        raise LogError("is a gzip file; give it a name that ends in .csv.gz", file=file)
-    return data
-
-
-def _head_and_body(data: bytes, file: str) -> tuple[str, bytes]:
-    """The header line as text, and the rows as UTF-8 bytes, each ended by a newline."""
-    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise LogError("is UTF-16 text; save it as UTF-8", file=file)
-    data = data.removeprefix(b"\xef\xbb\xbf")
-    if b"\r" in data:
-        data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    if not data.isascii():
-        try:
-            data.decode("utf-8")
-        except UnicodeDecodeError as error:
-            line = data.count(b"\n", 0, error.start) + 1
-            raise LogError(f"byte 0x{data[error.start]:02x} is not UTF-8 text", file=file, line=line) from None
-    if not data.strip():
-        raise LogError("is empty", file=file)
-    head, _, body = data.partition(b"\n")
-    if not head.strip():
-        raise LogError("is blank where the header should stand", file=file, line=1)
-    body = body.rstrip()
-    if not body:
-        raise LogError("has a header but no rows", file=file)
-    return head.decode("utf-8"), body + b"\n"
-
-
-def _split(line: str, separator: str) -> list[str]:
-    if '"' not in line:
-        return line.split(separator)
-    return next(csv.reader([line], delimiter=separator, skipinitialspace=True), [""])
-
-
-def _wanted(names: Sequence[str], needed: Sequence[str], optional: Sequence[str], file: str) -> list[str]:
-    missing = [name for name in needed if name not in names]
-    if missing:
-        found = [printable(name) or "(no name)" for name in names[:_COLUMNS_SHOWN]]
-        if len(names) > _COLUMNS_SHOWN:
-            found.append(f"and {len(names) - _COLUMNS_SHOWN} more")
-        raise MissingColumnError(file=file, missing=missing, found=found)
-    wanted = [*needed, *(name for name in optional if name in names)]
-    for name in wanted:
-        if names.count(name) > 1:
-            raise LogError("is there more than once", file=file, line=1, column=name)
-    return wanted
-
-
 def _parse_fast(body: bytes, layout: _Layout) -> NDArray[np.float64] | None:
     """The wanted columns, shape (columns, rows), or None where the careful pass has to look."""
     if b'"' in body:
         return None
-    if layout.separator == ";":
-        body = body.translate(bytes.maketrans(b";,", b",."))
+    if layout.separator != ",":
+        body = body.translate(bytes.maketrans(layout.separator.encode() + b",", b",."))
     letters = np.frombuffer(body, dtype=np.uint8)
     ends = letters[(letters == ord(",")) | (letters == ord("\n"))]
     width = len(layout.names)
@@ -205,29 +269,37 @@ def _parse_fast(body: bytes, layout: _Layout) -> NDArray[np.float64] | None:
         )
     except ValueError:
         return None
+    if len(rows) != len(is_newline):
+        return None  # NumPy passes over blank lines
     table = np.ascontiguousarray(rows.T)
     for name, column in zip(layout.wanted, table, strict=True):
-        good = ~np.isinf(column) if name in layout.gaps else np.isfinite(column)
-        if not good.all():
-            return None
+        bad = ~np.isfinite(column)
+        if bad.any():
+            if name not in layout.gaps:
+                return None
+            column[bad] = math.nan
     return table
 
 
 def _name_gaps(body: bytes) -> bytes:
     """Empty cells written as ``nan``, so that the fast parser reads them."""
-    body = body.replace(b",,", b",nan,").replace(b",,", b",nan,").replace(b",\n", b",nan\n")
-    body = body.replace(b"\n,", b"\nnan,")
+    if b",," in body:
+        body = body.replace(b",,", b",nan,").replace(b",,", b",nan,")
+    if b",\n" in body:
+        body = body.replace(b",\n", b",nan\n")
+    if b"\n," in body:
+        body = body.replace(b"\n,", b"\nnan,")
     return b"nan" + body if body.startswith(b",") else body
 
 
-def _parse_carefully(body: bytes, layout: _Layout) -> NDArray[np.float64]:
+def _parse_carefully(body: bytes, layout: _Layout, first_line: int) -> NDArray[np.float64]:
     """The wanted columns, shape (columns, rows), or a `LogError` that names line and column."""
     width = len(layout.names)
     places = list(zip(layout.indices, layout.wanted, strict=True))
     rows: list[list[float]] = []
-    for number, line in enumerate(body.decode("utf-8")[:-1].split("\n"), start=FIRST_ROW):
+    for number, line in enumerate(body.decode("utf-8")[:-1].split("\n"), start=first_line):
         try:
-            cells = _split(line, layout.separator)
+            cells = split(line, layout.separator)
         except csv.Error as error:
             raise LogError(f"is no row of a CSV file: {error}", file=layout.file, line=number) from None
         if len(cells) != width:
@@ -250,9 +322,11 @@ def _number(cell: str, name: str, line: int, layout: _Layout) -> float:
     try:
         if "_" in text or not text.isascii():  # float() takes 1_000 and digits of every script
             raise ValueError
-        value = float(text.replace(",", ".") if layout.separator == ";" else text)
+        value = float(text.replace(",", ".") if layout.separator != "," else text)
     except ValueError:
         raise LogError(f"is not a number: '{printable(text)}'", file=layout.file, line=line, column=name) from None
-    if math.isinf(value) or (math.isnan(value) and name not in layout.gaps):
-        raise LogError(f"is not finite: '{printable(text)}'", file=layout.file, line=line, column=name)
-    return value
+    if math.isfinite(value):
+        return value
+    if name in layout.gaps:
+        return math.nan
+    raise LogError(f"is not finite: '{printable(text)}'", file=layout.file, line=line, column=name)

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ramsight.logs.channels import POSITION, PRESSURE_A, PRESSURE_B, TIME, as_dataset
-from ramsight.logs.table import check_increasing, file_name, read_columns
+from ramsight.logs.lines import file_name
+from ramsight.logs.table import check_increasing, read_columns
 
 if TYPE_CHECKING:
     import xarray

@@ -10,7 +10,7 @@ import casadi as ca
 from ramsight.plant.ddh import DdhUnit
 from ramsight.sensor.belief import Belief
 from ramsight.sensor.books import Books
-from ramsight.sensor.stops import StopWatch
+from ramsight.sensor.stops import Signs, StopWatch
 from ramsight.sensor.virtual_sensor import IS_REFERENCED, SensorGraph
 
 _GATE = 16.0  # a reference may be four standard deviations away ...
@@ -79,13 +79,14 @@ def refer(
     referenced, variance = graph.state(IS_REFERENCED), belief.covariance[0, 0]
     hardly = ca.logic_or(variance > _HARDLY_KNOWN**2, ca.logic_not(referenced))
     # The slow filter lags behind a pressure that a stop changes fast: what is compressed meanwhile is no travel.
-    ahead = -lift * books.capacity / books.held.area * books.behind
+    gives = -lift * books.capacity / books.held.area
+    ahead_low, ahead_top = gives * _collapsed(graph, books, signs), gives * books.behind
 
     def is_near(innovation: Any, std: float) -> Any:
         gate = _GATE * (variance + std**2) + _GATE_MARGIN**2
         return ca.logic_or(innovation**2 < gate, ca.logic_not(referenced))
 
-    def stop(end: Any, sign: Any, sure: Any, there: Any) -> _Claim:
+    def stop(end: Any, ahead: Any, sign: Any, sure: Any, there: Any) -> _Claim:
         innovation = end - (belief.position + ahead)
         near, new = is_near(innovation, stop_std), ca.logic_not(there)
         taken = ca.logic_and(ca.logic_and(ca.if_else(hardly, sure, sign), near), new)
@@ -94,8 +95,8 @@ def refer(
         return _Claim(innovation, near, taken, refused)
 
     low_end, top_end = (0.0, stroke) if lift > 0.0 else (stroke, 0.0)
-    low = stop(low_end, signs.low, signs.surely_low, at[0])
-    top = stop(top_end, signs.top, signs.surely_top, at[1])
+    low = stop(low_end, ahead_low, signs.low, signs.surely_low, at[0])
+    top = stop(top_end, ahead_top, signs.top, signs.surely_top, at[1])
     to_given = graph.reference - belief.position
     inside = ca.logic_and(graph.reference > -_OUTSIDE * stroke, graph.reference < (1.0 + _OUTSIDE) * stroke)
     near = is_near(to_given, reference_std)
@@ -106,7 +107,7 @@ def refer(
     found = ca.logic_or(by_stop, given.taken)
     innovation = ca.if_else(given.taken, given.innovation, ca.if_else(low.taken, low.innovation, top.innovation))
     std = ca.if_else(given.taken, reference_std, stop_std)
-    belief.position = belief.position + ca.if_else(by_stop, ahead, 0.0)
+    belief.position = belief.position + ca.if_else(by_stop, ca.if_else(low.taken, ahead_low, ahead_top), 0.0)
     belief.measure([1.0, 0.0, 0.0, 0.0], innovation, std**2, found)
 
     by_given = ca.if_else(inside, ca.fabs(given.innovation) / _MISTRUST, 0.0)
@@ -126,6 +127,20 @@ def refer(
         disputed=disputed_1,
         referenced=known,
     )
+
+
+def _collapsed(graph: SensorGraph, books: Books, signs: Signs) -> Any:
+    """By how much the held chamber's pressure has left the books behind on the lowered end's stop [Pa].
+
+    What falls on one side rises on the other, each in its closed volume, and the torque tells of both together.
+    """
+    direction = books.held.direction(graph.motor_speed)
+    torques = books.other.torque_per_pressure(direction) / books.held.torque_per_pressure(direction)
+    flows = books.other.delivered(1.0) / books.held.delivered(1.0)
+    volumes = (books.capacity + books.held.manifold_capacity) / books.other_capacity
+    fallen = (signs.slow - books.manifold_pressure) / (1.0 + torques * flows * volumes)
+    behind = books.behind + signs.slow - fallen - books.manifold_pressure
+    return ca.fmax(behind, -books.held_pressure)
 
 
 def _mistrust(graph: SensorGraph, watch: StopWatch, belief: Belief, refused: Any, doubt: Any, found: Any) -> None:

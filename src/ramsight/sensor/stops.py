@@ -34,6 +34,7 @@ class Signs:
         low, top: as on the stop of the lowered or the lifted end.
         surely_low, surely_top: as nowhere else, even if the position is hardly known.
         pressure: filtered, of the held manifold [Pa].
+        slow: what it was before it changed [Pa].
         moving: whether the piston moves with the valve open.
     """
 
@@ -42,6 +43,7 @@ class Signs:
     surely_low: Any
     surely_top: Any
     pressure: Any
+    slow: Any
     moving: Any
 
 
@@ -89,6 +91,7 @@ class StopWatch:
             surely_low=ca.logic_and(ca.logic_and(lowering, settled), empty),
             surely_top=ca.logic_and(ca.logic_and(lifting, settled), ca.logic_and(risen, high)),
             pressure=self._pressure,
+            slow=self._slow,
             moving=self._moving,
         )
 
