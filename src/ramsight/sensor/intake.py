@@ -17,7 +17,7 @@ from ramsight.plant.oil import T40
 from ramsight.sensor.chamber import Chamber
 from ramsight.sensor.virtual_sensor import SensorGraph
 
-_LATE = 0.15  # s; samples may come 1 ... 100 ms apart
+_USUAL, _LATE = 0.1, 0.15  # s; samples may come 1 ... 100 ms apart
 _BRIDGED = 0.5  # s; a longer gap is not counted, because nothing says what happened in it
 _RESET = 1.0  # s; a clock that goes back by more was set anew, by less the sample came out of order
 _OVERSPEED = 1.5  # share of the highest speed that no motor reaches
@@ -25,7 +25,7 @@ _OVERTORQUE = 1.5  # share of the torque at relief pressure on both sides
 _COLDEST, _HOTTEST = 203.15, 423.15  # K; -70 ... 150 degC, beyond which a thermometer is broken
 _WARMING = 5.0  # s; oil does not change its temperature faster, a thermometer's noise does
 _LEAP = 10.0  # K; from the filtered temperature
-_INSISTING = 10.0  # s; after which a leap is believed: it was the first reading that was wrong
+_INSISTING, _LONGEST = 10.0, 600.0  # s; a leap is believed once it has lasted as long as what was before, within these
 _LEARNING = 0.005  # share of a sample in the habit of changing
 _HABIT = 0.8  # a torque that has changed from sample to sample so often does not stand still
 _SURE = 20.0  # expected changes that did not come; exp(-20) by chance
@@ -115,10 +115,12 @@ def take_in(graph: SensorGraph, unit: DdhUnit) -> Intake:
 
     filtered = graph.state("oil_temperature")
     warm_ok = ca.logic_and(warmth > _COLDEST, warmth < _HOTTEST)
-    leap_for = graph.state("temperature_leap_for")
-    known = ca.logic_and(filtered > _COLDEST, leap_for < _INSISTING)
+    leap_for, good_for = graph.state("temperature_leap_for"), graph.state("temperature_good_for")
+    believed = leap_for > ca.fmax(_INSISTING, ca.fmin(good_for, _LONGEST))
+    known = ca.logic_and(filtered > _COLDEST, ca.logic_not(believed))
     leap = ca.logic_and(warm_ok, ca.logic_and(known, ca.fabs(warmth - filtered) > _LEAP))
     graph.becomes("temperature_leap_for", ca.if_else(leap, leap_for + elapsed, 0.0))
+    graph.becomes("temperature_good_for", ca.if_else(leap, good_for, ca.if_else(known, good_for + elapsed, 0.0)))
     warm_ok = ca.logic_and(warm_ok, ca.logic_not(leap))
     share = ca.if_else(known, elapsed / (_WARMING + elapsed), 1.0)
     held = ca.if_else(known, filtered, T40)
@@ -141,7 +143,7 @@ def take_in(graph: SensorGraph, unit: DdhUnit) -> Intake:
     speeds = ca.fabs(last_speed) + ca.fabs(graph.motor_speed)
     gap_for = ca.if_else(started, ca.if_else(back, _BRIDGED, raw), 0.0)
     not_counted = ca.if_else(jump, (0.5 * speeds + 0.02 * fastest) * ca.fmin(gap_for, 3600.0), 0.0)
-    bridged = (0.3 * ca.fabs(graph.motor_speed - last_speed) + 0.02 * fastest) * ca.fmax(elapsed - _LATE, 0.0)
+    bridged = (0.25 * speeds + 0.02 * fastest) * ca.fmax(elapsed - _USUAL, 0.0)
     blind = ca.logic_or(stuck, ca.logic_not(torque_ok)) * add("blind_velocity", _blind_velocity(unit)) * elapsed
     drift = ca.if_else(usable, travel * (not_counted + bridged) + blind, 0.0)
     unseen = ca.if_else(usable, 0.0, travel * (ca.fabs(last_speed) + 0.02 * fastest) * ca.fmax(raw, 0.0))

@@ -27,8 +27,8 @@ _PRESSURE_SMOOTHING = 0.1  # s
 _EMPTY = -3e5  # Pa; below it the torque says that the held side is empty, noise is 1 bar
 _IMPOSSIBLE = -25e5  # Pa; no pump draws so much, so the torque's sign or offset is wrong
 _ABOVE_RELIEF = 1.2  # share of the relief setting that no manifold reaches
-_LASTS = 0.15  # s, after which it is no noise
-_RESTING = 3.0  # s of rest, after which manifolds have leaked empty
+_LASTS, _LONG = 0.15, 0.6  # s, after which it is no noise, or no transient of the books
+_RESTING = 1.5  # s of rest, after which manifolds have leaked empty
 _RESTING_TORQUE = 0.06  # share of the torque at relief pressure
 _RESTING_SMOOTHING = 0.5  # s
 _SLIP = 0.5  # share of the pump's flow that may be gone while the relief valve is open
@@ -64,7 +64,7 @@ def judge(
         position: [m], perhaps outside the stroke.
         unit: the unit's parts.
         watch: the pressure's signs.
-        on_stop: whether the piston rests on an end stop.
+        on_stop: whether the piston rests on an end stop, or is just leaving one.
     """
     stroke, relief = books.cylinder.stroke, books.held.side.relief.setting
     dt, w = graph.elapsed, graph.motor_speed
@@ -86,12 +86,22 @@ def judge(
     opens = ca.logic_and(books.highest_pressure > AT_RELIEF * relief, ca.logic_and(turning, watch.signs.moving))
     opens = ca.logic_and(opens, ca.logic_and(away, free))
     lost = graph.lost(opens, found.taken)
-    slipped = ca.if_else(opens, _SLIP * ca.fabs(graph.angle) * unit.travel_per_radian, 0.0)
 
     moves = ca.logic_and(watch.signs.moving, free)
-    empty = lasting("empty_for", ca.logic_and(moves, smooth_1 < _EMPTY))
+    drawn = ca.logic_or(smooth_1 < _EMPTY, watch.signs.gone)
+    empty = lasting("empty_for", ca.logic_and(moves, drawn))
+    below_tank = lasting("below_tank_for", ca.logic_and(moves, books.held_pressure < _EMPTY), _LONG)
+    empty = ca.logic_or(empty, below_tank)
     wrong = ca.logic_or(smooth_1 < _IMPOSSIBLE, smooth_1 > _ABOVE_RELIEF * relief)
     implausible = lasting("implausible_for", ca.logic_and(ca.logic_and(turning, free), wrong))
+    # Oil through the relief valve or from the tank, and a pressure that cannot be, leave the position in doubt.
+    doubted = graph.state("doubted")
+    doubtful = ca.logic_or(empty, implausible)
+    graph.becomes("doubted", doubtful)
+    passes = ca.logic_or(opens, doubtful)
+    slipped = ca.if_else(passes, _SLIP * ca.fabs(graph.angle) * unit.travel_per_radian, 0.0)
+    begins = ca.logic_and(doubtful, ca.logic_not(doubted))
+    slipped += ca.if_else(begins, books.capacity / books.held.area * ca.fmax(watch.signs.slow, 0.0), 0.0)
     rests = lasting("resting_for", ca.logic_not(turning), _RESTING)
     at_rest = graph.state("resting_torque")
     excess = graph.motor_torque - books.other.torque_per_pressure(0.0) * books.other_pressure

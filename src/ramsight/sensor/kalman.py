@@ -53,10 +53,10 @@ class Doubt:
     leak_walk: float = 1e-4
     displacement_walk: float = 1e-6
     compliance_walk: float = 1e-4
-    walk: float = 0.3e-3
-    start: float = 1.5e5
-    leave: float = 4e5
-    stop: float = 0.3e-3
+    walk: float = 0.2e-3
+    start: float = 0.8e5
+    leave: float = 3e5
+    stop: float = 0.22e-3
     reference: float = 1e-3
 
 
@@ -101,7 +101,8 @@ def kalman(unit: DdhUnit, tuning: Tuning | None = None, doubt: Doubt | None = No
     watch.close(ca.logic_or(found.sign, on_stop))
     unseen, looked = unseen_load(graph, books, on_stop)
     graph.becomes("from_stop", ca.if_else(on_stop, 1.0, ca.if_else(looked, 0.0, from_stop)))
-    verdict = judge(graph, books, intake, found, belief.std, belief.position, unit, watch, on_stop)
+    near_stop = ca.logic_or(on_stop, from_stop)
+    verdict = judge(graph, books, intake, found, belief.std, belief.position, unit, watch, near_stop)
     belief.covariance.grow(verdict.slipped)
     return _report(graph, books, intake, belief, found, unseen, verdict.code, unit, on_stop)
 

@@ -11,7 +11,7 @@ from ramsight.sensor.virtual_sensor import SensorGraph
 
 _FIRST_LOOK = 0.3  # s after the valve has opened, when the load is known again
 _LEARNING = 1.0 / 6.0  # share of the newest load change in their mean square
-_EXPECTED = 0.25  # share of the relief pressure; a load change before any has been seen
+_EXPECTED = 0.2  # share of the relief pressure; a load change before any has been seen
 
 
 def unseen_load(graph: SensorGraph, books: Books, on_stop: Any) -> tuple[Any, Any]:

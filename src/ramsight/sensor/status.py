@@ -47,7 +47,7 @@ _REASON = {
     Status.OUTSIDE_SPEED: "motor faster than it may turn",
     Status.TEMPERATURE_LOST: "oil temperature missing or implausible; the last good one is used",
     Status.NEAR_RELIEF: "near the relief valve's pressure",
-    Status.CAVITATION: "cavitation: the pump draws more than the load presses out",
+    Status.CAVITATION: "cavitation, or the load has left the oil",
     Status.INPUT_GAP: "samples were missing",
     Status.REFERENCE_REFUSED: "a reference that cannot be true was refused; another is needed",
     Status.POSITION_LOST: "the relief valve has let oil pass; a reference is needed",

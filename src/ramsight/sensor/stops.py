@@ -17,10 +17,12 @@ from ramsight.sensor.virtual_sensor import SensorGraph
 
 _TURNING = 3.0  # rad/s
 _SMOOTHING = 0.04  # s, of the manifold's pressure; the noise of a torque is 1 bar
-_FINDING, _KEEPING = 0.1, 2.0  # s, of what it is compared with, before and after the stretch counts as steady
+_FINDING = 0.1  # s, of what it is compared with, until the stretch counts as steady; then ...
+_LONGER, _KEEPING = 2.0, (0.3, 2.0)  # ... over the time in which a stop changes it, within these s
 _STEADY, _STEADY_PRESSURE = 0.06, 3e5  # share and Pa by which a steady pressure may differ from the slow one
 _STEADY_FOR = 0.4  # s
 _FALL, _LEAST_HELD = 0.5, 15e5  # share of the slow pressure below which it has collapsed; Pa above which that counts
+_NOTHING = 0.15  # share of the slow pressure that no load a machine lifts falls to
 _EMPTY = -5e5  # Pa; what the torque seems to say when the other side alone turns the motor
 _RISE, _RISE_PRESSURE = 1.12, 10e5  # share and Pa above the slow pressure
 _HIGH, _HIGH_RISE = 0.93, 0.35  # shares of the relief setting: reached, or risen by, only on a stop
@@ -33,6 +35,7 @@ class Signs:
     Attributes:
         low, top: as on the stop of the lowered or the lifted end.
         surely_low, surely_top: as nowhere else, even if the position is hardly known.
+        gone: a steady pressure is gone: half of it while lowering, nearly all of it while lifting.
         pressure: filtered, of the held manifold [Pa].
         slow: what it was before it changed [Pa].
         moving: whether the piston moves with the valve open.
@@ -42,6 +45,7 @@ class Signs:
     top: Any
     surely_low: Any
     surely_top: Any
+    gone: Any
     pressure: Any
     slow: Any
     moving: Any
@@ -71,12 +75,19 @@ class StopWatch:
         near = ca.fabs(self._pressure - self._slow) < _STEADY * ca.fabs(self._slow) + _STEADY_PRESSURE
         settled = steady_for > _STEADY_FOR
         waiting = ca.if_else(near, steady_for + dt, 0.0)
-        self._tau = ca.if_else(settled, _KEEPING, _FINDING)
+        # On a stop the pump changes the pressure of a closed volume; what takes much longer is no stop.
+        volume = books.capacity + books.held.manifold_capacity
+        taken = (
+            volume * ca.fmax(self._slow, _LEAST_HELD) / ca.fmax(ca.fabs(books.held.delivered(graph.motor_speed)), 1e-9)
+        )
+        keeping = ca.fmin(ca.fmax(_LONGER * taken, _KEEPING[0]), _KEEPING[1])
+        self._tau = ca.if_else(settled, keeping, _FINDING)
         graph.becomes("filtered_pressure", self._pressure)
         graph.becomes("moving_for", ca.if_else(self._moving, moving_for + dt, 0.0))
         graph.becomes("steady_for", ca.if_else(self._moving, ca.if_else(settled, steady_for, waiting), 0.0))
 
         collapsed = ca.logic_and(self._slow > _LEAST_HELD, self._pressure < _FALL * self._slow)
+        nothing = ca.logic_and(self._slow > _LEAST_HELD, self._pressure < _NOTHING * self._slow)
         empty = self._pressure < _EMPTY
         relief = books.held.side.relief.setting
         risen = self._pressure > _RISE * self._slow + _RISE_PRESSURE
@@ -90,6 +101,7 @@ class StopWatch:
             top=top,
             surely_low=ca.logic_and(ca.logic_and(lowering, settled), empty),
             surely_top=ca.logic_and(ca.logic_and(lifting, settled), ca.logic_and(risen, high)),
+            gone=ca.logic_and(settled, ca.if_else(lifting, nothing, collapsed)),
             pressure=self._pressure,
             slow=self._slow,
             moving=self._moving,
