@@ -183,8 +183,8 @@ def test_columns_of_different_length_are_a_mistake(tmp_path):
 
 
 def test_an_unknown_suffix_is_refused_with_those_known(tmp_path):
-    assert refusal(write_dataset, run(), tmp_path / "run.xlsx").endswith("(known: .nc, .csv, .csv.gz)")
-    assert refusal(write_table, {}, tmp_path / "run.nc").endswith("(known: .csv, .csv.gz)")
+    assert refusal(write_dataset, run(), tmp_path / "run.xlsx").endswith("(known: .nc, .csv, .csv.gz, .parquet, .mf4)")
+    assert refusal(write_table, {}, tmp_path / "run.nc").endswith("(known: .csv, .csv.gz, .parquet, .mf4)")
     assert "unknown suffix" in refusal(write_dataset, run(), tmp_path / ".csv")
 
 
@@ -281,7 +281,7 @@ def test_a_bar_does_not_load_rich_before_it_shows():
 
 
 @pytest.mark.parametrize(
-    "name", ["logs.channels", "logs.drive", "logs.table", "logs.truth", "output", "progress", "study.errors"]
+    "name", ["logs.channels", "logs.drive", "logs.table", "logs.truth", "output.atomic", "output.cells", "output.dataset", "output.table", "progress", "study.errors"]
 )
 def test_examples_in_docstrings_run(name):
     failed, tried = doctest.testmod(importlib.import_module(f"ramsight.{name}"))

@@ -203,7 +203,7 @@ def simulate(
 @app.command()
 def track(
     machine: _MACHINE,
-    log: Annotated[Path, typer.Argument(help="Drive log, .csv or .csv.gz.")],
+    log: Annotated[Path, typer.Argument(help="Drive log: CSV, Parquet, MF4, BLF, ASC or candump, by its suffix.")],
     unit: Annotated[str, typer.Option(help="The unit that the drive turns, for example boom.")],
     start: Annotated[
         str | None,
@@ -226,7 +226,13 @@ def track(
             help="Resume the kalman sensor from this file if it is there, and keep its state in it at the end."
         ),
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="The track: .csv, .csv.gz or .nc.")] = None,
+    channel_map: Annotated[
+        Path | None,
+        typer.Option("--map", help="Which of the log's channels are what: a TOML file of 'ramsight logs inspect'."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="The track: .csv, .csv.gz, .parquet, .mf4 or .nc.")
+    ] = None,
     truth: Annotated[Path | None, typer.Option(help="True position, to print the errors: .csv or .csv.gz.")] = None,
     figure: Annotated[Path | None, typer.Option(help="A picture of it: .png, .svg or .pdf.")] = None,
 ) -> None:
@@ -239,24 +245,26 @@ def track(
     Example: ramsight track mining-loader log.csv.gz --unit boom --start "100 mm" --out track.csv
     """
     from ramsight.calibration.sensors import TABLE_RUNS, sensor_for
-    from ramsight.logs import read_drive_log, read_truth
+    from ramsight.logs import open_log, read_truth
     from ramsight.machine import load as load_machine
-    from ramsight.output import check_target, write_dataset, write_table
+    from ramsight.output import DATASET_FILES, check_installed, check_target
     from ramsight.plant.ddh import build
     from ramsight.progress import progress
     from ramsight.sensor.keeping import StateFile, said
     from ramsight.study.figures import tracked_figure
-    from ramsight.study.tracking import error_summary, track_columns, track_summary
+    from ramsight.study.pieces import track_pieces
+    from ramsight.study.tracking import error_summary, track_summary
     from ramsight.units import format_si, parse_option
 
-    check_target(out, (".csv", ".csv.gz", ".nc"))
+    check_target(out, DATASET_FILES)
+    if out is not None:
+        check_installed(out)
     check_target(figure, (".png", ".svg", ".pdf"))
     description = load_machine(machine)
     ddh = build(unit, description.unit(unit))
     stroke = format_si(ddh.cylinder.stroke, "mm")
     position = None if start is None else parse_option(start, "m", "--start", least="0 mm", most=stroke)
     std = parse_option(start_std, "m", "--start-std", least="0.01 mm", most=stroke)
-    recorded = read_drive_log(log)
     true = None if truth is None else read_truth(truth)
     with progress(TABLE_RUNS, "calibrating the table") as bar:
         virtual = sensor_for(ddh, sensor, advance=bar.advance)
@@ -265,17 +273,13 @@ def track(
         typer.echo(said(kept.resume(), kept.path))
     else:
         virtual.start(position, std)
-    with progress(recorded.sizes["time"], "tracking") as bar:
-        tracked = virtual.track(recorded, advance=bar.advance)
+    with progress(1.0, "tracking") as bar:
+        pieces = open_log(log, channel_map, advance=bar.advance)
+        tracked, recorded = track_pieces(virtual, pieces, out, with_log=figure is not None)
     if kept is not None:
         kept.save()
     errors = None if true is None else error_summary(tracked, true)
-    if out is not None:
-        if out.suffix == ".nc":
-            write_dataset(tracked, out)
-        else:
-            write_table(track_columns(tracked), out)
-    if figure is not None:
+    if figure is not None and recorded is not None:
         title = f"{description.title or description.name}, {unit}: {log.name}"
         tracked_figure(recorded, tracked, true, title, figure)
     typer.echo(track_summary(tracked))

@@ -9,35 +9,50 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.errors import LogError, OutputError
-from ramsight.logs.channels import MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPERATURE, REFERENCE, TIME, as_dataset
-from ramsight.logs.lines import file_name
-from ramsight.logs.table import FIRST_ROW, check_increasing, read_columns
-from ramsight.output import write_table
+from ramsight.logs.channel_map import ChannelMap
+from ramsight.logs.channels import MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPERATURE, REFERENCE, TIME
+from ramsight.logs.lines import Advance, file_name
+from ramsight.logs.opening import check_temperature, open_log
+from ramsight.output import open_table
 
 if TYPE_CHECKING:
     import xarray
 
 CHANNELS = (MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPERATURE)
-COLDEST_C, HOTTEST_C = -60.0, 200.0
-"""Range of oil temperatures [°C]: beyond it a log has another unit, or its sensor is broken."""
+_UNITS = {
+    TIME: "s", MOTOR_SPEED.column: "rpm", MOTOR_TORQUE.column: "Nm", OIL_TEMPERATURE.column: "degC",
+    REFERENCE.column: "m",
+}  # fmt: skip
 
 
-def read_drive_log(path: str | Path) -> xarray.Dataset:
-    r"""The drive log in a CSV file, or in one compressed with gzip if its name ends in ``.gz``.
+def read_drive_log(
+    path: str | Path,
+    channel_map: ChannelMap | str | Path | None = None,
+    *,
+    strict: bool = False,
+    advance: Advance | None = None,
+) -> xarray.Dataset:
+    r"""The drive log in a file of any kind that ramsight reads, by its suffix, whole.
 
-    The file has the columns ``time_s``, ``motor_speed_rpm``, ``motor_torque_nm`` and ``oil_temperature_c``,
-    and perhaps ``reference_m``, in any order. Every other column is ignored, a position above all.
+    Without a map, the file's channels are called ``time_s``, ``motor_speed_rpm``, ``motor_torque_nm``,
+    ``oil_temperature_c`` and perhaps ``reference_m``, in any order. Every other one is ignored, a position above all.
 
     Args:
-        path: the file.
+        path: the file, for example ``.csv`` or ``.csv.gz``; docs/logs.md has them all.
+        channel_map: which of its channels are what, or the file that says so.
+        strict: refuse a log with faults, for work that needs one without: values that are missing, time that does
+            not increase. A sensor does not need that, it says which samples are bad.
+        advance: told the share of the file that was read since the last call.
 
     Returns:
-        Over ``time`` [s], as in the file and increasing: ``motor_speed`` [rad/s], ``motor_torque`` [N m],
-        ``oil_temperature`` [K] and, if the file has it, ``reference`` [m], NaN wherever its cell is empty.
+        Over ``time`` [s], as in the file: ``motor_speed`` [rad/s], ``motor_torque`` [N m], ``oil_temperature`` [K],
+        NaN where the file has no number, and, if the file has it, ``reference`` [m], NaN where none is known.
 
     Raises:
         MissingColumnError: a column is absent.
         LogError: the file cannot be read, or what it says cannot be; with line and column.
+        UnknownNameError: the map names a channel that is not there.
+        DescriptionError: the map says what cannot be.
 
     Example:
         >>> import pathlib, tempfile
@@ -49,31 +64,28 @@ def read_drive_log(path: str | Path) -> xarray.Dataset:
         >>> round(float(log.motor_speed[0]), 3), log.motor_speed.attrs["units"]
         (157.08, 'rad/s')
     """
-    columns = read_columns(
-        path,
-        needed=[TIME, *(channel.column for channel in CHANNELS)],
-        optional=[REFERENCE.column],
-        gaps=[REFERENCE.column],
-    )
-    file = file_name(path)
-    check_increasing(columns[TIME], TIME, file)
-    _check_temperature(columns[OIL_TEMPERATURE.column], file)
-    return as_dataset(columns, [*CHANNELS, REFERENCE])
+    import xarray
+
+    pieces = list(open_log(path, channel_map, advance=advance))
+    log = pieces[0] if len(pieces) == 1 else xarray.concat(pieces, "time", join="outer", combine_attrs="override")
+    if strict:
+        _check_faultless(log, file_name(path))
+    return log
 
 
 def write_drive_log(log: xarray.Dataset, path: str | Path) -> None:
-    """A drive log as a CSV file that `read_drive_log` reads, compressed with gzip if it is named so.
+    """A drive log as a file that `read_drive_log` reads, in the format that its suffix says.
 
-    Only what a drive log has is written, so a whole simulated run may be given. Values keep 12 digits,
-    times 15.
+    Only what a drive log has is written, so a whole simulated run may be given. In CSV values keep 12 digits, times
+    15, and NaN is an empty cell.
 
     Args:
-        log: over ``time`` [s], increasing: ``motor_speed`` [rad/s], ``motor_torque`` [N m],
-            ``oil_temperature`` [K] and perhaps ``reference`` [m], NaN where there is none.
-        path: the file, ``.csv`` or ``.csv.gz``.
+        log: over ``time`` [s]: ``motor_speed`` [rad/s], ``motor_torque`` [N m], ``oil_temperature`` [K] and perhaps
+            ``reference`` [m], NaN where there is none.
+        path: the file, ``.csv``, ``.csv.gz``, ``.parquet`` or ``.mf4``.
 
     Raises:
-        OutputError: a variable is absent, a value could not be read back, or the file cannot be written.
+        OutputError: a variable is absent, the log could not be read back, or the file cannot be written.
 
     Example:
         >>> import pathlib, tempfile
@@ -104,35 +116,34 @@ def write_drive_log(log: xarray.Dataset, path: str | Path) -> None:
     columns = {TIME: np.asarray(log["time"].values, dtype=np.float64)}
     for channel in (*CHANNELS, REFERENCE):
         if channel.name in log.variables:
-            values = np.asarray(log[channel.name].values, dtype=np.float64)
-            columns[channel.column] = channel.from_si(values)
-    _check_writable(columns, file)
-    write_table(columns, path, formats={name: "%.15g" if name == TIME else "%.12g" for name in columns})
-
-
-def _check_temperature(cells: NDArray[np.float64], file: str) -> None:
-    absurd = np.flatnonzero((cells < COLDEST_C) | (cells > HOTTEST_C))
-    if absurd.size:
-        row = int(absurd[0])
-        raise LogError(
-            f"is {cells[row]:g} °C; a drive log's oil is between {COLDEST_C:g} and {HOTTEST_C:g} °C:"
-            " is the column in another unit?",
-            file=file,
-            line=FIRST_ROW + row,
-            column=OIL_TEMPERATURE.column,
-        )
-
-
-def _check_writable(columns: dict[str, NDArray[np.float64]], file: str) -> None:
-    """Refuse what `read_drive_log` would refuse: such a file would be of no use."""
-    for name, cells in columns.items():
-        bad = np.isinf(cells) if name == REFERENCE.column else ~np.isfinite(cells)
-        if bad.any():
-            raise OutputError(f"{file}: {name} of sample {int(np.argmax(bad))} is not finite")
+            columns[channel.column] = channel.from_si(_finite(log[channel.name].values))
+    if not np.isfinite(columns[TIME]).any():
+        raise OutputError(f"{file}: has no samples")
     try:
-        if not columns[TIME].size:
-            raise LogError("has no samples", file=file)
-        check_increasing(columns[TIME], TIME, file)
-        _check_temperature(columns[OIL_TEMPERATURE.column], file)
+        check_temperature(_finite(log[OIL_TEMPERATURE.name].values), file, OIL_TEMPERATURE.column)
     except LogError as error:
         raise OutputError(str(error)) from None
+    formats = {name: "%.15g" if name == TIME else "%.12g" for name in columns}
+    with open_table(path, formats=formats, units=_UNITS) as table:
+        table.append(columns)
+
+
+def _finite(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    numbers = np.asarray(values, dtype=np.float64)
+    return np.where(np.isfinite(numbers), numbers, np.nan)
+
+
+def _check_faultless(log: xarray.Dataset, file: str) -> None:
+    """Refuse a log with missing values, or with time that does not increase."""
+    time = log["time"].values
+    for name in ("time", *(channel.name for channel in CHANNELS)):
+        bad = ~np.isfinite(log[name].values)
+        if bad.any():
+            sample = int(np.argmax(bad))
+            raise LogError(f"is missing in sample {sample + 1}, at {time[sample]:g} s", file=file, column=name)
+    stuck = np.flatnonzero(time[1:] <= time[:-1])
+    if stuck.size:
+        sample = int(stuck[0]) + 1
+        now, before = float(time[sample]), float(time[sample - 1])
+        what = "does not increase" if now == before else "goes backwards"
+        raise LogError(f"time {what} in sample {sample + 1}: {now!r} after {before!r}", file=file)

@@ -83,6 +83,7 @@ class Books:
         held, other: the side that holds the load, and the other one.
         held_pressure, other_pressure: of the chambers [Pa].
         manifold_pressure: on the held side, straight from the torque [Pa].
+        apparent_pressure: what that would be if the other side were at tank pressure [Pa].
         behind: by how much the manifold's pressure, less the valve's drop, is ahead of `held_pressure` [Pa].
         capacity, other_capacity: of the held chamber and its hose; of all of the other side [m3/Pa].
         leakage, other_leakage: of the pumps per pressure, without the factor [m3/s/Pa].
@@ -105,6 +106,7 @@ class Books:
     held_pressure: Any
     other_pressure: Any
     manifold_pressure: Any
+    apparent_pressure: Any
     behind: Any
     capacity: Any
     other_capacity: Any
@@ -314,6 +316,7 @@ def keep_books(
         held_pressure=chamber_1,
         other_pressure=other_1,
         manifold_pressure=manifold_1,
+        apparent_pressure=torque / slope_held,
         behind=manifold_1 - drop - chamber_1,
         capacity=capacity_held,
         other_capacity=capacity_other,

@@ -87,7 +87,11 @@ class StopWatch:
         graph.becomes("steady_for", ca.if_else(self._moving, ca.if_else(settled, steady_for, waiting), 0.0))
 
         collapsed = ca.logic_and(self._slow > _LEAST_HELD, self._pressure < _FALL * self._slow)
-        nothing = ca.logic_and(self._slow > _LEAST_HELD, self._pressure < _NOTHING * self._slow)
+        # A lifting pump empties the other side, so that the torque alone tells that nothing is lifted any more.
+        apparent = graph.state("apparent_pressure")
+        apparent_1 = apparent + dt / (_SMOOTHING + dt) * (books.apparent_pressure - apparent)
+        graph.becomes("apparent_pressure", apparent_1)
+        nothing = ca.logic_and(self._slow > _LEAST_HELD, apparent_1 < _NOTHING * self._slow)
         empty = self._pressure < _EMPTY
         relief = books.held.side.relief.setting
         risen = self._pressure > _RISE * self._slow + _RISE_PRESSURE
