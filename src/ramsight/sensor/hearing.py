@@ -19,8 +19,7 @@ _CLOSED_BEST = 0.012  # of all stretches between two lifts together
 _SPEED_DOUBT = 0.03  # rad/s, standard deviation of a speed in steps of 1 rpm
 _CLOSED_SMOOTHING = 0.2  # s
 _PRESSING = 3.0  # rad/s
-_PRESSING_BEGINS = 0.15  # s, after which the pressure of the side that gave way is gone
-_PRESSED = 1e6  # s; marks a visit that has told its compliance
+_EMPTIED = 1.3  # share of the oil under pressure that the pump draws until the held side is surely empty
 _PRESSED_FULL = 0.9  # share of the relief setting up to which the volume is closed
 _PRESSED_LEAST = 20e5  # Pa
 _PRESSURE_NOISE = 3e5  # Pa, of a pressure from one torque sample
@@ -63,39 +62,53 @@ def hear_leakage(graph: SensorGraph, books: Books, belief: Belief, lift: float) 
         graph.becomes(name, ca.if_else(seen, 0.0, value))
 
 
-def hear_compression(graph: SensorGraph, books: Books, belief: Belief, on_low: Any, on_top: Any, lift: float) -> None:
+def hear_compression(
+    graph: SensorGraph, books: Books, belief: Belief, slow: Any, *, on_low: Any, on_top: Any, lift: float
+) -> None:
     """On a stop nothing moves, and what a pump delivers is compressed: 0 = V_pumped - V_leaked - C dp.
 
-    On the lifted end's stop in the held chamber, on the lowered end's in the other one, which the torque then tells.
+    On the lifted end's stop in the held chamber; on the lowered end's in the other one, which the torque tells once the
+    held one is empty. One press a visit: when the motor turns anew the valves are not as they were.
+
+    Args:
+        graph: the sensor's graph; gains states.
+        books: of this sample.
+        belief: its compliance is corrected.
+        slow: pressure of the held manifold before the stop [Pa].
+        on_low: whether the piston is on the stop of the lowered end.
+        on_top: whether it is on that of the lifted end.
+        lift: +1 if extension lifts, else -1.
     """
     w, dt, angle = graph.motor_speed, graph.elapsed, graph.angle
-    names = ("pressed_for", "pressed_from", "pressed_last", "pressed_oil", "pressed_leaked")
-    pressed_for, first, last, oil, leaked = (graph.state(name) for name in names)
-    lowers = ca.logic_and(on_low, lift * w < -_PRESSING)
-    lifts = ca.logic_and(on_top, lift * w > _PRESSING)
-    presses = ca.logic_or(lowers, lifts)
+    names = ("press_counts", "press_over", "press_drawn", "press_from", "press_last", "press_oil", "press_leaked")
+    counted, over, drawn, first, last, oil, leaked = (graph.state(name) for name in names)
+    turns_low = ca.logic_and(on_low, lift * w < -_PRESSING)
+    presses = ca.logic_or(turns_low, ca.logic_and(on_top, lift * w > _PRESSING))
+    on_stop = ca.logic_or(on_low, on_top)
     pressure = ca.if_else(on_low, books.other_pressure, books.manifold_pressure)
-    capacity = ca.if_else(on_low, books.other_capacity, books.capacity + books.held.manifold_capacity)
+    held_capacity = books.capacity + books.held.manifold_capacity
+    capacity = ca.if_else(on_low, books.other_capacity, held_capacity)
     leakage = ca.if_else(on_low, books.other_leakage, books.leakage) * belief.factors[0]
     delivered = ca.if_else(on_low, books.other.delivered(angle), books.held.delivered(angle))
-    begins = pressed_for < _PRESSING_BEGINS
-    done = pressed_for >= _PRESSED
-    counts = ca.logic_and(presses, ca.logic_not(ca.logic_or(begins, done)))
+
+    drawn_1 = ca.if_else(turns_low, drawn - books.held.delivered(angle), 0.0)
+    ready = ca.logic_or(on_top, drawn_1 > _EMPTIED * held_capacity * slow)
+    may = ca.logic_and(ca.logic_and(presses, ready), ca.logic_not(over))
+    counts = ca.logic_and(may, counted)
     oil_1 = ca.if_else(counts, oil + delivered, 0.0)
     leaked_1 = ca.if_else(counts, leaked + 0.5 * (last + pressure) * leakage * dt, 0.0)
-    first_1 = ca.if_else(begins, pressure, first)
-    relief = books.held.side.relief.setting
-    full = pressure > _PRESSED_FULL * relief
+    first_1 = ca.if_else(counts, first, pressure)
+    full = pressure > _PRESSED_FULL * books.held.side.relief.setting
     # The last sample before the motor stands, if it slows as it does now.
     slows = ca.fabs(w) + 1.5 * (ca.fabs(w) - ca.fabs(graph.last_speed)) < _PRESSING
     rise = pressure - first_1
-    tells = ca.logic_and(ca.logic_and(counts, ca.logic_or(full, slows)), rise > _PRESSED_LEAST)
-    pressed_1 = ca.if_else(ca.logic_or(tells, ca.logic_and(counts, full)), _PRESSED, pressed_for + dt)
-    graph.becomes("pressed_for", ca.if_else(presses, ca.if_else(done, _PRESSED, pressed_1), 0.0))
-    graph.becomes("pressed_from", first_1)
-    graph.becomes("pressed_last", pressure)
-    graph.becomes("pressed_oil", oil_1)
-    graph.becomes("pressed_leaked", leaked_1)
+    ends = ca.logic_and(may, ca.logic_or(full, slows))
+    tells = ca.logic_and(ca.logic_and(counts, ends), rise > _PRESSED_LEAST)
+    stopped = ca.logic_and(counted, ca.logic_not(presses))
+    values = (may, ca.logic_and(on_stop, ca.logic_or(over, ca.logic_or(ends, stopped))), drawn_1, first_1, pressure)
+    for name, value in zip(names, (*values, oil_1, leaked_1), strict=True):
+        graph.becomes(name, value)
+
     leak, displacement, compliance = belief.factors
     compressed = capacity * rise
     row = [0.0, -leaked_1 / leak, oil_1 / displacement, -compressed / compliance]

@@ -90,7 +90,7 @@ def kalman(unit: DdhUnit, tuning: Tuning | None = None, doubt: Doubt | None = No
 
     _predict(graph, books, intake, doubt, belief, ca.logic_or(on_low, on_top), leaves)
     hear_leakage(graph, books, belief, lift)
-    hear_compression(graph, books, belief, on_low, on_top, lift)
+    hear_compression(graph, books, belief, watch.signs.slow, on_low=on_low, on_top=on_top, lift=lift)
     found = refer(
         graph, books, watch, belief, unit, at=(at_low, at_top), stop_std=doubt.stop, reference_std=doubt.reference
     )

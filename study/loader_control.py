@@ -1,0 +1,233 @@
+"""How well the loader's boom and bucket go where they are sent, with virtual sensors as the only feedback.
+
+Targets and payload are drawn at random; each target is looked at half a second after the machine has come to rest.
+The seed decides everything.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from ramsight import machine
+from ramsight.control.loop import ClosedLoop, Feedback
+from ramsight.duty.live import Reported
+from ramsight.plant.as_built import AsBuilt
+from ramsight.plant.linkage import holding_forces, joints, tip
+from ramsight.plant.linked import LinkedMachine, build
+from ramsight.sensor.kalman import Doubt
+
+UNITS = ("boom", "bucket")
+START = {"boom": 0.2, "bucket": 0.25}
+PAYLOADS = (0.0, 3000.0, 6000.0)  # kg; a third of the targets with each
+TARGETS = 30
+_INSIDE = (0.08, 0.92)  # shares of the strokes
+_HOLDABLE = 0.8  # share of the load at relief pressure that targets may ask for
+KNOWN = Doubt(leak=0.03)
+"""Of a machine whose leakage was measured, by `leaktest` or `identify`, and found to be its data sheet's."""
+DEVIATIONS = tuple(product((0.8, 1.2), (-3.0, 3.0)))  # leakage over the data sheet's, thermometers' error [K]
+
+
+@dataclass(frozen=True)
+class Arrival:
+    """A target and what became of it: rods [m], by unit, sensors less truth [m], tip [m]."""
+
+    rod: Mapping[str, float]
+    sensor: Mapping[str, float]
+    tip: float
+
+
+def as_built(sheet: LinkedMachine, leak: float) -> LinkedMachine:
+    """The machine with another leakage in all pumps."""
+    return replace(sheet, units=tuple(AsBuilt(leak=leak).apply(unit) for unit in sheet.units))
+
+
+def draw(sheet: LinkedMachine, payload: float, random: np.random.Generator) -> dict[str, float]:
+    """A pose that the machine can hold with a payload [kg]."""
+    while True:
+        target = {unit.name: float(random.uniform(*_INSIDE)) * unit.cylinder.stroke for unit in sheet.units}
+        forces = holding_forces(sheet.mechanism, joints(sheet.mechanism, list(target.values())), payload)
+        most = [unit.held_side.relief.setting * unit.cylinder.area(unit.held) for unit in sheet.units]
+        if all(abs(force) < _HOLDABLE * limit for force, limit in zip(forces, most, strict=True)):
+            return target
+
+
+def visit(loop: ClosedLoop, references: int, listens: bool = False) -> None:
+    """Reference both units, loaded as they are: the boom at alternating ends, the bucket always rolled back.
+
+    A bucket that is full cannot go to its other end; from its middle it comes back, so that the way between two
+    references is long enough to tell leakage.
+    """
+    for k in range(references):
+        loop.home("boom", lifted=k % 2 == 1)
+    loop.go({"boom": START["boom"]})
+    for k in range(references):
+        if k > 0:
+            loop.go({"bucket": 0.3})
+        loop.home("bucket", lifted=True)
+    loop.go({"bucket": START["bucket"]})
+    if listens:
+        loop.listen()
+
+
+def arrivals(
+    sheet: LinkedMachine,
+    actual: LinkedMachine,
+    *,
+    references: int,
+    feedback: Feedback = Feedback.SENSOR,
+    offset: float = 0.0,
+    seed: int = 0,
+    targets: int = TARGETS,
+    doubt: Doubt | None = None,
+    listens: bool = False,
+) -> list[Arrival]:
+    """Load the machine, reference it, send it from target to target; anew for each payload."""
+    found: list[Arrival] = []
+    for series, payload in enumerate(PAYLOADS):
+        loop = ClosedLoop(
+            actual,
+            sheet,
+            START,
+            temperature_offset=offset,
+            feedback=feedback,
+            seed=len(PAYLOADS) * seed + series,
+            doubt=doubt,
+        )
+        loop.load(payload, 2.0)
+        visit(loop, references, listens)
+        random = np.random.default_rng([seed, series])
+        for _ in range(targets // len(PAYLOADS)):
+            target = draw(sheet, payload, random)
+            loop.go(target)
+            if loop.stopped:
+                raise RuntimeError(f"stopped: {loop.reasons}")
+            found.append(_arrival(sheet, loop, target))
+    return found
+
+
+def _arrival(sheet: LinkedMachine, loop: ClosedLoop, target: Mapping[str, float]) -> Arrival:
+    now = loop.now
+    wanted = tip(sheet.mechanism, joints(sheet.mechanism, [target[name] for name in UNITS]))
+    return Arrival(
+        {name: now.position[name] - target[name] for name in UNITS},
+        {name: loop.records[name].estimate[-1].position - now.position[name] for name in UNITS},
+        math.dist(wanted, now.tip),
+    )
+
+
+def summed(found: list[Arrival]) -> dict[str, float]:
+    """95th percentiles and largest values [m] of rods, both units together and each, and of the tip."""
+    rods = {name: np.abs([arrival.rod[name] for arrival in found]) for name in UNITS}
+    both = np.concatenate(list(rods.values()))
+    tips = np.array([arrival.tip for arrival in found])
+    sensed = np.abs([[arrival.sensor[name] for name in UNITS] for arrival in found])
+    result = {"targets": len(found), "p95": p95(both), "largest": float(both.max())}
+    result |= {f"{name}_p95": p95(values) for name, values in rods.items()}
+    return result | {
+        "sensor_p95": p95(sensed),
+        "tip_p95": p95(tips),
+        "tip_median": float(np.median(tips)),
+        "tip_largest": float(tips.max()),
+    }
+
+
+def p95(values: np.ndarray) -> float:
+    """95th percentile."""
+    return float(np.percentile(values, 95))
+
+
+RESTED_FOR, LIFTED_FOR = 10.0, 6.0  # s, before a fault: a sensor learns how a torque changes from the torque itself
+FAULTS: dict[str, Callable[[Reported, Reported], Reported]] = {
+    "torque lost": lambda now, last: replace(now, motor_torque=math.nan),
+    "torque stuck": lambda now, last: replace(now, motor_torque=last.motor_torque),
+    "torque jumps": lambda now, last: replace(now, motor_torque=1e3),
+    "speed lost": lambda now, last: replace(now, motor_speed=math.nan),
+    "speed stuck": lambda now, last: replace(now, motor_speed=last.motor_speed),
+    "time frozen": lambda now, last: replace(now, time=last.time),
+    "temperature absurd": lambda now, last: replace(now, oil_temperature=900.0),
+}
+"""What becomes of a sample, given the last one before the fault."""
+
+
+def broken(sheet: LinkedMachine, kind: str, *, seed: int = 0) -> dict[str, float | str]:
+    """Break the boom's report in mid-lift.
+
+    Returns:
+        `noticed`: from the fault to the control's first reaction [s]; `standstill`: from that until the motor stands
+        [s]; `fault_to_standstill` [s]; `travelled`: way of the boom's rod from the fault on [m]; `reason`; `goes_on`, 1
+        if the machine arrived all the same.
+    """
+    loop = ClosedLoop(sheet, sheet, START, known=True, payload=3000.0, seed=seed)
+    loop.rest(RESTED_FOR)
+    loop.send({"boom": 0.6, "bucket": 0.3})
+    loop.rest(LIFTED_FOR)
+    kept: dict[str, Reported] = {"boom": loop.records["boom"].reported[-1]}
+    loop.fault = lambda unit, now: FAULTS[kind](now, kept["boom"]) if unit == "boom" else now
+    began, place = loop.now.time, loop.now.position["boom"]
+    reason, noticed, stood = "", math.nan, math.nan
+    while math.isnan(stood):
+        loop.step()
+        reason = reason or loop.reasons.get("boom", "")
+        if reason and math.isnan(noticed):
+            noticed = loop.now.time - began
+        if loop.stopped and all(speed == 0.0 for speed in loop.now.motor_speed.values()):
+            stood = loop.now.time - began
+        if loop.done and not loop.stopped:
+            break
+    return {
+        "noticed": noticed,
+        "fault_to_standstill": stood,
+        "standstill": stood - noticed,
+        "travelled": abs(loop.now.position["boom"] - place),
+        "goes_on": float(not loop.stopped),
+        "reason": reason,
+    }
+
+
+def study(advance: Callable[[float], object] = lambda _: None, seeds: int = 4) -> dict[str, object]:
+    """All of it.
+
+    Args:
+        advance: called with 1 after each of `runs(seeds)` runs.
+        seeds: how many machines that are their data sheets.
+    """
+    sheet = build(machine.load("mining-loader"))
+    found: dict[str, object] = {}
+    for feedback in Feedback:
+        passed: list[Arrival] = []
+        for seed in range(seeds):
+            passed += arrivals(sheet, sheet, references=1, feedback=feedback, seed=seed, doubt=KNOWN)
+            advance(1)
+        found[f"sheet_{feedback.name.lower()}"] = summed(passed)
+    ways = {
+        "deviating": (3, None, False),
+        "deviating_listening": (3, None, True),
+        "deviating_once_listening": (1, None, True),
+        "deviating_unlearned": (1, KNOWN, False),
+    }
+    for name, (references, doubt, listens) in ways.items():
+        passed = []
+        for seed, (leak, offset) in enumerate(DEVIATIONS):
+            actual = as_built(sheet, leak)
+            passed += arrivals(
+                sheet, actual, references=references, offset=offset, seed=seed, doubt=doubt, listens=listens
+            )
+            advance(1)
+        found[name] = summed(passed)
+    faults = {}
+    for kind in FAULTS:
+        result = broken(sheet, kind)
+        faults[kind] = {key: None if value != value else value for key, value in result.items()}
+        advance(1)
+    found["faults"] = faults
+    return found
+
+
+def runs(seeds: int = 4) -> int:
+    """How many runs `study` makes."""
+    return len(Feedback) * seeds + 4 * len(DEVIATIONS) + len(FAULTS)

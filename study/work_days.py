@@ -1,0 +1,118 @@
+"""How good the kalman sensor is on machines that are not their data sheet: work days of machines drawn at random.
+
+Leakage ±25 %, displacement ±0.5 %, stiffness ±40 %, friction ±40 %, oil temperature ±3 K off, torque ±3 % off; moves,
+loads at rest and visits to end stops at random, no switch. The seed decides everything.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import xarray
+from numpy.typing import NDArray
+
+from ramsight import machine
+from ramsight.duty import DriveReport, report, simulate
+from ramsight.duty.work_day import work_day
+from ramsight.plant.as_built import AsBuilt
+from ramsight.plant.ddh import DdhUnit, build
+from ramsight.sensor.kalman import kalman
+from ramsight.sensor.status import Status
+
+LOADS = {"boom": (100e3, 370e3), "bucket": (20e3, 140e3)}  # N
+_STARTS = 0.5  # s after the motor has started, from when on the position counts
+_BAND = 1.96
+_AT_STOP = 2e-3  # m
+_GENTLE = (Status.OK, Status.REFERENCE_DUE, Status.NEAR_RELIEF, Status.TOO_UNCERTAIN)
+"""What a healthy machine may be told without it being a false alarm: doubts of the position, not of an input."""
+
+
+@dataclass(frozen=True)
+class Day:
+    """One machine's day: what its drive reported, and what was true."""
+
+    unit: DdhUnit
+    log: xarray.Dataset
+    position: NDArray[np.float64]
+    start: float
+
+
+def data_sheets() -> dict[str, DdhUnit]:
+    """The loader's units."""
+    loader = machine.load("mining-loader")
+    return {name: build(name, loader.unit(name)) for name in LOADS}
+
+
+def drawn(unit: DdhUnit, seed: int, duration: float = 360.0) -> Day:
+    """A day of a machine drawn by its seed."""
+    random = np.random.default_rng([seed, sorted(LOADS).index(unit.name)])
+    built = AsBuilt(
+        leak=random.uniform(0.75, 1.25),
+        displacement=random.uniform(0.995, 1.005),
+        stiffness=random.uniform(0.6, 1.4),
+        friction=random.uniform(0.6, 1.4),
+    )
+    gain, off = random.uniform(0.97, 1.03), random.uniform(-3.0, 3.0)
+    duty = work_day(unit, LOADS[unit.name], random.uniform(298.15, 328.15), duration=duration, seed=seed)
+    run = simulate(built.apply(unit), duty)
+    log = report(run, DriveReport(seed=seed))
+    log["motor_torque"] *= gain
+    log["oil_temperature"] += off
+    return Day(unit, log, run["position"].values, duty.start_position)
+
+
+def turning_for(log: xarray.Dataset) -> NDArray[np.float64]:
+    """Time since the motor began to turn, 0 while it stands [s]."""
+    time, turns = log["time"].values, np.abs(log["motor_speed"].values) > 0.2
+    starts = np.concatenate([turns[:1], turns[1:] & ~turns[:-1]])
+    since = np.maximum.accumulate(np.where(starts, np.arange(len(time)), 0))
+    return np.where(turns, time - time[since], 0.0)
+
+
+def visits(day: Day) -> NDArray[np.float64]:
+    """When the rod came to an end stop [s]."""
+    stroke = day.unit.cylinder.stroke
+    there = (day.position < _AT_STOP) | (day.position > stroke - _AT_STOP)
+    return day.log["time"].values[np.flatnonzero(np.diff(np.concatenate([[False], there]).astype(int)) == 1)]
+
+
+def study(machines: int, advance: Callable[[int], object]) -> dict[str, dict[str, float]]:
+    """The figures of each unit, over so many machines."""
+    found = {}
+    for name, unit in data_sheets().items():
+        sensor = kalman(unit)
+        p95, largest, inside, wrong, samples, hours, alarms = [], [], 0, 0, 0, 0.0, 0
+        for seed in range(machines):
+            day = drawn(unit, seed)
+            sensor.start(day.start)
+            track = sensor.track(day.log)
+            error = np.abs(track["position"].values - day.position)
+            std, status = track["position_std"].values, track["status"].values
+            time, stops = day.log["time"].values, visits(day)
+            inside += int((error <= _BAND * std).sum())
+            wrong += int(((status == Status.OK) & (error > 4.0 * std)).sum())
+            samples, hours = samples + len(time), hours + (time[-1] - time[0]) / 3600.0
+            harsh = ~np.isin(status, _GENTLE)
+            alarms += int((np.diff(np.concatenate([[False], harsh]).astype(int)) == 1).sum())
+            if len(stops) > 3:
+                judged = (time > stops[2] + 1.0) & (turning_for(day.log) > _STARTS)
+                p95.append(float(np.percentile(error[judged], 95.0)))
+                largest.append(float(error[judged].max()))
+            advance(1)
+        found[name] = {
+            "machines": machines,
+            "judged": len(p95),
+            "p95_median_mm": 1e3 * float(np.median(p95)),
+            "p95_worst_mm": 1e3 * max(p95),
+            "largest_median_mm": 1e3 * float(np.median(largest)),
+            "largest_worst_mm": 1e3 * max(largest),
+            "p95_within_3_mm": float(np.mean(np.array(p95) <= 3e-3)),
+            "largest_within_8_mm": float(np.mean(np.array(largest) <= 8e-3)),
+            "band_holds": inside / samples,
+            "ok_beyond_4_std": wrong / samples,
+            "hours": hours,
+            "false_alarms_per_100_h": 100.0 * alarms / hours,
+        }
+    return found
