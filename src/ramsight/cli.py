@@ -20,6 +20,8 @@ app = typer.Typer(
 )
 catalog = typer.Typer(invoke_without_command=True, rich_markup_mode=None, context_settings=_HELP)
 app.add_typer(catalog, name="catalog")
+logs = typer.Typer(no_args_is_help=True, rich_markup_mode=None, context_settings=_HELP, help="Look into drive logs.")
+app.add_typer(logs, name="logs")
 
 
 def _version(wanted: bool) -> None:
@@ -253,7 +255,7 @@ def track(
     from ramsight.sensor.keeping import StateFile, said
     from ramsight.study.figures import tracked_figure
     from ramsight.study.pieces import track_pieces
-    from ramsight.study.tracking import error_summary, track_summary
+    from ramsight.study.tracking import error_summary
     from ramsight.units import format_si, parse_option
 
     check_target(out, DATASET_FILES)
@@ -275,17 +277,54 @@ def track(
         virtual.start(position, std)
     with progress(1.0, "tracking") as bar:
         pieces = open_log(log, channel_map, advance=bar.advance)
-        tracked, recorded = track_pieces(virtual, pieces, out, with_log=figure is not None)
+        done = track_pieces(
+            virtual, pieces, out, keep_track=true is not None or figure is not None, keep_log=figure is not None
+        )
     if kept is not None:
         kept.save()
-    errors = None if true is None else error_summary(tracked, true)
-    if figure is not None and recorded is not None:
+    errors = None if true is None or done.track is None else error_summary(done.track, true)
+    if figure is not None and done.track is not None and done.log is not None:
         title = f"{description.title or description.name}, {unit}: {log.name}"
-        tracked_figure(recorded, tracked, true, title, figure)
-    typer.echo(track_summary(tracked))
+        tracked_figure(done.log, done.track, true, title, figure)
+    typer.echo(done.summary)
     if errors is not None:
         typer.echo(errors)
     _say_written(out, figure, state)
+
+
+@logs.command("inspect")
+def logs_inspect(
+    file: Annotated[Path, typer.Argument(help="The log: CSV, Parquet, MF4, BLF, ASC or candump, by its suffix.")],
+    dbc: Annotated[list[Path] | None, typer.Option(help="What CAN frames mean: a DBC file; may be repeated.")] = None,
+    channel_map: Annotated[
+        Path | None, typer.Option("--map", help="What is known already: the layout of a CSV file, PDOs, ...")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Write the proposed channel map here: .toml.")] = None,
+) -> None:
+    """Show what is in a log, and propose which of its channels are speed, torque and oil temperature.
+
+    Lists every channel with its unit, how many samples it has, how often they come and between what values they lie,
+    and prints a channel map in TOML. Check it - names, units, and signs above all: positive speed extends the rod,
+    positive torque drives that way - then track with it.
+
+    Example: ramsight logs inspect day.mf4 --out map.toml; ramsight track my-machine.toml day.mf4 --map map.toml ...
+    """
+    from ramsight.logs.inspect import inspect_log, map_text
+    from ramsight.logs.shown import show
+    from ramsight.output import atomic_path, check_target
+    from ramsight.progress import progress
+
+    check_target(out, (".toml",))
+    with progress(1.0, "looking through") as bar:
+        found = inspect_log(file, channel_map, dbc=dbc or (), advance=bar.advance)
+    show(found)
+    text = map_text(found, None if out is None else out.parent)
+    if out is None:
+        typer.echo(f"\n{text}", nl=False)
+        return
+    with atomic_path(out) as draft:
+        draft.write_text(text, encoding="utf-8")
+    typer.echo(f"{out}: written; check it, signs above all")
 
 
 @app.command()
@@ -368,7 +407,7 @@ def leaktest(
     from ramsight.plant.ddh import build
 
     ddh = build(unit, load_machine(machine).unit(unit))
-    typer.echo(leak_test_summary(leak_test(ddh, read_drive_log(log))))
+    typer.echo(leak_test_summary(leak_test(ddh, read_drive_log(log, strict=True))))
 
 
 @app.command()
@@ -401,7 +440,7 @@ def identify(
     check_target(out, (".toml",))
     description = load_machine(machine)
     ddh = build(unit, description.unit(unit))
-    recorded, known = read_drive_log(log), read_truth(truth)
+    recorded, known = read_drive_log(log, strict=True), read_truth(truth)
     with progress(EVALUATIONS, "identifying") as bar:
         found = identify_unit(ddh, recorded, known, advance=bar.advance)
     if out is not None:

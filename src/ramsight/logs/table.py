@@ -118,6 +118,11 @@ class CsvTable:
             line += body.count(b"\n")
             body = self._next() or b""
 
+    def first_cells(self, rows: int) -> list[list[str]]:
+        """The cells of the first rows as text, before `blocks` takes them."""
+        lines = self._body.split(b"\n", rows)[:rows]
+        return [split(line.decode("utf-8"), self.separator) for line in lines if line]
+
     def _next(self) -> bytes | None:
         return next(self._blocks, None)
 

@@ -29,7 +29,7 @@ from ramsight.sensor.virtual_sensor import SensorGraph, VirtualSensor
 _TURNING = 3.0  # rad/s; with which a piston leaves its stop
 _SURELY_OPEN = 2.0  # standard deviations of the leakage by which a pump's flow has to exceed it
 _VELOCITY_SMOOTHING = 0.1  # s
-_ROOM = 0.1  # share of the stroke by which the position may run out of it before it is held
+_ROOM = 1.0  # share of the stroke by which the position may run out of it, so that the next reference sees by how much
 _FASTEST = 1.1  # share of the velocity at the highest motor speed that no correction exceeds
 
 

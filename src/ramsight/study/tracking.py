@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,29 +13,35 @@ if TYPE_CHECKING:
     import xarray
 
 
-def track_columns(tracked: xarray.Dataset) -> dict[str, Any]:
-    """The columns of a track: time_s, position_m, position_std_m, status in words."""
-    words = {int(status): status.text for status in Status}
-    return {
-        "time_s": tracked["time"].values,
-        "position_m": tracked["position"].values,
-        "position_std_m": tracked["position_std"].values,
-        "status": np.array([words[int(code)] for code in tracked["status"].values]),
-    }
+class Tally:
+    """What is to be said of a track in the end, counted piece by piece."""
 
+    def __init__(self) -> None:
+        self._samples, self._sensor = 0, ""
+        self._time: list[float] = []
+        self._position: list[float] = []
+        self._counts: dict[int, int] = {}
 
-def track_summary(tracked: xarray.Dataset) -> str:
-    """One line on where the piston is now, and one on each doubt."""
-    time, position = tracked["time"].values, tracked["position"].values
-    lines = [
-        f"{tracked.attrs['sensor']} sensor: {len(time)} samples over {time[-1] - time[0]:.1f} s, "
-        f"position {1e3 * position[0]:.1f} mm at first, {1e3 * position[-1]:.1f} mm at last"
-    ]
-    codes, counts = np.unique(tracked["status"].values, return_counts=True)
-    for code, count in zip(codes, counts, strict=True):
-        if code != Status.OK:
-            lines.append(f"  {100 * count / len(time):.1f} % of the samples {Status(int(code)).text}")
-    return "\n".join(lines)
+    def append(self, tracked: xarray.Dataset) -> None:
+        """Count a piece."""
+        time, position = tracked["time"].values, tracked["position"].values
+        self._sensor, self._samples = tracked.attrs["sensor"], self._samples + len(time)
+        self._time = [*self._time[:1], float(time[0]), float(time[-1])]
+        self._position = [*self._position[:1], float(position[0]), float(position[-1])]
+        for code, count in zip(*np.unique(tracked["status"].values, return_counts=True), strict=True):
+            self._counts[int(code)] = self._counts.get(int(code), 0) + int(count)
+
+    @property
+    def text(self) -> str:
+        """One line on where the piston is now, and one on each doubt."""
+        lines = [
+            f"{self._sensor} sensor: {self._samples} samples over {self._time[-1] - self._time[0]:.1f} s, "
+            f"position {1e3 * self._position[0]:.1f} mm at first, {1e3 * self._position[-1]:.1f} mm at last"
+        ]
+        for code, count in sorted(self._counts.items()):
+            if code != Status.OK:
+                lines.append(f"  {100 * count / self._samples:.1f} % of the samples {Status(code).text}")
+        return "\n".join(lines)
 
 
 def error_summary(tracked: xarray.Dataset, truth: xarray.Dataset) -> str:
