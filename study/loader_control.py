@@ -189,7 +189,7 @@ def broken(sheet: LinkedMachine, kind: str, *, seed: int = 0) -> dict[str, float
     }
 
 
-def study(advance: Callable[[float], object] = lambda _: None, seeds: int = 4) -> dict[str, object]:
+def study(advance: Callable[[float], object] = lambda _: None, seeds: int = 2) -> dict[str, object]:
     """All of it.
 
     Args:
@@ -228,6 +228,6 @@ def study(advance: Callable[[float], object] = lambda _: None, seeds: int = 4) -
     return found
 
 
-def runs(seeds: int = 4) -> int:
+def runs(seeds: int = 2) -> int:
     """How many runs `study` makes."""
     return len(Feedback) * seeds + 4 * len(DEVIATIONS) + len(FAULTS)

@@ -1,4 +1,4 @@
-"""Runs the studies behind docs/identify.md and writes their figures: python study/run.py --out study.json.
+"""Runs the studies that the docs quote and writes their figures: python study/run.py --out study.json [--only NAME].
 
 The real-oil study needs the data of the UCI repository (see docs/identify.md) in a folder that is given by --data or
 by RAMSIGHT_DATA; without it its figures in the file stay as they are.
@@ -11,11 +11,15 @@ import json
 import os
 from pathlib import Path
 
+import faults
 import identify_coverage
 import real_oil
+import work_days
 
 from ramsight.output import atomic_path
 from ramsight.progress import progress
+
+STUDIES = ("real_oil", "identify", "work_days", "faults")
 
 
 def main() -> None:
@@ -24,16 +28,26 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("study.json"))
     parser.add_argument("--data", type=Path, default=None, help="folder with uci_hydraulic in it")
     parser.add_argument("--seeds", type=int, default=40)
+    parser.add_argument("--days", type=int, default=500, help="work days of each unit")
+    parser.add_argument("--only", choices=STUDIES, nargs="*", default=STUDIES, help="leave the others as they are")
     given = parser.parse_args()
     data = given.data or Path(os.environ.get("RAMSIGHT_DATA", Path(__file__).parents[2] / "shared" / "data"))
     found = json.loads(given.out.read_text()) if given.out.exists() else {}
-    if (data / "uci_hydraulic" / "FS1.csv.gz").exists():
-        found["real_oil"] = real_oil.study(data / "uci_hydraulic")
-    else:
-        print(f"{data}: no uci_hydraulic here; the real-oil study is left out")
-    with progress(given.seeds, "identifying") as bar:
-        found["coverage"] = identify_coverage.coverage(given.seeds, bar.advance)
-        found["coverage_machines"] = given.seeds
+    if "real_oil" in given.only:
+        if (data / "uci_hydraulic" / "FS1.csv.gz").exists():
+            found["real_oil"] = real_oil.study(data / "uci_hydraulic")
+        else:
+            print(f"{data}: no uci_hydraulic here; the real-oil study is left out")
+    if "identify" in given.only:
+        with progress(given.seeds, "identifying") as bar:
+            found["coverage"] = identify_coverage.coverage(given.seeds, bar.advance)
+            found["coverage_machines"] = given.seeds
+    if "work_days" in given.only:
+        with progress(2 * given.days, "work days") as bar:
+            found["work_days"] = work_days.study(given.days, bar.advance)
+    if "faults" in given.only:
+        with progress(given.seeds, "faults") as bar:
+            found["faults"] = faults.study(given.seeds, bar.advance)
     with atomic_path(given.out) as draft:
         draft.write_text(json.dumps(found, indent=2) + "\n")
     print(json.dumps(found, indent=2))

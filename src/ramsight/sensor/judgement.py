@@ -85,7 +85,6 @@ def judge(
     away = stroke - books.travel > ca.fmax(STOP_ZONE * stroke, 3.0 * std)
     opens = ca.logic_and(books.highest_pressure > AT_RELIEF * relief, ca.logic_and(turning, watch.signs.moving))
     opens = ca.logic_and(opens, ca.logic_and(away, free))
-    lost = graph.lost(opens, found.taken)
 
     moves = ca.logic_and(watch.signs.moving, free)
     drawn = ca.logic_or(smooth_1 < _EMPTY, watch.signs.gone)
@@ -99,6 +98,8 @@ def judge(
     doubtful = ca.logic_or(empty, implausible)
     graph.becomes("doubted", doubtful)
     passes = ca.logic_or(opens, doubtful)
+    goes_on = lasting("doubtful_for", doubtful, _LONG)
+    lost = graph.lost(ca.logic_or(opens, ca.logic_or(goes_on, implausible)), found.taken)
     slipped = ca.if_else(passes, _SLIP * ca.fabs(graph.angle) * unit.travel_per_radian, 0.0)
     begins = ca.logic_and(doubtful, ca.logic_not(doubted))
     slipped += ca.if_else(begins, books.capacity / books.held.area * ca.fmax(watch.signs.slow, 0.0), 0.0)

@@ -50,7 +50,7 @@ _REASON = {
     Status.CAVITATION: "cavitation, or the load has left the oil",
     Status.INPUT_GAP: "samples were missing",
     Status.REFERENCE_REFUSED: "a reference that cannot be true was refused; another is needed",
-    Status.POSITION_LOST: "the relief valve has let oil pass; a reference is needed",
+    Status.POSITION_LOST: "oil has passed the relief valve, or was drawn from the tank; a reference is needed",
     Status.TOO_UNCERTAIN: "the uncertainty is above its limit; a reference is needed",
     Status.OUTSIDE_STROKE: "the position would be outside the stroke; a reference is needed",
     Status.IMPLAUSIBLE_TORQUE: "implausible motor torque",

@@ -1,0 +1,102 @@
+"""What the kalman sensor notices of faults in what the drive reports, and how soon.
+
+Each fault is put into work days of machines drawn at random while the motor turns. It counts as noticed if, until ten
+seconds after its end, a sample has a status that is not ok, and not what the same sample has without the fault. It did
+harm unseen if for more than half a second together the sensor says ok while the position is wrong by more than 5 mm and
+4 standard deviations.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import work_days
+import xarray
+
+from ramsight.duty.faults import Fault, inject
+from ramsight.sensor.kalman import kalman
+from ramsight.sensor.status import Status
+from ramsight.sensor.virtual_sensor import VirtualSensor
+
+_AFTER = 10.0  # s
+_WRONG, _STDS, _LONG = 5e-3, 4.0, 0.5  # m, standard deviations, s
+_OFFSETS = {"motor_speed": ("10 rad/s", 10.0), "motor_torque": ("10 N m", 10.0), "oil_temperature": ("15 K", 15.0)}
+_TURNING = 20.0  # rad/s
+_EARLIEST, _LATEST = 150.0, 40.0  # s after the start, before the end
+
+
+def faults(at: float) -> Iterator[tuple[str, str, Fault]]:
+    """Every fault of the table, beginning at a time [s]: input, what is wrong with it, and the fault."""
+    for channel, (words, size) in _OFFSETS.items():
+        yield channel, "NaN, 1 s", Fault("nan", at, at + 1.0, channel)
+        yield channel, "stuck, 5 s", Fault("stuck", at, at + 5.0, channel)
+        yield channel, f"offset {words}, 20 s", Fault("offset", at, at + 20.0, channel, size)
+        yield channel, "gain 1.3, 20 s", Fault("gain", at, at + 20.0, channel, 1.3)
+        yield channel, "sign, 20 s", Fault("sign", at, at + 20.0, channel)
+    for words, length in (("10 ms", 0.01), ("50 ms", 0.05), ("0.2 s", 0.2), ("1 s", 1.0), ("5 s", 5.0)):
+        yield "all", f"dropout {words}", Fault("dropout", at, at + length)
+    yield "time", "jitter 15 ms, 20 s", Fault("jitter", at, at + 20.0, size=0.015)
+    yield "time", "jitter 300 ms, 20 s", Fault("jitter", at, at + 20.0, size=0.3)
+    yield "all", "reordering, 2 s", Fault("reordering", at, at + 2.0)
+    yield "time", "frozen, 1 s", Fault("frozen", at, at + 1.0)
+    yield "time", "jump by 10 s, 1 s", Fault("jump", at, at + 1.0, size=10.0)
+    yield "time", "jump by −10 s, 1 s", Fault("jump", at, at + 1.0, size=-10.0)
+
+
+def _tracked(sensor: VirtualSensor, day: work_days.Day, log: xarray.Dataset) -> xarray.Dataset:
+    sensor.start(day.start)
+    return sensor.track(log)
+
+
+def _judged(day: work_days.Day, clean: xarray.Dataset, sensor: VirtualSensor, fault: Fault, seed: int) -> list[float]:
+    """Whether it was noticed, after how long [s], whether it did harm unseen, and the largest error [m]."""
+    marked = day.log.assign(sample=("time", np.arange(day.log.sizes["time"])))
+    faulty = inject(marked, fault, seed)
+    rows = faulty["sample"].values
+    track = _tracked(sensor, day, faulty.drop_vars("sample"))
+    time = day.log["time"].values[rows]
+    window = (time >= fault.start - 1e-9) & (time <= fault.end + _AFTER)
+    status, usual = track["status"].values, clean["status"].values[rows]
+    noticed = window & (status >= Status.REFERENCE_DUE) & (status != usual) & (status != Status.NEAR_RELIEF)
+    error = np.abs(track["position"].values - day.position[rows])
+    trusted = status == Status.OK
+    wrong = window & trusted & (error > _WRONG) & (error > _STDS * track["position_std"].values)
+    samples = round(_LONG / float(np.median(np.diff(day.log["time"].values))))
+    runs = np.convolve(wrong.astype(float), np.ones(samples), "valid")
+    delay = float(time[np.argmax(noticed)] - fault.start) if noticed.any() else np.nan
+    return [float(noticed.any()), delay, float((runs > samples - 0.5).any()), float(error[window].max())]
+
+
+def study(machines: int, advance: Callable[[int], object], times: int = 4) -> list[dict[str, float | str | None]]:
+    """The table: a row a fault."""
+    found: dict[tuple[str, str], list[list[float]]] = defaultdict(list)
+    for unit in work_days.data_sheets().values():
+        sensor = kalman(unit)
+        for seed in range(machines // 2):
+            day = work_days.drawn(unit, seed)
+            clean = _tracked(sensor, day, day.log)
+            time, speed = day.log["time"].values, day.log["motor_speed"].values
+            turns = (np.abs(speed) > _TURNING) & (time > _EARLIEST) & (time < time[-1] - _LATEST)
+            random = np.random.default_rng(seed)
+            for at in random.choice(time[turns], times):
+                for channel, words, fault in faults(float(at)):
+                    found[channel, words].append(_judged(day, clean, sensor, fault, seed))
+            advance(1)
+    rows: list[dict[str, float | str | None]] = []
+    for (channel, words), results in found.items():
+        values = np.array(results)
+        noticed = values[:, 0] > 0.5
+        rows.append(
+            {
+                "input": channel,
+                "fault": words,
+                "injected": len(values),
+                "noticed": float(noticed.mean()),
+                "delay_s": float(np.median(values[noticed, 1])) if noticed.any() else None,
+                "harm_unseen": float(values[:, 2].mean()),
+                "error_median_mm": 1e3 * float(np.median(values[:, 3])),
+            }
+        )
+    return rows
