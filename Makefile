@@ -2,7 +2,7 @@
 #   make test    the tests            make lint    style and types
 #   make demo    track a recorded log and draw it, into demo/
 #   make bench   speed against C, scipy and CVODES: bench.json and its figures; needs gcc, takes some minutes
-#   make study   what docs/identify.md quotes: study.json; takes some minutes, real oil needs data (RAMSIGHT_DATA=folder)
+#   make study   what the docs quote of studies: study.json; takes some minutes, real oil needs data (RAMSIGHT_DATA=folder)
 #   make pins    renew the pinned versions
 # Another interpreter: make test PYTHON=python3.13
 
@@ -25,7 +25,7 @@ $(INSTALLED): pyproject.toml $(PINS)
 
 demo: $(INSTALLED)
 	mkdir -p demo
-	$(BIN)/ramsight track mining-loader $(TRACE).csv.gz --unit boom --start "100 mm" --sensor balance \
+	$(BIN)/ramsight track mining-loader $(TRACE).csv.gz --unit boom --start "100 mm" \
 	  --truth $(TRACE)_truth.csv.gz --out demo/track.csv --figure demo/track.png
 
 test: $(INSTALLED)

@@ -25,14 +25,17 @@ from c_engine import CEngine
 from scipy.integrate import solve_ivp
 
 from ramsight import machine
-from ramsight.duty import lift_lower
+from ramsight.duty import DriveReport, lift_lower, report, simulate
 from ramsight.duty.linked import starting
 from ramsight.duty.loading import loading_cycle
+from ramsight.duty.work_day import work_day
 from ramsight.engine.batch import Job, batches
+from ramsight.engine.recursion import replay
 from ramsight.engine.run import DEFAULT_RTOL, integrate, outputs
 from ramsight.plant import linked
 from ramsight.plant.ddh import build
 from ramsight.plant.unit import circuit, initial_state
+from ramsight.sensor.kalman import kalman
 
 LIMIT = 1e-6  # m, what every engine has to keep
 RUNS = 1024
@@ -259,6 +262,31 @@ def loader(results, quick):
     results["loader_realtime_factor"] = duty.duration / float(np.median(seconds))
 
 
+def sensor(results, quick):
+    """The kalman sensor on a work day that is repeated: replay on one core, and single samples from Python."""
+    duty = work_day(UNIT, (100e3, 370e3), 313.15, seed=1)
+    log = report(simulate(UNIT, duty), DriveReport(seed=1))
+    rows = np.column_stack([log[name].values for name in ("time", "motor_speed", "motor_torque", "oil_temperature")])
+    days = 10 if quick else 50
+    many = np.tile(np.column_stack([rows, np.zeros((len(rows), 2))]), (days, 1))
+    many[:, 0] = 0.02 * np.arange(len(many))
+    virtual = kalman(UNIT)
+    virtual.start(duty.start_position)
+    state = virtual.initial.copy()
+    run = partial(replay, virtual.recursion, many, virtual.parameters, state)
+    run()
+    results["kalman_replay_samples_per_s"] = len(many) / float(np.median([timed(run) for _ in range(5)]))
+    samples = [tuple(map(float, row)) for row in rows[:10_000]]
+
+    def live():
+        virtual.start(duty.start_position)
+        for sample in samples:
+            virtual.step(*sample)
+
+    live()
+    results["kalman_step_us"] = 1e6 * float(np.median([timed(live) for _ in range(5)])) / len(samples)
+
+
 def starts(results, quick):
     command = [sys.executable, "-m", "ramsight", "simulate", "mining-loader", "--unit", "boom", "--load", "441 kN"]
     cold, warm = [], []
@@ -288,6 +316,7 @@ def main():
         batch(results, options.quick, compiled)
     growth(results, options.quick)
     loader(results, options.quick)
+    sensor(results, options.quick)
     starts(results, options.quick)
     text = json.dumps({k: float(f"{v:.4g}") if isinstance(v, float) else v for k, v in results.items()}, indent=1)
     options.out.write_text(text + "\n")

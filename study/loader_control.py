@@ -86,7 +86,10 @@ def arrivals(
     doubt: Doubt | None = None,
     listens: bool = False,
 ) -> list[Arrival]:
-    """Load the machine, reference it, send it from target to target; anew for each payload."""
+    """Load the machine, reference it, send it from target to target; anew for each payload.
+
+    Targets that are left when the machine stops, because a sensor asks for a reference, are missing from the result.
+    """
     found: list[Arrival] = []
     for series, payload in enumerate(PAYLOADS):
         loop = ClosedLoop(
@@ -105,7 +108,7 @@ def arrivals(
             target = draw(sheet, payload, random)
             loop.go(target)
             if loop.stopped:
-                raise RuntimeError(f"stopped: {loop.reasons}")
+                break
             found.append(_arrival(sheet, loop, target))
     return found
 

@@ -13,13 +13,14 @@ from pathlib import Path
 
 import faults
 import identify_coverage
+import loader_control
 import real_oil
 import work_days
 
 from ramsight.output import atomic_path
 from ramsight.progress import progress
 
-STUDIES = ("real_oil", "identify", "work_days", "faults")
+STUDIES = ("real_oil", "identify", "work_days", "faults", "loader_control")
 
 
 def main() -> None:
@@ -48,6 +49,9 @@ def main() -> None:
     if "faults" in given.only:
         with progress(given.seeds, "faults") as bar:
             found["faults"] = faults.study(given.seeds, bar.advance)
+    if "loader_control" in given.only:
+        with progress(loader_control.runs(), "driving the loader") as bar:
+            found["loader_control"] = loader_control.study(bar.advance)
     with atomic_path(given.out) as draft:
         draft.write_text(json.dumps(found, indent=2) + "\n")
     print(json.dumps(found, indent=2))

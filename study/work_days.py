@@ -20,11 +20,11 @@ from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.ddh import DdhUnit, build
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
+from ramsight.study.errors import stop_visits, turning_for
 
 LOADS = {"boom": (100e3, 370e3), "bucket": (20e3, 140e3)}  # N
 _STARTS = 0.5  # s after the motor has started, from when on the position counts
 _BAND = 1.96
-_AT_STOP = 2e-3  # m
 _GENTLE = (Status.OK, Status.REFERENCE_DUE, Status.NEAR_RELIEF, Status.TOO_UNCERTAIN)
 """What a healthy machine may be told without it being a false alarm: doubts of the position, not of an input."""
 
@@ -63,21 +63,6 @@ def drawn(unit: DdhUnit, seed: int, duration: float = 360.0) -> Day:
     return Day(unit, log, run["position"].values, duty.start_position)
 
 
-def turning_for(log: xarray.Dataset) -> NDArray[np.float64]:
-    """Time since the motor began to turn, 0 while it stands [s]."""
-    time, turns = log["time"].values, np.abs(log["motor_speed"].values) > 0.2
-    starts = np.concatenate([turns[:1], turns[1:] & ~turns[:-1]])
-    since = np.maximum.accumulate(np.where(starts, np.arange(len(time)), 0))
-    return np.where(turns, time - time[since], 0.0)
-
-
-def visits(day: Day) -> NDArray[np.float64]:
-    """When the rod came to an end stop [s]."""
-    stroke = day.unit.cylinder.stroke
-    there = (day.position < _AT_STOP) | (day.position > stroke - _AT_STOP)
-    return day.log["time"].values[np.flatnonzero(np.diff(np.concatenate([[False], there]).astype(int)) == 1)]
-
-
 def study(machines: int, advance: Callable[[int], object]) -> dict[str, dict[str, float]]:
     """The figures of each unit, over so many machines."""
     found = {}
@@ -90,14 +75,15 @@ def study(machines: int, advance: Callable[[int], object]) -> dict[str, dict[str
             track = sensor.track(day.log)
             error = np.abs(track["position"].values - day.position)
             std, status = track["position_std"].values, track["status"].values
-            time, stops = day.log["time"].values, visits(day)
+            time = day.log["time"].values
+            stops = stop_visits(time, day.position, unit.cylinder.stroke)
             inside += int((error <= _BAND * std).sum())
             wrong += int(((status == Status.OK) & (error > 4.0 * std)).sum())
             samples, hours = samples + len(time), hours + (time[-1] - time[0]) / 3600.0
             harsh = ~np.isin(status, _GENTLE)
             alarms += int((np.diff(np.concatenate([[False], harsh]).astype(int)) == 1).sum())
             if len(stops) > 3:
-                judged = (time > stops[2] + 1.0) & (turning_for(day.log) > _STARTS)
+                judged = (time > stops[2] + 1.0) & (turning_for(time, day.log["motor_speed"].values) > _STARTS)
                 p95.append(float(np.percentile(error[judged], 95.0)))
                 largest.append(float(error[judged].max()))
             advance(1)

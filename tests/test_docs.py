@@ -54,5 +54,9 @@ def test_the_performance_page_quotes_the_benchmark():
         f"| {found['cold_start_s']:.1f} |",
         f"| {found['warm_start_s']:.2f} |",
     ]
+    if "loader_realtime_factor" in found:
+        quoted.append(f"| {found['loader_realtime_factor']:.0f} |")
+    if "loader_error_m" in found:
+        quoted.append(f"| {found['loader_error_m']:.1e} |".replace("e-0", "e-"))
     assert [figure for figure in quoted if figure not in page] == []
     assert max(found[key] for key in ("single_error_m", "batch_error_m", "c_error_m")) < 1e-6

@@ -21,6 +21,7 @@ STREET = [
     {"duty"},
     {"sensor"},
     {"calibration"},
+    {"control"},
     {"study"},
     {"deploy", "studio"},
     {"cli"},

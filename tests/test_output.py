@@ -281,7 +281,19 @@ def test_a_bar_does_not_load_rich_before_it_shows():
 
 
 @pytest.mark.parametrize(
-    "name", ["logs.channels", "logs.drive", "logs.table", "logs.truth", "output.atomic", "output.cells", "output.dataset", "output.table", "progress", "study.errors"]
+    "name",
+    [
+        "logs.channels",
+        "logs.drive",
+        "logs.table",
+        "logs.truth",
+        "output.atomic",
+        "output.cells",
+        "output.dataset",
+        "output.table",
+        "progress",
+        "study.errors",
+    ],
 )
 def test_examples_in_docstrings_run(name):
     failed, tried = doctest.testmod(importlib.import_module(f"ramsight.{name}"))

@@ -232,16 +232,15 @@ def track(
         Path | None,
         typer.Option("--map", help="Which of the log's channels are what: a TOML file of 'ramsight logs inspect'."),
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="The track: .csv, .csv.gz, .parquet, .mf4 or .nc.")
-    ] = None,
+    out: Annotated[Path | None, typer.Option(help="The track: .csv, .csv.gz, .parquet, .mf4 or .nc.")] = None,
     truth: Annotated[Path | None, typer.Option(help="True position, to print the errors: .csv or .csv.gz.")] = None,
     figure: Annotated[Path | None, typer.Option(help="A picture of it: .png, .svg or .pdf.")] = None,
 ) -> None:
     """Say where the piston was, from the log of a motor drive.
 
     The log has the columns time_s, motor_speed_rpm, motor_torque_nm and oil_temperature_c, and perhaps reference_m:
-    empty, or the position that a switch knows at that instant. The track has time_s, position_m, position_std_m (empty
+    empty, or the position that a switch knows at that instant. For any other log, and for CAN frames, a channel map
+    says which channels are what: ramsight logs inspect proposes one. The track has time_s, position_m, position_std_m (empty
     where the sensor does not know it) and status; as .nc also velocity, load, pressures and what it learned.
 
     Example: ramsight track mining-loader log.csv.gz --unit boom --start "100 mm" --out track.csv
@@ -449,6 +448,61 @@ def identify(
             draft.write_text(text, encoding="utf-8")
     typer.echo(summary(found))
     _say_written(out)
+
+
+@app.command()
+def loader(
+    out: Annotated[Path, typer.Option(help="Directory for the results; made if it is not there.")],
+    machine: Annotated[str, typer.Argument(help="A description file, or a catalogue name.")] = "mining-loader",
+    payload: Annotated[str | None, typer.Option(help="In the full bucket [default: the rated one].")] = None,
+    oil_temperature: Annotated[str, typer.Option(help="Oil temperature of both units.")] = "40 degC",
+    leak: Annotated[float, typer.Option(help="Leakage of the real pumps over their data sheet's: 1.2.")] = 1.0,
+    temperature_offset: Annotated[float, typer.Option(help="By how many K the thermometers read too much.")] = 0.0,
+    references: Annotated[
+        int, typer.Option(min=1, max=9, help="Visits of each unit to an end stop before it works; three teach it.")
+    ] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the drives' noise.")] = 0,
+) -> None:
+    """Let a loader work without position sensors, and show how well it goes.
+
+    Boom and bucket visit an end stop to find where they are, then dig, lift, dump and return; every move goes to a
+    position, and what the virtual sensors make of motor speed, torque and oil temperature is all that the controls
+    know. The sensors believe the data sheet: give the real machine another leakage, or a thermometer that reads too
+    much, and see what it costs, and what more references mend.
+
+    Writes loader.html (open it and drag through the run; dashed is what the sensors believe), loader.gif, control.png
+    and control.svg (targets, errors with the sensors' 95 % bands, motor speeds, torques), and results.json in SI units.
+
+    Example: ramsight loader --out loader --leak 1.2 --temperature-offset 3 --references 3
+    """
+    from ramsight.machine import load as load_machine
+    from ramsight.plant.linked import build
+    from ramsight.progress import progress
+    from ramsight.study.loader.report import summary, write_work
+    from ramsight.study.loader.working import Options, work
+    from ramsight.study.paper.writing import check_directory
+    from ramsight.units import format_si, parse_option
+
+    check_directory(out)
+    description = load_machine(machine)
+    built = build(description)
+    lowest, highest = (
+        format_si(edge(unit.oil.temperatures[k] for unit in built.units), "degC") for k, edge in enumerate((max, min))
+    )
+    options = Options(
+        payload=None if payload is None else parse_option(payload, "kg", "--payload", least="0 kg", most="1000 t"),
+        oil_temperature=parse_option(oil_temperature, "K", "--oil-temperature", least=lowest, most=highest),
+        leak=parse_option(str(leak), "1", "--leak", least="0.1", most="10"),
+        temperature_offset=temperature_offset,
+        references=references,
+        seed=seed,
+    )
+    with progress(2.0, "working") as bar:
+        done = work(built, options, advance=bar.advance)
+        title = f"{description.title or description.name}: sensorless position control"
+        write_work(done, options, out, title=title, advance=bar.advance)
+    typer.echo(summary(done))
+    typer.echo(f"{out}: loader.html, loader.gif, control.png, control.svg and results.json written")
 
 
 def main() -> None:

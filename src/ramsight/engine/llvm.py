@@ -32,6 +32,9 @@ class _Emitter:
         self.integer = integer if width == 1 else ir.VectorType(integer, width)
         self.bit = bit if width == 1 else ir.VectorType(bit, width)
         self.suffix = "f64" if width == 1 else f"v{width}f64"
+        # By the identity of a value: what it is the negation of, and what it is "this if that, else zero" of.
+        self.negated: dict[int, Any] = {}
+        self.guarded: dict[int, tuple[Any, Any]] = {}
 
     def constant(self, value: float) -> Any:
         return ir.Constant(self.real, float(value) if self.width == 1 else [float(value)] * self.width)
@@ -58,6 +61,26 @@ class _Emitter:
 
     def nonzero(self, x: Any) -> Any:
         return self.b.fcmp_unordered("!=", x, self.constant(0.0))
+
+    def negation(self, x: Any) -> Any:
+        value = self.b.select(self.nonzero(x), self.constant(0.0), self.constant(1.0))
+        self.negated[id(value)] = x
+        return value
+
+    def guard(self, condition: Any, x: Any) -> Any:
+        value = self.b.select(self.nonzero(condition), x, self.constant(0.0))
+        self.guarded[id(value)] = (condition, x)
+        return value
+
+    def add(self, x: Any, y: Any) -> Any:
+        """A sum; CasADi's if_else is one, of what is zero unless and what is zero if."""
+        if id(x) in self.guarded and id(y) in self.guarded:
+            (if_x, value_x), (if_y, value_y) = self.guarded[id(x)], self.guarded[id(y)]
+            if self.negated.get(id(if_y)) is if_x:
+                return self.b.select(self.nonzero(if_x), value_x, value_y)
+            if self.negated.get(id(if_x)) is if_y:
+                return self.b.select(self.nonzero(if_y), value_y, value_x)
+        return self.b.fadd(x, y, flags=("contract",))
 
     def maximum(self, x: Any, y: Any) -> Any:
         """The larger; NaN if x is."""
@@ -117,7 +140,7 @@ class _Emitter:
         one, two = self.constant(1.0), self.constant(2.0)
         return {
             ca.OP_ASSIGN: lambda x: x,
-            ca.OP_ADD: lambda x, y: b.fadd(x, y, flags=fast),
+            ca.OP_ADD: self.add,
             ca.OP_SUB: lambda x, y: b.fsub(x, y, flags=fast),
             ca.OP_MUL: lambda x, y: b.fmul(x, y, flags=fast),
             ca.OP_DIV: b.fdiv,
@@ -146,10 +169,10 @@ class _Emitter:
             ca.OP_LE: self.compare("<="),
             ca.OP_EQ: self.compare("=="),
             ca.OP_NE: self.compare("!="),
-            ca.OP_NOT: lambda x: b.select(self.nonzero(x), self.constant(0.0), one),
+            ca.OP_NOT: self.negation,
             ca.OP_AND: lambda x, y: self.truth(b.and_(self.nonzero(x), self.nonzero(y))),
             ca.OP_OR: lambda x, y: self.truth(b.or_(self.nonzero(x), self.nonzero(y))),
-            ca.OP_IF_ELSE_ZERO: lambda c, x: b.select(self.nonzero(c), x, self.constant(0.0)),
+            ca.OP_IF_ELSE_ZERO: self.guard,
         }
 
     def run(self, program: Program, inputs: Sequence[Any], outputs: Sequence[Any]) -> None:

@@ -9,6 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ramsight.errors import RamsightError
 
+_STANDING = 0.2  # rad/s; two steps of a drive that reports whole rpm
+
 
 class ComparisonError(RamsightError):
     """An estimate and a truth that cannot be compared."""
@@ -116,6 +118,51 @@ def first_stop_contact(
     time, position = _series(truth_time, truth_position, "truth")
     touching = (position <= tolerance) | (position >= stroke - tolerance)
     return float(time[np.argmax(touching)]) if touching.any() else None
+
+
+def stop_visits(
+    truth_time: ArrayLike, truth_position: ArrayLike, stroke: float, *, tolerance: float = 2e-3
+) -> NDArray[np.float64]:
+    """When the piston came to an end stop [s], shape (visits,).
+
+    Args:
+        truth_time: times [s], shape (n,), increasing.
+        truth_position: true position [m], shape (n,).
+        stroke: stroke of the cylinder [m].
+        tolerance: how near to a stop counts as being there [m]; stops give way a little.
+
+    Raises:
+        ComparisonError: lengths differ, times do not increase, or the series is empty.
+
+    Example:
+        >>> stop_visits([0.0, 1.0, 2.0, 3.0], [0.1, 0.0, 0.1, 0.5], 0.5).tolist()
+        [1.0, 3.0]
+    """
+    time, position = _series(truth_time, truth_position, "truth")
+    there = (position < tolerance) | (position > stroke - tolerance)
+    comes = there & ~np.concatenate([[False], there[:-1]])
+    return np.asarray(time[comes])
+
+
+def turning_for(time: ArrayLike, motor_speed: ArrayLike) -> NDArray[np.float64]:
+    """How long the motor has been turning at each sample [s], 0 while it stands.
+
+    Args:
+        time: [s], shape (n,), increasing.
+        motor_speed: [rad/s], shape (n,).
+
+    Raises:
+        ComparisonError: lengths differ, times do not increase, or the series is empty.
+
+    Example:
+        >>> turning_for([0.0, 1.0, 2.0, 3.0], [0.0, 5.0, 5.0, 0.0]).tolist()
+        [0.0, 0.0, 1.0, 0.0]
+    """
+    times, speeds = _series(time, motor_speed, "log")
+    turns = np.abs(speeds) > _STANDING
+    starts = turns & ~np.concatenate([[False], turns[:-1]])
+    since = np.maximum.accumulate(np.where(starts, np.arange(len(times)), 0))
+    return np.where(turns, times - times[since], 0.0)
 
 
 def _series(time: ArrayLike, position: ArrayLike, whose: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 PAGE_STEP = 0.1  # s between the page's pictures
-GIF_STEP = 0.5  # s between the GIF's
+GIF_STEP = 0.5  # s between the GIF's, more if there would be more than ...
+_GIF_PICTURES = 160
 _GIF_SPEED = 5.0  # times faster than life
 _PAGE_SPEED = 2.0
 _MARGIN = 0.3  # m around all that moves
@@ -67,7 +68,7 @@ def write_animation(
     content = page_text(machine, run, units, seen, times, phases, title or machine.name, _meanings(tracks))
     with atomic_path(page) as draft:
         draft.write_text(content, encoding="utf-8")
-    stride = round(GIF_STEP / PAGE_STEP)
+    stride = max(round(GIF_STEP / PAGE_STEP), -(-len(times) // _GIF_PICTURES))
     _write_gif(machine, units, seen, times, range(0, len(times), stride), picture, lambda share: tell(0.5 * share))
     return page, picture
 
@@ -194,7 +195,7 @@ def _write_gif(
     units: Sequence[Mapping[str, Any]],
     seen: Sequence[tuple[Shapes, Shapes | None]],
     times: Array,
-    which: Sequence[int],
+    which: range,
     path: Path,
     advance: Callable[[float], object],
 ) -> None:
@@ -235,6 +236,6 @@ def _write_gif(
         pixels = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
         pictures.append(Image.fromarray(pixels[..., :3].copy()).quantize(64))
         advance(1.0 / len(which))
-    pause = round(1e3 * GIF_STEP / _GIF_SPEED)
+    pause = round(1e3 * which.step * PAGE_STEP / _GIF_SPEED)
     with atomic_path(path) as draft:
         pictures[0].save(draft, format="GIF", save_all=True, append_images=pictures[1:], duration=pause, loop=0)

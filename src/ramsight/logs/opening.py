@@ -1,0 +1,234 @@
+"""A log of any kind as pieces of a drive log: one clock, SI units, bounded memory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ramsight.errors import LogError
+from ramsight.logs.align import Aligner, Array, Block, Switch
+from ramsight.logs.channel_map import ChannelMap, Mapped, load_map, standard_map, to_si_of
+from ramsight.logs.channels import MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPERATURE, REFERENCE, TIME
+from ramsight.logs.lines import Advance
+from ramsight.logs.source import CAN, CSV, Source, open_source
+from ramsight.logs.table import check_columns
+
+if TYPE_CHECKING:
+    import xarray
+
+SAMPLES = 1 << 16
+"""Samples of a piece."""
+
+COLDEST, HOTTEST = 213.15, 473.15
+"""Range of oil temperatures [K]: if half a log is beyond it, it has another unit."""
+
+_NAMES = {"speed": MOTOR_SPEED.name, "torque": MOTOR_TORQUE.name, "temperature": OIL_TEMPERATURE.name}
+_DRIVE = (MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPERATURE, REFERENCE)
+
+
+def open_log(
+    path: str | Path,
+    channel_map: ChannelMap | str | Path | None = None,
+    *,
+    samples: int = SAMPLES,
+    advance: Advance | None = None,
+) -> Iterator[xarray.Dataset]:
+    r"""A drive log piece by piece, from a file of any kind that ramsight reads, by its suffix.
+
+    The pieces follow one another; together they are what `read_drive_log` gives at once. A sensor that tracks them
+    one after the other says what it says of the whole.
+
+    Args:
+        path: the file: CSV, Parquet, MF4, BLF, ASC or candump; docs/logs.md has them all.
+        channel_map: which of its channels are what, or the file that says so; None for a table whose columns are
+            called ``time_s``, ``motor_speed_rpm``, ``motor_torque_nm``, ``oil_temperature_c`` and perhaps
+            ``reference_m``.
+        samples: of each piece but the last.
+        advance: told the share of the file that was read since the last call.
+
+    Yields:
+        Over ``time`` [s]: ``motor_speed`` [rad/s], ``motor_torque`` [N m], ``oil_temperature`` [K], NaN where the
+        log has no number, and ``reference`` [m] if there are any, NaN where none is known. Time is as in the file:
+        it may repeat or jump.
+
+    Raises:
+        LogError: the file cannot be read, or is no log at all; with the place.
+        MissingColumnError: it has no map, and other columns than a log without one.
+        UnknownNameError: the map names a channel that is not there.
+        DescriptionError: the map says what cannot be.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> text = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n0.00,1500,12.5,40.0\n0.02,,12.5,40.0\n"
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     file = pathlib.Path(folder) / "log.csv"
+        ...     _ = file.write_text(text)
+        ...     pieces = list(open_log(file, samples=1))
+        >>> [piece.motor_speed.values.round(2).tolist() for piece in pieces]
+        [[157.08], [nan]]
+    """
+    known = load_map(channel_map) if isinstance(channel_map, str | Path) else channel_map
+    source = open_source(path, known, advance)
+    if known is None:
+        names = [one.name for one in source.offered()]
+        _check_standard(source, names)
+        known = standard_map(names)
+        source.clock = TIME
+    yield from _as_datasets(_regular(_columns(source, known), samples), source.file, known.roles["temperature"].channel)
+
+
+def _check_standard(source: Source, names: list[str]) -> None:
+    try:
+        clock = [] if not hasattr(source, "clock_unit") else [TIME]
+        check_columns(names, [*clock, *(channel.column for channel in _DRIVE[:3])], source.file)
+    except LogError as error:
+        name = Path(source.file).name.lower()
+        if name.endswith(CAN):
+            raise LogError(
+                "holds CAN frames; without a channel map nobody knows what they mean: ramsight logs inspect",
+                file=source.file,
+            ) from None
+        if name.endswith(CSV):
+            raise
+        text = str(error).removeprefix(f"{source.file}: ")
+        raise LogError(f"{text}; a channel map says which is which: ramsight logs inspect", file=source.file) from None
+
+
+def _columns(source: Source, known: ChannelMap) -> Iterator[dict[str, Array]]:
+    """Columns of the log in SI, of any length each."""
+    mapped = {role: one for role, one in known.roles.items() if one.channel}
+    to_si = {role: _converter(source, known, one, role) for role, one in mapped.items()}
+    references = {f"reference {k}": one for k, one in enumerate(known.references)}
+    reference_si = {
+        name: _converter(source, known, one.mapped, "reference") if one.position is None else (1.0, 0.0)
+        for name, one in references.items()
+    }
+    switches = {name: Switch(one.position, one.edge) for name, one in references.items() if one.position is not None}
+    blocks = _by_role(source, known, mapped, switches)
+    blocks, base = _with_base(blocks, known.base)
+    holds = {role: one.hold for role, one in mapped.items()}
+    aligner = Aligner(base, holds, {name: one.mapped.hold for name, one in references.items()})
+    count = 0
+    for block in blocks:
+        aligned = aligner.push(block)
+        count += len(aligned["time"])
+        columns = {"time": aligned["time"]}
+        for role, name in _NAMES.items():
+            if role in to_si:
+                factor, offset = to_si[role]
+                columns[name] = aligned[role] * factor + offset
+            else:
+                columns[name] = np.full(len(aligned["time"]), known.roles[role].constant)
+        if references:
+            columns[REFERENCE.name] = np.full(len(aligned["time"]), np.nan)
+            for name, (factor, offset) in reference_si.items():
+                said = np.isfinite(aligned[name])
+                columns[REFERENCE.name][said] = aligned[name][said] * factor + offset
+        yield columns
+    if not count:
+        silent = [mapped[role].channel for role in aligner.silent]
+        what = f"has no samples of {', '.join(silent)}" if silent else "has no samples"
+        raise LogError(what, file=source.file)
+
+
+def _converter(source: Source, known: ChannelMap, one: Mapped, role: str) -> tuple[float, float]:
+    """Factor and offset from the file's number to SI, sign and scale among them."""
+    source.check([one.channel])
+    unit = one.unit if one.unit is not None else source.unit_of(one.channel)
+    if not unit:
+        raise LogError("has no unit in the file: the map has to say it", file=source.file, column=one.channel)
+    factor, offset = to_si_of(unit, role, one.rated, file=known.file or source.file, key=f"{role}.unit")
+    return one.sign * one.scale * factor, one.sign * one.offset * factor + offset
+
+
+def _by_role(
+    source: Source, known: ChannelMap, mapped: dict[str, Mapped], switches: dict[str, Switch]
+) -> Iterator[Block]:
+    """Blocks whose keys are roles and references in the place of the file's channels."""
+    events = {f"reference {k}": one.mapped.channel for k, one in enumerate(known.references)}
+    for block in source.blocks(known.channels()):
+        named = {role: block[one.channel] for role, one in mapped.items() if one.channel in block}
+        for name, channel in events.items():
+            if channel in block:
+                named[name] = switches[name].events(block[channel]) if name in switches else block[channel]
+        yield named
+
+
+def _with_base(blocks: Iterator[Block], base: str | None) -> tuple[Iterator[Block], str]:
+    """The blocks, and the base channel: the slower of speed and torque in the first that have both, else torque."""
+    if base is not None:
+        return blocks, base
+    held: list[Block] = []
+    counts = {"speed": 0, "torque": 0}
+    for block in blocks:
+        held.append(block)
+        counts = {role: count + len(block.get(role, ())) for role, count in counts.items()}
+        if all(counts.values()):
+            break
+    slower = "speed" if counts["speed"] < counts["torque"] else "torque"
+
+    def again() -> Iterator[Block]:
+        yield from held
+        held.clear()
+        yield from blocks
+
+    return again(), slower
+
+
+def _regular(columns: Iterator[dict[str, Array]], samples: int) -> Iterator[dict[str, Array]]:
+    """The same columns, cut anew to this many samples each."""
+    held: dict[str, Array] = {}
+    for more in columns:
+        held = {name: np.concatenate([held[name], column]) if held else column for name, column in more.items()}
+        length = len(held["time"])
+        full = length - length % samples
+        for first in range(0, full, samples):
+            yield {name: column[first : first + samples] for name, column in held.items()}
+        held = {name: column[full:].copy() for name, column in held.items()}
+    if held and len(held["time"]):
+        yield held
+
+
+def _as_datasets(pieces: Iterator[dict[str, Array]], file: str, oil: str) -> Iterator[xarray.Dataset]:
+    import xarray
+
+    timed = False
+    for number, columns in enumerate(pieces):
+        if number == 0:
+            check_temperature(columns[OIL_TEMPERATURE.name], file, oil)
+        timed = timed or bool(np.isfinite(columns["time"]).any())
+        yield xarray.Dataset(
+            {
+                channel.name: ("time", columns[channel.name], {"units": channel.units, "long_name": channel.long_name})
+                for channel in _DRIVE
+                if channel.name in columns
+            },
+            coords={"time": ("time", columns["time"], {"units": "s", "long_name": "time"})},
+        )
+    if not timed:
+        raise LogError("has no time: not one sample has a number there", file=file)
+
+
+def check_temperature(kelvin: Array, file: str, channel: str) -> None:
+    """Refuse another unit than the one that was said; single readings that cannot be are the sensor's to judge.
+
+    Args:
+        kelvin: temperatures [K], shape (n,).
+        file: where they stand.
+        channel: what they are called there.
+
+    Raises:
+        LogError: half of them or more are beyond what oil can have.
+    """
+    known = kelvin[np.isfinite(kelvin)]
+    absurd = known[(known < COLDEST) | (known > HOTTEST)]
+    if absurd.size and 2 * absurd.size >= known.size:
+        raise LogError(
+            f"is {absurd[0] - 273.15:g} °C; a drive log's oil is between {COLDEST - 273.15:g} and"
+            f" {HOTTEST - 273.15:g} °C: is the column in another unit?",
+            file=file,
+            column=channel,
+        )

@@ -1,0 +1,59 @@
+"""What was found in a log, as a table for a terminal."""
+
+from __future__ import annotations
+
+import math
+
+from rich.console import Console, Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from ramsight.logs.inspect import Channel, Inspection
+
+_WIDE = 140  # columns where the output goes into a file or a pipe
+_EXTENDED = 1 << 31
+
+
+def show(found: Inspection) -> None:
+    """Print the channels on standard output."""
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        console.width = _WIDE
+    console.print(inspection_table(found))
+
+
+def inspection_table(found: Inspection) -> RenderableType:
+    """The channels of a log, or the frames of one that nobody explained."""
+    parts: list[RenderableType] = []
+    if found.clock is not None:
+        spans = [one for one in found.channels if one.samples]
+        first, last = min((one.first for one in spans), default=0.0), max((one.last for one in spans), default=0.0)
+        parts.append(Text(f"clock: {found.clock[0]} [{found.clock[1]}], from {first:.9g} s to {last:.9g} s"))
+    if found.channels:
+        table = _empty("channel", "unit", "samples", "missing", "rate", "least", "most", "use")
+        for one in found.channels:
+            table.add_row(*_cells(one))
+        parts.append(table)
+    if found.frames and not found.channels:
+        table = _empty("frame", "", "count", "bytes")
+        for key, (count, length) in found.frames.items():
+            kind = "extended" if key & _EXTENDED else ""
+            table.add_row(f"0x{key & ~_EXTENDED:X}", kind, str(count), str(length))
+        parts.append(table)
+    return Group(*parts)
+
+
+def _empty(*headings: str) -> Table:
+    table = Table(box=None, pad_edge=False)
+    for heading in headings:
+        left = heading in ("channel", "unit", "use", "frame", "")
+        table.add_column(heading, justify="left" if left else "right", no_wrap=heading != "channel", overflow="fold")
+    return table
+
+
+def _cells(one: Channel) -> list[Text]:
+    rate = f"{one.rate:.4g} Hz" if math.isfinite(one.rate) else "-"
+    numbers = [f"{value:.6g}" if math.isfinite(value) else "-" for value in (one.least, one.most)]
+    use = one.role or one.note
+    cells = [one.name, one.unit, str(one.samples), str(one.missing) if one.missing else "", rate, *numbers, use]
+    return [Text(cell, style="bold" if one.role else "") for cell in cells]

@@ -1,0 +1,188 @@
+"""What every kind of log file looks like to the rest: channels with names and units, and blocks of their samples."""
+
+from __future__ import annotations
+
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ramsight.errors import LogError, UnknownNameError
+from ramsight.logs.align import Block, Samples
+from ramsight.logs.channel_map import ChannelMap
+from ramsight.logs.lines import Advance, check_file, file_name
+
+CSV = (".csv", ".csv.gz", ".txt", ".txt.gz", ".tsv", ".tsv.gz")
+PARQUET = (".parquet", ".pq")
+MDF = (".mf4", ".mdf")
+CAN = (".blf", ".asc", ".asc.gz", ".log", ".log.gz")
+READABLE = (*CSV, *PARQUET, *MDF, *CAN)
+
+_IN_BRACKETS = re.compile(r".*[\[(]([^\[\]()]*)[\])]\s*")
+_ENDINGS = {
+    "rpm": "rpm", "nm": "N m", "c": "degC", "degc": "degC", "k": "K", "s": "s", "ms": "ms", "us": "us", "m": "m",
+    "mm": "mm", "percent": "percent", "pct": "percent", "permille": "permille", "rad_per_s": "rad/s",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Offered:
+    """A channel that a file has.
+
+    Args:
+        name: what a map calls it.
+        unit: as the file says it, "" if it does not.
+        note: what else is to be said of it.
+    """
+
+    name: str
+    unit: str = ""
+    note: str = ""
+
+
+class Source(ABC):
+    """A log file of one kind.
+
+    Args:
+        path: the file.
+        advance: told how much of the file has been read.
+    """
+
+    clock: str | None = None
+    """The column that is the clock, where the kind of file needs one to be told."""
+
+    def __init__(self, path: str | Path, advance: Advance | None = None) -> None:
+        self.path, self.file, self.advance = Path(path), file_name(path), advance
+
+    @abstractmethod
+    def offered(self) -> list[Offered]:
+        """The channels of the file."""
+
+    @abstractmethod
+    def blocks(self, channels: Sequence[str]) -> Iterator[Block]:
+        """The samples of some channels, block by block in the order in which they came; once.
+
+        Args:
+            channels: names of channels.
+
+        Raises:
+            UnknownNameError: the file has no such channel.
+            LogError: the file cannot be read on.
+        """
+
+    def unit_of(self, channel: str) -> str:
+        """The unit of a channel as the file says it, "" if it does not."""
+        return next((one.unit for one in self.offered() if one.name == channel), "")
+
+    def check(self, channels: Sequence[str]) -> None:
+        """Refuse channels that are not in the file."""
+        names = [one.name for one in self.offered()]
+        for channel in channels:
+            if channel not in names:
+                raise UnknownNameError("channel", channel, names, where=self.file)
+
+
+class TableSource(Source):
+    """A source of rows with a clock column: all channels come together, unless empty cells are no samples."""
+
+    def __init__(self, path: str | Path, file_map: ChannelMap | None, advance: Advance | None = None) -> None:
+        super().__init__(path, advance)
+        self.sparse = file_map is not None and file_map.sparse
+        if file_map is not None and file_map.time is not None:
+            self.clock = file_map.time.channel
+            self.clock_unit = file_map.time.unit
+
+    clock_unit: str | None = None
+
+    def clocked(self) -> tuple[str, float]:
+        """The clock column, and seconds for one of its units."""
+        from ramsight.logs.channel_map import to_si_of
+
+        if self.clock is None:
+            raise LogError("a table needs a clock: the map has no [time] with channel and unit", file=self.file)
+        self.check([self.clock])
+        unit = self.clock_unit or self.unit_of(self.clock) or "s"
+        return self.clock, to_si_of(unit, "time", None, file=self.file, key=self.clock)[0]
+
+    def as_block(
+        self, first_row: int, time: NDArray[np.float64], columns: dict[str, NDArray[np.float64]]
+    ) -> dict[str, Samples]:
+        """Rows as samples."""
+        order = np.arange(first_row, first_row + len(time), dtype=np.float64)
+        block = {name: Samples(order, time, values) for name, values in columns.items()}
+        if self.sparse:
+            block = {name: samples.where(np.isfinite(samples.value)) for name, samples in block.items()}
+        return block
+
+
+def unit_in_name(name: str) -> str:
+    """The unit that a column carries in its name, "" if none.
+
+    Example:
+        >>> unit_in_name("Speed [1/min]"), unit_in_name("motor_torque_nm"), unit_in_name("M_ist")
+        ('1/min', 'N m', '')
+    """
+    if match := _IN_BRACKETS.fullmatch(name):
+        return match[1].strip()
+    small = name.lower()
+    fitting = [ending for ending in _ENDINGS if small.endswith(f"_{ending}")]
+    return _ENDINGS[max(fitting, key=len)] if fitting else ""
+
+
+def open_source(path: str | Path, file_map: ChannelMap | None = None, advance: Advance | None = None) -> Source:
+    """The source for a file, by its suffix.
+
+    Args:
+        path: the file.
+        file_map: its channel map, if there is one.
+        advance: told how much of the file has been read.
+
+    Raises:
+        LogError: the suffix is unknown, or the package that reads it is not installed.
+    """
+    name = Path(path).name.lower()
+    if file_map is not None and file_map.is_can and not name.endswith(CAN):
+        raise LogError(f"its map is for CAN frames, which stand in {', '.join(CAN)}", file=file_name(path))
+    if name.endswith(CAN):
+        from ramsight.logs.source_can import CanSource
+
+        return CanSource(path, file_map, advance)
+    if name.endswith(PARQUET):
+        from ramsight.logs.source_parquet import ParquetSource
+
+        return ParquetSource(path, file_map, advance)
+    if name.endswith(MDF):
+        from ramsight.logs.source_mdf import MdfSource
+
+        return MdfSource(path, advance)
+    if name.endswith(CSV):
+        from ramsight.logs.source_csv import CsvSource
+
+        return CsvSource(path, file_map, advance)
+    check_file(path)
+    raise LogError(f"unknown suffix of a log (known: {', '.join(READABLE)})", file=file_name(path))
+
+
+def needs(package: str, extra: str, file: str) -> ModuleType:
+    """A package that not everybody has.
+
+    Args:
+        package: to be imported.
+        extra: the extra of ramsight that installs it.
+        file: what it is needed for.
+
+    Raises:
+        LogError: it is not installed.
+    """
+    import importlib
+
+    try:
+        return importlib.import_module(package)
+    except ImportError:
+        top = package.partition(".")[0]
+        raise LogError(f'needs the package {top}: pip install "ramsight[{extra}]"', file=file) from None

@@ -1,0 +1,200 @@
+"""Logs of CAN frames: BLF, ASC and candump, with a DBC file or CANopen mappings."""
+
+from __future__ import annotations
+
+import gzip
+import io
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ramsight.errors import LogError, UnknownNameError
+from ramsight.logs.align import Block, Samples
+from ramsight.logs.can_dbc import dbc_fields, j1939_group
+from ramsight.logs.can_field import Field
+from ramsight.logs.can_pdo import pdo_fields
+from ramsight.logs.channel_map import ChannelMap
+from ramsight.logs.lines import Advance, check_file
+from ramsight.logs.source import Offered, Source, needs
+
+_AT_ONCE = 1 << 15  # frames that are wanted
+EXTENDED = 1 << 31
+_WIDEST = 64
+
+
+@dataclass
+class Frames:
+    """Frames of one identifier: their places in the file, times and bytes."""
+
+    order: list[int]
+    time: list[float]
+    data: list[bytes]
+
+
+class CanSource(Source):
+    """A log of frames; every signal of its DBC files, or every object of its PDOs, is a channel.
+
+    Args:
+        path: the file.
+        file_map: with DBC files or PDOs; None to count frames only.
+        advance: told how much of the file has been read.
+
+    Attributes:
+        seen: frames by identifier after reading, bit 31 set for an extended one, with the longest one's bytes.
+    """
+
+    def __init__(self, path: str | Path, file_map: ChannelMap | None, advance: Advance | None = None) -> None:
+        super().__init__(path, advance)
+        check_file(path)
+        self._can = needs("can", "can", self.file)
+        self._bus = None if file_map is None else file_map.bus
+        self._exact: dict[int, list[Field]] = {}
+        self._groups: dict[int, list[Field]] = {}
+        for dbc in () if file_map is None else file_map.dbc:
+            exact, groups = dbc_fields(dbc)
+            _merge(self._exact, exact)
+            _merge(self._groups, groups)
+        if file_map is not None:
+            mapped = {cob_id | (EXTENDED if cob_id > 0x7FF else 0): of for cob_id, of in pdo_fields(file_map).items()}
+            _merge(self._exact, mapped)
+        self._named = self._names()
+        self.seen: dict[int, tuple[int, int]] = {}
+
+    def _names(self) -> dict[str, Field]:
+        """Fields by the names of their channels; a name that several frames have is preceded by the identifier."""
+        placed = [(f"0x{key & ~EXTENDED:X}", field) for key, fields in self._exact.items() for field in fields]
+        placed += [(f"0x{key:X}", field) for key, fields in self._groups.items() for field in fields]
+        names = [field.name for _, field in placed]
+        return {
+            field.name if names.count(field.name) == 1 else f"{place}.{field.name}": field for place, field in placed
+        }
+
+    def offered(self) -> list[Offered]:
+        """The signals, called ``Message.Signal``, or the objects of the PDOs."""
+        return [Offered(name, field.unit) for name, field in self._named.items()]
+
+    def unit_of(self, channel: str) -> str:
+        """The unit of a channel as the DBC file says it, "" if it does not."""
+        return self._found(channel).unit
+
+    def check(self, channels: Sequence[str]) -> None:
+        """Refuse channels that no frame has."""
+        for channel in channels:
+            self._found(channel)
+
+    def _found(self, channel: str) -> Field:
+        """A field by its name, or by its signal's name if one message alone has it."""
+        if channel in self._named:
+            return self._named[channel]
+        short = [field for name, field in self._named.items() if name.rpartition(".")[2] == channel]
+        if len(short) == 1:
+            return short[0]
+        if not self._named:
+            raise LogError("holds CAN frames: its map has to name a DBC file or PDOs under [can]", file=self.file)
+        raise UnknownNameError("channel", channel, self._named, where=self.file)
+
+    def blocks(self, channels: Sequence[str]) -> Iterator[Block]:
+        """The samples of some channels, from 32 768 frames at a time; time counts from the first frame of the file."""
+        fields = {channel: self._found(channel) for channel in channels}
+        wanted = {id(field) for field in fields.values()}
+        exact = {key for key, of in self._exact.items() if any(id(field) in wanted for field in of)}
+        groups = {key for key, of in self._groups.items() if any(id(field) in wanted for field in of)}
+        for frames in self.frames(exact, groups):
+            block: dict[str, Samples] = {}
+            for key, of_key in frames.items():
+                inside = {id(field) for field in (self._groups[key] if key in groups else self._exact[key])}
+                ready = _Decoder(of_key)
+                for channel, field in fields.items():
+                    if id(field) in inside:
+                        samples = ready.samples(field)
+                        if len(samples):
+                            block[channel] = samples
+            yield block
+
+    def frames(self, exact: set[int], groups: set[int]) -> Iterator[dict[int, Frames]]:
+        """Frames of some identifiers and J1939 groups, block by block; counts all of them in `seen`."""
+        found: dict[int, Frames] = {}
+        waiting, number, begun = 0, -1, None
+        counted: dict[int, list[int]] = {}
+        for message in self._messages():
+            number += 1
+            if begun is None:
+                begun = message.timestamp
+            if message.is_error_frame or message.is_remote_frame:
+                continue
+            if self._bus is not None and message.channel != self._bus:
+                continue
+            key = message.arbitration_id | (EXTENDED if message.is_extended_id else 0)
+            tally = counted.setdefault(key, [0, 0])
+            tally[0] += 1
+            tally[1] = max(tally[1], len(message.data))
+            if key not in exact:
+                key = j1939_group(message.arbitration_id) if groups and message.is_extended_id else -1
+                if key not in groups:
+                    continue
+            frames = found.get(key)
+            if frames is None:
+                frames = found[key] = Frames([], [], [])
+            frames.order.append(number)
+            frames.time.append(message.timestamp - begun)
+            frames.data.append(bytes(message.data))
+            waiting += 1
+            if waiting >= _AT_ONCE:
+                yield found
+                found, waiting = {}, 0
+        self.seen = {key: (count, longest) for key, (count, longest) in sorted(counted.items())}
+        if found:
+            yield found
+
+    def _messages(self) -> Iterator[Any]:
+        """Every frame of the file; what python-can stumbles over is said in one line."""
+        kinds = {".blf": self._can.BLFReader, ".asc": self._can.ASCReader, ".log": self._can.CanutilsLogReader}
+        name = self.path.name.lower()
+        suffix = Path(name.removesuffix(".gz")).suffix
+        total, before = max(self.path.stat().st_size, 1), 0
+        with ExitStack() as opened:
+            stored = opened.enter_context(open(self.path, "rb"))
+            stream: Any = opened.enter_context(gzip.GzipFile(fileobj=stored)) if name.endswith(".gz") else stored
+            if suffix != ".blf":
+                stream = opened.enter_context(io.TextIOWrapper(stream, encoding="utf-8", errors="replace"))
+            try:
+                for number, message in enumerate(kinds[suffix](stream)):
+                    if self.advance is not None and number % 4096 == 0:
+                        now = stored.tell()
+                        self.advance((now - before) / total)
+                        before = now
+                    yield message
+            except Exception as error:  # struct.error, ValueError, IndexError, BLFParseError, ...
+                text = " ".join(str(error).split())[:200] or type(error).__name__
+                raise LogError(f"cannot be read as CAN frames: {text}", file=self.file) from None
+
+
+class _Decoder:
+    """Frames of one identifier as arrays, made once; channels that stand in the same frames share them."""
+
+    def __init__(self, frames: Frames) -> None:
+        self._order = np.array(frames.order, dtype=np.float64)
+        self._time = np.array(frames.time, dtype=np.float64)
+        lengths = np.array([len(data) for data in frames.data])
+        packed = b"".join(data.ljust(_WIDEST, b"\0") for data in frames.data)
+        self._bytes: NDArray[np.uint8] = np.frombuffer(packed, dtype=np.uint8).reshape(-1, _WIDEST)
+        self._lengths = lengths
+
+    def samples(self, field: Field) -> Samples:
+        chosen = self._lengths >= field.length
+        if field.selector is not None:
+            chosen &= field.present(self._bytes)
+        if chosen.all():
+            return Samples(self._order, self._time, field.values(self._bytes[:, : field.length]))
+        every = Samples(self._order, self._time, field.values(self._bytes))
+        return every.where(chosen)
+
+
+def _merge(into: dict[int, list[Field]], more: dict[int, list[Field]]) -> None:
+    for key, fields in more.items():
+        into.setdefault(key, []).extend(replace(field) for field in fields)

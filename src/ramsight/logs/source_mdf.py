@@ -1,0 +1,105 @@
+"""Logs in MDF files (``.mf4``): groups of channels, each group with a clock of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ramsight.errors import LogError
+from ramsight.logs.align import Block, Samples
+from ramsight.logs.lines import Advance, check_file
+from ramsight.logs.source import Offered, Source, needs
+
+_AT_ONCE = 1 << 16  # samples of the busiest group
+
+
+class MdfSource(Source):
+    """An MDF file. A channel is called by its name, or by ``GROUP/NAME`` where several groups have it."""
+
+    def __init__(self, path: str | Path, advance: Advance | None = None) -> None:
+        super().__init__(path, advance)
+        check_file(path)
+        asammdf = needs("asammdf", "logs", self.file)
+        try:
+            self._mdf = asammdf.MDF(str(path))
+            self._places = self._find()
+        except Exception as error:  # asammdf raises whatever its parser stumbles over
+            text = str(error).strip().splitlines()
+            raise LogError(f"is no MDF file: {text[0] if text else type(error).__name__}", file=self.file) from None
+
+    def _find(self) -> dict[str, tuple[int, int]]:
+        places: dict[str, list[tuple[int, int]]] = {}
+        for number, group in enumerate(self._mdf.groups):
+            master = self._mdf.masters_db.get(number)
+            for index, channel in enumerate(group.channels):
+                if index != master and group.channel_group.cycles_nr:
+                    places.setdefault(channel.name, []).append((number, index))
+        return {
+            name if len(found) == 1 else f"{place[0]}/{name}": place
+            for name, found in places.items()
+            for place in found
+        }
+
+    def offered(self) -> list[Offered]:
+        """The channels of all groups that have samples, the clocks not among them."""
+        found = []
+        for name, (group, index) in self._places.items():
+            unit = self._mdf.get_channel_unit(group=group, index=index) or ""
+            found.append(Offered(name, unit.strip(), f"group {group}"))
+        return found
+
+    def blocks(self, channels: Sequence[str]) -> Iterator[Block]:
+        """65 536 samples of the busiest group at a time, and those of the others that came before its next one."""
+        self.check(channels)
+        groups = sorted({self._places[channel][0] for channel in channels})
+        times = {group: np.asarray(self._mdf.get_master(group), dtype=np.float64) for group in groups}
+        orders = {group: np.fmax.accumulate(time) for group, time in times.items()}  # a sample after a late one is late
+        busiest = max(groups, key=lambda group: len(times[group]))
+        total = max(len(times[busiest]), 1)
+        before = dict.fromkeys(groups, 0)
+        for first in range(_AT_ONCE, total + _AT_ONCE, _AT_ONCE):
+            ends = {group: len(times[group]) for group in groups}
+            if first < total:
+                limit = orders[busiest][first]
+                ends = {group: int(np.searchsorted(orders[group], limit, side="left")) for group in groups}
+            shared = {group: slice(before[group], ends[group]) for group in groups if ends[group] > before[group]}
+            clocks = {group: (orders[group][rows], times[group][rows]) for group, rows in shared.items()}
+            yield {
+                channel: Samples(*clocks[group], self._values(channel, group, index, shared[group]))
+                for channel, (group, index) in ((channel, self._places[channel]) for channel in channels)
+                if group in shared
+            }
+            if self.advance is not None:
+                self.advance((ends[busiest] - before[busiest]) / total)
+            before = ends
+
+    def _values(self, channel: str, group: int, index: int, rows: slice) -> NDArray[np.float64]:
+        start, count = rows.start, rows.stop - rows.start
+        try:
+            values, invalid = self._mdf.get(
+                group=group, index=index, samples_only=True, record_offset=start, record_count=count
+            )
+            if values.dtype.kind not in "iufb":  # numbers with words for them: the numbers
+                values, invalid = self._mdf.get(
+                    group=group, index=index, samples_only=True, raw=True, record_offset=start, record_count=count
+                )
+        except Exception as error:
+            text = str(error).strip().splitlines()
+            said = text[0] if text else type(error).__name__
+            raise LogError(f"is damaged: {said}", file=self.file, column=channel) from None
+        return _numbers(values, invalid, self.file, channel)
+
+
+def _numbers(values: Any, invalid: Any, file: str, channel: str) -> NDArray[np.float64]:
+    if values.dtype.kind not in "iufb" or values.ndim != 1:
+        raise LogError("holds text or arrays where numbers are needed", file=file, column=channel)
+    numbers: NDArray[np.float64] = values.astype(np.float64)
+    bad = ~np.isfinite(numbers)
+    if invalid is not None:
+        bad |= np.asarray(invalid, dtype=np.bool_)
+    numbers[bad] = np.nan
+    return numbers

@@ -1,0 +1,29 @@
+"""Results as files, whole or not at all, in the format that the suffix says: CSV, Parquet, MF4, NetCDF.
+
+`write_table` and `write_dataset` write what is there; `open_table` and `open_dataset` take a long result some rows
+after others. `atomic_path` is for files of any other kind.
+"""
+
+from ramsight.output.atomic import atomic_path, check_target
+from ramsight.output.atomic import one_line as _one_line
+from ramsight.output.cells import DECIMALS, Coded
+from ramsight.output.dataset import DATASET_FILES, DATASETS, column_name, open_dataset, write_dataset
+from ramsight.output.table import TABLE_FILES, TABLES, check_installed, open_table, write_table
+
+__all__ = [
+    "DATASETS",
+    "DATASET_FILES",
+    "DECIMALS",
+    "TABLES",
+    "TABLE_FILES",
+    "Coded",
+    "_one_line",
+    "atomic_path",
+    "check_installed",
+    "check_target",
+    "column_name",
+    "open_dataset",
+    "open_table",
+    "write_dataset",
+    "write_table",
+]

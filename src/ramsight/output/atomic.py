@@ -1,0 +1,115 @@
+"""Results appear whole or not at all: written beside their place under another name, then moved into it."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from ramsight.errors import OutputError
+
+
+@contextmanager
+def atomic_path(path: str | Path) -> Iterator[Path]:
+    """A temporary file in the same directory that takes the place of ``path`` once the block has ended well.
+
+    Its name ends as that of ``path`` does, so that libraries choose the same format. If the block raises, the
+    temporary file is removed and whatever stood at ``path`` stays as it was.
+
+    Args:
+        path: where the result belongs.
+
+    Yields:
+        Path of the file to write.
+
+    Raises:
+        OutputError: there is no such directory, ``path`` is something other than a file, the file cannot be
+            written, or the block wrote none.
+
+    Example:
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     with atomic_path(Path(folder) / "answer.txt") as file:
+        ...         _ = file.write_text("42")
+        ...     [file.name for file in Path(folder).iterdir()]
+        ['answer.txt']
+    """
+    shown = one_line(path)
+    target = _target(path, shown)
+    draft = target.with_name(f".{secrets.token_hex(4)}-{target.name}")
+    try:
+        yield draft
+        _settle(draft, target, shown)
+    except OSError as error:
+        if error.filename is not None and os.fsdecode(error.filename) != str(draft):
+            raise
+        raise OutputError(f"{shown}: cannot be written: {one_line(error.strerror or error)}") from error
+    finally:
+        with suppress(OSError):
+            draft.unlink(missing_ok=True)
+
+
+def check_target(path: Path | None, suffixes: Sequence[str]) -> None:
+    """Refuse a place that cannot be written, before long work rather than after it.
+
+    Args:
+        path: the file to be; `None` is always right.
+        suffixes: the suffixes that are known for it.
+
+    Raises:
+        OutputError: the suffix is another one, or there is no such directory.
+    """
+    if path is not None:
+        suffix_of(path, suffixes)
+        _target(path, one_line(path))
+
+
+def one_line(text: object) -> str:
+    """A text on one line, whatever stands in it."""
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(text))
+
+
+def suffix_of(path: str | Path, known: Sequence[str]) -> str:
+    """Which of the known suffixes a path ends in.
+
+    Raises:
+        OutputError: none of them.
+    """
+    name = Path(path).name
+    fitting = [suffix for suffix in known if name.endswith(suffix) and name != suffix]
+    if not fitting:
+        raise OutputError(f"{one_line(path)}: unknown suffix of a result (known: {', '.join(known)})")
+    return fitting[-1]
+
+
+def _target(path: str | Path, shown: str) -> Path:
+    """Where the file really goes, links followed; refuses what could not be replaced."""
+    try:
+        target = Path(os.path.realpath(path))
+        if target.is_dir():
+            raise OutputError(f"{shown}: is a directory, not a file")
+        if target.exists() and not target.is_file():
+            raise OutputError(f"{shown}: is not a regular file")
+        if not target.parent.is_dir():
+            raise OutputError(f"{shown}: there is no directory {one_line(Path(path).parent)}")
+    except (OSError, ValueError) as error:
+        text = error.strerror if isinstance(error, OSError) else error
+        raise OutputError(f"{shown}: cannot be written: {one_line(text)}") from error
+    return target
+
+
+def _settle(draft: Path, target: Path, shown: str) -> None:
+    """Flush the draft to the disk and move it into its place."""
+    if not draft.exists():
+        raise OutputError(f"{shown}: nothing was written")
+    with open(draft, "rb") as file:
+        os.fsync(file.fileno())
+    os.replace(draft, target)
+    with suppress(OSError):  # some file systems cannot flush a directory
+        folder = os.open(target.parent, os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)

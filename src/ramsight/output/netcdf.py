@@ -1,0 +1,73 @@
+"""Datasets in NetCDF files, piece by piece, as xarray writes and reads them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from ramsight.errors import OutputError
+
+if TYPE_CHECKING:
+    import xarray
+
+_CHUNK = 1 << 15
+
+
+class NetcdfPieces:
+    """A NetCDF file whose one dimension grows.
+
+    Args:
+        path: the file.
+        shown: what messages call it.
+    """
+
+    def __init__(self, path: Path, shown: str) -> None:
+        import h5netcdf
+
+        self._file: Any = h5netcdf.File(path, "w")
+        self._shown, self._length = shown, 0
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
+
+    def append(self, piece: xarray.Dataset) -> None:
+        """Write a piece."""
+        if len(piece.sizes) != 1:
+            dims = ", ".join(map(str, piece.dims))
+            raise OutputError(f"{self._shown}: pieces run over one dimension, not over {dims}")
+        dim, length = next((str(name), size) for name, size in piece.sizes.items())
+        if not self._length:
+            self._begin(piece, dim)
+        after = self._length + length
+        self._file.resize_dimension(dim, after)
+        for name, variable in piece.variables.items():
+            if variable.ndim:
+                self._file.variables[str(name)][self._length : after] = variable.values
+        self._length = after
+
+    def _begin(self, piece: xarray.Dataset, dim: str) -> None:
+        self._file.dimensions[dim] = None
+        for name, value in piece.attrs.items():
+            self._file.attrs[str(name)] = value
+        for name, variable in piece.variables.items():
+            values = np.asarray(variable.values)
+            if not variable.ndim:
+                made = self._file.create_variable(str(name), (), values.dtype, data=values)
+            else:
+                made = self._file.create_variable(
+                    str(name),
+                    (dim,),
+                    values.dtype,
+                    fillvalue=np.nan if values.dtype.kind == "f" else None,
+                    chunks=(_CHUNK,),
+                    compression="gzip",
+                    compression_opts=1,
+                    shuffle=True,
+                )
+            for key, value in variable.attrs.items():
+                made.attrs[str(key)] = value

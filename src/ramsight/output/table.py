@@ -1,0 +1,190 @@
+"""Tables as CSV, Parquet and MF4 files, some rows after others."""
+
+from __future__ import annotations
+
+import gzip
+import importlib
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from types import ModuleType
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ramsight.errors import OutputError
+from ramsight.output.atomic import atomic_path, one_line, suffix_of
+from ramsight.output.cells import Coded, Column, quoted, rows_text
+
+TABLES = (".csv", ".csv.gz")
+TABLE_FILES = (*TABLES, ".parquet", ".mf4")
+
+_ROWS_AT_ONCE = 1 << 14
+_PACKED = 4  # gzip's level: twice as fast as its usual 9 is, and a tenth larger
+
+
+class TableWriter(ABC):
+    """Takes rows of a table, some after others; made by `open_table`."""
+
+    def append(self, columns: Mapping[str, ArrayLike | Coded]) -> None:
+        """Write rows.
+
+        Args:
+            columns: column name to values, each of shape (n,); the same names each time.
+
+        Raises:
+            ValueError: the columns are not all of the same length, or not of one dimension.
+        """
+        arrays: dict[str, Column] = {
+            name: values if isinstance(values, Coded) else np.asarray(values) for name, values in columns.items()
+        }
+        shapes = {name: a.codes.shape if isinstance(a, Coded) else a.shape for name, a in arrays.items()}
+        if len(set(shapes.values())) > 1 or any(len(shape) != 1 for shape in shapes.values()):
+            said = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+            raise ValueError(f"columns of a table have one length and one dimension: {said}")
+        self._write(arrays)
+
+    @abstractmethod
+    def _write(self, columns: dict[str, Column]) -> None:
+        """Write rows of arrays of one length."""
+
+    def finish(self) -> None:  # noqa: B027 - most have nothing left to do
+        """Write what is left after the last row."""
+
+
+@contextmanager
+def open_table(
+    path: str | Path, *, formats: Mapping[str, str] | None = None, units: Mapping[str, str] | None = None
+) -> Iterator[TableWriter]:
+    """A table to be written some rows after others, in the format that the suffix says, whole or not at all.
+
+    The same rows give the same bytes, in however many pieces they come (CSV; the others keep pieces apart).
+
+    Args:
+        path: the file: ``.csv``, ``.csv.gz``, ``.parquet`` or ``.mf4``.
+        formats: for columns of floats in CSV, column name to a format such as ``"%.12g"``.
+        units: of the columns, where the format has a place for them.
+
+    Yields:
+        Its writer.
+
+    Raises:
+        OutputError: the suffix is another one, a package is missing, or the file cannot be written.
+
+    Example:
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     file = Path(folder) / "rod.csv"
+        ...     with open_table(file) as table:
+        ...         table.append({"time_s": [0.0], "position_m": [0.1]})
+        ...         table.append({"time_s": [0.02], "position_m": [float("nan")]})
+        ...     print(file.read_text(), end="")
+        time_s,position_m
+        0.000000,0.100000
+        0.020000,
+    """
+    suffix = suffix_of(path, TABLE_FILES)
+    check_installed(path)
+    with atomic_path(path) as draft:
+        if suffix == ".parquet":
+            from ramsight.output.parquet import ParquetTable
+
+            writer: TableWriter = ParquetTable(draft, units if units is not None else {})
+            with writer as open_writer:  # type: ignore[attr-defined]
+                yield open_writer
+        elif suffix == ".mf4":
+            from ramsight.output.mdf import MdfTable
+
+            with MdfTable(draft, units if units is not None else {}) as open_writer:
+                yield open_writer
+        else:
+            with open(draft, "wb") as file:
+                if suffix.endswith(".gz"):
+                    with gzip.GzipFile(filename="", mode="wb", compresslevel=_PACKED, fileobj=file, mtime=0) as packed:
+                        yield _CsvTable(packed, formats or {})
+                else:
+                    yield _CsvTable(file, formats or {})
+
+
+def write_table(
+    columns: Mapping[str, ArrayLike | Coded], path: str | Path, *, formats: Mapping[str, str] | None = None
+) -> None:
+    """Columns as a file with a header: CSV, or compressed with gzip, or Parquet or MF4, by its suffix.
+
+    The same columns always give the same bytes. In CSV, floats get decimals by the unit that the column's name ends
+    in (`DECIMALS`); NaN is written as an empty cell, true and false as 1 and 0.
+
+    Args:
+        columns: column name to values, each of shape (n,).
+        path: the file, ``.csv``, ``.csv.gz``, ``.parquet`` or ``.mf4``.
+        formats: for columns of floats, column name to a format such as ``"%.12g"`` in place of the decimals.
+
+    Raises:
+        OutputError: the suffix is another one, or the file cannot be written.
+        ValueError: the columns are not all of the same length, or not of one dimension.
+
+    Example:
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     file = Path(folder) / "rod.csv"
+        ...     write_table({"time_s": [0.0, 0.02], "position_m": [0.1, float("nan")]}, file)
+        ...     print(file.read_text(), end="")
+        time_s,position_m
+        0.000000,0.100000
+        0.020000,
+    """
+    with open_table(path, formats=formats) as table:
+        table.append(columns)
+
+
+class _CsvTable(TableWriter):
+    def __init__(self, stream: IO[bytes] | gzip.GzipFile, formats: Mapping[str, str]) -> None:
+        self._stream, self._formats, self._names = stream, formats, list[str]()
+
+    def _write(self, columns: dict[str, Column]) -> None:
+        if not self._names:
+            self._names = list(columns)
+            self._stream.write((",".join(quoted(name) for name in columns) + "\n").encode("utf-8"))
+        length = max((len(column) for column in columns.values()), default=0)
+        for start in range(0, length, _ROWS_AT_ONCE):
+            rows = slice(start, start + _ROWS_AT_ONCE)
+            self._stream.write(rows_text([(name, part(columns[name], rows)) for name in self._names], self._formats))
+
+
+def part(column: Column, rows: slice) -> Column:
+    """Some rows of a column."""
+    return Coded(column.codes[rows], column.words) if isinstance(column, Coded) else column[rows]
+
+
+def numbers(column: NDArray[Any]) -> NDArray[Any]:
+    """A column as one that binary formats take: text as text, all else as it is."""
+    return column if column.dtype.kind in "iufb" else column.astype(str)
+
+
+_PACKAGES = {".parquet": ("pyarrow.parquet", "logs"), ".mf4": ("asammdf", "logs")}
+
+
+def check_installed(path: str | Path) -> None:
+    """Refuse a file whose format needs a package that is not installed.
+
+    Raises:
+        OutputError: says which extra of ramsight installs it.
+    """
+    for suffix, (package, extra) in _PACKAGES.items():
+        if Path(path).name.endswith(suffix):
+            installed(package, extra, path)
+
+
+def installed(package: str, extra: str, path: str | Path) -> ModuleType:
+    """A package that not everybody has.
+
+    Raises:
+        OutputError: it is not installed.
+    """
+    try:
+        return importlib.import_module(package)
+    except ImportError:
+        top = package.partition(".")[0]
+        raise OutputError(f'{one_line(path)}: needs the package {top}: pip install "ramsight[{extra}]"') from None

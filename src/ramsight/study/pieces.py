@@ -1,0 +1,104 @@
+"""A long log tracked piece by piece: what comes out is written as it comes, and little of it is kept."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from contextlib import nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ramsight.output import open_dataset
+from ramsight.sensor.status import Status
+from ramsight.study.tracking import Tally
+
+if TYPE_CHECKING:
+    import xarray
+
+    from ramsight.sensor.virtual_sensor import VirtualSensor
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """What is left of a log that was tracked piece by piece.
+
+    Args:
+        summary: a few lines on the track.
+        track: position [m], position_std [m] and status over time, if it was kept.
+        log: motor_speed [rad/s] and motor_torque [N m] over time, if it was kept.
+    """
+
+    summary: str
+    track: xarray.Dataset | None
+    log: xarray.Dataset | None
+
+
+_TRACK = ("position", "position_std", "status")
+_LOG = ("motor_speed", "motor_torque")
+
+
+def track_pieces(
+    sensor: VirtualSensor,
+    pieces: Iterable[xarray.Dataset],
+    out: str | Path | None = None,
+    *,
+    keep_track: bool = False,
+    keep_log: bool = False,
+) -> Pieces:
+    """Track a log piece by piece, and write the track.
+
+    Args:
+        sensor: started; goes on from piece to piece.
+        pieces: of a drive log, in order, for example from `ramsight.logs.open_log`.
+        out: the track's file: NetCDF holds all that the sensor says, a table (CSV, Parquet, MF4) position, its
+            standard deviation and status in words; None writes none.
+        keep_track: whether the track is kept, to compare it with the truth.
+        keep_log: whether the log is kept, for a figure.
+
+    Raises:
+        OutputError: the file cannot be written; then there is none.
+    """
+    words = {"status": {int(status): status.text for status in Status}}
+    tally, track, log = Tally(), _Kept(_TRACK), _Kept(_LOG)
+    with nullcontext() if out is None else open_dataset(out, variables=_TRACK, words=words) as writer:
+        for piece in pieces:
+            tracked = sensor.track(piece)
+            tally.append(tracked)
+            if writer is not None:
+                writer.append(tracked)
+            if keep_track:
+                track.append(tracked)
+            if keep_log:
+                log.append(piece)
+    return Pieces(tally.text, track.whole(), log.whole())
+
+
+class _Kept:
+    """Some variables of many pieces."""
+
+    def __init__(self, names: tuple[str, ...]) -> None:
+        self._parts: dict[str, list[NDArray[np.generic]]] = {name: [] for name in ("time", *names)}
+        self._first: xarray.Dataset | None = None
+
+    def append(self, piece: xarray.Dataset) -> None:
+        """Keep a piece's."""
+        if self._first is None:
+            self._first = piece.isel(time=slice(0)).copy(deep=True)
+        for name, parts in self._parts.items():
+            parts.append(piece[name].values.copy())  # a view would hold all that the sensor says
+
+    def whole(self) -> xarray.Dataset | None:
+        """All pieces as one; None if there are none."""
+        import xarray
+
+        if self._first is None:
+            return None
+        data = {}
+        for name, parts in self._parts.items():
+            data[name] = ("time", np.concatenate(parts), self._first[name].attrs)
+            parts.clear()
+        time = data.pop("time")
+        return xarray.Dataset(data, coords={"time": time}, attrs=self._first.attrs)

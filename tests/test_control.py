@@ -1,0 +1,266 @@
+"""Sensorless position control: the way to a target, the controller by itself, and the loop around the whole loader."""
+
+import math
+from dataclasses import replace
+from time import process_time
+
+import numpy as np
+import pytest
+
+from ramsight import machine
+from ramsight.control.judging import Trust, may_home, trust
+from ramsight.control.loop import ClosedLoop, Feedback
+from ramsight.control.position import STOPPING_TIME, Activity, PositionControl
+from ramsight.control.trajectory import Limits, Trajectory
+from ramsight.duty.linked import simulate_linked
+from ramsight.duty.live import LiveMachine, Reported
+from ramsight.plant.as_built import AsBuilt
+from ramsight.plant.linked import build
+from ramsight.sensor.status import Status
+from ramsight.sensor.virtual_sensor import Estimate
+
+LOADER = build(machine.load("mining-loader"))
+BOOM, BUCKET = LOADER.units
+START = {"boom": 0.2, "bucket": 0.25}
+DT = 0.02
+
+
+def loop(**changes):
+    return ClosedLoop(LOADER, LOADER, START, **({"known": True, "payload": 3000.0} | changes))
+
+
+def off(run, targets):
+    return max(abs(run.now.position[name] - x) for name, x in targets.items())
+
+
+@pytest.mark.parametrize(
+    ("start", "target"), [(0.1, 0.6), (0.6, 0.1), (0.3, 0.301), (0.4, 0.0), (0.3, 0.7), (0.2, 0.2)]
+)
+def test_a_trajectory_keeps_its_limits_and_arrives(start, target):
+    limits = Limits(0.05, 0.08, 0.008, 0.03)
+    way = Trajectory(limits, 0.7)
+    way.begin(start)
+    places, speeds = [start], [0.0]
+    for _ in range(3000):
+        way.step(target, limits.speed, DT)
+        places.append(way.position)
+        speeds.append(way.velocity)
+    assert way.stands
+    assert way.position == target
+    assert np.abs(speeds).max() <= limits.speed + 1e-12
+    assert np.abs(np.diff(speeds)).max() <= 2.0 * limits.acceleration * DT + 1e-12
+    assert min(start, target) - 1e-12 <= min(places) <= max(places) <= max(start, target) + 1e-12
+    near = [abs(v) for x, v in zip(places, speeds, strict=True) if (x < 0.02 and v < 0) or (x > 0.68 and v > 0)]
+    assert max(near, default=0.0) <= limits.landing_speed + limits.acceleration * DT
+
+
+def test_speeds_for_a_common_time_take_that_time():
+    limits = Limits(0.05, 0.08, 0.008, 0.03)
+    assert limits.time(0.5) == pytest.approx(0.5 / 0.05 + 0.05 / 0.08)
+    for time in (1.5, 4.0, 11.0):
+        slower = replace(limits, speed=limits.speed_for(0.02, time))
+        assert slower.time(0.02) == pytest.approx(time)
+    assert limits.speed_for(0.5, 1.0) == limits.speed
+
+
+def test_every_status_is_judged():
+    stops = {status for status in Status if trust(status) is Trust.NONE}
+    assert all(status in stops for status in Status if status.validity in {"invalid", "not referenced"})
+    assert stops - {s for s in Status if s.validity in {"invalid", "not referenced"}} == {Status.POSITION_LOST}
+    assert trust(Status.OK) is Trust.FULL
+    assert all(may_home(status) for status in Status if status not in stops)
+    assert may_home(Status.NOT_REFERENCED)
+    assert not may_home(Status.INPUT_LOST)
+
+
+def drive(control, estimates, reports=None):
+    """Step a control through estimates, its drive obedient."""
+    commands, speed = [], 0.0
+    for k, estimate in enumerate(estimates):
+        reported = Reported(k * DT, speed, 20.0, 313.15) if reports is None else reports(k, speed)
+        command = control.step(estimate, reported)
+        speed = command.motor_speed
+        commands.append(command)
+    return commands
+
+
+def here(x, status=Status.OK):
+    return Estimate(x, 1e-4, 0.0, 2e5, status)
+
+
+@pytest.mark.parametrize("status", [s for s in Status if trust(s) is Trust.NONE])
+def test_a_control_stops_in_time_and_says_why(status):
+    control = PositionControl(BOOM)
+    control.move_to(0.6)
+    way = [here(0.1 + 0.02 * k * DT) for k in range(100)]
+    commands = drive(control, way + [here(0.2, status)] * 15)
+    assert commands[99].motor_speed > 50.0
+    first = next(k for k, c in enumerate(commands) if c.activity is Activity.STOPPING)
+    standing = next(k for k, c in enumerate(commands) if k > first and c.motor_speed == 0.0)
+    assert first == 100
+    assert (standing - first + 1) * DT <= min(STOPPING_TIME + DT, 0.3)
+    assert commands[-1].activity is Activity.STOPPED
+    assert commands[-1].reason == status.text
+    control.move_to(0.3)
+    assert drive(control, [here(0.2)])[0].activity is Activity.MOVING
+
+
+def test_uncertainty_slows_and_silence_is_no_trust():
+    fast, slow = PositionControl(BUCKET), PositionControl(BUCKET)
+    for control in (fast, slow):
+        control.move_to(0.45)
+    at_full = drive(fast, [here(0.1 + 0.03 * k * DT) for k in range(60)])[-1]
+    at_half = drive(slow, [here(0.1 + 0.03 * k * DT, Status.REFERENCE_DUE) for k in range(60)])[-1]
+    assert 0.3 < at_half.motor_speed / at_full.motor_speed < 0.75
+    assert at_half.reason == Status.REFERENCE_DUE.text
+    nothing = replace(here(0.1), position=math.nan)
+    assert drive(fast, [nothing])[0].activity is Activity.STOPPING
+
+
+@pytest.mark.parametrize(
+    ("reports", "why"),
+    [
+        (lambda k, w: Reported(k * DT, 0.3 * w, 20.0, 313.15), "as commanded"),
+        (lambda k, w: Reported(k * DT, w if k < 30 else 61.0, 20.0, 313.15), "stuck|as commanded"),
+    ],
+)
+def test_a_drive_that_does_not_do_as_told_is_noticed(reports, why):
+    control = PositionControl(BOOM)
+    control.move_to(0.6)
+    commands = drive(control, [here(0.1 + 0.02 * k * DT) for k in range(120)], reports)
+    assert commands[-1].activity is Activity.STOPPED
+    import re
+
+    assert re.search(why, commands[-1].reason)
+
+
+def test_a_rod_that_stays_behind_and_targets_outside_are_refused():
+    control = PositionControl(BOOM)
+    control.move_to(0.6)
+    assert "from where it should be" in drive(control, [here(0.1)] * 400)[-1].reason
+    with pytest.raises(ValueError, match="within the stroke"):
+        control.move_to(0.71)
+
+
+def test_motor_speeds_stay_within_the_drives_range():
+    control = PositionControl(BOOM, Limits(1.0, 2.0, 0.1, 0.02))
+    control.move_to(0.7)
+    commands = drive(control, [here(min(0.01 + 0.05 * k * DT, 0.6)) for k in range(200)])
+    assert max(abs(c.motor_speed) for c in commands) <= BOOM.max_speed
+
+
+@pytest.fixture(scope="module")
+def moved():
+    run = loop()
+    targets = {"boom": 0.32, "bucket": 0.15}
+    run.go(targets)
+    return run, targets
+
+
+def test_the_loader_goes_where_it_is_sent(moved):
+    run, targets = moved
+    assert not run.stopped
+    assert off(run, targets) < 2e-3
+    for name in run.units:
+        record = run.records[name]
+        assert abs(record.estimate[-1].position - record.position[-1]) < 1e-3
+        assert np.abs(np.diff(record.command)).max() <= run.controls[name].tuning.motor_acceleration * DT + 1e-9
+
+
+def test_the_loop_is_the_run_that_its_commands_give(moved):
+    run, _ = moved
+    again = simulate_linked(LOADER, run.duty())
+    for name in run.units:
+        assert np.abs(again[f"{name}_position"].values - run.records[name].position).max() < 5e-6
+    assert abs(again.attrs["energy_residual"]) < 1e-3
+    track = run.track("boom")
+    assert set(track["status"].values.tolist()) == {0}
+    assert track.sizes["time"] == again.sizes["time"]
+
+
+def test_the_same_seed_gives_the_same_run_and_another_one_does_not():
+    runs = [loop(seed=seed) for seed in (3, 3, 4)]
+    for run in runs:
+        run.send({"boom": 0.22, "bucket": 0.24})
+        run.rest(0.6)
+    speeds = [run.records["boom"].command for run in runs]
+    assert speeds[0] == speeds[1]
+    assert speeds[0] != speeds[2]
+
+
+def test_truth_does_not_reach_sensors_or_controls(moved):
+    """A sensor fed with the recorded reports alone says the same again."""
+    run, _ = moved
+    sensor = run.sensors["bucket"]
+    sensor.start(START["bucket"])
+    record = run.records["bucket"]
+    said = [sensor.step(r.time, r.motor_speed, r.motor_torque, r.oil_temperature).position for r in record.reported]
+    assert said == [e.position for e in record.estimate]
+    blind = loop(feedback=Feedback.TRUTH)
+    blind.sensors["boom"].start(0.35)  # does not matter to who feels the true position
+    blind.go({"boom": 0.25})
+    assert off(blind, {"boom": 0.25}) < 2e-3
+
+
+def test_home_references_a_machine_that_does_not_know_where_it_is():
+    run = ClosedLoop(LOADER, LOADER, {"boom": 0.06, "bucket": 0.1})
+    run.controls["boom"].move_to(0.2)
+    run.wait()
+    assert run.stopped
+    assert run.reasons["boom"] == Status.NOT_REFERENCED.text
+    run.home("boom")
+    run.home("bucket", lifted=True)
+    assert not run.stopped
+    assert all(record.estimate[-1].status is Status.OK for record in run.records.values())
+    run.go({"boom": 0.1, "bucket": 0.08})
+    assert off(run, {"boom": 0.1, "bucket": 0.08}) < 2e-3
+
+
+def test_a_leak_test_moves_no_rod_and_teaches_the_leakage():
+    actual = replace(LOADER, units=tuple(AsBuilt(leak=1.2).apply(unit) for unit in LOADER.units))
+    run = ClosedLoop(actual, LOADER, START, known=True, payload=5000.0)
+    run.go({"boom": 0.21, "bucket": 0.24})
+    before = dict(run.now.position)
+    run.listen()
+    assert max(abs(run.now.position[name] - x) for name, x in before.items()) < 0.2e-3
+    run.go({"boom": 0.24, "bucket": 0.2})
+    assert all(sensor.state["leak"] == pytest.approx(1.2, rel=0.03) for sensor in run.sensors.values())
+
+
+@pytest.mark.parametrize("broken", ["motor_torque", "motor_speed", "time"])
+def test_a_fault_in_mid_lift_stops_the_whole_machine(broken):
+    run = loop()
+    run.send({"boom": 0.5, "bucket": 0.3})
+    run.rest(2.0)
+    last = run.records["boom"].reported[-1]
+    value = last.time if broken == "time" else math.nan
+    run.fault = lambda unit, now: replace(now, **{broken: value}) if unit == "boom" else now
+    run.rest(0.3)
+    assert run.now.motor_speed == {"boom": 0.0, "bucket": 0.0}
+    assert "invalid" in run.reasons["boom"]
+    assert run.reasons["bucket"].startswith("boom: invalid")
+    before = dict(run.now.position)
+    run.rest(1.0)
+    assert max(abs(run.now.position[name] - x) for name, x in before.items()) < 1e-3
+
+
+def test_a_thermometer_that_breaks_only_slows_it_down():
+    run = loop()
+    run.fault = lambda unit, now: replace(now, oil_temperature=900.0) if now.time > 1.0 else now
+    run.go({"boom": 0.23, "bucket": 0.24})
+    assert not run.stopped
+    assert "temperature" in run.reasons["boom"]
+    assert off(run, {"boom": 0.23, "bucket": 0.24}) < 2e-3
+
+
+def test_a_live_machine_at_rest_stays_and_the_loop_is_fast():
+    live = LiveMachine(LOADER, START, {"boom": 313.15, "bucket": 313.15}, 3000.0)
+    for _ in range(50):
+        now = live.advance({"boom": 0.0, "bucket": 0.0}, 3000.0)
+    assert now.time == pytest.approx(1.0)
+    assert max(abs(now.position[name] - x) for name, x in START.items()) < 1e-3
+    run = loop()
+    run.send({"boom": 0.4, "bucket": 0.2})
+    begun = process_time()
+    run.rest(4.0)
+    assert 4.0 / (process_time() - begun) > 20.0

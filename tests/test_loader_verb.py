@@ -1,0 +1,137 @@
+"""`ramsight loader`, and the study of the loader under control that the page quotes."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from ramsight import machine
+from ramsight.plant.linked import build
+
+ROOT = Path(__file__).parent.parent
+LOADER = build(machine.load("mining-loader"))
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    """The verb, with an animation of few pictures."""
+    from ramsight.cli import app
+    from ramsight.study.loader import animation
+
+    out = tmp_path_factory.mktemp("loader") / "out"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(animation, "PAGE_STEP", 2.0)
+        patch.setattr(animation, "GIF_STEP", 20.0)
+        result = CliRunner().invoke(app, ["loader", "--out", str(out), "--payload", "5 t", "--seed", "2"])
+    assert result.exit_code == 0, result.output
+    return out, result.output
+
+
+def test_the_loader_works_and_leaves_all_its_files(done):
+    out, said = done
+    assert sorted(file.name for file in out.iterdir()) == [
+        "control.png",
+        "control.svg",
+        "loader.gif",
+        "loader.html",
+        "results.json",
+    ]
+    found = json.loads((out / "results.json").read_text())
+    assert found["stopped"] == ""
+    assert found["options"]["payload"] == 5000.0
+    assert [phase["name"] for phase in found["phases"]][:3] == ["reference boom", "reference bucket", "approach"]
+    for name in ("boom", "bucket"):
+        assert found[name]["target_error_largest"] < 3e-3
+        assert found[name]["within_band"] > 0.9
+        assert found[name]["shaft_energy_given"] > found[name]["shaft_energy_taken"] > 0.0
+        assert f"{name}: sensor off by" in said
+    assert abs(found["energy_residual"]) < 1e-3
+    assert "http" not in (out / "loader.html").read_text()
+
+
+def test_nothing_is_left_where_nothing_can_be_written(tmp_path, monkeypatch):
+    from ramsight.errors import OutputError
+    from ramsight.study.loader import report, working
+
+    file = tmp_path / "file"
+    file.write_text("mine")
+    with pytest.raises(OutputError, match="not a directory"):
+        report.check_directory(file)
+
+    class Nothing:
+        machine = run = tracks = phases = None
+
+    def fails(*_, **__):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(report, "write_animation", fails)
+    with pytest.raises(OutputError, match="No space left"):
+        report.write_work(Nothing(), working.Options(), tmp_path / "out")
+    assert [entry.name for entry in tmp_path.iterdir()] == ["file"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (["--leak", "99"], "--leak"),
+        (["--oil-temperature", "300 degC"], "--oil-temperature"),
+        (["--payload", "3 bar"], "--payload"),
+        (["press"], "has no mechanism"),
+        (["forklift-mast"], "boom and bucket"),
+    ],
+)
+def test_what_cannot_be_is_refused_at_once(tmp_path, arguments, text):
+    from ramsight.cli import app
+    from ramsight.errors import RamsightError
+
+    result = CliRunner().invoke(app, ["loader", *arguments, "--out", str(tmp_path / "out")])
+    assert isinstance(result.exception, RamsightError)
+    assert text in str(result.exception)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.fixture(scope="module")
+def study():
+    sys.path.insert(0, str(ROOT / "study"))
+    try:
+        import loader_control
+
+        yield loader_control
+    finally:
+        sys.path.remove(str(ROOT / "study"))
+
+
+def test_targets_are_met_and_faults_stop_the_machine(study):
+    found = study.summed(study.arrivals(LOADER, LOADER, references=1, targets=3, doubt=study.KNOWN))
+    assert found["targets"] == 3
+    assert found["p95"] < 2e-3
+    stuck = study.broken(LOADER, "speed stuck")
+    assert stuck["standstill"] < 0.3
+    assert "stuck" in stuck["reason"]
+    absurd = study.broken(LOADER, "temperature absurd")
+    assert absurd["goes_on"] == 1.0
+
+
+def test_the_page_quotes_the_study():
+    """Rows of docs/loader.md are those of study.json, in the same words and digits."""
+    found, page = json.loads((ROOT / "study.json").read_text())["loader_control"], (ROOT / "docs/loader.md").read_text()
+    assert [row for row in rows(found) if row not in page] == []
+    assert found["sheet_sensor"]["p95"] < 2e-3
+    assert found["sheet_sensor"]["p95"] < found["sheet_truth"]["p95"] + 1e-3
+    for fault in found["faults"].values():
+        assert fault["goes_on"] or fault["standstill"] < 0.3
+
+
+def rows(found):
+    """The table's cells, as the page has them."""
+    keys = ("targets", "p95", "largest", "tip_median", "tip_p95")
+    for name in [name for name in found if name != "faults"]:
+        count, *lengths = (found[name][key] for key in keys)
+        yield f"| {count} | " + " | ".join(f"{1e3 * value:.2f}" for value in lengths) + " |"
+    for name, fault in found["faults"].items():
+        if fault["goes_on"]:
+            yield f"| {name} | goes on |"
+        else:
+            yield f"| {name} | {fault['noticed']:.2f} | {fault['standstill']:.2f} | {1e3 * fault['travelled']:.1f} |"

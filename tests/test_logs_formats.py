@@ -1,0 +1,364 @@
+"""Logs of every kind, written by the libraries of their formats, read into the same drive log."""
+
+import gzip
+import importlib
+import math
+import re
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ramsight.errors import LogError, OutputError, RamsightError
+from ramsight.logs import load_map, open_log, read_drive_log, write_drive_log
+from ramsight.logs.can_field import Field, big_endian, little_endian
+from ramsight.logs.inspect import inspect_log, map_text
+from ramsight.output import write_dataset
+from ramsight.output.cells import Coded, decimals_of
+from ramsight.output.table import open_table, write_table
+
+DBC = Path(__file__).parent / "can" / "drive.dbc"
+RPM = 2.0 * math.pi / 60.0
+N = 200
+TIME = np.arange(N) * 0.01
+SPEED = np.round(1500.0 * np.sin(TIME * 3.0))
+TORQUE = np.round(16.0 * (12.5 + np.cos(TIME * 5.0))) / 16.0
+TEMPERATURE = np.round(40.0 + TIME)
+MAP = """
+speed = { channel = "MotorSpeed" }
+torque = { channel = "MotorTorque" }
+temperature = { channel = "OilTemperature" }
+"""
+
+
+def written(folder, text, name="map.toml"):
+    file = folder / name
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def same(log, time=TIME, speed=SPEED, torque=TORQUE, temperature=TEMPERATURE, atol=1e-9):
+    np.testing.assert_allclose(log.time, time, atol=atol)
+    np.testing.assert_allclose(log.motor_speed, speed * RPM, atol=atol)
+    np.testing.assert_allclose(log.motor_torque, torque, atol=atol)
+    np.testing.assert_allclose(log.oil_temperature, temperature + 273.15, atol=atol)
+
+
+def test_a_german_csv_with_preamble_units_and_another_alphabet(tmp_path):
+    rows = zip(TIME * 1e3, SPEED, -TORQUE / 0.35, TEMPERATURE, strict=True)
+    lines = ["Messung 7;Bühler", "", "Zeit;n_ist;M_ist;T_Öl;Bemerkung", "[ms];[1/min];[%];[°C];"]
+    lines += [f"{t:.0f};{n:.1f};{m:.9f};{c:.1f};ok".replace(".", ",") for t, n, m, c in rows]
+    data = "\r\n".join(lines).encode("cp1252")
+    (tmp_path / "tag.csv.gz").write_bytes(gzip.compress(data))
+    found = inspect_log(tmp_path / "tag.csv.gz")
+    text = map_text(found)
+    assert "header_line = 3" in text
+    assert 'encoding = "cp1252"' in text
+    assert found.clock == ("Zeit", "ms")
+    roles = {one.role: (one.name, one.unit, one.samples) for one in found.channels if one.role}
+    assert roles == {
+        "speed": ("n_ist", "1/min", N), "torque": ("M_ist", "%", N), "temperature": ("T_Öl", "°C", N)
+    }  # fmt: skip
+    with pytest.raises(RamsightError, match="rated"):  # nobody knows what 100 % is
+        read_drive_log(tmp_path / "tag.csv.gz", written(tmp_path, text))
+    text = (
+        text.replace("# rated =", "rated =").replace('unit = "%"', 'unit = "%"\n').replace("sign = 1", "sign = -1", 2)
+    )
+    text = text.replace("sign = -1", "sign = 1", 1)
+    same(read_drive_log(tmp_path / "tag.csv.gz", written(tmp_path, text)))
+
+
+def test_a_column_with_its_own_rate_holds_its_value(tmp_path):
+    text = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n0,100,,40\n1,,5,\n2,200,,\n3,,6,\n60,,7,\n"
+    file = written(tmp_path, text, "log.csv")
+    raw = read_drive_log(file)
+    assert np.isnan(raw.motor_speed).sum() == 3
+    found = inspect_log(file)
+    assert 'empty = "no sample"' in map_text(found)
+    text = map_text(found).replace('base = "speed"', 'base = "torque"').replace("sign = 1", 'sign = 1\nhold = "2 s"')
+    sparse = read_drive_log(file, written(tmp_path, re.sub(r"hold = .*# it comes.*", "", text)))
+    assert sparse.time.values.tolist() == [1.0, 3.0, 60.0]
+    np.testing.assert_allclose(sparse.motor_speed / RPM, [100, 200, np.nan])  # 58 s is too long to hold
+    np.testing.assert_allclose(sparse.oil_temperature, [313.15, np.nan, np.nan])
+
+
+def test_a_log_with_faults_is_passed_on(tmp_path):
+    text = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c,reference_m\n0,1,2,40,\n,nan,,3276.7,0.1\n"
+    text += "0.02,inf,3, ,nan\n0.02,4,-1e999,40,\n0,5,6,40,\n"
+    log = read_drive_log(written(tmp_path, text, "log.csv"))
+    np.testing.assert_array_equal(log.time, [0, np.nan, 0.02, 0.02, 0])
+    np.testing.assert_allclose(log.motor_speed / RPM, [1, np.nan, np.nan, 4, 5])
+    np.testing.assert_array_equal(log.motor_torque, [2, np.nan, 3, np.nan, 6])
+    np.testing.assert_array_equal(log.reference, [np.nan, 0.1, np.nan, np.nan, np.nan])
+    with pytest.raises(LogError, match=r"column time: is missing in sample 2"):
+        read_drive_log(tmp_path / "log.csv", strict=True)
+    back = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n1,0,0,40\n0,0,0,40\n"
+    with pytest.raises(LogError, match=r"time goes backwards in sample 2: 0.0 after 1.0"):
+        read_drive_log(written(tmp_path, back, "log.csv"), strict=True)
+    write_drive_log(log, tmp_path / "again.csv")
+    xarray.testing.assert_allclose(read_drive_log(tmp_path / "again.csv"), log)
+
+
+@pytest.mark.parametrize("kind", ["timestamp", "duration", "float"])
+def test_parquet_by_its_own_library(tmp_path, kind):
+    pa, pq = importlib.import_module("pyarrow"), importlib.import_module("pyarrow.parquet")
+    ticks = np.round(TIME * 1e6).astype(np.int64)
+    clock = {
+        "timestamp": pa.array(ticks + 1_700_000_000_000_000, pa.timestamp("us", tz="UTC")),
+        "duration": pa.array(ticks, pa.duration("us")),
+        "float": pa.array(TIME * 1e3),
+    }[kind]
+    torque = pa.array([None if k == 3 else v for k, v in enumerate(TORQUE)])
+    columns = {"Time": clock, "speed": pa.array(SPEED.astype(np.int32)), "torque_nm": torque, "oil_temp": TEMPERATURE}
+    pq.write_table(pa.table({**columns, "note": ["x"] * N}), tmp_path / "log.parquet", row_group_size=64)
+    unit = "ms" if kind == "float" else "s"
+    text = f'time = {{channel = "Time", unit = "{unit}"}}\n' + MAP.replace('"MotorSpeed"', '"speed", unit = "rpm"')
+    text = text.replace("MotorTorque", "torque_nm").replace('"OilTemperature"', '"oil_temp", unit = "degC"')
+    log = read_drive_log(tmp_path / "log.parquet", written(tmp_path, text))
+    same(log, torque=np.where(np.arange(N) == 3, np.nan, TORQUE))
+    found = inspect_log(tmp_path / "log.parquet")
+    assert {one.name: one.note for one in found.channels}["note"] == "text"
+    assert found.of("torque").missing == 1
+    with pytest.raises(LogError, match="column note: holds string"):
+        read_drive_log(tmp_path / "log.parquet", written(tmp_path, text.replace("oil_temp", "note")))
+
+
+def mf4(path):
+    asammdf = importlib.import_module("asammdf")
+
+    def signal(values, time, name, unit):
+        return asammdf.Signal(samples=np.asarray(values), timestamps=np.asarray(time), name=name, unit=unit)
+
+    with asammdf.MDF(version="4.10") as mdf:
+        fast = np.arange(2 * N) * 0.005
+        mdf.append([signal(np.repeat(SPEED, 2).astype(np.int16), fast, "MotorSpeed", "1/min"),
+                    signal(np.zeros(2 * N), fast, "Counter", "")], common_timebase=True)  # fmt: skip
+        mdf.append([signal(TORQUE, TIME + 0.001, "MotorTorque", "Nm"),
+                    signal(np.zeros(N), TIME + 0.001, "Counter", "")], common_timebase=True)  # fmt: skip
+        mdf.append([signal([40.0, 41.0], [0.0, 1.0], "OilTemperature", "°C")])
+        mdf.save(path, overwrite=True)
+
+
+def test_mf4_with_groups_of_different_rates(tmp_path):
+    mf4(tmp_path / "log.mf4")
+    found = inspect_log(tmp_path / "log.mf4")
+    rates = {one.name: round(one.rate) for one in found.channels}
+    assert rates == {"MotorSpeed": 200, "0/Counter": 200, "MotorTorque": 100, "1/Counter": 100, "OilTemperature": 1}
+    text = map_text(found)
+    assert 'base = "torque"' in text
+    log = read_drive_log(tmp_path / "log.mf4", written(tmp_path, text))
+    same(log, time=TIME + 0.001, temperature=np.where(TIME + 0.001 >= 1.0, 41.0, 40.0))
+    for size in (1, 7, 64):
+        pieces = list(open_log(tmp_path / "log.mf4", tmp_path / "map.toml", samples=size))
+        xarray.testing.assert_identical(xarray.concat(pieces, "time"), log)
+
+
+def frames(dbc_database):
+    can = importlib.import_module("can")
+    for k in range(N):
+        state = {"MotorSpeed": SPEED[k], "MotorTorque": TORQUE[k], "TorqueTarget": 0.0}
+        at = 1_700_000_000.0 + TIME[k]
+        yield can.Message(timestamp=at, arbitration_id=385, data=dbc_database.encode_message("DriveState", state),
+                          is_extended_id=False, channel=0)  # fmt: skip
+        if k % 10 == 0:
+            page = {"Page": 2, "BusVoltage": 48.5}
+            yield can.Message(timestamp=at, arbitration_id=641, data=dbc_database.encode_message("DriveSlow", page),
+                              is_extended_id=False, channel=0)  # fmt: skip
+            page = {"Page": 1, "OilTemperature": TEMPERATURE[k], "TopSwitch": int(k >= 100)}
+            yield can.Message(timestamp=at, arbitration_id=641, data=dbc_database.encode_message("DriveSlow", page),
+                              is_extended_id=False, channel=0)  # fmt: skip
+            heat = [int(TEMPERATURE[k]) + 40 if k != 50 else 0xFF, *[0xFF] * 7]
+            yield can.Message(timestamp=at, arbitration_id=J1939_ID,
+                              data=heat, is_extended_id=True, channel=0)  # fmt: skip
+
+
+J1939_ID = (2566874366 & 0x1FFFFFFF & ~0xFF) | 0x33  # from another address than the DBC file's
+
+
+@pytest.mark.parametrize("name", ["log.blf", "log.asc", "log.log", "log.asc.gz", "log.log.gz"])
+def test_can_frames_by_a_dbc_file(tmp_path, name):
+    can, cantools = importlib.import_module("can"), importlib.import_module("cantools")
+    database = cantools.database.load_file(DBC)
+    with can.Logger(str(tmp_path / name)) as logger:
+        for message in frames(database):
+            logger.on_message_received(message)
+    text = MAP + f"[can]\ndbc = '{DBC}'\n[[reference]]\nchannel = 'TopSwitch'\nposition = '790 mm'\n"
+    log = read_drive_log(tmp_path / name, written(tmp_path, text))
+    # the temperature comes after the first torque, so the first sample is without; and holds for ten samples
+    held = TEMPERATURE[(np.arange(1, N) - 1) // 10 * 10]
+    same(log, TIME[1:], SPEED[1:], TORQUE[1:], held, atol=2e-5)
+    assert np.flatnonzero(np.isfinite(log.reference)).tolist() == [100]  # the sample after 101st, which came before it
+    assert log.reference.values[100] == 0.79
+    heat = text.replace('"OilTemperature"', '"HydraulicFluid.HydraulicOilTemperature"')
+    again = read_drive_log(tmp_path / name, written(tmp_path, heat))
+    assert np.isnan(again.oil_temperature.values[50:60]).all()  # "not available"
+    assert np.isnan(again.oil_temperature).sum() == 10
+    pieces = list(open_log(tmp_path / name, tmp_path / "map.toml", samples=33))
+    xarray.testing.assert_identical(xarray.concat(pieces, "time"), again)
+
+
+def test_canopen_frames_by_their_mapping(tmp_path):
+    can, canopen = importlib.import_module("can"), importlib.import_module("canopen")
+    od = canopen.ObjectDictionary()
+    for index, sub, name, kind in [
+        (0x606C, 0, "velocity", 4), (0x6077, 0, "torque", 3), (0x4602, 12, "sevcon", 3), (0x2010, 1, "oil", 3)
+    ]:  # fmt: skip
+        variable = canopen.objectdictionary.ODVariable(name, index, sub)
+        variable.data_type = kind
+        if sub:
+            record = canopen.objectdictionary.ODRecord(name, index)
+            record.add_member(variable)
+            od.add_object(record)
+        else:
+            od.add_object(variable)
+    node = canopen.LocalNode(1, od)
+    first, second = canopen.pdo.PdoMap(node.tpdo, None, None), canopen.pdo.PdoMap(node.tpdo, None, None)
+    first.add_variable(0x606C, 0), first.add_variable(0x6077, 0)
+    second.add_variable(0x4602, 12), second.add_variable(0x2010, 1)
+    with can.BLFWriter(tmp_path / "log.blf") as logger:
+        for k in range(N):
+            first[0].raw, first[1].raw = int(SPEED[k]), round(TORQUE[k] / 35.0 * 1000.0)
+            second[0].raw, second[1].raw = round(16.0 * TORQUE[k]), round(10.0 * TEMPERATURE[k])
+            for cob_id, pdo in ((0x281, second), (0x181, first)):
+                logger.on_message_received(
+                    can.Message(timestamp=TIME[k], arbitration_id=cob_id, data=bytes(pdo.data), is_extended_id=False)
+                )
+    text = """
+    speed = { channel = "606Ch" }
+    torque = { channel = "6077h", rated = "35000 mN m" }
+    temperature = { channel = "2010h:01h", unit = "degC", scale = 0.1 }
+    can.pdo = [{ cob_id = 0x181, objects = ["606Ch", "6077h"] },
+               { cob_id = 0x281, objects = ["4602h:0Ch", "2010h:01 INT16"] }]
+    """.replace("\n               {", " {")
+    log = read_drive_log(tmp_path / "log.blf", written(tmp_path, text))
+    same(log, torque=np.round(TORQUE / 35.0 * 1000.0) * 0.035, atol=1e-6)
+    text = text.replace('"6077h", rated = "35000 mN m"', '"4602h:0Ch"') + 'align = { base = "speed" }\n'
+    same(read_drive_log(tmp_path / "log.blf", written(tmp_path, text)), atol=1e-6)
+    shown = inspect_log(tmp_path / "log.blf")
+    assert shown.frames == {0x181: (N, 6), 0x281: (N, 4)}
+    assert "# cob_id = 0x181" in map_text(shown)
+    with pytest.raises(RamsightError, match="its type has to be said"):
+        read_drive_log(tmp_path / "log.blf", written(tmp_path, text.replace(" INT16", "")))
+
+
+@given(
+    data=st.binary(min_size=8, max_size=8), start=st.integers(0, 63), length=st.integers(1, 64), signed=st.booleans()
+)
+def test_fields_are_what_cantools_makes_of_them(data, start, length, signed):
+    cantools = importlib.import_module("cantools")
+    frame = np.frombuffer(data, dtype=np.uint8)[None, :]
+    for order, place in (("little_endian", little_endian), ("big_endian", big_endian)):
+        bits = place(start, length)
+        if max(bits) > 63 or len(set(bits)) < length:
+            continue
+        signal = cantools.database.can.Signal("s", start, length, byte_order=order, is_signed=signed)
+        message = cantools.database.can.Message(1, "m", 8, [signal])
+        assert int(Field("s", bits, signed).raw(frame)[0]) == message.decode(data)["s"]
+
+
+def test_a_missing_package_names_its_extra(tmp_path, monkeypatch):
+    def absent(name, *rest):
+        raise ImportError(name)
+
+    for name in ("log.parquet", "log.mf4", "log.blf"):
+        (tmp_path / name).write_bytes(b"x")
+    monkeypatch.setattr(importlib, "import_module", absent)
+    for name, package, extra in (
+        ("log.parquet", "pyarrow", "logs"), ("log.mf4", "asammdf", "logs"), ("log.blf", "can", "can")
+    ):  # fmt: skip
+        with pytest.raises(LogError, match=rf'needs the package {package}: pip install "ramsight\[{extra}\]"'):
+            read_drive_log(tmp_path / name)
+    with pytest.raises(OutputError, match=r'"ramsight\[logs\]"'):
+        write_table({"time_s": [0.0]}, tmp_path / "new.parquet")
+    assert not (tmp_path / "new.parquet").exists()
+
+
+@pytest.mark.parametrize("name", ["log.parquet", "log.mf4", "log.blf", "log.asc", "log.log", "log.xyz"])
+@pytest.mark.parametrize("data", [b"", b"rubbish\n" * 50, bytes(range(256)) * 8])
+def test_rubbish_of_every_kind_gets_one_line(tmp_path, name, data):
+    (tmp_path / name).write_bytes(data)
+    text = MAP + (f"[can]\ndbc = '{DBC}'\n" if name.endswith(("blf", "asc", "log")) else "")
+    with pytest.raises(RamsightError) as caught:
+        read_drive_log(tmp_path / name, written(tmp_path, text))
+    assert str(caught.value).splitlines() == [str(caught.value)]
+    assert name in str(caught.value)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".csv.gz", ".parquet", ".mf4"])
+def test_a_drive_log_goes_out_and_comes_back_in_every_format(trace, tmp_path, suffix):
+    log = read_drive_log(trace("boom_441kN_40C").log)
+    log["reference"] = log.motor_speed * np.nan
+    log["reference"][5] = 0.1
+    write_drive_log(log, tmp_path / f"log{suffix}")
+    xarray.testing.assert_allclose(read_drive_log(tmp_path / f"log{suffix}"), log, rtol=1e-12)
+
+
+@given(
+    values=st.lists(st.floats(-1e12, 1e12) | st.just(math.nan), min_size=1, max_size=20),
+    unit=st.sampled_from(["m", "mm", "pa"]),
+)
+def test_fast_digits_are_those_of_the_format(tmp_path_factory, values, unit):
+    name, file = f"x_{unit}", tmp_path_factory.mktemp("digits") / "x.csv"
+    write_table({name: np.array(values)}, file)
+    decimals = decimals_of(name)
+    rounded = np.round(np.array(values), decimals) + 0.0
+    assert file.read_text().splitlines()[1:] == ["" if math.isnan(v) else f"{v:.{decimals}f}" for v in rounded]
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet", ".mf4"])
+def test_pieces_of_a_table_are_the_table(tmp_path, suffix):
+    status = Coded(np.array([0, 17, 36] * 40), {0: "ok", 17: "uncertain: gap", 36: "invalid: speed, torque"})
+    columns = {"time_s": np.arange(120) * 0.01, "position_m": np.sqrt(np.arange(120.0)), "status": status}
+    columns["position_m"][7] = np.nan
+    with open_table(tmp_path / f"pieces{suffix}", units={"position_m": "m"}) as table:
+        for first in range(0, 120, 50):
+            rows = slice(first, first + 50)
+            table.append({n: Coded(c.codes[rows], c.words) if n == "status" else c[rows] for n, c in columns.items()})
+    if suffix == ".csv":
+        write_table(columns, tmp_path / "whole.csv")
+        assert (tmp_path / "pieces.csv").read_bytes() == (tmp_path / "whole.csv").read_bytes()
+        assert (tmp_path / "pieces.csv").read_text().splitlines()[3] == '0.020000,1.414214,"invalid: speed, torque"'
+    elif suffix == ".parquet":
+        table = importlib.import_module("pyarrow.parquet").read_table(tmp_path / "pieces.parquet")
+        assert table.schema.field("position_m").metadata == {b"unit": b"m"}
+        assert table["status"].to_pylist()[:3] == ["ok", "uncertain: gap", "invalid: speed, torque"]
+        assert table["position_m"].null_count == 1
+        np.testing.assert_allclose(table["position_m"].to_numpy(), columns["position_m"])
+    else:
+        with importlib.import_module("asammdf").MDF(tmp_path / "pieces.mf4") as mdf:
+            found = mdf.get("status")
+            np.testing.assert_allclose(found.timestamps, columns["time_s"])
+            assert found.samples[:3].tolist() == [b"ok", b"uncertain: gap", b"invalid: speed, torque"]
+            assert mdf.get("position_m").unit == "m"
+            np.testing.assert_allclose(mdf.get("position_m").samples, columns["position_m"])
+            assert mdf.header.start_time == datetime(1970, 1, 1, tzinfo=UTC)
+
+
+def test_netcdf_in_pieces_is_netcdf_at_once(tmp_path):
+    from ramsight.output import open_dataset
+
+    track = xarray.Dataset(
+        {
+            "position": ("time", np.sqrt(np.arange(50.0)), {"units": "m"}),
+            "status": ("time", np.arange(50, dtype=np.int16)),
+        },
+        coords={"time": ("time", np.arange(50) * 0.02, {"units": "s"})},
+        attrs={"format": 1, "sensor": "balance"},
+    )
+    write_dataset(track, tmp_path / "whole.nc")
+    with open_dataset(tmp_path / "pieces.nc") as writer:
+        for first in range(0, 50, 20):
+            writer.append(track.isel(time=slice(first, first + 20)))
+    with xarray.open_dataset(tmp_path / "whole.nc") as whole, xarray.open_dataset(tmp_path / "pieces.nc") as pieces:
+        xarray.testing.assert_identical(pieces.load(), whole.load())
+
+
+def test_a_map_says_what_it_was_told(tmp_path):
+    mf4(tmp_path / "log.mf4")
+    text = map_text(inspect_log(tmp_path / "log.mf4"))
+    again = map_text(inspect_log(tmp_path / "log.mf4", load_map(written(tmp_path, text))))
+    assert again == text
