@@ -185,10 +185,11 @@ def test_the_pages_mechanism_is_the_catalogues_and_its_python_runs():
     for kind in ("bodies", "cylinders"):
         for name, part in shown[kind].items():
             assert part.items() <= whole[kind][name].items()
-    (code,) = re.findall(r"```python\n(.*?)```", PAGE, re.S)
     names = {}
-    exec(code, names)
+    for code in re.findall(r"```python\n(.*?)```", PAGE, re.S):
+        exec(code, names)
     assert names["log"].sizes["time"] > 3000
+    assert names["loop"].now.position["boom"] == pytest.approx(0.4, abs=3e-3)
 
 
 def test_a_mechanism_is_drawn_to_scale(tmp_path):

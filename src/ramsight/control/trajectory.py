@@ -42,7 +42,7 @@ class Limits:
             >>> from ramsight.plant.ddh import build
             >>> limits = Limits.of(build("boom", machine.load("mining-loader").unit("boom")))
             >>> f"{1e3 * limits.speed:.0f} mm/s, {1e3 * limits.landing_speed:.1f} mm/s"
-            '28 mm/s, 4.1 mm/s'
+            '28 mm/s, 4.3 mm/s'
         """
         most = _SPEED_SHARE * unit.max_velocity if speed is None else speed
         return cls(most, most / _RAMP, _LANDING_SHARE * most, _LANDING_ZONE * unit.cylinder.stroke)

@@ -15,7 +15,9 @@ from ramsight.sensor.virtual_sensor import IS_REFERENCED, SensorGraph
 
 _GATE = 16.0  # a reference may be four standard deviations away ...
 _GATE_MARGIN = 4e-3  # m, ... and this
-_HARDLY_KNOWN = 15e-3  # m; with a standard deviation above it only sure signs of a stop count
+_WELL_KNOWN = 15e-3  # m; with a larger standard deviation only likely signs of a stop count, ...
+_ROUGHLY_KNOWN = 0.1  # share of the stroke; ... and with this one only sure ones
+_BEYOND, _BEYOND_LEAST = 3.0, 1e-3  # standard deviations and m outside the stroke: the piston is on its stop
 _OUTSIDE = 0.02  # share of the stroke by which a reference may be beyond its end
 _MISTRUST = 6.0  # a refused reference leaves the doubt that it may be right after all: its distance over this ...
 _STOP_MISTRUST = 3.5  # ... and so much for a stop, which is then believed the second time
@@ -77,7 +79,8 @@ def refer(
     """
     stroke, lift, signs = books.cylinder.stroke, unit.lift_sign, watch.signs
     referenced, variance = graph.state(IS_REFERENCED), belief.covariance[0, 0]
-    hardly = ca.logic_or(variance > _HARDLY_KNOWN**2, ca.logic_not(referenced))
+    well = ca.logic_and(referenced, variance < _WELL_KNOWN**2)
+    roughly = ca.logic_and(referenced, variance < (_ROUGHLY_KNOWN * stroke) ** 2)
     # The slow filter lags behind a pressure that a stop changes fast: what is compressed meanwhile is no travel.
     gives = -lift * books.capacity / books.held.area
     ahead_low, ahead_top = gives * _collapsed(graph, books, signs), gives * books.behind
@@ -86,17 +89,19 @@ def refer(
         gate = _GATE * (variance + std**2) + _GATE_MARGIN**2
         return ca.logic_or(innovation**2 < gate, ca.logic_not(referenced))
 
-    def stop(end: Any, ahead: Any, sign: Any, sure: Any, there: Any) -> _Claim:
+    def stop(end: Any, ahead: Any, signs: tuple[Any, Any, Any], there: Any) -> _Claim:
         innovation = end - (belief.position + ahead)
         near, new = is_near(innovation, stop_std), ca.logic_not(there)
-        taken = ca.logic_and(ca.logic_and(ca.if_else(hardly, sure, sign), near), new)
+        shown, likely, sure = signs
+        seen = ca.if_else(well, shown, ca.logic_or(sure, ca.logic_and(roughly, likely)))
+        taken = ca.logic_and(ca.logic_and(seen, near), new)
         feigned = ca.fabs(innovation) < _FEIGNED * stroke
         refused = ca.logic_and(ca.logic_and(sure, new), ca.logic_and(ca.logic_not(near), feigned))
         return _Claim(innovation, near, taken, refused)
 
     low_end, top_end = (0.0, stroke) if lift > 0.0 else (stroke, 0.0)
-    low = stop(low_end, ahead_low, signs.low, signs.surely_low, at[0])
-    top = stop(top_end, ahead_top, signs.top, signs.surely_top, at[1])
+    low = stop(low_end, ahead_low, (signs.low, signs.likely_low, signs.surely_low), at[0])
+    top = stop(top_end, ahead_top, (signs.top, signs.likely_top, signs.surely_top), at[1])
     to_given = graph.reference - belief.position
     inside = ca.logic_and(graph.reference > -_OUTSIDE * stroke, graph.reference < (1.0 + _OUTSIDE) * stroke)
     near = is_near(to_given, reference_std)
@@ -110,6 +115,11 @@ def refer(
     belief.position = belief.position + ca.if_else(by_stop, ca.if_else(low.taken, ahead_low, ahead_top), 0.0)
     # Compliance shows in the position too little and too late to be told from leakage; stops tell it better.
     belief.measure([1.0, 0.0, 0.0, 0.0], innovation, std**2, found, only=[0, 1, 2])
+
+    # A well-known position that leaves the stroke is on its stop, whatever the pressure says.
+    ends = ca.fmin(ca.fmax(belief.position, 0.0), stroke)
+    beyond = ca.fabs(belief.position - ends) > _BEYOND * belief.std + _BEYOND_LEAST
+    belief.position = ca.if_else(ca.logic_and(well, beyond), ends, belief.position)
 
     by_given = ca.if_else(inside, ca.fabs(given.innovation) / _MISTRUST, 0.0)
     by_stops = ca.fabs(ca.if_else(low.refused, low.innovation, top.innovation)) / _STOP_MISTRUST

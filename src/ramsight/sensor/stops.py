@@ -34,7 +34,8 @@ class Signs:
 
     Attributes:
         low, top: as on the stop of the lowered or the lifted end.
-        surely_low, surely_top: as nowhere else, even if the position is hardly known.
+        likely_low, likely_top: as hardly anywhere else, even without a steady stretch before.
+        surely_low, surely_top: as nowhere else, even if nobody knows the position.
         gone: a steady pressure is gone: half of it while lowering, nearly all of it while lifting.
         pressure: filtered, of the held manifold [Pa].
         slow: what it was before it changed [Pa].
@@ -43,6 +44,8 @@ class Signs:
 
     low: Any
     top: Any
+    likely_low: Any
+    likely_top: Any
     surely_low: Any
     surely_top: Any
     gone: Any
@@ -103,6 +106,8 @@ class StopWatch:
         self.signs = Signs(
             low=low,
             top=top,
+            likely_low=ca.logic_and(lowering, empty),
+            likely_top=ca.logic_and(lifting, at_relief),
             surely_low=ca.logic_and(ca.logic_and(lowering, settled), empty),
             surely_top=ca.logic_and(ca.logic_and(lifting, settled), ca.logic_and(risen, high)),
             gone=ca.logic_and(settled, ca.if_else(lifting, nothing, collapsed)),
