@@ -25,6 +25,8 @@ from ramsight.study.errors import stop_visits, turning_for
 LOADS = {"boom": (100e3, 370e3), "bucket": (20e3, 140e3)}  # N
 _STARTS = 0.5  # s after the motor has started, from when on the position counts
 _BAND = 1.96
+_PASSES = 1e-7  # m3/s
+_JUST_NOW = 50  # samples
 _GENTLE = (Status.OK, Status.REFERENCE_DUE, Status.NEAR_RELIEF, Status.TOO_UNCERTAIN)
 """What a healthy machine may be told without it being a false alarm: doubts of the position, not of an input."""
 
@@ -36,6 +38,7 @@ class Day:
     unit: DdhUnit
     log: xarray.Dataset
     position: NDArray[np.float64]
+    relief: NDArray[np.bool_]
     start: float
 
 
@@ -60,7 +63,8 @@ def drawn(unit: DdhUnit, seed: int, duration: float = 360.0) -> Day:
     log = report(run, DriveReport(seed=seed))
     log["motor_torque"] *= gain
     log["oil_temperature"] += off
-    return Day(unit, log, run["position"].values, duty.start_position)
+    relief = (run["relief_a_flow"].values > _PASSES) | (run["relief_b_flow"].values > _PASSES)
+    return Day(unit, log, run["position"].values, relief, duty.start_position)
 
 
 def study(machines: int, advance: Callable[[int], object]) -> dict[str, dict[str, float]]:
@@ -80,8 +84,11 @@ def study(machines: int, advance: Callable[[int], object]) -> dict[str, dict[str
             inside += int((error <= _BAND * std).sum())
             wrong += int(((status == Status.OK) & (error > 4.0 * std)).sum())
             samples, hours = samples + len(time), hours + (time[-1] - time[0]) / 3600.0
-            harsh = ~np.isin(status, _GENTLE)
-            alarms += int((np.diff(np.concatenate([[False], harsh]).astype(int)) == 1).sum())
+            begins = np.flatnonzero(np.diff(np.concatenate([[False], ~np.isin(status, _GENTLE)]).astype(int)) == 1)
+            # Oil that has passed the relief valve is lost indeed.
+            alarms += sum(
+                status[k] != Status.POSITION_LOST or not day.relief[max(k - _JUST_NOW, 0) : k + 1].any() for k in begins
+            )
             if len(stops) > 3:
                 judged = (time > stops[2] + 1.0) & (turning_for(time, day.log["motor_speed"].values) > _STARTS)
                 p95.append(float(np.percentile(error[judged], 95.0)))
