@@ -22,6 +22,13 @@ _PRESSING = 3.0  # rad/s
 _EMPTIED = 1.3  # share of the oil under pressure that the pump draws until the held side is surely empty
 _PRESSED_FULL = 0.9  # share of the relief setting up to which the volume is closed
 _PRESSED_LEAST = 20e5  # Pa
+_STANDING = 0.06  # rad/s
+_DECAY_BEGINS = 0.8  # s at rest, after which the motor's and the valves' last movements are over
+_DECAY_SMOOTHING = 0.2  # s
+_DECAY_LEAST, _DECAY_SHARE = 10e5, 0.2  # Pa and share by which the pressure has to fall to tell
+_DECAY_LOWEST = 15e5  # Pa
+_DECAY_NOISE = 1.5e5  # Pa, of the smoothed pressures' difference
+_DECAY_DOUBT = 0.1  # of a leakage so measured: it is the other pump's, and the first thing that is known of it
 _PRESSURE_NOISE = 3e5  # Pa, of a pressure from one torque sample
 _PRESSED_DOUBT = 0.02  # of the compressed volume
 
@@ -115,3 +122,36 @@ def hear_compression(
     variance = (capacity * _PRESSURE_NOISE) ** 2 + (_PRESSED_DOUBT * compressed) ** 2
     # Its own errors are those of the compressed volume; leakage and displacement are not to take them up.
     belief.measure(row, -(oil_1 - leaked_1 - compressed), variance, tells, only=[3])
+
+
+def hear_decay(graph: SensorGraph, books: Books, belief: Belief, *, seated: Any) -> None:
+    """Seated on the lowered end at rest, the other side's pressure goes as the pump leaks: C dp = -K p dt.
+
+    Args:
+        graph: the sensor's graph; gains states.
+        books: of this sample.
+        belief: its leakage is corrected.
+        seated: whether the piston is on the stop of the lowered end.
+    """
+    dt, pressure = graph.elapsed, books.other_pressure
+    standing_for, smooth, first, leaked = (
+        graph.state(name) for name in ("decay_for", "decay_pressure", "decay_from", "decay_leaked")
+    )
+    stands = ca.logic_and(seated, ca.fabs(graph.motor_speed) < _STANDING)
+    smooth_1 = ca.if_else(standing_for > 0.0, smooth + dt / (_DECAY_SMOOTHING + dt) * (pressure - smooth), pressure)
+    settles = standing_for < _DECAY_BEGINS
+    leak, _, compliance = belief.factors
+    leaked_1 = ca.if_else(settles, 0.0, leaked + 0.5 * (smooth + smooth_1) * books.other_leakage * leak * dt)
+    first_1 = ca.if_else(settles, smooth_1, first)
+    fallen = first_1 - smooth_1
+    least = ca.fmax(_DECAY_LEAST, _DECAY_SHARE * first_1)
+    tells = ca.logic_and(ca.logic_and(stands, fallen > least), smooth_1 > _DECAY_LOWEST)
+    # What has told begins anew from where it is.
+    graph.becomes("decay_for", ca.if_else(stands, standing_for + dt, 0.0))
+    graph.becomes("decay_pressure", smooth_1)
+    graph.becomes("decay_from", ca.if_else(tells, smooth_1, first_1))
+    graph.becomes("decay_leaked", ca.if_else(tells, 0.0, leaked_1))
+    given = books.other_capacity * fallen
+    row = [0.0, leaked_1 / leak, 0.0, -given / compliance]
+    variance = (books.other_capacity * _DECAY_NOISE) ** 2 + (_DECAY_DOUBT * given) ** 2
+    belief.measure(row, given - leaked_1, variance, tells, only=[1])

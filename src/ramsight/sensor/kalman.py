@@ -17,7 +17,7 @@ from ramsight.plant.ddh import DdhUnit
 from ramsight.plant.unit import opposite
 from ramsight.sensor.belief import BOUNDS, Belief
 from ramsight.sensor.books import Books, Factors, Tuning, keep_books
-from ramsight.sensor.hearing import hear_compression, hear_leakage
+from ramsight.sensor.hearing import hear_compression, hear_decay, hear_leakage
 from ramsight.sensor.intake import Intake, take_in
 from ramsight.sensor.judgement import judge
 from ramsight.sensor.references import Found, refer
@@ -56,7 +56,7 @@ class Doubt:
     walk: float = 0.2e-3
     start: float = 0.8e5
     leave: float = 3e5
-    stop: float = 0.22e-3
+    stop: float = 0.23e-3
     reference: float = 1e-3
 
 
@@ -91,6 +91,7 @@ def kalman(unit: DdhUnit, tuning: Tuning | None = None, doubt: Doubt | None = No
     _predict(graph, books, intake, doubt, belief, ca.logic_or(on_low, on_top), leaves)
     hear_leakage(graph, books, belief, lift)
     hear_compression(graph, books, belief, watch.signs.slow, on_low=on_low, on_top=on_top, lift=lift)
+    hear_decay(graph, books, belief, seated=on_low)
     found = refer(
         graph, books, watch, belief, unit, at=(at_low, at_top), stop_std=doubt.stop, reference_std=doubt.reference
     )
