@@ -51,7 +51,7 @@ class Tuning:
     flow_margin: float = 0.1
     emptying: float = 0.3
     listening: float = 0.2
-    deafness: float = 2e5
+    deafness: float = 4e5
     standstill: float = 0.5
 
 
@@ -253,26 +253,33 @@ def keep_books(
 
     at_tank, at_more = drawn(0.0), drawn(_LOWEST)
     other_1 = at_tank * _LOWEST / (at_tank - at_more)
-    # Where the held manifold is empty, by leakage at rest or seated on the lowered end, the torque is the other side's.
-    # At rest only what noise cannot be is believed of it.
     lowest, highest = -other.side.anticavitation.cracking_pressure, other.side.relief.setting
-    rests = ca.logic_and(standing_for > tuning.emptying, open_ < 0.5)
-    unheard = graph.state("unheard_pressure")
-    heard = unheard + dt / (tuning.listening + dt) * (torque / slope_other - other_1 - unheard)
-    believed = heard - ca.fmin(ca.fmax(heard, -tuning.deafness), tuning.deafness)
-    graph.becomes("unheard_pressure", ca.if_else(rests, heard - believed, 0.0))
-    other_1 = ca.fmin(ca.fmax(other_1 + ca.if_else(rests, believed, 0.0), lowest), highest)
+    other_1 = ca.fmin(ca.fmax(other_1, lowest), highest)
     other_1 = ca.if_else(seated, ca.fmin(ca.fmax(torque / slope_other, 0.0), highest), other_1)
     found = movement(other_1)
     manifold_1 = ca.if_else(seated, 0.0, found.manifold)
     load_1 = ca.if_else(pressed, ca.fmax(found.load, load_0 + motion_0), found.load)
+    # At rest the held manifold leaks empty, and the torque is the other side's alone. If that rises beyond its noise
+    # and what the balance says, the load has fallen and the rod risen, by as much as compresses the one side and
+    # relaxes the other. If it falls faster, the other side leaks more than believed, and the load is what it was.
+    rests = ca.logic_and(ca.logic_and(standing_for > tuning.emptying, open_ < 0.5), ca.logic_not(seated))
+    unheard = graph.state("unheard_pressure")
+    heard = unheard + dt / (tuning.listening + dt) * (torque / slope_other - other_1 - unheard)
+    believed = heard - ca.fmin(ca.fmax(heard, -tuning.deafness), tuning.deafness)
+    graph.becomes("unheard_pressure", ca.if_else(rests, heard - believed, 0.0))
+    surprise = ca.fmin(ca.fmax(other_1 + ca.if_else(rests, believed, 0.0), lowest), highest) - other_1
+    risen, fallen = ca.fmax(surprise, 0.0), ca.fmin(surprise, 0.0)
+    relaxed = ca.if_else(pressed, 0.0, held.area / other.area * capacity_other * risen)  # oil that the held side gives
+    given = relaxed - ca.if_else(pressed, 0.0, capacity_held * ratio * fallen)
+    other_1 += surprise
+    load_1 -= relaxed / capacity_held + ratio * risen
     # The first look at the load is believed at once: what the chamber held before is not compression.
     looking = ca.logic_and(ca.logic_and(known < 0.5, open_ > 0.5), open_for < 1.5 * tuning.settling)
     load_1 = ca.if_else(looking, manifold_1 - drop - motion_1 - ratio * other_1, load_1)
     load_1 = ca.if_else(seated, -motion_1 - ratio * other_1, load_1)
     chamber_1 = load_1 + motion_1 + ratio * other_1
     moves = ca.if_else(seated, 0.0, out / held.area)
-    step = moves * found.moved
+    step = moves * (found.moved + given)
 
     # Is the safety valve open for the next sample?
     lowering = held.side.safety.opening_speed * w > held.side.safety.opening_speed**2
@@ -302,7 +309,7 @@ def keep_books(
     graph.becomes("waiting_oil", (1.0 - release) * (waiting_0 + turning * found.through))
 
     rod = out * (tank_pressure - ATMOSPHERE) * (cylinder.area_a - cylinder.area_b)
-    compressed = turning * found.filled + capacity_held * found.rise
+    compressed = turning * found.filled + capacity_held * found.rise - given
     return Books(
         step=step,
         by_position=-ca.if_else(seated, 0.0, found.rise / oil.bulk_modulus),

@@ -56,7 +56,7 @@ class Doubt:
     walk: float = 0.2e-3
     start: float = 0.8e5
     leave: float = 3e5
-    stop: float = 0.23e-3
+    stop: float = 0.22e-3
     reference: float = 1e-3
 
 
