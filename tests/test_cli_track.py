@@ -68,7 +68,7 @@ def test_track_finds_the_simulated_rod(simulated, tmp_path):
         rows = list(csv.DictReader(stream))
     assert list(rows[0]) == ["time_s", "position_m", "position_std_m", "status"]
     assert len(rows) == 1001
-    assert {row["status"] for row in rows} == {"ok"}
+    assert {row["status"] for row in rows} <= {"ok", "uncertain: reference due"}
     assert (tmp_path / "track.png").read_bytes().startswith(b"\x89PNG")
 
 

@@ -60,3 +60,17 @@ def test_the_performance_page_quotes_the_benchmark():
         quoted.append(f"| {found['loader_error_m']:.1e} |".replace("e-0", "e-"))
     assert [figure for figure in quoted if figure not in page] == []
     assert max(found[key] for key in ("single_error_m", "batch_error_m", "c_error_m")) < 1e-6
+
+
+def test_the_page_of_the_kalman_sensor_quotes_the_study(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "study")
+    pages = importlib.import_module("pages")
+    found, page = json.loads((ROOT / "study.json").read_text()), (ROOT / "docs" / "kalman.md").read_text()
+    for name, table in pages.TABLES.items():
+        assert "\n".join(table(found[name])) in page
+
+
+def test_the_page_of_the_kalman_sensor_quotes_the_benchmark():
+    found, page = json.loads((ROOT / "bench.json").read_text()), (ROOT / "docs" / "kalman.md").read_text()
+    assert f"{found['kalman_replay_samples_per_s'] / 1e6:.1f} million samples a second" in page
+    assert f"{found['kalman_step_us']:.1f} µs" in page
