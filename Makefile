@@ -42,6 +42,7 @@ bench: $(INSTALLED)
 
 study: $(INSTALLED)
 	$(BIN)/python study/run.py --out study.json
+	$(BIN)/python study/pages.py
 
 # What pip would install now for the package, its development tools and the backend that builds it, a line each.
 PIN_REPORT := $(VENV)/pins.json

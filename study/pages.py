@@ -1,0 +1,66 @@
+"""Writes the tables of docs/kalman.md from study.json, between their marks: python study/pages.py."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from ramsight.output import atomic_path
+
+ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs" / "kalman.md"
+INPUTS = {"motor_speed": "motor speed", "motor_torque": "motor torque", "oil_temperature": "oil temperature"}
+
+
+def work_days(found: dict[str, Any]) -> list[str]:
+    """The table of the work days."""
+    units = ("boom", "bucket")
+    rows: list[tuple[str, Callable[[Any], str]]] = [
+        ("days judged", lambda d: f"{d['judged']} of {d['machines']}"),
+        ("95 % of a day within, median day", lambda d: f"{d['p95_median_mm']:.2f} mm"),
+        ("… worst day", lambda d: f"{d['p95_worst_mm']:.1f} mm"),
+        ("… days within 3 mm", lambda d: f"{100 * d['p95_within_3_mm']:.1f} %"),
+        ("largest error of a day, median day", lambda d: f"{d['largest_median_mm']:.2f} mm"),
+        ("… worst day", lambda d: f"{d['largest_worst_mm']:.1f} mm"),
+        ("… days within 8 mm", lambda d: f"{100 * d['largest_within_8_mm']:.1f} %"),
+        ("the 95 % band holds, of all samples", lambda d: f"{100 * d['band_holds']:.1f} %"),
+        ("ok, and more than 4 standard deviations off", lambda d: f"{100 * d['ok_beyond_4_std']:.2f} %"),
+        ("false alarms in 100 h", lambda d: f"{d['false_alarms_per_100_h']:.1f} (in {d['hours']:.0f} h)"),
+    ]
+    head = ["| | boom | bucket |", "|---|---|---|"]
+    return head + [f"| {label} | " + " | ".join(show(found[unit]) for unit in units) + " |" for label, show in rows]
+
+
+def faults(found: list[dict[str, Any]]) -> list[str]:
+    """The table of the faults."""
+    head = ["| input | fault | noticed | after, median | wrong and ok |", "|---|---|---|---|---|"]
+    rows = []
+    for row in found:
+        delay = "–" if row["delay_s"] is None else f"{row['delay_s']:.2f} s"
+        shares = [f"{100 * row[name]:.0f} %" for name in ("noticed", "harm_unseen")]
+        rows.append(
+            f"| {INPUTS.get(row['input'], row['input'])} | {row['fault']} | {shares[0]} | {delay} | {shares[1]} |"
+        )
+    return head + rows
+
+
+TABLES: dict[str, Callable[[Any], list[str]]] = {"work_days": work_days, "faults": faults}
+
+
+def main() -> None:
+    """Put each table between its marks."""
+    found = json.loads((ROOT / "study.json").read_text())
+    page = PAGE.read_text()
+    for name, table in TABLES.items():
+        marked = re.compile(rf"(<!-- {name} -->\n).*?(<!-- end of {name} -->)", flags=re.DOTALL)
+        text = "\n".join(table(found[name]))
+        page = marked.sub(lambda match, text=text: f"{match[1]}\n{text}\n\n{match[2]}", page)
+    with atomic_path(PAGE) as draft:
+        draft.write_text(page)
+
+
+if __name__ == "__main__":
+    main()
