@@ -142,6 +142,7 @@ def _report(
     graph.becomes("position", position)
     for name, value in zip(BOUNDS, belief.factors, strict=True):
         graph.becomes(name, value)
+    belief.covariance.limit(stroke)
     belief.covariance.close()
 
     # Whatever is not a reference moves the position that is shown no faster than the piston can go.

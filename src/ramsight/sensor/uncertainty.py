@@ -78,6 +78,12 @@ class Covariance:
         here = self.entries[quantity, quantity]
         self.entries[quantity, quantity] = ca.fmax(here, variance)
 
+    def limit(self, std: Any) -> None:
+        """The position is nowhere outside a range so wide [m]: its row and column shrink to it together."""
+        share = ca.fmin(1.0, std / ca.sqrt(ca.fmax(self.entries[0, 0], std * std)))
+        for j in range(self._n):
+            self.entries[0, j] = self.entries[0, j] * (share * share if j == 0 else share)
+
     def close(self) -> None:
         """Hand the entries back to the graph."""
         for pair in self._pairs:
