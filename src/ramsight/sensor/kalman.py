@@ -55,7 +55,7 @@ class Doubt:
     compliance_walk: float = 1e-4
     walk: float = 0.2e-3
     start: float = 0.8e5
-    leave: float = 3e5
+    leave: float = 6e5
     stop: float = 0.22e-3
     reference: float = 1e-3
 

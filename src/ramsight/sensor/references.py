@@ -17,6 +17,7 @@ _GATE = 16.0  # a reference may be four standard deviations away ...
 _GATE_MARGIN = 4e-3  # m, ... and this
 _WELL_KNOWN = 15e-3  # m; with a larger standard deviation only likely signs of a stop count, ...
 _ROUGHLY_KNOWN = 0.1  # share of the stroke; ... and with this one only sure ones
+_SLIDES = 0.03  # share of the stroke that a position may run out of it while nothing presses
 _BEYOND, _BEYOND_LEAST = 3.0, 1e-3  # standard deviations and m outside the stroke: the piston is on its stop
 _OUTSIDE = 0.02  # share of the stroke by which a reference may be beyond its end
 _MISTRUST = 6.0  # a refused reference leaves the doubt that it may be right after all: its distance over this ...
@@ -119,14 +120,20 @@ def refer(
     # A well-known position that leaves the stroke is on its stop, whatever the pressure says.
     ends = ca.fmin(ca.fmax(belief.position, 0.0), stroke)
     beyond = ca.fabs(belief.position - ends) > _BEYOND * belief.std + _BEYOND_LEAST
-    belief.position = ca.if_else(ca.logic_and(well, beyond), ends, belief.position)
+    held = ca.logic_and(well, beyond)
+    # If that goes on without a stop's pressure, what the books count is wrong.
+    slid = graph.state("slid")
+    slid_1 = ca.if_else(found, 0.0, slid + ca.if_else(held, ca.fabs(belief.position - ends), 0.0))
+    graph.becomes("slid", slid_1)
+    belief.position = ca.if_else(held, ends, belief.position)
 
     by_given = ca.if_else(inside, ca.fabs(given.innovation) / _MISTRUST, 0.0)
     by_stops = ca.fabs(ca.if_else(low.refused, low.innovation, top.innovation)) / _STOP_MISTRUST
     refused = ca.logic_or(given.refused, ca.logic_or(low.refused, top.refused))
+    contradicted = ca.logic_or(refused, slid_1 > _SLIDES * stroke)
     _mistrust(graph, watch, belief, refused, ca.if_else(given.refused, by_given, by_stops), found)
     disputed = graph.state("disputed")
-    disputed_1 = ca.if_else(found, 0.0, ca.fmax(disputed, refused))
+    disputed_1 = ca.if_else(found, 0.0, ca.fmax(disputed, contradicted))
     graph.becomes("disputed", disputed_1)
     known = ca.fmax(referenced, found)
     graph.becomes(IS_REFERENCED, known)
