@@ -7,11 +7,14 @@ import subprocess
 from pathlib import Path
 
 import numpy as np
-from c_source import c_function
+from c_source import LANES
 
+import ramsight.deploy
+from ramsight.deploy.c_function import PLAIN, array_function
 from ramsight.engine.ode_module import pieces
 
 HERE = Path(__file__).parent
+EXPORTED = Path(ramsight.deploy.__file__).parent / "c"  # the plant's loop, as it is exported
 
 
 def _pointer(array):
@@ -26,12 +29,12 @@ class CEngine:
         skip = {"outputs", "dense", "extremes"}
         header = [f"#define {k} {v}" for k, v in sizes.items() if not k.endswith("_STEP")]
         header.append(f"#define NP {model.p.numel()}")
-        header += [c_function(name, f) for name, f in functions.items() if name not in skip]
-        Path(folder, "model.h").write_text("\n".join(header))
-        for lanes in (0, 1):
+        for lanes, dialect in ((0, PLAIN), (1, LANES)):
+            texts = [array_function(name, f, dialect) for name, f in functions.items() if name not in skip]
+            Path(folder, "model.h").write_text("\n".join([*header, *texts]))
             command = ["gcc", "-O3", "-march=native", "-ffp-contract=fast", "-fno-math-errno", "-shared", "-fPIC", "-w",
-                       f"-DLANES={lanes}", f"-I{folder}", str(HERE / "rodas.c"), "-o", f"{folder}/rodas{lanes}.so",
-                       "-lmvec", "-lm"]  # fmt: skip
+                       f"-DLANES={lanes}", f"-I{folder}", f"-I{EXPORTED}", str(HERE / "rodas.c"), "-o",
+                       f"{folder}/rodas{lanes}.so", "-lmvec", "-lm"]  # fmt: skip
             subprocess.run(command, check=True)
         self._one = ctypes.CDLL(f"{folder}/rodas0.so").integrate
         self._many = ctypes.CDLL(f"{folder}/rodas1.so").integrate_lanes

@@ -1,4 +1,5 @@
-/* The engine's loops in C, around functions emitted from the same graphs (model.h). Scalar, and 8 lanes with a queue. */
+/* The engine's loops in C, around functions emitted from the same graphs (model.h): the exported plant's own, and 8 lanes
+ * with a queue. */
 #include <math.h>
 #include <string.h>
 #define N_ N
@@ -31,25 +32,27 @@ EACH(EXP, exp) EACH(LOG, log) EACH(TANH, tanh) EACH(SQRT, sqrt) EACH(ABS, fabs)
 #endif
 #define POW(a, b) EXP((b) * LOG(a))
 #else
-typedef double real;
-#define K(x) (x)
-#define LT(a, b) ((a) < (b) ? 1.0 : 0.0)
-#define LE(a, b) ((a) <= (b) ? 1.0 : 0.0)
-#define NOT(a) ((a) == 0.0 ? 1.0 : 0.0)
-#define AND(a, b) (((a) != 0.0) & ((b) != 0.0) ? 1.0 : 0.0)
-#define OR(a, b) (((a) != 0.0) | ((b) != 0.0) ? 1.0 : 0.0)
-#define CHOOSE(c, a) ((c) != 0.0 ? (a) : 0.0)
-#define MAX(a, b) ((a) >= (b) ? (a) : (b))
-#define MIN(a, b) ((a) <= (b) ? (a) : (b))
-#define EXP exp
-#define LOG log
-#define TANH tanh
-#define SQRT sqrt
-#define ABS fabs
-#define POW pow
+#include "real.h"
 #endif
 #include "model.h"
 
+#if !LANES
+#include "rodas4.h"
+long integrate(long n, const double *corners, const double *values, const double *slopes, const double *p, double rtol,
+               const double *atol, double *y) {
+  double q[NQ], h_next = FIRST_STEP;
+  long steps = 0;
+  prepare(p, q);
+  for (long s = 0; s < n; s++) {
+    long taken = rodas4(y, q, values + NU * s, slopes + NU * s, corners[2 * s], corners[2 * s + 1], &h_next, rtol, atol,
+                        10000000);
+    if (taken < 0) return taken;
+    steps += taken;
+    h_next = h_next < CORNER ? h_next : CORNER;
+  }
+  return steps;
+}
+#else
 static void one_step(real *y, const real *u0, const real *slope, const real *q, real *f, real *ft, real *jac,
                      const real *h, const real *c, const real *atol, const real *rtol, real *y1, real *error, int fresh) {
   real w[NW], k0[N_], k1[N_], k2[N_], k3[N_], k4[N_], k5[N_];
@@ -64,32 +67,6 @@ static void one_step(real *y, const real *u0, const real *slope, const real *q, 
   finish(y, k0, k1, k2, k3, k4, k5, atol, rtol, y1, error);
 }
 
-#if !LANES
-long integrate(long n, const double *corners, const double *values, const double *slopes, const double *p, double rtol,
-               const double *atol, double *y) {
-  double q[NQ], f[N_], ft[N_], jac[NJ], y1[N_], h, c, u0[NU], error, h_next = 1e-4, rejected, longest = INFINITY;
-  long steps = 0;
-  prepare(p, q);
-  for (long s = 0; s < n; s++) {
-    double t0 = corners[2 * s], t1 = corners[2 * s + 1], t = t0;
-    int fresh = 1;
-    rejected = 0.0;
-    while (t < t1) {
-      double yn[N_], tn, hn, rn;
-      begin(&t, &t0, &t1, &h_next, &longest, values + NU * s, slopes + NU * s, &h, &c, u0);
-      one_step(y, u0, slopes + NU * s, q, f, ft, jac, &h, &c, atol, &rtol, y1, &error, fresh || rejected == 0.0);
-      fresh = 0;
-      conclude(y, y1, &error, &h, &t, &t1, &h_next, &rejected, yn, &tn, &hn, &rn);
-      memcpy(y, yn, sizeof yn);
-      t = tn; h_next = hn; rejected = rn;
-      steps++;
-      if (h_next < 1e-14) return -1;
-    }
-    h_next = MIN(h_next, CORNER);
-  }
-  return steps;
-}
-#else
 long integrate_lanes(long runs, long n, const double *corners, const double *values, const double *slopes,
                      const double *p, double rtol_, const double *atol_, double *Y) {
   real y[N_], f[N_], ft[N_], jac[NJ], y1[N_], q[NQ], h, c, u0[NU], us[NU], sl[NU], error, atol[N_], rtol = K(rtol_);

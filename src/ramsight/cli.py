@@ -22,6 +22,13 @@ catalog = typer.Typer(invoke_without_command=True, rich_markup_mode=None, contex
 app.add_typer(catalog, name="catalog")
 logs = typer.Typer(no_args_is_help=True, rich_markup_mode=None, context_settings=_HELP, help="Look into drive logs.")
 app.add_typer(logs, name="logs")
+export = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    context_settings=_HELP,
+    help="Into a control unit and into a simulator.",
+)
+app.add_typer(export, name="export")
 
 
 def _version(wanted: bool) -> None:
@@ -240,8 +247,8 @@ def track(
 
     The log has the columns time_s, motor_speed_rpm, motor_torque_nm and oil_temperature_c, and perhaps reference_m:
     empty, or the position that a switch knows at that instant. For any other log, and for CAN frames, a channel map
-    says which channels are what: ramsight logs inspect proposes one. The track has time_s, position_m, position_std_m (empty
-    where the sensor does not know it) and status; as .nc also velocity, load, pressures and what it learned.
+    says which channels are what: ramsight logs inspect proposes one. The track has time_s, position_m, position_std_m
+    (empty where the sensor does not know it) and status; as .nc also velocity, load, pressures and what it learned.
 
     Example: ramsight track mining-loader log.csv.gz --unit boom --start "100 mm" --out track.csv
     """
@@ -503,6 +510,124 @@ def loader(
         write_work(done, options, out, title=title, advance=bar.advance)
     typer.echo(summary(done))
     typer.echo(f"{out}: loader.html, loader.gif, control.png, control.svg and results.json written")
+
+
+@export.command("c")
+def export_c(
+    machine: _MACHINE,
+    unit: Annotated[str, typer.Option(help="The unit that the sensor is for, for example boom.")],
+    out: Annotated[Path, typer.Option(help="Directory for the C; made if it is not there.")],
+    single: Annotated[bool, typer.Option("--float", help="Floats in place of doubles.")] = False,
+) -> None:
+    """Write the kalman sensor as C99 for an electronic control unit.
+
+    One header and one body, libm alone: no memory is taken, nothing is global. With them a test program with samples of
+    a simulated log, faults among them, and what Python says of each. Where there is a C compiler it is compiled and
+    run, and says what it takes of memory and time; so does the README.md.
+
+    Example: ramsight export c mining-loader --unit boom --out boom-c
+    """
+    from ramsight.deploy.c_folder import STEPS, shown, write_sensor
+    from ramsight.machine import load as load_machine
+    from ramsight.progress import progress
+
+    with progress(STEPS, "exporting") as bar:
+        done = write_sensor(load_machine(machine), unit, out, single=single, advance=bar.advance)
+    typer.echo(
+        shown(done.footprints) if done.footprints else "no C compiler was found: nothing was compiled or measured"
+    )
+    typer.echo(f"{out}: {', '.join(sorted(done.files))} written")
+
+
+@export.command("fmu")
+def export_fmu(
+    machine: _MACHINE,
+    unit: Annotated[str, typer.Option(help="The unit, for example boom.")],
+    out: Annotated[Path, typer.Option(help="The FMU: .fmu.")],
+    what: Annotated[str, typer.Option(help="sensor: the kalman sensor; plant: the unit itself, simulated.")] = "sensor",
+    fmi: Annotated[int, typer.Option(help="Version of the interface: 2 or 3.")] = 2,
+) -> None:
+    """Write a co-simulation FMU of a unit's virtual sensor, or of the unit itself with its own solver.
+
+    Its C sources are inside, and a binary for this machine where there is a C compiler. A step of the sensor takes the
+    inputs as one sample, so step it as often as the drive reports (1 to 100 ms). The plant holds its inputs through a
+    step, or goes straight on by their slopes where you give them.
+
+    Example: ramsight export fmu mining-loader --unit boom --what plant --fmi 3 --out boom.fmu
+    """
+    from ramsight.deploy.fmu import write_fmu
+    from ramsight.machine import load as load_machine
+
+    done = write_fmu(load_machine(machine), unit, out, what=what, fmi=fmi)
+    binary = f"sources and a binary for {done.binary}" if done.binary else "sources alone: no C compiler was found"
+    typer.echo(f"{out}: written; FMI {fmi}.0 co-simulation, {done.variables} variables, {binary}")
+
+
+@app.command()
+def encoder(
+    machine: _MACHINE,
+    unit: Annotated[str, typer.Option(help="The unit that the drive turns, for example boom.")],
+    channel: Annotated[str, typer.Option(help="The bus: can0, 239.74.163.2, ...")],
+    node_id: Annotated[int, typer.Option(help="The encoder's node-ID, 1 to 127.")],
+    drive_node: Annotated[int, typer.Option(help="The drive's node-ID.")],
+    interface: Annotated[
+        str, typer.Option(help="python-can's name of the interface: socketcan, udp_multicast, virtual, ...")
+    ] = "socketcan",
+    objects: Annotated[
+        str, typer.Option(help="What the drive maps into 180h + its node-ID, in order.")
+    ] = "606Ch, 6077h",
+    rated_torque: Annotated[str | None, typer.Option(help="6076h of the drive, which 6077h is per mille of.")] = None,
+    channel_map: Annotated[
+        Path | None, typer.Option("--map", help="What the frames mean, instead of --objects: see docs/encoder.md.")
+    ] = None,
+    state: Annotated[Path | None, typer.Option(help="Keep position and parameters here over a power loss.")] = None,
+    hold: Annotated[bool, typer.Option("--hold", help="An invalid position is held; else 6004h is 7FFFFFFFh.")] = False,
+    timeout: Annotated[str | None, typer.Option(help="So long without the drive is invalid [default: 100 ms].")] = None,
+    serial: Annotated[int, typer.Option(min=0, max=0xFFFFFFFF, help="Its serial number.")] = 0,
+    eds: Annotated[Path | None, typer.Option(help="Write its EDS file here first: .eds.")] = None,
+) -> None:
+    """Be a position sensor on a CANopen bus: a linear encoder of CiA 406.
+
+    Listens to the drive's process data, follows the piston with the kalman sensor, and offers 6004h, 6030h, alarms,
+    warnings and emergencies as a wire-draw or magnetostrictive sensor does, so that a controller need not be changed.
+    A preset (6003h) is a reference by hand; end stops are references too. Runs until Ctrl-C.
+
+    Example: ramsight encoder mining-loader --unit boom --channel can0 --node-id 6 --drive-node 5 --rated-torque 80Nm
+    """
+    from ramsight.logs.source import needs
+    from ramsight.machine import load as load_machine
+    from ramsight.output import atomic_path, check_target
+    from ramsight.plant.ddh import build
+    from ramsight.units import parse_option
+
+    needs("canopen", "can", channel)
+    needs("can", "can", channel)
+    from ramsight.deploy.encoder.assembly import encoder_for, overrides
+    from ramsight.deploy.encoder.eds import eds_text
+    from ramsight.deploy.encoder.encoder import Settings
+    from ramsight.deploy.encoder.listening import drive_map
+    from ramsight.deploy.encoder.runner import open_bus, serve, until_stopped
+    from ramsight.logs.channel_map import load_map
+
+    check_target(eds, (".eds",))
+    within = None if timeout is None else parse_option(timeout, "s", "--timeout", least="10 ms", most="10 s")
+    rated = (
+        None
+        if rated_torque is None
+        else parse_option(rated_torque, "N m", "--rated-torque", least="0.01 N m", most="1e5 N m")
+    )
+    settings = Settings(node_id, drive_node, serial, overrides(hold, within))
+    ddh = build(unit, load_machine(machine).unit(unit))
+    meanings = drive_map(drive_node, objects.split(","), rated) if channel_map is None else load_map(channel_map)
+    ready = encoder_for(ddh, meanings, settings, state, aside=True)
+    if eds is not None:
+        with atomic_path(eds) as draft:
+            draft.write_text(eds_text(), encoding="ascii")
+        _say_written(eds)
+    with open_bus(interface, channel) as bus, until_stopped() as stop:
+        typer.echo(f"{channel}: node {node_id} is the position of {unit}; {ready.said}")
+        serve(ready, bus, stop)
+    typer.echo(f"{channel}: node {node_id} is gone; {ready.said}")
 
 
 def main() -> None:

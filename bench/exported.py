@@ -1,0 +1,107 @@
+"""Exported C against Python over a million samples, with and without faults; adds its figures to bench.json.
+
+python bench/exported.py [--days 28] [--out bench.json]
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from ramsight import machine
+from ramsight.deploy.c_folder import write_sensor
+from ramsight.deploy.c_sensor import inputs_of, sensor_source
+from ramsight.deploy.compiler import find_compiler, version
+from ramsight.deploy.golden import faulty_day
+from ramsight.deploy.running import CompiledSensor
+from ramsight.engine.recursion import replay
+from ramsight.plant.as_built import AsBuilt
+from ramsight.plant.ddh import build
+from ramsight.sensor.kalman import kalman
+
+sys.path.append(str(Path(__file__).parents[1] / "study"))
+import work_days
+
+DAY = 360.0  # s
+EVERY = 40.0  # s; a round of faults
+
+
+def days_of(unit, count):
+    """Days of machines that are not their data sheet: the study's, and as many with faults in them."""
+    names = ("time", "motor_speed", "motor_torque", "oil_temperature")
+    for seed in range(count):
+        day = work_days.drawn(unit, seed)
+        yield np.column_stack([*(day.log[n].values for n in names), np.full(day.log.sizes["time"], np.nan)]), day.start
+        random = np.random.default_rng(seed)
+        real = AsBuilt(
+            leak=random.uniform(0.75, 1.25),
+            displacement=random.uniform(0.995, 1.005),
+            stiffness=random.uniform(0.6, 1.4),
+            friction=random.uniform(0.6, 1.4),
+        )
+        yield faulty_day(unit, duration=DAY, every=EVERY, seed=seed, real=real.apply(unit))
+
+
+def agreement(days):
+    """Largest difference of the position [m], other statuses and samples, by build."""
+    compiler = find_compiler()
+    found = {"export_samples": 0, "export_compiler": version(compiler)}
+    builds = {
+        "double": {},
+        "float": {"single": True},
+        "double_fma": {"options": ("-march=native", "-ffp-contract=fast")},
+    }
+    for name in ("boom", "bucket"):
+        unit = build(name, machine.load("mining-loader").unit(name))
+        sensor = kalman(unit)
+        source = sensor_source(sensor, unit, f"ramsight_{name}", "mining-loader", single=False)
+        compiled = {key: CompiledSensor(source, sensor, compiler, **more) for key, more in builds.items()}
+        for rows, start in days_of(unit, days):
+            sensor.start(start)
+            state = np.array([sensor.state[k] for k in sensor.recursion.state])
+            said = replay(sensor.recursion, inputs_of(rows), sensor.parameters, state)
+            found["export_samples"] += len(rows)
+            for key, one in compiled.items():
+                other = one.track(rows, start)
+                worst, flips = f"export_{key}_error_m", f"export_{key}_other_statuses"
+                found[worst] = max(found.get(worst, 0.0), float(np.abs(other[:, 0] - said[:, 0]).max()))
+                found[flips] = found.get(flips, 0) + int((other[:, 4] != said[:, 4]).sum())
+    return found
+
+
+def footprints():
+    """Bytes and time of a step, by build."""
+    found = {}
+    with tempfile.TemporaryDirectory() as folder:
+        done = write_sensor(machine.load("mining-loader"), "boom", Path(folder) / "boom")
+    for f in done.footprints:
+        key = f"export_{f.precision}_{f.optimised.removeprefix('-')}"
+        found[key] = {
+            "code_bytes": f.code,
+            "stack_bytes": f.stack,
+            "state_bytes": f.state,
+            "saved_bytes": f.saved,
+            "step_ns": round(1e9 * f.step),
+        }
+    return found
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--days", type=int, default=28, help="with faults and without, of each unit")
+    parser.add_argument("--out", type=Path, default=Path("bench.json"))
+    options = parser.parse_args()
+    results = json.loads(options.out.read_text()) if options.out.exists() else {}
+    new = {**agreement(options.days), **footprints()}
+    results |= {k: float(f"{v:.4g}") if isinstance(v, float) else v for k, v in new.items()}
+    options.out.write_text(json.dumps(results, indent=1) + "\n")
+    print(json.dumps(new, indent=1))
+
+
+if __name__ == "__main__":
+    main()

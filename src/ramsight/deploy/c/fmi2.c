@@ -1,0 +1,237 @@
+/* The FMI 2.0 co-simulation interface around model_*. */
+#include "fmi_common.h"
+#include "fmi2.h"
+
+#if defined _WIN32
+#define API __declspec(dllexport)
+#else
+#define API __attribute__((visibility("default")))
+#endif
+
+typedef void (*Logger)(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2String, ...);
+
+static fmi2Status wrong(Instance *i) {
+  if (i->logging && i->logger != NULL)
+    ((Logger)i->logger)(i->environment, i->name, fmi2Error, "logStatusError", "%s", i->message);
+  return fmi2Error;
+}
+
+static fmi2Status missing(fmi2Component c, const char *what) {
+  Instance *i = c;
+  snprintf(i->message, sizeof i->message, "%s is not offered", what);
+  return wrong(i);
+}
+
+API const char *fmi2GetTypesPlatform(void) { return "default"; }
+API const char *fmi2GetVersion(void) { return "2.0"; }
+
+API fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[]) {
+  (void)n;
+  (void)categories;
+  ((Instance *)c)->logging = on;
+  return fmi2OK;
+}
+
+API fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String token, fmi2String resources,
+                                  const fmi2CallbackFunctions *functions, fmi2Boolean visible, fmi2Boolean logging) {
+  (void)resources;
+  (void)visible;
+  const char *why = NULL;
+  if (type != fmi2CoSimulation) why = "this is a co-simulation FMU";
+  if (token == NULL || strcmp(token, TOKEN) != 0) why = "the GUID is not that of this FMU";
+  if (name == NULL || name[0] == 0) why = "an instance needs a name";
+  Instance *i = why == NULL ? make(name) : NULL;
+  if (i == NULL) {
+    if (functions != NULL && functions->logger != NULL)
+      functions->logger(functions->componentEnvironment, name ? name : "", fmi2Error, "logStatusError", "%s",
+                        why ? why : "no memory");
+    return NULL;
+  }
+  i->logging = logging;
+  if (functions != NULL) {
+    i->logger = (void (*)(void))functions->logger;
+    i->environment = functions->componentEnvironment;
+  }
+  return i;
+}
+
+API void fmi2FreeInstance(fmi2Component c) { destroy(c); }
+
+API fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean given, fmi2Real tolerance, fmi2Real start,
+                                   fmi2Boolean ends, fmi2Real stop) {
+  (void)ends;
+  (void)stop;
+  begin_at(c, start, given, tolerance);
+  return fmi2OK;
+}
+
+API fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
+  ((Instance *)c)->phase = INITIALIZING;
+  return fmi2OK;
+}
+
+API fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
+  fresh(c);
+  ((Instance *)c)->phase = STEPPING;
+  return fmi2OK;
+}
+
+API fmi2Status fmi2Terminate(fmi2Component c) {
+  ((Instance *)c)->phase = TERMINATED;
+  return fmi2OK;
+}
+
+API fmi2Status fmi2Reset(fmi2Component c) {
+  reset(c);
+  return fmi2OK;
+}
+
+#define GET(Name, Type, field, first, count, kind)                                                       \
+  API fmi2Status fmi2Get##Name(fmi2Component c, const fmi2ValueReference vr[], size_t n, Type value[]) { \
+    Instance *i = c;                                                                                     \
+    fresh(i);                                                                                            \
+    for (size_t k = 0; k < n; k++) {                                                                     \
+      if (!gettable(i, vr[k], first, count, kind)) return wrong(i);                                      \
+      value[k] = i->model.field[vr[k] - (first)];                                                        \
+    }                                                                                                    \
+    return fmi2OK;                                                                                       \
+  }
+#define SET(Name, Type, field, first, count, kind)                                                             \
+  API fmi2Status fmi2Set##Name(fmi2Component c, const fmi2ValueReference vr[], size_t n, const Type value[]) { \
+    Instance *i = c;                                                                                           \
+    for (size_t k = 0; k < n; k++) {                                                                           \
+      if (!settable(i, vr[k], first, count, kind)) return wrong(i);                                            \
+      i->model.field[vr[k] - (first)] = value[k];                                                              \
+    }                                                                                                          \
+    return fmi2OK;                                                                                             \
+  }
+GET(Real, fmi2Real, real, 0, REALS, "real")
+SET(Real, fmi2Real, real, 0, REALS, "real")
+GET(Integer, fmi2Integer, whole, REALS, WHOLES, "integer")
+SET(Integer, fmi2Integer, whole, REALS, WHOLES, "integer")
+GET(Boolean, fmi2Boolean, truth, REALS + WHOLES, TRUTHS, "Boolean")
+SET(Boolean, fmi2Boolean, truth, REALS + WHOLES, TRUTHS, "Boolean")
+
+API fmi2Status fmi2GetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2String value[]) {
+  (void)vr;
+  (void)value;
+  return n ? missing(c, "a string variable") : fmi2OK;
+}
+
+API fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2String value[]) {
+  (void)vr;
+  (void)value;
+  return n ? missing(c, "a string variable") : fmi2OK;
+}
+
+API fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
+  if (*state == NULL) *state = malloc(sizeof(Kept));
+  if (*state == NULL) return missing(c, "memory for a state");
+  keep(c, *state);
+  return fmi2OK;
+}
+
+API fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
+  if (state == NULL) return missing(c, "a state that is none");
+  give_back(c, state);
+  return fmi2OK;
+}
+
+API fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {
+  (void)c;
+  if (state == NULL) return fmi2OK;
+  free(*state);
+  *state = NULL;
+  return fmi2OK;
+}
+
+API fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size) {
+  (void)c;
+  (void)state;
+  *size = sizeof(Kept);
+  return fmi2OK;
+}
+
+API fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
+  if (size < sizeof(Kept)) return missing(c, "room for a state in so few bytes");
+  memcpy(bytes, state, sizeof(Kept));
+  return fmi2OK;
+}
+
+API fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
+  if (size < sizeof(Kept) || memcmp(bytes, TOKEN, sizeof TOKEN) != 0) return missing(c, "the state of another FMU");
+  if (*state == NULL) *state = malloc(sizeof(Kept));
+  if (*state == NULL) return missing(c, "memory for a state");
+  memcpy(*state, bytes, sizeof(Kept));
+  return fmi2OK;
+}
+
+API fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[], size_t unknowns,
+                                            const fmi2ValueReference known[], size_t knowns, const fmi2Real dv[],
+                                            fmi2Real du[]) {
+  (void)unknown;
+  (void)unknowns;
+  (void)known;
+  (void)knowns;
+  (void)dv;
+  (void)du;
+  return missing(c, "a directional derivative");
+}
+
+API fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
+                                           const fmi2Integer order[], const fmi2Real value[]) {
+  Instance *i = c;
+  for (size_t k = 0; k < n; k++) {
+    if (!settable(i, vr[k], 0, REALS, "real")) return wrong(i);
+    if (causality[vr[k]] != 'i' || order[k] != 1) return missing(c, "a derivative but the first of an input");
+    i->model.slope[vr[k]] = value[k];
+    i->model.sloped[vr[k]] = 1;
+  }
+  return fmi2OK;
+}
+
+API fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
+                                            const fmi2Integer order[], fmi2Real value[]) {
+  (void)vr;
+  (void)order;
+  (void)value;
+  return n ? missing(c, "an output's derivative") : fmi2OK;
+}
+
+API fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean final) {
+  (void)final;
+  if (advance(c, time, step)) return fmi2OK;
+  return wrong(c);
+}
+
+API fmi2Status fmi2CancelStep(fmi2Component c) { return missing(c, "a step that can be cancelled"); }
+
+API fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value) {
+  (void)kind;
+  (void)value;
+  return missing(c, "a pending status");
+}
+
+API fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value) {
+  if (kind != fmi2LastSuccessfulTime) return missing(c, "that status");
+  *value = ((Instance *)c)->time;
+  return fmi2OK;
+}
+
+API fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value) {
+  (void)kind;
+  (void)value;
+  return missing(c, "an integer status");
+}
+
+API fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value) {
+  if (kind != fmi2Terminated) return missing(c, "that status");
+  *value = 0;
+  return fmi2OK;
+}
+
+API fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2String *value) {
+  (void)kind;
+  (void)value;
+  return missing(c, "a status as a string");
+}

@@ -1,0 +1,115 @@
+/* An instance, whatever the FMI's version. Several live side by side; none shares anything with another. */
+#include "fmu.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct {
+  Model model;
+  char *name;
+  void *environment;
+  void (*logger)(void); /* cast to its own type where it is called */
+  int logging;
+  int phase; /* of the life below */
+  double time; /* reached [s] */
+  char message[200];
+} Instance;
+
+enum { INSTANTIATED, INITIALIZING, STEPPING, TERMINATED };
+
+static Instance *make(const char *name) {
+  Instance *i = calloc(1, sizeof *i);
+  if (i == NULL) return NULL;
+  i->name = calloc(1, strlen(name) + 1);
+  if (i->name == NULL) {
+    free(i);
+    return NULL;
+  }
+  strcpy(i->name, name);
+  model_start(&i->model);
+  i->model.tolerance = TOLERANCE;
+  return i;
+}
+
+static void destroy(Instance *i) {
+  if (i == NULL) return;
+  free(i->name);
+  free(i);
+}
+
+static void reset(Instance *i) {
+  memset(&i->model, 0, sizeof i->model);
+  model_start(&i->model);
+  i->model.tolerance = TOLERANCE;
+  i->phase = INSTANTIATED;
+  i->time = 0.0;
+}
+
+static void begin_at(Instance *i, double time, int given, double tolerance) {
+  i->time = time;
+  if (given && tolerance > 1e-12 && tolerance < 1e-2) i->model.tolerance = tolerance;
+}
+
+/* Outputs that are asked for while initializing follow from what was set until then. */
+static void fresh(Instance *i) {
+  if (i->phase == INITIALIZING) model_initialize(&i->model);
+}
+
+/* Why a variable cannot be set now, or NULL. */
+static const char *refusal(const Instance *i, size_t k) {
+  if (causality[k] == 'o') return "is an output";
+  if (causality[k] == 'p' && i->phase > INITIALIZING) return "is a parameter, and fixed once the simulation runs";
+  return NULL;
+}
+
+static int no_number(Instance *i, size_t k, const char *kind) {
+  snprintf(i->message, sizeof i->message, "there is no %s variable with the value reference %lu", kind, (unsigned long)k);
+  return 0;
+}
+
+static int settable(Instance *i, size_t k, size_t first, size_t count, const char *kind) {
+  if (k < first || k >= first + count) return no_number(i, k, kind);
+  if (refusal(i, k) == NULL) return 1;
+  snprintf(i->message, sizeof i->message, "the variable with the value reference %lu %s", (unsigned long)k, refusal(i, k));
+  return 0;
+}
+
+static int gettable(Instance *i, size_t k, size_t first, size_t count, const char *kind) {
+  return (k >= first && k < first + count) || no_number(i, k, kind);
+}
+
+/* A kept state: the instance's model and where it is. */
+typedef struct {
+  char token[sizeof TOKEN];
+  Model model;
+  int phase;
+  double time;
+} Kept;
+
+static void keep(const Instance *i, Kept *to) {
+  memset(to, 0, sizeof *to);
+  memcpy(to->token, TOKEN, sizeof TOKEN);
+  to->model = i->model;
+  to->phase = i->phase;
+  to->time = i->time;
+}
+
+static void give_back(Instance *i, const Kept *from) {
+  i->model = from->model;
+  i->phase = from->phase;
+  i->time = from->time;
+}
+
+static int advance(Instance *i, double time, double step) {
+  const char *wrong = i->phase == STEPPING ? model_step(&i->model, time, step) : "the instance is not initialized";
+  if (wrong != NULL) {
+    snprintf(i->message, sizeof i->message, "at %.6g s: %s", time, wrong);
+    return 0;
+  }
+  i->time = time + step;
+#if HAS_TIME
+  i->model.real[0] = i->time;
+#endif
+  return 1;
+}

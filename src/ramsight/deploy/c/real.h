@@ -1,0 +1,15 @@
+/* What functions made from graphs are written in: real and wide are both doubles here. */
+#include <math.h>
+typedef double real;
+typedef double wide;
+#define R(x) (x)
+#define SQRT sqrt
+#define EXP exp
+#define LOG log
+#define TANH tanh
+#define POW pow
+#define ABS fabs
+#define SIN sin
+#define COS cos
+#define FLOOR floor
+#define CEIL ceil

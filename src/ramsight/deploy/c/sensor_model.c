@@ -1,0 +1,42 @@
+/* The virtual sensor as an FMU: a step from t takes the inputs as the sample at t, and its outputs are what the sensor
+ * says after it. */
+#include "fmu.h"
+
+#include <math.h>
+
+const char *const causality = "${causality}";
+
+void model_start(Model *m) {
+${starts}
+}
+
+static void say(Model *m, const ${p}_outputs *out) {
+${says}
+  m->whole[0] = (int)out->status;
+}
+
+void model_initialize(Model *m) {
+  ${p} *s = &m->memory.sensor;
+  ${p}_outputs out = {0};
+  ${p}_init(s);
+  ${p}_start(s, m->truth[START_KNOWN] ? m->real[START_POSITION] : NAN, m->real[START_STD]);
+  out.position = s->position;
+  out.position_std = sqrt(s->covariance_00);
+  out.status = m->truth[START_KNOWN] ? ${P}_OK : ${P}_NOT_REFERENCED;
+${factors}
+  say(m, &out);
+}
+
+const char *model_step(Model *m, double time, double step) {
+  ${p}_inputs in;
+  ${p}_outputs out;
+  (void)step;
+  in.time = time;
+  in.motor_speed = m->real[MOTOR_SPEED];
+  in.motor_torque = m->real[MOTOR_TORQUE];
+  in.oil_temperature = m->real[OIL_TEMPERATURE];
+  ${p}_reference(&m->memory.sensor, m->truth[REFERENCE_KNOWN] ? m->real[REFERENCE] : NAN);
+  ${p}_step(&m->memory.sensor, &in, &out);
+  say(m, &out);
+  return NULL;
+}

@@ -1,0 +1,157 @@
+"""`ramsight export c`: a sensor's C in a folder, with golden samples, a test program and what it takes of a machine."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from ramsight.deploy.c_sensor import golden_source, identifier_of, inputs_of, sensor_source, template
+from ramsight.deploy.compiler import Footprint, find_compiler, footprint, version
+from ramsight.deploy.golden import SAMPLES, faulty_day
+from ramsight.engine.recursion import replay
+from ramsight.errors import OutputError
+from ramsight.machine.description import Machine
+from ramsight.output import _one_line
+from ramsight.plant.ddh import build
+from ramsight.sensor.kalman import kalman
+from ramsight.sensor.virtual_sensor import START_STD
+from ramsight.study.paper.writing import check_directory
+
+STEPS = 5
+"""How often `advance` is called with 1 while a sensor is written."""
+_LAST = "README.md"  # moved last: where it is, the folder is whole
+_BUILDS = ((False, "-O2"), (False, "-Os"), (True, "-O2"), (True, "-Os"))
+
+
+@dataclass(frozen=True)
+class WrittenSensor:
+    """What was written.
+
+    Attributes:
+        folder: where.
+        files: names of the files.
+        compiler: what compiled it; None if there is no compiler here.
+        footprints: what it takes on this machine, a row a build.
+    """
+
+    folder: Path
+    files: tuple[str, ...]
+    compiler: str | None
+    footprints: tuple[Footprint, ...]
+
+
+def write_sensor(
+    machine: Machine,
+    unit: str,
+    out: str | Path,
+    *,
+    single: bool = False,
+    compiler: str | None = None,
+    advance: Callable[[int], object] = lambda count: None,
+) -> WrittenSensor:
+    """Write the C of a unit's `kalman` sensor into a folder, which appears whole or not at all.
+
+    Args:
+        machine: the machine.
+        unit: name of its unit, of the circuit "ddh".
+        out: the folder; made if it is not there. Files of an earlier export are replaced, others stay.
+        single: reals are floats by default; the other precision is a macro away in either case.
+        compiler: path of the C compiler that measures; by default the one that is found, "" for none.
+        advance: called with 1 after each of `STEPS` parts of the work.
+
+    Raises:
+        DescriptionError: no sensor knows the unit's circuit.
+        OutputError: the folder cannot be written.
+        CompilerError: the compiler refuses the C, or the test program fails.
+
+    Example:
+        >>> import tempfile
+        >>> from ramsight import machine
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     done = write_sensor(machine.load("mining-loader"), "boom", f"{folder}/boom-c", compiler="")
+        ...     sorted(done.files)  # doctest: +NORMALIZE_WHITESPACE
+        ['README.md', 'ramsight_boom.c', 'ramsight_boom.h', 'ramsight_boom_golden.h', 'ramsight_boom_test.c']
+    """
+    out = Path(out)
+    check_directory(out)
+    ddh = build(unit, machine.unit(unit))
+    sensor, prefix = kalman(ddh), f"ramsight_{identifier_of(unit)}"
+    rows, start = faulty_day(ddh, duration=45.0, every=30.0, seed=1)
+    rows = rows[:SAMPLES]
+    sensor.start(start)
+    state = sensor.initial.copy()
+    state[:] = [sensor.state[name] for name in sensor.recursion.state]
+    said = replay(sensor.recursion, inputs_of(rows), sensor.parameters, state)[:, :5]
+    source = golden_source(
+        sensor_source(sensor, ddh, prefix, machine.name, single=single), rows, said, start, START_STD
+    )
+    advance(1)
+    with _whole_folder(out) as draft:
+        for name, text in source.files.items():
+            (draft / name).write_text(text, encoding="utf-8")
+        found = find_compiler() if compiler is None else compiler
+        measured = []
+        for floats, level in _BUILDS:
+            if found:
+                measured.append(footprint(found, draft, prefix, single=floats, optimised=level))
+            advance(1)
+        told = version(found) if found else None
+        text = template(
+            "README.md",
+            p=prefix,
+            P=prefix.upper(),
+            unit=unit,
+            machine=machine.name,
+            precision="float" if single else "double",
+            samples=len(rows),
+            measured=_table(measured, told),
+        )
+        (draft / _LAST).write_text(text, encoding="utf-8")
+    return WrittenSensor(out, (*source.files, _LAST), told, tuple(measured))
+
+
+def shown(footprints: tuple[Footprint, ...]) -> str:
+    """A line a build: what it takes."""
+    return "\n".join(
+        f"{f.precision} {f.optimised}: {f.code} bytes of code, {f.stack} of stack, {f.state} of state, "
+        f"{f.saved} saved, {1e9 * f.step:.0f} ns a step"
+        for f in footprints
+    )
+
+
+def _table(measured: list[Footprint], compiler: str | None) -> str:
+    if not measured:
+        return "No C compiler was found where this was exported, so nothing was measured."
+    head = "| build | code and constants | stack of a step | state | saved | a step |\n|---|---|---|---|---|---|\n"
+    rows = "\n".join(
+        f"| {f.precision}, {f.optimised} | {f.code} | {f.stack} | {f.state} | {f.saved} | {1e9 * f.step:.0f} ns |"
+        for f in measured
+    )
+    return f"Bytes, and the time where it was exported ({compiler}):\n\n{head}{rows}"
+
+
+@contextmanager
+def _whole_folder(out: Path) -> Iterator[Path]:
+    """A folder beside `out` whose files take their places in it once the block has ended well."""
+    try:
+        draft = Path(tempfile.mkdtemp(dir=out.absolute().parent, prefix=f".{out.name}-"))
+    except OSError as error:
+        raise OutputError(f"{_one_line(out)}: cannot be written: {_one_line(error.strerror or error)}") from error
+    try:
+        yield draft
+        draft.chmod(0o755)
+        if not out.exists():
+            draft.rename(out)
+            return
+        (out / _LAST).unlink(missing_ok=True)
+        for file in sorted(draft.iterdir(), key=lambda file: file.name == _LAST):
+            os.replace(file, out / file.name)
+    except OSError as error:
+        raise OutputError(f"{_one_line(out)}: cannot be written: {_one_line(error.strerror or error)}") from error
+    finally:
+        shutil.rmtree(draft, ignore_errors=True)

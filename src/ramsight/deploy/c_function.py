@@ -1,0 +1,253 @@
+"""C from an SX function: one elementary operation, one line, with conditions as flags and `if_else` as `c ? a : b`.
+
+A `Dialect` says how each operation is written; `PLAIN` is C99 on scalars. What NaN, comparisons, minimum and maximum
+mean is what they mean in the engine (engine/llvm.py).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import casadi as ca
+
+from ramsight.engine.cache import instructions
+
+SELECT = -1
+"""Beside CasADi's codes: first if the condition, else second."""
+
+
+@dataclass(frozen=True)
+class Term:
+    """A piece of an expression.
+
+    Attributes:
+        text: of it; safe as an operand.
+        kind: ``real``; ``wide``, a double even where reals are floats; or ``flag``, an int that is 0 or 1.
+        exact: of a number, its text as a double.
+    """
+
+    text: str
+    kind: str = "real"
+    exact: str | None = None
+
+
+@dataclass(frozen=True)
+class _Node:
+    code: int
+    sources: tuple[int, ...] = ()
+    place: tuple[int, int] = (0, 0)
+    value: float = 0.0
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How operations are written.
+
+    Attributes:
+        types: the C type of each kind.
+        constant: a number's text.
+        express: code and operands to a term.
+    """
+
+    types: dict[str, str]
+    constant: Callable[[float], Term]
+    express: Callable[[int, Sequence[Term]], Term]
+
+
+@dataclass
+class _Graph:
+    nodes: list[_Node] = field(default_factory=list)
+    results: list[tuple[tuple[int, int], int]] = field(default_factory=list)
+
+    def add(self, node: _Node) -> int:
+        self.nodes.append(node)
+        return len(self.nodes) - 1
+
+    def chosen(self, x: int, y: int) -> _Node | None:
+        """CasADi's if_else is a sum of what is zero unless and what is zero if; this is what was meant."""
+        if any(self.nodes[k].code != ca.OP_IF_ELSE_ZERO for k in (x, y)):
+            return None
+        for one, other in ((x, y), (y, x)):
+            (condition, value), (against, instead) = self.nodes[one].sources, self.nodes[other].sources
+            if self.nodes[against].code == ca.OP_NOT and self.nodes[against].sources[0] == condition:
+                return _Node(SELECT, (condition, value, instead))
+        return None
+
+    def live(self) -> set[int]:
+        """Nodes that a result depends on."""
+        found: set[int] = set()
+        left = [node for _, node in self.results]
+        while left:
+            node = left.pop()
+            if node not in found:
+                found.add(node)
+                left.extend(self.nodes[node].sources)
+        return found
+
+
+def _graph(function: ca.Function) -> _Graph:
+    graph = _Graph()
+    current: dict[int, int] = {}
+    read: dict[tuple[int, int], int] = {}
+    for code, target, sources, value in instructions(function):
+        if code == ca.OP_OUTPUT:
+            graph.results.append(((target[0], target[1]), current[sources[0]]))
+        elif code == ca.OP_INPUT:
+            place = (sources[0], sources[1])
+            if place not in read:
+                read[place] = graph.add(_Node(code, place=place))
+            current[target[0]] = read[place]
+        elif code == ca.OP_CONST:
+            current[target[0]] = graph.add(_Node(code, value=value))
+        else:
+            operands = tuple(current[s] for s in sources)
+            chosen = graph.chosen(*operands) if code == ca.OP_ADD else None
+            current[target[0]] = graph.add(chosen or _Node(code, operands))
+    return graph
+
+
+def statements(
+    function: ca.Function,
+    read: Callable[[int, int], Term],
+    write: Callable[[int, int, Term], str],
+    dialect: Dialect,
+) -> list[str]:
+    """The lines of a function's body.
+
+    Args:
+        function: the SX function.
+        read: the term of an input's element, by argument and nonzero.
+        write: the statement that gives an output's element its value; all stand behind everything that is read.
+        dialect: how operations are written.
+    """
+    graph = _graph(function)
+    live = graph.live()
+    terms: dict[int, Term] = {}
+    lines = []
+    for k, node in enumerate(graph.nodes):
+        if k not in live:
+            continue
+        if node.code == ca.OP_INPUT:
+            terms[k] = read(*node.place)
+        elif node.code == ca.OP_CONST:
+            terms[k] = dialect.constant(node.value)
+        else:
+            made = dialect.express(node.code, [terms[s] for s in node.sources])
+            name = f"{made.kind[0]}{k}"
+            lines.append(f"const {dialect.types[made.kind]} {name} = {made.text};")
+            terms[k] = Term(name, made.kind)
+    return lines + [write(*place, terms[node]) for place, node in graph.results]
+
+
+def array_function(name: str, function: ca.Function, dialect: Dialect, *, outputs_end: str = "_") -> str:
+    """An SX function as `static void NAME(inputs, outputs)` on arrays of `real`.
+
+    Args:
+        name: of the C function.
+        function: the SX function; an output `b_new` is written to the argument `b` plus `outputs_end`.
+        dialect: how operations are written.
+        outputs_end: what makes an output's name differ from an input's.
+
+    Example:
+        >>> x = ca.SX.sym("x", 2)
+        >>> print(array_function("least", ca.Function("f", [x], [ca.fmin(x[0], x[1])], ["x"], ["y"]), PLAIN))
+        static void least(const real *restrict x, real *restrict y_) {
+          const real r2 = x[0] >= x[1] ? x[1] : x[0];
+          y_[0] = r2;
+        }
+    """
+    ins = function.name_in()
+    outs = [out.removesuffix("_new") + outputs_end for out in function.name_out()]
+    arguments = [f"const real *restrict {n}" for n in ins] + [f"real *restrict {n}" for n in outs]
+    used: set[int] = set()
+
+    def read(argument: int, k: int) -> Term:
+        used.add(argument)
+        return Term(f"{ins[argument]}[{k}]")
+
+    def write(argument: int, k: int, term: Term) -> str:
+        return f"{outs[argument]}[{k}] = {number(term)};"
+
+    body = statements(function, read, write, dialect)
+    body = [f"(void){name};" for k, name in enumerate(ins) if k not in used] + body
+    return "\n".join([f"static void {name}({', '.join(arguments)}) {{", *(f"  {line}" for line in body), "}"])
+
+
+def literal(value: float) -> str:
+    """A number in C."""
+    if math.isinf(value):
+        return "INFINITY" if value > 0 else "-INFINITY"
+    return "NAN" if math.isnan(value) else repr(float(value))
+
+
+def number(term: Term) -> str:
+    """A term as a real."""
+    return term.text if term.kind == "real" else f"(real){term.text}"
+
+
+def _truth(term: Term) -> str:
+    return term.text if term.kind == "flag" else f"({term.text} != 0)"
+
+
+# NaN: a maximum or minimum has it if its first operand has; it differs from nothing, and it is true.
+_REAL = {
+    ca.OP_MUL: "{0} * {1}", ca.OP_DIV: "{0} / {1}", ca.OP_INV: "R(1.0) / {0}", ca.OP_SQ: "{0} * {0}",
+    ca.OP_TWICE: "R(2.0) * {0}", ca.OP_SQRT: "SQRT({0})", ca.OP_EXP: "EXP({0})", ca.OP_LOG: "LOG({0})",
+    ca.OP_TANH: "TANH({0})", ca.OP_POW: "POW({0}, {1})", ca.OP_CONSTPOW: "POW({0}, {1})", ca.OP_SIN: "SIN({0})",
+    ca.OP_COS: "COS({0})", ca.OP_FLOOR: "FLOOR({0})", ca.OP_CEIL: "CEIL({0})",
+    ca.OP_SIGN: "(real)(({0} > 0) - ({0} < 0))",
+}  # fmt: skip
+_ALIKE = {
+    ca.OP_ASSIGN: "{0}", ca.OP_NEG: "-{0}", ca.OP_ADD: "{0} + {1}", ca.OP_SUB: "{0} - {1}",
+    ca.OP_FMIN: "{0} >= {1} ? {1} : {0}", ca.OP_FMAX: "{0} <= {1} ? {1} : {0}",
+}  # fmt: skip
+_COMPARED = {
+    ca.OP_LT: "{0} < {1}", ca.OP_LE: "{0} <= {1}", ca.OP_EQ: "{0} == {1}", ca.OP_NE: "{0} < {1} || {0} > {1}",
+}  # fmt: skip
+_LOGICAL = {ca.OP_NOT: "!{0}", ca.OP_AND: "{0} && {1}", ca.OP_OR: "{0} || {1}"}
+
+
+def _express(code: int, operands: Sequence[Term]) -> Term:
+    if code == ca.OP_ASSIGN:
+        return operands[0]
+    if code in _LOGICAL:
+        return Term(_LOGICAL[code].format(*map(_truth, operands)), "flag")
+    if code in _COMPARED:
+        kind = _widest(operands)
+        return Term(_COMPARED[code].format(*(as_kind(kind, term) for term in operands)), "flag")
+    if code in _REAL:
+        return Term(_REAL[code].format(*map(number, operands)))
+    if code == ca.OP_FABS:
+        return Term(f"{'fabs' if operands[0].kind == 'wide' else 'ABS'}({operands[0].text})", _widest(operands))
+    if code in _ALIKE:
+        kind = _widest(operands)
+        return Term(_ALIKE[code].format(*(as_kind(kind, term) for term in operands)), kind)
+    if code in (SELECT, ca.OP_IF_ELSE_ZERO):
+        condition, *values = operands
+        if len(values) == 2 and all(term.kind == "flag" for term in values):
+            return Term(f"{_truth(condition)} ? {values[0].text} : {values[1].text}", "flag")
+        kind = _widest(values)
+        texts = [as_kind(kind, term) for term in values] + ["0"] * (2 - len(values))
+        return Term(f"{_truth(condition)} ? {texts[0]} : {texts[1]}", kind)
+    raise NotImplementedError(f"CasADi's operation {code} has no C yet")
+
+
+def _widest(terms: Sequence[Term]) -> str:
+    return "wide" if any(term.kind == "wide" for term in terms) else "real"
+
+
+def as_kind(kind: str, term: Term) -> str:
+    """A term as another kind."""
+    if kind == "wide" and term.exact is not None:
+        return term.exact
+    return term.text if term.kind == kind else f"({kind}){term.text}"
+
+
+PLAIN = Dialect(
+    types={"real": "real", "wide": "wide", "flag": "int"},
+    constant=lambda value: Term(f"R({literal(value)})", exact=f"({literal(value)})"),
+    express=_express,
+)
+"""C99 on scalars; needs `real`, `wide`, `R()` and `SQRT`, `EXP`, ... of that type."""

@@ -1,0 +1,233 @@
+"""A sensor's step as C: header, body, golden samples and the program that compares them."""
+
+from __future__ import annotations
+
+import textwrap
+import zlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from importlib import resources
+from string import Template
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from ramsight import __version__
+from ramsight.deploy.c_function import PLAIN, Term, as_kind, literal, number, statements
+from ramsight.engine.cache import hold
+from ramsight.engine.recursion import Recursion
+from ramsight.plant.ddh import DdhUnit
+from ramsight.sensor.keeping import _SETTLING as SETTLING
+from ramsight.sensor.keeping import _WHERE as WHERE
+from ramsight.sensor.status import Status
+from ramsight.sensor.virtual_sensor import VirtualSensor
+
+PLACES = ("position", "shown_position")
+"""States that grow by little at a time; they stay doubles where reals are floats."""
+CLOCKS = ("time", "clock")
+"""States that are times; the step is given how far they are back. A sum of times stays a double too, or a timer of
+samples would end a sample early or late at its limit."""
+_MEANING = {
+    "position": "0 = retracted",
+    "position_std": "its standard deviation",
+    "velocity": "positive extends",
+    "load": "positive against lifting",
+    "pressure_a": "chamber on the piston's side, absolute",
+    "pressure_b": "chamber on the rod's side, absolute",
+    "leak_factor": "leakage over the data sheet's",
+    "displacement_factor": "displacement over the data sheet's",
+    "compliance_factor": "compliance over the data sheet's",
+}
+
+
+@dataclass(frozen=True)
+class SensorSource:
+    """The C of a sensor.
+
+    Attributes:
+        prefix: with which all its names begin, for example ``ramsight_boom``.
+        files: text by file name.
+    """
+
+    prefix: str
+    files: Mapping[str, str]
+
+
+def template(name: str, **values: object) -> str:
+    """A file of `deploy/c` with the places `${...}` filled in."""
+    text = (resources.files("ramsight.deploy") / "c" / name).read_text(encoding="utf-8")
+    return Template(text).substitute({key: str(value) for key, value in values.items()})
+
+
+def sensor_source(sensor: VirtualSensor, unit: DdhUnit, prefix: str, machine: str, *, single: bool) -> SensorSource:
+    """Header and body of a sensor.
+
+    Args:
+        sensor: the `kalman` sensor of the unit.
+        unit: the unit.
+        prefix: of all names.
+        machine: the machine's name, for the comments.
+        single: reals are floats unless the compiler is told otherwise.
+    """
+    recursion = sensor.recursion
+    step, constants, wide = _step(sensor, prefix)
+    states = tuple(sorted(recursion.state, key=lambda name: name not in wide))
+    values = {name: value for name, value in zip(recursion.state, sensor.initial.tolist(), strict=True) if value}
+    identity = "\n".join((sensor.kind, *states, *recursion.parameters)).encode() + sensor.parameters.tobytes()
+    wides = len(wide)
+    macro = prefix.upper()
+    common = {
+        "p": prefix,
+        "P": macro,
+        "version": __version__,
+        "machine": machine,
+        "title": f"Virtual position sensor of the {unit.name}",
+    }
+    header = template(
+        "sensor.h",
+        float=int(single),
+        stroke=repr(unit.cylinder.stroke),
+        statuses=_lines(f"{macro}_{s.name} = {int(s)}, /* {s.text} */" for s in Status),
+        outputs=_lines(_outputs(sensor, prefix)),
+        states=_lines(f"{'double' if name in wide else f'{prefix}_real'} {name};" for name in states),
+        bytes=f"(12 + 8 * {wides} + (int)sizeof({prefix}_real) * {len(states) - wides})",
+        **common,
+    )
+    body = template(
+        "sensor.c",
+        constants="\n".join(constants),
+        initial=_lines(
+            f"s->{name} = {'' if name in wide else 'R'}({literal(values[name])});" for name in states if name in values
+        ),
+        relative=_lines(f"const wide x_{n} = s->{n} - in->time;" for n in states if n in CLOCKS),
+        step=_lines(step),
+        texts=_lines((f'case {macro}_{s.name}: return "{s.text}";' for s in Status), 4),
+        identity=f"0x{zlib.crc32(identity):08X}",
+        wides=wides,
+        count=len(states),
+        settling=SETTLING,
+        forgotten=_lines((f"s->{name} = fresh.{name};" for name in WHERE), 4),
+        **common,
+    )
+    return SensorSource(prefix, {f"{prefix}.h": header, f"{prefix}.c": body})
+
+
+def golden_source(
+    source: SensorSource, inputs: NDArray[np.float64], outputs: NDArray[np.float64], start: float, std: float
+) -> SensorSource:
+    """The same with golden samples and the program that runs them.
+
+    Args:
+        source: header and body.
+        inputs: time, motor speed, torque, oil temperature and reference (NaN: none), shape (samples, 5).
+        outputs: position, standard deviation, velocity, load and status, shape (samples, 5).
+        start: the position at the start [m].
+        std: its standard deviation [m].
+    """
+
+    def rows(name: str, table: NDArray[np.float64]) -> str:
+        body = ",\n".join(f"  {{{', '.join(map(literal, row))}}}" for row in table.tolist())
+        return f"static const double {name}[GOLDEN][{table.shape[1]}] = {{\n{body}\n}};\n"
+
+    text = (
+        f"/* A simulated log with faults in it, and what ramsight {__version__} says of it. */\n"
+        f"#define GOLDEN {len(inputs)}\n"
+        f"static const double golden_start = {literal(start)}, golden_std = {literal(std)}; /* m */\n"
+        "/* time [s], motor speed [rad/s], motor torque [N m], oil temperature [K], reference [m] */\n"
+        f"{rows('golden_in', inputs)}"
+        "/* position [m], its standard deviation [m], velocity [m/s], load [N], status */\n"
+        f"{rows('golden_out', outputs)}"
+    )
+    p = source.prefix
+    program = template("sensor_test.c", p=p, P=p.upper())
+    return SensorSource(p, {**source.files, f"{p}_golden.h": text, f"{p}_test.c": program})
+
+
+def _lines(lines: Iterator[str] | list[str], indent: int = 2) -> str:
+    return textwrap.indent("\n".join(lines), " " * indent)
+
+
+def _outputs(sensor: VirtualSensor, prefix: str) -> Iterator[str]:
+    for name in sensor.recursion.outputs:
+        if name == "status":
+            yield f"{prefix}_status status;"
+            continue
+        unit, meaning = sensor.units[name], _MEANING.get(name.removesuffix("_std"))
+        words = f"standard deviation of {name.removesuffix('_std')}" if name not in _MEANING else meaning
+        yield f"{prefix}_real {name}; /* [{unit}] {words} */"
+
+
+def _step(sensor: VirtualSensor, prefix: str) -> tuple[list[str], list[str], set[str]]:
+    """Statements of the step, definitions of the constants that they use, and the states that are doubles."""
+    recursion = sensor.recursion
+    n = recursion.x.numel()
+    both, q, prepare = hold(ca.densify(ca.vertcat(recursion.next_state, recursion.output)), recursion.p)
+    new, out = ca.vertsplit(both, [0, n, both.numel()])
+    step = ca.Function(
+        "step", [recursion.x, recursion.u, q], [new, out], ["x", "u", "q"], ["x_new", "out"], {"cse": True}
+    )
+    values = prepare(sensor.parameters).full().ravel()
+    extra = len(values) - len(recursion.parameters)
+    names = [f"k_{k}" for k in range(extra)] + [f"k_{identifier_of(name)}" for name in recursion.parameters]
+    wide: set[str] = {*PLACES, *CLOCKS} & set(recursion.state)
+    while True:  # a sum of doubles is a double, and so is a state that it becomes
+        scribe = _Scribe(recursion, prefix, names, frozenset(wide))
+        lines = statements(step, scribe.read, scribe.write, PLAIN)
+        if scribe.sums <= wide:
+            break
+        wide |= scribe.sums
+    constants = [
+        f"static const real {name} = R({literal(float(value))});"
+        for name, value in zip(names, values, strict=True)
+        if name in scribe.used
+    ]
+    return [*scribe.loaded.values(), *lines], constants, wide
+
+
+class _Scribe:
+    """How a step reads and writes states, inputs, constants and outputs; keeps what it came across."""
+
+    def __init__(self, recursion: Recursion, prefix: str, constants: list[str], wide: frozenset[str]) -> None:
+        self._recursion, self._prefix, self._constants, self._wide = recursion, prefix, constants, wide
+        self.used: set[str] = set()
+        self.loaded: dict[str, str] = {}
+        self.sums: set[str] = set()
+
+    def read(self, argument: int, k: int) -> Term:
+        if argument == 1:
+            name = self._recursion.inputs[k]
+            return Term(f"u_{name}", "wide" if name == "time" else "real")
+        if argument == 2:
+            self.used.add(self._constants[k])
+            return Term(self._constants[k])
+        name = self._recursion.state[k]
+        kind = "wide" if name in self._wide else "real"
+        if name not in CLOCKS:
+            self.loaded[name] = f"const {kind} x_{name} = s->{name};"
+        return Term(f"x_{name}", kind)
+
+    def write(self, argument: int, k: int, term: Term) -> str:
+        if argument == 1:
+            name = self._recursion.outputs[k]
+            value = f"({self._prefix}_status){term.text}" if name == "status" else number(term)
+            return f"out->{name} = {value};"
+        name = self._recursion.state[k]
+        if name in CLOCKS:
+            return f"if ({term.text} == 0) s->{name} = in->time;"
+        if term.kind == "wide":
+            self.sums.add(name)
+        return f"s->{name} = {as_kind('wide', term) if name in self._wide else number(term)};"
+
+
+def identifier_of(name: str) -> str:
+    """A name as C and FMI can have it."""
+    return "".join(c if c.isalnum() else "_" for c in name)
+
+
+def inputs_of(rows: Any) -> NDArray[np.float64]:
+    """Samples with a reference or NaN, shape (samples, 5), as the recursion takes them, shape (samples, 6)."""
+    rows = np.asarray(rows, dtype=np.float64)
+    known = np.isfinite(rows[:, 4])
+    return np.ascontiguousarray(np.column_stack([rows[:, :4], np.where(known, rows[:, 4], 0.0), known]))

@@ -1,0 +1,128 @@
+"""The C compiler, if there is one: what it makes of exported C, how large it is and how fast."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ramsight.errors import RamsightError
+
+STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
+"""How exported C compiles."""
+
+
+_RUNS = 3  # of the golden samples; the fastest counts, others were disturbed
+
+
+class CompilerError(RamsightError):
+    """Exported C that the compiler refuses."""
+
+
+@dataclass(frozen=True)
+class Footprint:
+    """What a sensor takes on this machine.
+
+    Attributes:
+        precision: ``double`` or ``float``.
+        optimised: the compiler's level.
+        code: bytes of code and constants.
+        stack: bytes of the step's frame.
+        state: bytes of the struct.
+        saved: bytes of a slot.
+        step: time of a step [s].
+    """
+
+    precision: str
+    optimised: str
+    code: int
+    stack: int
+    state: int
+    saved: int
+    step: float
+
+
+def find_compiler() -> str | None:
+    """`$CC`, gcc, clang or cc, whichever is there first."""
+    names = [os.environ.get("CC"), "gcc", "clang", "cc"]
+    return next((path for name in names if name and (path := shutil.which(name))), None)
+
+
+def version(compiler: str) -> str:
+    """What the compiler says that it is."""
+    return run([compiler, "--version"], Path()).splitlines()[0]
+
+
+def run(command: Sequence[str], folder: Path) -> str:
+    """Run a command in a folder and give its output.
+
+    Raises:
+        CompilerError: it fails; the text has the first error that it reports.
+    """
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    if done.returncode:
+        said = (done.stderr or done.stdout).strip().splitlines()
+        told = next((line for line in said if "error" in line), said[0] if said else f"exit code {done.returncode}")
+        raise CompilerError(f"{Path(command[0]).name} failed: {told}")
+    return done.stdout
+
+
+def library(compiler: str, files: Mapping[str, str], target: Path, *options: str) -> None:
+    """Compile C files into one shared library.
+
+    Args:
+        compiler: its path.
+        files: text by name; all `.c` are compiled.
+        target: the library.
+        options: further ones.
+    """
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for file, text in files.items():
+            (folder / file).write_text(text, encoding="utf-8")
+        sources = sorted(file for file in files if file.endswith(".c"))
+        run([compiler, "-O2", "-fPIC", "-shared", *options, *sources, "-o", "library.so", "-lm"], folder)
+        shutil.copyfile(folder / "library.so", target)
+
+
+def footprint(compiler: str, folder: Path, prefix: str, *, single: bool, optimised: str) -> Footprint:
+    """Compile and run the golden samples of an exported folder, and measure.
+
+    Args:
+        compiler: its path.
+        folder: the exported folder; nothing is written there.
+        prefix: of the names in it.
+        single: with floats.
+        optimised: ``-O2`` or ``-Os``.
+    """
+    macro = f"-D{prefix.upper()}_FLOAT={int(single)}"
+    with tempfile.TemporaryDirectory() as name:
+        work = Path(name)
+        for file in folder.glob("*.[ch]"):
+            shutil.copyfile(file, work / file.name)
+        common = [compiler, *STRICT, optimised, macro]
+        run([*common, "-fstack-usage", "-c", f"{prefix}.c", "-o", "sensor.o"], work)
+        run([*common, "sensor.o", f"{prefix}_test.c", "-lm", "-o", "golden"], work)
+        times = [_step_nanoseconds(run([str(work / "golden")], work)) for _ in range(_RUNS)]
+        (stack,) = re.findall(rf":{prefix}_step\t(\d+)", (work / "sensor.su").read_text(encoding="utf-8"))
+        probe = f'#include <stdio.h>\n#include "{prefix}.h"\nint main(void) {{ printf("%d %d %d", '
+        probe += f"(int)sizeof({prefix}), {prefix.upper()}_BYTES, {prefix.upper()}_FLOAT); return 0; }}\n"
+        (work / "probe.c").write_text(probe, encoding="utf-8")
+        run([*common, "probe.c", "-o", "probe"], work)
+        state, saved, _ = map(int, run([str(work / "probe")], work).split())
+        code = _code_bytes(work / "sensor.o")
+    return Footprint("float" if single else "double", optimised, code, int(stack), state, saved, 1e-9 * min(times))
+
+
+def _step_nanoseconds(said: str) -> int:
+    return int(re.findall(r"(\d+) ns a step", said)[0])
+
+
+def _code_bytes(file: Path) -> int:
+    """Bytes of an object's code and constants, by `size` of the binutils that every gcc comes with."""
+    return int(run(["size", str(file)], file.parent).splitlines()[1].split()[0])

@@ -1,0 +1,54 @@
+"""An encoder made ready to go on a bus: sensor compiled, state resumed, parameters found."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from ramsight.deploy.encoder.encoder import Encoder, Settings
+from ramsight.deploy.encoder.keeper import Keeper
+from ramsight.deploy.encoder.listening import Listener
+from ramsight.deploy.encoder.parameters import SUFFIX, ParameterFile
+from ramsight.logs.channel_map import ChannelMap
+from ramsight.plant.ddh import DdhUnit
+from ramsight.sensor.kalman import kalman
+
+HOLD, TIMEOUT = (0x2000, 0), (0x2002, 0)
+
+
+def encoder_for(
+    unit: DdhUnit, channel_map: ChannelMap, settings: Settings, state: Path | None = None, *, aside: bool = False
+) -> Encoder:
+    """An encoder with a `kalman` sensor, ready to be started.
+
+    Args:
+        unit: the unit it watches.
+        channel_map: what the drive's frames mean.
+        settings: who it is on the bus.
+        state: where sensor and parameters are kept over a power loss (the latter with ``.parameters`` after the name).
+        aside: whether the state is saved by a thread of its own.
+
+    Raises:
+        DescriptionError: the map cannot be used.
+        UnknownNameError: the map names a channel that is in no frame.
+    """
+    sensor, listener = kalman(unit), Listener(channel_map)
+    compiled = replace(sensor)  # the first step compiles, which takes longer than any cycle
+    compiled.start(None)
+    compiled.step(0.0, 0.0, 0.0, math.nan)
+    keeper = None if state is None else Keeper(state, sensor, aside=aside)
+    parameters = None if state is None else ParameterFile(state.with_name(state.name + SUFFIX))
+    return Encoder(sensor, unit, listener, settings, keeper=keeper, parameters=parameters)
+
+
+def overrides(hold: bool, timeout: float | None) -> Mapping[tuple[int, int], int]:
+    """What options set in the dictionary.
+
+    Args:
+        hold: whether the last valid position is held while it is invalid.
+        timeout: of the drive [s]; None leaves it.
+    """
+    chosen = {HOLD: 0} if hold else {}
+    return chosen if timeout is None else {**chosen, TIMEOUT: round(1e3 * timeout)}

@@ -1,0 +1,56 @@
+"""A drive that is not there: it plays a log or a simulated run as process data of CiA 402."""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ramsight.deploy.encoder.frame import Frame
+
+if TYPE_CHECKING:
+    import xarray
+
+_RPM = 2.0 * math.pi / 60.0
+_WARM_EVERY = 50  # samples; a thermometer on the bus reports once a second
+_ALIVE_EVERY = 5
+
+
+@dataclass(frozen=True)
+class PlayedDrive:
+    """Frames of a drive and of a node with a thermometer.
+
+    Args:
+        log: Dataset over `time` with motor_speed [rad/s], motor_torque [N m] and oil_temperature [K].
+        node: the drive's node-ID: 180h + node has 606Ch [1/min] and 6077h [‰], 700h + node its heartbeat.
+        rated_torque: 6076h [N m].
+        warm_node: the thermometer's: 180h + node has the oil temperature [0.1 °C] as INT16; None without one.
+
+    Example:
+        >>> from ramsight.logs import read_drive_log
+        >>> log = read_drive_log("tests/traces/boom_441kN_40C.csv.gz").isel(time=slice(100, 102))
+        >>> for time, frame in PlayedDrive(log, 5, 35.0).frames():
+        ...     print(f"{time:.2f}", frame)
+        2.00 705#05
+        2.00 185#DC0500009A07
+        2.02 185#DC0500009307
+    """
+
+    log: xarray.Dataset
+    node: int
+    rated_torque: float
+    warm_node: int | None = None
+
+    def frames(self) -> Iterator[tuple[float, Frame]]:
+        """The log's frames with their times [s]."""
+        columns = (self.log[name].values for name in ("time", "motor_speed", "motor_torque", "oil_temperature"))
+        for k, (time, speed, torque, warmth) in enumerate(zip(*columns, strict=True)):
+            at = float(time)
+            if k % _ALIVE_EVERY == 0:
+                yield at, Frame(0x700 + self.node, b"\x05", at)
+            if self.warm_node is not None and k % _WARM_EVERY == 0:
+                yield at, Frame(0x180 + self.warm_node, struct.pack("<h", round(10.0 * (warmth - 273.15))), at)
+            share = round(1e3 * torque / self.rated_torque)
+            yield at, Frame(0x180 + self.node, struct.pack("<ih", round(speed / _RPM), share), at)

@@ -1,0 +1,495 @@
+"""The encoder: frames and time in, frames out. It has no clock, no thread and no bus of its own."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from ramsight import __version__
+from ramsight.deploy.encoder.bus_clock import BusClock
+from ramsight.deploy.encoder.emergencies import Emergencies
+from ramsight.deploy.encoder.faults import ALARMS, OF_STATUS, WARNINGS, Fault, alarms, register, warnings
+from ramsight.deploy.encoder.frame import Frame
+from ramsight.deploy.encoder.keeper import Keeper, forgotten
+from ramsight.deploy.encoder.listening import Listener, Sample
+from ramsight.deploy.encoder.objects import (
+    APPLICATION,
+    COMMUNICATION,
+    ENTRIES,
+    FORGET,
+    GROUPS,
+    LEAST,
+    LOAD,
+    MOST,
+    NO_TEMPERATURE,
+    SAVE,
+    STORED,
+)
+from ramsight.deploy.encoder.parameters import ParameterFile, Values
+from ramsight.deploy.encoder.pdo import Tpdo
+from ramsight.deploy.encoder.published import Published
+from ramsight.deploy.encoder.scale import BY_6005, DOWNWARDS, Scale, whole
+from ramsight.deploy.encoder.server import (
+    BY_STATE,
+    INVALID,
+    NOT_STORED,
+    OPERATIONAL,
+    PRE_OPERATIONAL,
+    RESET_COMMUNICATION,
+    RESET_NODE,
+    Node,
+    refuse,
+)
+from ramsight.deploy.encoder.ticks import Ticks
+from ramsight.errors import DescriptionError, OutputError
+from ramsight.plant.ddh import DdhUnit
+from ramsight.sensor.status import Status
+from ramsight.sensor.virtual_sensor import IS_REFERENCED, Estimate, VirtualSensor
+
+_NMT, _SYNC, _HEARTBEAT = 0x000, 0x080, 0x700
+_TURNING = 1.0  # rad/s; slower, the safety valve stays closed
+_CREEPING = 1e-4  # m/s
+_RESTING = 1.0  # s at rest, after which the position is worth keeping
+_JUST_AFTER = 1e-4  # s, from the drive's last sample to a preset, whose frame may have a later stamp than the next
+_UNDEFINED_STATUS = 255
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Who the encoder is on the bus.
+
+    Args:
+        node_id: its node-ID, 1 to 127.
+        drive_node: the drive's, whose heartbeat 1016h may watch; None if it is nobody's.
+        serial: its serial number.
+        overrides: values of the dictionary that count instead of stored ones.
+    """
+
+    node_id: int
+    drive_node: int | None = None
+    serial: int = 0
+    overrides: Mapping[tuple[int, int], int] | None = None
+
+    def __post_init__(self) -> None:
+        for key, node in (("--node-id", self.node_id), ("--drive-node", self.drive_node)):
+            if node is not None and not 1 <= node <= 127:
+                raise DescriptionError("is no node-ID", key=key, value=node, allowed="1 to 127")
+        if self.node_id == self.drive_node:
+            raise DescriptionError("is the drive's", key="--node-id", value=self.node_id, allowed="another one")
+
+
+class Encoder:
+    """A virtual position sensor as a linear encoder of CiA 406.
+
+    Args:
+        sensor: a `kalman` sensor.
+        unit: the unit it watches.
+        listener: what the drive's frames mean.
+        settings: who it is.
+        keeper: where the sensor's state is kept; None keeps it nowhere, and the position is unknown at first.
+        parameters: where 1010h stores parameters; None refuses to.
+
+    Every method takes the time by a clock that only runs forward [s], and returns the frames to be sent.
+
+    Example:
+        >>> from ramsight import machine
+        >>> from ramsight.deploy.encoder.listening import drive_map
+        >>> from ramsight.plant.ddh import build
+        >>> from ramsight.sensor.kalman import kalman
+        >>> boom = build("boom", machine.load("mining-loader").unit("boom"))
+        >>> encoder = Encoder(kalman(boom), boom, Listener(drive_map(5, rated_torque=35.0)), Settings(node_id=6))
+        >>> [str(frame) for frame in encoder.start(0.0)]
+        ['706#00', '086#00420901002040FF']
+        >>> [str(frame) for frame in encoder.receive(0.05, Frame(0x606, bytes.fromhex("4000100000000000")))]
+        ['586#4300100096010800']
+    """
+
+    def __init__(
+        self,
+        sensor: VirtualSensor,
+        unit: DdhUnit,
+        listener: Listener,
+        settings: Settings,
+        *,
+        keeper: Keeper | None = None,
+        parameters: ParameterFile | None = None,
+    ) -> None:
+        self._sensor, self._unit, self._listener, self.settings = sensor, unit, listener, settings
+        self._keeper, self._parameters = keeper, parameters
+        self._node = Node(settings.node_id, self._read, self._check)
+        self._tpdos = (Tpdo(self._node, 0), Tpdo(self._node, 1))
+        self._heartbeat, self._clock = Ticks(), BusClock()
+        self._published = Published(unit.max_velocity)
+        self._scale = Scale(self._node, unit.cylinder.stroke, self._published)
+        self._emergencies = Emergencies(self._node)
+        self._now = 0.0
+        self._sample: Sample | None = None
+        self._estimate: Estimate | None = None
+        self._heard = self._drive_alive = -math.inf
+        self._silent = self._gone = self._short = False
+        self._faults: set[Fault] = set()
+        self._moving, self._rested = False, math.inf
+        self._after_write: list[int] = []
+        self._parameters_damaged = False
+        if keeper is None:
+            sensor.start(None)
+        self._state_damaged = keeper is not None and not keeper.resume()
+
+    # ---- what happens -------------------------------------------------------------------------------------------
+
+    def start(self, now: float) -> list[Frame]:
+        """Power up: parameters, boot-up message, pre-operational."""
+        self._now = self._heard = now
+        self._reset((COMMUNICATION, APPLICATION))
+        return self._out()
+
+    def receive(self, now: float, frame: Frame) -> list[Frame]:
+        """Take a frame from the bus."""
+        self._advance(now)
+        kind, data = frame.cob_id, frame.data
+        if kind in self._listener.identifiers:
+            self._listen(frame)
+        elif kind == _NMT:
+            self._command(data)
+        elif kind == _SYNC:
+            if self._node.state == OPERATIONAL and len(data) <= 1:
+                self._published.follow(now)
+                for tpdo in self._tpdos:
+                    tpdo.sync()
+        elif kind == 0x600 + self.settings.node_id:
+            if len(data) == 8 and self._node.state in (PRE_OPERATIONAL, OPERATIONAL):
+                self._serve(data)
+        elif self.settings.drive_node is not None and kind == _HEARTBEAT + self.settings.drive_node and len(data) == 1:
+            self._drive_alive, self._gone = now, False
+            self._look()
+        return self._out()
+
+    def advance(self, now: float) -> list[Frame]:
+        """Do whatever is due by now."""
+        self._advance(now)
+        return self._out()
+
+    @property
+    def due(self) -> float:
+        """When `advance` has something to do next [s]."""
+        times = [self._heartbeat.due, *(tpdo.due for tpdo in self._tpdos)]
+        if not self._silent:
+            times.append(self._heard + self._node.get(0x2002) * 1e-3)
+        watched = self._watched
+        if watched and not self._gone and math.isfinite(self._drive_alive):
+            times.append(self._drive_alive + watched)
+        times.append(self._emergencies.due(self._faults))
+        if not self._moving:
+            times.append(self._rested)
+        return min(times)
+
+    def stop(self) -> None:
+        """Power down in order: a position at rest is kept."""
+        self._keep()
+        if self._keeper is not None:
+            self._keeper.close()
+
+    # ---- what it knows ------------------------------------------------------------------------------------------
+
+    @property
+    def faults(self) -> frozenset[Fault]:
+        """What is wrong now."""
+        return frozenset(self._faults)
+
+    @property
+    def valid(self) -> bool:
+        """Whether the position is."""
+        return self._published.valid
+
+    @property
+    def position(self) -> float:
+        """The last valid position, as published [m]; NaN if there never was one."""
+        self._published.follow(self._now)
+        return self._published.position
+
+    @property
+    def std(self) -> float:
+        """Its standard deviation [m]."""
+        return math.inf if self._estimate is None else self._estimate.std + self._published.behind
+
+    @property
+    def said(self) -> str:
+        """In words: the position, or why there is none."""
+        if self.valid:
+            return f"position {1e3 * self.position:.1f} mm"
+        return "; ".join(fault.text for fault in Fault if fault in self._faults) or "no sample of the drive yet"
+
+    # ---- time ---------------------------------------------------------------------------------------------------
+
+    def _advance(self, now: float) -> None:
+        self._now = max(now, self._now)
+        now = self._now
+        silent = now >= self._heard + self._node.get(0x2002) * 1e-3
+        watched = self._watched
+        gone = bool(watched) and math.isfinite(self._drive_alive) and now >= self._drive_alive + watched
+        if silent != self._silent or gone != self._gone:
+            self._silent, self._gone = silent, gone
+            self._look()
+        self._emergencies.tell(self._now, self._faults, self._status)
+        if not self._moving and now >= self._rested:
+            self._rested = math.inf
+            self._keep()
+        if self._heartbeat.take(now):
+            self._node.wire.send_message(_HEARTBEAT + self.settings.node_id, bytes([self._node.state]))
+        if self._node.state == OPERATIONAL:
+            self._published.follow(now)
+            for tpdo in self._tpdos:
+                tpdo.tick(now)
+
+    @property
+    def _watched(self) -> float:
+        """Time within which the drive's heartbeat has to come [s]; 0 if it is not watched."""
+        wanted = self._node.get(0x1016, 1)
+        return (wanted & 0xFFFF) * 1e-3 if wanted >> 16 == self.settings.drive_node else 0.0
+
+    # ---- the drive ----------------------------------------------------------------------------------------------
+
+    def _listen(self, frame: Frame) -> None:
+        whole_frame = self._listener.take(frame, self._clock.time(frame.time, self._now), self._now)
+        if self._short == whole_frame:
+            self._short = not whole_frame
+            self._look()
+        sample = self._listener.sample(self._now) if whole_frame else None
+        if sample is not None:
+            self._step(sample)
+
+    def _step(self, sample: Sample, *, preset: bool = False) -> None:
+        """Let the sensor take a sample. One whose time does not advance is none: if all are so, the drive is silent."""
+        before = self._sensor.state
+        estimate = self._sensor.step(
+            sample.time, sample.motor_speed, sample.motor_torque, sample.oil_temperature, sample.reference
+        )
+        if estimate.status is Status.TIME_FROZEN:
+            return
+        self._heard, self._silent = self._now, False
+        self._sample, self._estimate = sample, estimate
+        after = self._sensor.state
+        if (after["time"], after["started"]) != (before["time"], before["started"]):  # else it was passed over
+            self._listener.referenced()
+        self._watch_motion(sample, estimate)
+        self._look(preset=preset)
+
+    def _watch_motion(self, sample: Sample, estimate: Estimate) -> None:
+        turning = not abs(sample.motor_speed) < _TURNING
+        if turning or abs(estimate.velocity) > _CREEPING:
+            if not self._moving:
+                self._moving = True
+                self._keep()
+            self._rested = self._now + _RESTING
+        elif self._now >= self._rested or not math.isfinite(self._rested):
+            self._moving = False
+
+    def _preset(self, steps: int) -> None:
+        """Take a position given by hand, or refuse it."""
+        position, last = self._scale.metres(steps), self._sample
+        if not 0.0 <= position <= self._unit.cylinder.stroke:
+            refuse(INVALID)
+        if last is None or self._silent or self._gone:
+            refuse(BY_STATE)
+        assert last is not None
+        sent, warmth = last.time + _JUST_AFTER, self._listener.temperature(self._now)
+        self._step(Sample(sent, last.motor_speed, last.motor_torque, warmth, position), preset=True)
+        state = self._sensor.state
+        if state["time"] != sent or state["disputed"] > 0.5:
+            refuse(BY_STATE)
+        if not self._moving:
+            self._keep()
+
+    def _forget(self) -> None:
+        """Be unreferenced, on the disk too."""
+        state = self._sensor.state = forgotten(self._sensor, self._sensor.state)
+        if self._keeper is not None and not self._keeper.keep_now(state):
+            refuse(NOT_STORED)
+        self._look()
+
+    # ---- what is wrong ------------------------------------------------------------------------------------------
+
+    def _look(self, *, preset: bool = False) -> None:
+        """See what is wrong now, publish the position, tell of changes."""
+        state, estimate = self._sensor.state, self._estimate
+        referenced = state[IS_REFERENCED] > 0.5
+        self._state_damaged = self._state_damaged and not referenced
+        faults = set()
+        if estimate is not None and estimate.status is not Status.OK:
+            faults.add(OF_STATUS[estimate.status])
+        conditions = {
+            Fault.NOT_REFERENCED: not referenced,
+            Fault.REFUSED: state["disputed"] > 0.5,
+            Fault.TEMPERATURE: math.isnan(self._listener.temperature(self._now)),
+            Fault.DRIVE_SILENT: self._silent,
+            Fault.DRIVE_GONE: self._gone,
+            Fault.SHORT: self._short,
+            Fault.STATE_DAMAGED: self._state_damaged,
+            Fault.PARAMETERS_DAMAGED: self._parameters_damaged,
+        }
+        self._faults = faults | {fault for fault, holds in conditions.items() if holds}
+        valid = estimate is not None and not alarms(self._faults)
+        position = math.nan if estimate is None else estimate.position
+        self._published.set(self._now, position, valid, at_once=preset)
+        self._emergencies.tell(self._now, self._faults, self._status)
+
+    @property
+    def _status(self) -> int:
+        return _UNDEFINED_STATUS if self._estimate is None else int(self._estimate.status)
+
+    # ---- the network --------------------------------------------------------------------------------------------
+
+    def _command(self, data: bytes) -> None:
+        command = self._node.command(data)
+        if command == RESET_NODE:
+            self._reset((COMMUNICATION, APPLICATION))
+        elif command == RESET_COMMUNICATION:
+            self._reset((COMMUNICATION,))
+        elif command:
+            self._restart_pdos()
+            self._look()
+
+    def _reset(self, groups: tuple[str, ...]) -> None:
+        """Take stored parameters and boot. The sensor goes on: an absolute encoder knows its position over a reset."""
+        stored = {} if self._parameters is None else self._parameters.load()
+        self._parameters_damaged = stored is None
+        for index in {index for index, _ in STORED if GROUPS[index] in groups}:
+            self._node.forget(index)
+        values = {**(stored or {}), **(self.settings.overrides or {})}
+        for (index, subindex), value in values.items():
+            if GROUPS[index] in groups:
+                self._node.set(index, subindex, value)
+        self._link_timers(0x6200 if (0x6200, 0) in values else 0x1800)
+        self._emergencies.forget()
+        self._node.boot()
+        self._heartbeat.start(self._now, self._node.get(0x1017) * 1e-3, at_once=False)
+        self._restart_pdos()
+        self._look()
+
+    def _restart_pdos(self) -> None:
+        for tpdo in self._tpdos:
+            tpdo.restart(self._now, self._node.state == OPERATIONAL)
+            if self._node.state == OPERATIONAL:
+                tpdo.tick(self._now)
+
+    def _link_timers(self, by: int) -> None:
+        """1800h:05 and 6200h are one."""
+        if by == 0x6200:
+            self._node.set(0x1800, 5, self._node.get(0x6200))
+        else:
+            self._node.set(0x6200, 0, self._node.get(0x1800, 5))
+
+    def _out(self) -> list[Frame]:
+        sent, self._node.wire.sent = self._node.wire.sent, []
+        return sent
+
+    # ---- the object dictionary ----------------------------------------------------------------------------------
+
+    def _serve(self, data: bytes) -> None:
+        self._published.follow(self._now)
+        self._after_write.clear()
+        self._node.request(data)
+        for index in self._after_write:  # only once the value is stored
+            if index in (0x6200, 0x1800):
+                self._link_timers(index)
+            if index in (0x6200, 0x1800, 0x1801):
+                self._restart_pdos()
+            elif index == 0x1017:
+                self._heartbeat.start(self._now, self._node.get(0x1017) * 1e-3, at_once=False)
+
+    def _read(self, index: int, subindex: int) -> int | str | None:
+        """Values that change by themselves; None for those that are stored."""
+        if index == 0x1003:
+            errors = self._emergencies.history
+            return len(errors) if subindex == 0 else [*errors, *[0] * 8][subindex - 1]
+        if ENTRIES[index, subindex].access == "rw" and index not in (0x1010, 0x1011):
+            return None
+        return self._live(index, subindex)
+
+    def _live(self, index: int, subindex: int) -> int | str | None:
+        estimate, scale, stroke = self._estimate, self._scale, self._unit.cylinder.stroke
+        if index in (0x1010, 0x1011) and subindex:
+            return int(self._parameters is not None)
+        live: dict[tuple[int, int], Callable[[], int | str]] = {
+            (0x1001, 0): lambda: register(self._faults),
+            (0x100A, 0): lambda: __version__,
+            (0x1018, 4): lambda: self.settings.serial,
+            (0x2010, 0): lambda: scale.steps(min(self.std, stroke)),
+            (0x2011, 0): lambda: self._status,
+            (0x2012, 0): lambda: "no sample yet" if estimate is None else estimate.status.text,
+            (0x2013, 0): lambda: 0 if estimate is None else whole(estimate.load, LEAST, MOST),
+            (0x6002, 0): lambda: scale.steps(stroke),
+            (0x6004, 0): lambda: scale.position,
+            (0x6030, 1): lambda: scale.speed(estimate),
+            (0x6400, 1): lambda: scale.area,
+            (0x6500, 0): lambda: self._node.get(0x6000),
+            (0x6503, 0): lambda: alarms(self._faults),
+            (0x6504, 0): lambda: ALARMS,
+            (0x6505, 0): lambda: warnings(self._faults),
+            (0x6506, 0): lambda: WARNINGS,
+            (0x650A, 3): lambda: scale.steps(stroke),
+            (0x650B, 0): lambda: self.settings.serial,
+        }
+        found = live.get((index, subindex))
+        return None if found is None else found()
+
+    def _check(self, index: int, subindex: int, value: int) -> None:
+        """Take a value that is being written, or refuse it."""
+        if index in (0x1010, 0x1011):
+            self._store_or_restore(index, subindex, value)
+        elif index == 0x1003:
+            if value != 0:
+                refuse(INVALID)
+            self._emergencies.history.clear()
+        elif index in (0x1800, 0x1801, 0x1A00, 0x1A01):
+            self._tpdos[index & 1].check(index, subindex, value)
+        elif index == 0x1016:
+            if value & 0xFFFF and value >> 16 != self.settings.drive_node:
+                refuse(INVALID)
+            self._drive_alive, self._gone = -math.inf, False
+        elif index == 0x2003:
+            if value != FORGET:
+                refuse(NOT_STORED)
+            self._forget()
+        elif index == 0x2100:
+            self._listener.write_temperature(math.nan if value == NO_TEMPERATURE else 0.1 * value, self._now)
+            self._look()
+        elif index == 0x6000:
+            if value & ~(BY_6005 | DOWNWARDS):
+                refuse(INVALID)
+        elif index == 0x6003:
+            self._preset(value)
+        self._after_write.append(index)
+
+    def _store_or_restore(self, index: int, subindex: int, value: int) -> None:
+        signature = SAVE if index == 0x1010 else LOAD
+        if value != signature or self._parameters is None or not 1 <= subindex <= 3:
+            refuse(NOT_STORED)
+        assert self._parameters is not None
+        groups = ((COMMUNICATION, APPLICATION), (COMMUNICATION,), (APPLICATION,))[subindex - 1]
+        kept = self._parameters.load() or {}
+        values: Values = {key: one for key, one in kept.items() if GROUPS[key[0]] not in groups}
+        if index == 0x1010:
+            values |= {key: self._node.get(*key) for key in STORED if GROUPS[key[0]] in groups}
+        try:
+            self._parameters.save(values)
+        except OutputError:
+            refuse(NOT_STORED)
+        everything = index == 0x1010 and subindex == 1 and not self._silent
+        if everything and self._keeper is not None and not self._keeper.keep_now(self._state_to_keep()):
+            refuse(NOT_STORED)
+        self._parameters_damaged = False
+        self._look()
+
+    # ---- keeping ------------------------------------------------------------------------------------------------
+
+    def _keep(self) -> None:
+        """Keep the sensor's state soon. While the drive is silent nothing is known that the file does not say."""
+        if self._keeper is not None and not self._silent:
+            self._keeper.keep(self._state_to_keep())
+
+    def _state_to_keep(self) -> dict[str, float]:
+        """The sensor's state; while the piston moves, without where it is."""
+        state = self._sensor.state
+        return forgotten(self._sensor, state) if self._moving else state

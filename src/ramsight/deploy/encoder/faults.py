@@ -1,0 +1,138 @@
+"""What can be wrong, and how a CiA 406 encoder says it: alarms, warnings, emergencies, error register."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from enum import Enum
+
+from ramsight.sensor.status import Status
+
+POSITION_ERROR = 1 << 0
+DATA_DAMAGED = 1 << 12
+_UNKNOWN = POSITION_ERROR | DATA_DAMAGED
+_FAST, _INPUT, _NEVER = 1 << 0, 1 << 2, 1 << 5
+_DUE, _EDGE, _COLD, _MISSED = 1 << 12, 1 << 13, 1 << 14, 1 << 15
+_ANY, _WARMTH, _BUS, _PROFILE, _DEVICE = 1, 1 << 3, 1 << 4, 1 << 5, 1 << 7
+
+
+class Fault(Enum):
+    """A condition of the encoder. Several may hold at once.
+
+    Attributes:
+        alarm: bits of 6503h; any of them makes the position invalid.
+        warning: bits of 6505h.
+        emcy: emergency code, 0 for none.
+        register: bits of 1001h.
+        ne107: its state by NAMUR NE 107: F failure, C function check, S out of specification, M maintenance.
+        text: what it is.
+    """
+
+    NOT_REFERENCED = (POSITION_ERROR, _NEVER, 0x0000, 0, "C", "not referenced since power-up")
+    REFERENCE_DUE = (0, _DUE, 0x0000, 0, "M", "uncertainty above its warning limit, or oil gone another way")
+    LIMITS = (0, _EDGE, 0x0000, 0, "S", "near relief pressure, cavitation, or outside the calibrated range")
+    OVERSPEED = (0, _FAST | _EDGE, 0x0000, 0, "S", "motor faster than it may turn")
+    GAP = (0, _MISSED, 0x0000, 0, "S", "samples of the drive were missing")
+    TEMPERATURE = (0, _COLD, 0x4200, _WARMTH, "S", "oil temperature missing or implausible; the last good one is used")
+    TOO_UNCERTAIN = (POSITION_ERROR, 0, 0xFF01, _DEVICE, "F", "uncertainty above its limit, or outside the stroke")
+    REFUSED = (POSITION_ERROR, 0, 0xFF02, _DEVICE, "F", "a reference (preset, switch, stop) contradicts the position")
+    IMPLAUSIBLE = (POSITION_ERROR, 0, 0xFF03, _DEVICE, "F", "implausible torque or speed, stuck torque, frozen time")
+    DRIVE_SILENT = (POSITION_ERROR, _INPUT, 0x8250, _BUS, "F", "no speed and torque from the drive within 2002h")
+    DRIVE_GONE = (POSITION_ERROR, _INPUT, 0x8130, _BUS, "F", "the drive's heartbeat is missing (1016h)")
+    SHORT = (0, 0, 0x8210, _BUS, "S", "a PDO of the drive is shorter than what is mapped")
+    STATE_DAMAGED = (
+        POSITION_ERROR | DATA_DAMAGED,
+        0,
+        0x6300,
+        _PROFILE,
+        "F",
+        "stored state damaged, or another machine's",
+    )
+    PARAMETERS_DAMAGED = (
+        POSITION_ERROR | DATA_DAMAGED,
+        0,
+        0x6300,
+        _PROFILE,
+        "F",
+        "stored parameters damaged; defaults",
+    )
+
+    def __init__(self, alarm: int, warning: int, emcy: int, register: int, ne107: str, text: str) -> None:
+        self.alarm, self.warning, self.emcy, self.register = alarm, warning, emcy, register
+        self.ne107, self.text = ne107, text
+
+
+OF_STATUS = {
+    Status.REFERENCE_DUE: Fault.REFERENCE_DUE,
+    Status.POSITION_LOST: Fault.REFERENCE_DUE,
+    Status.OUTSIDE_TORQUE: Fault.LIMITS,
+    Status.OUTSIDE_TEMPERATURE: Fault.LIMITS,
+    Status.NEAR_RELIEF: Fault.LIMITS,
+    Status.CAVITATION: Fault.LIMITS,
+    Status.OUTSIDE_SPEED: Fault.OVERSPEED,
+    Status.TEMPERATURE_LOST: Fault.TEMPERATURE,
+    Status.INPUT_GAP: Fault.GAP,
+    Status.REFERENCE_REFUSED: Fault.REFUSED,
+    Status.NOT_REFERENCED: Fault.NOT_REFERENCED,
+    Status.TOO_UNCERTAIN: Fault.TOO_UNCERTAIN,
+    Status.OUTSIDE_STROKE: Fault.TOO_UNCERTAIN,
+    Status.IMPLAUSIBLE_TORQUE: Fault.IMPLAUSIBLE,
+    Status.IMPLAUSIBLE_SPEED: Fault.IMPLAUSIBLE,
+    Status.INPUT_STUCK: Fault.IMPLAUSIBLE,
+    Status.TIME_FROZEN: Fault.IMPLAUSIBLE,
+    Status.INPUT_LOST: Fault.IMPLAUSIBLE,
+}
+"""The fault behind each status of the sensor."""
+
+ALARMS = POSITION_ERROR | DATA_DAMAGED
+WARNINGS = _FAST | _INPUT | _NEVER | _DUE | _EDGE | _COLD | _MISSED
+
+
+def alarms(faults: Iterable[Fault]) -> int:
+    """6503h.
+
+    Example:
+        >>> hex(alarms([Fault.STATE_DAMAGED, Fault.GAP]))
+        '0x1001'
+    """
+    return _together(fault.alarm for fault in faults)
+
+
+def warnings(faults: Iterable[Fault]) -> int:
+    """6505h."""
+    return _together(fault.warning for fault in faults)
+
+
+def register(faults: Iterable[Fault]) -> int:
+    """1001h: bit 0 whenever there is an error that an emergency tells of.
+
+    Example:
+        >>> register([Fault.NOT_REFERENCED]), register([Fault.DRIVE_SILENT])
+        (0, 17)
+    """
+    bits = _together(fault.register for fault in faults)
+    return bits | _ANY if bits else 0
+
+
+def fault_table() -> str:
+    """The faults as a table for the documentation, in Markdown."""
+    lines = ["| condition | sensor status | position | 6503h | 6505h | EMCY | NE 107 |", "|" + "---|" * 7]
+    for fault in Fault:
+        from_status = ", ".join(status.name.lower() for status, of in OF_STATUS.items() if of is fault)
+        validity = "invalid" if fault.alarm else ("uncertain" if fault.warning else "valid")
+        emcy = f"{fault.emcy:04X}h" if fault.emcy else "–"
+        lines.append(
+            f"| {fault.text} | {from_status or '–'} | {validity} | {_bits(fault.alarm)} | {_bits(fault.warning)} "
+            f"| {emcy} | {fault.ne107} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def _bits(word: int) -> str:
+    return ", ".join(str(k) for k in range(16) if word >> k & 1) or "–"
+
+
+def _together(words: Iterable[int]) -> int:
+    found = 0
+    for word in words:
+        found |= word
+    return found

@@ -1,0 +1,251 @@
+"""What the drive's frames say: process data by a channel map, put together to whole samples."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ramsight.deploy.encoder.frame import EXTENDED, Frame
+from ramsight.errors import DescriptionError, UnknownNameError
+from ramsight.logs.align import Samples, Switch
+from ramsight.logs.can_field import Field
+from ramsight.logs.can_pdo import pdo_fields
+from ramsight.logs.channel_map import HOLD, ChannelMap, Mapped, Pdo, to_si_of
+
+WRITTEN = "2100h"
+"""The channel of the oil temperature that somebody writes into the encoder's own object."""
+TORQUES = ("6077h", "4602h:0Ch")
+USUAL = ("606Ch", "6077h")
+"""What a CiA 402 drive reports: velocity [1/min] and torque [per mille of 6076h]."""
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A whole sample of the drive.
+
+    Attributes:
+        time: [s], by the encoder's clock.
+        motor_speed: [rad/s].
+        motor_torque: [N m].
+        oil_temperature: [K]; NaN if nobody knows.
+        reference: position known at this sample [m]; NaN if none is.
+    """
+
+    time: float
+    motor_speed: float
+    motor_torque: float
+    oil_temperature: float
+    reference: float = math.nan
+
+
+def drive_map(
+    drive_node: int, objects: Sequence[str] = USUAL, rated_torque: float | None = None, file: str | None = None
+) -> ChannelMap:
+    """The map of a drive that reports everything in its first TPDO, with the oil temperature written by somebody.
+
+    Args:
+        drive_node: its node-ID.
+        objects: what is mapped into 180h + node, in order; 606Ch [1/min] and 6077h or 4602h:0Ch are taken.
+        rated_torque: 6076h [N m], which 6077h counts in per mille of.
+        file: where it is said, for messages.
+
+    Raises:
+        DescriptionError: velocity or torque is not among the objects, or the rated torque is missing.
+
+    Example:
+        >>> drive_map(5, ["606Ch", "4602h:0Ch"]).roles["torque"].channel
+        '4602h:0Ch'
+    """
+    pdo = Pdo(0x180 + drive_node, tuple(objects))
+    names = {one.name for one in pdo_fields(ChannelMap(file=file, pdos=(pdo,)))[pdo.cob_id]}
+    torque = next((name for name in TORQUES if name in names), None)
+    if "606Ch" not in names or torque is None:
+        raise DescriptionError(
+            "velocity and torque are needed", file=file, key="--objects", value=", ".join(objects),
+            allowed=f"606Ch and {' or '.join(TORQUES)}; anything else by --map",
+        )  # fmt: skip
+    if torque == "6077h" and rated_torque is None:
+        raise DescriptionError(
+            "6077h counts in per mille of the motor's rated torque (6076h)", file=file, key="--rated-torque",
+            allowed='for example "35 N m"',
+        )  # fmt: skip
+    roles = {
+        "speed": Mapped("606Ch", "rpm"),
+        "torque": Mapped(torque, rated=rated_torque) if torque == "6077h" else Mapped(torque),
+        "temperature": Mapped(WRITTEN, "degC", hold=HOLD["temperature"]),
+    }
+    return ChannelMap(file=file, roles=roles, pdos=(pdo,))
+
+
+@dataclass
+class _Channel:
+    """The newest value of one channel."""
+
+    mapped: Mapped
+    factor: float
+    offset: float
+    value: float = math.nan
+    at: float = -math.inf  # s, by the encoder's clock
+    sent: float = math.nan  # s, when its frame was sent
+    fresh: bool = False
+
+    def take(self, number: float, sent: float, now: float) -> None:
+        mapped = self.mapped
+        raw = mapped.sign * (mapped.scale * number + mapped.offset)
+        self.value, self.at, self.sent, self.fresh = self.factor * raw + self.offset, now, sent, True
+
+
+@dataclass
+class _Reference:
+    channel: _Channel
+    switch: Switch | None
+    order: float = 0.0
+    pending: float = field(default=math.nan)
+
+    def take(self) -> None:
+        self.order += 1.0
+        here = Samples(np.array([self.order]), np.array([self.channel.sent]), np.array([self.channel.value]))
+        found = here if self.switch is None else self.switch.events(here)
+        if len(found):
+            self.pending = float(found.value[0])
+
+
+class Listener:
+    """Puts the drive's samples together.
+
+    A sample is whole when speed and torque have both come anew, in one frame or in two; its time is the speed's.
+
+    Args:
+        channel_map: what the frames mean, by PDOs or DBC files.
+
+    Raises:
+        DescriptionError: the map says nothing of CAN frames, or what cannot be.
+        UnknownNameError: a channel is in none of the frames.
+    """
+
+    def __init__(self, channel_map: ChannelMap) -> None:
+        if not channel_map.is_can:
+            raise DescriptionError("says nothing of CAN frames: [can] with pdo or dbc is needed", file=channel_map.file)
+        self._fields = _fields(channel_map)
+        self.channels = {role: self._channel(role, mapped, channel_map) for role, mapped in channel_map.roles.items()}
+        self._references = [
+            _Reference(
+                self._channel("reference", one.mapped, channel_map, switch=one.position is not None),
+                None if one.position is None else Switch(one.position, one.edge),
+            )
+            for one in channel_map.references
+        ]
+        self._places = self._placed()
+        temperature = self.channels["temperature"]
+        if temperature.mapped.constant is not None:
+            temperature.value, temperature.at = temperature.mapped.constant, math.inf
+        self.written = temperature if temperature.mapped.channel == WRITTEN else None
+
+    @property
+    def identifiers(self) -> frozenset[int]:
+        """The frames that it wants."""
+        return frozenset(self._places)
+
+    def take(self, frame: Frame, sent: float, now: float) -> bool:
+        """Take a frame.
+
+        Args:
+            frame: one of `identifiers`.
+            sent: when it was sent, by the encoder's clock [s].
+            now: the encoder's clock [s].
+
+        Returns:
+            Whether it is as long as its objects need; a shorter one is not used.
+        """
+        places = self._places[frame.cob_id]
+        if any(one.length > len(frame.data) for one, _ in places):
+            return False
+        data = np.frombuffer(frame.data, dtype=np.uint8).reshape(1, -1)
+        for one, takers in places:
+            if not one.present(data)[0]:
+                continue
+            number = float(one.values(data)[0])
+            for taker in takers:
+                if isinstance(taker, _Reference):
+                    taker.channel.take(number, sent, now)
+                    taker.take()
+                else:
+                    taker.take(number, sent, now)
+        return True
+
+    def write_temperature(self, value: float, now: float) -> None:
+        """The oil temperature as somebody wrote it [°C]; NaN says that it is not known."""
+        if self.written is not None:
+            self.written.take(value, now, now)
+
+    def temperature(self, now: float) -> float:
+        """The oil temperature [K]; NaN if it is older than it may be."""
+        held = self.channels["temperature"]
+        return held.value if now - held.at <= held.mapped.hold else math.nan
+
+    def sample(self, now: float) -> Sample | None:
+        """The sample that has just become whole, if one has."""
+        speed, torque = self.channels["speed"], self.channels["torque"]
+        if not (speed.fresh and torque.fresh):
+            return None
+        speed.fresh = torque.fresh = False
+        return Sample(speed.sent, speed.value, torque.value, self.temperature(now), self._reference(now))
+
+    def _reference(self, now: float) -> float:
+        """The newest position that waits for a sample."""
+        waiting = [one for one in self._references if now - one.channel.at <= one.channel.mapped.hold]
+        return next((one.pending for one in waiting if not math.isnan(one.pending)), math.nan)
+
+    def referenced(self) -> None:
+        """The sensor has had the references that waited; until then they go with every sample, while they hold."""
+        for one in self._references:
+            one.pending = math.nan
+
+    def _channel(self, role: str, mapped: Mapped, channel_map: ChannelMap, switch: bool = False) -> _Channel:
+        name = mapped.channel
+        if not name or name == WRITTEN or switch:
+            factor, offset = (1.0, 0.0) if switch else to_si_of(mapped.unit or "degC", role, None)
+            return _Channel(mapped, factor, offset)
+        unit = mapped.unit or self._named(name, channel_map.file).unit
+        if not unit:
+            raise DescriptionError("has no unit", file=channel_map.file, key=f"{role}.unit", allowed="1/min, N m, degC")
+        return _Channel(mapped, *to_si_of(unit, role, mapped.rated, file=channel_map.file, key=f"{role}.unit"))
+
+    def _named(self, name: str, file: str | None) -> Field:
+        names = {f"0x{key & ~EXTENDED:X}.{one.name}": one for key, of in self._fields.items() for one in of}
+        short = [one for full, one in names.items() if name in (full, one.name, one.name.rpartition(".")[2])]
+        if len(short) != 1:
+            raise UnknownNameError("channel", name, names, where=file)
+        return short[0]
+
+    def _placed(self) -> dict[int, list[tuple[Field, list[_Channel | _Reference]]]]:
+        """What each frame's fields go to."""
+        wired = [one for one in self.channels.values() if one.mapped.channel not in ("", WRITTEN)]
+        takers: list[tuple[Field, _Channel | _Reference]] = [
+            *((self._named(one.mapped.channel, None), one) for one in wired),
+            *((self._named(one.channel.mapped.channel, None), one) for one in self._references),
+        ]
+        places: dict[int, list[tuple[Field, list[_Channel | _Reference]]]] = {}
+        for key, of in self._fields.items():
+            for one in of:
+                wanting = [taker for wanted, taker in takers if wanted is one]
+                if wanting:
+                    places.setdefault(key, []).append((one, wanting))
+        return places
+
+
+def _fields(channel_map: ChannelMap) -> dict[int, list[Field]]:
+    """Fields by identifier; copies, so that each is itself alone."""
+    fields: dict[int, list[Field]] = {}
+    for dbc in channel_map.dbc:
+        from ramsight.logs.can_dbc import dbc_fields
+
+        for key, of in dbc_fields(dbc)[0].items():
+            fields.setdefault(key, []).extend(replace(one) for one in of)
+    for cob_id, of in pdo_fields(channel_map).items():
+        key = cob_id | (EXTENDED if cob_id > 0x7FF else 0)
+        fields.setdefault(key, []).extend(replace(one) for one in of)
+    return fields

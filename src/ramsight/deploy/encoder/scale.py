@@ -1,0 +1,81 @@
+"""Metres and steps: what 6000h and 6005h make of positions and speeds."""
+
+from __future__ import annotations
+
+import math
+
+from ramsight.deploy.encoder.objects import LEAST, MOST
+from ramsight.deploy.encoder.published import Published
+from ramsight.deploy.encoder.server import Node
+from ramsight.sensor.virtual_sensor import Estimate
+
+BY_6005, DOWNWARDS = 1 << 2, 1 << 3
+"""Bits of 6000h: steps of 6005h rather than 6501h; extending counts down."""
+_NO_SPEED = (1 << 15) - 1
+
+
+def whole(value: float, low: int, high: int) -> int:
+    """A number as a whole one within limits.
+
+    Example:
+        >>> whole(2.6, -5, 5), whole(1e9, -5, 5)
+        (3, 5)
+    """
+    return round(min(max(value, low), high))
+
+
+class Scale:
+    """The node's values in steps.
+
+    Args:
+        node: its settings count.
+        stroke: [m].
+        published: the position.
+    """
+
+    def __init__(self, node: Node, stroke: float, published: Published) -> None:
+        self._node, self._stroke, self._published = node, stroke, published
+
+    def steps(self, length: float) -> int:
+        """A length [m] in steps."""
+        return whole(length / self._step, LEAST, MOST)
+
+    def metres(self, steps: int) -> float:
+        """The position [m] that a number of steps means."""
+        return self._turned(steps * self._step)
+
+    @property
+    def position(self) -> int:
+        """6004h: the position, or what 2000h wants while it is invalid."""
+        position, valid = self._published.position, self._published.valid
+        if not valid and (self._node.get(0x2000) or math.isnan(position)):
+            return self._node.get(0x2001)
+        return self.steps(self._turned(position))
+
+    def speed(self, estimate: Estimate | None) -> int:
+        """6030h; 7FFFh, or 0 where the position is held, while it is invalid."""
+        if estimate is None or not self._published.valid:
+            return _NO_SPEED if self._node.get(0x2000) else 0
+        velocity = -estimate.velocity if self._is_downwards else estimate.velocity
+        return whole(velocity / (self._node.get(0x6005, 2) * 1e-5), -(1 << 15), _NO_SPEED)
+
+    @property
+    def area(self) -> int:
+        """6400h: whether the position is outside the work area; 0 while it is invalid."""
+        if not self._published.valid:
+            return 0
+        above = self.position > self._node.get(0x6402, 1)
+        below = self.position < self._node.get(0x6401, 1)
+        return (above or below) | above << 1 | below << 2
+
+    @property
+    def _step(self) -> float:
+        fine = not self._node.get(0x6000) & BY_6005
+        return (self._node.get(0x6501) if fine else self._node.get(0x6005, 1)) * 1e-9
+
+    @property
+    def _is_downwards(self) -> bool:
+        return bool(self._node.get(0x6000) & DOWNWARDS)
+
+    def _turned(self, position: float) -> float:
+        return self._stroke - position if self._is_downwards else position

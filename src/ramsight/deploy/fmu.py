@@ -1,0 +1,127 @@
+"""Functional mock-up units: description, C sources and, where there is a compiler, the binary for this machine."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+import sys
+import tempfile
+import uuid
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from ramsight.deploy.c_sensor import identifier_of, template
+from ramsight.deploy.compiler import STRICT, find_compiler, library
+from ramsight.deploy.fmu_description import build_description, description_2, description_3
+from ramsight.deploy.fmu_model import FmuModel, config_text, plant_model, sensor_model
+from ramsight.errors import DescriptionError
+from ramsight.machine.description import Machine
+from ramsight.output import atomic_path, check_target
+
+WHAT = ("sensor", "plant")
+VERSIONS = (2, 3)
+_DATE = (1980, 1, 1, 0, 0, 0)  # of every file in the archive, so that the same content gives the same bytes
+
+
+@dataclass(frozen=True)
+class WrittenFmu:
+    """What was written.
+
+    Attributes:
+        path: of the FMU.
+        variables: how many it has.
+        binary: the platform of its binary, or None if there is none.
+    """
+
+    path: Path
+    variables: int
+    binary: str | None
+
+
+def write_fmu(
+    machine: Machine, unit: str, out: str | Path, *, what: str = "sensor", fmi: int = 2, compiler: str | None = None
+) -> WrittenFmu:
+    """Write a co-simulation FMU of a unit's virtual sensor, or of the unit itself.
+
+    Args:
+        machine: the machine.
+        unit: name of its unit.
+        out: the file, `.fmu`.
+        what: ``sensor`` or ``plant``.
+        fmi: 2 or 3.
+        compiler: path of the C compiler; by default the one that is found. Without one the FMU has sources alone.
+
+    Raises:
+        DescriptionError: there is no such sensor or version.
+        OutputError: the file cannot be written.
+
+    Example:
+        >>> import tempfile
+        >>> from ramsight import machine
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     done = write_fmu(machine.load("mining-loader"), "boom", f"{folder}/boom.fmu", compiler="")
+        ...     done.path.name, done.variables, done.binary
+        ('boom.fmu', 22, None)
+    """
+    for key, value, known in (("--what", what, WHAT), ("--fmi", fmi, VERSIONS)):
+        if value not in known:
+            raise DescriptionError("there is no such FMU", key=key, value=value, allowed=", ".join(map(str, known)))
+    out = Path(out)
+    check_target(out, (".fmu",))
+    model = _model(machine, unit, what)
+    identifier = f"ramsight_{identifier_of(unit)}_{what}"
+    files = _sources(model, fmi)
+    token = _token(identifier, files)
+    files["fmu_config.h"] = config_text(model, token)
+    compiled = sorted(name for name in files if name.endswith(".c"))
+    content: dict[str, bytes] = {f"sources/{name}": text.encode() for name, text in files.items()}
+    if fmi == 2:
+        content["modelDescription.xml"] = description_2(model, identifier, token, compiled).encode()
+    else:
+        content["modelDescription.xml"] = description_3(model, identifier, token).encode()
+        content["sources/buildDescription.xml"] = build_description(identifier, compiled).encode()
+    found = find_compiler() if compiler is None else compiler
+    place = _platform(fmi) if found else None
+    if found and place is not None:
+        with tempfile.TemporaryDirectory() as folder:
+            binary = Path(folder) / "library"
+            library(found, files, binary, *STRICT, "-fvisibility=hidden")
+            content[f"binaries/{place}/{identifier}{'.dylib' if sys.platform == 'darwin' else '.so'}"] = (
+                binary.read_bytes()
+            )
+    with atomic_path(out) as draft, zipfile.ZipFile(draft, "w") as archive:
+        for name in sorted(content, key=lambda name: (name != "modelDescription.xml", name)):
+            entry = zipfile.ZipInfo(name, _DATE)
+            entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
+            archive.writestr(entry, content[name])
+    return WrittenFmu(out, len(model.variables), place)
+
+
+def _model(machine: Machine, unit: str, what: str) -> FmuModel:
+    from ramsight.plant import build, ddh
+
+    described = machine.unit(unit)
+    if what == "plant":
+        return plant_model(build.build(unit, described), machine.name)
+    return sensor_model(ddh.build(unit, described), f"ramsight_{identifier_of(unit)}", machine.name)
+
+
+def _sources(model: FmuModel, fmi: int) -> dict[str, str]:
+    shared = ("fmu.h", "fmi_common.h", f"fmi{fmi}.h", f"fmi{fmi}.c")
+    return {**model.files, **{name: template(name) for name in shared}}
+
+
+def _token(identifier: str, files: dict[str, str]) -> str:
+    """The same for the same content, another for any other."""
+    digest = hashlib.sha256("\0".join((identifier, *(f"{n}\0{files[n]}" for n in sorted(files)))).encode()).digest()
+    return f"{{{uuid.UUID(bytes=digest[:16], version=5)}}}"
+
+
+def _platform(fmi: int) -> str | None:
+    """The folder of this machine's binaries, if FMI has a name for it."""
+    machine = {"AMD64": "x86_64", "arm64": "aarch64"}.get(platform.machine(), platform.machine())
+    system = {"linux": "linux", "darwin": "darwin"}.get(sys.platform)
+    if fmi == 3:
+        return f"{machine}-{system}" if system else None
+    return {("x86_64", "linux"): "linux64", ("x86_64", "darwin"): "darwin64"}.get((machine, system or ""))

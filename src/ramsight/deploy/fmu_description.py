@@ -1,0 +1,190 @@
+"""modelDescription.xml of FMI 2.0 and 3.0, and buildDescription.xml."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from xml.sax.saxutils import quoteattr
+
+from ramsight import __version__
+from ramsight.deploy.c_function import literal
+from ramsight.deploy.fmu_model import FmuModel, Variable
+from ramsight.sensor.status import Status
+
+_BASE = {
+    "s": {"s": 1},
+    "m": {"m": 1},
+    "K": {"K": 1},
+    "m/s": {"m": 1, "s": -1},
+    "rad/s": {"rad": 1, "s": -1},
+    "rad/s2": {"rad": 1, "s": -2},
+    "N": {"kg": 1, "m": 1, "s": -2},
+    "N/s": {"kg": 1, "m": 1, "s": -3},
+    "N.m": {"kg": 1, "m": 2, "s": -2},
+    "Pa": {"kg": 1, "m": -1, "s": -2},
+    "m3": {"m": 3},
+    "m3/s": {"m": 3, "s": -1},
+    "J": {"kg": 1, "m": 2, "s": -2},
+    "W": {"kg": 1, "m": 2, "s": -3},
+}
+_HEAD = '<?xml version="1.0" encoding="UTF-8"?>\n'
+TOOL = f"ramsight {__version__}"
+
+
+def _attributes(**values: object) -> str:
+    return "".join(f" {name}={quoteattr(str(value))}" for name, value in values.items() if value not in (None, ""))
+
+
+def _units(variables: Sequence[Variable]) -> str:
+    units = dict.fromkeys(v.unit for v in variables if v.unit)
+    lines = []
+    for unit in units:
+        base = f"<BaseUnit{_attributes(**_BASE[unit])}/>" if unit in _BASE else ""
+        lines.append(f"    <Unit name={quoteattr(unit)}>{base}</Unit>")
+    return "\n".join(["  <UnitDefinitions>", *lines, "  </UnitDefinitions>"])
+
+
+def _statuses(indent: str) -> str:
+    return "\n".join(f"{indent}<Item{_attributes(name=s.name, value=int(s), description=s.text)}/>" for s in Status)
+
+
+def _variability(v: Variable, discrete: bool) -> str:
+    if v.causality == "parameter":
+        return "fixed"
+    return "discrete" if v.kind != "real" or (discrete and v.causality == "output") else "continuous"
+
+
+def _start(v: Variable) -> str | None:
+    if v.start is None:
+        return None
+    return literal(v.start) if v.kind == "real" else str(bool(v.start)).lower()
+
+
+def description_2(model: FmuModel, identifier: str, token: str, sources: Sequence[str]) -> str:
+    """modelDescription.xml of FMI 2.0.
+
+    Args:
+        model: the model.
+        identifier: of the model; the binary's name.
+        token: the GUID.
+        sources: the C files to compile.
+    """
+    variables = model.variables
+    discrete = not model.linear
+    lines = [
+        f"<fmiModelDescription{_attributes(fmiVersion='2.0', modelName=identifier, guid=token)}"
+        f"{_attributes(description=model.description, generationTool=TOOL, variableNamingConvention='structured')}"
+        ' numberOfEventIndicators="0">',
+        f"  <CoSimulation{_attributes(modelIdentifier=identifier, canHandleVariableCommunicationStepSize='true')}"
+        f"{_attributes(canInterpolateInputs=str(model.linear).lower(), canGetAndSetFMUstate='true')}"
+        ' canSerializeFMUstate="true" canNotUseMemoryManagementFunctions="true">',
+        "    <SourceFiles>",
+        *(f"      <File name={quoteattr(name)}/>" for name in sources),
+        "    </SourceFiles>",
+        "  </CoSimulation>",
+        _units(variables),
+        *_types_2(variables),
+        "  <LogCategories>",
+        '    <Category name="logStatusError"/>',
+        "  </LogCategories>",
+        f"  <DefaultExperiment{_attributes(startTime='0', stopTime='10', stepSize=model.step)}/>",
+        "  <ModelVariables>",
+    ]
+    for k, v in enumerate(variables):
+        kind = {"real": "Real", "status": "Enumeration", "truth": "Boolean"}[v.kind]
+        initial = (
+            None if v.causality in {"input", "independent"} else "exact" if v.causality == "parameter" else "calculated"
+        )
+        head = _attributes(
+            name=v.name,
+            valueReference=k,
+            description=v.text,
+            causality=v.causality,
+            variability=_variability(v, discrete),
+            initial=initial,
+        )
+        declared = "Status" if v.kind == "status" else None
+        value = _attributes(declaredType=declared, unit=v.unit, start=_start(v))
+        lines.append(f"    <ScalarVariable{head}><{kind}{value}/></ScalarVariable>")
+    outputs = [k for k, v in enumerate(variables, 1) if v.causality == "output"]
+    unknowns = [f'      <Unknown index="{k}"/>' for k in outputs]
+    lines += ["  </ModelVariables>", "  <ModelStructure>", "    <Outputs>", *unknowns, "    </Outputs>"]
+    lines += [
+        "    <InitialUnknowns>",
+        *unknowns,
+        "    </InitialUnknowns>",
+        "  </ModelStructure>",
+        "</fmiModelDescription>",
+    ]
+    return _HEAD + "\n".join(lines) + "\n"
+
+
+def description_3(model: FmuModel, identifier: str, token: str) -> str:
+    """modelDescription.xml of FMI 3.0; arguments as `description_2`."""
+    variables = model.variables
+    lines = [
+        f"<fmiModelDescription{_attributes(fmiVersion='3.0', modelName=identifier, instantiationToken=token)}"
+        f"{_attributes(description=model.description, generationTool=TOOL, variableNamingConvention='structured')}>",
+        f"  <CoSimulation{_attributes(modelIdentifier=identifier, canHandleVariableCommunicationStepSize='true')}"
+        ' canGetAndSetFMUState="true" canSerializeFMUState="true"/>',
+        _units(variables),
+        *_types_3(variables),
+        "  <LogCategories>",
+        '    <Category name="logStatusError"/>',
+        "  </LogCategories>",
+        f"  <DefaultExperiment{_attributes(startTime='0', stopTime='10', stepSize=model.step)}/>",
+        "  <ModelVariables>",
+    ]
+    for k, v in enumerate(variables):
+        kind = {"real": "Float64", "status": "Enumeration", "truth": "Boolean"}[v.kind]
+        initial = (
+            None if v.causality in {"input", "independent"} else "exact" if v.causality == "parameter" else "calculated"
+        )
+        text = _attributes(
+            name=v.name,
+            valueReference=k,
+            description=v.text,
+            causality=v.causality,
+            variability=_variability(v, not model.linear),
+            initial=initial,
+            declaredType="Status" if v.kind == "status" else None,
+            unit=v.unit,
+            start=_start(v),
+        )
+        lines.append(f"    <{kind}{text}/>")
+    outputs = [k for k, v in enumerate(variables) if v.causality == "output"]
+    lines += ["  </ModelVariables>", "  <ModelStructure>"]
+    lines += [f'    <Output valueReference="{k}"/>' for k in outputs]
+    lines += [f'    <InitialUnknown valueReference="{k}"/>' for k in outputs]
+    lines += ["  </ModelStructure>", "</fmiModelDescription>"]
+    return _HEAD + "\n".join(lines) + "\n"
+
+
+def _types_2(variables: Sequence[Variable]) -> Iterator[str]:
+    if any(v.kind == "status" for v in variables):
+        yield "  <TypeDefinitions>"
+        yield '    <SimpleType name="Status">'
+        yield "      <Enumeration>"
+        yield _statuses("        ")
+        yield "      </Enumeration>"
+        yield "    </SimpleType>"
+        yield "  </TypeDefinitions>"
+
+
+def _types_3(variables: Sequence[Variable]) -> Iterator[str]:
+    if any(v.kind == "status" for v in variables):
+        yield "  <TypeDefinitions>"
+        yield '    <EnumerationType name="Status">'
+        yield _statuses("      ")
+        yield "    </EnumerationType>"
+        yield "  </TypeDefinitions>"
+
+
+def build_description(identifier: str, sources: Sequence[str]) -> str:
+    """buildDescription.xml of FMI 3.0: how to compile the sources."""
+    files = "\n".join(f"      <SourceFile name={quoteattr(name)}/>" for name in sources)
+    return (
+        f'{_HEAD}<fmiBuildDescription fmiVersion="3.0">\n'
+        f"  <BuildConfiguration modelIdentifier={quoteattr(identifier)}>\n"
+        f'    <SourceFileSet language="C99">\n{files}\n    </SourceFileSet>\n'
+        "  </BuildConfiguration>\n</fmiBuildDescription>\n"
+    )

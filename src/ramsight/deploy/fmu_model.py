@@ -1,0 +1,239 @@
+"""What an FMU holds: its variables, and the C of its model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+
+from ramsight.deploy.c_function import PLAIN, array_function, literal
+from ramsight.deploy.c_sensor import sensor_source, template
+from ramsight.engine.ode_module import pieces
+from ramsight.engine.run import DEFAULT_RTOL
+from ramsight.equation import OdeModel
+from ramsight.plant.cylinder import ATMOSPHERE
+from ramsight.plant.ddh import DdhUnit
+from ramsight.plant.unit import HydraulicUnit, circuit, reach
+from ramsight.sensor.kalman import kalman
+from ramsight.sensor.virtual_sensor import START_STD
+
+_T0 = 313.15  # K
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A variable of an FMU.
+
+    Args:
+        name: of it.
+        kind: ``real``, ``status`` or ``truth``.
+        causality: ``input``, ``output``, ``parameter`` or ``independent``.
+        unit: SI unit; empty if it has none.
+        text: what it is.
+        start: value before anything is set; outputs have none.
+    """
+
+    name: str
+    kind: str
+    causality: str
+    unit: str = ""
+    text: str = ""
+    start: float | None = None
+
+
+@dataclass(frozen=True)
+class FmuModel:
+    """The model of an FMU.
+
+    Attributes:
+        variables: time first, then the other reals, the status, the truths; the place is the value reference.
+        config: C that says how many there are and what the model remembers.
+        files: C of the model by name.
+        description: a line of text.
+        step: a usual communication step [s].
+        linear: whether inputs may have slopes.
+    """
+
+    variables: tuple[Variable, ...]
+    config: str
+    files: Mapping[str, str]
+    description: str
+    step: float
+    linear: bool
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many variables of each kind."""
+        return {kind: sum(v.kind == kind for v in self.variables) for kind in ("real", "status", "truth")}
+
+
+_TIME = Variable("time", "real", "independent", "s", "time")
+
+
+def sensor_model(unit: DdhUnit, prefix: str, machine: str) -> FmuModel:
+    """The `kalman` sensor of a unit.
+
+    Args:
+        unit: its parts.
+        prefix: of the C's names.
+        machine: the machine's name, for comments.
+    """
+    sensor = kalman(unit)
+    source = sensor_source(sensor, unit, prefix, machine, single=False)
+    says = [name for name in sensor.recursion.outputs if name != "status"]
+    variables = (
+        _TIME,
+        Variable("motor_speed", "real", "input", "rad/s", "motor speed, positive extends", 0.0),
+        Variable("motor_torque", "real", "input", "N.m", "motor torque", 0.0),
+        Variable("oil_temperature", "real", "input", "K", "oil temperature", _T0),
+        Variable("reference", "real", "input", "m", "position that is known, where reference_known", 0.0),
+        Variable("start_position", "real", "parameter", "m", "position at the start, where start_known", 0.0),
+        Variable("start_std", "real", "parameter", "m", "its standard deviation", START_STD),
+        *(Variable(n, "real", "output", _fmi_unit(sensor.units[n]), n.replace("_", " ")) for n in says),
+        Variable("status", "status", "output", "", "what the position is worth"),
+        Variable("reference_known", "truth", "input", "", "whether the reference counts at this sample", 0.0),
+        Variable("start_known", "truth", "parameter", "", "whether the position at the start is known", 0.0),
+    )
+    first = 7
+    macros = {name.upper(): k for k, name in enumerate(v.name for v in variables[:first]) if name != "time"}
+    config = [f'#include "{prefix}.h"', *(f"#define {name} {k}" for name, k in macros.items())]
+    config += ["#define REFERENCE_KNOWN 0", "#define START_KNOWN 1", f"typedef struct {{ {prefix} sensor; }} Memory;"]
+    model = template(
+        "sensor_model.c",
+        p=prefix,
+        P=prefix.upper(),
+        causality=_letters(variables),
+        starts="\n".join(_starts(variables)),
+        says="\n".join(f"  m->real[{first + k}] = out->{name};" for k, name in enumerate(says)),
+        factors="\n".join(f"  out.{n} = s->{n.removesuffix('_factor')};" for n in says if n.endswith("_factor")),
+    )
+    return FmuModel(
+        variables,
+        "\n".join(config),
+        {**source.files, "model.c": model},
+        f"Virtual position sensor of the {unit.name} of {machine}",
+        0.02,
+        linear=False,
+    )
+
+
+def plant_model(unit: HydraulicUnit, machine: str) -> FmuModel:
+    """The simulated unit, with its solver.
+
+    Args:
+        unit: its parts, of any circuit.
+        machine: the machine's name, for comments.
+    """
+    model = circuit(unit)
+    ode = model.ode
+    functions, sizes = pieces(ode)
+    shown = [k for k, out in enumerate(ode.outputs) if not out.name.startswith(("capacity_", "volume_", "stored."))]
+    functions = {name: f for name, f in functions.items() if name not in {"dense", "extremes"}}
+    functions["rest"] = _rest(unit, ode)
+    kelvin = ode.parameters.index("oil_temperature")
+    inputs = (
+        Variable("motor_speed", "real", "input", "rad/s", "motor speed, positive extends", 0.0),
+        Variable("load", "real", "input", "N", "load at the rods, positive against lifting", 0.0),
+        Variable("oil_temperature", "real", "input", "K", "oil temperature, held through a step", _T0),
+        Variable(
+            "motor_acceleration", "real", "input", "rad/s2", "slope of motor_speed in the next step; 0 holds it", 0.0
+        ),
+        Variable("load_rate", "real", "input", "N/s", "slope of load in the next step; 0 holds it", 0.0),
+        Variable("start_position", "real", "parameter", "m", "position at the start", 0.5 * unit.cylinder.stroke),
+    )
+    parameters = tuple(
+        Variable(name, "real", "parameter", "", f"{name}, in SI units", float(value))
+        for name, value in zip(ode.parameters, model.values, strict=True)
+        if name != "oil_temperature"
+    )
+    taken = {v.name for v in inputs}
+    states = tuple(
+        Variable(s.name + "_actual" * (s.name in taken), "real", "output", _fmi_unit(s.unit), s.name.replace("_", " "))
+        for s in ode.states
+    )
+    says = tuple(
+        Variable(ode.outputs[k].name, "real", "output", _fmi_unit(ode.outputs[k].unit), ode.outputs[k].name)
+        for k in shown
+    )
+    variables = (_TIME, *inputs, *parameters, *states, *says)
+    first = {"PARAMETER": 7, "STATE": 7 + len(parameters), "OUTPUT": 7 + len(parameters) + len(states)}
+    config = [f"#define {v.name.upper()} {k}" for k, v in enumerate(inputs, 1)]
+    config += [f"#define FIRST_{name} {k}" for name, k in first.items()]
+    config += [f"#define {name} {sizes[name]}" for name in ("N", "NU", "NJ", "NW", "NQ")]
+    config += [
+        f"#define NP {len(ode.parameters)}",
+        f"#define NY {len(ode.outputs)}",
+        f"#define TEMPERATURE_AMONG {kelvin}",
+    ]
+    config.append("typedef struct { double x[N], q[NQ], next, temperature, end[NU], before[NU]; } Memory;")
+    text = template(
+        "plant_model.c",
+        functions="\n\n".join(array_function(name, f, PLAIN) for name, f in functions.items()),
+        causality=_letters(variables),
+        starts="\n".join(_starts(variables)),
+        shown=", ".join(map(str, shown)),
+        tolerances=", ".join(literal(s.tolerance) for s in ode.states),
+    )
+    files = {"model.c": text, "real.h": template("real.h"), "rodas4.h": template("rodas4.h")}
+    description = f"Simulated {unit.name} of {machine}, with its own solver"
+    return FmuModel(variables, "\n".join(config), files, description, 0.01, linear=True)
+
+
+def config_text(model: FmuModel, token: str) -> str:
+    """The header that an FMU's C files share."""
+    counts = model.counts
+    lines = [f'#define TOKEN "{token}"', f"#define REALS {counts['real']}", f"#define WHOLES {counts['status']}"]
+    lines += [
+        f"#define TRUTHS {counts['truth']}",
+        f"#define TOLERANCE {DEFAULT_RTOL}",
+        "#define HAS_TIME 1",
+        model.config,
+    ]
+    return "#ifndef FMU_CONFIG_H\n#define FMU_CONFIG_H\n" + "\n".join(lines) + "\n#endif\n"
+
+
+def _letters(variables: Sequence[Variable]) -> str:
+    return "".join({"input": "i", "parameter": "p"}.get(v.causality, "o") for v in variables)
+
+
+def _starts(variables: Sequence[Variable]) -> Iterator[str]:
+    place = {"real": 0, "status": 0, "truth": 0}
+    field = {"real": "real", "status": "whole", "truth": "truth"}
+    for v in variables:
+        if v.start:
+            yield f"  m->{field[v.kind]}[{place[v.kind]}] = {literal(v.start) if v.kind == 'real' else int(v.start)};"
+        place[v.kind] += 1
+
+
+def _fmi_unit(unit: str) -> str:
+    return {"N m": "N.m", "1": ""}.get(unit, unit)
+
+
+def _rest(unit: HydraulicUnit, ode: OdeModel) -> ca.Function:
+    """States at rest as `rest(p, position, u) -> x`, the law of `plant.unit.initial_state` for any parameters."""
+    position, u, cylinder = ca.SX.sym("position"), ca.SX.sym("u", 2), unit.cylinder
+
+    def parameter(name: str, value: float) -> Any:
+        return ode.p[ode.parameters.index(name)] if name in ode.parameters else value
+
+    area_a, area_b = (parameter(f"{cylinder.name}.area_{s}", cylinder.area(s)) for s in "ab")
+    tank = parameter("tank.pressure", unit.tank_pressure)
+    force = unit.lift_sign * u[1] + ATMOSPHERE * (area_a - area_b)
+    on_a, on_b = area_a * tank, area_b * tank
+    carries_a = force > on_a - on_b
+    high_a, high_b = (reach(unit.parts(), node, "joins") for node in (cylinder.node_a, cylinder.node_b))
+    x = []
+    for state in ode.states:
+        node = state.name.removeprefix("pressure_")
+        if state.name == "position":
+            x.append(position)
+        elif state.name == "motor_speed":
+            x.append(u[0])
+        elif state.name == node:
+            x.append(ca.SX(0.0))
+        else:
+            level = ca.if_else(carries_a, (force + on_b) / area_a, tank) if node in high_a else tank
+            x.append(ca.if_else(carries_a, level, (on_a - force) / area_b) if node in high_b else level)
+    return ca.Function("rest", [ode.p, position, u], [ca.vertcat(*x)], ["p", "position", "u"], ["x"])

@@ -1,0 +1,365 @@
+"""Exported FMUs are valid, say what ramsight says, and behave as FMI asks: instances, reset, states, errors."""
+
+import ctypes
+import zipfile
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from ramsight import machine
+from ramsight.cli import app
+from ramsight.deploy.compiler import STRICT, find_compiler, run
+from ramsight.deploy.fmu import write_fmu
+from ramsight.deploy.golden import faulty_day
+from ramsight.duty import simulate
+from ramsight.duty.profile import Duty, Profile, constant
+from ramsight.errors import DescriptionError, OutputError
+from ramsight.plant import build as any_circuit
+from ramsight.plant.ddh import build
+from ramsight.sensor.kalman import kalman
+from ramsight.sensor.status import Status
+
+fmpy = pytest.importorskip("fmpy")
+pytestmark = pytest.mark.skipif(find_compiler() is None, reason="there is no C compiler")
+LOADER = machine.load("mining-loader")
+FMI = (2, 3)
+KINDS = [(what, fmi) for what in ("sensor", "plant") for fmi in FMI]
+
+
+@pytest.fixture(scope="module")
+def fmus(tmp_path_factory):
+    """The boom's FMUs by what and version."""
+    folder = tmp_path_factory.mktemp("fmus")
+    return {
+        kind: write_fmu(LOADER, "boom", folder / f"{kind[0]}{kind[1]}.fmu", what=kind[0], fmi=kind[1]) for kind in KINDS
+    }
+
+
+class Instance:
+    """An instantiated FMU, whatever its version."""
+
+    def __init__(self, path, folder, name="one"):
+        from fmpy.fmi2 import FMU2Slave
+        from fmpy.fmi3 import FMU3Slave
+
+        self.description = fmpy.read_model_description(str(path))
+        self.place = {v.name: v.valueReference for v in self.description.modelVariables}
+        self.fmi = int(self.description.fmiVersion[0])
+        fmpy.extract(str(path), unzipdir=str(folder))
+        maker = FMU2Slave if self.fmi == 2 else FMU3Slave
+        self.fmu = maker(
+            guid=self.description.guid,
+            unzipDirectory=str(folder),
+            modelIdentifier=self.description.coSimulation.modelIdentifier,
+            instanceName=name,
+        )
+        self.said = []
+        self.fmu.instantiate(**self.logging())
+
+    def logging(self):
+        if self.fmi == 3:
+            return {
+                "loggingOn": True,
+                "logMessage": lambda env, status, category, text: self.said.append(text.decode()),
+            }
+        from fmpy.fmi2 import defaultCallbacks
+
+        return {"loggingOn": False, "callbacks": defaultCallbacks}
+
+    def begin(self, **values):
+        self.set(**values)
+        if self.fmi == 2:
+            self.fmu.setupExperiment(startTime=0.0)
+        self.fmu.enterInitializationMode()
+        self.fmu.exitInitializationMode()
+
+    def set(self, **values):
+        real = self.fmu.setReal if self.fmi == 2 else self.fmu.setFloat64
+        for name, value in values.items():
+            if isinstance(value, bool):
+                self.fmu.setBoolean([self.place[name]], [value])
+            else:
+                real([self.place[name]], [value])
+
+    def get(self, name):
+        real = self.fmu.getReal if self.fmi == 2 else self.fmu.getFloat64
+        return real([self.place[name]])[0]
+
+    def step(self, time, step):
+        self.fmu.doStep(time, step)
+
+
+@pytest.fixture
+def instances(fmus, tmp_path):
+    """Makes instances, and frees them."""
+    made = []
+
+    def make(what, fmi, name="one"):
+        made.append(Instance(fmus[what, fmi].path, tmp_path / f"{what}{fmi}{name}", name))
+        return made[-1]
+
+    yield make
+    for one in made:
+        one.fmu.freeInstance()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_fmpy_finds_no_problem(fmus, kind):
+    from fmpy.validation import validate_fmu
+
+    assert validate_fmu(str(fmus[kind].path)) == []
+    with zipfile.ZipFile(fmus[kind].path) as archive:
+        names = archive.namelist()
+    identifier = f"ramsight_boom_{kind[0]}"
+    place = "linux64" if kind[1] == 2 else "x86_64-linux"
+    assert fmus[kind].binary != "linux64" or f"binaries/{place}/{identifier}.so" in names
+    assert ("sources/buildDescription.xml" in names) == (kind[1] == 3)
+
+
+@pytest.mark.parametrize("fmi", FMI)
+def test_the_sensor_tracks_a_faulty_day_as_in_python(fmus, instances, fmi):
+    unit = build("boom", LOADER.unit("boom"))
+    rows, start = faulty_day(unit, duration=60.0, every=30.0, seed=5)
+    sensor = kalman(unit)
+    sensor.start(start)
+    one = instances("sensor", fmi)
+    one.begin(start_position=start, start_known=True)
+    assert one.get("position") == start
+    whole = one.fmu.getInteger if fmi == 2 else one.fmu.getInt64
+    for time, speed, torque, temperature, reference in rows:
+        known = bool(np.isfinite(reference))
+        one.set(
+            motor_speed=speed,
+            motor_torque=torque,
+            oil_temperature=temperature,
+            reference=reference if known else 0.0,
+            reference_known=known,
+        )
+        one.step(time, 0.02)
+        said = sensor.step(time, speed, torque, temperature, reference)
+        assert one.get("position") == pytest.approx(said.position, abs=1e-12)
+        assert whole([one.place["status"]])[0] == said.status
+
+
+@pytest.mark.parametrize("fmi", FMI)
+def test_the_sensor_simulates_in_fmpy_to_the_same_trace(fmus, fmi):
+    unit = build("boom", LOADER.unit("boom"))
+    rows, start = faulty_day(unit, duration=60.0, every=None, seed=5)
+    names = ("time", "motor_speed", "motor_torque", "oil_temperature")
+    table = np.array([tuple(row[:4]) for row in rows], dtype=[(name, float) for name in names])
+    found = fmpy.simulate_fmu(
+        str(fmus["sensor", fmi].path),
+        stop_time=rows[-1, 0],
+        output_interval=0.02,
+        input=table,
+        start_values={"start_position": start, "start_known": True, "reference": 0.0, "reference_known": False},
+        output=["position", "status"],
+    )
+    sensor = kalman(unit)
+    sensor.start(start)
+    expected = [sensor.step(*row[:4]).position for row in rows]
+    # A step from t takes the sample at t; what it says is recorded at the step's end.
+    assert np.abs(found["position"][1:] - expected[:-1]).max() < 1e-6
+    assert set(found["status"].astype(int)) <= {int(status) for status in Status}
+
+
+def duty():
+    """Moves, a load change and rests whose corners lie on steps of 10 ms."""
+    speed = Profile([0.0, 1.0, 1.8, 4.8, 5.6, 7.0, 7.8, 11.8, 12.6, 14.0], [0, 0, 157, 157, 0, 0, -157, -157, 0, 0])
+    return Duty(speed, Profile([0.0, 6.0, 6.4], [441e3, 441e3, 300e3]), constant(313.15), 0.14)
+
+
+def sampled(whole, step=0.01):
+    """Its inputs at each step, with their slopes from there."""
+    time = np.round(np.arange(0.0, whole.duration + step / 2, step), 9)
+    slopes = [np.append(np.diff(p(time)) / step, 0.0) for p in (whole.motor_speed, whole.load)]
+    return time, whole.motor_speed(time), whole.load(time), *slopes
+
+
+@pytest.mark.parametrize("fmi", FMI)
+def test_the_plant_simulates_in_fmpy_to_the_same_trace(fmus, fmi):
+    whole = duty()
+    time, speed, load, acceleration, rate = sampled(whole)
+    names = ("time", "motor_speed", "load", "motor_acceleration", "load_rate", "oil_temperature")
+    warm = np.full(len(time), 313.15)
+    columns = zip(time, speed, load, acceleration, rate, warm, strict=True)
+    found = fmpy.simulate_fmu(
+        str(fmus["plant", fmi].path),
+        stop_time=whole.duration,
+        output_interval=0.01,
+        input=np.array(list(columns), dtype=[(name, float) for name in names]),
+        start_values={"start_position": whole.start_position},
+        output=["position", "velocity", "pressure_chamber_a", "motor_torque"],
+    )
+    run = simulate(build("boom", LOADER.unit("boom")), whole, sample_period=0.01)
+    assert np.ptp(run["position"].values) > 0.1
+    assert np.abs(found["position"] - run["position"].values).max() < 1e-6
+    assert np.abs(found["pressure_chamber_a"] - run["pressure_a"].values).max() < 1e3
+    # At a corner the torque jumps with the acceleration, and an FMU tells the one before.
+    corner = np.isin(time, whole.corners())
+    assert np.abs(found["motor_torque"] - run["motor_torque"].values)[~corner].max() < 0.01
+
+
+def test_input_derivatives_of_fmi_2_are_slopes(fmus, instances):
+    one, other = instances("plant", 2), instances("plant", 2, "two")
+    for each in (one, other):
+        each.begin(start_position=0.1, load=200e3)
+    for k in range(100):
+        one.set(motor_speed=0.5 * k, motor_acceleration=50.0)
+        other.set(motor_speed=0.5 * k)
+        other.fmu.setRealInputDerivatives([other.place["motor_speed"]], [1], [50.0])
+        for each in (one, other):
+            each.step(0.01 * k, 0.01)
+    assert one.get("position") == other.get("position") > 0.1
+
+
+@pytest.mark.parametrize(("name", "unit"), [("eha-test-bench", "axis"), ("eha-single-rod", "axis"), ("press", "ram")])
+def test_any_circuit_is_a_plant(tmp_path, name, unit):
+    described = machine.load(name)
+    unit = unit if unit in described.units else next(iter(described.units))
+    done = write_fmu(described, unit, tmp_path / "plant.fmu", what="plant", fmi=3)
+    built = any_circuit.build(unit, described.unit(unit))
+    start = 0.4 * built.cylinder.stroke
+    whole = Duty(Profile([0.0, 0.2, 1.0, 2.0], [0.0, 0.0, 20.0, 0.0]), constant(1e3), constant(313.15), start)
+    time, speed, load, acceleration, _ = sampled(whole)
+    names = ("time", "motor_speed", "load", "motor_acceleration", "load_rate", "oil_temperature")
+    columns = zip(time, speed, load, acceleration, 0.0 * time, 0.0 * time + 313.15, strict=True)
+    found = fmpy.simulate_fmu(
+        str(done.path),
+        stop_time=2.0,
+        output_interval=0.01,
+        start_values={"start_position": start},
+        output=["position"],
+        input=np.array(list(columns), dtype=[(n, float) for n in names]),
+    )
+    run = simulate(built, whole, sample_period=0.01)
+    assert np.abs(found["position"] - run["position"].values).max() < 1e-6
+
+
+@pytest.mark.parametrize(("what", "fmi"), KINDS)
+def test_instances_are_apart_and_a_reset_begins_anew(instances, what, fmi):
+    one, other = instances(what, fmi), instances(what, fmi, "two")
+    for each in (one, other):
+        each.begin(start_position=0.2, **({"start_known": True} if what == "sensor" else {"load": 100e3}))
+    before = other.get("position")
+    traces = []
+    for _ in range(2):
+        for k in range(50):
+            one.set(motor_speed=100.0, **({"motor_torque": 20.0} if what == "sensor" else {}))
+            one.step(0.02 * k, 0.02)
+        traces.append(one.get("position"))
+        one.fmu.reset()
+        one.begin(start_position=0.2, **({"start_known": True} if what == "sensor" else {"load": 100e3}))
+    assert traces[0] == traces[1] != before
+    assert other.get("position") == before
+
+
+@pytest.mark.parametrize(("what", "fmi"), KINDS)
+def test_a_state_is_kept_given_back_and_carried_as_bytes(instances, what, fmi):
+    one = instances(what, fmi)
+    one.begin(start_position=0.2, **({"start_known": True} if what == "sensor" else {"load": 100e3}))
+
+    def on(first):
+        for k in range(first, first + 20):
+            one.set(motor_speed=80.0)
+            one.step(0.02 * k, 0.02)
+        return one.get("position")
+
+    on(0)
+    get, put = (one.fmu.getFMUState, one.fmu.setFMUState) if hasattr(one.fmu, "getFMUState") else (None, None)
+    get, put = get or one.fmu.getFMUstate, put or one.fmu.setFMUstate
+    kept = get()
+    first = on(20)
+    put(kept)
+    assert on(20) == first
+    carry = getattr(one.fmu, "serializeFMUState", None) or one.fmu.serializeFMUstate
+    uncarry = getattr(one.fmu, "deserializeFMUState", None) or one.fmu.deSerializeFMUstate
+    free = getattr(one.fmu, "freeFMUState", None) or one.fmu.freeFMUstate
+    again = uncarry(carry(kept))
+    put(again)
+    assert on(20) == first
+    free(kept)
+    free(again)
+
+
+def test_what_is_wrong_is_refused_and_logged(instances):
+    from fmpy.fmi1 import FMICallException
+
+    one = instances("plant", 3)
+    one.begin(start_position=0.2)
+    with pytest.raises(FMICallException):
+        one.set(start_position=0.3)
+    assert "is a parameter, and fixed once the simulation runs" in one.said[-1]
+    with pytest.raises(FMICallException):
+        one.set(position=0.3)
+    assert "is an output" in one.said[-1]
+    one.set(motor_speed=float("nan"))
+    with pytest.raises(FMICallException):
+        one.step(0.0, 0.01)
+    assert one.said[-1] == "at 0 s: an input is not a finite number"
+    one.set(motor_speed=0.0)
+    one.step(0.0, 0.01)
+    with pytest.raises(FMICallException):
+        one.fmu.getFloat64([9999])
+    assert "no Float64 variable with the value reference 9999" in one.said[-1]
+
+
+def test_another_token_makes_no_instance(fmus, tmp_path):
+    fmpy.extract(str(fmus["plant", 2].path), unzipdir=str(tmp_path))
+    library = ctypes.CDLL(str(next((tmp_path / "binaries").rglob("*.so"))))
+    library.fmi2Instantiate.restype = ctypes.c_void_p
+    assert library.fmi2Instantiate(b"one", 1, b"{wrong}", b"", None, 0, 0) is None
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_sources_inside_compile_strictly(fmus, kind, tmp_path):
+    with zipfile.ZipFile(fmus[kind].path) as archive:
+        archive.extractall(tmp_path)
+    more = ["-Wshadow", "-Wstrict-prototypes", "-O0", "-fPIC", "-shared"]
+    names = sorted(file.name for file in (tmp_path / "sources").glob("*.c"))
+    run([find_compiler(), *STRICT, *more, *names, "-o", "all.so", "-lm"], tmp_path / "sources")
+
+
+def test_sanitizers_find_nothing_in_a_plants_run(fmus, tmp_path):
+    with zipfile.ZipFile(fmus["plant", 2].path) as archive:
+        archive.extractall(tmp_path)
+    folder = tmp_path / "sources"
+    (folder / "main.c").write_text(
+        '#include "fmi_common.h"\n#include <stdio.h>\n'
+        'int main(void) { Instance *i = make("one"); i->phase = INITIALIZING; i->model.real[LOAD] = 2e5; fresh(i);'
+        " i->phase = STEPPING; for (int k = 0; k < 200; k++) { i->model.real[MOTOR_SPEED] = k;"
+        " if (!advance(i, 0.01 * k, 0.01)) { puts(i->message); return 1; } }"
+        ' printf("%.3f", i->model.real[FIRST_STATE]); (void)gettable; (void)settable; (void)keep; (void)give_back;'
+        " (void)begin_at; reset(i); destroy(i); return 0; }\n"
+    )
+    options = ["-std=c99", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+    run([find_compiler(), *options, "main.c", "model.c", "-o", "main", "-lm"], folder)
+    said = run(["env", "-u", "LD_PRELOAD", "ASAN_OPTIONS=detect_leaks=0", str(folder / "main")], folder)
+    assert 0.3 < float(said) < 0.7
+
+
+def test_without_a_compiler_there_are_sources_alone(tmp_path, monkeypatch):
+    monkeypatch.setattr("ramsight.deploy.fmu.find_compiler", lambda: None)
+    out = tmp_path / "boom.fmu"
+    done = CliRunner().invoke(app, ["export", "fmu", "mining-loader", "--unit", "boom", "--out", str(out)])
+    assert done.exit_code == 0, done.output
+    assert "sources alone: no C compiler was found" in done.output
+    with zipfile.ZipFile(out) as archive:
+        assert not [name for name in archive.namelist() if name.startswith("binaries/")]
+
+
+def test_the_same_machine_gives_the_same_archive(fmus, tmp_path):
+    again = write_fmu(LOADER, "boom", tmp_path / "again.fmu", what="sensor", fmi=2)
+    assert again.path.read_bytes() == fmus["sensor", 2].path.read_bytes()
+
+
+def test_what_cannot_be_is_refused(tmp_path):
+    for wrong in ({"what": "thing"}, {"fmi": 1}):
+        with pytest.raises(DescriptionError, match="there is no such FMU"):
+            write_fmu(LOADER, "boom", tmp_path / "x.fmu", **wrong)
+    with pytest.raises(OutputError, match="unknown suffix"):
+        write_fmu(LOADER, "boom", tmp_path / "x.zip")
+    with pytest.raises(DescriptionError, match="direct-driven"):
+        write_fmu(machine.load("eha-single-rod"), "axis", tmp_path / "x.fmu")
+    assert list(tmp_path.iterdir()) == []
