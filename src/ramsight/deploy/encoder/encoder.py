@@ -14,20 +14,16 @@ from ramsight.deploy.encoder.frame import Frame
 from ramsight.deploy.encoder.keeper import Keeper, forgotten
 from ramsight.deploy.encoder.listening import Listener, Sample
 from ramsight.deploy.encoder.objects import (
-    APPLICATION,
     COMMUNICATION,
     ENTRIES,
     FORGET,
-    GROUPS,
     LEAST,
-    LOAD,
     MOST,
     NO_TEMPERATURE,
-    SAVE,
-    STORED,
 )
-from ramsight.deploy.encoder.parameters import ParameterFile, Values
+from ramsight.deploy.encoder.parameters import ParameterFile
 from ramsight.deploy.encoder.pdo import Tpdo
+from ramsight.deploy.encoder.presence import Presence
 from ramsight.deploy.encoder.published import Published
 from ramsight.deploy.encoder.scale import BY_6005, DOWNWARDS, Scale, whole
 from ramsight.deploy.encoder.server import (
@@ -41,8 +37,9 @@ from ramsight.deploy.encoder.server import (
     Node,
     refuse,
 )
+from ramsight.deploy.encoder.stored import ALL, Stored
 from ramsight.deploy.encoder.ticks import Ticks
-from ramsight.errors import DescriptionError, OutputError
+from ramsight.errors import DescriptionError
 from ramsight.plant.ddh import DdhUnit
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import IS_REFERENCED, Estimate, VirtualSensor
@@ -116,7 +113,7 @@ class Encoder:
         parameters: ParameterFile | None = None,
     ) -> None:
         self._sensor, self._unit, self._listener, self.settings = sensor, unit, listener, settings
-        self._keeper, self._parameters = keeper, parameters
+        self._keeper = keeper
         self._node = Node(settings.node_id, self._read, self._check)
         self._tpdos = (Tpdo(self._node, 0), Tpdo(self._node, 1))
         self._heartbeat, self._clock = Ticks(), BusClock()
@@ -126,12 +123,13 @@ class Encoder:
         self._now = 0.0
         self._sample: Sample | None = None
         self._estimate: Estimate | None = None
-        self._heard = self._drive_alive = -math.inf
-        self._silent = self._gone = self._short = False
+        self._drive = Presence(self._node, settings.drive_node)
+        self._stored = Stored(self._node, parameters, settings.overrides or {}, self._keep_now)
+        self._short = False
         self._faults: set[Fault] = set()
         self._moving, self._rested = False, math.inf
         self._after_write: list[int] = []
-        self._parameters_damaged = False
+        self._live = self._live_values()
         if keeper is None:
             sensor.start(None)
         self._state_damaged = keeper is not None and not keeper.resume()
@@ -140,8 +138,9 @@ class Encoder:
 
     def start(self, now: float) -> list[Frame]:
         """Power up: parameters, boot-up message, pre-operational."""
-        self._now = self._heard = now
-        self._reset((COMMUNICATION, APPLICATION))
+        self._now = now
+        self._drive.heard(now)
+        self._reset(ALL)
         return self._out()
 
     def receive(self, now: float, frame: Frame) -> list[Frame]:
@@ -161,7 +160,7 @@ class Encoder:
             if len(data) == 8 and self._node.state in (PRE_OPERATIONAL, OPERATIONAL):
                 self._serve(data)
         elif self.settings.drive_node is not None and kind == _HEARTBEAT + self.settings.drive_node and len(data) == 1:
-            self._drive_alive, self._gone = now, False
+            self._drive.alive(now)
             self._look()
         return self._out()
 
@@ -173,12 +172,7 @@ class Encoder:
     @property
     def due(self) -> float:
         """When `advance` has something to do next [s]."""
-        times = [self._heartbeat.due, *(tpdo.due for tpdo in self._tpdos)]
-        if not self._silent:
-            times.append(self._heard + self._node.get(0x2002) * 1e-3)
-        watched = self._watched
-        if watched and not self._gone and math.isfinite(self._drive_alive):
-            times.append(self._drive_alive + watched)
+        times = [self._heartbeat.due, self._drive.due, *(tpdo.due for tpdo in self._tpdos)]
         times.append(self._emergencies.due(self._faults))
         if not self._moving:
             times.append(self._rested)
@@ -225,11 +219,7 @@ class Encoder:
     def _advance(self, now: float) -> None:
         self._now = max(now, self._now)
         now = self._now
-        silent = now >= self._heard + self._node.get(0x2002) * 1e-3
-        watched = self._watched
-        gone = bool(watched) and math.isfinite(self._drive_alive) and now >= self._drive_alive + watched
-        if silent != self._silent or gone != self._gone:
-            self._silent, self._gone = silent, gone
+        if self._drive.check(now):
             self._look()
         self._emergencies.tell(self._now, self._faults, self._status)
         if not self._moving and now >= self._rested:
@@ -241,12 +231,6 @@ class Encoder:
             self._published.follow(now)
             for tpdo in self._tpdos:
                 tpdo.tick(now)
-
-    @property
-    def _watched(self) -> float:
-        """Time within which the drive's heartbeat has to come [s]; 0 if it is not watched."""
-        wanted = self._node.get(0x1016, 1)
-        return (wanted & 0xFFFF) * 1e-3 if wanted >> 16 == self.settings.drive_node else 0.0
 
     # ---- the drive ----------------------------------------------------------------------------------------------
 
@@ -267,7 +251,7 @@ class Encoder:
         )
         if estimate.status is Status.TIME_FROZEN:
             return
-        self._heard, self._silent = self._now, False
+        self._drive.heard(self._now)
         self._sample, self._estimate = sample, estimate
         after = self._sensor.state
         if (after["time"], after["started"]) != (before["time"], before["started"]):  # else it was passed over
@@ -290,7 +274,7 @@ class Encoder:
         position, last = self._scale.metres(steps), self._sample
         if not 0.0 <= position <= self._unit.cylinder.stroke:
             refuse(INVALID)
-        if last is None or self._silent or self._gone:
+        if last is None or self._drive.lost:
             refuse(BY_STATE)
         assert last is not None
         sent, warmth = last.time + _JUST_AFTER, self._listener.temperature(self._now)
@@ -322,11 +306,11 @@ class Encoder:
             Fault.NOT_REFERENCED: not referenced,
             Fault.REFUSED: state["disputed"] > 0.5,
             Fault.TEMPERATURE: math.isnan(self._listener.temperature(self._now)),
-            Fault.DRIVE_SILENT: self._silent,
-            Fault.DRIVE_GONE: self._gone,
+            Fault.DRIVE_SILENT: self._drive.silent,
+            Fault.DRIVE_GONE: self._drive.gone,
             Fault.SHORT: self._short,
             Fault.STATE_DAMAGED: self._state_damaged,
-            Fault.PARAMETERS_DAMAGED: self._parameters_damaged,
+            Fault.PARAMETERS_DAMAGED: self._stored.damaged,
         }
         self._faults = faults | {fault for fault, holds in conditions.items() if holds}
         valid = estimate is not None and not alarms(self._faults)
@@ -343,7 +327,7 @@ class Encoder:
     def _command(self, data: bytes) -> None:
         command = self._node.command(data)
         if command == RESET_NODE:
-            self._reset((COMMUNICATION, APPLICATION))
+            self._reset(ALL)
         elif command == RESET_COMMUNICATION:
             self._reset((COMMUNICATION,))
         elif command:
@@ -352,15 +336,8 @@ class Encoder:
 
     def _reset(self, groups: tuple[str, ...]) -> None:
         """Take stored parameters and boot. The sensor goes on: an absolute encoder knows its position over a reset."""
-        stored = {} if self._parameters is None else self._parameters.load()
-        self._parameters_damaged = stored is None
-        for index in {index for index, _ in STORED if GROUPS[index] in groups}:
-            self._node.forget(index)
-        values = {**(stored or {}), **(self.settings.overrides or {})}
-        for (index, subindex), value in values.items():
-            if GROUPS[index] in groups:
-                self._node.set(index, subindex, value)
-        self._link_timers(0x6200 if (0x6200, 0) in values else 0x1800)
+        stored = self._stored.load(groups)
+        self._link_timers(0x6200 if (0x6200, 0) in stored else 0x1800)
         self._emergencies.forget()
         self._node.boot()
         self._heartbeat.start(self._now, self._node.get(0x1017) * 1e-3, at_once=False)
@@ -405,23 +382,24 @@ class Encoder:
             return len(errors) if subindex == 0 else [*errors, *[0] * 8][subindex - 1]
         if ENTRIES[index, subindex].access == "rw" and index not in (0x1010, 0x1011):
             return None
-        return self._live(index, subindex)
-
-    def _live(self, index: int, subindex: int) -> int | str | None:
-        estimate, scale, stroke = self._estimate, self._scale, self._unit.cylinder.stroke
         if index in (0x1010, 0x1011) and subindex:
-            return int(self._parameters is not None)
-        live: dict[tuple[int, int], Callable[[], int | str]] = {
+            return int(self._stored.is_possible)
+        found = self._live.get((index, subindex))
+        return None if found is None else found()
+
+    def _live_values(self) -> dict[tuple[int, int], Callable[[], int | str]]:
+        scale, stroke = self._scale, self._unit.cylinder.stroke
+        return {
             (0x1001, 0): lambda: register(self._faults),
             (0x100A, 0): lambda: __version__,
             (0x1018, 4): lambda: self.settings.serial,
             (0x2010, 0): lambda: scale.steps(min(self.std, stroke)),
             (0x2011, 0): lambda: self._status,
-            (0x2012, 0): lambda: "no sample yet" if estimate is None else estimate.status.text,
-            (0x2013, 0): lambda: 0 if estimate is None else whole(estimate.load, LEAST, MOST),
+            (0x2012, 0): lambda: "no sample yet" if self._estimate is None else self._estimate.status.text,
+            (0x2013, 0): lambda: 0 if self._estimate is None else whole(self._estimate.load, LEAST, MOST),
             (0x6002, 0): lambda: scale.steps(stroke),
             (0x6004, 0): lambda: scale.position,
-            (0x6030, 1): lambda: scale.speed(estimate),
+            (0x6030, 1): lambda: scale.speed(self._estimate),
             (0x6400, 1): lambda: scale.area,
             (0x6500, 0): lambda: self._node.get(0x6000),
             (0x6503, 0): lambda: alarms(self._faults),
@@ -431,13 +409,12 @@ class Encoder:
             (0x650A, 3): lambda: scale.steps(stroke),
             (0x650B, 0): lambda: self.settings.serial,
         }
-        found = live.get((index, subindex))
-        return None if found is None else found()
 
     def _check(self, index: int, subindex: int, value: int) -> None:
         """Take a value that is being written, or refuse it."""
         if index in (0x1010, 0x1011):
-            self._store_or_restore(index, subindex, value)
+            self._stored.write(index, subindex, value)
+            self._look()
         elif index == 0x1003:
             if value != 0:
                 refuse(INVALID)
@@ -445,9 +422,7 @@ class Encoder:
         elif index in (0x1800, 0x1801, 0x1A00, 0x1A01):
             self._tpdos[index & 1].check(index, subindex, value)
         elif index == 0x1016:
-            if value & 0xFFFF and value >> 16 != self.settings.drive_node:
-                refuse(INVALID)
-            self._drive_alive, self._gone = -math.inf, False
+            self._drive.expect(value)
         elif index == 0x2003:
             if value != FORGET:
                 refuse(NOT_STORED)
@@ -462,32 +437,16 @@ class Encoder:
             self._preset(value)
         self._after_write.append(index)
 
-    def _store_or_restore(self, index: int, subindex: int, value: int) -> None:
-        signature = SAVE if index == 0x1010 else LOAD
-        if value != signature or self._parameters is None or not 1 <= subindex <= 3:
-            refuse(NOT_STORED)
-        assert self._parameters is not None
-        groups = ((COMMUNICATION, APPLICATION), (COMMUNICATION,), (APPLICATION,))[subindex - 1]
-        kept = self._parameters.load() or {}
-        values: Values = {key: one for key, one in kept.items() if GROUPS[key[0]] not in groups}
-        if index == 0x1010:
-            values |= {key: self._node.get(*key) for key in STORED if GROUPS[key[0]] in groups}
-        try:
-            self._parameters.save(values)
-        except OutputError:
-            refuse(NOT_STORED)
-        everything = index == 0x1010 and subindex == 1 and not self._silent
-        if everything and self._keeper is not None and not self._keeper.keep_now(self._state_to_keep()):
-            refuse(NOT_STORED)
-        self._parameters_damaged = False
-        self._look()
-
     # ---- keeping ------------------------------------------------------------------------------------------------
 
     def _keep(self) -> None:
         """Keep the sensor's state soon. While the drive is silent nothing is known that the file does not say."""
-        if self._keeper is not None and not self._silent:
+        if self._keeper is not None and not self._drive.silent:
             self._keeper.keep(self._state_to_keep())
+
+    def _keep_now(self) -> bool:
+        """Keep it before anything else happens; whether that went well."""
+        return self._keeper is None or self._drive.silent or self._keeper.keep_now(self._state_to_keep())
 
     def _state_to_keep(self) -> dict[str, float]:
         """The sensor's state; while the piston moves, without where it is."""
