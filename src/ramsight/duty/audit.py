@@ -8,14 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from ramsight.engine.run import Array, Segments, Trajectory, outputs
 from ramsight.equation import OdeModel
 from ramsight.plant.circuit import CircuitModel
-from ramsight.plant.linked import LinkedModel
+
+if TYPE_CHECKING:
+    from ramsight.plant.linked import LinkedModel
 
 _LEAST_ENERGY = 1e-9  # J, so that a run at rest divides by something
 _LEAST_VOLUME = 1e-12  # m3
