@@ -24,8 +24,8 @@ def sensor_for(unit: DdhUnit, kind: str, *, advance: Callable[[int], object] | N
 
     Args:
         unit: the unit it watches.
-        kind: ``kalman``; ``balance``; ``table``, which is calibrated first unless it is in the cache, by `TABLE_RUNS` simulated
-            runs; or a sensor file.
+        kind: ``kalman``; ``balance``; ``table``, which is calibrated first unless it is in the cache, by `TABLE_RUNS`
+            simulated runs; or a sensor file.
         advance: called with 1 after each of those runs.
 
     Raises:

@@ -22,16 +22,12 @@ FORMAT = 1
 _MAGIC = b"ramsight state\n\0"
 _HEAD = struct.Struct("<16sHxxI32sQ")  # magic, format, number of values, identity, sequence
 _DIGEST = 32
-_SETTLING = 2.0  # s for which a piston may have gone on after its state was saved
-_WHERE = (
-    "position",
-    "shown_position",
-    IS_REFERENCED,
-    "covariance_00",
-    "covariance_01",
-    "covariance_02",
-    "covariance_03",
+SETTLING = 2.0  # s for which a piston may have gone on after its state was saved
+WHERE = (
+    *("position", "shown_position", IS_REFERENCED, "at_low", "at_top", "from_stop", "disputed", "slid"),
+    *("covariance_00", "covariance_01", "covariance_02", "covariance_03"),
 )
+"""The states that say where the piston is; the others know the machine."""
 
 
 class StateError(RamsightError):
@@ -126,12 +122,9 @@ class StateFile:
 
     def _awake(self, state: dict[str, float], older: bool) -> dict[str, float]:
         """A saved state as it is after a while of which nothing is known; time begins anew."""
-        std = state["covariance_00"] ** 0.5 + abs(state["velocity"]) * _SETTLING
+        std = state["covariance_00"] ** 0.5 + abs(state["velocity"]) * SETTLING
         state |= {"started": 0.0, "clocked": 0.0, "covariance_00": std**2}
-        if older:
-            fresh = dict(zip(self._names, self._sensor.initial.tolist(), strict=True))
-            state |= {name: fresh[name] for name in _WHERE}
-        return state
+        return forgotten(self._sensor, state) if older else state
 
     def _packed(self, sequence: int, state: Mapping[str, float]) -> bytes:
         values = self._values.pack(*(state[name] for name in self._names))
@@ -172,6 +165,12 @@ class StateFile:
                 values = self._values.unpack_from(slot, _HEAD.size)
                 found[place] = (sequence, dict(zip(self._names, values, strict=True)))
         return found
+
+
+def forgotten(sensor: VirtualSensor, state: Mapping[str, float]) -> dict[str, float]:
+    """A state that knows the machine as before, but not where the piston is."""
+    fresh = dict(zip(sensor.recursion.state, sensor.initial.tolist(), strict=True))
+    return {**state, **{name: fresh[name] for name in WHERE}}
 
 
 def said(resumed: Resumed, path: Path) -> str:

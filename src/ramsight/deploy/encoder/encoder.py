@@ -11,7 +11,7 @@ from ramsight.deploy.encoder.bus_clock import BusClock
 from ramsight.deploy.encoder.emergencies import Emergencies
 from ramsight.deploy.encoder.faults import ALARMS, OF_STATUS, WARNINGS, Fault, alarms, register, warnings
 from ramsight.deploy.encoder.frame import Frame
-from ramsight.deploy.encoder.keeper import Keeper, forgotten
+from ramsight.deploy.encoder.keeper import Keeper
 from ramsight.deploy.encoder.listening import Listener, Sample
 from ramsight.deploy.encoder.objects import (
     COMMUNICATION,
@@ -41,6 +41,7 @@ from ramsight.deploy.encoder.stored import ALL, Stored
 from ramsight.deploy.encoder.ticks import Ticks
 from ramsight.errors import DescriptionError
 from ramsight.plant.ddh import DdhUnit
+from ramsight.sensor.keeping import forgotten
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import IS_REFERENCED, Estimate, VirtualSensor
 

@@ -13,17 +13,7 @@ from pathlib import Path
 
 from ramsight.errors import OutputError
 from ramsight.sensor.keeping import StateError, StateFile
-from ramsight.sensor.virtual_sensor import IS_REFERENCED, VirtualSensor
-
-_COVARIANCE = "covariance_0"
-
-
-def forgotten(sensor: VirtualSensor, state: Mapping[str, float]) -> dict[str, float]:
-    """A state that knows the machine as before, but not where the piston is."""
-    fresh = dict(zip(sensor.recursion.state, sensor.initial.tolist(), strict=True))
-    places = ("position", "shown_position", IS_REFERENCED, "disputed", "at_low", "at_top", "from_stop")
-    where = [name for name in state if name in places or name.startswith(_COVARIANCE)]
-    return {**state, **{name: fresh[name] for name in where}}
+from ramsight.sensor.virtual_sensor import VirtualSensor
 
 
 class Keeper:
