@@ -8,6 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from ramsight import machine
+from ramsight.output import check_folder
 from ramsight.plant.linked import build
 
 ROOT = Path(__file__).parent.parent
@@ -58,7 +59,7 @@ def test_nothing_is_left_where_nothing_can_be_written(tmp_path, monkeypatch):
     file = tmp_path / "file"
     file.write_text("mine")
     with pytest.raises(OutputError, match="not a directory"):
-        report.check_directory(file)
+        check_folder(file)
 
     class Nothing:
         machine = run = tracks = phases = None

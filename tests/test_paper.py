@@ -7,9 +7,9 @@ import re
 import pytest
 
 from ramsight.errors import OutputError
+from ramsight.output import check_folder
 from ramsight.study.paper import CHAPTERS, STEPS, Chapter, Study, Verdict, reproduce, write_report
 from ramsight.study.paper.repeating import NAMES, SWITCHES
-from ramsight.study.paper.writing import check_directory
 
 UNITS, LOADS = ("boom", "bucket"), ("light", "medium", "high")
 
@@ -197,6 +197,6 @@ def test_a_place_that_cannot_hold_a_report_is_refused(tmp_path):
     file = tmp_path / "file"
     file.write_text("")
     with pytest.raises(OutputError, match="is a file"):
-        check_directory(file)
+        check_folder(file)
     with pytest.raises(OutputError, match="there is no directory"):
-        check_directory(tmp_path / "no" / "report")
+        check_folder(tmp_path / "no" / "report")

@@ -381,11 +381,11 @@ def paper(
 
     Example: ramsight paper --out paper
     """
+    from ramsight.output import check_folder
     from ramsight.progress import progress
     from ramsight.study.paper import STEPS, reproduce, write_report
-    from ramsight.study.paper.writing import check_directory
 
-    check_directory(out)
+    check_folder(out)
     with progress(STEPS, "redoing the paper") as bar:
         study = reproduce(advance=bar.advance)
         write_report(study, out, advance=bar.advance)
@@ -483,14 +483,14 @@ def loader(
     Example: ramsight loader --out loader --leak 1.2 --temperature-offset 3 --references 3
     """
     from ramsight.machine import load as load_machine
+    from ramsight.output import check_folder
     from ramsight.plant.linked import build
     from ramsight.progress import progress
     from ramsight.study.loader.report import summary, write_work
     from ramsight.study.loader.working import Options, work
-    from ramsight.study.paper.writing import check_directory
     from ramsight.units import format_si, parse_option
 
-    check_directory(out)
+    check_folder(out)
     description = load_machine(machine)
     built = build(description)
     lowest, highest = (

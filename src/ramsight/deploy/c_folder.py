@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import os
-import shutil
-import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,13 +10,11 @@ from ramsight.deploy.c_sensor import golden_source, identifier_of, inputs_of, se
 from ramsight.deploy.compiler import Footprint, find_compiler, footprint, version
 from ramsight.deploy.golden import SAMPLES, faulty_day
 from ramsight.engine.recursion import replay
-from ramsight.errors import OutputError
 from ramsight.machine.description import Machine
-from ramsight.output import _one_line
+from ramsight.output import check_folder, whole_folder
 from ramsight.plant.ddh import build
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.virtual_sensor import START_STD
-from ramsight.study.paper.writing import check_directory
 
 STEPS = 5
 """How often `advance` is called with 1 while a sensor is written."""
@@ -78,7 +72,7 @@ def write_sensor(
         ['README.md', 'ramsight_boom.c', 'ramsight_boom.h', 'ramsight_boom_golden.h', 'ramsight_boom_test.c']
     """
     out = Path(out)
-    check_directory(out)
+    check_folder(out)
     ddh = build(unit, machine.unit(unit))
     sensor, prefix = kalman(ddh), f"ramsight_{identifier_of(unit)}"
     rows, start = faulty_day(ddh, duration=45.0, every=30.0, seed=1)
@@ -91,7 +85,7 @@ def write_sensor(
         sensor_source(sensor, ddh, prefix, machine.name, single=single), rows, said, start, START_STD
     )
     advance(1)
-    with _whole_folder(out) as draft:
+    with whole_folder(out, _LAST) as draft:
         for name, text in source.files.items():
             (draft / name).write_text(text, encoding="utf-8")
         found = find_compiler() if compiler is None else compiler
@@ -133,25 +127,3 @@ def _table(measured: list[Footprint], compiler: str | None) -> str:
         for f in measured
     )
     return f"Bytes, and the time where it was exported ({compiler}):\n\n{head}{rows}"
-
-
-@contextmanager
-def _whole_folder(out: Path) -> Iterator[Path]:
-    """A folder beside `out` whose files take their places in it once the block has ended well."""
-    try:
-        draft = Path(tempfile.mkdtemp(dir=out.absolute().parent, prefix=f".{out.name}-"))
-    except OSError as error:
-        raise OutputError(f"{_one_line(out)}: cannot be written: {_one_line(error.strerror or error)}") from error
-    try:
-        yield draft
-        draft.chmod(0o755)
-        if not out.exists():
-            draft.rename(out)
-            return
-        (out / _LAST).unlink(missing_ok=True)
-        for file in sorted(draft.iterdir(), key=lambda file: file.name == _LAST):
-            os.replace(file, out / file.name)
-    except OSError as error:
-        raise OutputError(f"{_one_line(out)}: cannot be written: {_one_line(error.strerror or error)}") from error
-    finally:
-        shutil.rmtree(draft, ignore_errors=True)

@@ -53,6 +53,12 @@ def _variability(v: Variable, discrete: bool) -> str:
     return "discrete" if v.kind != "real" or (discrete and v.causality == "output") else "continuous"
 
 
+def _initial(v: Variable) -> str | None:
+    if v.causality in {"input", "independent"}:
+        return None
+    return "exact" if v.causality == "parameter" else "calculated"
+
+
 def _start(v: Variable) -> str | None:
     if v.start is None:
         return None
@@ -91,16 +97,13 @@ def description_2(model: FmuModel, identifier: str, token: str, sources: Sequenc
     ]
     for k, v in enumerate(variables):
         kind = {"real": "Real", "status": "Enumeration", "truth": "Boolean"}[v.kind]
-        initial = (
-            None if v.causality in {"input", "independent"} else "exact" if v.causality == "parameter" else "calculated"
-        )
         head = _attributes(
             name=v.name,
             valueReference=k,
             description=v.text,
             causality=v.causality,
             variability=_variability(v, discrete),
-            initial=initial,
+            initial=_initial(v),
         )
         declared = "Status" if v.kind == "status" else None
         value = _attributes(declaredType=declared, unit=v.unit, start=_start(v))
@@ -136,16 +139,13 @@ def description_3(model: FmuModel, identifier: str, token: str) -> str:
     ]
     for k, v in enumerate(variables):
         kind = {"real": "Float64", "status": "Enumeration", "truth": "Boolean"}[v.kind]
-        initial = (
-            None if v.causality in {"input", "independent"} else "exact" if v.causality == "parameter" else "calculated"
-        )
         text = _attributes(
             name=v.name,
             valueReference=k,
             description=v.text,
             causality=v.causality,
             variability=_variability(v, not model.linear),
-            initial=initial,
+            initial=_initial(v),
             declaredType="Status" if v.kind == "status" else None,
             unit=v.unit,
             start=_start(v),

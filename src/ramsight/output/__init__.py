@@ -1,13 +1,13 @@
 """Results as files, whole or not at all, in the format that the suffix says: CSV, Parquet, MF4, NetCDF.
 
 `write_table` and `write_dataset` write what is there; `open_table` and `open_dataset` take a long result some rows
-after others. `atomic_path` is for files of any other kind.
+after others. `atomic_path` is for files of any other kind, `whole_folder` for several that belong together.
 """
 
 from ramsight.output.atomic import atomic_path, check_target
-from ramsight.output.atomic import one_line as _one_line
 from ramsight.output.cells import DECIMALS, Coded
 from ramsight.output.dataset import DATASET_FILES, DATASETS, column_name, open_dataset, write_dataset
+from ramsight.output.folder import check_folder, whole_folder
 from ramsight.output.table import TABLE_FILES, TABLES, check_installed, open_table, write_table
 
 __all__ = [
@@ -17,13 +17,14 @@ __all__ = [
     "TABLES",
     "TABLE_FILES",
     "Coded",
-    "_one_line",
     "atomic_path",
+    "check_folder",
     "check_installed",
     "check_target",
     "column_name",
     "open_dataset",
     "open_table",
+    "whole_folder",
     "write_dataset",
     "write_table",
 ]

@@ -20,7 +20,7 @@ from ramsight.plant.unit import opposite
 from ramsight.sensor.chamber import Chamber
 from ramsight.sensor.virtual_sensor import SensorGraph
 
-_STANDING = 0.06  # rad/s; below half a step of 1 rpm the motor counts as standing
+STANDING = 0.06  # rad/s; below half a step of 1 rpm the motor counts as standing
 _LOWEST = 1e5  # Pa; leakage margin of an unloaded unit
 
 
@@ -212,7 +212,7 @@ def keep_books(
     capacity_held = held.capacity(travel)
     capacity_other = other.capacity(cylinder.stroke - travel) + other.manifold_capacity
     ratio = other.area / held.area
-    standing = ca.fabs(w) < _STANDING
+    standing = ca.fabs(w) < STANDING
     turning = ca.if_else(ca.logic_and(standing, standing_for > tuning.standstill), 0.0, 1.0)
     lifts = ca.sign(out * w)
     flows = ca.logic_not(pressed)

@@ -7,7 +7,7 @@ from typing import Any
 import casadi as ca
 
 from ramsight.sensor.belief import Belief
-from ramsight.sensor.books import Books
+from ramsight.sensor.books import STANDING, Books
 from ramsight.sensor.virtual_sensor import SensorGraph
 
 _CLOSED_TURNING = 1.0  # rad/s; slowest turning against the closed valve that friction does not spoil
@@ -22,7 +22,6 @@ _PRESSING = 3.0  # rad/s
 _EMPTIED = 1.3  # share of the oil under pressure that the pump draws until the held side is surely empty
 _PRESSED_FULL = 0.9  # share of the relief setting up to which the volume is closed
 _PRESSED_LEAST = 20e5  # Pa
-_STANDING = 0.06  # rad/s
 _DECAY_BEGINS = 0.8  # s at rest, after which the motor's and the valves' last movements are over
 _DECAY_SMOOTHING = 0.2  # s
 _DECAY_LEAST, _DECAY_SHARE = 10e5, 0.2  # Pa and share by which the pressure has to fall to tell
@@ -137,7 +136,7 @@ def hear_decay(graph: SensorGraph, books: Books, belief: Belief, *, seated: Any)
     standing_for, smooth, first, leaked = (
         graph.state(name) for name in ("decay_for", "decay_pressure", "decay_from", "decay_leaked")
     )
-    stands = ca.logic_and(seated, ca.fabs(graph.motor_speed) < _STANDING)
+    stands = ca.logic_and(seated, ca.fabs(graph.motor_speed) < STANDING)
     smooth_1 = ca.if_else(standing_for > 0.0, smooth + dt / (_DECAY_SMOOTHING + dt) * (pressure - smooth), pressure)
     settles = standing_for < _DECAY_BEGINS
     leak, _, compliance = belief.factors

@@ -119,11 +119,11 @@ def refer(
 
     # A well-known position that leaves the stroke is on its stop, whatever the pressure says.
     ends = ca.fmin(ca.fmax(belief.position, 0.0), stroke)
-    beyond = ca.fabs(belief.position - ends) > _BEYOND * belief.std + _BEYOND_LEAST
-    held = ca.logic_and(well, beyond)
+    excess = ca.fabs(belief.position - ends)
+    held = ca.logic_and(well, excess > _BEYOND * belief.std + _BEYOND_LEAST)
     # If that goes on without a stop's pressure, what the books count is wrong.
     slid = graph.state("slid")
-    slid_1 = ca.if_else(found, 0.0, slid + ca.if_else(held, ca.fabs(belief.position - ends), 0.0))
+    slid_1 = ca.if_else(found, 0.0, slid + ca.if_else(held, excess, 0.0))
     graph.becomes("slid", slid_1)
     belief.position = ca.if_else(held, ends, belief.position)
 

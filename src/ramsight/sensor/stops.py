@@ -37,7 +37,6 @@ class Signs:
         likely_low, likely_top: as hardly anywhere else, even without a steady stretch before.
         surely_low, surely_top: as nowhere else, even if nobody knows the position.
         gone: a steady pressure is gone: half of it while lowering, nearly all of it while lifting.
-        pressure: filtered, of the held manifold [Pa].
         slow: what it was before it changed [Pa].
         moving: whether the piston moves with the valve open.
     """
@@ -49,7 +48,6 @@ class Signs:
     surely_low: Any
     surely_top: Any
     gone: Any
-    pressure: Any
     slow: Any
     moving: Any
 
@@ -98,9 +96,9 @@ class StopWatch:
         empty = self._pressure < _EMPTY
         relief = books.held.side.relief.setting
         risen = self._pressure > _RISE * self._slow + _RISE_PRESSURE
-        high = ca.logic_or(self._pressure > _HIGH * relief, self._pressure > self._slow + _HIGH_RISE * relief)
-        # Without a steady stretch before only what no load does counts, and only where a stop is expected.
         at_relief = self._pressure > _HIGH * relief
+        high = ca.logic_or(at_relief, self._pressure > self._slow + _HIGH_RISE * relief)
+        # Without a steady stretch before only what no load does counts, and only where a stop is expected.
         low = ca.logic_and(lowering, ca.logic_or(ca.logic_and(settled, collapsed), empty))
         top = ca.logic_and(lifting, ca.logic_or(ca.logic_and(settled, risen), at_relief))
         self.signs = Signs(
@@ -111,7 +109,6 @@ class StopWatch:
             surely_low=ca.logic_and(ca.logic_and(lowering, settled), empty),
             surely_top=ca.logic_and(ca.logic_and(lifting, settled), ca.logic_and(risen, high)),
             gone=ca.logic_and(settled, ca.if_else(lifting, nothing, collapsed)),
-            pressure=self._pressure,
             slow=self._slow,
             moving=self._moving,
         )

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import shutil
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,11 +10,10 @@ from typing import Any
 import numpy as np
 
 from ramsight import __version__
-from ramsight.errors import OutputError
+from ramsight.output import whole_folder
 from ramsight.study.figures import _STYLE, DOUBT, ERROR, ESTIMATE, TRUTH, save
 from ramsight.study.loader.animation import write_animation
 from ramsight.study.loader.working import UNITS, Options, Work
-from ramsight.study.paper.writing import check_directory
 
 FORMAT = 1
 _LAST = "results.json"  # moved last: where it is, the rest is whole
@@ -39,29 +35,13 @@ def write_work(
     Raises:
         OutputError: it cannot be written.
     """
-    check_directory(out)
-    try:
-        draft = Path(tempfile.mkdtemp(dir=out.absolute().parent, prefix=f".{out.name}-"))
-    except OSError as error:
-        raise OutputError(f"{out}: cannot be written: {error.strerror or error}") from error
-    try:
+    with whole_folder(out, _LAST) as draft:
         write_animation(work.machine, work.run, work.tracks, draft, phases=work.phases, title=title, advance=advance)
         for suffix in ("png", "svg"):
             control_figure(work, draft / f"control.{suffix}", title)
         told = {"format": FORMAT, "ramsight": __version__, "machine": work.machine.name, "options": vars(options)}
         text = json.dumps(told | work.results(), indent=1, ensure_ascii=False, allow_nan=False)
         (draft / _LAST).write_text(text + "\n", encoding="utf-8")
-        draft.chmod(0o755)
-        if not out.exists():
-            draft.rename(out)
-            return
-        (out / _LAST).unlink(missing_ok=True)
-        for file in sorted(draft.iterdir(), key=lambda file: file.name == _LAST):
-            os.replace(file, out / file.name)
-    except OSError as error:
-        raise OutputError(f"{out}: cannot be written: {error.strerror or error}") from error
-    finally:
-        shutil.rmtree(draft, ignore_errors=True)
 
 
 def control_figure(work: Work, path: Path, title: str = "") -> None:
