@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from ramsight.engine import elimination, rodas4
+from ramsight import elimination
+from ramsight.engine import rodas4
 from ramsight.engine.cache import generated_module
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.recursion import Recursion, replay

@@ -8,7 +8,8 @@ from types import ModuleType
 
 import casadi as ca
 
-from ramsight.engine import elimination, kernel, lanes, rodas4
+from ramsight import elimination
+from ramsight.engine import kernel, lanes, rodas4
 from ramsight.engine.cache import CompiledModule, generated_module, hold
 from ramsight.equation import OdeModel
 

@@ -90,8 +90,10 @@ class Closed:
 class Circuit:
     """Collects what parts add. Everything is made when first named, so the order of parts does not matter."""
 
-    def __init__(self, oil: Oil, tank_pressure: float) -> None:
+    def __init__(self, oil: Oil, tank_pressure: float, *, keep_coefficients: bool = False) -> None:
         self._parameters = Parameters()
+        self._coefficients: list[tuple[Any, Any]] = []
+        self._keeps_coefficients = keep_coefficients
         self._states: dict[str, tuple[State, Any]] = {}
         self._derivatives: dict[str, Any] = {}
         self._pressure: dict[str, Any] = {}
@@ -125,6 +127,23 @@ class Circuit:
         """The part with parameters of the circuit in place of its numbers."""
         symbolic: P = self._parameters.symbolic(part.name, part)
         return symbolic
+
+    def coefficient(self, expression: Any) -> Any:
+        """A coefficient of a law with kinks, such as the conductance of a valve that opens.
+
+        A circuit that simulates gets the expression itself. One whose balance is solved implicitly gets a symbol that
+        keeps its value for an iteration, because a tangent at a kink leads nowhere (`ramsight.plant.balance`).
+        """
+        if not self._keeps_coefficients:
+            return expression
+        symbol = ca.SX.sym(f"coefficient_{len(self._coefficients)}")
+        self._coefficients.append((symbol, expression))
+        return symbol
+
+    @property
+    def coefficients(self) -> tuple[tuple[Any, Any], ...]:
+        """The symbols that stand for coefficients, each with its expression."""
+        return tuple(self._coefficients)
 
     def state(self, name: str, unit: str, tolerance: float) -> Any:
         """The symbol of a state; `tolerance` is the absolute error that a step may leave in it."""

@@ -30,6 +30,7 @@ class ComposedUnit:
         tank_pressure: absolute; of a closed circuit, the pressure that it is charged to at rest [Pa].
         drive, cylinder: of the unit.
         lift_sign: +1 if extension lifts the load, -1 if retraction does.
+        max_speed: highest motor speed [rad/s].
         others: all further parts; add your own with `dataclasses.replace`.
     """
 
@@ -39,6 +40,7 @@ class ComposedUnit:
     drive: Drive
     cylinder: Cylinder
     lift_sign: float
+    max_speed: float
     others: tuple[Part, ...]
 
     @property
@@ -73,6 +75,7 @@ def build(name: str, unit: Composed) -> ComposedUnit:
         drive=described.drive(unit.drive),
         cylinder=described.cylinder(unit),
         lift_sign=float(unit.lift_sign),
+        max_speed=unit.drive.max_speed,
         others=tuple(_part(key, part, unit.lift_sign) for key, part in unit.parts.items()),
     )
     if not pumped_into(built, built.held) * unit.lift_sign > 0.0:

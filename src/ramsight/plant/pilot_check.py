@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
-from ramsight.plant.valve import orifice_flow
+from ramsight.plant.valve import orifice_slope
 
 if TYPE_CHECKING:
     from ramsight.plant.circuit import Circuit
@@ -44,18 +44,25 @@ class PilotCheckValve:
         surplus = self.pilot_ratio * (pilot - inlet) - (outlet - inlet) - self.cracking_pressure
         return ca.fmin(ca.fmax(surplus / _PILOT_RANGE, 0.0), 1.0)
 
-    def flow(self, inlet: Any, outlet: Any, pilot: Any) -> Any:
-        """Flow from inlet to outlet [m3/s] at absolute pressures [Pa]."""
-        difference, opening = inlet - outlet, self.opening(inlet, outlet, pilot)
-        spring = (1.0 - opening) * self.cracking_pressure  # the pilot takes the spring's part
-        free = orifice_flow(self.conductance, ca.fmax(difference - spring, 0.0))
-        back = opening * orifice_flow(self.conductance, ca.fmin(difference, 0.0))
-        return free + back
+    def slopes(self, difference: Any, spring: Any, opening: Any) -> tuple[Any, Any]:
+        """Flow over pressure difference [m3/s/Pa]: of the free way, beyond the spring's pressure, and of the way back.
+
+        Args:
+            difference: from inlet to outlet [Pa].
+            spring: pressure difference at which the free way opens [Pa].
+            opening: how far the pilot holds it open [1].
+        """
+        free = ca.if_else(difference > spring, orifice_slope(self.conductance, difference - spring), 0.0)
+        back = ca.if_else(difference < 0.0, opening * orifice_slope(self.conductance, difference), 0.0)
+        return free, back
 
     def connect(self, circuit: Circuit) -> None:
         """Add the flow, its throttling loss and the opening as an output."""
         inlet, outlet, pilot = (circuit.pressure(node) for node in (self.inlet, self.outlet, self.pilot))
-        flow = self.flow(inlet, outlet, pilot)
+        difference, opening = inlet - outlet, self.opening(inlet, outlet, pilot)
+        spring = (1.0 - opening) * self.cracking_pressure  # the pilot takes the spring's part
+        free, back = (circuit.coefficient(slope) for slope in self.slopes(difference, spring, opening))
+        flow = free * (difference - circuit.coefficient(spring)) + back * difference
         circuit.flow(self.name, self.inlet, self.outlet, flow)
         circuit.loss(f"{self.name}.throttling", flow * (inlet - outlet))
         circuit.output(f"{self.name}.opening", "1", self.opening(inlet, outlet, pilot))

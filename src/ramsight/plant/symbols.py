@@ -29,6 +29,10 @@ class Parameters:
         self._values.append(float(value))
         return self._symbols[name]
 
+    def symbol(self, name: str) -> Any:
+        """The symbol of a parameter that is there already."""
+        return self._symbols[name]
+
     def symbolic(self, name: str, part: Any) -> Any:
         """A copy of a dataclass with a parameter `name.field` in place of every float field."""
         numbers = [field.name for field in fields(part) if isinstance(getattr(part, field.name), float)]

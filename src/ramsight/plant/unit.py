@@ -26,6 +26,7 @@ class HydraulicUnit(Protocol):
         cylinder: that it moves.
         lift_sign: +1 if extension lifts the load, -1 if retraction does.
         held: the side that holds the load, "a" or "b".
+        max_speed: highest motor speed [rad/s].
     """
 
     @property
@@ -42,6 +43,9 @@ class HydraulicUnit(Protocol):
     def lift_sign(self) -> float: ...  # noqa: D102
     @property
     def held(self) -> str: ...  # noqa: D102
+
+    @property
+    def max_speed(self) -> float: ...  # noqa: D102
 
     def __hash__(self) -> int: ...
 

@@ -14,15 +14,20 @@ _SETTLED = 3.0  # time constants after which a first-order opening counts as don
 _LAMINAR = 2e3  # Pa; below about this difference an orifice's flow is laminar (linear), so its slope stays finite
 
 
-def orifice_flow(conductance: Any, pressure_difference: Any) -> Any:
-    """Flow through an orifice [m3/s]: G sign(dp) sqrt|dp|, made linear near zero.
+def orifice_slope(conductance: Any, pressure_difference: Any) -> Any:
+    """Flow of an orifice over its pressure difference [m3/s/Pa]: G / sqrt|dp|, level near zero.
 
     Args:
         conductance: G = Q_rated / sqrt(dp_rated) [m3/s/sqrt(Pa)].
         pressure_difference: [Pa].
     """
     magnitude = ca.sqrt(pressure_difference * pressure_difference + _LAMINAR * _LAMINAR)
-    return conductance * pressure_difference / ca.sqrt(magnitude)
+    return conductance / ca.sqrt(magnitude)
+
+
+def orifice_flow(conductance: Any, pressure_difference: Any) -> Any:
+    """Flow through an orifice [m3/s]: G sign(dp) sqrt|dp|, made linear near zero; arguments as `orifice_slope`."""
+    return orifice_slope(conductance, pressure_difference) * pressure_difference
 
 
 @dataclass(frozen=True)
@@ -70,7 +75,9 @@ class CheckValve:
     def connect(self, circuit: Circuit) -> None:
         """Add the flow and its throttling loss."""
         difference = circuit.pressure(self.inlet) - circuit.pressure(self.outlet)
-        flow = orifice_flow(self.conductance, ca.fmax(difference - self.cracking_pressure, 0.0))
+        beyond = difference - self.cracking_pressure
+        slope = circuit.coefficient(ca.if_else(beyond > 0.0, orifice_slope(self.conductance, beyond), 0.0))
+        flow = slope * beyond
         circuit.flow(self.name, self.inlet, self.outlet, flow)
         circuit.loss(f"{self.name}.throttling", flow * difference)
 
@@ -98,7 +105,7 @@ class Orifice:
     def connect(self, circuit: Circuit) -> None:
         """Add the flow and its throttling loss."""
         difference = circuit.pressure(self.inlet) - circuit.pressure(self.outlet)
-        flow = orifice_flow(self.conductance, difference)
+        flow = circuit.coefficient(orifice_slope(self.conductance, difference)) * difference
         circuit.flow(self.name, self.inlet, self.outlet, flow)
         circuit.loss(f"{self.name}.throttling", flow * difference)
 
@@ -134,10 +141,10 @@ class SafetyValve:
         """Opening that the motor's speed [rad/s] asks for, 0 to 1."""
         return ca.fmin(ca.fmax(motor_speed / self.opening_speed - 1.0, 0.0), 1.0)
 
-    def flow(self, pressure_difference: Any, opening: Any) -> Any:
-        """Flow towards the cylinder [m3/s] at a pressure difference [Pa] and an opening."""
-        flow = orifice_flow(self.conductance, pressure_difference)
-        return ca.if_else(pressure_difference > 0.0, flow, opening * flow)
+    def slope(self, pressure_difference: Any, opening: Any) -> Any:
+        """Flow towards the cylinder over a pressure difference [m3/s/Pa] at that difference [Pa] and an opening."""
+        slope = orifice_slope(self.conductance, pressure_difference)
+        return ca.if_else(pressure_difference > 0.0, slope, opening * slope)
 
     def connect(self, circuit: Circuit) -> None:
         """Add the flow, its throttling loss and the opening as an output."""
@@ -148,9 +155,10 @@ class SafetyValve:
                 state = f"opening_{self.name}"
                 asked, opening = opening, circuit.state(state, "1", 1e-6)
                 circuit.derivative(state, (asked - opening) * (_SETTLED / self.opening_time))
-            flow = self.flow(difference, opening)
+            slope = self.slope(difference, opening)
             circuit.output(f"{self.name}.opening", "1", opening)
         else:
-            flow = orifice_flow(self.conductance, difference)
+            slope = orifice_slope(self.conductance, difference)
+        flow = circuit.coefficient(slope) * difference
         circuit.flow(self.name, self.pump_side, self.cylinder_side, flow)
         circuit.loss(f"{self.name}.throttling", flow * difference)

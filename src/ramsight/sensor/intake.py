@@ -12,12 +12,13 @@ from typing import Any
 
 import casadi as ca
 
-from ramsight.plant.ddh import DdhUnit
 from ramsight.plant.oil import T40
-from ramsight.sensor.chamber import Chamber
+from ramsight.plant.unit import HydraulicUnit
+from ramsight.sensor.limits import Limits
 from ramsight.sensor.virtual_sensor import SensorGraph
 
 _USUAL, _LATE = 0.1, 0.15  # s; samples may come 1 ... 100 ms apart
+_SOONEST = 8e-3  # s; samples closer together are passed over, for the circuit's pressures settle in some 10 ms
 _BRIDGED = 0.5  # s; a longer gap is not counted, because nothing says what happened in it
 _RESET = 1.0  # s; a clock that goes back by more was set anew, by less the sample came out of order
 _OVERSPEED = 1.5  # share of the highest speed that no motor reaches
@@ -68,22 +69,23 @@ def _within(value: Any, limit: Any) -> Any:
     return ca.logic_and(value > -limit, value < limit)
 
 
-def take_in(graph: SensorGraph, unit: DdhUnit) -> Intake:
+def take_in(graph: SensorGraph, unit: HydraulicUnit, limits: Limits) -> Intake:
     """Put checked inputs in the place of a graph's raw ones, and let unusable samples pass by.
 
     Args:
         graph: the sensor's graph, before its books are written.
         unit: the unit's parts.
+        limits: of the unit.
     """
     add = graph.parameters.add
     time, w, torque, warmth = graph.time, graph.motor_speed, graph.motor_torque, graph.oil_temperature
     started, last_time, last_speed = (graph.held(name) for name in ("started", "time", "motor_speed"))
-    fastest = add("max_speed", unit.max_speed)
+    fastest = add("max_speed", limits.max_speed)
     travel = add("travel_per_radian", unit.travel_per_radian)
 
     number = [_within(value, 1e12) for value in (time, w, torque)]
     speed_ok = _within(w, _OVERSPEED * fastest)
-    torque_ok = _within(torque, add("max_torque", _largest_torque(unit)))
+    torque_ok = _within(torque, add("max_torque", _OVERTORQUE * limits.largest_torque))
 
     raw = ca.if_else(number[0], time - last_time, 0.0)
     back = ca.logic_and(started, raw < -_RESET)
@@ -137,14 +139,16 @@ def take_in(graph: SensorGraph, unit: DdhUnit) -> Intake:
     graph.becomes("motor_speed", graph.motor_speed)
     graph.becomes("time", time)
     graph.becomes("started", 1.0)
-    graph.pass_over(ca.logic_not(usable))
+    # A sample that comes too soon after the last one that counted adds nothing.
+    soon = ca.logic_and(ca.logic_and(counted, raw < _SOONEST), ca.logic_not(graph.referenced))
+    graph.pass_over(ca.logic_or(ca.logic_not(usable), soon))
 
     # What nobody saw: a gap that is not counted, a long one that is, leakage while the torque is lost.
     speeds = ca.fabs(last_speed) + ca.fabs(graph.motor_speed)
     gap_for = ca.if_else(started, ca.if_else(back, _BRIDGED, raw), 0.0)
     not_counted = ca.if_else(jump, (0.5 * speeds + 0.02 * fastest) * ca.fmin(gap_for, 3600.0), 0.0)
     bridged = (0.25 * speeds + 0.02 * fastest) * ca.fmax(elapsed - _USUAL, 0.0)
-    blind = ca.logic_or(stuck, ca.logic_not(torque_ok)) * add("blind_velocity", _blind_velocity(unit)) * elapsed
+    blind = ca.logic_or(stuck, ca.logic_not(torque_ok)) * add("blind_velocity", _BLIND * limits.leak_velocity) * elapsed
     drift = ca.if_else(usable, travel * (not_counted + bridged) + blind, 0.0)
     unseen = ca.if_else(usable, 0.0, travel * (ca.fabs(last_speed) + 0.02 * fastest) * ca.fmax(raw, 0.0))
     return Intake(
@@ -161,18 +165,3 @@ def take_in(graph: SensorGraph, unit: DdhUnit) -> Intake:
         unseen=unseen,
     )
 
-
-def _largest_torque(unit: DdhUnit) -> float:
-    """Beyond what relief pressure on either side can ask of the motor [N m]."""
-    pressing = sum(
-        abs(float(c.torque_per_pressure(1.0))) * c.side.relief.setting + c.belt * c.side.pump.no_load_torque
-        for c in Chamber.pair(unit)
-    )
-    return _OVERTORQUE * pressing
-
-
-def _blind_velocity(unit: DdhUnit) -> float:
-    """By how much leakage moves the piston if the pressure is not what it was [m/s]."""
-    held, _ = Chamber.pair(unit)
-    leak = held.side.pump.leak_coefficient(float(unit.oil.viscosity(T40)), unit.oil.density)
-    return float(leak * _BLIND * held.side.relief.setting / held.area)

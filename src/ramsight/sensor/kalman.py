@@ -1,170 +1,242 @@
-"""The self-calibrating sensor: the books of the oil, with factors it learns from every reference.
+"""The self-calibrating sensor, for any circuit.
 
-An extended Kalman filter over the position and the three factors by which a machine differs from its data sheet
-(leakage, displacement, compliance). The books say how the piston moves, their derivatives say how a wrong factor shows
-in the position, and every reference (an end stop that it recognises, a switch, a hand) corrects all four. Pressures
-come from the torque at every sample, so they need no share in the covariance.
+    checked inputs -> load observer -> contacts -> hypotheses of machine and ends -> status
+
+The circuit's own equations say how the piston moves under a load that the torque corrects (`load`). A filter around them
+carries what is not known of the machine and where its stops are, under several hypotheses (`hypotheses`); end stops that
+the sensor finds by itself (`contact`), switches and positions given by hand correct it.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 
-from ramsight.plant.ddh import DdhUnit
-from ramsight.plant.unit import opposite
-from ramsight.sensor.belief import BOUNDS, Belief
-from ramsight.sensor.books import Books, Factors, Tuning, keep_books
-from ramsight.sensor.hearing import hear_compression, hear_decay, hear_leakage
-from ramsight.sensor.intake import Intake, take_in
-from ramsight.sensor.judgement import judge
-from ramsight.sensor.references import Found, refer
+from ramsight.plant.balance import FACTORS, balance
+from ramsight.plant.unit import HydraulicUnit
+from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.contact import Contact, ContactWatch
+from ramsight.sensor.hypotheses import COMPLIANCE, LEAK, Hypotheses, Measured
+from ramsight.sensor.intake import take_in
+from ramsight.sensor.judgement import Relief, judge
+from ramsight.sensor.limits import limits_of
+from ramsight.sensor.load import LoadObserver, LoadStep
+from ramsight.sensor.relief import passing
 from ramsight.sensor.resting import unseen_load
-from ramsight.sensor.stops import StopWatch
-from ramsight.sensor.uncertainty import Covariance
-from ramsight.sensor.virtual_sensor import SensorGraph, VirtualSensor
+from ramsight.sensor.virtual_sensor import IS_REFERENCED, VARIANCE, SensorGraph, VirtualSensor
 
-_TURNING = 3.0  # rad/s; with which a piston leaves its stop
-_SURELY_OPEN = 2.0  # standard deviations of the leakage by which a pump's flow has to exceed it
 _VELOCITY_SMOOTHING = 0.1  # s
-_ROOM = 1.0  # share of the stroke by which the position may run out of it, so that the next reference sees by how much
 _FASTEST = 1.1  # share of the velocity at the highest motor speed that no correction exceeds
+_BLIND = -1.0  # share of a load that the torque shows, below which it tells of leakage
+_TURNING = 1.0  # rad/s
+_CORRELATED = 0.2  # s; for which errors of the torque stay what they are
+_MODEL = 0.1  # share of a torque by which a closed volume's equation may err
+_FRICTION = 0.02  # of a torque, by the pumps' hydromechanical efficiency
+_SLOWEST = 60.0  # s; time constant of the slow temperature, from whose distance the rate of change follows
+_SIGMAS = 3.0  # standard deviations outside the stroke that no position is
 
 
-@dataclass(frozen=True)
-class Doubt:
-    """What the filter assumes of the machine and of its own books, as standard deviations.
+class _Warming:
+    """How fast the oil warms, and what that does to leakage through a thermometer that lags."""
 
-    Args:
-        leak, displacement, compliance: how far a new machine is from its data sheet [1].
-        leak_walk, displacement_walk, compliance_walk: how these change in time [1/sqrt(s)].
-        walk: of the position over the way it goes [m/sqrt(m)].
-        start: pressure of the held chamber by which the books may err in a movement's start [Pa].
-        leave: the same when leaving an end stop [Pa].
-        stop: of an end stop as a reference [m].
-        reference: of a switch or a position given by hand [m].
-    """
-
-    leak: float = 0.16
-    displacement: float = 0.003
-    compliance: float = 0.25
-    leak_walk: float = 1e-4
-    displacement_walk: float = 1e-6
-    compliance_walk: float = 1e-4
-    walk: float = 0.2e-3
-    start: float = 0.8e5
-    leave: float = 6e5
-    stop: float = 0.22e-3
-    reference: float = 1e-3
+    def __init__(self, graph: SensorGraph, viscosity: Any, first: Any) -> None:
+        slow, t = graph.state("slow_temperature"), graph.oil_temperature
+        slow = ca.if_else(first, t, slow)
+        after = slow + graph.elapsed / (_SLOWEST + graph.elapsed) * (t - slow)
+        graph.becomes("slow_temperature", after)
+        self.change = ca.log(viscosity(after) / viscosity(t))
+        """Logarithm of the viscosity then over now: how much leakage has grown meanwhile."""
+        self.rate = self.change / _SLOWEST
 
 
-def kalman(unit: DdhUnit, tuning: Tuning | None = None, doubt: Doubt | None = None) -> VirtualSensor:
+def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> VirtualSensor:
     """The self-calibrating sensor of a unit.
 
     Args:
-        unit: the unit's parts, as its data sheet has them.
-        tuning: how it listens to the torque.
-        doubt: what it assumes of the machine.
+        unit: the unit's parts, as its data sheet has them, whatever its circuit.
+        assumptions: what it assumes of drive, thermometer, machine and stops.
 
     Returns:
         A sensor with position, standard deviation, velocity, load and status, and beside them the chambers' pressures
         and the factors. It need not be told where the piston is: it says so until it knows.
     """
-    tuning, doubt = tuning or Tuning(), doubt or Doubt()
-    graph, lift = SensorGraph(), unit.lift_sign
-    graph.initially("position", 0.5 * unit.cylinder.stroke)
-    intake = take_in(graph, unit)
-    factors = [graph.state(name, 1.0) for name in BOUNDS]
-    std = (unit.cylinder.stroke, doubt.leak, doubt.displacement, doubt.compliance)
-    belief = Belief(graph.position, factors, Covariance(graph, std))
+    assumed = assumptions or Assumptions()
+    graph, limits, circuit = SensorGraph(), limits_of(unit), balance(unit)
+    stroke = float(unit.cylinder.stroke)
+    graph.initially("position", 0.5 * stroke)
+    intake = take_in(graph, unit, limits)
+    first = ca.logic_not(graph.held("started"))
+    referenced, variance = graph.state(IS_REFERENCED), graph.state(VARIANCE)
+    observer = LoadObserver(graph, circuit, limits, assumed)
+    symbol = graph.parameters.symbol
+    warming = _Warming(graph, circuit.oil_of(lambda name: symbol(f"circuit.{name}")).viscosity, first)
+    watch = ContactWatch(graph)
+    bank = Hypotheses(graph, stroke, assumed, known=referenced, first=first, start_variance=variance)
 
-    at_low, at_top, from_stop = (graph.state(name) for name in ("at_low", "at_top", "from_stop"))
-    up = lift * graph.motor_speed
-    leaves = ca.logic_or(ca.logic_and(at_low, up >= _TURNING), ca.logic_and(at_top, up <= -_TURNING))
-    on_low, on_top = (ca.logic_and(at, ca.logic_not(leaves)) for at in (at_low, at_top))
-    doubtful = _SURELY_OPEN * belief.leak_doubt
-    books = keep_books(graph, unit, tuning, Factors(*factors), on_low, on_top, from_stop, doubtful)
-    watch = StopWatch(graph, books, lift)
+    around = bank.means()
+    leak = around[0] * ca.exp(around[3] * warming.rate)
+    step = observer.step([leak, around[1], around[2]], watch.held)
+    scale = ca.exp(around[3] * warming.rate)
 
-    _predict(graph, books, intake, doubt, belief, ca.logic_or(on_low, on_top), leaves)
-    hear_leakage(graph, books, belief, lift)
-    hear_compression(graph, books, belief, watch.signs.slow, on_low=on_low, on_top=on_top, lift=lift)
-    hear_decay(graph, books, belief, seated=on_low)
-    found = refer(
-        graph, books, watch, belief, unit, at=(at_low, at_top), stop_std=doubt.stop, reference_std=doubt.reference
+    def with_lag(by: tuple[Any, ...]) -> list[Any]:
+        return [by[0] * scale, by[1], by[2], by[0] * leak * warming.rate]
+
+    doubt = passing(circuit, step.z, lambda name: symbol(f"circuit.{name}"))
+    relief = _relief(graph, step, doubt, watch.held)
+    _predict(graph, bank, step, with_lag(step.travel_by), around, intake.drift + relief[1], warming, assumed)
+    nominal = graph.position + step.travel
+    contact = watch.look(step, nominal)
+    observer.release(contact.released, step.carried)
+    _torque(graph, bank, step, contact, with_lag(step.torque_by), around)
+    measured, touched = _measure(graph, bank, contact, nominal, unit, assumed, referenced)
+    position = ca.if_else(contact.touched, contact.place, nominal) + measured.moved
+    after = bank.means()
+    observer.shift([new - old for new, old in zip(after[:3], around[:3], strict=True)])
+    known = ca.fmax(referenced, measured.taken)
+    grown = graph.state("passed_relief")
+    grown_1 = ca.if_else(measured.taken, 0.0, grown + relief[1])
+    graph.becomes("passed_relief", grown_1)
+    disputed = graph.state("disputed")
+    disputed_1 = ca.if_else(measured.taken, 0.0, ca.fmax(disputed, ca.logic_and(measured.refused, graph.referenced)))
+    graph.becomes("disputed", disputed_1)
+    graph.becomes(IS_REFERENCED, known)
+    total = bank.variance()
+    graph.becomes(VARIANCE, ca.fmax(total, 0.0))
+    unseen = unseen_load(graph, step, contact.held, assumed.machine.unseen_load * symbol("relief_load"))
+    std = ca.sqrt(ca.fmax(total, 0.0) + unseen**2 + step.noise_travel**2)
+    code = judge(
+        graph,
+        intake,
+        step,
+        contact,
+        Relief(doubt, grown_1),
+        limits,
+        std=std,
+        position=position,
+        stroke=symbol("stroke"),
+        disputed=disputed_1,
+        known=known,
     )
-    low, top = ca.logic_or(found.low, on_low), ca.logic_or(found.top, on_top)
-    on_stop = ca.logic_or(low, top)
-    graph.becomes("at_low", low)
-    graph.becomes("at_top", top)
-    watch.close(ca.logic_or(found.sign, on_stop))
-    unseen, looked = unseen_load(graph, books, on_stop)
-    graph.becomes("from_stop", ca.if_else(on_stop, 1.0, ca.if_else(looked, 0.0, from_stop)))
-    near_stop = ca.logic_or(on_stop, from_stop)
-    verdict = judge(graph, books, intake, found, belief.std, belief.position, unit, watch, near_stop)
-    belief.covariance.grow(verdict.slipped)
-    return _report(graph, books, intake, belief, found, unseen, verdict.code, unit, on_stop)
+    factors = [(after[k], bank.factor_std(k + LEAK)) for k in range(len(FACTORS))]
+    bank.close()
+    return _report(graph, step, intake, position, std, code, factors, measured.taken, contact.held, circuit, limits)
+
+
+def _relief(graph: SensorGraph, step: LoadStep, doubt: Any, held: Any) -> tuple[Any, Any]:
+    """How likely oil passes a relief valve, and by how much the position gets less certain by it [m]."""
+    angle = ca.fabs(graph.angle) * graph.parameters.symbol("travel_per_radian")
+    moved = ca.fmax(ca.fabs(step.free_travel), ca.fmin(ca.fabs(step.travel), angle))
+    return doubt, ca.if_else(held, 0.0, doubt * moved)
 
 
 def _predict(
-    graph: SensorGraph, books: Books, intake: Intake, doubt: Doubt, belief: Belief, on_stop: Any, leaves: Any
+    graph: SensorGraph,
+    bank: Hypotheses,
+    step: LoadStep,
+    travel_by: list[Any],
+    around: list[Any],
+    grows: Any,
+    warming: _Warming,
+    assumed: Assumptions,
 ) -> None:
-    """Move the position by the books' step, unless the piston is on a stop."""
-    turned, dt = graph.state("turned"), graph.elapsed
-    starts = ca.logic_and(books.turning > 0.5, turned < 0.5)
-    graph.becomes("turned", books.turning)
-    free = ca.if_else(on_stop, 0.0, 1.0)
-    belief.position = belief.position + free * books.step
-    jolt = ca.if_else(starts, doubt.start**2, 0.0) + ca.if_else(leaves, doubt.leave**2, 0.0)
-    noise = free * doubt.walk**2 * ca.fabs(books.step) + jolt * (books.capacity / books.held.area) ** 2
-    row = [books.by_position, books.by_leak, books.by_displacement, books.by_compliance]
-    walks = (doubt.leak_walk, doubt.displacement_walk, doubt.compliance_walk)
-    belief.covariance.predict([free * r for r in row], [noise, *(walk**2 * dt for walk in walks)])
-    belief.covariance.grow(intake.drift)
+    """Go with the step: the filter's time update."""
+    share = assumed.machine.leak_by_viscosity * ca.fabs(warming.change)
+    leak = share * ca.sqrt(graph.elapsed / _SLOWEST)
+    bank.predict(step.travel, travel_by, around, 0.0, grows, leak)
+    bank.floor(assumed.drive.torque_gain)
+
+
+def _torque(
+    graph: SensorGraph, bank: Hypotheses, step: LoadStep, contact: Contact, torque_by: list[Any], around: list[Any]
+) -> None:
+    """What a torque tells of the machine where it tells nothing of the load.
+
+    While the piston is held the pressures rise as the oil gives way; while a closed valve keeps the load from the pump,
+    all that the pump delivers is leakage.
+    """
+    inflation = _CORRELATED / ca.fmax(graph.elapsed, 1e-3)
+    closed = (_MODEL * torque_by[2]) ** 2
+    pushes = ca.logic_and(contact.pushing, ca.fabs(torque_by[2]) > step.noise)
+    bank.torque(torque_by, around, step.surprise, (step.noise**2 + closed) * inflation, pushes, COMPLIANCE)
+    turns = ca.logic_and(ca.fabs(graph.motor_speed) > _TURNING, ca.logic_not(contact.held))
+    blind = ca.logic_and(turns, step.seen < _BLIND)
+    friction = (_FRICTION * graph.motor_torque) ** 2 + closed
+    bank.torque(torque_by, around, step.surprise, (step.noise**2 + friction) * inflation, blind, LEAK)
+
+
+def _measure(
+    graph: SensorGraph,
+    bank: Hypotheses,
+    contact: Contact,
+    nominal: Any,
+    unit: HydraulicUnit,
+    assumed: Assumptions,
+    referenced: Any,
+) -> tuple[Measured, Any]:
+    """References and contacts, one a sample: a reference goes before a contact."""
+    stroke, stops = graph.parameters.symbol("stroke"), assumed.stops
+    beyond = ca.fmax(-nominal, nominal - stroke)
+    outside = ca.logic_and(referenced, beyond > _SIGMAS * ca.sqrt(bank.variance()) + stops.contact * stroke)
+    touched = ca.logic_or(contact.touched, outside)
+    given = graph.referenced
+    top = ca.if_else(contact.touched, contact.extending, nominal > 0.5 * stroke)
+    by_contact = ca.logic_and(touched, ca.logic_not(given))
+    at = ca.if_else(contact.touched, contact.place, nominal)
+    own = ca.if_else(contact.touched, (stops.contact * stroke) ** 2, bank.variance() + (stops.contact * stroke) ** 2)
+    measured = bank.measure(
+        ca.if_else(given, graph.reference, ca.if_else(top, stroke, 0.0)),
+        ca.if_else(given, nominal, at),
+        ca.logic_and(by_contact, ca.logic_not(top)),
+        ca.logic_and(by_contact, top),
+        ca.if_else(given, stops.reference**2, own),
+        ca.if_else(given, stops.wrong, stops.obstacle),
+        ca.logic_or(given, touched),
+    )
+    return measured, touched
 
 
 def _report(
     graph: SensorGraph,
-    books: Books,
-    intake: Intake,
-    belief: Belief,
-    found: Found,
-    unseen: Any,
+    step: LoadStep,
+    intake: Any,
+    position: Any,
+    std: Any,
     status: Any,
-    unit: DdhUnit,
-    on_stop: Any,
+    factors: list[tuple[Any, Any]],
+    taken: Any,
+    held: Any,
+    circuit: Any,
+    limits: Any,
 ) -> VirtualSensor:
     """What the sensor says of the sample, and its graph closed."""
-    stroke = books.cylinder.stroke
-    position = ca.fmin(ca.fmax(belief.position, -_ROOM * stroke), (1.0 + _ROOM) * stroke)
-    graph.becomes("position", position)
-    for name, value in zip(BOUNDS, belief.factors, strict=True):
-        graph.becomes(name, value)
-    belief.covariance.limit(stroke)
-    belief.covariance.close()
-
+    stroke = graph.parameters.symbol("stroke")
+    inside = ca.fmin(ca.fmax(position, -stroke), 2.0 * stroke)
+    graph.becomes("position", inside)
     # Whatever is not a reference moves the position that is shown no faster than the piston can go.
     shown, started = graph.state("shown_position"), graph.held("started")
-    reach = graph.parameters.add("fastest", _FASTEST * unit.max_velocity) * intake.passed
-    wanted = ca.fmin(ca.fmax(ca.if_else(intake.usable, position, graph.position), 0.0), stroke)
-    jumps = ca.logic_and(ca.logic_or(found.taken, ca.logic_not(started)), intake.usable)
+    fastest = _FASTEST * graph.parameters.symbol("travel_per_radian") * graph.parameters.symbol("max_speed")
+    reach = fastest * intake.passed + step.give * 3.0 * step.noise / graph.parameters.symbol("travel_per_radian")
+    wanted = ca.fmin(ca.fmax(ca.if_else(intake.usable, inside, graph.position), 0.0), stroke)
+    jumps = ca.logic_and(ca.logic_or(taken, ca.logic_not(started)), intake.usable)
     followed = ca.fmin(ca.fmax(wanted, shown - reach), shown + reach)
     shown_1 = ca.if_else(jumps, wanted, ca.if_else(started, followed, wanted))
     graph.becomes("shown_position", shown_1, always=True)
 
-    speed, dt = graph.state("velocity"), graph.elapsed
-    moving = ca.if_else(on_stop, 0.0, books.step / ca.fmax(dt, 1e-6))
+    speed, dt = graph.state("shown_velocity"), graph.elapsed
+    moving = ca.if_else(held, 0.0, step.travel / ca.fmax(dt, 1e-6))
     velocity = speed + dt / (_VELOCITY_SMOOTHING + dt) * (moving - speed)
-    graph.becomes("velocity", velocity)
-    std = ca.sqrt(belief.std**2 + unseen**2) + intake.unseen + ca.fabs(wanted - shown_1)
+    graph.becomes("shown_velocity", velocity)
+    deviation = std + intake.unseen + ca.fabs(wanted - shown_1)
 
-    above_tank = {unit.held: books.held_pressure, opposite(unit.held): books.other_pressure}
-    more = {f"pressure_{side}": (above_tank[side] + unit.tank_pressure, "Pa") for side in "ab"}
-    for k, name in enumerate(BOUNDS):
-        more[f"{name}_factor"] = (belief.factors[k], "1")
-        more[f"{name}_factor_std"] = (ca.sqrt(ca.fmax(belief.covariance[k + 1, k + 1], 0.0)), "1")
+    c = circuit.unit.cylinder
+    nodes = {"a": c.node_a, "b": c.node_b}
+    more = {
+        f"pressure_{side}": (step.z[circuit.states.index(f"pressure_{node}")], "Pa") for side, node in nodes.items()
+    }
+    for name, (value, error) in zip(FACTORS, factors, strict=True):
+        more[f"{name}_factor"] = (value, "1")
+        more[f"{name}_factor_std"] = (error, "1")
     return graph.sensor(
-        "kalman", position=shown_1, velocity=velocity, load=books.load, std=std, status=status, more=more
+        "kalman", position=shown_1, velocity=velocity, load=step.load, std=deviation, status=status, more=more
     )

@@ -16,13 +16,14 @@ class Covariance:
     Args:
         graph: the sensor's graph; gains the upper entries as states ``covariance_ij``.
         std: standard deviations at the start.
+        prefix: of the states' names.
     """
 
-    def __init__(self, graph: SensorGraph, std: Sequence[float]) -> None:
-        self._graph, self._n = graph, len(std)
+    def __init__(self, graph: SensorGraph, std: Sequence[float], prefix: str = "") -> None:
+        self._graph, self._n, self._prefix = graph, len(std), prefix
         self._pairs = [(i, j) for i in range(self._n) for j in range(i, self._n)]
         self.entries = {
-            (i, j): graph.state(f"covariance_{i}{j}", std[i] ** 2 if i == j else 0.0) for i, j in self._pairs
+            (i, j): graph.state(f"{prefix}covariance_{i}{j}", std[i] ** 2 if i == j else 0.0) for i, j in self._pairs
         }
 
     def __getitem__(self, pair: tuple[int, int]) -> Any:
@@ -68,6 +69,12 @@ class Covariance:
                 self.entries[i, j] = self.entries[i, j] - (gain[i] * cross[j] if i in corrected else cross[i] * gain[j])
         return [k * innovation for k in gain]
 
+    def variance(self, row: Sequence[Any]) -> Any:
+        """Variance of a measurement that is `row` times the quantities."""
+        n = self._n
+        places = [i for i in range(n) if not _is_zero(row[i])]
+        return sum(row[i] * row[j] * self[i, j] for i in places for j in places)
+
     def grow(self, std: Any) -> None:
         """The position's standard deviation grows by `std` [m] as a whole, not as independent noise."""
         here = self.entries[0, 0]
@@ -84,12 +91,20 @@ class Covariance:
         for j in range(self._n):
             self.entries[0, j] = self.entries[0, j] * (share * share if j == 0 else share)
 
+    def replaced(self, by: Covariance, where: Any, std: Any = None) -> None:
+        """Take the entries of another one where a condition holds; with `std`, for a position that is not known."""
+        for i, j in self._pairs:
+            entry = by[i, j]
+            if std is not None and i == 0:
+                entry = std * std if j == 0 else 0.0
+            self.entries[i, j] = ca.if_else(where, entry, self.entries[i, j])
+
     def close(self) -> None:
         """Hand the entries back to the graph."""
         for pair in self._pairs:
             i, j = pair
             entry = ca.fmax(self.entries[pair], 0.0) if i == j else self.entries[pair]
-            self._graph.becomes(f"covariance_{i}{j}", entry)
+            self._graph.becomes(f"{self._prefix}covariance_{i}{j}", entry)
 
 
 def _is_zero(value: Any) -> bool:

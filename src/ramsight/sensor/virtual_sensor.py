@@ -32,6 +32,8 @@ OUTPUTS = tuple(UNITS)
 
 IS_REFERENCED = "is_referenced"
 """The state of a sensor that finds its position by itself: whether it has."""
+VARIANCE = "covariance_00"
+"""Its state with the position's variance [m2]."""
 START_STD = 1e-3  # m, of a position given by hand
 
 
@@ -97,6 +99,10 @@ class SensorGraph:
         self._next[name] = expression
         if always:
             self._always.add(name)
+
+    def becoming(self, name: str) -> Any:
+        """What a state is after the sample, as far as it has been said."""
+        return self._next[name]
 
     def pass_over(self, condition: Any) -> None:
         """Samples after which every state is what it was, as if they had never come."""
@@ -208,7 +214,7 @@ class VirtualSensor:
         self._state[place("position")] = position
         if finds:
             self._state[place(IS_REFERENCED)] = 1.0
-            self._state[place("covariance_00")] = std**2
+            self._state[place(VARIANCE)] = std**2
 
     @property
     def state(self) -> dict[str, float]:

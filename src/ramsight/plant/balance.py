@@ -1,0 +1,261 @@
+"""The balance of any circuit: which oil goes where in one step of time, and which torque that costs.
+
+The laws are those of the circuit's own parts, solved implicitly over a step h as one samples a drive,
+
+    z1 = z0 + h f(z1, w, F, p),    tau = tau(z1, w, dw/dt, p),
+
+with w the mean speed of the step. What leaves one node enters another in every iteration, so no oil is made or lost
+however coarse the solution is. Valves open and close within a step: the slope of a flow over its pressure difference
+(`Circuit.coefficient`) is kept for an iteration and renewed for the next (Picard), where a tangent would swing between
+open and closed. Everything else is Newton's method with the elimination written out for the entries that exist.
+
+Friction of the cylinder is left out: whoever solves for the load finds load and friction together. End stops are not in
+it either; a piston that is held is a switch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import lru_cache
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from ramsight.elimination import eliminate
+from ramsight.plant.circuit import Circuit
+from ramsight.plant.cylinder import ATMOSPHERE
+from ramsight.plant.drive import IdealDrive
+from ramsight.plant.oil import Oil
+from ramsight.plant.unit import HydraulicUnit, initial_state
+
+FACTORS = ("leak", "displacement", "compliance")
+"""Factors by which a machine may differ from its data sheet: leakage and displacement of its pumps, and what oil and
+hoses give under pressure."""
+_HELD = 1e4  # 1/s; rate at which the velocity of a held piston ends, fast against any sample
+_ITERATIONS = 2
+_LOAD_STEP = 1e3  # N; for the slope of the pressures at rest over the load, which is constant
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A solved step.
+
+    Attributes:
+        z: states after it.
+        torque: at the motor [N m].
+        balance: what was solved, for derivatives.
+    """
+
+    z: Any
+    torque: Any
+    _factors: Any
+    _torque_by_z: Any
+    _rate_by_load: Any
+    _rate_by_factors: Any
+    _torque_by_factors: Any
+    _balance: Balance
+    _h: Any
+
+    def by_load(self) -> Any:
+        """dz/dF for a load that changes at the step's beginning [state/N]."""
+        return self._balance.solve(self._factors, self._rate_by_load)
+
+    def by_start(self, direction: Any, load: Any = 0.0) -> Any:
+        """How `z` follows a change of the states before the step, with a change of the load beside it [N]."""
+        return self._balance.solve(self._factors, direction / self._h + self._rate_by_load * load)
+
+    def by_factor(self, k: int, before: Any, load: Any) -> Any:
+        """dz/dfactor from that before the step, while the load changes by `load` [N] per factor."""
+        right = before / self._h + self._rate_by_factors[:, k] + self._rate_by_load * load
+        return self._balance.solve(self._factors, right)
+
+    def torque_by(self, direction: Any) -> Any:
+        """How the torque follows a change of `z`."""
+        return ca.mtimes(self._torque_by_z, direction)
+
+    def torque_by_factor(self, k: int) -> Any:
+        """How the torque follows a factor, the states being what they are [N m]."""
+        return self._torque_by_factors[k]
+
+
+class Balance:
+    """The balance of a unit.
+
+    Args:
+        unit: the unit, whatever its circuit.
+
+    Attributes:
+        unit: without friction and end stops, with a motor whose speed is what is reported.
+        states: names of the states; the position is the first.
+        parameters, values: names and values of the circuit's parameters, in the order of `p`.
+
+    Example:
+        >>> from ramsight import machine
+        >>> from ramsight.plant.build import build
+        >>> bench = balance(build("axis", machine.load("eha-test-bench").unit("axis")))
+        >>> bench.states[:4]
+        ('position', 'velocity', 'pressure_chamber_a', 'pressure_chamber_b')
+        >>> z = bench.at_rest(0.1, 5e3)
+        >>> step = bench.step(z, 100.0, 100.0, 0.0, 5e3, bench.parameters_at(bench.values, 313.15), 0.02)
+        >>> bool(step.z[0] > z[0]), round(float(step.torque), 2)
+        (True, 5.04)
+    """
+
+    def __init__(self, unit: HydraulicUnit) -> None:
+        cylinder = replace(
+            unit.cylinder, coulomb_friction=0.0, breakaway_friction=0.0, viscous_friction=0.0, stop_stiffness=0.0
+        )
+        changed: dict[str, Any] = {"cylinder": cylinder, "drive": IdealDrive("drive", unit.drive.inertia)}
+        self.unit: Any = replace(unit, **changed)  # type: ignore[type-var]
+        circuit = Circuit(self.unit.oil, self.unit.tank_pressure, keep_coefficients=True)
+        for part in self.unit.parts():
+            circuit.add(part)
+        self.model = circuit.model(unit.name, audited=False)
+        ode = self.model.ode
+        self.states = tuple(state.name for state in ode.states)
+        self.parameters, self.values = ode.parameters, self.model.values
+        names = {field.name for field in fields(cylinder)}
+        self._without = {f"cylinder.{key}" for key in names if key.endswith("_friction") or key == "stop_stiffness"}
+        self._write(circuit)
+
+    def _write(self, circuit: Circuit) -> None:
+        """The functions of an iteration, of the coefficients and of the torque."""
+        ode = self.model.ode
+        z, speed, load, p = ode.x, ode.u[0], ode.u[1], ode.p
+        slope, held, factors = ode.slope[0], ca.SX.sym("held"), ca.SX.sym("factor", len(FACTORS))
+        kept = ca.vertcat(*(symbol for symbol, _ in circuit.coefficients))
+        expressions = [expression for _, expression in circuit.coefficients]
+        velocity = self.states.index("velocity")
+        rates = ca.vertsplit(ode.rhs)
+        rates[velocity] = ca.if_else(held, -_HELD * z[velocity], rates[velocity])
+        rate = ca.substitute(ca.vertcat(*rates), ode.slope, ca.SX.zeros(2))
+        torque = next(output.expression for output in ode.outputs if output.name == "motor_torque")
+        by_factors = self._with_factors(p, factors)
+        # A coefficient may hold another one: as often as there are any, and none is left.
+        nothing = [ca.SX(0.0)] * len(self._without)
+        gone = [p[self.parameters.index(name)] for name in sorted(self._without)]
+        rate, torque, *expressions = ca.substitute([rate, torque, *expressions], gone, nothing)
+        rate, torque, *expressions = ca.substitute([rate, torque, *expressions], [p], [by_factors])
+        column = ca.vertcat(*expressions) if expressions else ca.SX(0, 1)
+        for _ in expressions:
+            column = ca.substitute(column, kept, column)
+        jacobian = ca.jacobian(rate, z)
+        arguments = [z, speed, load, p, factors]
+        options = {"cse": True}
+        self._coefficients = ca.Function("coefficients", arguments, [column], options)
+        self._iteration = ca.Function(
+            "iteration", [*arguments, kept, held], [rate, ca.vec(jacobian.nz[:])], options
+        )
+        self._sensitive = ca.Function(
+            "sensitive",
+            [*arguments, kept, held],
+            [ca.densify(ca.jacobian(rate, load)), ca.densify(ca.jacobian(rate, factors))],
+            options,
+        )
+        torque = ca.substitute(torque, kept, column)
+        self._torque = ca.Function(
+            "torque",
+            [z, speed, slope, p, factors],
+            [torque, ca.densify(ca.jacobian(torque, z)), ca.densify(ca.jacobian(torque, factors))],
+            options,
+        )
+        self._elimination = eliminate(jacobian.sparsity())
+
+    def _with_factors(self, p: Any, factors: Any) -> Any:
+        """The parameters with the factors on them; leakage does not grow with displacement."""
+        leak, displacement, compliance = ca.vertsplit(factors)
+        changed = {
+            "leak_factor": lambda v: v * leak / displacement,
+            "displacement": lambda v: v * displacement,
+            "bulk_modulus": lambda v: v / compliance,
+        }
+        split = ca.vertsplit(p)
+        return ca.vertcat(
+            *(changed.get(n.rsplit(".", 1)[-1], lambda v: v)(v) for n, v in zip(self.parameters, split, strict=True))
+        )
+
+    def parameters_at(self, p: Any, temperature: Any) -> Any:
+        """The parameters with the oil's temperature [K] among them."""
+        entries = ca.vertsplit(ca.SX(p)) if not isinstance(p, list) else list(p)
+        entries[self.parameters.index("oil_temperature")] = temperature
+        return ca.vertcat(*entries)
+
+    def oil_of(self, symbol: Callable[[str], Any]) -> Oil:
+        """The oil with other values for its numbers, by the parameters' names."""
+        names = [field.name for field in fields(self.unit.oil) if f"oil.{field.name}" in self.parameters]
+        oil: Oil = replace(self.unit.oil, **{name: symbol(f"oil.{name}") for name in names})
+        return oil
+
+    def at_rest(self, position: float, load: float) -> NDArray[np.float64]:
+        """States at rest at a position [m] under a load [N]."""
+        return initial_state(self.unit, self.model, position, load)
+
+    def rest_by_load(self) -> NDArray[np.float64]:
+        """How the states at rest depend on a lifted load, the position being given [state/N]."""
+        middle = 0.5 * self.unit.cylinder.stroke
+        heavy = 1e2 * _LOAD_STEP
+        change = self.at_rest(middle, heavy + _LOAD_STEP) - self.at_rest(middle, heavy)
+        return np.asarray(change / _LOAD_STEP)
+
+    def force(self, z: Any) -> Any:
+        """Load that the chambers' pressures carry [N], positive against lifting."""
+        c = self.unit.cylinder
+        on_a, on_b = (z[self.states.index(f"pressure_{node}")] for node in (c.node_a, c.node_b))
+        return self.unit.lift_sign * (c.area_a * on_a - c.area_b * on_b - ATMOSPHERE * (c.area_a - c.area_b))
+
+    def torque(self, z: Any, speed: Any, acceleration: Any, p: Any, factors: Any = (1.0, 1.0, 1.0)) -> Any:
+        """Torque at the motor [N m] at states, speed [rad/s] and acceleration [rad/s2]."""
+        return self._torque(z, speed, acceleration, p, ca.vertcat(*factors))[0]
+
+    def solve(self, factored: Any, right: Any) -> Any:
+        """Solve (1/h - J) x = right."""
+        return self._elimination.solve(factored, right)
+
+    def step(
+        self,
+        z0: Any,
+        mean_speed: Any,
+        speed: Any,
+        acceleration: Any,
+        load: Any,
+        p: Any,
+        h: Any,
+        *,
+        factors: Sequence[Any] = (1.0, 1.0, 1.0),
+        held: Any = 0.0,
+        guess: Any = None,
+        iterations: int = _ITERATIONS,
+    ) -> Solution:
+        """Solve one step.
+
+        Args:
+            z0: states before it.
+            mean_speed: of the motor during the step [rad/s]; its angle over h.
+            speed, acceleration: at the step's end [rad/s, rad/s2], for the torque.
+            load: at the step's end [N], friction in it.
+            p: the circuit's parameters, from `parameters_at`.
+            h: the step [s].
+            factors: in the order of `FACTORS` [1].
+            held: whether the piston is held where it is.
+            guess: of the states after it; those before it, if none.
+            iterations: how many.
+        """
+        theta = ca.vertcat(*factors)
+        z = z0 if guess is None else guess
+        for _ in range(iterations):
+            kept = self._coefficients(z, mean_speed, load, p, theta)
+            rate, entries = self._iteration(z, mean_speed, load, p, theta, kept, held)
+            factored = self._elimination.factor(entries, 1.0 / h)
+            z = z + self._elimination.solve(factored, rate - (z - z0) / h)
+        by_load, by_factors = self._sensitive(z, mean_speed, load, p, theta, kept, held)
+        torque, torque_by_z, torque_by_factors = self._torque(z, speed, acceleration, p, theta)
+        return Solution(z, torque, factored, torque_by_z, by_load, by_factors, torque_by_factors, self, h)
+
+
+@lru_cache(maxsize=64)
+def balance(unit: HydraulicUnit) -> Balance:
+    """The balance of a unit, made once."""
+    return Balance(unit)

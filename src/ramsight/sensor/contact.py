@@ -1,0 +1,99 @@
+"""Contacts: the piston stands while the pump delivers.
+
+A stop, the ground or an obstacle shows in one way: oil is delivered, and all of it goes into compression. The position
+that the load observer gives stands then, whatever the pressure is, while it would have gone on had the load not changed:
+
+    sum(free travel) > 30 sigma   while   |x - x_contact| < 4 sigma + 15 % of that sum
+
+with sigma of the position by the torque's noise. From there on the piston is *held*: oil may pass the relief valve or be
+drawn from the tank, and none of it moves the piston. Where the contact is, is not decided here (`hypotheses`).
+
+It is let go when the motor turns the other way (oil that decompresses is in the observer, so a piston that still stands
+is seen to stand), or when the torque stays behind what a closed volume would ask for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+
+from ramsight.sensor.load import LoadStep
+from ramsight.sensor.virtual_sensor import SensorGraph
+
+_SURE = 30.0  # standard deviations of the position that the pump has to deliver in vain
+_STILL, _SLIPS = 4.0, 0.15  # standard deviations and share of what was delivered by which it may seem to move
+_PUSHING = 1.0  # rad/s; a motor that turns faster delivers
+_NOISE = 4.0  # standard deviations
+_SOFTER = 0.5  # share of the expected torque's change that compliance does not explain, twice its deviation
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Contacts at a sample.
+
+    Attributes:
+        touched: one has just been found.
+        place: position at which the piston came to stand [m].
+        extending: whether it was extending, 1 or 0.
+        held: whether the piston is held after this sample.
+        released: whether it has just been let go.
+        pushing: whether the motor pushes against what holds it.
+        built: change of the expected torque since it pushes [N m].
+    """
+
+    touched: Any
+    place: Any
+    extending: Any
+    held: Any
+    released: Any
+    pushing: Any
+    built: Any
+
+
+class ContactWatch:
+    """Its states in a sensor's graph."""
+
+    def __init__(self, graph: SensorGraph) -> None:
+        self._graph = graph
+        self.held = graph.state("held")
+        self._direction = graph.state("held_direction")
+        self._anchor = graph.state("standing_place")
+        self._delivered = graph.state("delivered_in_vain")
+        self._leaves, self._left_from = graph.state("leaves"), graph.state("left_from")
+        self._torque = graph.state("torque_when_pushing_began")
+
+    def look(self, step: LoadStep, position: Any) -> Contact:
+        """One sample.
+
+        Args:
+            step: of the load observer.
+            position: of the piston after it [m].
+        """
+        graph, w = self._graph, self._graph.motor_speed
+        sigma, way = step.noise_travel, ca.sign(w)
+        turns = ca.logic_and(ca.fabs(w) > _PUSHING, graph.elapsed > 0.0)
+        free = ca.logic_not(ca.logic_or(self.held, self._leaves))
+        delivered = self._delivered + ca.fabs(step.free_travel)
+        still = ca.fabs(position - self._anchor) < _STILL * sigma + _SLIPS * delivered
+        stands = ca.logic_and(ca.logic_and(turns, free), still)
+        touched = ca.logic_and(stands, delivered > _SURE * sigma)
+        keeps = ca.logic_or(stands, ca.logic_not(graph.elapsed > 0.0))
+        graph.becomes("delivered_in_vain", ca.if_else(ca.logic_and(keeps, ca.logic_not(touched)), delivered, 0.0))
+        graph.becomes("standing_place", ca.if_else(keeps, self._anchor, position))
+
+        pushing = ca.logic_and(self.held, ca.logic_and(turns, way == self._direction))
+        back = ca.logic_and(self.held, ca.logic_and(turns, way != self._direction))
+        built = step.torque - self._torque
+        missing = -step.surprise * ca.sign(built)
+        yields = ca.logic_and(pushing, missing > _NOISE * step.noise + _SOFTER * ca.fabs(built))
+        released = ca.logic_or(back, yields)
+        held = ca.logic_or(touched, ca.logic_and(self.held, ca.logic_not(released)))
+        graph.becomes("held", held)
+        graph.becomes("held_direction", ca.if_else(touched, way, self._direction))
+        graph.becomes("torque_when_pushing_began", ca.if_else(pushing, self._torque, step.torque))
+        away = ca.fabs(position - self._left_from) > _SURE * sigma
+        graph.becomes("leaves", ca.if_else(released, 1.0, ca.if_else(away, 0.0, self._leaves)))
+        graph.becomes("left_from", ca.if_else(released, position, self._left_from))
+        return Contact(touched, self._anchor, way > 0.0, held, released, pushing, built)

@@ -1,0 +1,270 @@
+"""What is not known of the machine, under several hypotheses of where its stops are.
+
+Each hypothesis has its own position, factors (`ramsight.plant.balance.FACTORS`), lag of the thermometer and places of
+the two ends, with their covariance (a Kalman filter of seven states around the load observer's step). They differ in
+what they believe of the ends and of the start:
+
+    as described   both ends are where the description says
+    low, top       the end of the stroke is met somewhere else at the retracted, at the extended end
+    wrong          nobody knows where the piston is; both ends are where the description says
+
+A contact or a reference is a measurement of each of them, weighed by its likelihood; under each it may also be an
+obstacle (or a switch that lies), which is then not used. An end met again and again where it is not expected makes
+hypotheses of undeclared ends likely and moves no position; references that agree with each other make *wrong* likely,
+and the position is found anew. The position said is that of the likeliest, its deviation that of all together.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+
+from ramsight.plant.balance import FACTORS
+from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.uncertainty import Covariance
+from ramsight.sensor.virtual_sensor import SensorGraph
+
+NAMES = ("described", "low", "top", "wrong")
+_WRONG = NAMES.index("wrong")
+POSITION, LEAK, DISPLACEMENT, COMPLIANCE, LAG, LOW, TOP = range(7)
+BOUNDS = ((0.3, 4.0), (0.97, 1.03), (0.4, 2.5))
+"""What the factors are kept within [1]."""
+_LEAST = -12.0  # natural logarithm of the least weight over the largest, so that a hypothesis can come back
+_ADAPTS = 0.2  # share of the newest reference in the mean of the normalised innovations
+_MOST = 25.0  # of a normalised innovation; a larger one is none of a walk
+
+
+@dataclass
+class Hypothesis:
+    """One hypothesis: its means as expressions, its covariance, its weight.
+
+    Attributes:
+        mean: position over the nominal one [m], factors [1], lag [s], places of the ends over the described ones [m].
+        covariance: of these.
+        weight: natural logarithm of its probability, but for a common term.
+    """
+
+    mean: list[Any]
+    covariance: Covariance
+    weight: Any
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a reference or a contact did.
+
+    Attributes:
+        taken: the likeliest hypothesis used it.
+        refused: it did not.
+        moved: by how much that moved the nominal position [m].
+    """
+
+    taken: Any
+    refused: Any
+    moved: Any
+
+
+class Hypotheses:
+    """The hypotheses as states of a sensor's graph.
+
+    Args:
+        graph: gains states.
+        stroke: of the cylinder [m]; number or symbol.
+        assumptions: of machine and stops.
+        known: whether a position is known at all.
+        first: whether this is the first sample.
+        start_variance: of the position at the start [m2].
+    """
+
+    def __init__(
+        self,
+        graph: SensorGraph,
+        stroke: float,
+        assumptions: Assumptions,
+        *,
+        known: Any,
+        first: Any,
+        start_variance: Any,
+    ) -> None:
+        self._graph, self._assumptions = graph, assumptions
+        self._stroke = graph.parameters.add("stroke", stroke)
+        machine, stops, lag = assumptions.machine, assumptions.stops, assumptions.thermometer
+        priors = {
+            "described": (1.0 - 2.0 * stops.undeclared, stops.std, stops.std),
+            "low": (stops.undeclared, stops.elsewhere, stops.std),
+            "top": (stops.undeclared, stops.std, stops.elsewhere),
+            "wrong": (stops.wrong, stops.std, stops.std),
+        }
+        self._unknown = 0.5 * self._stroke
+        self.all: list[Hypothesis] = []
+        for name, (probability, low, top) in priors.items():
+            means = (0.0, 1.0, 1.0, 1.0, lag.lag, 0.0, 0.0)
+            mean = [graph.state(f"{name}_{k}", value) for k, value in enumerate(means)]
+            std = (0.0, machine.leak, machine.displacement, machine.compliance, lag.lag_std, low * stroke, top * stroke)
+            covariance = Covariance(graph, std, prefix=f"{name}_")
+            least = ca.if_else(known, start_variance, self._unknown**2) if name != "wrong" else self._unknown**2
+            covariance.raise_to(POSITION, ca.if_else(first, least, 0.0))
+            weight = graph.state(f"{name}_weight", math.log(probability))
+            self.all.append(Hypothesis(mean, covariance, weight))
+        self._adapt = graph.state("innovations")  # their mean square over the expected one, less 1
+
+    def _probabilities(self) -> list[Any]:
+        largest = self._largest()
+        raw = [ca.exp(h.weight - largest) for h in self.all]
+        total = sum(raw)
+        return [value / total for value in raw]
+
+    def _largest(self) -> Any:
+        largest = self.all[0].weight
+        for h in self.all[1:]:
+            largest = ca.fmax(largest, h.weight)
+        return largest
+
+    def _best(self, values: list[Any]) -> Any:
+        """The value that belongs to the likeliest hypothesis."""
+        largest = self._largest()
+        chosen = values[-1]
+        for h, value in reversed(list(zip(self.all, values, strict=True))):
+            chosen = ca.if_else(h.weight >= largest, value, chosen)
+        return chosen
+
+    def means(self) -> list[Any]:
+        """Factors and lag over all hypotheses."""
+        weights = self._probabilities()
+        return [
+            sum(w * h.mean[k] for w, h in zip(weights, self.all, strict=True))
+            for k in (LEAK, DISPLACEMENT, COMPLIANCE, LAG)
+        ]
+
+    def predict(self, travel: Any, travel_by: list[Any], around: list[Any], noise: Any, grows: Any, leak: Any) -> None:
+        """Go with the load observer's step.
+
+        Args:
+            travel: of the piston [m].
+            travel_by: its derivatives with respect to factors and lag [m, m/s].
+            around: factors and lag that the step was made with.
+            noise: variance that the position gains beside the way's [m2].
+            grows: by which the position's standard deviation grows as a whole [m].
+            leak: standard deviation that the leakage gains beside its walk [1].
+        """
+        machine, dt = self._assumptions.machine, self._graph.elapsed
+        adapt = 1.0 + ca.fmax(self._adapt, 0.0)
+        walk = [machine.leak_walk**2 * dt * adapt + leak**2, machine.displacement_walk**2 * dt]
+        walk += [machine.compliance_walk**2 * dt, 0.0, 0.0, 0.0]
+        along = machine.walk**2 * ca.fabs(travel) + noise
+        for h in self.all:
+            other = zip(travel_by, h.mean[LEAK:LOW], around, strict=True)
+            h.mean[POSITION] = h.mean[POSITION] + sum(by * (mine - used) for by, mine, used in other)
+            h.covariance.predict([0.0, *travel_by, 0.0, 0.0], [along, *walk])
+            h.covariance.grow(grows)
+
+    def floor(self, leak: Any) -> None:
+        """Leakage is never better known than this standard deviation [1]."""
+        for h in self.all:
+            h.covariance.raise_to(LEAK, leak**2)
+
+    def torque(self, row: list[Any], around: list[Any], surprise: Any, variance: Any, use: Any, which: int) -> None:
+        """A torque that does not depend on the load tells one factor; the others are considered.
+
+        Args:
+            row: derivatives of the torque with respect to factors and lag [N m, N m/s].
+            around: the values that it was expected with.
+            surprise: torque less the expected one [N m].
+            variance: of the torque [N2 m2].
+            use: whether it tells.
+            which: the factor that it corrects.
+        """
+        full = [0.0, *row, 0.0, 0.0]
+        for h in self.all:
+            own = sum(by * (m - used) for by, m, used in zip(row, h.mean[LEAK:LOW], around, strict=True))
+            self._correct(h, h.covariance.update(full, surprise - own, variance, use, only=[which]))
+
+    def _correct(self, h: Hypothesis, changes: list[Any]) -> None:
+        h.mean = [value + change for value, change in zip(h.mean, changes, strict=True)]
+        for k, (least, most) in enumerate(BOUNDS, LEAK):
+            h.mean[k] = ca.fmin(ca.fmax(h.mean[k], least), most)
+
+    def measure(self, place: Any, nominal: Any, low: Any, top: Any, variance: Any, doubt: Any, use: Any) -> Measured:
+        """Take a contact or a reference.
+
+        Args:
+            place: where it is by the description [m].
+            nominal: where the nominal position is at it [m].
+            low, top: 1 for a contact at that end.
+            variance: of its own [m2].
+            doubt: probability that it is neither an end nor a reference.
+            use: whether there is one.
+        """
+        row = [1.0, 0.0, 0.0, 0.0, 0.0, -low, -top]
+        chance = ca.log(doubt / self._stroke)  # of its density, were it anywhere in the stroke
+        used, normal = [], []
+        for k, h in enumerate(self.all):
+            m = h.mean
+            innovation = place + low * m[LOW] + top * m[TOP] - (nominal + m[POSITION])
+            total = h.covariance.variance(row) + variance
+            likelihood = -0.5 * (innovation**2 / total + ca.log(2.0 * math.pi * total))
+            fits = ca.logic_and(use, likelihood > chance)
+            h.weight = h.weight + ca.if_else(use, ca.fmax(likelihood, chance), 0.0)
+            corrected = [POSITION, LEAK, DISPLACEMENT, LAG, LOW, TOP]
+            self._correct(h, h.covariance.update(row, innovation, variance, fits, only=corrected))
+            used.append(fits)
+            normal.append(innovation**2 / total)
+        largest = self._largest()
+        for h in self.all:
+            h.weight = ca.fmax(h.weight - largest, _LEAST)
+        taken = self._best(used)
+        newest = ca.fmin(self._best(normal), _MOST)
+        adapt = self._adapt + _ADAPTS * (newest - 1.0 - self._adapt)
+        self._graph.becomes("innovations", ca.if_else(taken, adapt, self._adapt))
+        self._renew(taken)
+        moved = self._recentre()
+        return Measured(taken, ca.logic_and(use, ca.logic_not(taken)), moved)
+
+    def _renew(self, taken: Any) -> None:
+        """After a reference: what was *wrong* and is likeliest becomes the first; *wrong* begins anew."""
+        first, wrong = self.all[0], self.all[_WRONG]
+        found = ca.logic_and(taken, self._best([float(h is wrong) for h in self.all]))
+        first.covariance.replaced(wrong.covariance, found)
+        first.mean = [ca.if_else(found, b, a) for a, b in zip(first.mean, wrong.mean, strict=True)]
+        first.weight = ca.if_else(found, wrong.weight, first.weight)
+        unlikely = wrong.weight < math.log(0.1)
+        anew = ca.logic_or(found, ca.logic_and(taken, unlikely))
+        wrong.covariance.replaced(first.covariance, anew, std=self._unknown)
+        wrong.mean = [ca.if_else(anew, b, a) for a, b in zip(wrong.mean, first.mean, strict=True)]
+        wrong.weight = ca.if_else(anew, math.log(self._assumptions.stops.wrong), wrong.weight)
+
+    def _recentre(self) -> Any:
+        """Make the likeliest position the nominal one; by how much that moves it [m]."""
+        moved = self._best([h.mean[POSITION] for h in self.all])
+        for h in self.all:
+            h.mean[POSITION] = h.mean[POSITION] - moved
+        return moved
+
+    def variance(self) -> Any:
+        """Of the position over all hypotheses, about the nominal one [m2].
+
+        A position that may be anywhere counts with what evidence has added to the probability that it had from the
+        start: the band is that of a position which was right when it was given.
+        """
+        weights = self._probabilities()
+        weights[_WRONG] = ca.fmax(weights[_WRONG] - self._assumptions.stops.wrong, 0.0)
+        return sum(
+            w * (h.covariance[POSITION, POSITION] + h.mean[POSITION] ** 2)
+            for w, h in zip(weights, self.all, strict=True)
+        )
+
+    def factor_std(self, k: int) -> Any:
+        """Standard deviation of a factor under the likeliest hypothesis [1]."""
+        return ca.sqrt(ca.fmax(self._best([h.covariance[k, k] for h in self.all]), 0.0))
+
+    def close(self) -> None:
+        """Hand all back to the graph."""
+        for name, h in zip(NAMES, self.all, strict=True):
+            h.covariance.limit(self._stroke)
+            h.covariance.close()
+            for k, value in enumerate(h.mean):
+                self._graph.becomes(f"{name}_{k}", value)
+            self._graph.becomes(f"{name}_weight", h.weight)

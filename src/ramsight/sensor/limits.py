@@ -1,0 +1,55 @@
+"""What a machine's own data say of the largest pressure, torque and load."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ramsight.plant.oil import T40
+from ramsight.plant.pump import Pump
+from ramsight.plant.unit import HydraulicUnit
+from ramsight.plant.valve import ReliefValve
+
+_UNLIMITED = 350e5  # Pa; the usual highest pressure of mobile hydraulics, for a circuit without a relief valve
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits of a unit.
+
+    Attributes:
+        pressure: highest setting of its relief valves [Pa].
+        load: that this pressure carries on the held side [N].
+        torque: of the motor at this pressure on the side that asks for more [N m].
+        largest_torque: that both sides together could ask for [N m].
+        leak_velocity: with which leakage moves the piston at this pressure and 40 degC [m/s].
+        max_speed: of the motor [rad/s].
+    """
+
+    pressure: float
+    load: float
+    torque: float
+    largest_torque: float
+    leak_velocity: float
+    max_speed: float
+
+
+def limits_of(unit: HydraulicUnit) -> Limits:
+    """The limits of a unit, from its parts."""
+    parts = unit.parts()
+    settings = [part.setting for part in parts if isinstance(part, ReliefValve)]
+    pressure = max(settings, default=_UNLIMITED)
+    area = float(unit.cylinder.area(unit.held))
+    pumps = [part for part in parts if isinstance(part, Pump)]
+    viscosity, density = float(unit.oil.viscosity(T40)), float(unit.oil.density_at(T40))
+    leak = sum(abs(float(p.leakage(0.0, pressure, viscosity, density))) for p in pumps)
+    needed = sum(abs(p.belt * float(p.torque(p.nominal_speed, pressure, viscosity))) for p in pumps)
+    return Limits(
+        pressure=float(pressure),
+        load=float(pressure) * area,
+        torque=float(unit.travel_per_radian) * float(pressure) * area,
+        largest_torque=needed,
+        leak_velocity=leak / area,
+        max_speed=float(unit.max_speed),
+    )
+
+

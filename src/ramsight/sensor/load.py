@@ -1,0 +1,242 @@
+"""The load, from the motor's torque: the circuit is simulated under a load that the torque corrects.
+
+The reported speed drives the circuit's own equations (`ramsight.plant.balance`), and of all that is in them only the
+load is unknown. A torque that is not what the equations say corrects the load and nothing else, so that oil is never
+made: if the load turns out to be heavier, the oil under it gives way, and the piston moves by just that.
+
+    nu = tau - tau(z1 | F0),    F1 = F0 + K nu,    K = P H / (H^2 P + R),    H = dtau/dF
+
+Before the load has ever been seen it is not known how much oil the chambers hold under it: then the correction is one of
+the initial pressures, at a position that is known. The two corrections share nu by their variances.
+
+The gain is never above 1/(travel per angle), which is what virtual work allows: tau dphi = F dx.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+
+from ramsight.plant.balance import FACTORS, Balance, Solution
+from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.limits import Limits
+from ramsight.sensor.virtual_sensor import SensorGraph
+
+_SHORTEST = 1e-3  # s; a step that is solved even where no time passed, and not used then
+_GATE = 16.0  # a torque four standard deviations away is a load that jumped, not noise
+_SEEN_AT = 0.5  # share of what virtual work says that a torque shows of a load, from which it is seen
+_STANDING = 1.0  # rad/s; friction of a motor slower than this has a sign that nobody knows
+_SETTLES = 0.05  # s; for static compliance, long against the oscillation of mass and oil
+
+
+@dataclass(frozen=True)
+class LoadStep:
+    """What the observer says of a sample.
+
+    Attributes:
+        travel: of the piston since the last sample [m].
+        free_travel: what it would be had the load not changed [m].
+        travel_by: derivatives of `travel` with respect to `FACTORS` [m].
+        torque_by: of the torque, with respect to `FACTORS`, since the pistons stands [N m].
+        surprise: torque less what was expected [N m].
+        noise: standard deviation of the torque [N m].
+        friction: of the motor and the pumps at standstill, its sign unknown [N m].
+        noise_travel: of the position from that noise [m].
+        give: travel per load that the oil's compression allows [m/N].
+        seen: how much the torque shows of the load, 1 where virtual work holds, 0 where it is blind [1].
+        load: on the piston, friction in it [N].
+        carried: load that the pressures carry [N].
+        torque: as expected after the correction [N m].
+        z: the circuit's states.
+        velocity: of the piston [m/s].
+    """
+
+    travel: Any
+    free_travel: Any
+    travel_by: tuple[Any, ...]
+    torque_by: tuple[Any, ...]
+    surprise: Any
+    noise: Any
+    friction: Any
+    noise_travel: Any
+    give: Any
+    seen: Any
+    load: Any
+    carried: Any
+    torque: Any
+    z: Any
+    velocity: Any
+
+
+class LoadObserver:
+    """States of the observer in a sensor's graph.
+
+    Args:
+        graph: gains states.
+        balance: of the unit.
+        limits: of the unit.
+        assumptions: of drive and machine.
+    """
+
+    def __init__(self, graph: SensorGraph, balance: Balance, limits: Limits, assumptions: Assumptions) -> None:
+        self._graph, self._balance, self._assumptions = graph, balance, assumptions
+        add = graph.parameters.add
+        names = balance.parameters
+        self._p = [add(f"circuit.{n}", float(v)) for n, v in zip(names, balance.values, strict=True)]
+        self._per_angle = graph.parameters.symbol("travel_per_radian")
+        self._relief_load, self._relief_torque = add("relief_load", limits.load), add("relief_torque", limits.torque)
+        load = 0.5 * limits.load
+        start = balance.at_rest(0.5 * balance.unit.cylinder.stroke, load)
+        self._before = [graph.position]
+        self._before += [graph.state(n, float(v)) for n, v in zip(balance.states[1:], start[1:], strict=True)]
+        self._load = graph.state("load", load)
+        self._walked = graph.state("load_variance")
+        self._initial = graph.state("first_load_variance", (0.3 * limits.load) ** 2)
+        self._slopes = {
+            name: [graph.state(f"{state}_by_{name}") for state in (*balance.states[1:], "load")] for name in FACTORS
+        }
+
+    def step(self, factors: list[Any], held: Any) -> LoadStep:
+        """One sample.
+
+        Args:
+            factors: in the order of `FACTORS`, as believed before the sample.
+            held: whether the piston is held where it is.
+        """
+        graph, balance = self._graph, self._balance
+        drive, machine = self._assumptions.drive, self._assumptions.machine
+        h = ca.fmax(graph.elapsed, _SHORTEST)
+        mean, w = 0.5 * (graph.last_speed + graph.motor_speed), graph.motor_speed
+        acceleration = (w - graph.last_speed) / h
+        p = balance.parameters_at(self._p, graph.oil_temperature)
+        before = ca.vertcat(*self._before)
+        load = self._load
+
+        def solve(z0: Any, load: Any, guess: Any, iterations: int) -> Solution:
+            return balance.step(
+                z0, mean, w, acceleration, load, p, h, factors=factors, held=held, guess=guess, iterations=iterations
+            )
+
+        first = solve(before, load, before, 3)
+        by_load = first.by_load()
+        by_first = ca.DM(balance.rest_by_load())
+        by_initial = first.by_start(by_first, 1.0)
+        h_walked, h_initial = first.torque_by(by_load), first.torque_by(by_initial)
+        surprise = graph.motor_torque - first.torque
+
+        noise2, friction = self._noise(first, p, h)
+        unit = self._per_angle
+        walked = self._walked + (machine.load_walk * self._relief_load) ** 2 * h / (
+            1.0 + self._initial * unit**2 / (drive.torque * self._relief_torque) ** 2
+        )
+        initial = self._initial
+        total = h_initial**2 * initial + h_walked**2 * walked + noise2
+        # A load that jumps: as much uncertainty as explains the torque, on whichever of the two is larger.
+        anew = initial > walked
+        most = ca.if_else(anew, h_initial, h_walked)
+        jumps = ca.logic_and(surprise**2 > _GATE * total, ca.fabs(most) > _SEEN_AT * unit)
+        more = ca.if_else(jumps, (surprise**2 / _GATE - total) / ca.fmax(most**2, (_SEEN_AT * unit) ** 2), 0.0)
+        initial, walked = initial + ca.if_else(anew, more, 0.0), walked + ca.if_else(anew, 0.0, more)
+        total = h_initial**2 * initial + h_walked**2 * walked + noise2
+        gains = [h_initial * initial / total, h_walked * walked / total]
+        share = ca.fmax(1.0, ca.fabs(gains[0] + gains[1]) * unit)
+        k_initial, k_walked = (ca.if_else(held, 0.0, gain / share) for gain in gains)
+
+        d_initial, d_walked = k_initial * surprise, k_walked * surprise
+        corrected = load + d_initial + d_walked
+        z0 = before + by_first * d_initial
+        second = solve(z0, corrected, first.z + by_load * d_walked + by_initial * d_initial, 2)
+        moves = graph.elapsed > 0.0
+        z = ca.if_else(moves, second.z, before)
+        self._keep(z, ca.if_else(moves, corrected, load))
+        graph.becomes("load_variance", ca.if_else(moves, (1.0 - k_walked * h_walked) * walked, self._walked))
+        kept = ca.if_else(moves, (1.0 - k_initial * h_initial) * initial, self._initial)
+        graph.becomes("first_load_variance", kept)
+        travel_by, torque_by = self._follow(first, by_load, k_initial + k_walked, moves, held)
+        settled = ca.fmax(h, _SETTLES)
+        static = balance.step(
+            first.z, mean, w, 0.0, load, p, settled, factors=factors, held=0.0, guess=first.z, iterations=1
+        )
+        give = ca.fabs(static.by_load()[0])
+        self._graph.becomes("expected_torque", second.torque)
+        noise = drive.torque * self._relief_torque
+        return LoadStep(
+            travel=ca.if_else(moves, second.z[0] - before[0], 0.0),
+            free_travel=ca.if_else(moves, first.z[0] - before[0], 0.0),
+            travel_by=travel_by,
+            torque_by=torque_by,
+            surprise=surprise,
+            noise=ca.sqrt(noise2),
+            friction=friction,
+            noise_travel=give * noise / unit,
+            give=give,
+            seen=ca.fmin(ca.fabs(h_walked) / unit, 1.0),
+            load=ca.if_else(moves, corrected, load),
+            carried=balance.force(z),
+            torque=second.torque,
+            z=z,
+            velocity=z[1],
+        )
+
+    def _keep(self, z: Any, load: Any) -> None:
+        """What the states are after the sample; the position is the filter's."""
+        for k, name in enumerate(self._balance.states[1:], 1):
+            self._graph.becomes(name, z[k])
+        self._graph.becomes("load", load)
+
+    def _noise(self, first: Solution, p: Any, h: Any) -> tuple[Any, Any]:
+        """Variance of the torque at this sample [N2 m2], and friction at standstill [N m].
+
+        Beside the drive's own: how the expected torque changes within the drive's delay, which is large where a valve
+        opens and fades with the delay; and friction of unknown sign at standstill, which stays what it is for long.
+        """
+        graph, drive = self._graph, self._assumptions.drive
+        last, timing = graph.state("expected_torque"), graph.state("timing_variance")
+        change = (first.torque - last) * ca.fmin(drive.delay / h, 1.0)
+        timing_1 = ca.fmax(change**2, timing * ca.exp(-h / drive.delay))
+        timing_1 = ca.if_else(graph.held("started"), timing_1, 0.0)
+        graph.becomes("timing_variance", timing_1)
+        up, down = (self._balance.torque(first.z, sign * 3.0 * _STANDING, 0.0, p) for sign in (1.0, -1.0))
+        stands = ca.fabs(graph.motor_speed) < _STANDING
+        friction = 0.5 * (up - down)
+        lasting = ca.if_else(stands, friction**2 * drive.standstill / h, 0.0)
+        return (drive.torque * self._relief_torque) ** 2 + timing_1 + lasting, friction
+
+    def _follow(
+        self, first: Solution, by_load: Any, gain: Any, moves: Any, held: Any
+    ) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+        """How the step would have been with other factors, the same torques correcting the load: its derivatives."""
+        travel, torque = [], []
+        for k, name in enumerate(FACTORS):
+            *z0, load0 = self._slopes[name]
+            before = ca.vertcat(0.0, *z0)
+            free = first.by_factor(k, before, load0)
+            shown = first.torque_by(free) + first.torque_by_factor(k)
+            change = -gain * shown
+            z = free + by_load * change
+            after = [z[i] for i in range(1, z.numel())] + [load0 + change]
+            states = (*self._balance.states[1:], "load")
+            for state, old, new in zip(states, self._slopes[name], after, strict=True):
+                self._graph.becomes(f"{state}_by_{name}", ca.if_else(moves, new, old))
+            travel.append(ca.if_else(moves, z[0], 0.0))
+            torque.append(shown)
+        return tuple(travel), tuple(torque)
+
+    def release(self, released: Any, carried: Any) -> None:
+        """Let go of a piston that was held: the load is what the pressures carry."""
+        self._graph.becomes("load", ca.if_else(released, carried, self._graph.becoming("load")))
+
+    def shift(self, changes: list[Any]) -> None:
+        """Let the pressures follow factors that have changed, by their derivatives.
+
+        Args:
+            changes: of the factors, in the order of `FACTORS`.
+        """
+        for state in (*self._balance.states[1:], "load"):
+            moved = sum(
+                change * self._graph.becoming(f"{state}_by_{name}")
+                for name, change in zip(FACTORS, changes, strict=True)
+            )
+            self._graph.becomes(state, self._graph.becoming(state) + moved)
