@@ -9,8 +9,8 @@ however coarse the solution is. Valves open and close within a step: the slope o
 (`Circuit.coefficient`) is kept for an iteration and renewed for the next (Picard), where a tangent would swing between
 open and closed. Everything else is Newton's method with the elimination written out for the entries that exist.
 
-Friction of the cylinder is left out: whoever solves for the load finds load and friction together. End stops are not in
-it either; a piston that is held is a switch.
+Friction and inertia of the cylinder are left out: whoever solves for the load finds all three together, and pressures
+follow the load at once. End stops are not in it either; a piston that is held is a switch.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ FACTORS = ("leak", "displacement", "compliance")
 """Factors by which a machine may differ from its data sheet: leakage and displacement of its pumps, and what oil and
 hoses give under pressure."""
 _HELD = 1e4  # 1/s; rate at which the velocity of a held piston ends, fast against any sample
+_MASSLESS = 1e-4  # share of the mass that is left: oscillations are a hundred times faster than the machine's
 _ITERATIONS = 2
 _LOAD_STEP = 1e3  # N; for the slope of the pressures at rest over the load, which is constant
 
@@ -106,7 +107,12 @@ class Balance:
 
     def __init__(self, unit: HydraulicUnit) -> None:
         cylinder = replace(
-            unit.cylinder, coulomb_friction=0.0, breakaway_friction=0.0, viscous_friction=0.0, stop_stiffness=0.0
+            unit.cylinder,
+            coulomb_friction=0.0,
+            breakaway_friction=0.0,
+            viscous_friction=0.0,
+            stop_stiffness=0.0,
+            mass=_MASSLESS * unit.cylinder.mass,
         )
         changed: dict[str, Any] = {"cylinder": cylinder, "drive": IdealDrive("drive", unit.drive.inertia)}
         self.unit: Any = replace(unit, **changed)  # type: ignore[type-var]

@@ -34,6 +34,7 @@ _CORRELATED = 0.2  # s; for which errors of the torque stay what they are
 _MODEL = 0.1  # share of a torque by which a closed volume's equation may err
 _FRICTION = 0.02  # of a torque, by the pumps' hydromechanical efficiency
 _SLOWEST = 60.0  # s; time constant of the slow temperature, from whose distance the rate of change follows
+_VAGUE = 0.1  # share of the stroke: with a larger standard deviation the motor's direction says which end it is
 _SIGMAS = 3.0  # standard deviations outside the stroke that no position is
 
 
@@ -118,6 +119,9 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
         disputed=disputed_1,
         known=known,
     )
+    import os  # DEBUG
+    if os.environ.get("RS_DEBUG"):  # DEBUG
+        graph.debug = dict(touched=contact.touched, held=contact.held, delivered=graph.becoming("delivered_in_vain"), surprise=step.surprise, noise=step.noise, seen=step.seen, taken=measured.taken, moved=measured.moved, place=contact.place, free=step.free_travel, released=contact.released, doubt=doubt, give=step.give, **{f"w{i}": x for i, x in enumerate(bank._probabilities())})  # DEBUG
     factors = [(after[k], bank.factor_std(k + LEAK)) for k in range(len(FACTORS))]
     bank.close()
     return _report(graph, step, intake, position, std, code, factors, measured.taken, contact.held, circuit, limits)
@@ -180,9 +184,11 @@ def _measure(
     outside = ca.logic_and(referenced, beyond > _SIGMAS * ca.sqrt(bank.variance()) + stops.contact * stroke)
     touched = ca.logic_or(contact.touched, outside)
     given = graph.referenced
-    top = ca.if_else(contact.touched, contact.extending, nominal > 0.5 * stroke)
-    by_contact = ca.logic_and(touched, ca.logic_not(given))
     at = ca.if_else(contact.touched, contact.place, nominal)
+    nearer = at > 0.5 * stroke
+    vague = ca.logic_or(ca.logic_not(referenced), bank.variance() > (_VAGUE * stroke) ** 2)
+    top = ca.if_else(ca.logic_and(contact.touched, vague), contact.extending, nearer)
+    by_contact = ca.logic_and(touched, ca.logic_not(given))
     own = ca.if_else(contact.touched, (stops.contact * stroke) ** 2, bank.variance() + (stops.contact * stroke) ** 2)
     measured = bank.measure(
         ca.if_else(given, graph.reference, ca.if_else(top, stroke, 0.0)),
@@ -237,6 +243,7 @@ def _report(
     for name, (value, error) in zip(FACTORS, factors, strict=True):
         more[f"{name}_factor"] = (value, "1")
         more[f"{name}_factor_std"] = (error, "1")
+    more.update({f"d_{k}": (v, "1") for k, v in getattr(graph, "debug", {}).items()})  # DEBUG
     return graph.sensor(
         "kalman", position=shown_1, velocity=velocity, load=step.load, std=deviation, status=status, more=more
     )

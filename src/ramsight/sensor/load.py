@@ -114,19 +114,20 @@ class LoadObserver:
         before = ca.vertcat(*self._before)
         load = self._load
 
-        def solve(z0: Any, load: Any, guess: Any, iterations: int) -> Solution:
+        def solve(z0: Any, load: Any, guess: Any, iterations: int, speed: Any = mean) -> Solution:
             return balance.step(
-                z0, mean, w, acceleration, load, p, h, factors=factors, held=held, guess=guess, iterations=iterations
+                z0, speed, w, acceleration, load, p, h, factors=factors, held=held, guess=guess, iterations=iterations
             )
 
         first = solve(before, load, before, 3)
+        early = solve(before, load, before, 2, w)
         by_load = first.by_load()
         by_first = ca.DM(balance.rest_by_load())
         by_initial = first.by_start(by_first, 1.0)
         h_walked, h_initial = first.torque_by(by_load), first.torque_by(by_initial)
         surprise = graph.motor_torque - first.torque
 
-        noise2, friction = self._noise(first, p, h)
+        noise2, friction = self._noise(first, early.torque - first.torque, p, h)
         unit = self._per_angle
         walked = self._walked + (machine.load_walk * self._relief_load) ** 2 * h / (
             1.0 + self._initial * unit**2 / (drive.torque * self._relief_torque) ** 2
@@ -186,16 +187,17 @@ class LoadObserver:
             self._graph.becomes(name, z[k])
         self._graph.becomes("load", load)
 
-    def _noise(self, first: Solution, p: Any, h: Any) -> tuple[Any, Any]:
+    def _noise(self, first: Solution, early: Any, p: Any, h: Any) -> tuple[Any, Any]:
         """Variance of the torque at this sample [N2 m2], and friction at standstill [N m].
 
-        Beside the drive's own: how the expected torque changes within the drive's delay, which is large where a valve
-        opens and fades with the delay; and friction of unknown sign at standstill, which stays what it is for long.
+        Beside the drive's own: how the expected torque changes within the drive's delay, and by how much it would be
+        another were the motor already as fast as at the sample's end (`early`), both of which are large where a valve
+        opens, and fade with the delay; and friction of unknown sign at standstill, which stays what it is for long.
         """
         graph, drive = self._graph, self._assumptions.drive
         last, timing = graph.state("expected_torque"), graph.state("timing_variance")
         change = (first.torque - last) * ca.fmin(drive.delay / h, 1.0)
-        timing_1 = ca.fmax(change**2, timing * ca.exp(-h / drive.delay))
+        timing_1 = ca.fmax(ca.fmax(change**2, early**2), timing * ca.exp(-h / drive.delay))
         timing_1 = ca.if_else(graph.held("started"), timing_1, 0.0)
         graph.becomes("timing_variance", timing_1)
         up, down = (self._balance.torque(first.z, sign * 3.0 * _STANDING, 0.0, p) for sign in (1.0, -1.0))
