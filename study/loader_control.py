@@ -19,7 +19,7 @@ from ramsight.duty.live import Reported
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.linkage import holding_forces, joints, tip
 from ramsight.plant.linked import LinkedMachine, build
-from ramsight.sensor.kalman import Doubt
+from ramsight.sensor.assumptions import Assumptions, Machine
 
 UNITS = ("boom", "bucket")
 START = {"boom": 0.2, "bucket": 0.25}
@@ -27,7 +27,7 @@ PAYLOADS = (0.0, 3000.0, 6000.0)  # kg; a third of the targets with each
 TARGETS = 30
 _INSIDE = (0.08, 0.92)  # shares of the strokes
 _HOLDABLE = 0.8  # share of the load at relief pressure that targets may ask for
-KNOWN = Doubt(leak=0.03)
+KNOWN = Assumptions(machine=Machine(leak=0.03))
 """Of a machine whose leakage was measured, by `leaktest` or `identify`, and found to be its data sheet's."""
 DEVIATIONS = tuple(product((0.8, 1.2), (-3.0, 3.0)))  # leakage over the data sheet's, thermometers' error [K]
 
@@ -83,7 +83,7 @@ def arrivals(
     offset: float = 0.0,
     seed: int = 0,
     targets: int = TARGETS,
-    doubt: Doubt | None = None,
+    assumptions: Assumptions | None = None,
     listens: bool = False,
 ) -> list[Arrival]:
     """Load the machine, reference it, send it from target to target; anew for each payload.
@@ -99,7 +99,7 @@ def arrivals(
             temperature_offset=offset,
             feedback=feedback,
             seed=len(PAYLOADS) * seed + series,
-            doubt=doubt,
+            assumptions=assumptions,
         )
         loop.load(payload, 2.0)
         visit(loop, references, listens)
@@ -204,7 +204,7 @@ def study(advance: Callable[[float], object] = lambda _: None, seeds: int = 2) -
     for feedback in Feedback:
         passed: list[Arrival] = []
         for seed in range(seeds):
-            passed += arrivals(sheet, sheet, references=1, feedback=feedback, seed=seed, doubt=KNOWN)
+            passed += arrivals(sheet, sheet, references=1, feedback=feedback, seed=seed, assumptions=KNOWN)
             advance(1)
         found[f"sheet_{feedback.name.lower()}"] = summed(passed)
     ways = {
@@ -213,12 +213,12 @@ def study(advance: Callable[[float], object] = lambda _: None, seeds: int = 2) -
         "deviating_once_listening": (1, None, True),
         "deviating_unlearned": (1, KNOWN, False),
     }
-    for name, (references, doubt, listens) in ways.items():
+    for name, (references, assumptions, listens) in ways.items():
         passed = []
         for seed, (leak, offset) in enumerate(DEVIATIONS):
             actual = as_built(sheet, leak)
             passed += arrivals(
-                sheet, actual, references=references, offset=offset, seed=seed, doubt=doubt, listens=listens
+                sheet, actual, references=references, offset=offset, seed=seed, assumptions=assumptions, listens=listens
             )
             advance(1)
         found[name] = summed(passed)

@@ -256,7 +256,7 @@ def track(
     from ramsight.logs import open_log, read_truth
     from ramsight.machine import load as load_machine
     from ramsight.output import DATASET_FILES, check_installed, check_target
-    from ramsight.plant.ddh import build
+    from ramsight.plant.build import build
     from ramsight.progress import progress
     from ramsight.sensor.keeping import StateFile, said
     from ramsight.study.figures import tracked_figure
@@ -269,13 +269,13 @@ def track(
         check_installed(out)
     check_target(figure, (".png", ".svg", ".pdf"))
     description = load_machine(machine)
-    ddh = build(unit, description.unit(unit))
-    stroke = format_si(ddh.cylinder.stroke, "mm")
+    built = build(unit, description.unit(unit))
+    stroke = format_si(built.cylinder.stroke, "mm")
     position = None if start is None else parse_option(start, "m", "--start", least="0 mm", most=stroke)
     std = parse_option(start_std, "m", "--start-std", least="0.01 mm", most=stroke)
     true = None if truth is None else read_truth(truth)
     with progress(TABLE_RUNS, "calibrating the table") as bar:
-        virtual = sensor_for(ddh, sensor, advance=bar.advance)
+        virtual = sensor_for(built, sensor, advance=bar.advance)
     kept = None if state is None else StateFile(state, virtual)
     if kept is not None and position is None:
         typer.echo(said(kept.resume(), kept.path))
@@ -353,7 +353,7 @@ def calibrate(
     from ramsight.calibration.sensor_file import SUFFIX, save
     from ramsight.machine import load as load_machine
     from ramsight.output import check_target
-    from ramsight.plant.ddh import build
+    from ramsight.plant.build import build
     from ramsight.progress import progress
     from ramsight.units import format_si, parse_option
 
@@ -410,10 +410,10 @@ def leaktest(
     from ramsight.calibration.leakage import leak_test, leak_test_summary
     from ramsight.logs import read_drive_log
     from ramsight.machine import load as load_machine
-    from ramsight.plant.ddh import build
+    from ramsight.plant.build import build
 
-    ddh = build(unit, load_machine(machine).unit(unit))
-    typer.echo(leak_test_summary(leak_test(ddh, read_drive_log(log, strict=True))))
+    built = build(unit, load_machine(machine).unit(unit))
+    typer.echo(leak_test_summary(leak_test(built, read_drive_log(log, strict=True))))
 
 
 @app.command()
@@ -597,7 +597,7 @@ def encoder(
     from ramsight.logs.source import needs
     from ramsight.machine import load as load_machine
     from ramsight.output import atomic_path, check_target
-    from ramsight.plant.ddh import build
+    from ramsight.plant.build import build
     from ramsight.units import parse_option
 
     needs("canopen", "can", channel)
@@ -617,9 +617,9 @@ def encoder(
         else parse_option(rated_torque, "N m", "--rated-torque", least="0.01 N m", most="1e5 N m")
     )
     settings = Settings(node_id, drive_node, serial, overrides(hold, within))
-    ddh = build(unit, load_machine(machine).unit(unit))
+    built = build(unit, load_machine(machine).unit(unit))
     meanings = drive_map(drive_node, objects.split(","), rated) if channel_map is None else load_map(channel_map)
-    ready = encoder_for(ddh, meanings, settings, state, aside=True)
+    ready = encoder_for(built, meanings, settings, state, aside=True)
     if eds is not None:
         with atomic_path(eds) as draft:
             draft.write_text(eds_text(), encoding="ascii")

@@ -15,13 +15,12 @@ from ramsight.duty.lift_lower import SPEED
 from ramsight.engine.cache import cache_directory, content_hash, instructions
 from ramsight.engine.run import DEFAULT_RTOL
 from ramsight.errors import OutputError
-from ramsight.plant.ddh import DdhUnit
-from ramsight.plant.unit import circuit
+from ramsight.plant.unit import HydraulicUnit, circuit
 from ramsight.sensor.table import MovementTable
 
 
 def cache_file(
-    unit: DdhUnit,
+    unit: HydraulicUnit,
     *,
     motor_speed: float = SPEED,
     temperatures: NDArray[np.float64] = TEMPERATURES,
@@ -43,7 +42,7 @@ def cache_file(
 
 
 def calibrated(
-    unit: DdhUnit,
+    unit: HydraulicUnit,
     *,
     motor_speed: float = SPEED,
     temperatures: NDArray[np.float64] = TEMPERATURES,

@@ -9,15 +9,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.errors import RamsightError
-from ramsight.plant.ddh import DdhUnit
+from ramsight.plant.balance import balance as balance_of
+from ramsight.plant.hose import Volume
+from ramsight.plant.pump import Pump
+from ramsight.plant.unit import HydraulicUnit, reach, side_nodes
 from ramsight.sensor.balance import balance
-from ramsight.sensor.chamber import Chamber
+from ramsight.sensor.limits import limits_of
 
 if TYPE_CHECKING:
     import xarray
@@ -33,6 +37,12 @@ _LEAST_PRESSURE = 5e5  # Pa; below it no-load friction is most of the torque
 _BELOW_LOAD = 0.9  # share of the load's pressure that a closed valve has to stay below
 _WORST = 2.0  # leak factor that is still looked for; what turns faster is a lift
 _OTHER_SPEED = 1.3  # how much faster a second speed has to be
+_FACTORS = (0.2, 8.0)  # leak factors that a torque is looked for among
+_HALVINGS = 30
+_LONG, _SETTLED_STEPS = 20.0, 6  # s, steps; long against the settling of any manifold
+_SLOPE = 0.01  # share of the torque over which a slope is taken
+_EFFICIENCY = 0.01 / 0.9  # share of the hydromechanical efficiency that a data sheet may be off
+_NO_LOAD = 0.25  # share of the no-load torque that it may be off
 _ALIKE = 0.08  # how far leak factors of different speeds may differ and still be leakage
 
 
@@ -51,6 +61,8 @@ class Stretch:
         oil_temperature: mean [K].
         factor: leakage over the data sheet's at this temperature [1].
         std: standard deviation of `factor` from the torque's scatter and the speed's rounding [1].
+        systematic: what the pumps' described losses may put into it, the same in every stretch [1].
+        per_torque: how much `factor` changes if the torque is 1 % larger [1].
     """
 
     start: float
@@ -60,6 +72,8 @@ class Stretch:
     oil_temperature: float
     factor: float
     std: float
+    systematic: float
+    per_torque: float
 
 
 @dataclass(frozen=True)
@@ -68,7 +82,8 @@ class LeakTest:
 
     Attributes:
         factor: leakage over the data sheet's, corrected for viscosity [1].
-        std: its standard deviation from the torque's scatter and the speed's rounding [1].
+        std: its standard deviation: the torque's scatter, the speed's rounding, and what the pumps' described losses
+            may be off: hydromechanical efficiency by 0.01, no-load torque by a quarter [1].
         per_kelvin: how much `factor` changes if the oil is 1 K warmer than the log says [1/K].
         per_torque: how much `factor` changes if the torque is 1 % larger than the log says [1].
         stretches: what it rests on.
@@ -81,7 +96,7 @@ class LeakTest:
     stretches: tuple[Stretch, ...]
 
 
-def leak_test(unit: DdhUnit, log: xarray.Dataset) -> LeakTest:
+def leak_test(unit: HydraulicUnit, log: xarray.Dataset) -> LeakTest:
     """Find leak tests in a drive log and evaluate them.
 
     Args:
@@ -115,75 +130,153 @@ def leak_test(unit: DdhUnit, log: xarray.Dataset) -> LeakTest:
     thinner = unit.oil.viscosity(temperature + 1.0) / unit.oil.viscosity(temperature)
     return LeakTest(
         factor=factor,
-        std=float(1.0 / math.sqrt(weight.sum())),
+        std=math.hypot(1.0 / math.sqrt(weight.sum()), float(np.average([s.systematic for s in closed], weights=weight))),
         per_kelvin=factor * (float(thinner) - 1.0),
-        per_torque=-0.01 * factor,
+        per_torque=float(np.average([s.per_torque for s in closed], weights=weight)),
         stretches=tuple(closed),
     )
 
 
-def _stretches(unit: DdhUnit, log: xarray.Dataset) -> list[Stretch]:
-    held, other = Chamber.pair(unit)
+def _stretches(unit: HydraulicUnit, log: xarray.Dataset) -> list[Stretch]:
+    closed = ClosedPump(unit)
     time, speed = log["time"].values, log["motor_speed"].values
-    lifting = held.flow_sign * speed > _SLOWEST
+    lifting = unit.lift_sign * speed > _SLOWEST
     steady = lifting & (np.abs(speed - np.concatenate([speed[:1], speed[:-1]])) < _STEADY)
     edges = np.flatnonzero(np.diff(np.concatenate([[False], steady, [False]]).astype(int)))
     result = []
     for first, last in zip(edges[::2], edges[1::2] - 1, strict=True):
-        mean_temperature = float(np.mean(log["oil_temperature"].values[first : last + 1]))
-        leak = float(held.side.pump.leak_coefficient(unit.oil.viscosity(mean_temperature), unit.oil.density))
-        settled = time[first] + _SETTLING * float(held.manifold_capacity) / leak
+        settled = time[first] + _SETTLING * closed.settles(float(speed[first]))
         rows = slice(int(np.searchsorted(time, settled)), last + 1)
         if rows.stop - rows.start < 5 or time[last] - time[rows.start] < _SHORTEST or np.ptp(speed[rows]) > _STEADY:
             continue
-        stretch = _evaluate(unit, held, other, log.isel(time=rows))
+        stretch = _evaluate(closed, log.isel(time=rows))
         if stretch is not None:
             result.append(stretch)
     return result
 
 
-def _evaluate(unit: DdhUnit, held: Chamber, other: Chamber, part: xarray.Dataset) -> Stretch | None:
-    """The leak factor of a settled stretch; the other side's manifold is at tank pressure, its check feeding it."""
-    speed = float(part["motor_speed"].mean())
-    torque = part["motor_torque"].values
-    for side in (held, other):
-        torque = torque - side.belt * side.side.pump.no_load_torque * float(side.direction(speed))
-    pressure = torque / float(held.torque_per_pressure(float(held.direction(speed))))
-    mean = float(pressure.mean())
-    temperature = float(part["oil_temperature"].mean())
-    leak = float(held.leak_per_pressure(mean, unit.oil.viscosity(temperature)))
-    if mean < _LEAST_PRESSURE or float(held.delivered(speed)) > _WORST * leak * float(held.side.relief.setting):
+class ClosedPump:
+    """The torque of a unit whose piston does not move: all that its pumps deliver is leakage.
+
+    Args:
+        unit: its parts, as the data sheet has them.
+    """
+
+    def __init__(self, unit: HydraulicUnit) -> None:
+        self.unit, self.limits, self._balance = unit, limits_of(unit), balance_of(unit)
+        speed, temperature, leak = (ca.SX.sym(name) for name in ("speed", "temperature", "leak"))
+        p = ca.SX.sym("p", len(self._balance.parameters))
+        at = self._balance.parameters_at(p, temperature)
+        # The load keeps a check valve shut; where there is none the chamber has the pump's pressure in the end.
+        z: Any = ca.DM(self._balance.at_rest(0.5 * unit.cylinder.stroke, 0.95 * self.limits.load))
+        for _ in range(_SETTLED_STEPS):
+            done = self._balance.step(
+                z, speed, speed, 0.0, 0.0, at, _LONG, factors=(leak, 1.0, 1.0), held=1.0, iterations=4
+            )
+            z = done.z
+        self._torque = ca.Function("torque", [leak, speed, temperature, p], [done.torque])
+
+    def torque(self, leak: float, speed: float, temperature: float, **changed: float) -> float:
+        """Torque in the end [N m].
+
+        Args:
+            leak: factor on the leakage [1].
+            speed: of the motor [rad/s].
+            temperature: of the oil [K].
+            changed: factors on parameters whose names end so, for example ``no_load_torque=1.2``.
+        """
+        names, values = self._balance.parameters, self._balance.values.copy()
+        for k, name in enumerate(names):
+            values[k] *= changed.get(name.rsplit(".", 1)[-1], 1.0)
+        return float(self._torque(leak, speed, temperature, values))
+
+    def factor(self, torque: float, speed: float, temperature: float, **changed: float) -> float | None:
+        """The leak factor that explains a torque; None if none within reason does. Arguments as `torque`."""
+        low, high = _FACTORS
+        if not self._between(torque, low, high, speed, temperature, changed):
+            return None
+        for _ in range(_HALVINGS):
+            middle = math.sqrt(low * high)
+            if self._between(torque, low, middle, speed, temperature, changed):
+                high = middle
+            else:
+                low = middle
+        return math.sqrt(low * high)
+
+    def _between(
+        self, torque: float, low: float, high: float, speed: float, temperature: float, changed: dict[str, float]
+    ) -> bool:
+        less, more = (abs(self.torque(leak, speed, temperature, **changed)) for leak in (high, low))
+        return less <= abs(torque) <= more
+
+    def pressure(self, torque: float) -> float:
+        """Pressure on the held side that a torque stands for, losses left out [Pa]."""
+        return abs(torque) / self.limits.torque * self.limits.pressure
+
+    def settles(self, speed: float) -> float:
+        """Time constant with which the pressure settles [s]: the compressed oil over the leakage."""
+        unit, nodes = self.unit, reach(self.unit.parts(), self._pumped(), "joins")
+        volume = sum(p.volume for p in unit.parts() if isinstance(p, Volume) and p.node in nodes)
+        leak = self.limits.leak_velocity * float(unit.cylinder.area(unit.held)) / self.limits.pressure
+        return float(volume) / unit.oil.bulk_modulus / leak
+
+    def _pumped(self) -> str:
+        into = "outlet" if self.unit.lift_sign > 0.0 else "inlet"
+        sides = side_nodes(self.unit, self.unit.held)
+        pumps = [part for part in self.unit.parts() if isinstance(part, Pump)]
+        return next((str(getattr(p, into)) for p in pumps if getattr(p, into) in sides), str(getattr(pumps[0], into)))
+
+
+def _evaluate(closed: ClosedPump, part: xarray.Dataset) -> Stretch | None:
+    """The leak factor of a settled stretch."""
+    speed, torque = float(part["motor_speed"].mean()), part["motor_torque"].values
+    temperature, mean = float(part["oil_temperature"].mean()), float(torque.mean())
+    factor = closed.factor(mean, speed, temperature)
+    if closed.pressure(mean) < _LEAST_PRESSURE or factor is None or factor > _WORST:
         return None
-    factor = float(held.delivered(speed)) / (leak * mean)
-    scatter = float(pressure.std(ddof=1)) / math.sqrt(len(pressure))
+    scatter = float(torque.std(ddof=1)) / math.sqrt(len(torque))
+    more = closed.factor(mean * (1.0 + _SLOPE), speed, temperature)
+    slope = (factor if more is None else more) - factor
+    by_torque = abs(slope) * scatter / (_SLOPE * abs(mean))
+    by_speed = factor * _SPEED_STEP / math.sqrt(12.0) / abs(speed)
+    systematic = [
+        (closed.factor(mean, speed, temperature, **change) or factor) - factor
+        for change in ({"hydromechanical_efficiency": 1.0 - _EFFICIENCY}, {"no_load_torque": 1.0 + _NO_LOAD})
+    ]
     time = part["time"].values
-    std = factor * math.hypot(scatter / mean, _SPEED_STEP / math.sqrt(12.0) / abs(speed))
-    return Stretch(float(time[0]), float(time[-1]), speed, mean, temperature, factor, std)
+    return Stretch(
+        float(time[0]),
+        float(time[-1]),
+        speed,
+        closed.pressure(mean),
+        temperature,
+        factor,
+        math.hypot(by_torque, by_speed),
+        math.hypot(*systematic),
+        slope / _SLOPE / 100.0,
+    )
 
 
-def _load_pressure(unit: DdhUnit, log: xarray.Dataset) -> float | None:
+def _load_pressure(unit: HydraulicUnit, log: xarray.Dataset) -> float | None:
     """Pressure of the load in the held chamber [Pa above tank] from the moves in the log; None if there are none.
 
     The smallest of all moves is taken: a closed valve has to stay below every load that was on it.
     """
-    sensor = balance(unit)
+    sensor, limits = balance(unit), limits_of(unit)
     sensor.start(0.5 * unit.cylinder.stroke)
     load = sensor.track(log)["load"].values
-    held, _ = Chamber.pair(unit)
-    fast = np.abs(log["motor_speed"].values) * float(held.delivered(1.0) * held.flow_sign)
-    temperature = float(log["oil_temperature"].mean())
-    leak = float(held.side.pump.leak_coefficient(unit.oil.viscosity(temperature), unit.oil.density))
-    moving = fast > _WORST * leak * float(held.side.relief.setting)
+    fast = np.abs(log["motor_speed"].values) * float(unit.travel_per_radian)
+    moving = fast > _WORST * limits.leak_velocity
     if not np.any(moving):
         return None
-    return float(np.percentile(load[moving], 5.0)) / float(held.area)
+    return float(np.percentile(load[moving], 5.0)) / float(unit.cylinder.area(unit.held))
 
 
 def leak_test_summary(test: LeakTest) -> str:
     """The leak factor with its uncertainty, and what it rests on, as lines of text."""
     lines = [
         f"leak factor {test.factor:.3f} ± {1.96 * test.std:.3f} "
-        "(95 %, from the torque's scatter and the speed's rounding)",
+        "(95 %: scatter of the torque, rounding of the speed, and the pumps' described losses)",
         f"  {test.per_kelvin:+.3f} for each K that the oil is warmer than reported, "
         f"{test.per_torque:+.3f} for each % that the torque is larger",
     ]

@@ -15,8 +15,10 @@ from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import integrate, outputs
 from ramsight.errors import SimulationError
 from ramsight.plant.circuit import CircuitModel
-from ramsight.plant.ddh import DdhUnit
-from ramsight.plant.unit import circuit, initial_state
+from ramsight.plant.pump import Pump
+from ramsight.plant.unit import HydraulicUnit, circuit, initial_state
+from ramsight.plant.valve import ReliefValve
+from ramsight.sensor.limits import limits_of
 from ramsight.sensor.table import MovementTable
 
 Array = NDArray[np.float64]
@@ -55,13 +57,13 @@ class Sweep:
     relieved: Array
 
 
-def relief_load(unit: DdhUnit) -> float:
+def relief_load(unit: HydraulicUnit) -> float:
     """Load at which the held side's pressure reaches the relief setting, friction left out [N]."""
-    return float(unit.held_side.relief.setting * unit.cylinder.area(unit.held))
+    return limits_of(unit).load
 
 
 def sweep(
-    unit: DdhUnit,
+    unit: HydraulicUnit,
     *,
     motor_speed: float = SPEED,
     temperatures: Array = TEMPERATURES,
@@ -101,7 +103,7 @@ def sweep(
 
 
 def calibrate(
-    unit: DdhUnit,
+    unit: HydraulicUnit,
     *,
     motor_speed: float = SPEED,
     temperatures: Array = TEMPERATURES,
@@ -122,7 +124,7 @@ def calibrate(
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.ddh import build
+        >>> from ramsight.plant.build import build
         >>> boom = build("boom", machine.load("mining-loader").unit("boom"))
         >>> table = calibrate(boom, temperatures=np.array([313.15]), loads=4)
         >>> bool(table.lift[0, 0] > table.lift[0, 1])  # the heavier load moves less
@@ -132,7 +134,7 @@ def calibrate(
     return tabulate(unit, found)
 
 
-def tabulate(unit: DdhUnit, found: Sweep) -> MovementTable:
+def tabulate(unit: HydraulicUnit, found: Sweep) -> MovementTable:
     """Make the table of a sweep.
 
     Args:
@@ -159,7 +161,7 @@ def tabulate(unit: DdhUnit, found: Sweep) -> MovementTable:
 
 
 def _run(
-    unit: DdhUnit, model: CircuitModel, motor_speed: float, temperature: float, load: float
+    unit: HydraulicUnit, model: CircuitModel, motor_speed: float, temperature: float, load: float
 ) -> tuple[float, float, float]:
     """Movement per angle [m/rad], mean torque [N m] and share of the flow through the relief valve of one run."""
     ode, stroke = model.ode, unit.cylinder.stroke
@@ -175,8 +177,9 @@ def _run(
         raise SimulationError(f"{unit.name} at {load:.0f} N and {temperature - 273.15:.0f} degC: {run.message}")
     x = run.state[:, ode.state_index("position")]
     computed = outputs(ode, segments, time, run.state)
-    pump = unit.held_side.pump
-    relieved = np.mean(computed[f"relief_{unit.held}.flow"]) / (pump.geared_displacement * abs(motor_speed))
+    parts = unit.parts()
+    pumped = sum(p.geared_displacement for p in parts if isinstance(p, Pump)) * abs(motor_speed)
+    relieved = sum(np.mean(computed[f"{p.name}.flow"]) for p in parts if isinstance(p, ReliefValve)) / pumped
     movement = (x[-1] - x[0]) / (motor_speed * (time[-1] - time[0]))
     return float(movement), float(np.mean(computed["motor_torque"])), float(relieved)
 

@@ -9,7 +9,7 @@ from ramsight.calibration.cached import calibrated
 from ramsight.calibration.movement import LOADS, TEMPERATURES
 from ramsight.calibration.sensor_file import SUFFIX, SensorFileError, load
 from ramsight.errors import UnknownNameError
-from ramsight.plant.ddh import DdhUnit
+from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.balance import balance
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.table import table
@@ -19,7 +19,7 @@ KINDS = ("kalman", "balance", "table")
 TABLE_RUNS = 2 * LOADS * len(TEMPERATURES)
 
 
-def sensor_for(unit: DdhUnit, kind: str, *, advance: Callable[[int], object] | None = None) -> VirtualSensor:
+def sensor_for(unit: HydraulicUnit, kind: str, *, advance: Callable[[int], object] | None = None) -> VirtualSensor:
     """Make a sensor.
 
     Args:
@@ -43,7 +43,7 @@ def sensor_for(unit: DdhUnit, kind: str, *, advance: Callable[[int], object] | N
     raise UnknownNameError("sensor", kind, KINDS)
 
 
-def _from_file(unit: DdhUnit, path: str) -> VirtualSensor:
+def _from_file(unit: HydraulicUnit, path: str) -> VirtualSensor:
     movement = load(path)
     if movement.unit != unit.name or movement.lift_sign != unit.lift_sign:
         raise SensorFileError(f"{path}: was calibrated for unit {movement.unit!r}, not for {unit.name!r}")

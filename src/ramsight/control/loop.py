@@ -21,7 +21,8 @@ from ramsight.duty.profile import Profile, constant
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.plant.ddh import DdhUnit
 from ramsight.plant.linked import LinkedMachine
-from ramsight.sensor.kalman import Doubt, kalman
+from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
 
@@ -70,7 +71,7 @@ class ClosedLoop:
         temperature_offset: by which the thermometers read too much [K].
         feedback: where the controls take the position from.
         seed: of the drives' and the position sensors' noise.
-        doubt: what the sensors assume of the machine; by default that it may be far from its data sheet.
+        assumptions: what the sensors assume of the machine; by default that it may be far from its data sheet.
         limits: of the units; by default `Limits.of`.
         period: of the samples [s].
 
@@ -96,7 +97,7 @@ class ClosedLoop:
         temperature_offset: float = 0.0,
         feedback: Feedback = Feedback.SENSOR,
         seed: int = 0,
-        doubt: Doubt | None = None,
+        assumptions: Assumptions | None = None,
         limits: Mapping[str, Limits] | None = None,
         period: float = SAMPLE_PERIOD,
     ) -> None:
@@ -112,7 +113,7 @@ class ClosedLoop:
         }  # fmt: skip
         self._noise = np.random.default_rng([seed, len(self.units)])
         own = {unit.name: _direct_driven(unit) for unit in sheet.units}
-        self.sensors: dict[str, VirtualSensor] = {name: kalman(unit, doubt=doubt) for name, unit in own.items()}
+        self.sensors: dict[str, VirtualSensor] = {name: kalman(unit, assumptions) for name, unit in own.items()}
         self.controls = {
             name: PositionControl(unit, None if limits is None else limits[name], period=period)
             for name, unit in own.items()

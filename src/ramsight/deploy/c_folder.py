@@ -12,7 +12,7 @@ from ramsight.deploy.golden import SAMPLES, faulty_day
 from ramsight.engine.recursion import replay
 from ramsight.machine.description import Machine
 from ramsight.output import check_folder, whole_folder
-from ramsight.plant.ddh import build
+from ramsight.plant.build import build
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.virtual_sensor import START_STD
 
@@ -52,7 +52,7 @@ def write_sensor(
 
     Args:
         machine: the machine.
-        unit: name of its unit, of the circuit "ddh".
+        unit: name of its unit.
         out: the folder; made if it is not there. Files of an earlier export are replaced, others stay.
         single: reals are floats by default; the other precision is a macro away in either case.
         compiler: path of the C compiler that measures; by default the one that is found, "" for none.
@@ -73,16 +73,16 @@ def write_sensor(
     """
     out = Path(out)
     check_folder(out)
-    ddh = build(unit, machine.unit(unit))
-    sensor, prefix = kalman(ddh), f"ramsight_{identifier_of(unit)}"
-    rows, start = faulty_day(ddh, duration=45.0, every=30.0, seed=1)
+    built = build(unit, machine.unit(unit))
+    sensor, prefix = kalman(built), f"ramsight_{identifier_of(unit)}"
+    rows, start = faulty_day(built, duration=45.0, every=30.0, seed=1)
     rows = rows[:SAMPLES]
     sensor.start(start)
     state = sensor.initial.copy()
     state[:] = [sensor.state[name] for name in sensor.recursion.state]
     said = replay(sensor.recursion, inputs_of(rows), sensor.parameters, state)[:, :5]
     source = golden_source(
-        sensor_source(sensor, ddh, prefix, machine.name, single=single), rows, said, start, START_STD
+        sensor_source(sensor, built, prefix, machine.name, single=single), rows, said, start, START_STD
     )
     advance(1)
     with whole_folder(out, _LAST) as draft:

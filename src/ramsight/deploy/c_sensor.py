@@ -18,7 +18,7 @@ from ramsight import __version__
 from ramsight.deploy.c_function import PLAIN, Term, as_kind, literal, number, statements
 from ramsight.engine.cache import hold
 from ramsight.engine.recursion import Recursion
-from ramsight.plant.ddh import DdhUnit
+from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.keeping import SETTLING, WHERE
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import VirtualSensor
@@ -60,7 +60,7 @@ def template(name: str, **values: object) -> str:
     return Template(text).substitute({key: str(value) for key, value in values.items()})
 
 
-def sensor_source(sensor: VirtualSensor, unit: DdhUnit, prefix: str, machine: str, *, single: bool) -> SensorSource:
+def sensor_source(sensor: VirtualSensor, unit: HydraulicUnit, prefix: str, machine: str, *, single: bool) -> SensorSource:
     """Header and body of a sensor.
 
     Args:

@@ -99,12 +99,12 @@ def write_fmu(
 
 
 def _model(machine: Machine, unit: str, what: str) -> FmuModel:
-    from ramsight.plant import build, ddh
+    from ramsight.plant import build
 
     described = machine.unit(unit)
     if what == "plant":
         return plant_model(build.build(unit, described), machine.name)
-    return sensor_model(ddh.build(unit, described), f"ramsight_{identifier_of(unit)}", machine.name)
+    return sensor_model(build.build(unit, described), f"ramsight_{identifier_of(unit)}", machine.name)
 
 
 def _sources(model: FmuModel, fmi: int) -> dict[str, str]:

@@ -14,7 +14,6 @@ from ramsight.engine.ode_module import pieces
 from ramsight.engine.run import DEFAULT_RTOL
 from ramsight.equation import OdeModel
 from ramsight.plant.cylinder import ATMOSPHERE
-from ramsight.plant.ddh import DdhUnit
 from ramsight.plant.unit import HydraulicUnit, circuit, reach
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.virtual_sensor import START_STD
@@ -72,7 +71,7 @@ class FmuModel:
 _TIME = Variable("time", "real", "independent", "s", "time")
 
 
-def sensor_model(unit: DdhUnit, prefix: str, machine: str) -> FmuModel:
+def sensor_model(unit: HydraulicUnit, prefix: str, machine: str) -> FmuModel:
     """The `kalman` sensor of a unit.
 
     Args:

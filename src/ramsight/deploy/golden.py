@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from ramsight.duty import DriveReport, report, simulate
 from ramsight.duty.faults import Fault, inject
 from ramsight.duty.work_day import work_day
-from ramsight.plant.ddh import DdhUnit
+from ramsight.plant.unit import HydraulicUnit
+from ramsight.sensor.limits import limits_of
 
 Array = NDArray[np.float64]
 
@@ -36,7 +37,7 @@ def faults(at: float) -> list[Fault]:
 
 
 def faulty_day(
-    unit: DdhUnit, *, duration: float, every: float | None, seed: int, real: DdhUnit | None = None
+    unit: HydraulicUnit, *, duration: float, every: float | None, seed: int, real: HydraulicUnit | None = None
 ) -> tuple[Array, float]:
     """A work day with a fault of each kind again and again, and a reference after each round.
 
@@ -51,8 +52,7 @@ def faulty_day(
         Time [s], motor speed [rad/s], torque [N m], oil temperature [K] and reference (NaN: none) [m], shape
         (samples, 5); and the position at the start [m].
     """
-    side = unit.held_side
-    force = side.relief.setting * unit.cylinder.area(unit.held)
+    force = limits_of(unit).load
     loads = (_LOADS[0] * force, _LOADS[1] * force)
     duty = work_day(unit, loads, _TEMPERATURE, duration=duration, visit_every=15.0, seed=seed)
     run = simulate(real or unit, duty)

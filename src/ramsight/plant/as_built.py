@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any, TypeVar
 
-from ramsight.plant.ddh import DdhUnit, Side
+from ramsight.plant.hose import Hose
+from ramsight.plant.pump import Pump
+from ramsight.plant.unit import HydraulicUnit
+
+U = TypeVar("U", bound=HydraulicUnit)
 
 
 @dataclass(frozen=True)
@@ -23,7 +28,7 @@ class AsBuilt:
     stiffness: float = 1.0
     friction: float = 1.0
 
-    def apply(self, unit: DdhUnit) -> DdhUnit:
+    def apply(self, unit: U) -> U:
         """The unit's parts with these factors.
 
         Args:
@@ -43,14 +48,17 @@ class AsBuilt:
             viscous_friction=unit.cylinder.viscous_friction * self.friction,
         )
         oil = replace(unit.oil, bulk_modulus=unit.oil.bulk_modulus * self.stiffness)
-        return replace(unit, oil=oil, cylinder=cylinder, a=self._side(unit.a), b=self._side(unit.b))
+        changed: Any = replace(unit.mapped(self._part), oil=oil, cylinder=cylinder)  # type: ignore[type-var]
+        return changed  # type: ignore[no-any-return]
 
-    def _side(self, side: Side) -> Side:
-        # Eq. 10 makes leakage proportional to displacement; the factors are meant to be independent.
-        pump = replace(
-            side.pump,
-            displacement=side.pump.displacement * self.displacement,
-            leak_factor=side.pump.leak_factor * self.leak / self.displacement,
-        )
-        hose = replace(side.hose, bulk_modulus=side.hose.bulk_modulus * self.stiffness)
-        return replace(side, pump=pump, hose=hose)
+    def _part(self, part: Any) -> Any:
+        if isinstance(part, Pump):
+            # Eq. 10 makes leakage proportional to displacement; the factors are meant to be independent.
+            return replace(
+                part,
+                displacement=part.displacement * self.displacement,
+                leak_factor=part.leak_factor * self.leak / self.displacement,
+            )
+        if isinstance(part, Hose):
+            return replace(part, bulk_modulus=part.bulk_modulus * self.stiffness)
+        return part

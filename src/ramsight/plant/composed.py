@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
 
 from ramsight.errors import DescriptionError
 from ramsight.machine import placed
@@ -42,6 +44,10 @@ class ComposedUnit:
     lift_sign: float
     max_speed: float
     others: tuple[Part, ...]
+
+    def mapped(self, change: Callable[[Any], Any]) -> ComposedUnit:
+        """The unit with every further part replaced by what `change` makes of it."""
+        return replace(self, others=tuple(change(part) for part in self.others))
 
     @property
     def held(self) -> str:

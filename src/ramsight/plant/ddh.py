@@ -7,7 +7,9 @@ lowers; the other one is held open.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import DirectDriven, Unit
@@ -70,6 +72,11 @@ class DdhUnit:
     def parts(self) -> tuple[Part, ...]:
         """All parts."""
         return (self.drive, self.cylinder, *self.a.parts(), *self.b.parts(), *self.extra)
+
+    def mapped(self, change: Callable[[Any], Any]) -> DdhUnit:
+        """The unit with every part of its sides, and every further one, replaced by what `change` makes of it."""
+        a, b = (Side(**{f.name: change(getattr(s, f.name)) for f in fields(s)}) for s in (self.a, self.b))
+        return replace(self, a=a, b=b, extra=tuple(change(part) for part in self.extra))
 
     @property
     def held_side(self) -> Side:

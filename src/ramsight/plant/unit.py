@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Protocol
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +55,9 @@ class HydraulicUnit(Protocol):
 
     def parts(self) -> tuple[Part, ...]:
         """All parts."""
+
+    def mapped(self, change: Callable[[Any], Any]) -> HydraulicUnit:
+        """The unit with its parts, but for drive and cylinder, replaced by what `change` makes of each."""
 
 
 def reach(parts: Sequence[Part], start: str, through: str) -> frozenset[str]:

@@ -19,12 +19,14 @@ class Drive:
             taught the leakage that belongs to it [1].
         delay: by which speed, torque and valves may be apart [s]; filters of drives take 10 ... 40 ms.
         standstill: time for which friction keeps its sign while the motor stands [s].
+        correlation: time for which an error of the torque, as large as its gain's, stays what it is [s].
     """
 
     torque: float = 0.007
     torque_gain: float = 0.01
     delay: float = 0.02
     standstill: float = 10.0
+    correlation: float = 5.0
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,7 @@ class Machine:
     leak_walk: float = 1.5e-4
     displacement_walk: float = 1e-6
     compliance_walk: float = 1e-4
-    leak_by_viscosity: float = 0.1
+    leak_by_viscosity: float = 0.3
     load_walk: float = 0.015
     unseen_load: float = 0.2
     walk: float = 0.2e-3
@@ -84,9 +86,9 @@ class Stops:
 
     std: float = 3e-4
     contact: float = 3e-4
-    elsewhere: float = 0.15
-    undeclared: float = 0.05
-    obstacle: float = 0.03
+    elsewhere: float = 0.1
+    undeclared: float = 0.1
+    obstacle: float = 0.2
     wrong: float = 1e-3
     reference: float = 1e-3
 

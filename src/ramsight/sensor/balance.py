@@ -1,4 +1,4 @@
-"""The volume-bookkeeping sensor: the books of the oil, believing the data sheet."""
+"""The volume balance by the data sheet: what the pumps deliver, less what leaks and is compressed, moves the piston."""
 
 from __future__ import annotations
 
@@ -6,34 +6,45 @@ import math
 
 import casadi as ca
 
-from ramsight.plant.ddh import DdhUnit
-from ramsight.sensor.books import Factors, Tuning, keep_books
-from ramsight.sensor.judgement import AT_RELIEF, COLDEST, HOTTEST, NEAR_RELIEF, STOP_ZONE
+from ramsight.plant.balance import FACTORS
+from ramsight.plant.balance import balance as balance_of
+from ramsight.plant.unit import HydraulicUnit
+from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.judgement import COLDEST, HOTTEST
+from ramsight.sensor.limits import limits_of
+from ramsight.sensor.load import LoadObserver
+from ramsight.sensor.relief import passing
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import SensorGraph, VirtualSensor
 
+_STOP_ZONE = 0.02  # share of the stroke from its ends, where a relief valve opens because of the stop
+_PASSES = 0.5  # share between first opening and setting of a relief valve from which the position counts as lost
 
-def balance(unit: DdhUnit, tuning: Tuning | None = None) -> VirtualSensor:
-    """The volume-bookkeeping sensor of a unit.
+
+def balance(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> VirtualSensor:
+    """The volume balance of a unit, whatever its circuit.
 
     Args:
         unit: the unit's parts; it is taken to be its data sheet.
-        tuning: how it listens.
+        assumptions: of the drive, for how far a torque is believed.
 
     Returns:
         A sensor with position, velocity, load and status; it does not know its standard deviation (NaN).
     """
-    graph = SensorGraph()
-    books = keep_books(graph, unit, tuning or Tuning(), Factors())
-    stroke, setting = books.cylinder.stroke, books.held.side.relief.setting
-    position = ca.fmin(ca.fmax(graph.position + books.step, 0.0), stroke)
-    velocity = ca.if_else(graph.elapsed > 0.0, books.step / ca.fmax(graph.elapsed, 1e-6), 0.0)
-    near = ca.fmax(books.held_pressure, books.other_pressure) > NEAR_RELIEF * setting
-    relief_opens = ca.logic_and(books.highest_pressure > AT_RELIEF * setting, books.turning > 0.5)
-    away = stroke - books.travel > STOP_ZONE * stroke  # at its stop the piston is where it seems to be
-    lost = graph.lost(ca.logic_and(relief_opens, away), graph.referenced)
+    graph, limits, circuit = SensorGraph(), limits_of(unit), balance_of(unit)
+    stroke = float(unit.cylinder.stroke)
+    graph.initially("position", 0.5 * stroke)
+    graph.parameters.add("travel_per_radian", float(unit.travel_per_radian))
+    observer = LoadObserver(graph, circuit, limits, assumptions or Assumptions())
+    step = observer.step([1.0] * len(FACTORS), 0.0)
+    position = ca.fmin(ca.fmax(graph.position + step.travel, 0.0), stroke)
+    velocity = ca.if_else(graph.elapsed > 0.0, step.travel / ca.fmax(graph.elapsed, 1e-6), 0.0)
+    doubt = passing(circuit, step.z, lambda name: graph.parameters.symbol(f"circuit.{name}"))
+    away = ca.fmin(position, stroke - position) > _STOP_ZONE * stroke
+    turning = graph.motor_speed != 0.0
+    lost = graph.lost(ca.logic_and(doubt > _PASSES, ca.logic_and(turning, away)), graph.referenced)
     extreme = ca.logic_or(graph.oil_temperature < COLDEST, graph.oil_temperature > HOTTEST)
     status = ca.if_else(extreme, float(Status.OUTSIDE_TEMPERATURE), float(Status.OK))
-    status = ca.if_else(near, float(Status.NEAR_RELIEF), status)
+    status = ca.if_else(doubt > 0.0, float(Status.NEAR_RELIEF), status)
     status = ca.if_else(lost, float(Status.POSITION_LOST), status)
-    return graph.counting("balance", position=position, velocity=velocity, load=books.load, std=math.nan, status=status)
+    return graph.counting("balance", position=position, velocity=velocity, load=step.load, std=math.nan, status=status)

@@ -25,6 +25,7 @@ from ramsight.sensor.virtual_sensor import SensorGraph
 _SURE = 30.0  # standard deviations of the position that the pump has to deliver in vain
 _STILL, _SLIPS = 4.0, 0.15  # standard deviations and share of what was delivered by which it may seem to move
 _PUSHING = 1.0  # rad/s; a motor that turns faster delivers
+_NEAR, _NEAR_LEAST = 4.0, 5e-3  # standard deviations and share of the stroke, so near an end it is the end
 _NOISE = 4.0  # standard deviations
 _SOFTER = 0.5  # share of the expected torque's change that compliance does not explain, twice its deviation
 
@@ -36,18 +37,20 @@ class Contact:
     Attributes:
         touched: one has just been found.
         place: position at which the piston came to stand [m].
-        extending: whether it was extending, 1 or 0.
+        at_top: whether that would be the extended end, 1 or 0: the one it was moved to, or the one that it leaves.
         held: whether the piston is held after this sample.
         released: whether it has just been let go.
+        stands: whether the piston may be standing while the pump delivers, not yet surely.
         pushing: whether the motor pushes against what holds it.
         built: change of the expected torque since it pushes [N m].
     """
 
     touched: Any
     place: Any
-    extending: Any
+    at_top: Any
     held: Any
     released: Any
+    stands: Any
     pushing: Any
     built: Any
 
@@ -64,12 +67,15 @@ class ContactWatch:
         self._leaves, self._left_from = graph.state("leaves"), graph.state("left_from")
         self._torque = graph.state("torque_when_pushing_began")
 
-    def look(self, step: LoadStep, position: Any) -> Contact:
+    def look(self, step: LoadStep, position: Any, stroke: Any, std: Any, known: Any) -> Contact:
         """One sample.
 
         Args:
             step: of the load observer.
             position: of the piston after it [m].
+            stroke: of the cylinder [m].
+            std: of the position [m].
+            known: whether the position is known.
         """
         graph, w = self._graph, self._graph.motor_speed
         sigma, way = step.noise_travel, ca.sign(w)
@@ -79,6 +85,9 @@ class ContactWatch:
         still = ca.fabs(position - self._anchor) < _STILL * sigma + _SLIPS * delivered
         stands = ca.logic_and(ca.logic_and(turns, free), still)
         touched = ca.logic_and(stands, delivered > _SURE * sigma)
+        # Oil that decompresses at an end: a piston that has stood there is about to leave.
+        behind = ca.if_else(way > 0.0, self._anchor, stroke - self._anchor)
+        leaving = ca.logic_and(known, behind < _NEAR * std + _NEAR_LEAST * stroke)
         keeps = ca.logic_or(stands, ca.logic_not(graph.elapsed > 0.0))
         graph.becomes("delivered_in_vain", ca.if_else(ca.logic_and(keeps, ca.logic_not(touched)), delivered, 0.0))
         graph.becomes("standing_place", ca.if_else(keeps, self._anchor, position))
@@ -89,11 +98,14 @@ class ContactWatch:
         missing = -step.surprise * ca.sign(built)
         yields = ca.logic_and(pushing, missing > _NOISE * step.noise + _SOFTER * ca.fabs(built))
         released = ca.logic_or(back, yields)
-        held = ca.logic_or(touched, ca.logic_and(self.held, ca.logic_not(released)))
+        holds = ca.logic_and(touched, ca.logic_not(leaving))
+        held = ca.logic_or(holds, ca.logic_and(self.held, ca.logic_not(released)))
         graph.becomes("held", held)
-        graph.becomes("held_direction", ca.if_else(touched, way, self._direction))
+        graph.becomes("held_direction", ca.if_else(holds, way, self._direction))
         graph.becomes("torque_when_pushing_began", ca.if_else(pushing, self._torque, step.torque))
         away = ca.fabs(position - self._left_from) > _SURE * sigma
-        graph.becomes("leaves", ca.if_else(released, 1.0, ca.if_else(away, 0.0, self._leaves)))
-        graph.becomes("left_from", ca.if_else(released, position, self._left_from))
-        return Contact(touched, self._anchor, way > 0.0, held, released, pushing, built)
+        goes = ca.logic_or(released, ca.logic_and(touched, leaving))
+        graph.becomes("leaves", ca.if_else(goes, 1.0, ca.if_else(away, 0.0, self._leaves)))
+        graph.becomes("left_from", ca.if_else(goes, position, self._left_from))
+        at_top = ca.if_else(leaving, way < 0.0, way > 0.0)
+        return Contact(touched, self._anchor, at_top, held, released, stands, pushing, built)

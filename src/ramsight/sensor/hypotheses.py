@@ -22,7 +22,6 @@ from typing import Any
 
 import casadi as ca
 
-from ramsight.plant.balance import FACTORS
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.uncertainty import Covariance
 from ramsight.sensor.virtual_sensor import SensorGraph
@@ -32,6 +31,7 @@ _WRONG = NAMES.index("wrong")
 POSITION, LEAK, DISPLACEMENT, COMPLIANCE, LAG, LOW, TOP = range(7)
 BOUNDS = ((0.3, 4.0), (0.97, 1.03), (0.4, 2.5))
 """What the factors are kept within [1]."""
+_OUTSIDE, _ONE_SIDED, _TWO_SIDED = 0.05, 1.645, 1.960  # of a normal distribution: 95 % within
 _LEAST = -12.0  # natural logarithm of the least weight over the largest, so that a hypothesis can come back
 _ADAPTS = 0.2  # share of the newest reference in the mean of the normalised innovations
 _MOST = 25.0  # of a normalised innovation; a larger one is none of a walk
@@ -246,15 +246,27 @@ class Hypotheses:
     def variance(self) -> Any:
         """Of the position over all hypotheses, about the nominal one [m2].
 
-        A position that may be anywhere counts with what evidence has added to the probability that it had from the
-        start: the band is that of a position which was right when it was given.
+        A position that may be anywhere counts from where it is one of twenty cases: the band is that of 95 %.
         """
         weights = self._probabilities()
-        weights[_WRONG] = ca.fmax(weights[_WRONG] - self._assumptions.stops.wrong, 0.0)
+        weights[_WRONG] = weights[_WRONG] * ca.fmin(ca.fmax(weights[_WRONG] / _OUTSIDE - 1.0, 0.0), 1.0)
         return sum(
             w * (h.covariance[POSITION, POSITION] + h.mean[POSITION] ** 2)
             for w, h in zip(weights, self.all, strict=True)
         )
+
+    def band(self) -> Any:
+        """Standard deviation of the position [m] whose 1.96-fold holds the truth in 95 of 100 cases.
+
+        That of the likeliest hypothesis, or more where another one has about 5 % or more: then that is inside as well,
+        and does not wait for a log on which it happens to be true.
+        """
+        wide = ca.sqrt(ca.fmax(self._best([h.covariance[POSITION, POSITION] for h in self.all]), 0.0))
+        for w, h in zip(self._probabilities(), self.all, strict=True):
+            std = ca.sqrt(ca.fmax(h.covariance[POSITION, POSITION], 0.0))
+            counts = ca.fmin(ca.fmax(2.0 * w / _OUTSIDE - 1.0, 0.0), 1.0)
+            wide = ca.fmax(wide, counts * (ca.fabs(h.mean[POSITION]) + _ONE_SIDED * std) / _TWO_SIDED)
+        return wide
 
     def factor_std(self, k: int) -> Any:
         """Standard deviation of a factor under the likeliest hypothesis [1]."""

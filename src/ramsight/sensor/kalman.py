@@ -33,8 +33,8 @@ _TURNING = 1.0  # rad/s
 _CORRELATED = 0.2  # s; for which errors of the torque stay what they are
 _MODEL = 0.1  # share of a torque by which a closed volume's equation may err
 _FRICTION = 0.02  # of a torque, by the pumps' hydromechanical efficiency
-_SLOWEST = 60.0  # s; time constant of the slow temperature, from whose distance the rate of change follows
-_VAGUE = 0.1  # share of the stroke: with a larger standard deviation the motor's direction says which end it is
+_UNSEEN_FLOW = 0.1  # share of the pump's flow that may move the piston although it seems to stand at relief pressure
+_SLOWEST = 20.0  # s; time constant of the slow temperature, from whose distance the rate of change follows
 _SIGMAS = 3.0  # standard deviations outside the stroke that no position is
 
 
@@ -83,20 +83,20 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     def with_lag(by: tuple[Any, ...]) -> list[Any]:
         return [by[0] * scale, by[1], by[2], by[0] * leak * warming.rate]
 
-    doubt = passing(circuit, step.z, lambda name: symbol(f"circuit.{name}"))
-    relief = _relief(graph, step, doubt, watch.held)
-    _predict(graph, bank, step, with_lag(step.travel_by), around, intake.drift + relief[1], warming, assumed)
     nominal = graph.position + step.travel
-    contact = watch.look(step, nominal)
+    contact = watch.look(step, nominal, symbol("stroke"), ca.sqrt(bank.variance()), referenced)
+    doubt = passing(circuit, step.z, lambda name: symbol(f"circuit.{name}"))
+    passed, pending = _relief(graph, step, doubt, contact)
+    _predict(graph, bank, step, with_lag(step.travel_by), around, intake.drift + passed, warming, assumed)
     observer.release(contact.released, step.carried)
     _torque(graph, bank, step, contact, with_lag(step.torque_by), around)
-    measured, touched = _measure(graph, bank, contact, nominal, unit, assumed, referenced)
+    measured = _measure(graph, bank, step, contact, nominal, assumed, referenced)
     position = ca.if_else(contact.touched, contact.place, nominal) + measured.moved
     after = bank.means()
     observer.shift([new - old for new, old in zip(after[:3], around[:3], strict=True)])
     known = ca.fmax(referenced, measured.taken)
     grown = graph.state("passed_relief")
-    grown_1 = ca.if_else(measured.taken, 0.0, grown + relief[1])
+    grown_1 = ca.if_else(measured.taken, 0.0, grown + passed)
     graph.becomes("passed_relief", grown_1)
     disputed = graph.state("disputed")
     disputed_1 = ca.if_else(measured.taken, 0.0, ca.fmax(disputed, ca.logic_and(measured.refused, graph.referenced)))
@@ -105,7 +105,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     total = bank.variance()
     graph.becomes(VARIANCE, ca.fmax(total, 0.0))
     unseen = unseen_load(graph, step, contact.held, assumed.machine.unseen_load * symbol("relief_load"))
-    std = ca.sqrt(ca.fmax(total, 0.0) + unseen**2 + step.noise_travel**2)
+    std = ca.sqrt(bank.band() ** 2 + unseen**2 + step.noise_travel**2) + pending
     code = judge(
         graph,
         intake,
@@ -121,17 +121,26 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     )
     import os  # DEBUG
     if os.environ.get("RS_DEBUG"):  # DEBUG
-        graph.debug = dict(touched=contact.touched, held=contact.held, delivered=graph.becoming("delivered_in_vain"), surprise=step.surprise, noise=step.noise, seen=step.seen, taken=measured.taken, moved=measured.moved, place=contact.place, free=step.free_travel, released=contact.released, doubt=doubt, give=step.give, **{f"w{i}": x for i, x in enumerate(bank._probabilities())})  # DEBUG
+        graph.debug = dict(place=contact.place, touched=contact.touched, held=contact.held, delivered=graph.becoming("delivered_in_vain"), surprise=step.surprise, noise=step.noise, seen=step.seen, taken=measured.taken, moved=measured.moved, free=step.free_travel, released=contact.released, doubt=doubt, give=step.give, **{f"w{i}": x for i, x in enumerate(bank._probabilities())})  # DEBUG
     factors = [(after[k], bank.factor_std(k + LEAK)) for k in range(len(FACTORS))]
     bank.close()
     return _report(graph, step, intake, position, std, code, factors, measured.taken, contact.held, circuit, limits)
 
 
-def _relief(graph: SensorGraph, step: LoadStep, doubt: Any, held: Any) -> tuple[Any, Any]:
-    """How likely oil passes a relief valve, and by how much the position gets less certain by it [m]."""
-    angle = ca.fabs(graph.angle) * graph.parameters.symbol("travel_per_radian")
-    moved = ca.fmax(ca.fabs(step.free_travel), ca.fmin(ca.fabs(step.travel), angle))
-    return doubt, ca.if_else(held, 0.0, doubt * moved)
+def _relief(graph: SensorGraph, step: LoadStep, doubt: Any, contact: Contact) -> tuple[Any, Any]:
+    """By how much oil over a relief valve makes the position less certain [m]: for good, and as long as it may be.
+
+    A piston that seems to stand may be on a stop, where all of the pump's oil passes the valve and none is missing.
+    """
+    pumped = graph.angle * graph.parameters.symbol("travel_per_radian")
+    moved = ca.fmax(step.travel * ca.sign(pumped), _UNSEEN_FLOW * ca.fabs(pumped))
+    waiting = graph.state("relief_waits")
+    all_of_it = waiting + doubt * moved
+    still = ca.logic_or(contact.held, contact.touched)
+    passed = ca.if_else(ca.logic_or(still, contact.stands), 0.0, all_of_it)
+    pending = ca.if_else(still, 0.0, all_of_it - passed)
+    graph.becomes("relief_waits", pending)
+    return passed, pending
 
 
 def _predict(
@@ -147,7 +156,10 @@ def _predict(
     """Go with the step: the filter's time update."""
     share = assumed.machine.leak_by_viscosity * ca.fabs(warming.change)
     leak = share * ca.sqrt(graph.elapsed / _SLOWEST)
-    bank.predict(step.travel, travel_by, around, 0.0, grows, leak)
+    drive, dt = assumed.drive, graph.elapsed
+    # An error of the torque that lasts for a while leaks like an error of the leakage that lasts for a while.
+    wrong = drive.torque_gain**2 * travel_by[0] ** 2 * 2.0 * drive.correlation / ca.fmax(dt, 1e-3)
+    bank.predict(step.travel, travel_by, around, wrong, grows, leak)
     bank.floor(assumed.drive.torque_gain)
 
 
@@ -172,25 +184,28 @@ def _torque(
 def _measure(
     graph: SensorGraph,
     bank: Hypotheses,
+    step: LoadStep,
     contact: Contact,
     nominal: Any,
-    unit: HydraulicUnit,
     assumed: Assumptions,
     referenced: Any,
-) -> tuple[Measured, Any]:
+) -> Measured:
     """References and contacts, one a sample: a reference goes before a contact."""
     stroke, stops = graph.parameters.symbol("stroke"), assumed.stops
     beyond = ca.fmax(-nominal, nominal - stroke)
-    outside = ca.logic_and(referenced, beyond > _SIGMAS * ca.sqrt(bank.variance()) + stops.contact * stroke)
+    out = ca.logic_and(referenced, beyond > _SIGMAS * ca.sqrt(bank.variance()) + stops.contact * stroke)
+    was_out = graph.state("outside")
+    graph.becomes("outside", out)
+    outside = ca.logic_and(out, ca.logic_not(was_out))
     touched = ca.logic_or(contact.touched, outside)
     given = graph.referenced
     at = ca.if_else(contact.touched, contact.place, nominal)
-    nearer = at > 0.5 * stroke
-    vague = ca.logic_or(ca.logic_not(referenced), bank.variance() > (_VAGUE * stroke) ** 2)
-    top = ca.if_else(ca.logic_and(contact.touched, vague), contact.extending, nearer)
+    top = ca.if_else(contact.touched, contact.at_top, nominal > 0.5 * stroke)
     by_contact = ca.logic_and(touched, ca.logic_not(given))
-    own = ca.if_else(contact.touched, (stops.contact * stroke) ** 2, bank.variance() + (stops.contact * stroke) ** 2)
-    measured = bank.measure(
+    # The torque may be late: the oil seems to be compressed a little after it is.
+    late = ca.fabs(step.free_travel) * ca.fmax(0.5 * assumed.drive.delay / ca.fmax(graph.elapsed, 1e-3), 0.5)
+    own = (stops.contact * stroke) ** 2 + ca.if_else(contact.touched, late**2, bank.variance())
+    return bank.measure(
         ca.if_else(given, graph.reference, ca.if_else(top, stroke, 0.0)),
         ca.if_else(given, nominal, at),
         ca.logic_and(by_contact, ca.logic_not(top)),
@@ -199,7 +214,6 @@ def _measure(
         ca.if_else(given, stops.wrong, stops.obstacle),
         ca.logic_or(given, touched),
     )
-    return measured, touched
 
 
 def _report(

@@ -12,14 +12,14 @@ from ramsight.deploy.encoder.keeper import Keeper
 from ramsight.deploy.encoder.listening import Listener
 from ramsight.deploy.encoder.parameters import SUFFIX, ParameterFile
 from ramsight.logs.channel_map import ChannelMap
-from ramsight.plant.ddh import DdhUnit
+from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
 
 HOLD, TIMEOUT = (0x2000, 0), (0x2002, 0)
 
 
 def encoder_for(
-    unit: DdhUnit, channel_map: ChannelMap, settings: Settings, state: Path | None = None, *, aside: bool = False
+    unit: HydraulicUnit, channel_map: ChannelMap, settings: Settings, state: Path | None = None, *, aside: bool = False
 ) -> Encoder:
     """An encoder with a `kalman` sensor, ready to be started.
 

@@ -40,7 +40,7 @@ from ramsight.deploy.encoder.server import (
 from ramsight.deploy.encoder.stored import ALL, Stored
 from ramsight.deploy.encoder.ticks import Ticks
 from ramsight.errors import DescriptionError
-from ramsight.plant.ddh import DdhUnit
+from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.keeping import forgotten
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import IS_REFERENCED, Estimate, VirtualSensor
@@ -93,7 +93,7 @@ class Encoder:
     Example:
         >>> from ramsight import machine
         >>> from ramsight.deploy.encoder.listening import drive_map
-        >>> from ramsight.plant.ddh import build
+        >>> from ramsight.plant.build import build
         >>> from ramsight.sensor.kalman import kalman
         >>> boom = build("boom", machine.load("mining-loader").unit("boom"))
         >>> encoder = Encoder(kalman(boom), boom, Listener(drive_map(5, rated_torque=35.0)), Settings(node_id=6))
@@ -106,7 +106,7 @@ class Encoder:
     def __init__(
         self,
         sensor: VirtualSensor,
-        unit: DdhUnit,
+        unit: HydraulicUnit,
         listener: Listener,
         settings: Settings,
         *,
@@ -118,7 +118,7 @@ class Encoder:
         self._node = Node(settings.node_id, self._read, self._check)
         self._tpdos = (Tpdo(self._node, 0), Tpdo(self._node, 1))
         self._heartbeat, self._clock = Ticks(), BusClock()
-        self._published = Published(unit.max_velocity)
+        self._published = Published(unit.max_speed * unit.travel_per_radian)
         self._scale = Scale(self._node, unit.cylinder.stroke, self._published)
         self._emergencies = Emergencies(self._node)
         self._now = 0.0

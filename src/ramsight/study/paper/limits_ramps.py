@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from ramsight.duty.lift_lower import RAMP, SPEED
-from ramsight.plant.ddh import DdhUnit
 from ramsight.plant.steady import torque_at_load
+from ramsight.plant.unit import HydraulicUnit
 from ramsight.study.paper.bench import TEMPERATURE, Bench
 from ramsight.study.paper.drawing import TRUTH
 from ramsight.study.paper.limits_speed import SENSORS, cycle_errors, values
@@ -16,7 +16,7 @@ RAMPS = (0.1, 0.2, 0.4, 0.8, 1.2, 1.6, 2.4, 3.2)  # s
 _CLOSE = 0.15  # largest part by which simulated and explained error may differ
 
 
-def leak_velocity(unit: DdhUnit, load: float) -> float:
+def leak_velocity(unit: HydraulicUnit, load: float) -> float:
     """Rod velocity that the leakage takes from lifting and adds to lowering [m/s], mean of both.
 
     Args:
