@@ -18,14 +18,12 @@ class Drive:
         torque_gain: of its gain; 3 % is what data sheets of drives say, 1 % is what is left once references have
             taught the leakage that belongs to it [1].
         delay: by which speed, torque and valves may be apart [s]; filters of drives take 10 ... 40 ms.
-        standstill: time for which friction keeps its sign while the motor stands [s].
         correlation: time for which an error of the torque, as large as its gain's, stays what it is [s].
     """
 
     torque: float = 0.007
     torque_gain: float = 0.01
     delay: float = 0.02
-    standstill: float = 10.0
     correlation: float = 5.0
 
 

@@ -192,7 +192,8 @@ class LoadObserver:
 
         Beside the drive's own: how the expected torque changes within the drive's delay, and by how much it would be
         another were the motor already as fast as at the sample's end (`early`), both of which are large where a valve
-        opens, and fade with the delay; and friction of unknown sign at standstill, which stays what it is for long.
+        opens, and fade with the delay; and friction of unknown sign at standstill, which stays what it is: all samples
+        of a standstill together tell little more than one.
         """
         graph, drive = self._graph, self._assumptions.drive
         last, timing = graph.state("expected_torque"), graph.state("timing_variance")
@@ -203,7 +204,9 @@ class LoadObserver:
         up, down = (self._balance.torque(first.z, sign * 3.0 * _STANDING, 0.0, p) for sign in (1.0, -1.0))
         stands = ca.fabs(graph.motor_speed) < _STANDING
         friction = 0.5 * (up - down)
-        lasting = ca.if_else(stands, friction**2 * drive.standstill / h, 0.0)
+        standing = graph.state("standing_for")
+        graph.becomes("standing_for", ca.if_else(stands, standing + graph.elapsed, 0.0))
+        lasting = ca.if_else(stands, friction**2 * (1.0 + standing / h), 0.0)
         return (drive.torque * self._relief_torque) ** 2 + timing_1 + lasting, friction
 
     def _follow(
