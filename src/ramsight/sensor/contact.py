@@ -1,12 +1,15 @@
 """Contacts: the piston stands while the pump delivers.
 
-A stop, the ground or an obstacle shows in one way: oil is delivered, and all of it goes into compression. The position
+A stop, the ground or an obstacle shows mostly in one way: oil is delivered, and all of it goes into compression. The position
 that the load observer gives stands then, whatever the pressure is, while it would have gone on had the load not changed:
 
     sum(free travel) > 30 sigma   while   |x - x_contact| < 4 sigma + 15 % of that sum
 
 with sigma of the position by the torque's noise. From there on the piston is *held*: oil may pass the relief valve or be
 drawn from the tank, and none of it moves the piston. Where the contact is, is not decided here (`hypotheses`).
+
+Where the other chamber has no pump of its own the lowered end shows otherwise: no pressure is left anywhere, and the pump
+draws from the tank.
 
 It is let go when the motor turns the other way (oil that decompresses is in the observer, so a piston that still stands
 is seen to stand), or when the torque stays behind what a closed volume would ask for.
@@ -56,10 +59,16 @@ class Contact:
 
 
 class ContactWatch:
-    """Its states in a sensor's graph."""
+    """Its states in a sensor's graph.
 
-    def __init__(self, graph: SensorGraph) -> None:
-        self._graph = graph
+    Args:
+        graph: gains states.
+        lift_sign: +1 if extension lifts the load, -1 if retraction does.
+    """
+
+    def __init__(self, graph: SensorGraph, lift_sign: float) -> None:
+        self._graph, self._lift = graph, lift_sign
+        self._sank = graph.state("sank")
         self.held = graph.state("held")
         self._direction = graph.state("held_direction")
         self._anchor = graph.state("standing_place")
@@ -84,7 +93,12 @@ class ContactWatch:
         delivered = self._delivered + ca.fabs(step.free_travel)
         still = ca.fabs(position - self._anchor) < _STILL * sigma + _SLIPS * delivered
         stands = ca.logic_and(ca.logic_and(turns, free), still)
-        touched = ca.logic_and(stands, delivered > _SURE * sigma)
+        in_vain = ca.logic_and(stands, delivered > _SURE * sigma)
+        # Oil that is drawn from the tank moves nothing: the load has come to stand on something else.
+        lowers = ca.logic_and(turns, way == -self._lift)
+        sinks = ca.logic_and(step.empty, ca.logic_and(free, lowers))
+        touched = ca.logic_or(in_vain, ca.logic_and(sinks, self._sank))
+        graph.becomes("sank", sinks)
         # Oil that decompresses at an end: a piston that has stood there is about to leave.
         behind = ca.if_else(way > 0.0, self._anchor, stroke - self._anchor)
         leaving = ca.logic_and(known, behind < _NEAR * std + _NEAR_LEAST * stroke)

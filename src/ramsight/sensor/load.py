@@ -28,6 +28,7 @@ _SHORTEST = 1e-3  # s; a step that is solved even where no time passed, and not 
 _GATE = 16.0  # a torque four standard deviations away is a load that jumped, not noise
 _SEEN_AT = 0.5  # share of what virtual work says that a torque shows of a load, from which it is seen
 _STANDING = 1.0  # rad/s; friction of a motor slower than this has a sign that nobody knows
+_NOTHING = 0.02  # share of the load at relief pressure below which nothing moves the piston, friction being as much
 _SETTLES = 0.05  # s; for static compliance, long against the oscillation of mass and oil
 
 
@@ -48,6 +49,7 @@ class LoadStep:
         seen: how much the torque shows of the load, 1 where virtual work holds, 0 where it is blind [1].
         load: on the piston, friction in it [N].
         carried: load that the pressures carry [N].
+        empty: whether the held chamber has no pressure left and the other one gives no force either.
         torque: as expected after the correction [N m].
         z: the circuit's states.
         velocity: of the piston [m/s].
@@ -65,6 +67,7 @@ class LoadStep:
     seen: Any
     load: Any
     carried: Any
+    empty: Any
     torque: Any
     z: Any
     velocity: Any
@@ -162,6 +165,11 @@ class LoadObserver:
         )
         give = ca.fabs(static.by_load()[0])
         self._graph.becomes("expected_torque", second.torque)
+        carried = balance.force(z)
+        held_node = getattr(balance.unit.cylinder, f"node_{balance.unit.held}")
+        tank = self._p[balance.parameters.index("tank.pressure")]
+        lost = z[balance.states.index(f"pressure_{held_node}")] < tank
+        empty = ca.logic_and(lost, ca.fabs(carried) < _NOTHING * self._relief_load)
         noise = drive.torque * self._relief_torque
         return LoadStep(
             travel=ca.if_else(moves, second.z[0] - before[0], 0.0),
@@ -175,7 +183,8 @@ class LoadObserver:
             give=give,
             seen=ca.fmin(ca.fabs(h_walked) / unit, 1.0),
             load=ca.if_else(moves, corrected, load),
-            carried=balance.force(z),
+            carried=carried,
+            empty=empty,
             torque=second.torque,
             z=z,
             velocity=z[1],
