@@ -23,7 +23,7 @@ from ramsight.engine.recursion import replay
 from ramsight.errors import DescriptionError, OutputError
 from ramsight.plant.ddh import build
 from ramsight.sensor.kalman import kalman
-from ramsight.sensor.keeping import StateFile
+from ramsight.sensor.persistence import StateFile
 from ramsight.sensor.status import Status
 
 COMPILER = find_compiler()

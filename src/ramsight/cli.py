@@ -258,7 +258,7 @@ def track(
     from ramsight.output import DATASET_FILES, check_installed, check_target
     from ramsight.plant.ddh import build
     from ramsight.progress import progress
-    from ramsight.sensor.keeping import StateFile, said
+    from ramsight.sensor.persistence import StateFile, said
     from ramsight.study.figures import tracked_figure
     from ramsight.study.pieces import track_pieces
     from ramsight.study.tracking import error_summary

@@ -19,7 +19,7 @@ from ramsight.deploy.c_function import PLAIN, Term, as_kind, literal, number, st
 from ramsight.engine.cache import hold
 from ramsight.engine.recursion import Recursion
 from ramsight.plant.ddh import DdhUnit
-from ramsight.sensor.keeping import SETTLING, WHERE
+from ramsight.sensor.persistence import SETTLING, WHERE
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import VirtualSensor
 

@@ -41,7 +41,7 @@ from ramsight.deploy.encoder.stored import ALL, Stored
 from ramsight.deploy.encoder.ticks import Ticks
 from ramsight.errors import DescriptionError
 from ramsight.plant.ddh import DdhUnit
-from ramsight.sensor.keeping import forgotten
+from ramsight.sensor.persistence import forgotten
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import IS_REFERENCED, Estimate, VirtualSensor
 

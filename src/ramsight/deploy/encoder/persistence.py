@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ramsight.errors import OutputError
-from ramsight.sensor.keeping import StateError, StateFile
+from ramsight.sensor.persistence import StateError, StateFile
 from ramsight.sensor.virtual_sensor import VirtualSensor
 
 
