@@ -23,6 +23,10 @@ FORMAT = 1
 _MAGIC = b"ramsight state\n\0"
 _HEAD = struct.Struct("<16sHxxI32sQ")  # magic, format, number of values, identity, number of the save
 _DIGEST = 32
+TURNING = 1.0  # rad/s; slower, the safety valve stays closed
+CREEPING = 1e-4  # m/s; slower, the piston rests
+RESTING = 1.0  # s at rest, after which the position is worth saving
+CHANGED, DOUBTED = 0.2e-3, 1e-3  # m by which position or standard deviation change at rest until they are saved again
 SETTLING = 2.0  # s for which a piston may have gone on after its state was saved
 LEARNED = (
     *("leak", "displacement", "compliance"),

@@ -325,7 +325,9 @@ def impossible(sensor: VirtualSensor, state: Mapping[str, float]) -> str:
         >>> impossible(boom, boom.state), impossible(boom, {**boom.state, "covariance_00": -1.0})
         ('', 'covariance_00 = -1.0: a variance is not negative')
     """
-    wrong = next((f"{name} = {value!r}: not a finite number" for name, value in state.items() if not math.isfinite(value)), "")
+    wrong = next(
+        (f"{name} = {value!r}: not a finite number" for name, value in state.items() if not math.isfinite(value)), ""
+    )
     if wrong:
         return wrong
     position, stroke = state["position"], sensor.stroke
@@ -336,4 +338,3 @@ def impossible(sensor: VirtualSensor, state: Mapping[str, float]) -> str:
     if state.get(IS_REFERENCED, 0.0) not in (0.0, 1.0):
         return f"{IS_REFERENCED} = {state[IS_REFERENCED]!r}: neither 0 nor 1"
     return ""
-
