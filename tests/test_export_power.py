@@ -202,7 +202,9 @@ int ramsight_boom_start(ramsight_boom *s, ramsight_boom_real p, ramsight_boom_re
   (void)s; (void)p; (void)d; at = 0; return 1;
 }
 void ramsight_boom_reference(ramsight_boom *s, ramsight_boom_real p) { (void)s; (void)p; }
-int ramsight_boom_keep(ramsight_boom *s, int starts, unsigned char *bytes) { (void)s; (void)starts; (void)bytes; return -1; }
+int ramsight_boom_keep(ramsight_boom *s, int starts, unsigned char *bytes) {
+  (void)s; (void)starts; (void)bytes; return -1;
+}
 ramsight_boom_resumed ramsight_boom_resume(ramsight_boom *s, const unsigned char *a, const unsigned char *b) {
   (void)s; (void)a; (void)b; return RAMSIGHT_BOOM_NOTHING;
 }

@@ -209,7 +209,8 @@ def _complete(slots: Slots) -> bool:
 def forgotten(sensor: VirtualSensor, state: Mapping[str, float]) -> dict[str, float]:
     """A state that knows the machine as before, but not where the piston is."""
     fresh = dict(zip(sensor.recursion.state, sensor.initial.tolist(), strict=True))
-    return {**fresh, **{name: state[name] for name in LEARNED if name in fresh}}
+    known = {**fresh, **{name: state[name] for name in LEARNED if name in fresh}}
+    return fresh if impossible(sensor, known) else known
 
 
 def said(resumed: Resumed, path: Path) -> str:
