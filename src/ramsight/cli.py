@@ -632,8 +632,11 @@ def encoder(
 
 def main() -> None:
     """Run the command line: one line on standard error and exit code 2 for whatever a user can mend."""
+    import warnings
+
     from ramsight.errors import RamsightError
 
+    warnings.formatwarning = lambda message, *_, **__: f"warning: {message}\n"
     try:
         app()
     except RamsightError as error:
