@@ -4,6 +4,7 @@ import ctypes
 import math
 import re
 import subprocess
+from pathlib import Path
 from string import Template
 
 import numpy as np
@@ -188,6 +189,13 @@ def test_a_start_that_can_be_is_taken_and_a_reference_of_no_number_is_none(drive
         assert (taken, status) == (1, Status.OK)
         assert position == pytest.approx(0.2, abs=1e-6)
         assert 0.0 < std < 5e-3
+
+
+def test_the_main_loop_of_the_page_compiles(boom, tmp_path):
+    page = (Path(__file__).parent.parent / "docs" / "export.md").read_text(encoding="utf-8")
+    (loop,) = re.findall(r"```c\n(.*?)```", page, flags=re.DOTALL)
+    source = sensor_source(kalman(boom), boom, "ramsight_boom", "mining-loader", single=False)
+    library(COMPILER, {**source.files, "loop.c": loop}, tmp_path / "loop.so", *STRICT)
 
 
 # ---- golden samples ----------------------------------------------------------------------------------------------
