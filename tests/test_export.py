@@ -183,11 +183,11 @@ class Slots:
     def get(self):
         return dict(zip(self.names, self.sensor[: len(self.names)], strict=True))
 
-    def rest(self, begin):
+    def rest(self, begin, speed=0.0):
         """Stand under load for 1.2 s; the slots that were written."""
         sample, said, written = (ctypes.c_double * 4)(), (ctypes.c_double * 32)(), []
         for k in range(60):
-            sample[:] = [begin + 0.02 * k, 0.0, 20.0, 313.15]
+            sample[:] = [begin + 0.02 * k, speed, 2.0, 313.15]
             self.c.ramsight_boom_step(self.sensor, sample, said)
             written += self.keep()
         return written
@@ -256,6 +256,35 @@ def test_what_is_resumed_is_what_was_kept(slots):
     assert slots.keep() == [], "it rests there still"
     assert slots.keep(starts=1) == [0]
     assert slots.resume() == MOVED
+
+
+def test_a_drive_that_loses_its_power_first_does_not_take_the_position_with_it(slots):
+    slots.resume()
+    slots.c.ramsight_boom_start(slots.sensor, 0.3, 1e-3)
+    slots.rest(0.0)
+    assert slots.rest(1.2, speed=np.nan) == []
+    assert slots.resume() == RESUMED
+    assert slots.rest(0.0, speed=np.nan) == []
+    assert slots.keep(starts=1) == [0], "but a motor that is commanded counts as moving"
+    assert slots.resume() == MOVED
+
+
+def test_only_slots_that_were_saved_one_after_the_other_give_a_position(slots):
+    slots.resume()
+    slots.c.ramsight_boom_start(slots.sensor, 0.3, 1e-3)
+    contents = {}  # by the number of the save; odd ones are in slot 1
+    for k in range(4):
+        slots.rest(1.2 * k)
+        contents |= {int.from_bytes(bytes(slot)[4:8], "little"): bytes(slot) for slot in slots.slots}
+        slots.keep(starts=1)
+        contents |= {int.from_bytes(bytes(slot)[4:8], "little"): bytes(slot) for slot in slots.slots}
+    assert len(contents) > 6
+    for even in (number for number in contents if number % 2 == 0):
+        for odd in (number for number in contents if number % 2):
+            slots.slots[0][:], slots.slots[1][:] = contents[even], contents[odd]
+            rests = int.from_bytes(contents[max(even, odd)][8:12], "little") == 0x54534552
+            expected = (RESUMED if rests else MOVED) if abs(even - odd) == 1 else OLDER
+            assert slots.resume() == expected
 
 
 @pytest.mark.parametrize("filler", [0x00, 0xFF])

@@ -63,10 +63,12 @@ void ${p}_reference(${p} *s, real position) { s->reference = is_number(position)
 #define CREEPING R(${creeping}) /* slower, the piston rests [m/s] */
 #define RESTING ${resting}      /* at rest for so long, its position is worth a slot [s] */
 #define GAP 0.5           /* a longer gap may hide a motion [s] */
-#define MISSED 5u         /* more samples in a row that say nothing may, too */
+#define MISSED 5u         /* more samples in a row that cannot be may, too */
 
 /* For the slots: for how long the piston has been at rest at a position that is known. */
 static void watch(${p} *s, const ${p}_inputs *in, const ${p}_outputs *out) {
+  /* A drive that says nothing changes nothing: it often loses its power before this unit does. */
+  if (out->status == ${P}_INPUT_LOST || out->status == ${P}_TIME_FROZEN) return;
   if (out->status >= ${P}_TOO_UNCERTAIN) {
     if (s->missed < MISSED) s->missed++;
     else s->rested = 0.0;

@@ -81,7 +81,7 @@ ${states}
   double seen;         /* time of the last good sample [s]; NaN: none */
   double rested;       /* for how long the piston has been at rest at a position that is known [s] */
   double position_said, position_std_said; /* after the last step [m] */
-  uint32_t missed;     /* samples that said nothing, one after the other */
+  uint32_t missed;     /* samples that could not be, one after the other */
   uint32_t made;       /* by init */
   ${p}_slots slots;
 } ${p};

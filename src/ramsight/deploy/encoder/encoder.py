@@ -268,8 +268,7 @@ class Encoder:
         assert last is not None
         sent, warmth = last.time + _JUST_AFTER, self._listener.temperature(self._now)
         self._step(Sample(sent, last.motor_speed, last.motor_torque, warmth, position), preset=True)
-        state = self._sensor.state
-        if state["time"] != sent or state["disputed"] > 0.5:
+        if self._sensor.state["time"] != sent or self._is_disputed:
             refuse(BY_STATE)
         if not self._saving.moving:
             self._save()
@@ -293,7 +292,7 @@ class Encoder:
             faults.add(OF_STATUS[estimate.status])
         conditions = {
             Fault.NOT_REFERENCED: not referenced,
-            Fault.REFUSED: state["disputed"] > 0.5,
+            Fault.REFUSED: self._is_disputed,
             Fault.TEMPERATURE: math.isnan(self._listener.temperature(self._now)),
             Fault.DRIVE_SILENT: self._drive.silent,
             Fault.DRIVE_GONE: self._drive.gone,
@@ -307,6 +306,12 @@ class Encoder:
         position = math.nan if estimate is None else estimate.position
         self._published.set(self._now, position, valid, at_once=preset)
         self._emergencies.tell(self._now, self._faults, self._status)
+
+    @property
+    def _is_disputed(self) -> bool:
+        """Whether a reference was refused, and none accepted since; a worse status may hide the sensor's own word."""
+        status = None if self._estimate is None else self._estimate.status
+        return status is Status.REFERENCE_REFUSED or self._sensor.state.get("disputed", 0.0) > 0.5
 
     @property
     def _status(self) -> int:
