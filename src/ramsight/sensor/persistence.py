@@ -195,7 +195,9 @@ class StateFile:
                 raise StateError(
                     f"{self.path}: format {version} is newer than this ramsight knows ({FORMAT}); update it"
                 )
-            if count != len(self._names) or identity != self._identity:
+            end = _HEAD.size + 8 * count
+            whole = hashlib.sha256(slot[:end]).digest() == slot[end : end + _DIGEST]
+            if whole and (count != len(self._names) or identity != self._identity):
                 raise StateError(
                     f"{self.path}: the state of another sensor or machine; delete it, or give another file"
                 )

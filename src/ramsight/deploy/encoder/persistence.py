@@ -42,7 +42,10 @@ class Persistence:
         From here on the file says that nobody knows where the piston is, until it is saved at rest again: a disk that
         fails later cannot bring the position back. If that cannot be written now, the position is not resumed.
         """
-        there = self.path.exists() and self.path.stat().st_size > 0
+        try:
+            there = self.path.stat().st_size > 0
+        except OSError:
+            there = False
         try:
             resumed = StateFile(self.path, self._sensor).resume()
         except StateError:
