@@ -642,8 +642,8 @@ def test_a_position_that_was_resumed_cannot_come_back_from_a_disk_that_fails_lat
     write(bus, 0x6003, 10000)
     bus.rest(2.0)
     bus = power_up(state)
-    disk.fails = True
     bus.rest(0.1)
+    disk.fails = True
     assert (bus.alarms, bus.position) == (0, 10000)
     move(bus, trace, 8.0)
     assert bus.alarms == PE | CANNOT_SAVE, "a save that fails is a fault at once"
@@ -667,6 +667,21 @@ def test_a_position_that_cannot_be_taken_off_the_disk_is_not_resumed(tmp_path, d
     bus.rest(0.1)
     assert (bus.alarms, bus.warnings, bus.position) == (PE | CANNOT_SAVE, NOT_REFERENCED, FAULT)
     assert 0x5500 in bus.emergencies()
+
+
+def test_a_power_up_without_the_drive_costs_nothing(tmp_path):
+    state = tmp_path / "boom.state"
+    bus = power_up(state)
+    bus.rest(0.2)
+    write(bus, 0x6003, 10000)
+    bus.rest(2.0)
+    power_up(state).pass_time(5.0)
+    idle = power_up(state)
+    idle.pass_time(5.0)
+    idle.device.stop()
+    again = power_up(state)
+    again.rest(0.1)
+    assert (again.alarms, again.position) == (0, 10000)
 
 
 def test_a_disk_that_cannot_be_written_is_told_from_the_start_and_tried_again(tmp_path, disk):

@@ -242,6 +242,7 @@ class Encoder:
 
     def _step(self, sample: Sample, *, preset: bool = False) -> None:
         """Let the sensor take a sample. One whose time does not advance is none: if all are so, the drive is silent."""
+        self._saving.begin()
         before = self._sensor.state
         estimate = self._sensor.step(
             sample.time, sample.motor_speed, sample.motor_torque, sample.oil_temperature, sample.reference

@@ -37,11 +37,7 @@ class Persistence:
             self._thread.start()
 
     def resume(self) -> bool:
-        """Give the sensor the stored state, and take its position off the disk; False if it was damaged or foreign.
-
-        From here on the file says that nobody knows where the piston is, until it is saved at rest again: a disk that
-        fails later cannot bring the position back. If that cannot be written now, the position is not resumed.
-        """
+        """Give the sensor the stored state, or make the file; False if it was damaged, or is another machine's."""
         try:
             there = self.path.stat().st_size > 0
         except OSError:
@@ -51,12 +47,13 @@ class Persistence:
         except StateError:
             self._sensor.start(None)
             return False
-        if there and not resumed.found:
-            return False
-        without = forgotten(self._sensor, self._sensor.state)
-        if not self.save_now(without):
-            self._sensor.state = without
-        return not resumed.older
+        if not there:
+            self.save_now(self._sensor.state)
+        return not resumed.older and (resumed.found or not there)
+
+    def take_position_off(self) -> bool:
+        """Let the file say that nobody knows where the piston is; on return it does, or False is returned."""
+        return self.save_now(forgotten(self._sensor, self._sensor.state))
 
     @property
     def is_pending(self) -> bool:

@@ -34,7 +34,7 @@ class Saving:
         self._rested = self._asked = self._again = math.inf
         self._position = self._std = math.nan  # m, after the last sample
         self._saved, self._saved_std = math.nan, math.nan  # m, that the file has at rest
-        self.moving = False
+        self.moving = self._begun = False
         if file is None:
             sensor.start(None)
         self.damaged = file is not None and not file.resume()
@@ -52,6 +52,17 @@ class Saving:
             return -math.inf
         late = math.inf if self.failed else self._asked + _LATE
         return min(self._again, late, math.inf if self.moving else self._rested)
+
+    def begin(self) -> None:
+        """Before the first sample: take a resumed position off the disk, or forget it if that cannot be done.
+
+        From here on a disk that fails cannot bring it back. Until the drive reports the file stays as it is.
+        """
+        if self._begun or self._file is None:
+            return
+        self._begun = True
+        if not self.damaged and not self._file.take_position_off():
+            self._sensor.state = forgotten(self._sensor, self._sensor.state)
 
     def watch(self, now: float, motor_speed: float, estimate: Estimate) -> bool:
         """See whether the piston moves [s, rad/s]; whether a motion begins."""
