@@ -1,6 +1,7 @@
 """A bus without time of its own: a master that knows CiA 406 only, an encoder, and a played drive."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
@@ -80,6 +81,15 @@ class Master(canopen.Network):
 
     def sent(self, cob_id: int, since: float = -1.0) -> list[tuple[float, bytes]]:
         return [(at, frame.data) for at, frame in self.seen if frame.cob_id == cob_id and at >= since]
+
+    @contextmanager
+    def configuring(self) -> Iterator[None]:
+        """Pre-operational for a while, as parameters need it."""
+        before, self.node.nmt.state = self.node.nmt.state, "PRE-OPERATIONAL"
+        try:
+            yield
+        finally:
+            self.node.nmt.state = before
 
     def emergencies(self) -> list[int]:
         return [int.from_bytes(data[:2], "little") for _, data in self.sent(0x80 + NODE)]

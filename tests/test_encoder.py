@@ -1,8 +1,11 @@
 """The encoder as a client sees it that knows CiA 406 and nothing else, on a bus without time of its own."""
 
+import errno
 import json
+import os
 import re
 import struct
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -10,12 +13,12 @@ import pytest
 from canopen import SdoAbortedError
 from canopen.sdo.base import SdoVariable
 
-from ramsight.deploy.encoder import Frame
+from ramsight.deploy.encoder import Frame, Settings, encoder_for
 from ramsight.deploy.encoder.bus_clock import BusClock
 from ramsight.deploy.encoder.eds import eds_text, object_dictionary
 from ramsight.deploy.encoder.faults import OF_STATUS, Fault, fault_table
 from ramsight.deploy.encoder.listening import drive_map
-from ramsight.deploy.encoder.objects import ENTRIES, FORGET, LOAD, OBJECTS, SAVE, object_table
+from ramsight.deploy.encoder.objects import ENTRIES, FORGET, LOAD, OBJECTS, RUNNING, SAVE, STORED, object_table
 from ramsight.errors import DescriptionError
 from ramsight.logs import read_drive_log, read_truth
 from ramsight.logs.channel_map import load_map
@@ -37,6 +40,7 @@ from .encoder_bus import (
     encoder,
     played,
     sample,
+    usual_map,
 )
 
 ROOT = Path(__file__).parent.parent
@@ -60,6 +64,15 @@ def abort_of(action) -> int:
 
 
 def write(bus, index, value, subindex=0):
+    """As a client does that knows the rules: parameters are written while the node is pre-operational."""
+    if (index, subindex) in STORED and index not in RUNNING:
+        with bus.configuring():
+            write_now(bus, index, value, subindex)
+    else:
+        write_now(bus, index, value, subindex)
+
+
+def write_now(bus, index, value, subindex=0):
     entry = bus.node.sdo[index]
     (entry if isinstance(entry, SdoVariable) else entry[subindex]).raw = value
 
@@ -96,7 +109,7 @@ def test_it_says_that_it_is_a_linear_encoder(master):
     assert sdo[0x1018][4].raw == sdo[0x650B].raw == 4711
     assert sdo[0x6002].raw == round(boom().cylinder.stroke / STEP)
     assert sdo[0x650A][3].raw == sdo[0x6002].raw
-    assert sdo[0x6504].raw == 0x1001
+    assert sdo[0x6504].raw == 0x3001
     assert sdo[0x6506].raw == 0xF025
 
 
@@ -126,6 +139,55 @@ def test_it_says_that_it_is_a_linear_encoder(master):
 )  # fmt: skip
 def test_what_cannot_be_is_aborted_with_the_standards_code(master, action, code):
     assert abort_of(lambda: action(master)) == code
+
+
+def test_parameters_stay_while_the_machine_runs(master):
+    write(master, 0x6003, 10000)
+    for key in STORED:
+        if key[0] not in RUNNING:
+            value = master.node.sdo.upload(*key)
+            assert abort_of(lambda key=key, value=value: master.node.sdo.download(*key, value)) == 0x08000022
+    assert master.position == 10000
+
+
+def test_work_area_limits_may_be_written_while_it_runs(master):
+    write_now(master, 0x6401, 100, 1)
+    write_now(master, 0x6402, 200, 1)
+
+
+def test_a_pdo_takes_no_identifier_of_others(master):
+    services = (0x000, 0x080, 0x080 + NODE, 0x100, 0x180, 0x600 + NODE, 0x580 + NODE, 0x700 + NODE, 0x7FF)
+    with master.configuring():
+        write_now(master, 0x1800, 0xC0000186, 1)
+        for other in (*services, 0x180 + DRIVE, 0x200 + DRIVE, 0x500 + DRIVE, 0x280 + NODE):
+            assert abort_of(lambda other=other: write_now(master, 0x1800, 0x40000000 | other, 1)) == 0x06090030
+        write_now(master, 0x1800, 0x40000186 + 3, 1)
+
+
+def test_a_fault_value_is_no_position(master):
+    for value in (0, -1, 10000, 70000, 700_000, -700_000, 1_400_000):
+        assert abort_of(lambda value=value: write(master, 0x2001, value)) == 0x06090030
+    for value in (FAULT, -(1 << 31), 1_400_001, -700_001):
+        write(master, 0x2001, value)
+
+
+def test_a_heartbeat_is_no_flood(master):
+    for period in (1, 9):
+        assert abort_of(lambda period=period: write(master, 0x1017, period)) == 0x06090032
+    for period in (0, 10, 65535):
+        write(master, 0x1017, period)
+
+
+@pytest.mark.parametrize(
+    ("request_bytes", "key", "value"),
+    [("2217100064000000", (0x1017, 0), 100), ("220020000000FFFF", (0x2000, 0), 0),
+     ("2205600140420F00", (0x6005, 1), 1_000_000), ("22016401A0860100", (0x6401, 1), 100_000)],
+)  # fmt: skip
+def test_a_write_that_does_not_say_its_size_has_the_objects(master, request_bytes, key, value):
+    with master.configuring():
+        master.send_message(0x600 + NODE, bytes.fromhex(request_bytes))
+        assert master.seen[-1][1].data[0] == 0x60
+        assert int.from_bytes(master.node.sdo.upload(*key), "little") == value
 
 
 def test_block_transfers_and_lost_segments_are_aborted(master):
@@ -187,9 +249,9 @@ def test_steps_and_direction_are_the_clients(master):
 
 def test_an_invalid_position_is_a_fault_value_or_held(master):
     write(master, 0x6003, 10000)
-    write(master, 0x2001, -1)
+    write(master, 0x2001, -(1 << 31))
     master.pass_time(master.now + 0.2)
-    assert (master.alarms, master.warnings, master.position) == (PE, WATCHDOG, -1)
+    assert (master.alarms, master.warnings, master.position) == (PE, WATCHDOG, -(1 << 31))
     assert master.node.sdo[0x6030][1].raw == 0x7FFF
     write(master, 0x2000, 0)
     assert (master.position, master.node.sdo[0x6030][1].raw) == (10000, 0)
@@ -275,7 +337,8 @@ def test_a_client_maps_what_it_likes_into_a_pdo(master):
         pdo.add_variable(name)
     pdo.event_timer = 20
     pdo.enabled = True
-    master.node.tpdo.save()
+    with master.configuring():
+        master.node.tpdo.save()
     begin = master.now
     master.pass_time(begin + 0.05)
     assert [len(data) for _, data in master.sent(0x180 + NODE, since=begin + 1e-6)] == [8, 8]
@@ -289,6 +352,7 @@ def test_a_client_maps_what_it_likes_into_a_pdo(master):
 )
 def test_mappings_that_cannot_be_are_refused(master, mapped, code):
     sdo = master.node.sdo
+    master.node.nmt.state = "PRE-OPERATIONAL"
     sdo[0x1801][1].raw = 0xC0000286
     sdo[0x1A01][0].raw = 0
 
@@ -532,10 +596,7 @@ def test_a_damaged_state_is_told_until_a_reference_comes(tmp_path):
 
 def test_a_state_of_another_machine_is_as_good_as_damaged(tmp_path):
     from ramsight import machine
-    from ramsight.deploy.encoder import Settings, encoder_for
     from ramsight.plant.ddh import build
-
-    from .encoder_bus import usual_map
 
     bus = power_up(tmp_path / "boom.state")
     bus.rest(0.2)
@@ -544,6 +605,168 @@ def test_a_state_of_another_machine_is_as_good_as_damaged(tmp_path):
     other = Master(encoder_for(bucket, usual_map(), Settings(NODE, DRIVE), tmp_path / "boom.state"))
     other.rest(0.1)
     assert other.alarms == PE | 1 << 12
+
+
+class Disk:
+    """The computer's disk, which can fail: nothing reaches it, as when it is full or read-only."""
+
+    def __init__(self, monkeypatch) -> None:
+        self.fails = False
+        self._open = os.open
+        monkeypatch.setattr("ramsight.sensor.persistence.os.open", self._opened)
+
+    def _opened(self, path, flags, *mode):
+        if self.fails and flags & (os.O_RDWR | os.O_WRONLY):
+            raise OSError(errno.EROFS, "Read-only file system", str(path))
+        return self._open(path, flags, *mode)
+
+
+@pytest.fixture
+def disk(monkeypatch):
+    return Disk(monkeypatch)
+
+
+def move(bus: Master, trace, seconds: float) -> None:
+    """The cycle of another simulator, from its first sample on."""
+    frames = [(at, frame) for at, frame in played(read_drive_log(trace("boom_441kN_40C").log)) if at < seconds]
+    bus.play(frames, offset=bus.now + 0.02)
+
+
+CANNOT_SAVE = 1 << 13
+
+
+def test_a_position_that_was_resumed_cannot_come_back_from_a_disk_that_fails_later(tmp_path, trace, disk):
+    state = tmp_path / "boom.state"
+    bus = power_up(state)
+    bus.rest(0.2)
+    write(bus, 0x6003, 10000)
+    bus.rest(2.0)
+    bus = power_up(state)
+    bus.rest(0.1)
+    disk.fails = True
+    assert (bus.alarms, bus.position) == (0, 10000)
+    move(bus, trace, 8.0)
+    assert bus.alarms == PE | CANNOT_SAVE, "a save that fails is a fault at once"
+    assert bus.position == FAULT
+    assert 0x5500 in bus.emergencies()
+    assert "Read-only file system" in bus.device.said
+    disk.fails = False
+    again = power_up(state)
+    again.rest(0.1)
+    assert (again.alarms, again.warnings) == (PE, NOT_REFERENCED)
+
+
+def test_a_position_that_cannot_be_taken_off_the_disk_is_not_resumed(tmp_path, disk):
+    state = tmp_path / "boom.state"
+    bus = power_up(state)
+    bus.rest(0.2)
+    write(bus, 0x6003, 10000)
+    bus.rest(2.0)
+    disk.fails = True
+    bus = power_up(state)
+    bus.rest(0.1)
+    assert (bus.alarms, bus.warnings, bus.position) == (PE | CANNOT_SAVE, NOT_REFERENCED, FAULT)
+    assert 0x5500 in bus.emergencies()
+
+
+def test_a_power_up_without_the_drive_costs_nothing(tmp_path):
+    state = tmp_path / "boom.state"
+    bus = power_up(state)
+    bus.rest(0.2)
+    write(bus, 0x6003, 10000)
+    bus.rest(2.0)
+    power_up(state).pass_time(5.0)
+    idle = power_up(state)
+    idle.pass_time(5.0)
+    idle.device.stop()
+    again = power_up(state)
+    again.rest(0.1)
+    assert (again.alarms, again.position) == (0, 10000)
+
+
+def test_a_disk_that_cannot_be_written_is_told_from_the_start_and_tried_again(tmp_path, disk):
+    disk.fails = True
+    bus = power_up(tmp_path / "boom.state")
+    bus.rest(0.2)
+    write(bus, 0x6003, 10000)
+    assert bus.alarms == PE | CANNOT_SAVE
+    disk.fails = False
+    bus.rest(1.2)
+    assert (bus.alarms, bus.position) == (0, 10000)
+    assert bus.emergencies()[-1] == 0
+    bus.rest(1.2)
+    again = power_up(tmp_path / "boom.state")
+    again.rest(0.1)
+    assert (again.alarms, again.position) == (0, 10000)
+
+
+def test_a_disk_that_fails_when_motion_begins_is_told_at_once(tmp_path, trace, disk):
+    bus = power_up(tmp_path / "boom.state")
+    bus.rest(0.2, torque=2.0)
+    write(bus, 0x6003, 10000)
+    bus.rest(2.0, torque=2.0)
+    disk.fails = True
+    bus.rest(1.0, torque=2.0)
+    assert bus.alarms == 0, "the file says what is so"
+    bus.put(bus.now + 0.02, sample(100, 30.0))
+    assert bus.alarms == PE | CANNOT_SAVE
+
+
+def test_a_slow_disk_is_told(tmp_path, monkeypatch):
+    stuck = threading.Event()
+    slow = encoder_for(boom(), usual_map(), Settings(NODE, DRIVE), tmp_path / "boom.state", aside=True)
+    bus = Master(slow)
+    bus.node.nmt.state = "OPERATIONAL"
+    bus.rest(0.2, torque=2.0)
+    fsync = os.fsync
+    monkeypatch.setattr("ramsight.sensor.persistence.os.fsync", lambda file: (stuck.wait(30.0), fsync(file)))
+    bus.node.sdo[0x6003].raw = 10000
+    bus.rest(1.0, torque=2.0)
+    assert bus.alarms == 0
+    bus.rest(1.2, torque=2.0)
+    assert bus.alarms == PE | CANNOT_SAVE
+    stuck.set()
+    slow.stop()
+    assert bus.device._saving.failure == ""
+
+
+def test_power_lost_at_any_frame_leaves_a_right_position_or_none(tmp_path, trace):
+    state, lost = tmp_path / "boom.state", tmp_path / "lost.state"
+    bus, case = power_up(state), trace("boom_441kN_40C")
+    truth = read_truth(case.truth)
+    frames = list(played(read_drive_log(case.log)))
+    bus.play(frames[:10])
+    write(bus, 0x6003, 10000)
+    begin, found = None, {}
+    for k, (at, frame) in enumerate(frames[10:]):
+        bus.put(at, frame)
+        content = state.read_bytes()
+        if content in found:
+            continue
+        begin = begin or at
+        lost.write_bytes(content)
+        again = power_up(lost)
+        again.rest(0.1)
+        found[content] = (k, again.alarms, again.position)
+    position = np.interp([at for at, _ in frames[10:]], truth["time"], truth["position"])
+    places = [(k, place) for k, alarm, place in found.values() if alarm == 0]
+    assert 2 <= len(places) < len(found)
+    ends = [*[k for k, _, _ in found.values()][1:], len(position)]
+    for (k, alarm, place), end in zip(found.values(), ends, strict=True):
+        if alarm == 0:  # this content is what a power loss leaves until the next one is written
+            assert np.abs(place * STEP - position[k:end]).max() < 2e-3
+
+
+def test_stored_parameters_that_cannot_be_are_not_used(tmp_path):
+    from ramsight.deploy.encoder.parameters import ParameterFile
+
+    state = tmp_path / "boom.state"
+    for values in ({(0x2001, 0): 10000}, {(0x1800, 1): 0x40000080}, {(0x1017, 0): 1}, {(0x2002, 0): 5}):
+        ParameterFile(tmp_path / "boom.state.parameters").save(values)
+        bus = power_up(state)
+        bus.rest(0.1)
+        assert bus.alarms == PE | 1 << 12
+        assert [bus.node.sdo[0x2001].raw, bus.node.sdo[0x1017].raw] == [FAULT, 1000]
 
 
 def test_parameters_are_stored_and_restored(tmp_path):

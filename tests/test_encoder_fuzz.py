@@ -62,6 +62,31 @@ def test_ten_thousand_frames_of_chance_neither_stop_it_nor_make_it_jump(chance):
 
 
 @settings(max_examples=25, suppress_health_check=list(HealthCheck))
+@given(st.binary(min_size=FRAMES * FRAME, max_size=FRAMES * FRAME))
+def test_frames_of_others_do_not_move_it(chance):
+    """Only what the drive itself reports does, and a frame of chance with its identifier is such a report."""
+    bus = Master(encoder())
+    bus.node.sdo[0x2100].raw = 400
+    bus.rest(0.1, torque=2.0)
+    bus.node.sdo[0x6003].raw = 20000
+    bus.node.nmt.state = "OPERATIONAL"
+    stood = bus.now
+    for at, frame in frames_of(chance, bus.now):
+        while stood + 0.02 <= at:
+            stood += 0.02
+            bus.put(stood, sample(0, 2.0 + 0.1 * (round(50 * stood) % 3)))
+        if frame.cob_id != 0x180 + DRIVE and not writes(frame, 0x6003, 0x2003):
+            bus.put(max(at, bus.now), frame)
+        assert abs(bus.device.position - 0.2) < 0.1e-3
+    assert_lives(bus)
+
+
+def writes(frame: Frame, *objects: int) -> bool:
+    """Whether a frame may set the position, or forget it."""
+    return frame.cob_id == 0x600 + NODE and any(one.to_bytes(2, "little") in frame.data for one in objects)
+
+
+@settings(max_examples=25, suppress_health_check=list(HealthCheck))
 @given(
     st.lists(st.tuples(st.integers(-32768, 32767), st.floats(-2.0, 2.0), st.integers(0, 30)), min_size=60, max_size=60)
 )

@@ -305,6 +305,31 @@ def test_what_is_wrong_is_refused_and_logged(instances):
     assert "no Float64 variable with the value reference 9999" in one.said[-1]
 
 
+@pytest.mark.parametrize("fmi", FMI)
+@pytest.mark.parametrize(
+    ("position", "std"), [(float("nan"), 1e-3), (float("inf"), 1e-3), (5.0, 1e-3), (-0.1, 1e-3), (0.2, float("nan"))]
+)
+def test_a_start_that_cannot_be_is_refused(instances, fmi, position, std):
+    from fmpy.fmi1 import FMICallException
+
+    one = instances("sensor", fmi)
+    with pytest.raises(FMICallException):
+        one.begin(start_position=position, start_std=std, start_known=True)
+    if fmi == 3:
+        assert "from 0 to the stroke (0.7 m)" in one.said[-1]
+    with pytest.raises(FMICallException):
+        one.step(0.0, 0.02)
+
+
+@pytest.mark.parametrize("fmi", FMI)
+def test_a_plant_that_starts_nowhere_is_refused(instances, fmi):
+    from fmpy.fmi1 import FMICallException
+
+    one = instances("plant", fmi)
+    with pytest.raises(FMICallException):
+        one.begin(start_position=float("nan"))
+
+
 def test_another_token_makes_no_instance(fmus, tmp_path):
     fmpy.extract(str(fmus["plant", 2].path), unzipdir=str(tmp_path))
     library = ctypes.CDLL(str(next((tmp_path / "binaries").rglob("*.so"))))

@@ -258,7 +258,7 @@ def track(
     from ramsight.output import DATASET_FILES, check_installed, check_target
     from ramsight.plant.build import build
     from ramsight.progress import progress
-    from ramsight.sensor.keeping import StateFile, said
+    from ramsight.sensor.persistence import StateFile, said
     from ramsight.study.figures import tracked_figure
     from ramsight.study.pieces import track_pieces
     from ramsight.study.tracking import error_summary
@@ -632,8 +632,11 @@ def encoder(
 
 def main() -> None:
     """Run the command line: one line on standard error and exit code 2 for whatever a user can mend."""
+    import warnings
+
     from ramsight.errors import RamsightError
 
+    warnings.formatwarning = lambda message, *_, **__: f"warning: {message}\n"
     try:
         app()
     except RamsightError as error:

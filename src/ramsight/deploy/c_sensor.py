@@ -19,15 +19,20 @@ from ramsight.deploy.c_function import PLAIN, Term, as_kind, literal, number, st
 from ramsight.engine.cache import hold
 from ramsight.engine.recursion import Recursion
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.keeping import SETTLING, WHERE
+from ramsight.sensor.hypotheses import LEARNED
+from ramsight.sensor.persistence import CHANGED, CREEPING, DOUBTED, RESTING, SETTLING, TURNING
 from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import VirtualSensor
+from ramsight.sensor.virtual_sensor import START_SLACK, VirtualSensor
 
 PLACES = ("position", "shown_position")
 """States that grow by little at a time; they stay doubles where reals are floats."""
 CLOCKS = ("time", "clock")
 """States that are times; the step is given how far they are back. A sum of times stays a double too, or a timer of
 samples would end a sample early or late at its limit."""
+_SLOTS = "slots 2"
+"""How the bytes of a slot are laid out; part of its identity."""
+_OTHER_STATUSES = 4
+"""Statuses among the golden samples in which floats may differ; doubles may in none."""
 _MEANING = {
     "position": "0 = retracted",
     "position_std": "its standard deviation",
@@ -74,7 +79,7 @@ def sensor_source(sensor: VirtualSensor, unit: HydraulicUnit, prefix: str, machi
     step, constants, wide = _step(sensor, prefix)
     states = tuple(sorted(recursion.state, key=lambda name: name not in wide))
     values = {name: value for name, value in zip(recursion.state, sensor.initial.tolist(), strict=True) if value}
-    identity = "\n".join((sensor.kind, *states, *recursion.parameters)).encode() + sensor.parameters.tobytes()
+    identity = "\n".join((_SLOTS, sensor.kind, *states, *recursion.parameters)).encode() + sensor.parameters.tobytes()
     wides = len(wide)
     macro = prefix.upper()
     common = {
@@ -91,7 +96,7 @@ def sensor_source(sensor: VirtualSensor, unit: HydraulicUnit, prefix: str, machi
         statuses=_lines(f"{macro}_{s.name} = {int(s)}, /* {s.text} */" for s in Status),
         outputs=_lines(_outputs(sensor, prefix)),
         states=_lines(f"{'double' if name in wide else f'{prefix}_real'} {name};" for name in states),
-        bytes=f"(12 + 8 * {wides} + (int)sizeof({prefix}_real) * {len(states) - wides})",
+        bytes=f"(16 + 8 * {wides} + (int)sizeof({prefix}_real) * {len(states) - wides})",
         **common,
     )
     body = template(
@@ -106,8 +111,16 @@ def sensor_source(sensor: VirtualSensor, unit: HydraulicUnit, prefix: str, machi
         identity=f"0x{zlib.crc32(identity):08X}",
         wides=wides,
         count=len(states),
+        stroke=repr(sensor.stroke),
+        slack=START_SLACK,
+        unknown=_lines((f"out->{name} = (real)NAN;" for name in recursion.outputs if name != "status"), 4),
+        turning=TURNING,
+        creeping=CREEPING,
+        resting=RESTING,
+        moved=CHANGED,
+        doubt=DOUBTED,
         settling=SETTLING,
-        forgotten=_lines((f"s->{name} = fresh.{name};" for name in WHERE), 4),
+        learned=_lines(f"to->{name} = from->{name};" for name in LEARNED),
         **common,
     )
     return SensorSource(prefix, {f"{prefix}.h": header, f"{prefix}.c": body})
@@ -140,7 +153,7 @@ def golden_source(
         f"{rows('golden_out', outputs)}"
     )
     p = source.prefix
-    program = template("sensor_test.c", p=p, P=p.upper())
+    program = template("sensor_test.c", p=p, P=p.upper(), other=_OTHER_STATUSES)
     return SensorSource(p, {**source.files, f"{p}_golden.h": text, f"{p}_test.c": program})
 
 

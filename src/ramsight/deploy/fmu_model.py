@@ -104,6 +104,7 @@ def sensor_model(unit: HydraulicUnit, prefix: str, machine: str) -> FmuModel:
         p=prefix,
         P=prefix.upper(),
         causality=_letters(variables),
+        stroke=f"{unit.cylinder.stroke:g}",
         starts="\n".join(_starts(variables)),
         says="\n".join(f"  m->real[{first + k}] = out->{name};" for k, name in enumerate(says)),
         factors="\n".join(f"  out.{n} = s->{n.removesuffix('_factor')};" for n in says if n.endswith("_factor")),

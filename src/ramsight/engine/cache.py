@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import importlib.util
 import inspect
 import json
 import os
@@ -17,31 +16,22 @@ from typing import Any
 import casadi as ca
 
 from ramsight.engine import llvm
+from ramsight.engine.private_folder import is_ours, private_folder
 
 _OPTIONS = "nogil=True, error_model='numpy', fastmath={'contract', 'nsz', 'arcp', 'afn'}"
 _loaded: dict[str, CompiledModule] = {}
 
 
 def cache_directory() -> Path:
-    """Where compiled models are kept; the folder exists.
+    """Where compiled models are kept; the folder exists, and nobody else can write into it.
 
-    `$RAMSIGHT_CACHE`, else `ramsight` in the user's cache directory, else, if that cannot be written, a folder of the
-    user's own among the temporary files.
+    `$RAMSIGHT_CACHE`, else `ramsight` in the user's cache directory. Where that cannot be written, or others may
+    write into it, another one that is ours alone (`engine.private_folder`).
     """
     given = os.environ.get("RAMSIGHT_CACHE")
     base = os.environ.get("XDG_CACHE_HOME")
     wanted = Path(given) if given else (Path(base) if base else Path.home() / ".cache") / "ramsight"
-    try:
-        wanted.mkdir(parents=True, exist_ok=True)
-        if os.access(wanted, os.W_OK | os.X_OK):
-            return wanted
-    except OSError:
-        pass
-    own = Path(tempfile.gettempdir()) / f"ramsight-{os.getuid()}"
-    own.mkdir(mode=0o700, exist_ok=True)
-    if own.stat().st_uid != os.getuid():
-        raise OSError(f"{own} belongs to somebody else; set RAMSIGHT_CACHE to a folder of your own")
-    return own
+    return private_folder(wanted, "remove it, or set RAMSIGHT_CACHE to a folder of your own")
 
 
 def instructions(function: ca.Function) -> list[list[Any]]:
@@ -62,19 +52,6 @@ def content_hash(*parts: Any) -> str:
     """A short hash of JSON-able content; the same content always has the same one."""
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:24]
-
-
-def program_loader(module_file: str) -> Any:
-    """A function that gives a program of the generated module by name; reads the file when first asked."""
-    content: dict[str, Any] = {}
-
-    def load(name: str) -> llvm.Program:
-        if not content:
-            content.update(json.loads(Path(module_file).with_suffix(".json").read_text()))
-        program: llvm.Program = content[name]
-        return program
-
-    return load
 
 
 def _write_whole(path: Path, text: str) -> None:
@@ -117,16 +94,12 @@ def generated_module(
     """
     programs = {name: instructions(function) for name, function in functions.items()}
     lines = ['"""Generated; may be deleted at any time."""', "import numpy as np", "import numba as nb"]
-    lines += [
-        "from ramsight.engine.cache import program_loader",
-        "from ramsight.engine.llvm import operations",
-        "",
-    ]
+    lines += ["from ramsight.engine.llvm import operations", ""]
     lines += [f"{name} = {value!r}" for name, value in constants.items()]
     # What only other compiled functions call becomes part of their code, and is compiled with it.
     inner = f"nb.njit(inline='always', {_OPTIONS})" if body else "compiled"
     lines += [f"compiled = nb.njit(cache=True, {_OPTIONS})", f"inner = {inner}"]
-    lines += ["load = program_loader(__file__)", ""]
+    lines += [""]
     for name, function in functions.items():
         lines += _wrapper(name, function, (widths or {}).get(name, 1))
     lines += [line if not line.startswith("def ") else f"@compiled\n{line}" for line in body.splitlines()]
@@ -135,24 +108,25 @@ def generated_module(
         programs, source, inspect.getsource(llvm), ca.CasadiMeta.version(), sys.version_info[:2]
     )
     if name not in _loaded:
-        _loaded[name] = CompiledModule(name, source, json.dumps(programs))
+        _loaded[name] = CompiledModule(name, source, programs)
     return _loaded[name]
 
 
 class CompiledModule:
     """A generated module whose functions mend their own cache.
 
-    What Numba left on disk is held against the checksums taken when it was made, and is thrown away if it differs;
-    if it cannot be loaded all the same, it is made again.
+    Source and operations come from memory; the source's file is there only for Numba to date its own files by. What
+    Numba left on disk is held against the checksums taken when it was made, and is thrown away if it differs or is
+    somebody else's; if it cannot be loaded all the same, it is made again.
 
     Args:
         name: of the module and its files.
         source: its text.
-        programs: the operations of its functions, as JSON.
+        programs: the operations of its functions, by name.
     """
 
-    def __init__(self, name: str, source: str, programs: str) -> None:
-        self._path, self._texts = cache_directory() / f"{name}.py", {".json": programs, ".py": source}
+    def __init__(self, name: str, source: str, programs: Mapping[str, llvm.Program]) -> None:
+        self._path, self._source, self._programs = cache_directory() / f"{name}.py", source, programs
         self._module = self._load()
 
     def __getattr__(self, name: str) -> Any:
@@ -163,18 +137,17 @@ class CompiledModule:
         return value
 
     def _load(self) -> ModuleType:
-        for suffix, text in self._texts.items():
-            path = self._path.with_suffix(suffix)
-            if not path.exists() or path.read_bytes() != text.encode():
-                _write_whole(path, text)
+        if not is_ours(self._path) or self._path.read_bytes() != self._source.encode():
+            _write_whole(self._path, self._source)
         if any(self._checksum(name) not in {None, known} for name, known in self._known_checksums().items()):
             self._forget()
-        specification = importlib.util.spec_from_file_location(self._path.stem, self._path)
-        assert specification is not None
-        assert specification.loader is not None
-        module = importlib.util.module_from_spec(specification)
-        sys.modules[self._path.stem] = module
-        specification.loader.exec_module(module)
+        if not all(is_ours(file) for file in self._files()):
+            self._forget()
+        module = ModuleType(self._path.stem)
+        module.__file__ = str(self._path)
+        module.__dict__["load"] = self._programs.__getitem__
+        sys.modules[module.__name__] = module
+        exec(compile(self._source, module.__file__, "exec"), module.__dict__)
         return module
 
     def _guarded(self, name: str) -> Callable[..., Any]:
@@ -198,7 +171,10 @@ class CompiledModule:
 
     def _files(self) -> list[Path]:
         """What Numba keeps of this module."""
-        return sorted((self._path.parent / "__pycache__").glob(f"{self._path.stem}.*.nb*"))
+        folder = self._path.parent / "__pycache__"
+        if folder.is_symlink():
+            folder.unlink()
+        return sorted(folder.glob(f"{self._path.stem}.*.nb*"))
 
     def _checksum(self, name: str) -> str | None:
         try:

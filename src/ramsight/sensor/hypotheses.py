@@ -35,6 +35,16 @@ _OUTSIDE, _ONE_SIDED, _TWO_SIDED = 0.05, 1.645, 1.960  # of a normal distributio
 _LEAST = -12.0  # natural logarithm of the least weight over the largest, so that a hypothesis can come back
 _ADAPTS = 0.2  # share of the newest reference in the mean of the normalised innovations
 _MOST = 25.0  # of a normalised innovation; a larger one is none of a walk
+LEARNED = tuple(
+    f"{name}_{what}"
+    for name in NAMES
+    for what in (
+        *range(LEAK, TOP + 1),
+        *(f"covariance_{i}{j}" for i in range(LEAK, TOP + 1) for j in range(i, TOP + 1)),
+        "weight",
+    )
+)
+"""The states that know the machine; all others say where the piston is, or of which pressures."""
 
 
 @dataclass

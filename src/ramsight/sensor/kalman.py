@@ -243,10 +243,10 @@ def _report(
     shown_1 = ca.if_else(jumps, wanted, ca.if_else(started, followed, wanted))
     graph.becomes("shown_position", shown_1, always=True)
 
-    speed, dt = graph.state("shown_velocity"), graph.elapsed
+    speed, dt = graph.state("velocity"), graph.elapsed
     moving = ca.if_else(held, 0.0, step.travel / ca.fmax(dt, 1e-6))
     velocity = speed + dt / (_VELOCITY_SMOOTHING + dt) * (moving - speed)
-    graph.becomes("shown_velocity", velocity)
+    graph.becomes("velocity", velocity)
     deviation = std + intake.unseen + ca.fabs(wanted - shown_1)
 
     c = circuit.unit.cylinder

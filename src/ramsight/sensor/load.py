@@ -86,19 +86,20 @@ class LoadObserver:
     def __init__(self, graph: SensorGraph, balance: Balance, limits: Limits, assumptions: Assumptions) -> None:
         self._graph, self._balance, self._assumptions = graph, balance, assumptions
         add = graph.parameters.add
-        names = balance.parameters
-        self._p = [add(f"circuit.{n}", float(v)) for n, v in zip(names, balance.values, strict=True)]
+        self._p = [add(f"circuit.{n}", float(v)) for n, v in zip(balance.parameters, balance.values, strict=True)]
         self._per_angle = graph.parameters.symbol("travel_per_radian")
         self._relief_load, self._relief_torque = add("relief_load", limits.load), add("relief_torque", limits.torque)
         load = 0.5 * limits.load
         start = balance.at_rest(0.5 * balance.unit.cylinder.stroke, load)
         self._before = [graph.position]
-        self._before += [graph.state(n, float(v)) for n, v in zip(balance.states[1:], start[1:], strict=True)]
+        names = [f"circuit_{name}" for name in balance.states[1:]]
+        self._before += [graph.state(n, float(v)) for n, v in zip(names, start[1:], strict=True)]
+        self._names = (*names, "load")
         self._load = graph.state("load", load)
         self._walked = graph.state("load_variance")
         self._initial = graph.state("first_load_variance", (0.3 * limits.load) ** 2)
         self._slopes = {
-            name: [graph.state(f"{state}_by_{name}") for state in (*balance.states[1:], "load")] for name in FACTORS
+            name: [graph.state(f"{state}_by_{name}") for state in self._names] for name in FACTORS
         }
 
     def step(self, factors: list[Any], held: Any) -> LoadStep:
@@ -192,7 +193,7 @@ class LoadObserver:
 
     def _keep(self, z: Any, load: Any) -> None:
         """What the states are after the sample; the position is the filter's."""
-        for k, name in enumerate(self._balance.states[1:], 1):
+        for k, name in enumerate(self._names[:-1], 1):
             self._graph.becomes(name, z[k])
         self._graph.becomes("load", load)
 
@@ -231,8 +232,7 @@ class LoadObserver:
             change = -gain * shown
             z = free + by_load * change
             after = [z[i] for i in range(1, z.numel())] + [load0 + change]
-            states = (*self._balance.states[1:], "load")
-            for state, old, new in zip(states, self._slopes[name], after, strict=True):
+            for state, old, new in zip(self._names, self._slopes[name], after, strict=True):
                 self._graph.becomes(f"{state}_by_{name}", ca.if_else(moves, new, old))
             travel.append(ca.if_else(moves, z[0], 0.0))
             torque.append(shown)
@@ -248,7 +248,7 @@ class LoadObserver:
         Args:
             changes: of the factors, in the order of `FACTORS`.
         """
-        for state in (*self._balance.states[1:], "load"):
+        for state in self._names:
             moved = sum(
                 change * self._graph.becoming(f"{state}_by_{name}")
                 for name, change in zip(FACTORS, changes, strict=True)

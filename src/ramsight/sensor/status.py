@@ -27,6 +27,7 @@ class Status(IntEnum):
     INPUT_STUCK = 34
     TIME_FROZEN = 35
     INPUT_LOST = 36
+    STATE_INVALID = 37
 
     @property
     def validity(self) -> str:
@@ -58,4 +59,5 @@ _REASON = {
     Status.INPUT_STUCK: "motor torque stuck",
     Status.TIME_FROZEN: "time does not advance",
     Status.INPUT_LOST: "motor speed, motor torque or time missing",
+    Status.STATE_INVALID: "the sensor was never started, or a value is no finite number; start it anew",
 }

@@ -35,10 +35,13 @@ IS_REFERENCED = "is_referenced"
 VARIANCE = "covariance_00"
 """Its state with the position's variance [m2]."""
 START_STD = 1e-3  # m, of a position given by hand
+START_SLACK = 1e-3  # m by which it may lie outside the stroke: a stop gives way, and numbers are rounded
+_STROKE = "circuit.cylinder.stroke"
+_LARGEST = 1e12  # of any output, in SI units
 
 
 class StartError(RamsightError):
-    """A sensor that cannot begin without a position."""
+    """A sensor that cannot begin without a position, or not with the one that it was given."""
 
 
 @dataclass(frozen=True)
@@ -145,6 +148,10 @@ class SensorGraph:
             more: further outputs with their units.
         """
         more = more or {}
+        # Without numbers there is no position, whatever the reason; a comparison with NaN is false.
+        numbers = [ca.fabs(value) < _LARGEST for value in (position, std, velocity, load) if not _is_nan(value)]
+        for number in numbers:
+            status = ca.if_else(number, status, float(Status.STATE_INVALID))
         after = []
         for name, (before, _) in self._states.items():
             after.append(
@@ -172,6 +179,11 @@ class SensorGraph:
         return self.sensor(kind, position=position, velocity=velocity, load=load, std=std, status=status)
 
 
+def _is_nan(value: Any) -> bool:
+    """Whether an output is one that the sensor never knows."""
+    return isinstance(value, float) and math.isnan(value)
+
+
 @dataclass
 class VirtualSensor:
     """Position from motor speed, motor torque and oil temperature.
@@ -194,27 +206,44 @@ class VirtualSensor:
     def __post_init__(self) -> None:
         self._state = self.initial.copy()
 
+    @property
+    def stroke(self) -> float:
+        """Of its unit [m]; infinite if the sensor does not know it, as the table does not."""
+        names = self.recursion.parameters
+        return float(self.parameters[names.index(_STROKE)]) if _STROKE in names else math.inf
+
     def start(self, position: float | None, std: float = START_STD) -> None:
         """Forget everything and begin anew.
 
         Args:
-            position: where the piston is [m]; None if nobody knows, which only `kalman` can work with.
-            std: standard deviation of that [m].
+            position: where the piston is, 0 to the stroke [m]; None if nobody knows, which only `kalman` can work
+                with.
+            std: standard deviation of that, 0 to the stroke [m].
 
         Raises:
-            StartError: the position is not known, and this sensor cannot find it by itself.
+            StartError: the position is not known, and this sensor cannot find it by itself; or position or standard
+                deviation cannot be. The sensor is then as it was.
         """
-        self._state = self.initial.copy()
         place = self.recursion.state.index
         finds = IS_REFERENCED in self.recursion.state
+        if position is None and not finds:
+            raise StartError(f"the {self.kind} sensor has to be told where the piston is at first (--start)")
+        if position is not None:
+            self._check_start(position, std)
+        self._state = self.initial.copy()
         if position is None:
-            if not finds:
-                raise StartError(f"the {self.kind} sensor has to be told where the piston is at first (--start)")
             return
-        self._state[place("position")] = position
+        self._state[place("position")] = min(max(position, 0.0), self.stroke)
         if finds:
             self._state[place(IS_REFERENCED)] = 1.0
             self._state[place(VARIANCE)] = std**2
+
+    def _check_start(self, position: float, std: float) -> None:
+        stroke = self.stroke
+        if not (math.isfinite(position) and -START_SLACK <= position <= stroke + START_SLACK):
+            raise StartError(f"position at the start = {position!r} m: outside the stroke (allowed: 0 to {stroke:g} m)")
+        if not (math.isfinite(std) and 0.0 <= std <= stroke):
+            raise StartError(f"standard deviation at the start = {std!r} m: cannot be (allowed: 0 to {stroke:g} m)")
 
     @property
     def state(self) -> dict[str, float]:
@@ -225,6 +254,9 @@ class VirtualSensor:
     def state(self, values: Mapping[str, float]) -> None:
         if set(values) != set(self.recursion.state):
             raise ValueError(f"not a state of the {self.kind} sensor")
+        wrong = impossible(self, values)
+        if wrong:
+            raise ValueError(f"not a state of the {self.kind} sensor: {wrong}")
         self._state = np.array([values[name] for name in self.recursion.state], dtype=np.float64)
 
     def step(
@@ -242,9 +274,9 @@ class VirtualSensor:
             motor_speed: [rad/s].
             motor_torque: [N m].
             oil_temperature: [K].
-            reference: position known at this sample [m], from a switch or a stop; None or NaN if none is.
+            reference: position known at this sample [m], from a switch or a stop; None or no finite number if none is.
         """
-        known = reference is not None and not math.isnan(reference)
+        known = reference is not None and math.isfinite(reference)
         at = reference if known else 0.0
         sample = np.array([[time, motor_speed, motor_torque, oil_temperature, at, known]], dtype=np.float64)
         position, std, velocity, load, status = replay(self.recursion, sample, self.parameters, self._state)[0, :5]
@@ -282,3 +314,33 @@ class VirtualSensor:
             "meaning": "; ".join(f"{k}: {v}" for k, v in meanings.items()),
         }
         return tracked
+
+
+def impossible(sensor: VirtualSensor, state: Mapping[str, float]) -> str:
+    """Why a sensor cannot have a state, for example one read from a file; empty if it can.
+
+    Args:
+        sensor: whose state it would be.
+        state: a value for each of its states.
+
+    Example:
+        >>> from ramsight import machine
+        >>> from ramsight.plant.ddh import build
+        >>> from ramsight.sensor.kalman import kalman
+        >>> boom = kalman(build("boom", machine.load("mining-loader").unit("boom")))
+        >>> impossible(boom, boom.state), impossible(boom, {**boom.state, "covariance_00": -1.0})
+        ('', 'covariance_00 = -1.0: a variance is not negative')
+    """
+    wrong = next(
+        (f"{name} = {value!r}: not a finite number" for name, value in state.items() if not math.isfinite(value)), ""
+    )
+    if wrong:
+        return wrong
+    position, stroke = state["position"], sensor.stroke
+    if not -stroke <= position <= 2.0 * stroke:
+        return f"position = {position!r} m: more than a stroke away from the stroke (0 to {stroke:g} m)"
+    if state.get("covariance_00", 0.0) < 0.0:
+        return f"covariance_00 = {state['covariance_00']!r}: a variance is not negative"
+    if state.get(IS_REFERENCED, 0.0) not in (0.0, 1.0):
+        return f"{IS_REFERENCED} = {state[IS_REFERENCED]!r}: neither 0 nor 1"
+    return ""

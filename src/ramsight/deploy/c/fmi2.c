@@ -71,7 +71,7 @@ API fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
 }
 
 API fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
-  fresh(c);
+  if (!fresh(c)) return wrong(c);
   ((Instance *)c)->phase = STEPPING;
   return fmi2OK;
 }
@@ -89,7 +89,7 @@ API fmi2Status fmi2Reset(fmi2Component c) {
 #define GET(Name, Type, field, first, count, kind)                                                       \
   API fmi2Status fmi2Get##Name(fmi2Component c, const fmi2ValueReference vr[], size_t n, Type value[]) { \
     Instance *i = c;                                                                                     \
-    fresh(i);                                                                                            \
+    if (!fresh(i)) return wrong(i);                                                                      \
     for (size_t k = 0; k < n; k++) {                                                                     \
       if (!gettable(i, vr[k], first, count, kind)) return wrong(i);                                      \
       value[k] = i->model.field[vr[k] - (first)];                                                        \

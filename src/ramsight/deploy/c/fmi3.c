@@ -91,7 +91,7 @@ API fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean given, fm
 }
 
 API fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
-  fresh(c);
+  if (!fresh(c)) return wrong(c);
   ((Instance *)c)->phase = STEPPING;
   return fmi3OK;
 }
@@ -109,7 +109,7 @@ API fmi3Status fmi3Reset(fmi3Instance c) {
 #define GET(Name, Type, field, first, count, kind)                                                                 \
   API fmi3Status fmi3Get##Name(fmi3Instance c, const fmi3ValueReference vr[], size_t n, Type value[], size_t m) {  \
     Instance *i = c;                                                                                               \
-    fresh(i);                                                                                                      \
+    if (!fresh(i)) return wrong(i);                                                                                \
     if (m != n) return missing(c, "an array variable");                                                            \
     for (size_t k = 0; k < n; k++) {                                                                               \
       if (!gettable(i, vr[k], first, count, kind)) return wrong(i);                                                \

@@ -52,8 +52,10 @@ static void begin_at(Instance *i, double time, int given, double tolerance) {
 }
 
 /* Outputs that are asked for while initializing follow from what was set until then. */
-static void fresh(Instance *i) {
-  if (i->phase == INITIALIZING) model_initialize(&i->model);
+static int fresh(Instance *i) {
+  const char *wrong = i->phase == INITIALIZING ? model_initialize(&i->model) : NULL;
+  if (wrong != NULL) snprintf(i->message, sizeof i->message, "at the start: %s", wrong);
+  return wrong == NULL;
 }
 
 /* Why a variable cannot be set now, or NULL. */

@@ -22,8 +22,9 @@ extern const char *const causality;
 /* Start values. */
 void model_start(Model *model);
 
-/* What follows from parameters and inputs at the start, outputs included; may be called again and again. */
-void model_initialize(Model *model);
+/* What follows from parameters and inputs at the start, outputs included; may be called again and again. Returns what is
+ * wrong, or NULL. */
+const char *model_initialize(Model *model);
 
 /* Go on from `time` [s] by `step` [s]; returns what is wrong, or NULL. */
 const char *model_step(Model *model, double time, double step);

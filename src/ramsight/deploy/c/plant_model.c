@@ -31,7 +31,7 @@ static void warm(Model *m, double p[NP]) {
   m->memory.temperature = m->real[OIL_TEMPERATURE];
 }
 
-void model_initialize(Model *m) {
+const char *model_initialize(Model *m) {
   double p[NP];
   const double u[NU] = {m->real[MOTOR_SPEED], m->real[LOAD]};
   const double slope[NU] = {m->real[MOTOR_ACCELERATION], m->real[LOAD_RATE]};
@@ -41,6 +41,9 @@ void model_initialize(Model *m) {
   for (int k = 0; k < NU; k++) m->memory.end[k] = u[k];
   for (int k = 0; k < NU; k++) m->memory.before[k] = slope[k];
   say(m, u, slope);
+  for (int k = 0; k < N; k++)
+    if (!isfinite(m->memory.x[k])) return "a state at the start is no finite number: see parameters and inputs";
+  return NULL;
 }
 
 const char *model_step(Model *m, double time, double step) {

@@ -31,26 +31,65 @@ typedef double wide;
 /* The machine. */
 ${constants}
 
+#define STROKE R(${stroke}) /* [m] */
+#define SLACK R(${slack})  /* by which a start may lie outside it [m] */
+#define MADE UINT32_C(0x52414D53)
+
+static int is_number(real x) { return ABS(x) <= R(1e30); }
+
 void ${p}_init(${p} *s) {
   memset(s, 0, sizeof *s);
   s->reference = (real)NAN;
+  s->seen = s->position_said = s->position_std_said = (double)NAN;
+  s->made = MADE;
 ${initial}
 }
 
-void ${p}_start(${p} *s, real position, real std) {
-  const uint32_t saves = s->saves;
+int ${p}_start(${p} *s, real position, real std) {
+  static const ${p}_slots none;
+  const ${p}_slots slots = s->made == MADE ? s->slots : none;
   ${p}_init(s);
-  s->saves = saves;
-  if (position == position && std == std) {
-    s->position = (wide)position;
-    s->is_referenced = R(1.0);
-    s->covariance_00 = std * std;
-  }
+  s->slots = slots;
+  if (!(position >= -SLACK && position <= STROKE + SLACK && std >= R(0.0) && std <= STROKE)) return 0;
+  s->position = (wide)(position < R(0.0) ? R(0.0) : position > STROKE ? STROKE : position);
+  s->is_referenced = R(1.0);
+  s->covariance_00 = std * std;
+  return 1;
 }
 
-void ${p}_reference(${p} *s, real position) { s->reference = position; }
+void ${p}_reference(${p} *s, real position) { s->reference = is_number(position) ? position : (real)NAN; }
+
+#define TURNING R(${turning})   /* slower, the motor moves nothing [rad/s] */
+#define CREEPING R(${creeping}) /* slower, the piston rests [m/s] */
+#define RESTING ${resting}      /* at rest for so long, its position is worth a slot [s] */
+#define GAP 0.5           /* a longer gap may hide a motion [s] */
+#define MISSED 5u         /* more samples in a row that cannot be may, too */
+
+/* For the slots: for how long the piston has been at rest at a position that is known. */
+static void watch(${p} *s, const ${p}_inputs *in, const ${p}_outputs *out) {
+  /* A drive that says nothing changes nothing: it often loses its power before this unit does. */
+  if (out->status == ${P}_INPUT_LOST || out->status == ${P}_TIME_FROZEN) return;
+  if (out->status >= ${P}_TOO_UNCERTAIN) {
+    if (s->missed < MISSED) s->missed++;
+    else s->rested = 0.0;
+    return;
+  }
+  const double passed = s->seen == s->seen ? in->time - s->seen : 0.0;
+  const int still = ABS(in->motor_speed) < TURNING && ABS(out->velocity) < CREEPING;
+  const int known = out->status < ${P}_NOT_REFERENCED && passed >= 0.0 && passed <= GAP;
+  s->rested = still && known ? s->rested + passed : 0.0;
+  s->missed = 0;
+  s->seen = in->time;
+  s->position_said = (double)out->position;
+  s->position_std_said = (double)out->position_std;
+}
 
 void ${p}_step(${p} *s, const ${p}_inputs *in, ${p}_outputs *out) {
+  if (s->made != MADE) {
+${unknown}
+    out->status = ${P}_STATE_INVALID;
+    return;
+  }
   /* The step knows differences of time alone: now is 0, and what was before is below it. */
   const int clocked = in->time > -1e12 && in->time < 1e12;
   const wide u_time = clocked ? 0.0 : (wide)NAN;
@@ -63,6 +102,7 @@ ${relative}
   const real u_reference_known = (real)f_reference;
 ${step}
   s->reference = (real)NAN;
+  watch(s, in, out);
 }
 
 const char *${p}_text(${p}_status status) {
@@ -72,8 +112,12 @@ ${texts}
   return "unknown status";
 }
 
-/* A slot: identity of sensor, machine and precision, number of the save, the states, checksum; little-endian. */
+/* A slot: identity of sensor, machine and precision; number of the save; whether the piston rests at its position; the
+ * states; checksum. Little-endian. */
 #define IDENTITY (UINT32_C(${identity}) ^ ${P}_FLOAT)
+#define RESTS UINT32_C(0x54534552)
+#define MOVES UINT32_C(0x45564F4D)
+#define STATES_AT 12
 #define SUM_AT (${P}_BYTES - 4)
 
 static uint32_t checksum(const unsigned char *bytes, size_t count) {
@@ -103,9 +147,9 @@ static uint64_t get(const unsigned char *at, int bytes) {
 #define WIDES ${wides}
 #define STATES ${count}
 
-int ${p}_save(${p} *s, unsigned char bytes[${P}_BYTES]) {
+static void pack(const ${p} *s, uint32_t phase, unsigned char *bytes) {
   const unsigned char *from = (const unsigned char *)s;
-  unsigned char *at = put(put(bytes, IDENTITY, 4), ++s->saves, 4);
+  unsigned char *at = put(put(put(bytes, IDENTITY, 4), s->slots.saves, 4), phase, 4);
   for (int k = 0; k < WIDES; k++, from += sizeof(wide)) {
     uint64_t bits;
     memcpy(&bits, from, sizeof bits);
@@ -121,29 +165,32 @@ int ${p}_save(${p} *s, unsigned char bytes[${P}_BYTES]) {
     at = put(at, bits, (int)sizeof bits);
   }
   put(at, checksum(bytes, SUM_AT), 4);
-  return (int)(s->saves & 1u);
 }
 
-static int whole(const unsigned char *slot) {
-  return slot != NULL && get(slot, 4) == IDENTITY && get(slot + SUM_AT, 4) == checksum(slot, SUM_AT);
-}
-
-static int empty(const unsigned char *slot) {
-  if (slot == NULL) return 1;
-  for (size_t k = 1; k < ${P}_BYTES; k++)
-    if (slot[k] != slot[0]) return 0;
-  return slot[0] == 0x00 || slot[0] == 0xFF;
-}
-
-${p}_resumed ${p}_resume(${p} *s, const unsigned char *slot_0, const unsigned char *slot_1) {
-  const unsigned char *slot = whole(slot_0) ? slot_0 : NULL, *other = slot_1;
-  ${p}_init(s);
-  if (whole(slot_1) && (slot == NULL || (int32_t)((uint32_t)get(slot_1 + 4, 4) - (uint32_t)get(slot + 4, 4)) > 0)) {
-    slot = slot_1;
-    other = slot_0;
+/* Whether a state can be: numbers all of them, a variance that is none below 0, a position not far from the stroke. */
+static int possible(const ${p} *s) {
+  const unsigned char *from = (const unsigned char *)s;
+  for (int k = 0; k < WIDES; k++, from += sizeof(wide)) {
+    wide x;
+    memcpy(&x, from, sizeof x);
+    if (!(fabs(x) <= 1e30)) return 0;
   }
-  if (slot == NULL) return ${P}_NOTHING;
-  const unsigned char *from = slot + 8;
+  for (int k = WIDES; k < STATES; k++, from += sizeof(real)) {
+    real x;
+    memcpy(&x, from, sizeof x);
+    if (!is_number(x)) return 0;
+  }
+  const int referenced = s->is_referenced == R(0.0) || s->is_referenced == R(1.0);
+  const double stroke = (double)STROKE;
+  return referenced && s->covariance_00 >= R(0.0) && s->position >= -stroke && s->position <= 2.0 * stroke;
+}
+
+/* Take a slot, if it is whole and of this sensor and machine. */
+static int unpack(${p} *s, const unsigned char *slot) {
+  ${p}_init(s);
+  if (slot == NULL || get(slot, 4) != IDENTITY || get(slot + SUM_AT, 4) != checksum(slot, SUM_AT)) return 0;
+  const uint32_t phase = (uint32_t)get(slot + 8, 4);
+  const unsigned char *from = slot + STATES_AT;
   unsigned char *to = (unsigned char *)s;
   for (int k = 0; k < WIDES; k++, from += 8, to += sizeof(wide)) {
     const uint64_t bits = get(from, 8);
@@ -157,17 +204,68 @@ ${p}_resumed ${p}_resume(${p} *s, const unsigned char *slot_0, const unsigned ch
 #endif
     memcpy(to, &bits, sizeof bits);
   }
-  s->saves = (uint32_t)get(slot + 4, 4);
-  /* Time begins anew, and a piston that moved may have gone on for a while. */
+  s->slots.saves = (uint32_t)get(slot + 4, 4);
+  s->slots.rests = phase == RESTS;
+  return (phase == RESTS || phase == MOVES) && possible(s);
+}
+
+/* What was learned of the machine, without a position. */
+static void learned(const ${p} *from, ${p} *to) {
+  ${p}_init(to);
+${learned}
+  to->slots = from->slots;
+}
+
+int ${p}_keep(${p} *s, int starts, unsigned char bytes[${P}_BYTES]) {
+  if (s->made != MADE) return -1;
+  ${p}_slots *slots = &s->slots;
+  const int rests = !starts && s->rested >= RESTING;
+  const int changed = fabs(s->position_said - slots->position) > ${moved} ||
+                      s->position_std_said > slots->position_std + ${doubt};
+  if (slots->whole == 2 && rests == slots->rests && !(rests && changed)) return -1;
+  slots->saves++;
+  slots->whole += slots->whole < 2;
+  slots->rests = rests;
+  if (rests) {
+    slots->position = s->position_said;
+    slots->position_std = s->position_std_said;
+    pack(s, RESTS, bytes);
+  } else {
+    ${p} moves;
+    learned(s, &moves);
+    pack(&moves, MOVES, bytes);
+  }
+  return (int)(slots->saves & 1u);
+}
+
+${p}_resumed ${p}_resume(${p} *s, const unsigned char *slot_0, const unsigned char *slot_1) {
+  ${p} other;
+  const int whole_0 = unpack(&other, slot_0);
+  const uint32_t saves_0 = other.slots.saves;
+  const int whole_1 = unpack(s, slot_1);
+  const uint32_t ahead = s->slots.saves - saves_0; /* of slot 1 */
+  if (!whole_0 && !whole_1) {
+    ${p}_init(s);
+    return ${P}_NOTHING;
+  }
+  if (whole_0 && (!whole_1 || (int32_t)ahead < 0)) *s = other;
+  /* A position is believed only where both slots are whole and one was saved just after the other: one that is torn or
+   * erased may have said that the piston moves. */
+  const int complete = whole_0 && whole_1 && (ahead == 1u || ahead == UINT32_C(0xFFFFFFFF));
+  s->slots.whole = complete ? 2 : 1;
+  if (!complete || !s->slots.rests) {
+    learned(s, &other);
+    *s = other;
+    s->slots.rests = 0;
+    return complete ? ${P}_MOVED : ${P}_OLDER;
+  }
+  /* Time begins anew, and a piston that crept may have gone on for a while. */
   const real std = SQRT(s->covariance_00) + ABS(s->velocity) * R(${settling});
   s->started = R(0.0);
   s->clocked = R(0.0);
   s->covariance_00 = std * std;
-  if (!whole(other) && !empty(other)) {
-    ${p} fresh;
-    ${p}_init(&fresh);
-${forgotten}
-    return ${P}_OLDER;
-  }
+  s->rested = RESTING;
+  s->slots.position = (double)s->position;
+  s->slots.position_std = (double)std;
   return ${P}_RESUMED;
 }

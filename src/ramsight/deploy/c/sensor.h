@@ -7,12 +7,17 @@
  *   static ${p} sensor;
  *   ${p}_inputs in;
  *   ${p}_outputs out;
- *   ${p}_resume(&sensor, slot_0, slot_1);   // at power-up: as it was before, if there is such a state
- *   ${p}_start(&sensor, 0.1, 0.001);        // if somebody knows better: 100 mm, give or take 1 mm
+ *   unsigned char bytes[${P}_BYTES];
+ *   ${p}_resume(&sensor, slot_0, slot_1);   // at power-up: as it was before, if the position can be trusted
+ *   if (somebody knows better)              // 100 mm, give or take 1 mm
+ *     if (!${p}_start(&sensor, 0.1, 0.001)) ...;
  *   for (;;) {                              // every 1 ... 100 ms
  *     in.time = ...; in.motor_speed = ...; in.motor_torque = ...; in.oil_temperature = ...;
  *     if (a switch at 350 mm closes) ${p}_reference(&sensor, 0.35);
  *     ${p}_step(&sensor, &in, &out);
+ *     int slot = ${p}_keep(&sensor, wanted_speed != 0, bytes);
+ *     if (slot >= 0) write_slot(slot, bytes); // returns once it is in the memory; before the motor is told to turn
+ *     motor(wanted_speed);
  *   }
  *
  * Position 0 is fully retracted; extension is positive, for position, velocity and motor speed. Torque is positive when
@@ -60,22 +65,37 @@ typedef struct {
 ${outputs}
 } ${p}_outputs;
 
+/* What the slots in lasting memory say. */
+typedef struct {
+  double position;     /* of the newest, if it says that the piston rests [m] */
+  double position_std; /* [m] */
+  uint32_t saves;      /* number of the newest */
+  int whole;           /* how many of the two are known to be whole */
+  int rests;           /* whether the newest says that the piston rests at its position */
+} ${p}_slots;
+
 /* All that the sensor knows. To be read by nobody but a debugger; doubles stand first. */
 typedef struct {
 ${states}
-  ${p}_real reference;  /* taken by the next step [m]; NaN: none */
-  uint32_t saves;       /* how often the state was saved */
+  ${p}_real reference; /* taken by the next step [m]; NaN: none */
+  double seen;         /* time of the last good sample [s]; NaN: none */
+  double rested;       /* for how long the piston has been at rest at a position that is known [s] */
+  double position_said, position_std_said; /* after the last step [m] */
+  uint32_t missed;     /* samples that could not be, one after the other */
+  uint32_t made;       /* by init */
+  ${p}_slots slots;
 } ${p};
 
 /* Make a sensor of a struct, before all else. Nobody knows where the piston is: it is not referenced until an end stop or
- * a reference. */
+ * a reference. A struct that init, start or resume never saw has the status "invalid" at every step. */
 void ${p}_init(${p} *sensor);
 
-/* Begin anew at a known position [m] with a standard deviation [m]; NaN: at one that nobody knows. The number of saves
- * goes on. */
-void ${p}_start(${p} *sensor, ${p}_real position, ${p}_real std);
+/* Begin anew at a known position, 0 ... stroke [m], with a standard deviation, 0 ... stroke [m]. Returns 1; or 0 if one
+ * of them cannot be (outside the stroke, infinite, NaN): then the sensor is not referenced. What is known of the slots
+ * stays. */
+int ${p}_start(${p} *sensor, ${p}_real position, ${p}_real std);
 
-/* The piston is at this position [m] at the next sample: a switch, a hand. NaN takes it back. */
+/* The piston is at this position [m] at the next sample: a switch, a hand. NaN or infinity takes it back. */
 void ${p}_reference(${p} *sensor, ${p}_real position);
 
 /* Take one sample. Samples come 1 ... 100 ms apart; what cannot be is passed over, and the status says so. */
@@ -87,18 +107,22 @@ const char *${p}_text(${p}_status status);
 /* Power loss. Keep two slots of so many bytes in memory that lasts. */
 #define ${P}_BYTES ${bytes}
 
-/* Write the state as bytes, the same on every machine, with a checksum; returns the slot (0 or 1) to keep them in, so
- * that the newer slot stays whole whatever happens meanwhile. */
-int ${p}_save(${p} *sensor, unsigned char bytes[${P}_BYTES]);
+/* Call it after each step, while no slot is being written. Returns the slot (0 or 1) that these bytes have to be written
+ * into now, or -1 if there is nothing to write. A slot is to be written when the piston begins to move, when it has been
+ * at rest for a second, and when its position at rest has changed. `starts` is 1 if the motor is about to turn: write
+ * the slot first, then let it turn. Then, whenever the power goes, the slots say where the piston is, or that nobody
+ * knows; nothing has to be saved when the supply fails. */
+int ${p}_keep(${p} *sensor, int starts, unsigned char bytes[${P}_BYTES]);
 
 typedef enum {
-  ${P}_NOTHING = 0, /* no slot of this sensor and machine: as init */
-  ${P}_RESUMED = 1,
-  ${P}_OLDER = 2    /* the newer slot is damaged: what was learned of the machine is back, the position is not */
+  ${P}_NOTHING = 0, /* no whole slot of this sensor and machine: as init */
+  ${P}_RESUMED = 1, /* the position, and what was learned of the machine */
+  ${P}_OLDER = 2,   /* a slot is damaged, erased or missing: what was learned of the machine, but no position */
+  ${P}_MOVED = 3    /* the power went while the piston moved or its position was not known: the same */
 } ${p}_resumed;
 
-/* Begin with the newest slot that is whole (calls init first); either may be a null pointer. A slot of equal bytes (0,
- * 0xFF) is empty. Where slots are kept call it at every power-up, so that the number of saves goes on. */
+/* Begin with what the slots say (calls init first); either may be a null pointer, which counts as erased. Where slots
+ * are kept call it at every power-up, so that the number of saves goes on. Only ${P}_RESUMED gives a position. */
 ${p}_resumed ${p}_resume(${p} *sensor, const unsigned char *slot_0, const unsigned char *slot_1);
 
 #ifdef __cplusplus

@@ -15,16 +15,18 @@ ${says}
   m->whole[0] = (int)out->status;
 }
 
-void model_initialize(Model *m) {
+const char *model_initialize(Model *m) {
   ${p} *s = &m->memory.sensor;
   ${p}_outputs out = {0};
   ${p}_init(s);
-  ${p}_start(s, m->truth[START_KNOWN] ? m->real[START_POSITION] : NAN, m->real[START_STD]);
+  if (m->truth[START_KNOWN] && !${p}_start(s, m->real[START_POSITION], m->real[START_STD]))
+    return "start_position and start_std have to be finite, and from 0 to the stroke (${stroke} m)";
   out.position = s->position;
   out.position_std = sqrt(s->covariance_00);
   out.status = m->truth[START_KNOWN] ? ${P}_OK : ${P}_NOT_REFERENCED;
 ${factors}
   say(m, &out);
+  return NULL;
 }
 
 const char *model_step(Model *m, double time, double step) {

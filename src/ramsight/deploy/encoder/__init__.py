@@ -6,8 +6,8 @@
 from ramsight.deploy.encoder.assembly import encoder_for
 from ramsight.deploy.encoder.encoder import Encoder, Settings
 from ramsight.deploy.encoder.frame import Frame
-from ramsight.deploy.encoder.keeper import Keeper
 from ramsight.deploy.encoder.listening import Listener, drive_map
 from ramsight.deploy.encoder.parameters import ParameterFile
+from ramsight.deploy.encoder.persistence import Persistence
 
-__all__ = ["Encoder", "Frame", "Keeper", "Listener", "ParameterFile", "Settings", "drive_map", "encoder_for"]
+__all__ = ["Encoder", "Frame", "Listener", "ParameterFile", "Persistence", "Settings", "drive_map", "encoder_for"]

@@ -8,9 +8,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from ramsight.deploy.encoder.encoder import Encoder, Settings
-from ramsight.deploy.encoder.keeper import Keeper
 from ramsight.deploy.encoder.listening import Listener
 from ramsight.deploy.encoder.parameters import SUFFIX, ParameterFile
+from ramsight.deploy.encoder.persistence import Persistence
 from ramsight.logs.channel_map import ChannelMap
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
@@ -38,9 +38,9 @@ def encoder_for(
     compiled = replace(sensor)  # the first step compiles, which takes longer than any cycle
     compiled.start(None)
     compiled.step(0.0, 0.0, 0.0, math.nan)
-    keeper = None if state is None else Keeper(state, sensor, aside=aside)
+    persistence = None if state is None else Persistence(state, sensor, aside=aside)
     parameters = None if state is None else ParameterFile(state.with_name(state.name + SUFFIX))
-    return Encoder(sensor, unit, listener, settings, keeper=keeper, parameters=parameters)
+    return Encoder(sensor, unit, listener, settings, persistence=persistence, parameters=parameters)
 
 
 def overrides(hold: bool, timeout: float | None) -> Mapping[tuple[int, int], int]:

@@ -11,7 +11,6 @@ from ramsight.deploy.encoder.bus_clock import BusClock
 from ramsight.deploy.encoder.emergencies import Emergencies
 from ramsight.deploy.encoder.faults import ALARMS, OF_STATUS, WARNINGS, Fault, alarms, register, warnings
 from ramsight.deploy.encoder.frame import Frame
-from ramsight.deploy.encoder.keeper import Keeper
 from ramsight.deploy.encoder.listening import Listener, Sample
 from ramsight.deploy.encoder.objects import (
     COMMUNICATION,
@@ -20,11 +19,16 @@ from ramsight.deploy.encoder.objects import (
     LEAST,
     MOST,
     NO_TEMPERATURE,
+    RUNNING,
+    SHORTEST_HEARTBEAT,
+    STORED,
 )
 from ramsight.deploy.encoder.parameters import ParameterFile
-from ramsight.deploy.encoder.pdo import Tpdo
+from ramsight.deploy.encoder.pdo import Tpdo, pdo_identifiers
+from ramsight.deploy.encoder.persistence import Persistence
 from ramsight.deploy.encoder.presence import Presence
 from ramsight.deploy.encoder.published import Published
+from ramsight.deploy.encoder.saving import Saving
 from ramsight.deploy.encoder.scale import BY_6005, DOWNWARDS, Scale, whole
 from ramsight.deploy.encoder.server import (
     BY_STATE,
@@ -34,6 +38,7 @@ from ramsight.deploy.encoder.server import (
     PRE_OPERATIONAL,
     RESET_COMMUNICATION,
     RESET_NODE,
+    TOO_LOW,
     Node,
     refuse,
 )
@@ -41,14 +46,10 @@ from ramsight.deploy.encoder.stored import ALL, Stored
 from ramsight.deploy.encoder.ticks import Ticks
 from ramsight.errors import DescriptionError
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.keeping import forgotten
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import IS_REFERENCED, Estimate, VirtualSensor
 
 _NMT, _SYNC, _HEARTBEAT = 0x000, 0x080, 0x700
-_TURNING = 1.0  # rad/s; slower, the safety valve stays closed
-_CREEPING = 1e-4  # m/s
-_RESTING = 1.0  # s at rest, after which the position is worth keeping
 _JUST_AFTER = 1e-4  # s, from the drive's last sample to a preset, whose frame may have a later stamp than the next
 _UNDEFINED_STATUS = 255
 
@@ -85,7 +86,7 @@ class Encoder:
         unit: the unit it watches.
         listener: what the drive's frames mean.
         settings: who it is.
-        keeper: where the sensor's state is kept; None keeps it nowhere, and the position is unknown at first.
+        persistence: where the sensor's state is saved; None saves it nowhere, and the position is unknown at first.
         parameters: where 1010h stores parameters; None refuses to.
 
     Every method takes the time by a clock that only runs forward [s], and returns the frames to be sent.
@@ -110,13 +111,14 @@ class Encoder:
         listener: Listener,
         settings: Settings,
         *,
-        keeper: Keeper | None = None,
+        persistence: Persistence | None = None,
         parameters: ParameterFile | None = None,
     ) -> None:
         self._sensor, self._unit, self._listener, self.settings = sensor, unit, listener, settings
-        self._keeper = keeper
+        self._saving = Saving(sensor, persistence)
         self._node = Node(settings.node_id, self._read, self._check)
-        self._tpdos = (Tpdo(self._node, 0), Tpdo(self._node, 1))
+        taken = listener.identifiers | pdo_identifiers(settings.drive_node)
+        self._tpdos = (Tpdo(self._node, 0, taken), Tpdo(self._node, 1, taken))
         self._heartbeat, self._clock = Ticks(), BusClock()
         self._published = Published(unit.max_speed * unit.travel_per_radian)
         self._scale = Scale(self._node, unit.cylinder.stroke, self._published)
@@ -125,15 +127,12 @@ class Encoder:
         self._sample: Sample | None = None
         self._estimate: Estimate | None = None
         self._drive = Presence(self._node, settings.drive_node)
-        self._stored = Stored(self._node, parameters, settings.overrides or {}, self._keep_now)
+        self._stored = Stored(self._node, parameters, settings.overrides or {}, self._save_now, self._refusal)
         self._short = False
         self._faults: set[Fault] = set()
-        self._moving, self._rested = False, math.inf
         self._after_write: list[int] = []
         self._live = self._live_values()
-        if keeper is None:
-            sensor.start(None)
-        self._state_damaged = keeper is not None and not keeper.resume()
+        self._state_damaged = self._saving.damaged
 
     # ---- what happens -------------------------------------------------------------------------------------------
 
@@ -174,16 +173,12 @@ class Encoder:
     def due(self) -> float:
         """When `advance` has something to do next [s]."""
         times = [self._heartbeat.due, self._drive.due, *(tpdo.due for tpdo in self._tpdos)]
-        times.append(self._emergencies.due(self._faults))
-        if not self._moving:
-            times.append(self._rested)
-        return min(times)
+        return min(*times, self._emergencies.due(self._faults), self._saving.due)
 
     def stop(self) -> None:
-        """Power down in order: a position at rest is kept."""
-        self._keep()
-        if self._keeper is not None:
-            self._keeper.close()
+        """Power down in order: a position at rest is saved."""
+        self._save()
+        self._saving.close()
 
     # ---- what it knows ------------------------------------------------------------------------------------------
 
@@ -213,19 +208,20 @@ class Encoder:
         """In words: the position, or why there is none."""
         if self.valid:
             return f"position {1e3 * self.position:.1f} mm"
-        return "; ".join(fault.text for fault in Fault if fault in self._faults) or "no sample of the drive yet"
+        wrong = [fault.text for fault in Fault if fault in self._faults]
+        return "; ".join([*wrong, *filter(None, [self._saving.failure])]) or "no sample of the drive yet"
 
     # ---- time ---------------------------------------------------------------------------------------------------
 
     def _advance(self, now: float) -> None:
         self._now = max(now, self._now)
         now = self._now
-        if self._drive.check(now):
+        if self._saving.rests(now):
+            self._save()
+        changed = self._saving.check(now)
+        if self._drive.check(now) or changed:
             self._look()
         self._emergencies.tell(self._now, self._faults, self._status)
-        if not self._moving and now >= self._rested:
-            self._rested = math.inf
-            self._keep()
         if self._heartbeat.take(now):
             self._node.wire.send_message(_HEARTBEAT + self.settings.node_id, bytes([self._node.state]))
         if self._node.state == OPERATIONAL:
@@ -246,6 +242,7 @@ class Encoder:
 
     def _step(self, sample: Sample, *, preset: bool = False) -> None:
         """Let the sensor take a sample. One whose time does not advance is none: if all are so, the drive is silent."""
+        self._saving.begin()
         before = self._sensor.state
         estimate = self._sensor.step(
             sample.time, sample.motor_speed, sample.motor_torque, sample.oil_temperature, sample.reference
@@ -257,18 +254,10 @@ class Encoder:
         after = self._sensor.state
         if (after["time"], after["started"]) != (before["time"], before["started"]):  # else it was passed over
             self._listener.referenced()
-        self._watch_motion(sample, estimate)
+        if self._saving.watch(self._now, sample.motor_speed, estimate):
+            self._save()
+            self._saving.check(self._now)
         self._look(preset=preset)
-
-    def _watch_motion(self, sample: Sample, estimate: Estimate) -> None:
-        turning = not abs(sample.motor_speed) < _TURNING
-        if turning or abs(estimate.velocity) > _CREEPING:
-            if not self._moving:
-                self._moving = True
-                self._keep()
-            self._rested = self._now + _RESTING
-        elif self._now >= self._rested or not math.isfinite(self._rested):
-            self._moving = False
 
     def _preset(self, steps: int) -> None:
         """Take a position given by hand, or refuse it."""
@@ -280,18 +269,17 @@ class Encoder:
         assert last is not None
         sent, warmth = last.time + _JUST_AFTER, self._listener.temperature(self._now)
         self._step(Sample(sent, last.motor_speed, last.motor_torque, warmth, position), preset=True)
-        state = self._sensor.state
-        if state["time"] != sent or state["disputed"] > 0.5:
+        if self._sensor.state["time"] != sent or self._is_disputed:
             refuse(BY_STATE)
-        if not self._moving:
-            self._keep()
+        if not self._saving.moving:
+            self._save()
 
     def _forget(self) -> None:
         """Be unreferenced, on the disk too."""
-        state = self._sensor.state = forgotten(self._sensor, self._sensor.state)
-        if self._keeper is not None and not self._keeper.keep_now(state):
-            refuse(NOT_STORED)
+        forgotten = self._saving.forget()
         self._look()
+        if not forgotten:
+            refuse(NOT_STORED)
 
     # ---- what is wrong ------------------------------------------------------------------------------------------
 
@@ -305,12 +293,13 @@ class Encoder:
             faults.add(OF_STATUS[estimate.status])
         conditions = {
             Fault.NOT_REFERENCED: not referenced,
-            Fault.REFUSED: state["disputed"] > 0.5,
+            Fault.REFUSED: self._is_disputed,
             Fault.TEMPERATURE: math.isnan(self._listener.temperature(self._now)),
             Fault.DRIVE_SILENT: self._drive.silent,
             Fault.DRIVE_GONE: self._drive.gone,
             Fault.SHORT: self._short,
             Fault.STATE_DAMAGED: self._state_damaged,
+            Fault.NOT_SAVED: self._saving.failed,
             Fault.PARAMETERS_DAMAGED: self._stored.damaged,
         }
         self._faults = faults | {fault for fault, holds in conditions.items() if holds}
@@ -318,6 +307,12 @@ class Encoder:
         position = math.nan if estimate is None else estimate.position
         self._published.set(self._now, position, valid, at_once=preset)
         self._emergencies.tell(self._now, self._faults, self._status)
+
+    @property
+    def _is_disputed(self) -> bool:
+        """Whether a reference was refused, and none accepted since; a worse status may hide the sensor's own word."""
+        status = None if self._estimate is None else self._estimate.status
+        return status is Status.REFERENCE_REFUSED or self._sensor.state.get("disputed", 0.0) > 0.5
 
     @property
     def _status(self) -> int:
@@ -413,6 +408,12 @@ class Encoder:
 
     def _check(self, index: int, subindex: int, value: int) -> None:
         """Take a value that is being written, or refuse it."""
+        if (index, subindex) in STORED:
+            if self._node.state == OPERATIONAL and index not in RUNNING:
+                refuse(BY_STATE)
+            reason = self._refusal(index, subindex, value)
+            if reason:
+                refuse(reason)
         if index in (0x1010, 0x1011):
             self._stored.write(index, subindex, value)
             self._look()
@@ -431,25 +432,29 @@ class Encoder:
         elif index == 0x2100:
             self._listener.write_temperature(math.nan if value == NO_TEMPERATURE else 0.1 * value, self._now)
             self._look()
-        elif index == 0x6000:
-            if value & ~(BY_6005 | DOWNWARDS):
-                refuse(INVALID)
         elif index == 0x6003:
             self._preset(value)
         self._after_write.append(index)
 
-    # ---- keeping ------------------------------------------------------------------------------------------------
+    def _refusal(self, index: int, subindex: int, value: int) -> int:
+        """The abort code for a parameter that can never have this value; 0 if it can."""
+        if index == 0x1017 and 0 < value < SHORTEST_HEARTBEAT:
+            return TOO_LOW
+        if index == 0x2001 and self._scale.is_plausible(value):
+            return INVALID
+        if index == 0x6000 and value & ~(BY_6005 | DOWNWARDS):
+            return INVALID
+        if index in (0x1800, 0x1801):
+            return self._tpdos[index & 1].refusal(subindex, value)
+        return 0
 
-    def _keep(self) -> None:
-        """Keep the sensor's state soon. While the drive is silent nothing is known that the file does not say."""
-        if self._keeper is not None and not self._drive.silent:
-            self._keeper.keep(self._state_to_keep())
+    # ---- saving -------------------------------------------------------------------------------------------------
 
-    def _keep_now(self) -> bool:
-        """Keep it before anything else happens; whether that went well."""
-        return self._keeper is None or self._drive.silent or self._keeper.keep_now(self._state_to_keep())
+    def _save(self) -> None:
+        """Save the sensor's state soon. While the drive is silent nothing is known that the file does not say."""
+        if not self._drive.silent:
+            self._saving.save(self._now)
 
-    def _state_to_keep(self) -> dict[str, float]:
-        """The sensor's state; while the piston moves, without where it is."""
-        state = self._sensor.state
-        return forgotten(self._sensor, state) if self._moving else state
+    def _save_now(self) -> bool:
+        """Save it before anything else happens; whether that went well."""
+        return self._drive.silent or self._saving.save_now()

@@ -9,7 +9,7 @@ from ramsight.sensor.status import Status
 
 POSITION_ERROR = 1 << 0
 DATA_DAMAGED = 1 << 12
-_UNKNOWN = POSITION_ERROR | DATA_DAMAGED
+CANNOT_SAVE = 1 << 13
 _FAST, _INPUT, _NEVER = 1 << 0, 1 << 2, 1 << 5
 _DUE, _EDGE, _COLD, _MISSED = 1 << 12, 1 << 13, 1 << 14, 1 << 15
 _ANY, _WARMTH, _BUS, _PROFILE, _DEVICE = 1, 1 << 3, 1 << 4, 1 << 5, 1 << 7
@@ -56,6 +56,16 @@ class Fault(Enum):
         "stored parameters damaged; defaults",
     )
 
+    NOT_SAVED = (
+        POSITION_ERROR | CANNOT_SAVE,
+        0,
+        0x5500,
+        _DEVICE,
+        "F",
+        "the state cannot be saved: disk full, read-only or slow",
+    )
+    INTERNAL = (POSITION_ERROR, 0, 0x6100, _DEVICE, "F", "a value of the sensor is no number; restart the encoder")
+
     def __init__(self, alarm: int, warning: int, emcy: int, register: int, ne107: str, text: str) -> None:
         self.alarm, self.warning, self.emcy, self.register = alarm, warning, emcy, register
         self.ne107, self.text = ne107, text
@@ -80,10 +90,11 @@ OF_STATUS = {
     Status.INPUT_STUCK: Fault.IMPLAUSIBLE,
     Status.TIME_FROZEN: Fault.IMPLAUSIBLE,
     Status.INPUT_LOST: Fault.IMPLAUSIBLE,
+    Status.STATE_INVALID: Fault.INTERNAL,
 }
 """The fault behind each status of the sensor."""
 
-ALARMS = POSITION_ERROR | DATA_DAMAGED
+ALARMS = POSITION_ERROR | DATA_DAMAGED | CANNOT_SAVE
 WARNINGS = _FAST | _INPUT | _NEVER | _DUE | _EDGE | _COLD | _MISSED
 
 

@@ -22,6 +22,8 @@ SAVE, LOAD, FORGET = 0x6576_6173, 0x6461_6F6C, 0x6772_6F66
 NO_TEMPERATURE = -(1 << 15)
 LEAST, MOST = -(1 << 31), (1 << 31) - 1
 
+SHORTEST_HEARTBEAT = 10  # ms
+
 COMMUNICATION, APPLICATION = "communication", "application"
 """What 1010h and 1011h keep apart."""
 
@@ -140,7 +142,7 @@ OBJECTS: tuple[Object, ...] = (
     _many(0x1016, "Consumer heartbeat time",
           (Entry(1, "Heartbeat of the drive", "UINT32", "rw", 0, "node << 16 | ms; 0 does not watch", 0, 0x007F_FFFF),),
           "ARRAY"),
-    _var(0x1017, "Producer heartbeat time", "UINT16", "rw", 1000, "ms; 0 stops it"),
+    _var(0x1017, "Producer heartbeat time", "UINT16", "rw", 1000, f"ms, at least {SHORTEST_HEARTBEAT}; 0 stops it"),
     _many(0x1018, "Identity object", (
         Entry(1, "Vendor-ID", "UINT32", "const", 0, "none is registered"),
         Entry(2, "Product code", "UINT32", "const", PRODUCT),
@@ -155,7 +157,7 @@ OBJECTS: tuple[Object, ...] = (
     )),
     _TPDO1, _TPDO2, _MAP1, _MAP2,
     _var(0x2000, "Position while invalid", "UINT8", "rw", 1, "0: the last valid one is held; 1: the fault value", 0, 1),
-    _var(0x2001, "Fault value", "INT32", "rw", MOST, "in measuring steps"),
+    _var(0x2001, "Fault value", "INT32", "rw", MOST, "in measuring steps; far from any position"),
     _var(0x2002, "Drive timeout", "UINT16", "rw", 100, "ms without speed or torque until the position is invalid",
          10, 10000),
     _var(0x2003, "Forget the position", "UINT32", "wo", None, "'forg': not referenced any more; factors stay"),
@@ -184,7 +186,8 @@ OBJECTS: tuple[Object, ...] = (
           (Entry(1, "High limit", "INT32", "rw", MOST, "measuring steps"),), "ARRAY"),
     _var(0x6500, "Operating status", "UINT16", "ro", None, "6000h as it is"),
     _var(0x6501, "Measuring step", "UINT32", "const", 1_000, "0.001 µm, the finest"),
-    _var(0x6503, "Alarms", "UINT16", "ro", None, "bit 0 position error, 12 stored data damaged", mappable=True),
+    _var(0x6503, "Alarms", "UINT16", "ro", None,
+         "bit 0 position error, 12 stored data damaged, 13 state cannot be saved", mappable=True),
     _var(0x6504, "Supported alarms", "UINT16", "ro", None),
     _var(0x6505, "Warnings", "UINT16", "ro", None,
          "bit 0 overspeed, 2 input lost, 5 not referenced, 12 reference due, 13 limits, 14 temperature, 15 gap",
@@ -208,6 +211,9 @@ GROUPS = {one.index: one.group for one in OBJECTS}
 PASSING = {0x1003, 0x1010, 0x1011, 0x2003, 0x2100, 0x6003}
 """Objects that are written but are no parameters."""
 
+RUNNING = {0x6401, 0x6402}
+"""Parameters that may be written while the node is operational: they change neither position nor messages."""
+
 STORED = tuple(key for key, entry in ENTRIES.items() if entry.access == "rw" and key[0] not in PASSING)
 
 
@@ -220,6 +226,17 @@ def code(index: int, subindex: int = 0) -> str:
     """
     alone = (index, 1) not in ENTRIES
     return f"{index:04X}h" if alone else f"{index:04X}h:{subindex:02X}"
+
+
+def limits(type: str) -> tuple[int, int]:
+    """The least and the largest value of an integer type.
+
+    Example:
+        >>> limits("INT16"), limits("UINT8")
+        ((-32768, 32767), (0, 255))
+    """
+    bits, sign = BITS[type], type.startswith("INT")
+    return (-(1 << bits - 1), (1 << bits - 1) - 1) if sign else (0, (1 << bits) - 1)
 
 
 def object_table() -> str:

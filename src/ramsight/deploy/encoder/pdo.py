@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Set
+
 from ramsight.deploy.encoder.objects import BITS, ENTRIES
 from ramsight.deploy.encoder.server import INVALID, NOT_MAPPABLE, TOO_LONG, Node, refuse
 from ramsight.deploy.encoder.ticks import Ticks
 
 _OFF, _WIDE = 1 << 31, 1 << 29
 _ON_CHANGE, _SYNCHRONOUS, _BY_TIMER = 0, range(1, 241), (254, 255)
-_RESTRICTED = (
-    range(0x080), range(0x101, 0x181), range(0x581, 0x600), range(0x601, 0x680), range(0x6E0, 0x800),
-)  # fmt: skip
-"""Identifiers that CiA 301 keeps for other services."""
+_RESTRICTED = (range(0x181), range(0x580, 0x680), range(0x6E0, 0x800))
+"""Identifiers of other services of CiA 301: NMT, SYNC, emergencies, TIME, SDO, heartbeats and what is reserved."""
 
 
 class Tpdo:
@@ -20,9 +20,11 @@ class Tpdo:
     Args:
         node: the node.
         number: 0 for TPDO1.
+        taken: identifiers that others send or listen to.
     """
 
-    def __init__(self, node: Node, number: int) -> None:
+    def __init__(self, node: Node, number: int, taken: Set[int] = frozenset()) -> None:
+        self._taken = taken
         self._node, self.settings, self.mapping = node, 0x1800 + number, 0x1A00 + number
         self._ticks = Ticks()
         self._syncs, self._last = 0, b""
@@ -59,9 +61,8 @@ class Tpdo:
     def check(self, index: int, subindex: int, value: int) -> None:
         """Refuse settings that cannot be, or not now."""
         if index == self.settings and subindex == 1:
-            self._check_identifier(value)
-        elif index == self.settings and subindex == 2:
-            if value != _ON_CHANGE and value not in _SYNCHRONOUS and value not in _BY_TIMER:
+            now = self._node.get(self.settings, 1)
+            if not value & _OFF and not now & _OFF and value & 0x7FF != now & 0x7FF:
                 refuse(INVALID)
         elif index == self.mapping:
             if self._is_on:
@@ -73,12 +74,17 @@ class Tpdo:
             elif value:
                 _check_mapped(value)
 
-    def _check_identifier(self, value: int) -> None:
-        identifier, now = value & 0x7FF, self._node.get(self.settings, 1)
-        if value & _WIDE or value & 0x1FFF_F800 or any(identifier in kept for kept in _RESTRICTED):
-            refuse(INVALID)
-        if not value & _OFF and not now & _OFF and identifier != now & 0x7FF:
-            refuse(INVALID)
+    def refusal(self, subindex: int, value: int) -> int:
+        """The abort code for a setting that can never be; 0 if it can."""
+        if subindex == 1:
+            identifier, other = value & 0x7FF, self._node.get(self.settings ^ 1, 1)
+            wrong = bool(value & (_WIDE | 0x1FFF_F800)) or identifier in self._taken
+            wrong |= any(identifier in kept for kept in _RESTRICTED)
+            wrong |= not (value | other) & _OFF and identifier == other & 0x7FF
+            return INVALID if wrong else 0
+        if subindex == 2 and value != _ON_CHANGE and value not in _SYNCHRONOUS and value not in _BY_TIMER:
+            return INVALID
+        return 0
 
     def _check_length(self, count: int) -> None:
         mapped = [self._node.get(self.mapping, k) for k in range(1, count + 1)]
@@ -109,3 +115,13 @@ def _check_mapped(value: int) -> None:
     entry = ENTRIES.get((value >> 16, value >> 8 & 0xFF))
     if entry is None or not entry.mappable or BITS[entry.type] != value & 0xFF:
         refuse(NOT_MAPPABLE)
+
+
+def pdo_identifiers(node: int | None) -> frozenset[int]:
+    """The identifiers that a node's PDOs have by CiA 301, in either direction.
+
+    Example:
+        >>> [hex(one) for one in sorted(pdo_identifiers(5))][:3]
+        ['0x185', '0x205', '0x285']
+    """
+    return frozenset() if node is None else frozenset(range(0x180 + node, 0x580, 0x80))

@@ -52,6 +52,11 @@ class Scale:
             return self._node.get(0x2001)
         return self.steps(self._turned(position))
 
+    def is_plausible(self, steps: int) -> bool:
+        """Whether a number of steps could be taken for a position, or for one not far from the stroke, in any steps."""
+        finest = round(self._stroke / (self._node.get(0x6501) * 1e-9))
+        return -finest <= steps <= 2 * finest
+
     def speed(self, estimate: Estimate | None) -> int:
         """6030h; 7FFFh, or 0 where the position is held, while it is invalid."""
         if estimate is None or not self._published.valid:

@@ -13,7 +13,7 @@ from canopen.sdo.server import SdoServer
 
 from ramsight.deploy.encoder.eds import object_dictionary
 from ramsight.deploy.encoder.frame import Frame
-from ramsight.deploy.encoder.objects import ENTRIES
+from ramsight.deploy.encoder.objects import BITS, ENTRIES
 
 STOPPED, OPERATIONAL, PRE_OPERATIONAL = 4, 5, 127
 RESET_NODE, RESET_COMMUNICATION = 129, 130
@@ -26,6 +26,7 @@ NOT_STORED, BY_STATE, COMMAND = 0x0800_0020, 0x0800_0022, 0x0504_0001
 """Abort codes of CiA 301."""
 
 _LONGEST = 64  # bytes that a segmented write may bring; no object here is longer
+_UNSIZED = 0x02  # of the two lowest bits: expedited, without a size
 _DOWNLOAD, _SEGMENT, _UPLOAD_SEGMENT, _ABORTED = 1, 0, 3, 4
 
 
@@ -80,7 +81,18 @@ class _Server(SdoServer):
             if reason:
                 self._send_abort(index, subindex, reason)
                 return
-        super().on_request(can_id, data, timestamp)
+        super().on_request(can_id, self._sized(data) if kind == _DOWNLOAD else data, timestamp)
+
+    def _sized(self, data: bytes) -> bytes:
+        """An expedited write that does not say how long its data are: as long as the object's."""
+        if data[0] & 0x03 != _UNSIZED:
+            return data
+        _, index, subindex = struct.unpack_from("<BHB", data)
+        entry = ENTRIES.get((index, subindex))
+        if entry is None or entry.type not in BITS:
+            return data
+        unused = 4 - BITS[entry.type] // 8
+        return bytes([data[0] & 0xE0 | unused << 2 | 0x03]) + bytes(data[1:])
 
     def _refusal(self, index: int, subindex: int) -> int:
         """Why a segmented write cannot end well; 0 if it can."""

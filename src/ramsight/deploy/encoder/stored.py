@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Set
 
-from ramsight.deploy.encoder.objects import APPLICATION, COMMUNICATION, GROUPS, LOAD, SAVE, STORED
+from ramsight.deploy.encoder.objects import APPLICATION, COMMUNICATION, ENTRIES, GROUPS, LOAD, SAVE, STORED, limits
 from ramsight.deploy.encoder.parameters import ParameterFile, Values
 from ramsight.deploy.encoder.server import NOT_STORED, Node, refuse
 from ramsight.errors import OutputError
@@ -21,16 +21,23 @@ class Stored:
         node: the node.
         file: where they are; None stores nothing.
         overrides: values that count instead of stored ones.
-        keep: keeps the sensor's state with all parameters; says whether it could.
+        keep: saves the sensor's state with all parameters; says whether it could.
+        refusal: the abort code for a value that a parameter can never have; 0 if it can.
 
     Attributes:
         damaged: whether the file could not be believed.
     """
 
     def __init__(
-        self, node: Node, file: ParameterFile | None, overrides: Mapping[tuple[int, int], int], keep: Callable[[], bool]
+        self,
+        node: Node,
+        file: ParameterFile | None,
+        overrides: Mapping[tuple[int, int], int],
+        keep: Callable[[], bool],
+        refusal: Callable[[int, int, int], int],
     ) -> None:
         self._node, self._file, self._overrides, self._keep = node, file, overrides, keep
+        self._refusal = refusal
         self.damaged = False
 
     @property
@@ -41,6 +48,8 @@ class Stored:
     def load(self, groups: tuple[str, ...]) -> Set[tuple[int, int]]:
         """Set the parameters of some groups to what is stored, or to their defaults; says which are stored at all."""
         stored = {} if self._file is None else self._file.load()
+        if stored is not None and not all(self._is_possible(*key, value) for key, value in stored.items()):
+            stored = None
         self.damaged = stored is None
         for index in {index for index, _ in STORED if GROUPS[index] in groups}:
             self._node.forget(index)
@@ -49,6 +58,12 @@ class Stored:
             if GROUPS[index] in groups:
                 self._node.set(index, subindex, value)
         return values.keys()
+
+    def _is_possible(self, index: int, subindex: int, value: int) -> bool:
+        entry = ENTRIES[index, subindex]
+        least, most = limits(entry.type)
+        low, high = (least if entry.low is None else entry.low), (most if entry.high is None else entry.high)
+        return low <= value <= high and not self._refusal(index, subindex, value)
 
     def write(self, index: int, subindex: int, value: int) -> None:
         """Serve a signature written to 1010h or 1011h, or refuse it."""

@@ -1,8 +1,4 @@
-"""The sensor's state on the disk, so written that a power loss never makes a wrong position look right.
-
-While the piston moves the file says what the sensor has learned, but not where the piston is; that is written once it
-has come to rest.
-"""
+"""The sensor's state on the disk, by a thread if the disk is slow; what fails is remembered and can be tried again."""
 
 from __future__ import annotations
 
@@ -12,17 +8,20 @@ from dataclasses import replace
 from pathlib import Path
 
 from ramsight.errors import OutputError
-from ramsight.sensor.keeping import StateError, StateFile
+from ramsight.sensor.persistence import StateError, StateFile, forgotten
 from ramsight.sensor.virtual_sensor import VirtualSensor
 
 
-class Keeper:
-    """Keeps a sensor's state in a `StateFile`.
+class Persistence:
+    """Saves a sensor's state in a `StateFile`.
 
     Args:
-        path: the file; made by the first `keep`.
+        path: the file; made by `resume`.
         sensor: whose state it is; this one is resumed, and a copy of it is saved from.
         aside: whether saving is left to a thread, so that a slow disk delays nothing.
+
+    Attributes:
+        failure: why the last save failed; empty if it did not.
     """
 
     def __init__(self, path: str | Path, sensor: VirtualSensor, *, aside: bool = False) -> None:
@@ -30,37 +29,59 @@ class Keeper:
         self._copy = replace(sensor)
         self._file = StateFile(path, self._copy)
         self._lock, self._changed = threading.Lock(), threading.Condition()
+        self._wanted: dict[str, float] | None = None
         self._waiting: dict[str, float] | None = None
-        self._closed, self.failure = False, ""
-        self._thread = threading.Thread(target=self._work, name="keeper", daemon=True) if aside else None
+        self._closed, self._busy, self.failure = False, False, ""
+        self._thread = threading.Thread(target=self._work, name="persistence", daemon=True) if aside else None
         if self._thread is not None:
             self._thread.start()
 
     def resume(self) -> bool:
-        """Give the sensor the stored state; False if it was damaged, or is another machine's."""
-        self._sensor.start(None)
+        """Give the sensor the stored state, or make the file; False if it was damaged, or is another machine's."""
+        try:
+            there = self.path.stat().st_size > 0
+        except OSError:
+            there = False
         try:
             resumed = StateFile(self.path, self._sensor).resume()
         except StateError:
             self._sensor.start(None)
             return False
-        there = self.path.exists() and self.path.stat().st_size > 0
+        if not there:
+            self.save_now(self._sensor.state)
         return not resumed.older and (resumed.found or not there)
 
-    def keep(self, state: Mapping[str, float]) -> None:
+    def take_position_off(self) -> bool:
+        """Let the file say that nobody knows where the piston is; on return it does, or False is returned."""
+        return self.save_now(forgotten(self._sensor, self._sensor.state))
+
+    @property
+    def is_pending(self) -> bool:
+        """Whether something is being saved, or waits for it."""
+        with self._changed:
+            return self._waiting is not None or self._busy
+
+    def save(self, state: Mapping[str, float]) -> None:
         """Save a state soon; only the newest of several that wait is saved."""
+        self._wanted = dict(state)
         if self._thread is None:
-            self._save(dict(state))
+            self._save(self._wanted)
             return
         with self._changed:
-            self._waiting = dict(state)
+            self._waiting = self._wanted
             self._changed.notify()
 
-    def keep_now(self, state: Mapping[str, float]) -> bool:
+    def save_now(self, state: Mapping[str, float]) -> bool:
         """Save a state; on return it is on the disk, or False is returned."""
+        self._wanted = dict(state)
         with self._changed:
             self._waiting = None
-        return self._save(dict(state))
+        return self._save(self._wanted)
+
+    def retry(self) -> None:
+        """Save again what could not be saved."""
+        if self._wanted is not None:
+            self.save(self._wanted)
 
     def close(self) -> None:
         """Save what waits, and end the thread."""
@@ -72,20 +93,25 @@ class Keeper:
 
     def _save(self, state: dict[str, float]) -> bool:
         with self._lock:
-            self._copy.state = state
+            if state is not self._wanted:  # a newer one has come meanwhile, and is saved already or soon
+                return True
             try:
+                self._copy.state = state
                 self._file.save()
-            except OutputError as error:
+            except (OutputError, StateError, ValueError) as error:
                 self.failure = str(error)
                 return False
+        self.failure = ""
         return True
 
     def _work(self) -> None:
         while True:
             with self._changed:
+                self._busy = False
                 while self._waiting is None and not self._closed:
                     self._changed.wait()
                 state, self._waiting = self._waiting, None
                 if state is None:
                     return
+                self._busy = True
             self._save(state)

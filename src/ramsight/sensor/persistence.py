@@ -1,0 +1,219 @@
+"""A sensor's state over a power loss: two slots in one file, each with a checksum, written in turn.
+
+A save overwrites the older slot, so that the newer one is whole whatever happens meanwhile. Both slots exist from the
+first save on, and their numbers follow each other. A position is resumed only where that is so: a slot that is torn,
+erased or missing may have been the newer one, and then the piston may have moved since the other. Such a file gives
+what the sensor has learned of the machine, and no position.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from ramsight.errors import OutputError, RamsightError
+from ramsight.sensor.hypotheses import LEARNED
+from ramsight.sensor.status import Status
+from ramsight.sensor.virtual_sensor import IS_REFERENCED, VirtualSensor, impossible
+
+FORMAT = 2
+_MAGIC = b"ramsight state\n\0"
+_HEAD = struct.Struct("<16sHxxI32sQ")  # magic, format, number of values, identity, number of the save
+_DIGEST = 32
+TURNING = 1.0  # rad/s; slower, the safety valve stays closed
+CREEPING = 1e-4  # m/s; slower, the piston rests
+RESTING = 1.0  # s at rest, after which the position is worth saving
+CHANGED, DOUBTED = 0.2e-3, 1e-3  # m by which position or standard deviation change at rest until they are saved again
+SETTLING = 2.0  # s for which a piston may have gone on after its state was saved
+Slots = dict[int, tuple[int, dict[str, float]]]
+
+
+class StateError(RamsightError):
+    """A state file that cannot be used; the text says why and what to do."""
+
+
+@dataclass(frozen=True)
+class Resumed:
+    """What became of a state file.
+
+    Attributes:
+        found: whether there was a state to resume.
+        older: whether a slot is damaged or missing, so that the position of the other one could not be trusted.
+    """
+
+    found: bool
+    older: bool
+
+
+class StateFile:
+    """One sensor's state in a file.
+
+    What is saved is believed at the next `resume`. A program that follows a running machine has to save again, or
+    call `forget_position`, before the piston moves; the encoder does (docs/encoder.md).
+
+    Args:
+        path: the file; made by the first `save`.
+        sensor: whose state it is.
+
+    Raises:
+        StateError: the sensor finds no position by itself, so there is nothing worth saving.
+
+    Example:
+        >>> import tempfile
+        >>> from ramsight import machine
+        >>> from ramsight.plant.ddh import build
+        >>> from ramsight.sensor.kalman import kalman
+        >>> boom = kalman(build("boom", machine.load("mining-loader").unit("boom")))
+        >>> boom.start(0.25)
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     StateFile(f"{folder}/boom.state", boom).save()
+        ...     boom.start(None)
+        ...     StateFile(f"{folder}/boom.state", boom).resume().found, boom.state["position"]
+        (True, 0.25)
+    """
+
+    def __init__(self, path: str | Path, sensor: VirtualSensor) -> None:
+        if IS_REFERENCED not in sensor.recursion.state:
+            raise StateError(f"the {sensor.kind} sensor has no state worth saving; the kalman sensor has")
+        self.path, self._sensor = Path(path), sensor
+        self._names = sensor.recursion.state
+        self._values = struct.Struct(f"<{len(self._names)}d")
+        self._slot = _HEAD.size + self._values.size + _DIGEST
+        identity = "\n".join((sensor.kind, *self._names, *sensor.recursion.parameters))
+        self._identity = hashlib.sha256(identity.encode() + sensor.parameters.tobytes()).digest()
+
+    def save(self) -> None:
+        """Save the sensor's state; on return it is on the disk.
+
+        Raises:
+            OutputError: the file cannot be written.
+        """
+        self._save(self._sensor.state)
+
+    def forget_position(self) -> None:
+        """Save what the sensor has learned, but not where the piston is; on return that is on the disk.
+
+        Raises:
+            OutputError: the file cannot be written.
+        """
+        self._save(forgotten(self._sensor, self._sensor.state))
+
+    def resume(self) -> Resumed:
+        """Give the sensor the newest state; without one it is not referenced.
+
+        A position that was saved while the piston moved is resumed as less certain. If one of the two slots is
+        damaged or missing, the other gives what was learned of the machine, and the sensor is not referenced.
+
+        Raises:
+            StateError: the file was written by a newer version, or for another sensor or machine.
+        """
+        content = self._bytes()
+        slots = self._whole(content)
+        self._sensor.start(None)
+        if not slots:
+            self._refuse(content)
+            return Resumed(found=False, older=False)
+        newest = max(slots, key=lambda place: slots[place][0])
+        older = not _complete(slots)
+        self._sensor.state = self._awake(slots[newest][1], older)
+        return Resumed(found=True, older=older)
+
+    def _save(self, state: Mapping[str, float]) -> None:
+        """Write a state into the older slot; where a slot is missing or damaged, into that one."""
+        slots = self._whole(self._bytes())
+        number = max((number for number, _ in slots.values()), default=0)
+        writes: list[tuple[int, Mapping[str, float]]] = [(place, state) for place in (0, 1) if place not in slots]
+        if not writes:
+            writes = [(min(slots, key=lambda place: slots[place][0]), state)]
+        if len(writes) == 2:  # the first of all: until both slots are there, neither has a position
+            writes[0] = (0, forgotten(self._sensor, state))
+        try:
+            with open(os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644), "r+b") as file:
+                for place, values in writes:
+                    number += 1
+                    file.seek(place * self._slot)
+                    file.write(self._packed(number, values))
+                    file.flush()
+                    os.fsync(file.fileno())
+        except OSError as error:
+            raise OutputError(f"{self.path}: the state cannot be saved: {error.strerror or error}") from error
+
+    def _awake(self, state: dict[str, float], older: bool) -> dict[str, float]:
+        """A saved state as it is after a while of which nothing is known; time begins anew."""
+        std = state["covariance_00"] ** 0.5 + abs(state["velocity"]) * SETTLING
+        state |= {"started": 0.0, "clocked": 0.0, "covariance_00": std**2}
+        return forgotten(self._sensor, state) if older else state
+
+    def _packed(self, number: int, state: Mapping[str, float]) -> bytes:
+        values = self._values.pack(*(state[name] for name in self._names))
+        head = _HEAD.pack(_MAGIC, FORMAT, len(self._names), self._identity, number)
+        return head + values + hashlib.sha256(head + values).digest()
+
+    def _bytes(self) -> bytes:
+        try:
+            return self.path.read_bytes()
+        except FileNotFoundError:
+            return b""
+        except OSError as error:
+            raise StateError(f"{self.path}: {error.strerror or error}") from error
+
+    def _at(self, content: bytes, place: int) -> bytes:
+        return content[place * self._slot : (place + 1) * self._slot]
+
+    def _whole(self, content: bytes) -> Slots:
+        """The slots that are whole, of this sensor and machine, and possible; by their place."""
+        found = {}
+        for place in (0, 1):
+            slot = self._at(content, place)
+            if len(slot) < self._slot or hashlib.sha256(slot[:-_DIGEST]).digest() != slot[-_DIGEST:]:
+                continue
+            magic, version, count, identity, number = _HEAD.unpack_from(slot)
+            if (magic, version, count, identity) != (_MAGIC, FORMAT, len(self._names), self._identity):
+                continue
+            state = dict(zip(self._names, self._values.unpack_from(slot, _HEAD.size), strict=True))
+            if not impossible(self._sensor, state):
+                found[place] = (number, state)
+        return found
+
+    def _refuse(self, content: bytes) -> None:
+        """Say so if a file without a usable slot is somebody else's rather than damaged."""
+        for start in (0, self._slot):
+            slot = content[start:]
+            if len(slot) < _HEAD.size or not slot.startswith(_MAGIC):
+                continue
+            _, version, count, identity, _ = _HEAD.unpack_from(slot)
+            if version > FORMAT:
+                raise StateError(
+                    f"{self.path}: format {version} is newer than this ramsight knows ({FORMAT}); update it"
+                )
+            end = _HEAD.size + 8 * count
+            whole = hashlib.sha256(slot[:end]).digest() == slot[end : end + _DIGEST]
+            if whole and (count != len(self._names) or identity != self._identity):
+                raise StateError(
+                    f"{self.path}: the state of another sensor or machine; delete it, or give another file"
+                )
+
+
+def _complete(slots: Slots) -> bool:
+    """Whether both slots are there and one was saved just after the other."""
+    return len(slots) == 2 and abs(slots[0][0] - slots[1][0]) == 1
+
+
+def forgotten(sensor: VirtualSensor, state: Mapping[str, float]) -> dict[str, float]:
+    """A state that knows the machine as before, but not where the piston is."""
+    fresh = dict(zip(sensor.recursion.state, sensor.initial.tolist(), strict=True))
+    known = {**fresh, **{name: state[name] for name in LEARNED if name in fresh}}
+    return fresh if impossible(sensor, known) else known
+
+
+def said(resumed: Resumed, path: Path) -> str:
+    """What to tell of a resumption."""
+    if not resumed.found:
+        return f"{path}: no state to resume; {Status.NOT_REFERENCED.text} until a reference comes"
+    if resumed.older:
+        return f"{path}: the newest state is damaged; what was learned of the machine is resumed, its position is not"
+    return f"{path}: resumed"

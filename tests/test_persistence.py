@@ -1,0 +1,264 @@
+"""A sensor's state over a power loss: the newest, an older one's knowledge, or none; never a wrong position."""
+
+import math
+import subprocess
+import sys
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from ramsight import machine
+from ramsight.logs import read_drive_log
+from ramsight.plant.ddh import build
+from ramsight.sensor.balance import balance
+from ramsight.sensor.kalman import kalman
+from ramsight.sensor.persistence import LEARNED, StateError, StateFile
+from ramsight.sensor.status import Status
+from ramsight.sensor.virtual_sensor import StartError
+
+
+@pytest.fixture(scope="module")
+def unit():
+    return build("boom", machine.load("mining-loader").unit("boom"))
+
+
+@pytest.fixture
+def sensor(unit):
+    return kalman(unit)
+
+
+def at(sensor, position):
+    sensor.start(position)
+    sensor.step(0.0, 0.0, 0.0, 313.15)
+    return sensor
+
+
+def test_the_newest_of_many_states_is_resumed(tmp_path, sensor, unit):
+    file = StateFile(tmp_path / "boom.state", sensor)
+    for position in (0.1, 0.2, 0.3, 0.4, 0.5):
+        at(sensor, position)
+        file.save()
+    other = kalman(unit)
+    resumed = StateFile(tmp_path / "boom.state", other).resume()
+    assert (resumed.found, resumed.older) == (True, False)
+    now = other.step(1000.0, 0.0, 0.0, 313.15)
+    assert now.position == pytest.approx(0.5)
+    assert now.status == Status.OK
+
+
+def test_what_was_learnt_is_resumed_and_tracking_goes_on(tmp_path, trace, sensor, unit):
+    log = read_drive_log(trace("boom_asbuilt1_workday").log)
+    half = log.sizes["time"] // 2
+    while abs(log["motor_speed"].values[half]) > 0.1:
+        half += 1
+    sensor.start(0.1)
+    whole = sensor.track(log)["position"].values
+    sensor.start(0.1)
+    sensor.track(log.isel(time=slice(half)))
+    StateFile(tmp_path / "s", sensor).save()
+    other = kalman(unit)
+    StateFile(tmp_path / "s", other).resume()
+    rest = other.track(log.isel(time=slice(half, None)))
+    assert np.abs(rest["position"].values - whole[half:]).max() < 1e-3
+    assert rest["leak_factor"].values[-1] == pytest.approx(1.15, rel=0.03)
+
+
+def test_wherever_a_write_is_torn_the_position_is_right_or_unknown(tmp_path, sensor, unit):
+    path, other = tmp_path / "boom.state", kalman(unit)
+    contents = [b""]
+    for position in (0.1, 0.4, 0.6, 0.2):
+        at(sensor, position)
+        StateFile(path, sensor).save()
+        contents.append(path.read_bytes())
+    assert {len(content) for content in contents[1:]} == {len(contents[1])}, "both slots exist from the start"
+    for (before, after), old, new in zip(pairwise(contents), (None, 0.1, 0.4, 0.6), (0.1, 0.4, 0.6, 0.2), strict=True):
+        for cut in range(0, len(after) + 1, 7):
+            path.write_bytes(after[:cut] + before[cut:])
+            StateFile(path, other).resume()
+            now = other.step(0.0, 0.0, 0.0, 313.15)
+            if now.status == Status.OK:
+                whole = path.read_bytes()
+                assert whole in (before, after)
+                assert now.position == pytest.approx(old if whole == before else new)
+            else:
+                assert now.status == Status.NOT_REFERENCED
+
+
+@pytest.mark.parametrize("cut", ["by size", "erased", "zeroed", "an old copy"])
+def test_a_slot_that_is_lost_takes_the_position_with_it(tmp_path, sensor, unit, cut):
+    """A power loss while the file grows, or between erasing and writing, leaves the other slot, which may be stale."""
+    path, other = tmp_path / "boom.state", kalman(unit)
+    at(sensor, 0.1)
+    StateFile(path, sensor).save()
+    first = path.read_bytes()
+    for position in (0.5, 0.6, 0.2):
+        at(sensor, position)
+        StateFile(path, sensor).save()
+    content = path.read_bytes()
+    slot = len(content) // 2
+    rest = {"by size": b"", "erased": b"\xff" * slot, "zeroed": bytes(slot), "an old copy": first[slot:]}[cut]
+    lower = [] if cut == "an old copy" else [rest + content[slot:]]
+    for damaged in (content[:slot] + rest, *lower):
+        path.write_bytes(damaged)
+        resumed = StateFile(path, other).resume()
+        assert resumed.older or not resumed.found
+        assert other.step(0.0, 0.0, 0.0, 313.15).status == Status.NOT_REFERENCED
+
+
+def test_what_was_learnt_outlives_a_lost_slot(tmp_path, sensor, unit):
+    path, other = tmp_path / "boom.state", kalman(unit)
+    at(sensor, 0.1)
+    sensor.state = {**sensor.state, "leak": 1.25}
+    StateFile(path, sensor).save()
+    content = path.read_bytes()
+    for damaged in (content[: len(content) // 2], bytes(len(content) // 2) + content[len(content) // 2 :]):
+        path.write_bytes(damaged)
+        assert StateFile(path, other).resume().older
+        assert other.state["leak"] == 1.25
+
+
+def test_states_that_know_the_machine_are_states(sensor):
+    assert set(LEARNED) <= set(sensor.recursion.state)
+
+
+def test_the_position_can_be_taken_off_the_disk(tmp_path, sensor, unit):
+    path, other = tmp_path / "boom.state", kalman(unit)
+    at(sensor, 0.3)
+    StateFile(path, sensor).save()
+    StateFile(path, sensor).forget_position()
+    assert sensor.state["position"] == pytest.approx(0.3)
+    assert StateFile(path, other).resume().found
+    assert other.step(0.0, 0.0, 0.0, 313.15).status == Status.NOT_REFERENCED
+
+
+def test_any_flipped_byte_is_noticed(tmp_path, sensor, unit):
+    path = tmp_path / "boom.state"
+    at(sensor, 0.3)
+    StateFile(path, sensor).save()
+    whole = path.read_bytes()
+    other = kalman(unit)
+    for place in range(0, len(whole), 11):
+        path.write_bytes(whole[:place] + bytes([whole[place] ^ 0x10]) + whole[place + 1 :])
+        assert StateFile(path, other).resume().older
+        assert other.step(0.0, 0.0, 0.0, 313.15).status == Status.NOT_REFERENCED
+
+
+@pytest.mark.parametrize("place", [0, 16, 17, 20, 24, 56])
+def test_a_damaged_head_of_one_slot_does_not_refuse_the_other(tmp_path, sensor, unit, place):
+    path = tmp_path / "boom.state"
+    at(sensor, 0.3)
+    StateFile(path, sensor).save()
+    whole, other = path.read_bytes(), kalman(unit)
+    for start in (0, len(whole) // 2):
+        damaged = bytearray(whole)
+        damaged[start + place] ^= 0x42
+        path.write_bytes(damaged)
+        assert StateFile(path, other).resume().older
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("position", math.nan), ("position", 5.0), ("covariance_00", -1e-6), ("covariance_00", math.inf),
+     ("leak", math.nan), ("is_referenced", 7.0), ("velocity", -math.inf)],
+)  # fmt: skip
+def test_a_state_that_cannot_be_is_not_resumed_even_with_a_good_checksum(tmp_path, sensor, unit, name, value):
+    path, other = tmp_path / "boom.state", kalman(unit)
+    file = StateFile(path, sensor)
+    at(sensor, 0.3)
+    file.save()
+    content = path.read_bytes()
+    newest = file._packed(2, {**sensor.state, name: value})
+    path.write_bytes(content[: len(newest)] + newest)
+    assert StateFile(path, other).resume().older
+    assert other.step(0.0, 0.0, 0.0, 313.15).status == Status.NOT_REFERENCED
+    with pytest.raises(ValueError, match=name):
+        other.state = {**sensor.state, name: value}
+
+
+@pytest.mark.parametrize("make", [kalman, balance])
+@pytest.mark.parametrize("position", [math.nan, math.inf, -math.inf, -0.01, 0.75, 5.0])
+def test_a_start_that_cannot_be_is_refused(unit, make, position):
+    sensor = make(unit)
+    sensor.start(0.2)
+    with pytest.raises(StartError, match=r"0 to 0\.7 m"):
+        sensor.start(position)
+    assert sensor.state["position"] == 0.2, "as it was"
+
+
+@pytest.mark.parametrize("std", [math.nan, math.inf, -1e-3, 0.8])
+def test_a_standard_deviation_that_cannot_be_is_refused(sensor, std):
+    with pytest.raises(StartError, match="standard deviation"):
+        sensor.start(0.2, std)
+
+
+@pytest.mark.parametrize("name", ["position", "velocity", "covariance_00", "leak", "shown_position"])
+def test_a_value_that_is_no_number_never_has_a_usable_status(sensor, name):
+    at(sensor, 0.3)
+    sensor._state[sensor.recursion.state.index(name)] = math.nan
+    for k in range(1, 20):
+        now = sensor.step(0.02 * k, 10.0, 20.0, 313.15)
+        assert now.status.validity == "invalid" or all(map(math.isfinite, (now.position, now.std, now.velocity)))
+
+
+def test_a_reference_that_is_no_number_is_none(sensor):
+    at(sensor, 0.3)
+    now = sensor.step(0.02, 0.0, 0.0, 313.15, math.inf)
+    assert now.position == pytest.approx(0.3)
+    assert now.status == Status.OK
+
+
+def test_a_state_saved_in_motion_is_less_certain(tmp_path, trace, sensor, unit):
+    log = read_drive_log(trace("boom_258kN_40C").log)
+    sensor.start(0.1)
+    moving = int(np.searchsorted(log["time"].values, 6.0))
+    before = sensor.track(log.isel(time=slice(moving)))["position_std"].values[-1]
+    StateFile(tmp_path / "s", sensor).save()
+    other = kalman(unit)
+    StateFile(tmp_path / "s", other).resume()
+    assert other.step(0.0, 0.0, 0.0, 313.15).std > before + 10e-3
+
+
+def test_states_of_others_and_of_the_future_are_refused(tmp_path, sensor, unit):
+    path = tmp_path / "boom.state"
+    StateFile(path, sensor).save()
+    bucket = kalman(build("bucket", machine.load("mining-loader").unit("bucket")))
+    with pytest.raises(StateError, match="another sensor or machine"):
+        StateFile(path, bucket).resume()
+    newer = bytearray(path.read_bytes())
+    for slot in (0, len(newer) // 2):
+        newer[slot + 16] += 1
+    path.write_bytes(bytes(newer))
+    with pytest.raises(StateError, match="newer"):
+        StateFile(path, sensor).resume()
+    with pytest.raises(StateError, match="kalman"):
+        StateFile(path, balance(unit))
+
+
+def ramsight(*words, cwd):
+    command = [sys.executable, "-m", "ramsight", *words]
+    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=120, check=False)
+
+
+def test_the_command_resumes_where_it_stopped(tmp_path, trace):
+    log = str(trace("boom_258kN_40C").log)
+    words = ("track", "mining-loader", log, "--unit", "boom", "--state", "boom.state")
+    first = ramsight(*words, "--start", "100 mm", cwd=tmp_path)
+    assert first.returncode == 0, first.stderr
+    ended = first.stdout.split("mm at first, ")[1].split(" mm")[0]
+    second = ramsight(*words, cwd=tmp_path)
+    assert "boom.state: resumed" in second.stdout
+    assert f"position {ended} mm at first" in second.stdout
+    (tmp_path / "boom.state").write_bytes(b"rubbish")
+    third = ramsight(*words, cwd=tmp_path)
+    assert third.returncode == 0
+    assert "no state to resume" in third.stdout
+    assert "not referenced" in third.stdout
+
+
+def test_a_sensor_that_cannot_find_the_piston_has_to_be_told(tmp_path, trace):
+    log = str(trace("boom_258kN_40C").log)
+    told = ramsight("track", "mining-loader", log, "--unit", "boom", "--sensor", "balance", cwd=tmp_path)
+    assert told.returncode == 2
+    assert "--start" in told.stderr
+    assert len(told.stderr.strip().splitlines()) == 1
