@@ -176,21 +176,22 @@ class Hypotheses:
         for h in self.all:
             h.covariance.raise_to(LEAK, leak**2)
 
-    def torque(self, row: list[Any], around: list[Any], surprise: Any, variance: Any, use: Any, which: int) -> None:
-        """A torque that does not depend on the load tells one factor; the others are considered.
+    def torque(
+        self, row: list[Any], around: list[Any], surprise: Any, variance: Any, *, leak: Any, compliance: Any
+    ) -> None:
+        """A torque that does not depend on the load tells leakage or compliance; all else is considered.
 
         Args:
             row: derivatives of the torque with respect to factors and lag [N m, N m/s].
             around: the values that it was expected with.
             surprise: torque less the expected one [N m].
             variance: of the torque [N2 m2].
-            use: whether it tells.
-            which: the factor that it corrects.
+            leak, compliance: whether it tells them.
         """
         full = [0.0, *row, 0.0, 0.0]
         for h in self.all:
             own = sum(by * (m - used) for by, m, used in zip(row, h.mean[LEAK:LOW], around, strict=True))
-            self._correct(h, h.covariance.update(full, surprise - own, variance, use, only=[which]))
+            self._correct(h, h.covariance.consider(full, surprise - own, variance, {LEAK: leak, COMPLIANCE: compliance}))
 
     def _correct(self, h: Hypothesis, changes: list[Any]) -> None:
         h.mean = [value + change for value, change in zip(h.mean, changes, strict=True)]

@@ -17,7 +17,7 @@ from ramsight.plant.balance import FACTORS, balance
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.contact import Contact, ContactWatch
-from ramsight.sensor.hypotheses import COMPLIANCE, LEAK, Hypotheses, Measured
+from ramsight.sensor.hypotheses import LEAK, Hypotheses, Measured
 from ramsight.sensor.intake import take_in
 from ramsight.sensor.judgement import Relief, judge
 from ramsight.sensor.limits import limits_of
@@ -28,10 +28,12 @@ from ramsight.sensor.virtual_sensor import IS_REFERENCED, VARIANCE, SensorGraph,
 
 _VELOCITY_SMOOTHING = 0.1  # s
 _FASTEST = 1.1  # share of the velocity at the highest motor speed that no correction exceeds
-_BLIND = -1.0  # share of a load that the torque shows, below which it tells of leakage
+_BLIND = 0.02  # share of a load that the torque shows, below which it tells of leakage
 _TURNING = 1.0  # rad/s
 _CORRELATED = 0.2  # s; for which errors of the torque stay what they are
 _MODEL = 0.1  # share of a torque by which a closed volume's equation may err
+_SETTLED = 0.5  # s
+_STEADY = 0.02  # change of the torque over what leakage makes of it; a pump against a closed valve has settled
 _FRICTION = 0.02  # of a torque, by the pumps' hydromechanical efficiency
 _UNSEEN_FLOW = 0.1  # share of the pump's flow that may move the piston although it seems to stand at relief pressure
 _SLOWEST = 20.0  # s; time constant of the slow temperature, from whose distance the rate of change follows
@@ -172,13 +174,16 @@ def _torque(
     all that the pump delivers is leakage.
     """
     inflation = _CORRELATED / ca.fmax(graph.elapsed, 1e-3)
-    closed = (_MODEL * torque_by[2]) ** 2
     pushes = ca.logic_and(contact.pushing, ca.fabs(torque_by[2]) > step.noise)
-    bank.torque(torque_by, around, step.surprise, (step.noise**2 + closed) * inflation, pushes, COMPLIANCE)
     turns = ca.logic_and(ca.fabs(graph.motor_speed) > _TURNING, ca.logic_not(contact.held))
-    blind = ca.logic_and(turns, step.seen < _BLIND)
-    friction = (_FRICTION * graph.motor_torque) ** 2 + closed
-    bank.torque(torque_by, around, step.surprise, (step.noise**2 + friction) * inflation, blind, LEAK)
+    steady = ca.fabs(step.change) < _STEADY * ca.fabs(torque_by[0])
+    closed, closed_for = ca.logic_and(ca.logic_and(turns, step.seen < _BLIND), steady), graph.state("closed_for")
+    closed_for_1 = ca.if_else(closed, closed_for + graph.elapsed, 0.0)
+    graph.becomes("closed_for", closed_for_1)
+    blind = closed_for_1 > _SETTLED
+    model = (_MODEL * torque_by[2]) ** 2 + ca.if_else(blind, (_FRICTION * graph.motor_torque) ** 2, 0.0)
+    variance = (step.noise**2 + model) * inflation
+    bank.torque(torque_by, around, step.surprise, variance, leak=blind, compliance=pushes)
 
 
 def _measure(

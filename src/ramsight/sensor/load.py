@@ -29,7 +29,6 @@ _GATE = 16.0  # a torque four standard deviations away is a load that jumped, no
 _SEEN_AT = 0.5  # share of what virtual work says that a torque shows of a load, from which it is seen
 _STANDING = 1.0  # rad/s; friction of a motor slower than this has a sign that nobody knows
 _NOTHING = 0.02  # share of the load at relief pressure below which nothing moves the piston, friction being as much
-_SETTLES = 0.05  # s; for static compliance, long against the oscillation of mass and oil
 
 
 @dataclass(frozen=True)
@@ -42,6 +41,7 @@ class LoadStep:
         travel_by: derivatives of `travel` with respect to `FACTORS` [m].
         torque_by: of the torque, with respect to `FACTORS`, since the pistons stands [N m].
         surprise: torque less what was expected [N m].
+        change: of the expected torque since the last sample [N m].
         noise: standard deviation of the torque [N m].
         friction: of the motor and the pumps at standstill, its sign unknown [N m].
         noise_travel: of the position from that noise [m].
@@ -60,6 +60,7 @@ class LoadStep:
     travel_by: tuple[Any, ...]
     torque_by: tuple[Any, ...]
     surprise: Any
+    change: Any
     noise: Any
     friction: Any
     noise_travel: Any
@@ -96,6 +97,8 @@ class LoadObserver:
         self._before += [graph.state(n, float(v)) for n, v in zip(names, start[1:], strict=True)]
         self._names = (*names, "load")
         self._load = graph.state("load", load)
+        self._expected = graph.state("expected_torque")
+        self._give = graph.state("give")
         self._walked = graph.state("load_variance")
         self._initial = graph.state("first_load_variance", (0.3 * limits.load) ** 2)
         self._slopes = {
@@ -124,7 +127,7 @@ class LoadObserver:
             )
 
         first = solve(before, load, before, 3)
-        early = solve(before, load, before, 2, w)
+        early = solve(before, load, first.z, 1, w)
         by_load = first.by_load()
         by_first = ca.DM(balance.rest_by_load())
         by_initial = first.by_start(by_first, 1.0)
@@ -160,11 +163,8 @@ class LoadObserver:
         kept = ca.if_else(moves, (1.0 - k_initial * h_initial) * initial, self._initial)
         graph.becomes("first_load_variance", kept)
         travel_by, torque_by = self._follow(first, by_load, k_initial + k_walked, moves, held)
-        settled = ca.fmax(h, _SETTLES)
-        static = balance.step(
-            first.z, mean, w, 0.0, load, p, settled, factors=factors, held=0.0, guess=first.z, iterations=1
-        )
-        give = ca.fabs(static.by_load()[0])
+        give = ca.if_else(held, self._give, ca.fabs(by_load[0]))
+        graph.becomes("give", give)
         self._graph.becomes("expected_torque", second.torque)
         carried = balance.force(z)
         held_node = getattr(balance.unit.cylinder, f"node_{balance.unit.held}")
@@ -178,6 +178,7 @@ class LoadObserver:
             travel_by=travel_by,
             torque_by=torque_by,
             surprise=surprise,
+            change=second.torque - self._expected,
             noise=ca.sqrt(noise2),
             friction=friction,
             noise_travel=give * noise / unit,
@@ -206,8 +207,8 @@ class LoadObserver:
         of a standstill together tell little more than one.
         """
         graph, drive = self._graph, self._assumptions.drive
-        last, timing = graph.state("expected_torque"), graph.state("timing_variance")
-        change = (first.torque - last) * ca.fmin(drive.delay / h, 1.0)
+        timing = graph.state("timing_variance")
+        change = (first.torque - self._expected) * ca.fmin(drive.delay / h, 1.0)
         timing_1 = ca.fmax(ca.fmax(change**2, early**2), timing * ca.exp(-h / drive.delay))
         timing_1 = ca.if_else(graph.held("started"), timing_1, 0.0)
         graph.becomes("timing_variance", timing_1)

@@ -69,6 +69,29 @@ class Covariance:
                 self.entries[i, j] = self.entries[i, j] - (gain[i] * cross[j] if i in corrected else cross[i] * gain[j])
         return [k * innovation for k in gain]
 
+    def consider(self, row: Sequence[Any], innovation: Any, variance: Any, use: dict[int, Any]) -> list[Any]:
+        """A measurement that corrects single quantities, each where its condition holds; the others are considered.
+
+        Args:
+            row: derivative of the measurement with respect to each quantity; a plain 0 costs nothing.
+            innovation: the measurement less what it was expected to be.
+            variance: of the measurement.
+            use: by the place of a quantity, whether it is corrected.
+
+        Returns:
+            What each quantity is corrected by.
+        """
+        n = self._n
+        cross = [sum(self[i, j] * row[j] for j in range(n) if not _is_zero(row[j])) for i in range(n)]
+        total = sum(row[i] * cross[i] for i in range(n) if not _is_zero(row[i])) + variance
+        gain = {i: ca.if_else(condition, cross[i] / total, 0.0) for i, condition in use.items()}
+        for i, j in self._pairs:
+            change = sum(gain[k] * cross[other] for k, other in ((i, j), (j, i)) if k in gain)
+            if i in gain and j in gain:
+                change = gain[i] * (2.0 * cross[i] - gain[i] * total) if i == j else change - gain[i] * gain[j] * total
+            self.entries[i, j] = self.entries[i, j] - change
+        return [gain[i] * innovation if i in gain else 0.0 for i in range(n)]
+
     def variance(self, row: Sequence[Any]) -> Any:
         """Variance of a measurement that is `row` times the quantities."""
         n = self._n
