@@ -37,6 +37,8 @@ _STEADY = 0.02  # change of the torque over what leakage makes of it; a pump aga
 _FRICTION = 0.02  # of a torque, by the pumps' hydromechanical efficiency
 _UNSEEN_FLOW = 0.1  # share of the pump's flow that may move the piston although it seems to stand at relief pressure
 _SLOWEST = 20.0  # s; time constant of the slow temperature, from whose distance the rate of change follows
+_SURELY = 3.0  # of these time constants until the difference is the oil's
+_INSTANT = 1e-3  # s
 _SIGMAS = 3.0  # standard deviations outside the stroke that no position is
 
 
@@ -44,11 +46,15 @@ class _Warming:
     """How fast the oil warms, and what that does to leakage through a thermometer that lags."""
 
     def __init__(self, graph: SensorGraph, viscosity: Any, first: Any) -> None:
-        slow, t = graph.state("slow_temperature"), graph.oil_temperature
+        slow, age, t = graph.state("slow_temperature"), graph.state("age"), graph.oil_temperature
+        dt = graph.elapsed
         slow = ca.if_else(first, t, slow)
-        after = slow + graph.elapsed / (_SLOWEST + graph.elapsed) * (t - slow)
+        after = slow + dt / (ca.fmin(age, _SLOWEST) + dt + _INSTANT) * (t - slow)
         graph.becomes("slow_temperature", after)
-        self.change = ca.log(viscosity(after) / viscosity(t))
+        graph.becomes("age", age + dt)
+        # Two filters that begin with the same noisy sample are apart by that noise for a while.
+        surely = ca.fmin(age / (_SURELY * _SLOWEST), 1.0)
+        self.change = surely * ca.log(viscosity(after) / viscosity(t))
         """Logarithm of the viscosity then over now: how much leakage has grown meanwhile."""
         self.rate = self.change / _SLOWEST
 
