@@ -157,7 +157,7 @@ class CompiledModule:
     def _confine(self, function: Any) -> None:
         """Keep Numba from a folder that nobody has checked, which it takes where ours cannot be written."""
         found = getattr(getattr(function, "_cache", None), "cache_path", None)
-        if found is None or getattr(config, "CACHE_DIR", ""):  # the user has chosen a folder for all of Numba
+        if found is None or getattr(config, "CACHE_DIR", False):  # the user has chosen a folder for all of Numba
             return
         if Path(found) != self._path.parent / "__pycache__":
             function._cache = NullCache()
