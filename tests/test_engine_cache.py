@@ -178,6 +178,18 @@ def test_machine_code_of_somebody_else_is_made_again(tmp_path):
     assert all((folder / "__pycache__" / name).stat().st_uid == 0 for name in before)
 
 
+def test_no_folder_of_numbas_own_takes_its_place(tmp_path):
+    home, folder = tmp_path / "home", tmp_path / "cache"
+    for one in (home, folder):
+        one.mkdir(mode=0o700)
+    (folder / "__pycache__").write_text("a file in the way")
+    looked = _CHILD + "\nprint(type(model._module.twice._cache).__name__)"
+    environment = {"HOME": str(home), "XDG_CACHE_HOME": str(home / "caches")}
+    done = child(folder, code=looked, **environment)
+    assert done.stdout == "42.125\nNullCache\n", done.stderr
+    assert [file for file in home.rglob("*") if file.is_file()] == []
+
+
 def test_a_second_process_takes_the_machine_code_from_the_folder(tmp_path):
     counted = _CHILD.replace("print(z[0])", "print(sum(model._module.twice.stats.cache_hits.values()))")
     assert child(tmp_path, code=counted).stdout == "0\n"

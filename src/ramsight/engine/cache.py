@@ -14,6 +14,8 @@ from types import ModuleType
 from typing import Any
 
 import casadi as ca
+from numba import config
+from numba.core.caching import NullCache
 
 from ramsight.engine import llvm
 from ramsight.engine.private_folder import is_ours, private_folder
@@ -148,7 +150,17 @@ class CompiledModule:
         module.__dict__["load"] = self._programs.__getitem__
         sys.modules[module.__name__] = module
         exec(compile(self._source, module.__file__, "exec"), module.__dict__)
+        for function in vars(module).values():
+            self._confine(function)
         return module
+
+    def _confine(self, function: Any) -> None:
+        """Keep Numba from a folder that nobody has checked, which it takes where ours cannot be written."""
+        found = getattr(getattr(function, "_cache", None), "cache_path", None)
+        if found is None or getattr(config, "CACHE_DIR", False):  # the user has chosen a folder for all of Numba
+            return
+        if Path(found) != self._path.parent / "__pycache__":
+            function._cache = NullCache()
 
     def _guarded(self, name: str) -> Callable[..., Any]:
         function = getattr(self._module, name)

@@ -11,6 +11,8 @@ from ramsight.errors import OutputError
 from ramsight.sensor.persistence import StateError, StateFile, forgotten
 from ramsight.sensor.virtual_sensor import VirtualSensor
 
+_PATIENCE = 10.0  # s for a disk when the encoder ends
+
 
 class Persistence:
     """Saves a sensor's state in a `StateFile`.
@@ -84,12 +86,12 @@ class Persistence:
             self.save(self._wanted)
 
     def close(self) -> None:
-        """Save what waits, and end the thread."""
+        """Save what waits, and end the thread; a disk that does not answer is not waited for any longer."""
         if self._thread is not None:
             with self._changed:
                 self._closed = True
                 self._changed.notify()
-            self._thread.join()
+            self._thread.join(_PATIENCE)
 
     def _save(self, state: dict[str, float]) -> bool:
         with self._lock:
