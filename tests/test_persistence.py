@@ -109,13 +109,13 @@ def test_a_slot_that_is_lost_takes_the_position_with_it(tmp_path, sensor, unit, 
 def test_what_was_learnt_outlives_a_lost_slot(tmp_path, sensor, unit):
     path, other = tmp_path / "boom.state", kalman(unit)
     at(sensor, 0.1)
-    sensor.state = {**sensor.state, "leak": 1.25}
+    sensor.state = {**sensor.state, "described_1": 1.25}
     StateFile(path, sensor).save()
     content = path.read_bytes()
     for damaged in (content[: len(content) // 2], bytes(len(content) // 2) + content[len(content) // 2 :]):
         path.write_bytes(damaged)
         assert StateFile(path, other).resume().older
-        assert other.state["leak"] == 1.25
+        assert other.state["described_1"] == 1.25
 
 
 def test_states_that_know_the_machine_are_states(sensor):
@@ -160,7 +160,7 @@ def test_a_damaged_head_of_one_slot_does_not_refuse_the_other(tmp_path, sensor, 
 @pytest.mark.parametrize(
     ("name", "value"),
     [("position", math.nan), ("position", 5.0), ("covariance_00", -1e-6), ("covariance_00", math.inf),
-     ("leak", math.nan), ("is_referenced", 7.0), ("velocity", -math.inf)],
+     ("described_1", math.nan), ("is_referenced", 7.0), ("velocity", -math.inf)],
 )  # fmt: skip
 def test_a_state_that_cannot_be_is_not_resumed_even_with_a_good_checksum(tmp_path, sensor, unit, name, value):
     path, other = tmp_path / "boom.state", kalman(unit)
@@ -192,7 +192,7 @@ def test_a_standard_deviation_that_cannot_be_is_refused(sensor, std):
         sensor.start(0.2, std)
 
 
-@pytest.mark.parametrize("name", ["position", "velocity", "covariance_00", "leak", "shown_position"])
+@pytest.mark.parametrize("name", ["position", "velocity", "covariance_00", "described_1", "shown_position"])
 def test_a_value_that_is_no_number_never_has_a_usable_status(sensor, name):
     at(sensor, 0.3)
     sensor._state[sensor.recursion.state.index(name)] = math.nan

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -56,13 +57,22 @@ class PilotCheckValve:
         back = ca.if_else(difference < 0.0, opening * orifice_slope(self.conductance, difference), 0.0)
         return free, back
 
+    def flow(self, inlet: Any, outlet: Any, pilot: Any, coefficient: Callable[[Any], Any] = lambda e: e) -> Any:
+        """Flow from inlet to outlet [m3/s].
+
+        Args:
+            inlet, outlet, pilot: absolute pressures [Pa].
+            coefficient: what a circuit makes of a law's coefficient.
+        """
+        difference, opening = inlet - outlet, self.opening(inlet, outlet, pilot)
+        spring = (1.0 - opening) * self.cracking_pressure  # the pilot takes the spring's part
+        free, back = (coefficient(slope) for slope in self.slopes(difference, spring, opening))
+        return free * (difference - coefficient(spring)) + back * difference
+
     def connect(self, circuit: Circuit) -> None:
         """Add the flow, its throttling loss and the opening as an output."""
         inlet, outlet, pilot = (circuit.pressure(node) for node in (self.inlet, self.outlet, self.pilot))
-        difference, opening = inlet - outlet, self.opening(inlet, outlet, pilot)
-        spring = (1.0 - opening) * self.cracking_pressure  # the pilot takes the spring's part
-        free, back = (circuit.coefficient(slope) for slope in self.slopes(difference, spring, opening))
-        flow = free * (difference - circuit.coefficient(spring)) + back * difference
+        flow = self.flow(inlet, outlet, pilot, circuit.coefficient)
         circuit.flow(self.name, self.inlet, self.outlet, flow)
         circuit.loss(f"{self.name}.throttling", flow * (inlet - outlet))
         circuit.output(f"{self.name}.opening", "1", self.opening(inlet, outlet, pilot))

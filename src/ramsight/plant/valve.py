@@ -76,7 +76,9 @@ class CheckValve:
         """Add the flow and its throttling loss."""
         difference = circuit.pressure(self.inlet) - circuit.pressure(self.outlet)
         beyond = difference - self.cracking_pressure
-        slope = circuit.coefficient(ca.if_else(beyond > 0.0, orifice_slope(self.conductance, beyond), 0.0))
+        # It leaves its seat within the first of these pascals: at no difference at all, rounding must not decide.
+        opening = ca.fmin(ca.fmax(beyond / _LAMINAR, 0.0), 1.0)
+        slope = circuit.coefficient(opening * orifice_slope(self.conductance, beyond))
         flow = slope * beyond
         circuit.flow(self.name, self.inlet, self.outlet, flow)
         circuit.loss(f"{self.name}.throttling", flow * difference)

@@ -87,13 +87,14 @@ class ContactWatch:
             known: whether the position is known.
         """
         graph, w = self._graph, self._graph.motor_speed
-        sigma, way = step.noise_travel, ca.sign(w)
-        turns = ca.logic_and(ca.fabs(w) > _PUSHING, graph.elapsed > 0.0)
+        sigma, moves = step.noise_travel, graph.elapsed > 0.0
+        turns = ca.logic_and(ca.fabs(w) > _PUSHING, moves)
         free = ca.logic_not(ca.logic_or(self.held, self._leaves))
-        delivered = self._delivered + ca.fabs(step.free_travel)
-        still = ca.fabs(position - self._anchor) < _STILL * sigma + _SLIPS * delivered
-        stands = ca.logic_and(ca.logic_and(turns, free), still)
-        in_vain = ca.logic_and(stands, delivered > _SURE * sigma)
+        delivered = self._delivered + step.free_travel  # also by leakage, where the pump holds the load at rest
+        way = ca.if_else(turns, ca.sign(w), ca.sign(delivered))
+        still = ca.fabs(position - self._anchor) < _STILL * sigma + _SLIPS * ca.fabs(delivered)
+        stands = ca.logic_and(ca.logic_and(moves, free), still)
+        in_vain = ca.logic_and(stands, ca.fabs(delivered) > _SURE * sigma)
         # Oil that is drawn from the tank moves nothing: the load has come to stand on something else.
         lowers = ca.logic_and(turns, way == -self._lift)
         sinks = ca.logic_and(step.empty, ca.logic_and(free, lowers))

@@ -28,6 +28,7 @@ _SHORTEST = 1e-3  # s; a step that is solved even where no time passed, and not 
 _GATE = 16.0  # a torque four standard deviations away is a load that jumped, not noise
 _SEEN_AT = 0.5  # share of what virtual work says that a torque shows of a load, from which it is seen
 _STANDING = 1.0  # rad/s; friction of a motor slower than this has a sign that nobody knows
+_ROUGHER = 1.25  # friction of a usual pump over the described one
 _NOTHING = 0.02  # share of the load at relief pressure below which nothing moves the piston, friction being as much
 
 
@@ -43,7 +44,7 @@ class LoadStep:
         surprise: torque less what was expected [N m].
         change: of the expected torque since the last sample [N m].
         noise: standard deviation of the torque [N m].
-        friction: of the motor and the pumps at standstill, its sign unknown [N m].
+        friction: that hides a torque at standstill, its sign unknown [N m]; 0 while the motor turns.
         noise_travel: of the position from that noise [m].
         give: travel per load that the oil's compression allows [m/N].
         seen: how much the torque shows of the load, 1 where virtual work holds, 0 where it is blind [1].
@@ -72,6 +73,11 @@ class LoadStep:
     torque: Any
     z: Any
     velocity: Any
+
+
+def _beyond(value: Any, limit: Any) -> Any:
+    """What is left of a value beyond a limit either way."""
+    return ca.sign(value) * ca.fmax(ca.fabs(value) - limit, 0.0)
 
 
 class LoadObserver:
@@ -132,9 +138,8 @@ class LoadObserver:
         by_first = ca.DM(balance.rest_by_load())
         by_initial = first.by_start(by_first, 1.0)
         h_walked, h_initial = first.torque_by(by_load), first.torque_by(by_initial)
-        surprise = graph.motor_torque - first.torque
-
         noise2, friction = self._noise(first, early.torque - first.torque, p, h)
+        surprise = _beyond(graph.motor_torque - first.torque, friction)
         unit = self._per_angle
         walked = self._walked + (machine.load_walk * self._relief_load) ** 2 * h / (
             1.0 + self._initial * unit**2 / (drive.torque * self._relief_torque) ** 2
@@ -203,8 +208,8 @@ class LoadObserver:
 
         Beside the drive's own: how the expected torque changes within the drive's delay, and by how much it would be
         another were the motor already as fast as at the sample's end (`early`), both of which are large where a valve
-        opens, and fade with the delay; and friction of unknown sign at standstill, which stays what it is: all samples
-        of a standstill together tell little more than one.
+        opens, and fade with the delay. At standstill friction has a sign that nobody knows: a torque within it tells
+        nothing, one beyond it does.
         """
         graph, drive = self._graph, self._assumptions.drive
         timing = graph.state("timing_variance")
@@ -215,10 +220,7 @@ class LoadObserver:
         up, down = (self._balance.torque(first.z, sign * 3.0 * _STANDING, 0.0, p) for sign in (1.0, -1.0))
         stands = ca.fabs(graph.motor_speed) < _STANDING
         friction = 0.5 * (up - down)
-        standing = graph.state("standing_for")
-        graph.becomes("standing_for", ca.if_else(stands, standing + graph.elapsed, 0.0))
-        lasting = ca.if_else(stands, friction**2 * (1.0 + standing / h), 0.0)
-        return (drive.torque * self._relief_torque) ** 2 + timing_1 + lasting, friction
+        return (drive.torque * self._relief_torque) ** 2 + timing_1, ca.if_else(stands, _ROUGHER * friction, 0.0)
 
     def _follow(
         self, first: Solution, by_load: Any, gain: Any, moves: Any, held: Any
