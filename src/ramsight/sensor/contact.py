@@ -27,6 +27,7 @@ from ramsight.sensor.virtual_sensor import SensorGraph
 
 _SURE = 30.0  # standard deviations of the position that the pump has to deliver in vain
 _STILL, _SLIPS = 4.0, 0.15  # standard deviations and share of what was delivered by which it may seem to move
+_FOUND = 0.3  # s after the motor has started or stopped, until the load is found
 _PUSHING = 1.0  # rad/s; a motor that turns faster delivers
 _NEAR, _NEAR_LEAST = 4.0, 5e-3  # standard deviations and share of the stroke, so near an end it is the end
 _NOISE = 4.0  # standard deviations
@@ -73,6 +74,7 @@ class ContactWatch:
         self._direction = graph.state("held_direction")
         self._anchor = graph.state("standing_place")
         self._delivered = graph.state("delivered_in_vain")
+        self._turned, self._since = graph.state("turned"), graph.state("turns_or_rests_for")
         self._leaves, self._left_from = graph.state("leaves"), graph.state("left_from")
         self._torque = graph.state("torque_when_pushing_began")
 
@@ -89,7 +91,11 @@ class ContactWatch:
         graph, w = self._graph, self._graph.motor_speed
         sigma, moves = step.noise_travel, graph.elapsed > 0.0
         turns = ca.logic_and(ca.fabs(w) > _PUSHING, moves)
-        free = ca.logic_not(ca.logic_or(self.held, self._leaves))
+        # A load that has changed at rest is found in the first moments; the piston seems to stand meanwhile.
+        since = ca.if_else(turns == self._turned, self._since + graph.elapsed, 0.0)
+        graph.becomes("turned", turns)
+        graph.becomes("turns_or_rests_for", since)
+        free = ca.logic_and(since > _FOUND, ca.logic_not(ca.logic_or(self.held, self._leaves)))
         delivered = self._delivered + step.free_travel  # also by leakage, where the pump holds the load at rest
         way = ca.if_else(turns, ca.sign(w), ca.sign(delivered))
         still = ca.fabs(position - self._anchor) < _STILL * sigma + _SLIPS * ca.fabs(delivered)
