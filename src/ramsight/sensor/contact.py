@@ -17,6 +17,7 @@ is seen to stand), or when the torque stays behind what a closed volume would as
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -65,10 +66,12 @@ class ContactWatch:
     Args:
         graph: gains states.
         lift_sign: +1 if extension lifts the load, -1 if retraction does.
+        mass: that the piston moves [kg].
     """
 
-    def __init__(self, graph: SensorGraph, lift_sign: float) -> None:
+    def __init__(self, graph: SensorGraph, lift_sign: float, mass: float) -> None:
         self._graph, self._lift = graph, lift_sign
+        self._mass, self._stood = graph.parameters.add("mass", mass), graph.state("stands_for")
         self._sank = graph.state("sank")
         self.held = graph.state("held")
         self._direction = graph.state("held_direction")
@@ -100,7 +103,11 @@ class ContactWatch:
         way = ca.if_else(turns, ca.sign(w), ca.sign(delivered))
         still = ca.fabs(position - self._anchor) < _STILL * sigma + _SLIPS * ca.fabs(delivered)
         stands = ca.logic_and(ca.logic_and(moves, free), still)
-        in_vain = ca.logic_and(stands, ca.fabs(delivered) > _SURE * sigma)
+        # A mass that bounces on its oil stands for half a period at most.
+        stood = self._stood + graph.elapsed
+        graph.becomes("stands_for", ca.if_else(stands, stood, 0.0))
+        bounced = stood > math.pi * ca.sqrt(self._mass * step.give)
+        in_vain = ca.logic_and(ca.logic_and(stands, bounced), ca.fabs(delivered) > _SURE * sigma)
         # Oil that is drawn from the tank moves nothing: the load has come to stand on something else.
         lowers = ca.logic_and(turns, way == -self._lift)
         sinks = ca.logic_and(step.empty, ca.logic_and(free, lowers))

@@ -80,7 +80,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     observer = LoadObserver(graph, circuit, limits, assumed)
     symbol = graph.parameters.symbol
     warming = _Warming(graph, circuit.oil_of(lambda name: symbol(f"circuit.{name}")).viscosity, first)
-    watch = ContactWatch(graph, float(unit.lift_sign))
+    watch = ContactWatch(graph, float(unit.lift_sign), float(unit.cylinder.mass))
     bank = Hypotheses(graph, stroke, assumed, known=referenced, first=first, start_variance=variance)
 
     around = bank.means()
