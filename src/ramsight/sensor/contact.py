@@ -28,6 +28,7 @@ from ramsight.sensor.virtual_sensor import SensorGraph
 
 _SURE = 30.0  # standard deviations of the position that the pump has to deliver in vain
 _STILL, _SLIPS = 4.0, 0.15  # standard deviations and share of what was delivered by which it may seem to move
+_OVER = 0.95  # share of the way from where a relief valve may open to its setting; no load is lifted with more
 _FOUND = 0.3  # s after the motor has started or stopped, until the load is found
 _PUSHING = 1.0  # rad/s; a motor that turns faster delivers
 _NEAR, _NEAR_LEAST = 4.0, 5e-3  # standard deviations and share of the stroke, so near an end it is the end
@@ -81,7 +82,7 @@ class ContactWatch:
         self._leaves, self._left_from = graph.state("leaves"), graph.state("left_from")
         self._torque = graph.state("torque_when_pushing_began")
 
-    def look(self, step: LoadStep, position: Any, stroke: Any, std: Any, known: Any) -> Contact:
+    def look(self, step: LoadStep, position: Any, stroke: Any, std: Any, known: Any, relief: Any) -> Contact:
         """One sample.
 
         Args:
@@ -90,6 +91,7 @@ class ContactWatch:
             stroke: of the cylinder [m].
             std: of the position [m].
             known: whether the position is known.
+            relief: how likely oil passes a relief valve, 0 to 1.
         """
         graph, w = self._graph, self._graph.motor_speed
         sigma, moves = step.noise_travel, graph.elapsed > 0.0
@@ -111,7 +113,12 @@ class ContactWatch:
         # Oil that is drawn from the tank moves nothing: the load has come to stand on something else.
         lowers = ca.logic_and(turns, way == -self._lift)
         sinks = ca.logic_and(step.empty, ca.logic_and(free, lowers))
-        touched = ca.logic_or(in_vain, ca.logic_and(sinks, self._sank))
+        # At an end a relief valve soon takes all that the pump delivers; nowhere else is that sure.
+        ahead = ca.if_else(way > 0.0, stroke - position, position)
+        ends = ca.logic_and(known, ahead < _NEAR * std + _NEAR_LEAST * stroke)
+        over = ca.logic_and(ca.logic_and(turns, relief > _OVER), ca.logic_and(ends, ca.logic_not(self.held)))
+        sunk = ca.logic_and(sinks, self._sank)
+        touched = ca.logic_or(in_vain, ca.logic_or(sunk, over))
         graph.becomes("sank", sinks)
         # Oil that decompresses at an end: a piston that has stood there is about to leave.
         behind = ca.if_else(way > 0.0, self._anchor, stroke - self._anchor)
@@ -135,5 +142,6 @@ class ContactWatch:
         goes = ca.logic_or(released, ca.logic_and(touched, leaving))
         graph.becomes("leaves", ca.if_else(goes, 1.0, ca.if_else(away, 0.0, self._leaves)))
         graph.becomes("left_from", ca.if_else(goes, position, self._left_from))
+        stood_at = ca.if_else(in_vain, self._anchor, position)
         at_top = ca.if_else(leaving, way < 0.0, way > 0.0)
-        return Contact(touched, self._anchor, at_top, held, released, stands, pushing, built)
+        return Contact(touched, stood_at, at_top, held, released, stands, pushing, built)

@@ -92,8 +92,8 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
         return [by[0] * scale, by[1], by[2], by[0] * leak * warming.rate]
 
     nominal = graph.position + step.travel
-    contact = watch.look(step, nominal, symbol("stroke"), ca.sqrt(bank.variance()), referenced)
     doubt = passing(circuit, step.z, lambda name: symbol(f"circuit.{name}"))
+    contact = watch.look(step, nominal, symbol("stroke"), ca.sqrt(bank.variance()), referenced, doubt)
     passed, pending = _relief(graph, step, doubt, contact)
     _predict(graph, bank, step, with_lag(step.travel_by), around, intake.drift + passed, warming, assumed)
     observer.release(contact.released, step.carried)
@@ -167,7 +167,10 @@ def _predict(
     drive, dt = assumed.drive, graph.elapsed
     # An error of the torque that lasts for a while leaks like an error of the leakage that lasts for a while.
     wrong = drive.torque_gain**2 * travel_by[0] ** 2 * 2.0 * drive.correlation / ca.fmax(dt, 1e-3)
-    bank.predict(step.travel, travel_by, around, wrong, grows, leak)
+    # At rest friction hides a part of the load, and so a part of what leaks where the pump holds it.
+    share = ca.fmin(step.friction / graph.parameters.symbol("travel_per_radian"), step.load_std) / ca.fabs(step.load)
+    hidden = ca.fabs(step.free_travel) * ca.if_else(step.friction > 0.0, ca.fmin(share, 1.0), 0.0)
+    bank.predict(step.travel, travel_by, around, wrong, grows + hidden, leak)
     bank.floor(assumed.drive.torque_gain)
 
 
@@ -180,7 +183,8 @@ def _torque(
     all that the pump delivers is leakage.
     """
     inflation = _CORRELATED / ca.fmax(graph.elapsed, 1e-3)
-    pushes = ca.logic_and(contact.pushing, ca.fabs(torque_by[2]) > step.noise)
+    compressed = ca.logic_and(contact.pushing, ca.logic_not(step.empty))
+    pushes = ca.logic_and(compressed, ca.fabs(torque_by[2]) > step.noise)
     turns = ca.logic_and(ca.fabs(graph.motor_speed) > _TURNING, ca.logic_not(contact.held))
     steady = ca.fabs(step.change) < _STEADY * ca.fabs(torque_by[0])
     closed, closed_for = ca.logic_and(ca.logic_and(turns, step.seen < _BLIND), steady), graph.state("closed_for")

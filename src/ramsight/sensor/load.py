@@ -49,6 +49,7 @@ class LoadStep:
         give: travel per load that the oil's compression allows [m/N].
         seen: how much the torque shows of the load, 1 where virtual work holds, 0 where it is blind [1].
         load: on the piston, friction in it [N].
+        load_std: standard deviation of the load [N].
         carried: load that the pressures carry [N].
         empty: whether the held chamber has no pressure left and the other one gives no force either.
         torque: as expected after the correction [N m].
@@ -68,6 +69,7 @@ class LoadStep:
     give: Any
     seen: Any
     load: Any
+    load_std: Any
     carried: Any
     empty: Any
     torque: Any
@@ -162,24 +164,20 @@ class LoadObserver:
         z0 = before + by_first * d_initial
         second = solve(z0, corrected, first.z + by_load * d_walked + by_initial * d_initial, 2)
         moves = graph.elapsed > 0.0
+        goes = ca.logic_and(moves, ca.logic_not(self._is_empty(second.z)))
         z = ca.if_else(moves, second.z, before)
         self._keep(z, ca.if_else(moves, corrected, load))
         graph.becomes("load_variance", ca.if_else(moves, (1.0 - k_walked * h_walked) * walked, self._walked))
         kept = ca.if_else(moves, (1.0 - k_initial * h_initial) * initial, self._initial)
         graph.becomes("first_load_variance", kept)
-        travel_by, torque_by = self._follow(first, by_load, k_initial + k_walked, moves, held)
+        travel_by, torque_by = self._follow(first, by_load, k_initial + k_walked, moves, goes)
         give = ca.if_else(held, self._give, ca.fabs(by_load[0]))
         graph.becomes("give", give)
         self._graph.becomes("expected_torque", second.torque)
-        carried = balance.force(z)
-        held_node = getattr(balance.unit.cylinder, f"node_{balance.unit.held}")
-        tank = self._p[balance.parameters.index("tank.pressure")]
-        lost = z[balance.states.index(f"pressure_{held_node}")] < tank
-        empty = ca.logic_and(lost, ca.fabs(carried) < _NOTHING * self._relief_load)
         noise = drive.torque * self._relief_torque
         return LoadStep(
-            travel=ca.if_else(moves, second.z[0] - before[0], 0.0),
-            free_travel=ca.if_else(moves, first.z[0] - before[0], 0.0),
+            travel=ca.if_else(goes, second.z[0] - before[0], 0.0),
+            free_travel=ca.if_else(goes, first.z[0] - before[0], 0.0),
             travel_by=travel_by,
             torque_by=torque_by,
             surprise=surprise,
@@ -190,12 +188,21 @@ class LoadObserver:
             give=give,
             seen=ca.fmin(ca.fabs(h_walked) / unit, 1.0),
             load=ca.if_else(moves, corrected, load),
-            carried=carried,
-            empty=empty,
+            load_std=ca.sqrt(ca.fmax(walked + initial, 0.0)),
+            carried=balance.force(z),
+            empty=self._is_empty(z),
             torque=second.torque,
             z=z,
             velocity=z[1],
         )
+
+    def _is_empty(self, z: Any) -> Any:
+        """Whether oil gives the piston no force: then nothing in the circuit says where it goes, and it stays."""
+        balance = self._balance
+        held = getattr(balance.unit.cylinder, f"node_{balance.unit.held}")
+        tank = self._p[balance.parameters.index("tank.pressure")]
+        lost = z[balance.states.index(f"pressure_{held}")] < tank
+        return ca.logic_and(lost, ca.fabs(balance.force(z)) < _NOTHING * self._relief_load)
 
     def _keep(self, z: Any, load: Any) -> None:
         """What the states are after the sample; the position is the filter's."""
@@ -223,7 +230,7 @@ class LoadObserver:
         return (drive.torque * self._relief_torque) ** 2 + timing_1, ca.if_else(stands, _ROUGHER * friction, 0.0)
 
     def _follow(
-        self, first: Solution, by_load: Any, gain: Any, moves: Any, held: Any
+        self, first: Solution, by_load: Any, gain: Any, moves: Any, goes: Any
     ) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
         """How the step would have been with other factors, the same torques correcting the load: its derivatives."""
         travel, torque = [], []
@@ -237,7 +244,7 @@ class LoadObserver:
             after = [z[i] for i in range(1, z.numel())] + [load0 + change]
             for state, old, new in zip(self._names, self._slopes[name], after, strict=True):
                 self._graph.becomes(f"{state}_by_{name}", ca.if_else(moves, new, old))
-            travel.append(ca.if_else(moves, z[0], 0.0))
+            travel.append(ca.if_else(goes, z[0], 0.0))
             torque.append(shown)
         return tuple(travel), tuple(torque)
 
