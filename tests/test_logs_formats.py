@@ -264,11 +264,11 @@ def test_a_missing_package_names_its_extra(tmp_path, monkeypatch):
     def absent(name, *rest):
         raise ImportError(name)
 
-    for name in ("log.parquet", "log.mf4", "log.blf"):
+    for name in ("log.parquet", "log.mf4"):
         (tmp_path / name).write_bytes(b"x")
     monkeypatch.setattr(importlib, "import_module", absent)
     for name, package, extra in (
-        ("log.parquet", "pyarrow", "logs"), ("log.mf4", "asammdf", "logs"), ("log.blf", "can", "can")
+        ("log.parquet", "pyarrow", "logs"), ("log.mf4", "asammdf", "logs")
     ):  # fmt: skip
         with pytest.raises(LogError, match=rf'needs the package {package}: pip install "ramsight\[{extra}\]"'):
             read_drive_log(tmp_path / name)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -634,15 +634,45 @@ def main() -> None:
     """Run the command line: one line on standard error and exit code 2 for whatever a user can mend."""
     from ramsight.errors import RamsightError
 
+    _say_warnings()
     try:
         app()
     except RamsightError as error:
         typer.echo(f"error: {' '.join(str(error).split())}", err=True)
         sys.exit(2)
-    except OSError as error:  # where standard output goes is full or gone; a closed pipe is Typer's to handle
-        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - for the interpreter's last flush
-        typer.echo(f"error: standard output: {error.strerror or error}", err=True)
+    except OSError as error:
+        typer.echo(f"error: {_cause(error)}{error.strerror or error}", err=True)
         sys.exit(2)
+
+
+def _say_warnings() -> None:
+    """Warnings about logs are a line on standard error each."""
+    import warnings
+
+    from ramsight.errors import LogWarning
+
+    usual = warnings.showwarning
+
+    def show(message: Warning | str, category: type[Warning], *rest: Any, **more: Any) -> None:
+        if issubclass(category, LogWarning):
+            typer.echo(f"warning: {' '.join(str(message).split())}", err=True)
+        else:
+            usual(message, category, *rest, **more)
+
+    warnings.showwarning = show
+    warnings.simplefilter("always", LogWarning)
+
+
+def _cause(error: OSError) -> str:
+    """What could not be read or written: a file, or standard output if that is full or gone."""
+    if error.filename is not None:
+        return f"{os.fsdecode(error.filename)}: "
+    try:
+        sys.stdout.flush()
+    except OSError:
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - for the interpreter's last flush
+        return "standard output: "
+    return ""
 
 
 if __name__ == "__main__":

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
-from ramsight.errors import LogError
+from ramsight.errors import LogError, warn_of_log
 from ramsight.logs.align import Samples
 from ramsight.logs.channel_map import HOLD, ChannelMap, Mapped, load_map
-from ramsight.logs.guess import USUAL, guess_clock, guess_form, guess_roles, is_share
+from ramsight.logs.clock import Clock, find_clock
+from ramsight.logs.guess import USUAL, guess_form, guess_roles, is_share
 from ramsight.logs.lines import Advance
-from ramsight.logs.source import CAN, CSV, Offered, Source, TableSource, open_source
+from ramsight.logs.source import CAN, CSV, Offered, TableSource, open_source
+from ramsight.logs.source_can import CanSource
+from ramsight.logs.source_csv import CsvSource
+from ramsight.logs.source_mdf import MdfSource
+from ramsight.logs.source_parquet import ParquetSource
 
 _SPARSE = 0.1  # share of empty cells from which they are no samples, rather than faults
 _LATE = 5.0  # usual distances of a channel's samples that it may be late
@@ -76,8 +81,9 @@ class Inspection:
         file: its name.
         channels: all of them, the clock not among them.
         frames: of a CAN log, identifier (bit 31 set for an extended one) to how many frames and bytes.
-        clock: of a table, its column and unit.
+        clock: of a table, its column and unit; both "" if none was found.
         known: the map that was looked through, with what could be guessed of the file's layout.
+        clock_found: the clock of a table with all that was found of it.
     """
 
     file: str
@@ -85,6 +91,7 @@ class Inspection:
     frames: dict[int, tuple[int, int]] = field(default_factory=dict)
     clock: tuple[str, str] | None = None
     known: ChannelMap = field(default_factory=ChannelMap)
+    clock_found: Clock | None = None
 
     def of(self, role: str) -> Channel | None:
         """The channel that is proposed for a role."""
@@ -111,53 +118,54 @@ def inspect_log(
     """
     known = load_map(channel_map) if isinstance(channel_map, str | Path) else channel_map or ChannelMap()
     known = replace(known, dbc=(*known.dbc, *dbc))
-    small = Path(path).name.lower()
-    if small.endswith(CSV) and channel_map is None:
+    if Path(path).name.lower().endswith(CSV) and channel_map is None:
         known = replace(known, form=guess_form(path))
-    source = open_source(path, known, advance)
-    clock = _clock(source, known) if isinstance(source, TableSource) else None
-    listed = [one for one in source.offered() if clock is None or one.name != clock[0]]
-    channels = [Channel(one.name, one.unit, one.note) for one in listed]
-    numeric = _numeric(source, [one.name for one in listed])
-    for one in channels:
-        one.note = one.note if one.name in numeric else one.note or "text"
-    found = {one.name: one for one in channels if one.name in numeric}
-    for block in source.blocks(list(found)):
-        for name, samples in block.items():
-            found[name].count(samples)
+    bad: dict[str, str] = {}
+    while True:
+        found, wrong = _look_through(path, known, bad, advance)
+        if wrong is None or wrong.column is None or wrong.column in bad:
+            break
+        bad[wrong.column] = str(wrong).removeprefix(found.file)[2:]
+    if wrong is not None:
+        warn_of_log(f"only what stands before this is listed: {wrong}", file=found.file)
     roles = {role: one.channel for role, one in known.roles.items()} or guess_roles(
-        [Offered(one.name, one.unit) for one in channels if one.samples]
+        [Offered(one.name, one.unit) for one in found.channels if one.samples]
     )
     for role, name in roles.items():
-        if name in found:
-            found[name].role = role
-    return Inspection(source.file, channels, getattr(source, "seen", {}), clock, known)
+        for one in found.channels:
+            if one.name == name and one.samples:
+                one.role = role
+    return found
 
 
-def _clock(source: TableSource, known: ChannelMap) -> tuple[str, str]:
-    names = [one.name for one in source.offered()]
-    if known.time is not None:
-        clock, unit = known.time.channel, known.time.unit
-    else:
-        guessed = guess_clock(names)
-        if guessed is None:
-            raise LogError(
-                f"no column is called time; found {', '.join(names[:20])}. Say it in a map: time = {{channel, unit}}",
-                file=source.file,
-            )
-        clock, unit = guessed, None
-    unit = unit or source.unit_of(clock) or "s"
-    source.clock, source.clock_unit = clock, unit
-    return clock, unit
-
-
-def _numeric(source: Source, names: list[str]) -> set[str]:
-    from ramsight.logs.source_csv import CsvSource
-
-    if isinstance(source, CsvSource):
-        return source.numeric(names)
-    notes = {one.name: one.note for one in source.offered()}
-    return {name for name in names if not isinstance(source, TableSource) or not notes[name]}
+def _look_through(
+    path: str | Path, known: ChannelMap, bad: Mapping[str, str], advance: Advance | None
+) -> tuple[Inspection, LogError | None]:
+    """What is in a log but for some columns that cannot be read, and what else stopped the reading."""
+    source = open_source(path, known, advance)
+    if isinstance(source, MdfSource) and source.has_frames:
+        source = CanSource(path, known, advance)
+    clock = find_clock(source, known) if isinstance(source, TableSource) else None
+    taken = () if clock is None else (clock.channel, clock.date)
+    listed = [one for one in source.offered() if one.name not in taken]
+    notes = source.notes([one.name for one in listed]) if isinstance(source, CsvSource) else {}
+    channels = [Channel(one.name, one.unit, bad.get(one.name) or notes.get(one.name) or one.note) for one in listed]
+    unread = {name for name, note in {**notes, **bad}.items() if note}
+    if isinstance(source, ParquetSource):
+        unread |= {one.name for one in listed if one.note}
+    found = {one.name: one for one in channels if one.name not in unread}
+    wrong = None
+    try:
+        for block in source.blocks(list(found)):
+            for name, samples in block.items():
+                found[name].count(samples)
+    except LogError as error:
+        wrong = error
+    frames = source.seen if isinstance(source, CanSource) else {}
+    if isinstance(source, CanSource) and wrong is not None and not frames:
+        raise wrong
+    said = None if clock is None else (clock.channel, clock.unit)
+    return Inspection(source.file, channels, frames, said, known, clock), wrong
 
 
 def map_text(found: Inspection, folder: Path | None = None) -> str:
@@ -171,8 +179,8 @@ def map_text(found: Inspection, folder: Path | None = None) -> str:
         f"# Channel map for {Path(found.file).name}: check signs (positive extends the rod), units and sources.",
         "",
     ]
-    if found.clock is not None:
-        lines += [f"time = {{ channel = {_text(found.clock[0])}, unit = {_text(found.clock[1])} }}", ""]
+    if found.clock_found is not None:
+        lines += [_time_line(found.clock_found), ""]
     for role in ("speed", "torque", "temperature"):
         lines += [*_role_lines(found, role), ""]
     lines += _reference_lines(found)
@@ -180,6 +188,15 @@ def map_text(found: Inspection, folder: Path | None = None) -> str:
     lines += _csv_lines(found)
     lines += _can_lines(found, folder)
     return "\n".join(lines).rstrip() + "\n"
+
+
+def _time_line(clock: Clock) -> str:
+    if not clock.channel:
+        return 'time = { channel = "", unit = "s" }  # not found: name the column that is the clock, and its unit'
+    date = "" if clock.date is None else f", date = {_text(clock.date)}"
+    unit = "" if clock.is_stamp else f", unit = {_text(clock.unit)}"
+    doubt = f"  # {clock.doubt}" if clock.doubt else ""
+    return f"time = {{ channel = {_text(clock.channel)}{date}{unit} }}{doubt}"
 
 
 def _role_lines(found: Inspection, role: str) -> list[str]:
@@ -246,6 +263,10 @@ def _csv_lines(found: Inspection) -> list[str]:
         lines.append(f"header_line = {form.header_line}")
     if form.separator is not None:
         lines.append(f"separator = {_text(form.separator)}")
+    if form.first_row is not None:
+        lines.append(f"first_row = {form.first_row}")
+    if form.decimal is not None:
+        lines.append(f"decimal = {_text(form.decimal)}")
     if form.encoding != "utf-8":
         lines.append(f"encoding = {_text(form.encoding)}")
     return ["[csv]", *lines, ""] if lines else []
@@ -254,7 +275,7 @@ def _csv_lines(found: Inspection) -> list[str]:
 def _can_lines(found: Inspection, folder: Path | None) -> list[str]:
     known = found.known
     if not known.is_can:
-        if not found.file.lower().endswith(CAN):
+        if not found.frames and not found.file.lower().endswith(CAN):
             return []
         nodes = [key for key in found.frames if 0x181 <= key <= 0x57F]
         return [

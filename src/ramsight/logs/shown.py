@@ -25,7 +25,9 @@ def show(found: Inspection) -> None:
 def inspection_table(found: Inspection) -> RenderableType:
     """The channels of a log, or the frames of one that nobody explained."""
     parts: list[RenderableType] = []
-    if found.clock is not None:
+    if found.clock is not None and not found.clock[0]:
+        parts.append(Text("clock: not found; the channel map has to name it"))
+    elif found.clock is not None:
         spans = [one for one in found.channels if one.samples]
         first, last = min((one.first for one in spans), default=0.0), max((one.last for one in spans), default=0.0)
         parts.append(Text(f"clock: {found.clock[0]} [{found.clock[1]}], from {first:.9g} s to {last:.9g} s"))

@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.errors import DescriptionError, LogError, MissingColumnError
-from ramsight.logs.lines import BLOCK, Advance, file_name, line_blocks, printable
+from ramsight.logs.lines import BLOCK, Advance, cut_short, file_name, line_blocks, printable
+from ramsight.logs.stamps import stamp_seconds
 from ramsight.units import parse
 
 FIRST_ROW = 2
@@ -37,11 +38,15 @@ class CsvForm:
         header_line: line with the names of the columns, from 1; lines before it are passed over.
         separator: between cells; None looks at the header.
         encoding: of the letters.
+        first_row: line of the first row of numbers; None if it follows the header, or a row of units under it.
+        decimal: comma or point; None reads both, a comma only where it does not separate cells.
     """
 
     header_line: int = 1
     separator: str | None = None
     encoding: str = "utf-8"
+    first_row: int | None = None
+    decimal: str | None = None
 
 
 class CsvTable:
@@ -72,64 +77,121 @@ class CsvTable:
     ) -> None:
         form = form or CsvForm()
         self.file = file_name(path)
-        self._blocks = line_blocks(path, encoding=form.encoding, advance=advance, size=size)
-        data = self._next()
-        if data is None:
+        self._decimal = form.decimal
+        self._blocks, self._body = line_blocks(path, encoding=form.encoding, advance=advance, size=size), b""
+        if self._peek() is None:
             raise LogError("is empty", file=self.file)
         for _ in range(form.header_line - 1):
-            data = self._after_a_line(data)[1]
-        head, self._body = self._after_a_line(data)
+            self._take()
+        head = self._take() or ""
         if not head.strip():
             raise LogError("is blank where the header should stand", file=self.file, line=form.header_line)
         self.separator = form.separator or separator_of(head)
-        self.names = [name.strip() for name in split(head, self.separator)]
+        self.names = [name.strip() for name in _split(head, self.separator, self.file, form.header_line)]
         self.units = [""] * len(self.names)
         self.first_row = form.header_line + 1
-        under, below = self._after_a_line(self._body)
-        units = units_row(under, self.separator)
-        if units is not None and len(units) == len(self.names):
-            self.units, self._body = units, below
-            self.first_row += 1
-        if not self._body:
+        self._pass_over(form.first_row)
+        if self._peek() is None:
             raise LogError("has a header but no rows", file=self.file)
 
-    def blocks(self, wanted: Sequence[str], gaps: Collection[str] = ()) -> Iterator[NDArray[np.float64]]:
-        """The rows, once.
+    def _pass_over(self, first_row: int | None) -> None:
+        """Take what stands between the header and the first row; one line of it may be the units."""
+        while first_row is None or self.first_row < first_row:
+            under = self._peek()
+            if under is None:
+                return
+            units = units_row(under, self.separator, strict=first_row is None)
+            if units is None and first_row is None:
+                return
+            if units is not None and len(units) == len(self.names):
+                self.units = units
+            elif first_row is None:
+                return
+            self._take()
+            self.first_row += 1
+            if first_row is None:
+                return
+
+    def blocks(
+        self, wanted: Sequence[str], gaps: Collection[str] = (), stamps: Sequence[str] = ()
+    ) -> Iterator[NDArray[np.float64]]:
+        """The rows, once. A last line that breaks off in the middle of a row is left out, with a warning.
 
         Args:
             wanted: names of columns that are there.
-            gaps: those among them in which a cell may hold no number: empty, ``nan`` and ``inf`` read as NaN.
+            gaps: those among them in which a cell may hold no number: empty, ``nan``, ``inf`` and words such as ``N/A``
+                read as NaN.
+            stamps: columns that together are a date and a time of day, or one of the two.
 
         Yields:
-            Values in the file's units, shape (columns, rows), rows >= 1; finite but for the gaps.
+            Values in the file's units, shape (columns, rows), rows >= 1; finite but for the gaps. With `stamps` one row
+            more, the first: seconds since 1970, or since midnight.
 
         Raises:
             LogError: a row has too few or too many cells, or a cell has no (finite) number; with line and column.
         """
-        for name in wanted:
+        for name in (*stamps, *wanted):
             if self.names.count(name) > 1:
                 raise LogError("is there more than once", file=self.file, line=self.first_row - 1, column=name)
-        layout = _Layout(self.file, self.separator, tuple(self.names), tuple(wanted), frozenset(gaps))
-        line, body = self.first_row, self._body
-        self._body = b""
-        while body:
-            table = _parse_fast(body, layout)
-            yield _parse_carefully(body, layout, line) if table is None else table
-            line += body.count(b"\n")
-            body = self._next() or b""
+        layout = _Layout(
+            self.file,
+            self.separator,
+            tuple(self.names),
+            tuple(wanted),
+            frozenset(gaps),
+            tuple(stamps),
+            self.is_decimal_comma,
+        )
+        line, rows = self.first_row, 0
+        while self._peek() is not None:
+            body, self._body = self._body, b""
+            if body.endswith(b"\n"):
+                table = _parse_fast(body, layout)
+                table = _parse_carefully(body, layout, line) if table is None else table
+            else:
+                last = self._parse_last(body, layout, line, rows)
+                if last is None:
+                    return
+                table = last
+            yield table
+            line, rows = line + body.count(b"\n"), rows + table.shape[1]
 
-    def first_cells(self, rows: int) -> list[list[str]]:
-        """The cells of the first rows as text, before `blocks` takes them."""
-        lines = self._body.split(b"\n", rows)[:rows]
-        return [split(line.decode("utf-8"), self.separator) for line in lines if line]
+    def _parse_last(self, body: bytes, layout: _Layout, line: int, rows: int) -> NDArray[np.float64] | None:
+        """The last line of a file that does not end in a newline; None if it breaks off in the middle of a row."""
+        try:
+            return _parse_carefully(body + b"\n", layout, line)
+        except LogError:
+            if not rows or body.startswith(b"\n"):
+                raise
+            cut_short(self.file, line)
+            return None
 
-    def _next(self) -> bytes | None:
-        return next(self._blocks, None)
+    @property
+    def is_decimal_comma(self) -> bool:
+        """Whether a comma in a cell is a decimal one."""
+        return self._decimal == "," or (self._decimal is None and self.separator != ",")
 
-    def _after_a_line(self, data: bytes) -> tuple[str, bytes]:
-        """The first line of what is left, and the rest; more is read where the rest would be empty."""
-        head, _, body = data.partition(b"\n")
-        return head.decode("utf-8"), body or self._next() or b""
+    def first_cells(self, rows: int) -> list[tuple[int, list[str]]]:
+        """The first rows as text, each with its line, before `blocks` takes them."""
+        if self._peek() is None:
+            return []
+        found = []
+        for line, text in enumerate(self._body.split(b"\n", rows)[:rows], start=self.first_row):
+            if text:
+                found.append((line, _split(text.decode("utf-8"), self.separator, self.file, line)))
+        return found
+
+    def _peek(self) -> str | None:
+        """The next line, which stays; None at the end of the file."""
+        if not self._body:
+            self._body = next(self._blocks, b"")
+        return self._body.partition(b"\n")[0].decode("utf-8") if self._body else None
+
+    def _take(self) -> str | None:
+        """The next line; None at the end of the file."""
+        line = self._peek()
+        self._body = self._body.partition(b"\n")[2]
+        return line
 
 
 def read_columns(
@@ -212,8 +274,20 @@ def split(line: str, separator: str) -> list[str]:
     return next(csv.reader([line], delimiter=separator, skipinitialspace=True), [""])
 
 
-def units_row(line: str, separator: str) -> list[str] | None:
+def _split(line: str, separator: str, file: str, number: int | None) -> list[str]:
+    try:
+        return split(line, separator)
+    except csv.Error as error:
+        raise LogError(f"is no row of a CSV file: {error}", file=file, line=number) from None
+
+
+def units_row(line: str, separator: str, *, strict: bool = True) -> list[str] | None:
     """The units in a line, brackets taken off, if it is a row of units: no numbers, and a unit of time first.
+
+    Args:
+        line: the line.
+        separator: between its cells.
+        strict: whether the first unit is one of time; else any unit in it makes it a row of units.
 
     Example:
         >>> units_row("[s];[1/min];[Nm];", ";")
@@ -223,10 +297,29 @@ def units_row(line: str, separator: str) -> list[str] | None:
     """
     try:
         cells = [_BRACKETS.sub(r"\1", cell).strip() for cell in split(line, separator)]
-        parse(f"1 {cells[0]}", "s")
+        if strict:
+            parse(f"1 {cells[0]}", "s")
+        elif not any(is_unit(cell) for cell in cells):
+            return None
     except (DescriptionError, csv.Error):
         return None
     return None if any(_is_number(cell) for cell in cells) else cells
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit of time, speed, torque, temperature or length, or a share.
+
+    Example:
+        >>> is_unit("1/min"), is_unit("measured")
+        (True, False)
+    """
+    for quantity in ("s", "rad/s", "N m", "K", "m", "1"):
+        try:
+            parse(f"1 {text}", quantity)
+        except DescriptionError:
+            continue
+        return bool(text)
+    return False
 
 
 def _is_number(cell: str) -> bool:
@@ -239,22 +332,30 @@ def _is_number(cell: str) -> bool:
 
 @dataclass(frozen=True)
 class _Layout:
-    """How the rows of one file are read: all its columns, those wanted, and those that may have gaps."""
+    """How the rows of one file are read: all its columns, those wanted, with gaps, and of the clock."""
 
     file: str
     separator: str
     names: tuple[str, ...]
     wanted: tuple[str, ...]
     gaps: frozenset[str]
+    stamps: tuple[str, ...]
+    is_decimal_comma: bool
 
     @property
     def indices(self) -> list[int]:
         return [self.names.index(name) for name in self.wanted]
 
+    def stamp(self, cells: Sequence[str]) -> str:
+        """The cells of a row that say when it was."""
+        return " ".join(cells[self.names.index(name)].strip() for name in self.stamps)
+
 
 def _parse_fast(body: bytes, layout: _Layout) -> NDArray[np.float64] | None:
     """The wanted columns, shape (columns, rows), or None where the careful pass has to look."""
     if b'"' in body:
+        return None
+    if layout.separator != "," and not layout.is_decimal_comma and b"," in body:
         return None
     if layout.separator != ",":
         body = body.translate(bytes.maketrans(layout.separator.encode() + b",", b",."))
@@ -266,12 +367,12 @@ def _parse_fast(body: bytes, layout: _Layout) -> NDArray[np.float64] | None:
     is_newline = ends.reshape(-1, width) == ord("\n")
     if not is_newline[:, -1].all() or is_newline[:, :-1].any():
         return None
-    if layout.gaps.intersection(layout.wanted):
-        body = _name_gaps(body)
+    text = (_name_gaps(body) if layout.gaps.intersection(layout.wanted) else body).decode("utf-8")
+    rows = np.empty((len(is_newline), 0))
     try:
-        rows = np.loadtxt(
-            io.StringIO(body.decode("utf-8")), delimiter=",", comments=None, usecols=layout.indices, ndmin=2
-        )
+        if layout.wanted:
+            rows = np.loadtxt(io.StringIO(text), delimiter=",", comments=None, usecols=layout.indices, ndmin=2)
+        clock = _stamped(body, layout)
     except ValueError:
         return None
     if len(rows) != len(is_newline):
@@ -283,7 +384,15 @@ def _parse_fast(body: bytes, layout: _Layout) -> NDArray[np.float64] | None:
             if name not in layout.gaps:
                 return None
             column[bad] = math.nan
-    return table
+    return table if clock is None else np.vstack([clock, table])
+
+
+def _stamped(body: bytes, layout: _Layout) -> NDArray[np.float64] | None:
+    """The clock of rows whose cells are separated by commas, None if it is no date or time of day."""
+    if not layout.stamps:
+        return None
+    lines = body.decode("utf-8")[:-1].split("\n")
+    return np.array([stamp_seconds(layout.stamp(line.split(","))) for line in lines], dtype=np.float64)
 
 
 def _name_gaps(body: bytes) -> bytes:
@@ -310,7 +419,8 @@ def _parse_carefully(body: bytes, layout: _Layout, first_line: int) -> NDArray[n
         if len(cells) != width:
             what = "is blank" if not line.strip() else f"has {_count(len(cells))} where the header has {width}"
             raise LogError(what, file=layout.file, line=number)
-        rows.append([_number(cells[index], name, number, layout) for index, name in places])
+        values = [_number(cells[index], name, number, layout) for index, name in places]
+        rows.append([_stamp(cells, number, layout), *values] if layout.stamps else values)
     return np.ascontiguousarray(np.array(rows, dtype=np.float64).T)
 
 
@@ -318,18 +428,58 @@ def _count(cells: int) -> str:
     return "1 cell" if cells == 1 else f"{cells} cells"
 
 
-def _number(cell: str, name: str, line: int, layout: _Layout) -> float:
-    text = cell.strip()
-    if not text:
-        if name in layout.gaps:
-            return math.nan
-        raise LogError("is empty where a number should stand", file=layout.file, line=line, column=name)
+def _stamp(cells: Sequence[str], line: int, layout: _Layout) -> float:
+    text = layout.stamp(cells)
+    try:
+        return stamp_seconds(text)
+    except ValueError:
+        what = f"is no date or time of day: '{printable(text)}'"
+        raise LogError(what, file=layout.file, line=line, column=layout.stamps[-1]) from None
+
+
+MISSING = frozenset(("", "n/a", "na", "#n/a", "#nv", "null", "none", "-", "--", "---"))
+"""What a cell without a number may say, in small letters."""
+
+_THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:([,.'  ])\d{3})+(?:[.,]\d+)?")
+
+
+def number_of(text: str, *, is_decimal_comma: bool) -> float:
+    """The number in a cell.
+
+    Args:
+        text: the cell.
+        is_decimal_comma: whether a comma in it is a decimal one.
+
+    Raises:
+        ValueError: it is none; says what may be the matter.
+
+    Example:
+        >>> number_of("12,5", is_decimal_comma=True)
+        12.5
+    """
     try:
         if "_" in text or not text.isascii():  # float() takes 1_000 and digits of every script
             raise ValueError
-        value = float(text.replace(",", ".") if layout.separator != "," else text)
+        return float(text.replace(",", ".") if is_decimal_comma else text)
     except ValueError:
-        raise LogError(f"is not a number: '{printable(text)}'", file=layout.file, line=line, column=name) from None
+        hint = ""
+        if _THOUSANDS.fullmatch(text):
+            hint = "; thousands separators are not read: write the log without them"
+        elif not is_decimal_comma and re.fullmatch(r"[+-]?\d+,\d+", text):
+            hint = "; for decimal commas in quotes the channel map has [csv] decimal = ','"
+        raise ValueError(f"is not a number: '{printable(text)}'{hint}") from None
+
+
+def _number(cell: str, name: str, line: int, layout: _Layout) -> float:
+    text = cell.strip()
+    if name in layout.gaps and text.lower() in MISSING:
+        return math.nan
+    if not text:
+        raise LogError("is empty where a number should stand", file=layout.file, line=line, column=name)
+    try:
+        value = number_of(text, is_decimal_comma=layout.is_decimal_comma)
+    except ValueError as error:
+        raise LogError(str(error), file=layout.file, line=line, column=name) from None
     if math.isfinite(value):
         return value
     if name in layout.gaps:
