@@ -171,7 +171,7 @@ def simulate(
     from ramsight.duty.summary import run_summary
     from ramsight.logs import write_drive_log
     from ramsight.machine import load as load_machine
-    from ramsight.output import check_target, write_dataset, write_table
+    from ramsight.output import check_apart, check_target, write_dataset, write_table
     from ramsight.plant.build import build
     from ramsight.progress import progress
     from ramsight.units import format_si, parse_option
@@ -182,6 +182,7 @@ def simulate(
         (truth, (".csv", ".csv.gz")),
     ):
         check_target(path, suffixes)
+    check_apart({"the machine": machine}, {"--out": out, "--log": log, "--truth": truth})
     described = load_machine(machine).unit(unit)
     built = build(unit, described)
     stroke, fastest = (format_si(*of) for of in ((described.cylinder.stroke, "mm"), (described.drive.max_speed, "rpm")))
@@ -255,7 +256,7 @@ def track(
     from ramsight.calibration.sensors import TABLE_RUNS, sensor_for
     from ramsight.logs import open_log, read_truth
     from ramsight.machine import load as load_machine
-    from ramsight.output import DATASET_FILES, check_installed, check_target
+    from ramsight.output import DATASET_FILES, check_apart, check_installed, check_state, check_target
     from ramsight.plant.ddh import build
     from ramsight.progress import progress
     from ramsight.sensor.keeping import StateFile, said
@@ -268,6 +269,15 @@ def track(
     if out is not None:
         check_installed(out)
     check_target(figure, (".png", ".svg", ".pdf"))
+    read: dict[str, str | Path | None] = {
+        "the machine": machine,
+        "the log": log,
+        "--sensor": sensor,
+        "--map": channel_map,
+        "--truth": truth,
+    }
+    check_apart(read, {"--out": out, "--figure": figure, "--state": state})
+    check_state(state)
     description = load_machine(machine)
     ddh = build(unit, description.unit(unit))
     stroke = format_si(ddh.cylinder.stroke, "mm")
@@ -317,10 +327,11 @@ def logs_inspect(
     """
     from ramsight.logs.inspect import inspect_log, map_text
     from ramsight.logs.shown import show
-    from ramsight.output import atomic_path, check_target
+    from ramsight.output import atomic_path, check_apart, check_target
     from ramsight.progress import progress
 
     check_target(out, (".toml",))
+    check_apart({"the log": file, "--map": channel_map}, {"--out": out})
     with progress(1.0, "looking through") as bar:
         found = inspect_log(file, channel_map, dbc=dbc or (), advance=bar.advance)
     show(found)
@@ -352,12 +363,13 @@ def calibrate(
     from ramsight.calibration.movement import TEMPERATURES
     from ramsight.calibration.sensor_file import SUFFIX, save
     from ramsight.machine import load as load_machine
-    from ramsight.output import check_target
+    from ramsight.output import check_apart, check_target
     from ramsight.plant.ddh import build
     from ramsight.progress import progress
     from ramsight.units import format_si, parse_option
 
     check_target(out, (SUFFIX,))
+    check_apart({"the machine": machine}, {"--out": out})
     described = load_machine(machine).unit(unit)
     fastest = format_si(described.drive.max_speed, "rpm")
     motor_speed = parse_option(speed, "rad/s", "--speed", least="100 rpm", most=fastest)
@@ -439,11 +451,12 @@ def identify(
     from ramsight.calibration.identify_report import summary, tuned
     from ramsight.logs import read_drive_log, read_truth
     from ramsight.machine import load as load_machine
-    from ramsight.output import atomic_path, check_target
+    from ramsight.output import atomic_path, check_apart, check_target
     from ramsight.plant.ddh import build
     from ramsight.progress import progress
 
     check_target(out, (".toml",))
+    check_apart({"the machine": machine, "the log": log, "--truth": truth}, {"--out": out})
     description = load_machine(machine)
     ddh = build(unit, description.unit(unit))
     recorded, known = read_drive_log(log, strict=True), read_truth(truth)
@@ -596,7 +609,7 @@ def encoder(
     """
     from ramsight.logs.source import needs
     from ramsight.machine import load as load_machine
-    from ramsight.output import atomic_path, check_target
+    from ramsight.output import atomic_path, check_apart, check_state, check_target
     from ramsight.plant.ddh import build
     from ramsight.units import parse_option
 
@@ -610,6 +623,8 @@ def encoder(
     from ramsight.logs.channel_map import load_map
 
     check_target(eds, (".eds",))
+    check_apart({"the machine": machine, "--map": channel_map}, {"--state": state, "--eds": eds})
+    check_state(state)
     within = None if timeout is None else parse_option(timeout, "s", "--timeout", least="10 ms", most="10 s")
     rated = (
         None
@@ -667,12 +682,14 @@ def _cause(error: OSError) -> str:
     """What could not be read or written: a file, or standard output if that is full or gone."""
     if error.filename is not None:
         return f"{os.fsdecode(error.filename)}: "
-    try:
-        sys.stdout.flush()
-    except OSError:
-        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - for the interpreter's last flush
-        return "standard output: "
-    return ""
+    frame = error.__traceback__
+    while frame is not None and frame.tb_next is not None:
+        frame = frame.tb_next
+    module = "" if frame is None else str(frame.tb_frame.f_globals.get("__name__", ""))
+    if module.partition(".")[0] not in ("click", "rich", "typer"):
+        return ""
+    sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - for the interpreter's last flush
+    return "standard output: "
 
 
 if __name__ == "__main__":

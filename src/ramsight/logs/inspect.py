@@ -125,7 +125,7 @@ def inspect_log(
         found, wrong = _look_through(path, known, bad, advance)
         if wrong is None or wrong.column is None or wrong.column in bad:
             break
-        bad[wrong.column] = str(wrong).removeprefix(found.file)[2:]
+        bad[wrong.column] = f"not read: {str(wrong).removeprefix(found.file)[2:]}"
     if wrong is not None:
         warn_of_log(f"only what stands before this is listed: {wrong}", file=found.file)
     roles = {role: one.channel for role, one in known.roles.items()} or guess_roles(

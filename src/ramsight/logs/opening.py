@@ -86,7 +86,7 @@ def _check_standard(source: Source, names: list[str]) -> None:
         check_columns(names, [*clock, *(channel.column for channel in _DRIVE[:3])], source.file)
     except LogError as error:
         name = Path(source.file).name.lower()
-        if name.endswith(CAN):
+        if name.endswith(CAN) or getattr(source, "has_frames", False):
             raise LogError(
                 "holds CAN frames; without a channel map nobody knows what they mean: ramsight logs inspect",
                 file=source.file,

@@ -36,6 +36,7 @@ def inspection_table(found: Inspection) -> RenderableType:
         for one in found.channels:
             table.add_row(*_cells(one))
         parts.append(table)
+        parts += [Text(f"{one.name}: {one.note}") for one in found.channels if not one.samples and ":" in one.note]
     if found.frames and not found.channels:
         table = _empty("frame", "", "count", "bytes")
         for key, (count, length) in found.frames.items():
@@ -56,6 +57,6 @@ def _empty(*headings: str) -> Table:
 def _cells(one: Channel) -> list[Text]:
     rate = f"{one.rate:.4g} Hz" if math.isfinite(one.rate) else "-"
     numbers = [f"{value:.6g}" if math.isfinite(value) else "-" for value in (one.least, one.most)]
-    use = one.role or one.note
+    use = one.role or one.note.partition(":")[0]
     cells = [one.name, one.unit, str(one.samples), str(one.missing) if one.missing else "", rate, *numbers, use]
     return [Text(cell, style="bold" if one.role else "") for cell in cells]

@@ -81,7 +81,7 @@ class CsvSource(TableSource):
 
     def _note(self, name: str, rows: Sequence[tuple[int, list[str]]]) -> str:
         if self.table.names.count(name) > 1:
-            return "its name is there more than once"
+            return "not read: its name is there more than once"
         place = self.table.names.index(name)
         for line, row in rows:
             if len(row) <= place:
@@ -90,7 +90,7 @@ class CsvSource(TableSource):
                 self._number(row[place])
             except ValueError as error:
                 kind = "date or time" if is_stamp(row[place]) else "text"
-                return f"{kind}: {error} (line {line})" if kind == "text" else f"{kind} in line {line}"
+                return f"text: {error} (line {line})" if kind == "text" else f"{kind}: not the clock (line {line})"
         return ""
 
     def _number(self, cell: str) -> float:
