@@ -254,12 +254,14 @@ def track(
     Example: ramsight track mining-loader log.csv.gz --unit boom --start "100 mm" --out track.csv
     """
     from ramsight.calibration.sensors import TABLE_RUNS, sensor_for
+    from ramsight.duty.plausible import watched
     from ramsight.logs import open_log, read_truth
     from ramsight.machine import load as load_machine
     from ramsight.output import DATASET_FILES, check_apart, check_installed, check_state, check_target
     from ramsight.plant.ddh import build
     from ramsight.progress import progress
     from ramsight.sensor.keeping import StateFile, said
+    from ramsight.study.errors import position_errors
     from ramsight.study.figures import tracked_figure
     from ramsight.study.pieces import track_pieces
     from ramsight.study.tracking import error_summary
@@ -292,13 +294,16 @@ def track(
     else:
         virtual.start(position, std)
     with progress(1.0, "tracking") as bar:
-        pieces = open_log(log, channel_map, advance=bar.advance)
+        pieces = watched(open_log(log, channel_map, advance=bar.advance), ddh, log, channel_map)
         done = track_pieces(
             virtual, pieces, out, keep_track=true is not None or figure is not None, keep_log=figure is not None
         )
     if kept is not None:
         kept.save()
-    errors = None if true is None or done.track is None else error_summary(done.track, true)
+    errors = None
+    if true is not None and done.track is not None:
+        compared = position_errors(*(part[name].values for part in (done.track, true) for name in ("time", "position")))
+        errors = f"{error_summary(done.track, true)}; over {compared.samples} of {done.track.sizes['time']} samples"
     if figure is not None and done.track is not None and done.log is not None:
         title = f"{description.title or description.name}, {unit}: {log.name}"
         tracked_figure(done.log, done.track, true, title, figure)
