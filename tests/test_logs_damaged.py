@@ -2,6 +2,7 @@
 
 import gzip
 import importlib
+import signal
 import struct
 import subprocess
 import sys
@@ -13,7 +14,7 @@ import numpy as np
 import pytest
 
 from ramsight.errors import DescriptionError, LogError, LogWarning, RamsightError, UnknownNameError
-from ramsight.logs import open_log, read_drive_log
+from ramsight.logs import mdf_file, open_log, read_drive_log, write_drive_log
 from ramsight.logs.frames import open_frames
 from ramsight.logs.inspect import inspect_log
 from ramsight.logs.lines import line_blocks
@@ -75,7 +76,7 @@ except RamsightError as error:
 """
 
 
-@pytest.mark.parametrize("fill", [b"\n", b" ", b"\0", b"\t\n", b" \n"], ids=repr)
+@pytest.mark.parametrize("fill", [b"\n", b"\0", b"\t\n"], ids=repr)
 @pytest.mark.parametrize("name", ["log.csv.gz", "log.asc.gz", "log.log.gz"])
 def test_a_small_file_that_unpacks_to_much_takes_neither_memory_nor_time(tmp_path, name, fill):
     piece = zlib.compressobj(9, wbits=31)
@@ -221,8 +222,6 @@ def test_candump_says_what_to_do_where_it_has_no_usable_time(tmp_path):
 @pytest.fixture(scope="module")
 def parquet(tmp_path_factory):
     path = tmp_path_factory.mktemp("parquet") / "log.parquet"
-    from ramsight.logs import write_drive_log
-
     write_drive_log(read_drive_log(written(path.parent, LOG)), path)
     return path
 
@@ -242,8 +241,6 @@ def test_a_damaged_parquet_file_names_itself_and_never_standard_output(parquet, 
 
 
 def test_flipped_bits_in_a_zipped_mdf_file_are_refused_in_one_line(tmp_path):
-    from ramsight.logs import write_drive_log
-
     write_drive_log(read_drive_log(written(tmp_path, LOG)), tmp_path / "log.mf4")
     data = bytearray((tmp_path / "log.mf4").read_bytes())
     rng, refused = np.random.default_rng(3), 0
@@ -286,3 +283,59 @@ def test_what_can_be_listed_of_a_damaged_log_is_listed(tmp_path):
     with pytest.raises(LogError, match="line 1002"):
         list(open_log(path))
     assert Path(found.file).name == "log.csv"
+
+
+def test_a_page_of_a_parquet_file_that_does_not_fit_its_checksum_is_refused(parquet, tmp_path):
+    data, refused = parquet.read_bytes(), 0
+    for place in range(100, len(data) // 2, len(data) // 40):
+        bad = bytearray(data)
+        bad[place] ^= 0x10
+        try:
+            read_drive_log(written(tmp_path, bytes(bad), "bad.parquet"))
+        except RamsightError:
+            refused += 1
+    assert refused >= 18
+
+
+@pytest.fixture
+def mf4(tmp_path):
+    write_drive_log(read_drive_log(written(tmp_path, LOG)), tmp_path / "log.mf4")
+    return tmp_path / "log.mf4"
+
+
+@pytest.mark.parametrize("way", ["dies", "hangs"])
+def test_a_reader_that_dies_or_hangs_over_a_file_is_one_error_and_the_next_file_is_read(mf4, monkeypatch, way):
+    assert read_drive_log(mf4).sizes["time"] == 1000
+    reader = mdf_file._current[0]
+    monkeypatch.setattr(mdf_file, "_PATIENCE", 0.3)
+    reader._process.send_signal(signal.SIGSEGV if way == "dies" else signal.SIGSTOP)
+    if way == "dies":
+        monkeypatch.setattr(type(reader), "is_alive", property(lambda self: True))
+    said = "broke down over it" if way == "dies" else "no progress within 0 s"
+    with pytest.raises(LogError, match=rf"log\.mf4: is no MDF file, or a damaged one: .*{said}"):
+        read_drive_log(mf4)
+    monkeypatch.undo()
+    assert read_drive_log(mf4).sizes["time"] == 1000
+
+
+def test_a_process_that_was_forked_has_a_reader_of_its_own(mf4):
+    read_drive_log(mf4)
+    before = mdf_file._current[0]
+    before.owner = -1
+    try:
+        assert read_drive_log(mf4).sizes["time"] == 1000
+        assert mdf_file._current[0] is not before
+    finally:
+        before.end()
+
+
+def test_two_mdf_files_are_read_side_by_side(mf4):
+    pieces = zip(open_log(mf4, samples=100), open_log(mf4, samples=100), strict=True)
+    assert sum(one.identical(other) for one, other in pieces) == 10
+
+
+def test_a_clock_that_goes_back_is_said(tmp_path):
+    rows = LOG.splitlines(keepends=True)
+    path = written(tmp_path, "".join([*rows[:800], *rows[300:]]))
+    with pytest.warns(LogWarning, match=r"time goes back once from 7\.98 s to 2\.99 s: .*there twice"):
+        assert read_drive_log(path).sizes["time"] == 1500

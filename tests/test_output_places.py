@@ -11,6 +11,7 @@ import pytest
 from ramsight.errors import OutputError
 from ramsight.output import atomic_path, check_apart, check_state, whole_folder
 from ramsight.output.drafts import draft_of
+from ramsight.output.forgiving import ForgivingFile
 
 LOG = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n" + "".join(
     f"{k / 50:.2f},0,12.5,40.1\n" for k in range(100)
@@ -148,3 +149,77 @@ def test_a_full_standard_output_is_named_and_nothing_else_is(tmp_path):
     assert done.returncode == 2
     assert done.stderr == "error: standard output: No space left on device\n"
     assert time.monotonic() - start < 20
+
+
+FULL = """
+import resource, signal, sys
+import numpy, xarray
+from pathlib import Path
+from ramsight.errors import OutputError
+from ramsight.output import open_dataset, write_dataset
+time = numpy.arange(20_000) * 0.01
+piece = xarray.Dataset({"position": ("time", numpy.sin(time), {"units": "m"})}, coords={"time": ("time", time)})
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]), resource.RLIM_INFINITY))
+try:
+    if sys.argv[3] == "whole":
+        write_dataset(piece, sys.argv[1])
+    else:
+        with open_dataset(sys.argv[1]) as writer:
+            for _ in range(5):
+                writer.append(piece)
+except OutputError as error:
+    print(error)
+"""
+
+
+@pytest.mark.parametrize(
+    ("suffix", "most", "how"),
+    [
+        (".nc", 100, "pieces"),
+        (".nc", 60_000, "pieces"),
+        (".nc", 60_000, "whole"),
+        (".csv", 60_000, "pieces"),
+        (".csv.gz", 60_000, "pieces"),
+        (".parquet", 60_000, "pieces"),
+        (".mf4", 60_000, "pieces"),
+    ],
+)
+def test_a_full_disk_is_one_line_in_every_format(tmp_path, suffix, most, how):
+    (tmp_path / f"out{suffix}").write_text("old")
+    command = [sys.executable, "-c", FULL, str(tmp_path / f"out{suffix}"), str(most), how]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith(f"{tmp_path / f'out{suffix}'}: cannot be written: ")
+    assert done.stdout.endswith("File too large\n")
+    assert len(done.stdout.splitlines()) == 1
+    assert contents(tmp_path) == {f"out{suffix}": b"old"}
+
+
+def test_what_could_not_be_written_can_be_read_until_the_end(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    with ForgivingFile(tmp_path / "a") as file:
+        file.write(b"0123456789")
+        file.check()
+        monkeypatch.setattr(file, "_file", Stub(file._file, full))
+        file.seek(8)
+        assert file.write(b"abcdef") == 6
+        file.seek(6)
+        assert file.read(20) == b"67abcdef"
+        file.truncate(12)
+        file.seek(-4, os.SEEK_END)
+        assert file.read(20) == b"abcd"
+        with pytest.raises(OSError, match="No space left"):
+            file.check()
+
+
+class Stub:
+    """A file on a disk that is full."""
+
+    def __init__(self, file, write):
+        self._file, self.write = file, write
+
+    def __getattr__(self, name):
+        return getattr(self._file, name)

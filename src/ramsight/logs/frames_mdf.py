@@ -18,7 +18,7 @@ _NAME = "CAN_DataFrame."
 
 def frame_groups(mdf: MdfFile) -> list[int]:
     """The groups of a file that hold CAN frames."""
-    return [number for number, group in enumerate(mdf.groups) if f"{_NAME}ID" in _channels(group)]
+    return [number for number, group in enumerate(mdf.groups) if f"{_NAME}ID" in group.names]
 
 
 def mdf_frames(path: str | Path, advance: Advance | None = None) -> Iterator[Frame]:
@@ -33,7 +33,7 @@ def mdf_frames(path: str | Path, advance: Advance | None = None) -> Iterator[Fra
     """
     mdf = MdfFile(path)
     groups = frame_groups(mdf)
-    total = sum(mdf.groups[group].channel_group.cycles_nr for group in groups)
+    total = sum(mdf.groups[group].cycles for group in groups)
     if not total:
         raise LogError("holds no CAN frames: a channel map with [can] is for bus logging", file=file_name(path))
     merged = heapq.merge(*(_group_frames(mdf, group) for group in groups), key=lambda frame: frame.time)
@@ -43,12 +43,8 @@ def mdf_frames(path: str | Path, advance: Advance | None = None) -> Iterator[Fra
         yield frame
 
 
-def _channels(group: Any) -> list[str]:
-    return [channel.name for channel in group.channels]
-
-
 def _group_frames(mdf: MdfFile, group: int) -> Iterator[Frame]:
-    names, cycles = _channels(mdf.groups[group]), mdf.groups[group].channel_group.cycles_nr
+    names, cycles = mdf.groups[group].names, mdf.groups[group].cycles
     length_name = f"{_NAME}DataLength" if f"{_NAME}DataLength" in names else f"{_NAME}DLC"
     times = mdf.clock(group)
     for first in range(0, cycles, _AT_ONCE):

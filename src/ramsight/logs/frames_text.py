@@ -200,7 +200,9 @@ class _Candump:
         self._last = time
         if self._shown == _FIRST_DELTAS and self._falls > _FIRST_DELTAS // 5:
             raise _SaidError("time stamps do not increase up to here (candump -td?); record with candump -L")
-        place = next(k for k, cell in enumerate(cells[1:], start=1) if re.fullmatch(r"\[\d+\]", cell))
+        place = next((k for k, cell in enumerate(cells) if k > 1 and re.fullmatch(r"\[\d+\]", cell)), 0)
+        if not place:
+            raise ValueError
         length = int(cells[place][1:-1])
         data = cells[place + 1 :]
         if data[:1] == ["remote"] or data[:1] == ["ERRORFRAME"]:

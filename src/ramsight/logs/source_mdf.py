@@ -31,10 +31,9 @@ class MdfSource(Source):
     def _find(self) -> dict[str, tuple[int, int]]:
         places: dict[str, list[tuple[int, int]]] = {}
         for number, group in enumerate(self._mdf.groups):
-            master = self._mdf.master(number)
-            for index, channel in enumerate(group.channels):
-                if index != master and group.channel_group.cycles_nr:
-                    places.setdefault(channel.name, []).append((number, index))
+            for index, name in enumerate(group.names):
+                if index != group.master and group.cycles:
+                    places.setdefault(name, []).append((number, index))
         return {
             name if len(found) == 1 else f"{place[0]}/{name}": place
             for name, found in places.items()
@@ -45,7 +44,7 @@ class MdfSource(Source):
         """The channels of all groups that have samples, the clocks not among them."""
         found = []
         for name, (group, index) in self._places.items():
-            found.append(Offered(name, self._mdf.unit(group, index), f"group {group}"))
+            found.append(Offered(name, self._mdf.groups[group].units[index], f"group {group}"))
         return found
 
     def blocks(self, channels: Sequence[str]) -> Iterator[Block]:

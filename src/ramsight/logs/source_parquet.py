@@ -32,7 +32,7 @@ class ParquetSource(TableSource):
         self._arrow = needs("pyarrow", "logs", self.file)
         parquet = needs("pyarrow.parquet", "logs", self.file)
         try:
-            self._opened = parquet.ParquetFile(path, pre_buffer=False)
+            self._opened = parquet.ParquetFile(path, pre_buffer=False, page_checksum_verification=True)
             self._schema = self._opened.schema_arrow
         except (self._arrow.ArrowException, OSError, ValueError, OverflowError) as error:
             raise LogError(f"is no Parquet file, or a damaged one: {first_line(error)}", file=self.file) from None
