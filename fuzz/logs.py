@@ -14,6 +14,7 @@ from judge import ROOT, Judge
 from mutate import mutated
 
 CASES = 5000
+_INSPECTED = 0.2  # share of the files that are looked into before they are tracked
 _DBC = ROOT / "tests" / "can" / "drive.dbc"
 _MAP = f"""
 speed = {{ channel = "MotorSpeed" }}
@@ -86,6 +87,8 @@ def _messages(judge: Judge, database: Any, can: Any) -> Any:
 def _check(prepared: Prepared, rng: Rng, folder: Path) -> tuple[str, str]:
     from ramsight.errors import LogWarning, RamsightError
     from ramsight.logs import open_log
+    from ramsight.logs.inspect import inspect_log, map_text
+    from ramsight.logs.shown import inspection_table
 
     path = folder / f"damaged-{prepared.name}"
     path.write_bytes(mutated(prepared.contents[int(rng.integers(len(prepared.contents)))], rng))
@@ -93,6 +96,10 @@ def _check(prepared: Prepared, rng: Rng, folder: Path) -> tuple[str, str]:
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", LogWarning)
         try:
+            if rng.random() < _INSPECTED:
+                inspection_table(found := inspect_log(path))
+                map_text(found)
+            caught.clear()  # what inspect has said of a column that is not used
             tracks = prepared.judge.track(open_log(path, prepared.channel_map))
         except RamsightError as error:
             text = str(error)

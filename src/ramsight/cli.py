@@ -623,6 +623,7 @@ def encoder(
     from ramsight.deploy.encoder.assembly import encoder_for, overrides
     from ramsight.deploy.encoder.eds import eds_text
     from ramsight.deploy.encoder.encoder import Settings
+    from ramsight.deploy.encoder.flood import limited_log_lines
     from ramsight.deploy.encoder.listening import drive_map
     from ramsight.deploy.encoder.runner import open_bus, serve, until_stopped
     from ramsight.logs.channel_map import load_map
@@ -644,7 +645,7 @@ def encoder(
         with atomic_path(eds) as draft:
             draft.write_text(eds_text(), encoding="ascii")
         _say_written(eds)
-    with open_bus(interface, channel) as bus, until_stopped() as stop:
+    with open_bus(interface, channel) as bus, limited_log_lines(), until_stopped() as stop:
         typer.echo(f"{channel}: node {node_id} is the position of {unit}; {ready.said}")
         serve(ready, bus, stop)
     typer.echo(f"{channel}: node {node_id} is gone; {ready.said}")

@@ -48,7 +48,8 @@ def whole_folder(out: Path, last: str) -> Iterator[Path]:
         OutputError: `check_folder` refuses the place, or it cannot be written.
 
     Example:
-        >>>         >>> with tempfile.TemporaryDirectory() as place:
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as place:
         ...     with whole_folder(Path(place) / "report", last="done.txt") as draft:
         ...         _ = (draft / "done.txt").write_text("42")
         ...     [file.name for file in (Path(place) / "report").iterdir()]
