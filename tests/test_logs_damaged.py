@@ -2,6 +2,7 @@
 
 import gzip
 import importlib
+import os
 import signal
 import struct
 import subprocess
@@ -15,10 +16,12 @@ import pytest
 
 from ramsight.errors import DescriptionError, LogError, LogWarning, RamsightError, UnknownNameError
 from ramsight.logs import mdf_file, open_log, read_drive_log, write_drive_log
+from ramsight.logs.channel_map import load_map
 from ramsight.logs.frames import open_frames
 from ramsight.logs.inspect import inspect_log
 from ramsight.logs.lines import line_blocks
 from ramsight.logs.table import CsvTable
+from ramsight.machine import load
 
 HEADER = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n"
 LOG = HEADER + "".join(f"{k / 100:.2f},1500,12.5,40.1\n" for k in range(1000))
@@ -65,6 +68,7 @@ def test_several_gzip_members_are_one_file(tmp_path):
 MEASURE = """
 import resource, sys, time
 from ramsight.logs import read_drive_log
+from ramsight.logs.channel_map import load_map
 from ramsight.logs.frames import open_frames
 from ramsight.errors import RamsightError
 before, start = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, time.process_time()
@@ -339,3 +343,21 @@ def test_a_clock_that_goes_back_is_said(tmp_path):
     path = written(tmp_path, "".join([*rows[:800], *rows[300:]]))
     with pytest.warns(LogWarning, match=r"time goes back once from 7\.98 s to 2\.99 s: .*there twice"):
         assert read_drive_log(path).sizes["time"] == 1500
+
+
+def test_a_pipe_is_no_file_and_nobody_waits_for_it(tmp_path):
+    for name in ("pipe.csv", "pipe.parquet", "pipe.mf4", "pipe.blf", "pipe.log"):
+        os.mkfifo(tmp_path / name)
+        with pytest.raises(LogError, match="is not a regular file"):
+            list(open_log(tmp_path / name))
+    with pytest.raises(DescriptionError, match="is not a regular file"):
+        load_map(tmp_path / "pipe.csv")
+    with pytest.raises(DescriptionError, match="is not a regular file"):
+        load(str(tmp_path / "pipe.csv"))
+
+
+def test_a_description_that_is_too_large_is_not_read(tmp_path):
+    with open(tmp_path / "large.toml", "wb") as file:
+        file.truncate(1 << 40)
+    with pytest.raises(DescriptionError, match=r"large\.toml: is too large for a description"):
+        load(str(tmp_path / "large.toml"))

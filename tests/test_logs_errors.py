@@ -103,10 +103,10 @@ def refusal(folder, data, name="log.csv", read=read_drive_log):
         ),
         (log_of(HEADER, ROWS[0]) + b"0.02,\xff", 3, None, ", line 3: byte 0xff is not UTF-8 text"),
         (
-            "\n".join([HEADER, *ROWS]).encode("utf-16"),
+            b"\xff\xfe\x00\xd8" + "\n".join([HEADER, *ROWS]).encode("utf-16-le"),
+            1,
             None,
-            None,
-            ": is UTF-16 text; save it as UTF-8",
+            ", line 1: is not UTF-16 text though it begins so",
         ),
         (
             gzip.compress(PLAIN, mtime=0),

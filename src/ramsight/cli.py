@@ -454,6 +454,7 @@ def identify(
     from ramsight.calibration.identify import EVALUATIONS
     from ramsight.calibration.identify import identify as identify_unit
     from ramsight.calibration.identify_report import summary, tuned
+    from ramsight.duty.plausible import watched
     from ramsight.logs import read_drive_log, read_truth
     from ramsight.machine import load as load_machine
     from ramsight.output import atomic_path, check_apart, check_target
@@ -465,6 +466,7 @@ def identify(
     description = load_machine(machine)
     ddh = build(unit, description.unit(unit))
     recorded, known = read_drive_log(log, strict=True), read_truth(truth)
+    recorded = next(watched([recorded], ddh, log))
     with progress(EVALUATIONS, "identifying") as bar:
         found = identify_unit(ddh, recorded, known, advance=bar.advance)
     if out is not None:

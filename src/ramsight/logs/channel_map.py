@@ -165,6 +165,8 @@ def load_map(path: str | Path) -> ChannelMap:
     """
     file = file_name(path)
     try:
+        if Path(path).is_fifo():
+            raise DescriptionError("is not a regular file", file=file)
         table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         text = (error.strerror or str(error)) if isinstance(error, OSError) else str(error)

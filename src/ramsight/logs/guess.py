@@ -71,7 +71,7 @@ def guess_form(path: str | Path) -> CsvForm:
     try:
         block = next(line_blocks(path, size=_LOOKED_AT), b"")
     except LogError as error:
-        if "UTF-8" not in str(error) or "UTF-16" in str(error):
+        if "UTF-8" not in str(error):
             raise
         encoding = "cp1252"
         block = next(line_blocks(path, encoding="latin-1", size=_LOOKED_AT), b"")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -94,12 +95,17 @@ class _Lines:
         self._blanks = blank
         self._path, self._file, self._encoding = path, file_name(path), encoding
         self._rest, self._blank, self._lines, self._first = b"", 0, 0, True
+        self._wide: codecs.IncrementalDecoder | None = None
 
     def push(self, data: bytes) -> bytes:
         """Take a piece; the lines up to the last that is not blank, "" if there is none."""
         if self._first:
             _check_start(data, self._path, self._file)
+            if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+                self._wide, self._encoding = codecs.getincrementaldecoder("utf-16")(), "utf-8"
             data, self._first = data.removeprefix(b"\xef\xbb\xbf"), False
+        if self._wide is not None:
+            data = self._from_wide(data)
         data, held = self._rest + data, b""
         if data.endswith(b"\r"):  # perhaps half of a CRLF
             data, held = data[:-1], b"\r"
@@ -119,6 +125,14 @@ class _Lines:
         block, blank = self._after_blank(data[:cut]), data.count(b"\n", cut, end)
         self._blank = blank
         return self._as_utf8(block)
+
+    def _from_wide(self, data: bytes) -> bytes:
+        """UTF-16 as UTF-8."""
+        assert self._wide is not None
+        try:
+            return self._wide.decode(data).encode("utf-8")
+        except UnicodeError:
+            raise LogError("is not UTF-16 text though it begins so", file=self._file, line=self._lines + 1) from None
 
     def end(self, is_cut: bool) -> bytes:
         """The last line, "" if there is none or it broke off."""
@@ -168,5 +182,3 @@ class _Lines:
 def _check_start(data: bytes, path: str | Path, file: str) -> None:
     if data.startswith(b"\x1f\x8b") and not str(path).endswith(".gz"):
         raise LogError("is a gzip file; give it a name that ends in .csv.gz", file=file)
-    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
-        raise LogError("is UTF-16 text; save it as UTF-8", file=file)
