@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import multiprocessing
 import os
 import resource
@@ -117,6 +118,7 @@ def _work(section: Section, seed: int, first: int, cases: int, theirs: Any) -> N
         prepared = section.prepare(Path(folder))
         grown = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (grown + MEMORY, resource.getrlimit(resource.RLIMIT_AS)[1]))
+        logging.getLogger().addHandler(logging.NullHandler())  # as the command line does
         os.dup2(noise.fileno(), 2)
         theirs.send(None)
         for case in range(first, cases):

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from harness import CRASHED, HUNG, WRONG, Section, run
 
-MODULES = ["logs", "descriptions", "outputs"]
+MODULES = ["logs", "maps", "descriptions", "outputs"]
 """Modules with sections; a new one is named here."""
 
 

@@ -669,11 +669,13 @@ def main() -> None:
 
 
 def _say_warnings() -> None:
-    """Warnings about logs are a line on standard error each."""
+    """Warnings about logs are a line on standard error each; what other libraries log is not shown."""
+    import logging
     import warnings
 
     from ramsight.errors import LogWarning
 
+    logging.getLogger().addHandler(logging.NullHandler())
     usual = warnings.showwarning
 
     def show(message: Warning | str, category: type[Warning], *rest: Any, **more: Any) -> None:
