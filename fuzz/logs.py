@@ -87,7 +87,8 @@ def _messages(judge: Judge, database: Any, can: Any) -> Any:
 def _check(prepared: Prepared, rng: Rng, folder: Path) -> tuple[str, str]:
     from ramsight.errors import LogWarning, RamsightError
     from ramsight.logs import open_log
-    from ramsight.logs.inspect import inspect_log, map_text
+    from ramsight.logs.inspect import inspect_log
+    from ramsight.logs.proposal import map_text
     from ramsight.logs.shown import inspection_table
 
     path = folder / f"damaged-{prepared.name}"

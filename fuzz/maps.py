@@ -46,7 +46,11 @@ def _dbc(folder: Path) -> bytes:
     with can.Logger(str(folder / "log.blf")) as logger:
         for k in range(200):
             for number in (385, 641):
-                logger(can.Message(timestamp=k * 0.01, arbitration_id=number, data=bytes([1]) + bytes(7), is_extended_id=False))
+                logger(
+                    can.Message(
+                        timestamp=k * 0.01, arbitration_id=number, data=bytes([1]) + bytes(7), is_extended_id=False
+                    )
+                )
     text = _CAN_MAP.format("MotorSpeed", "MotorTorque", "OilTemperature")
     (folder / "map.toml").write_text(text + 'dbc = "damaged.dbc"\n')
     return _DBC.read_bytes()
@@ -83,7 +87,8 @@ def _checked(use: Callable[[Path], Any], name: str) -> Callable[[Any, Rng, Path]
 
 def _read_frames(folder: Path) -> None:
     from ramsight.logs import read_drive_log
-    from ramsight.logs.inspect import inspect_log, map_text
+    from ramsight.logs.inspect import inspect_log
+    from ramsight.logs.proposal import map_text
 
     read_drive_log(folder / "log.blf", folder / "map.toml")
     map_text(inspect_log(folder / "log.blf", folder / "map.toml"))

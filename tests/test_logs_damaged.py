@@ -333,6 +333,13 @@ def test_a_process_that_was_forked_has_a_reader_of_its_own(mf4):
         before.end()
 
 
+def test_an_mdf_file_without_a_channel_to_read_is_listed(tmp_path):
+    asammdf = importlib.import_module("asammdf")
+    with asammdf.MDF(version="4.10") as mdf:
+        mdf.save(tmp_path / "empty.mf4", overwrite=True)
+    assert inspect_log(tmp_path / "empty.mf4").channels == []
+
+
 def test_two_mdf_files_are_read_side_by_side(mf4):
     pieces = zip(open_log(mf4, samples=100), open_log(mf4, samples=100), strict=True)
     assert sum(one.identical(other) for one, other in pieces) == 10

@@ -16,7 +16,8 @@ from hypothesis import strategies as st
 from ramsight.errors import LogError, OutputError, RamsightError
 from ramsight.logs import load_map, mdf_file, open_log, read_drive_log, write_drive_log
 from ramsight.logs.can_field import Field, big_endian, little_endian
-from ramsight.logs.inspect import inspect_log, map_text
+from ramsight.logs.inspect import inspect_log
+from ramsight.logs.proposal import map_text
 from ramsight.output import write_dataset
 from ramsight.output.cells import Coded, decimals_of
 from ramsight.output.table import open_table, write_table

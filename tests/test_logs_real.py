@@ -9,7 +9,8 @@ import pytest
 from ramsight.errors import DescriptionError, LogError
 from ramsight.logs import open_log, read_drive_log
 from ramsight.logs.channel_map import load_map
-from ramsight.logs.inspect import inspect_log, map_text
+from ramsight.logs.inspect import inspect_log
+from ramsight.logs.proposal import map_text
 from ramsight.logs.stamps import SinceFirst, stamp_seconds
 
 N = 300

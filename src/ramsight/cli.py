@@ -330,7 +330,8 @@ def logs_inspect(
 
     Example: ramsight logs inspect day.mf4 --out map.toml; ramsight track my-machine.toml day.mf4 --map map.toml ...
     """
-    from ramsight.logs.inspect import inspect_log, map_text
+    from ramsight.logs.inspect import inspect_log
+    from ramsight.logs.proposal import map_text
     from ramsight.logs.shown import show
     from ramsight.output import atomic_path, check_apart, check_target
     from ramsight.progress import progress

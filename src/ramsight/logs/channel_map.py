@@ -15,8 +15,8 @@ from typing import Any
 
 from ramsight.errors import DescriptionError
 from ramsight.logs.channels import MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPERATURE, REFERENCE, TIME
+from ramsight.logs.header import SEPARATORS, CsvForm
 from ramsight.logs.lines import file_name
-from ramsight.logs.table import SEPARATORS, CsvForm
 from ramsight.units import parse
 
 ROLES = {"speed": MOTOR_SPEED, "torque": MOTOR_TORQUE, "temperature": OIL_TEMPERATURE}

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ramsight.errors import DescriptionError, LogError
+from ramsight.logs.header import SEPARATORS, CsvForm, separator_of, split, units_row
 from ramsight.logs.lines import line_blocks
 from ramsight.logs.source import Offered
 from ramsight.logs.stamps import is_stamp
-from ramsight.logs.table import SEPARATORS, CsvForm, separator_of, split, units_row
 from ramsight.units import parse
 
 _LOOKED_AT = 1 << 16  # bytes

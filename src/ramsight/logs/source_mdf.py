@@ -50,6 +50,8 @@ class MdfSource(Source):
     def blocks(self, channels: Sequence[str]) -> Iterator[Block]:
         """65 536 samples of the busiest group at a time, and those of the others that came before its next one."""
         self.check(channels)
+        if not channels:
+            return
         groups = sorted({self._places[channel][0] for channel in channels})
         times = {group: self._mdf.clock(group) for group in groups}
         orders = {group: np.fmax.accumulate(time) for group, time in times.items()}  # a sample after a late one is late
