@@ -50,6 +50,8 @@ FORMS = {
     "index of pandas": ",time_s,speed_rpm,torque_nm,oil_temp_c\n" + rows("{k},{t:.2f},{n},12.5,40.1\n"),
     "no number in some cells": "time_s,speed_rpm,torque_nm,oil_temp_c,state\n"
     + rows("{t:.2f},{n},12.5,40.1,N/A\n") .replace("40.1,N/A", "N/A,N/A", 5),
+    "separator at the end of rows": "time_s;speed_rpm;torque_nm;oil_temp_c\n" + rows("{t:.2f};{n};12.5;40.1;\n"),
+    "header of NumPy": "# time_s,speed_rpm,torque_nm,oil_temp_c\n" + rows("{t:.2f},{n},12.5,40.1\n"),
     "epoch in ms": "time,speed_rpm,torque_nm,oil_temp_c\n"
     + "".join(f"{1763700000000 + 10 * k},{SPEED[k]},12.5,40.1\n" for k in range(N)),
     "epoch in ns": "time,speed_rpm,torque_nm,oil_temp_c\n"

@@ -91,12 +91,12 @@ def guess_form(path: str | Path) -> CsvForm:
 
 def _rows_between(lines: Sequence[str], separator: str) -> int | None:
     """How many rows stand between a header and its first row of numbers; None if the first line is no header."""
-    names = _cells(lines[0], separator)
+    names = _cells(lines[0].strip(" ").removeprefix("#"), separator)
     if len(names) < 2 or any(_is_value(name) for name in names) or sum(map(bool, names)) < 2:
         return None
     for below, line in enumerate(lines[1 : _HEADER_ROWS + 1]):
         cells = _cells(line, separator)
-        if len(cells) != len(names):
+        if len(cells) != len(names) and not (len(cells) == len(names) + 1 and not cells[-1]):
             return None
         if any(_is_value(cell) for cell in cells):
             return below

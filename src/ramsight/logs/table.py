@@ -57,12 +57,18 @@ class CsvTable:
         if not head.strip():
             raise LogError("is blank where the header should stand", file=self.file, line=form.header_line)
         self.separator = form.separator or separator_of(head)
+        head = head.strip(" ").removeprefix("#")  # as NumPy's savetxt begins a header
         self.names = [name.strip() for name in cells_of(head, self.separator, self.file, form.header_line)]
         self.units = [""] * len(self.names)
         self.first_row = form.header_line + 1
         self._pass_over(form.first_row)
-        if self._peek() is None:
+        first = self._peek()
+        if first is None:
             raise LogError("has a header but no rows", file=self.file)
+        cells = cells_of(first, self.separator, self.file, self.first_row)
+        if len(cells) == len(self.names) + 1 and not cells[-1].strip():  # rows end in a separator, the header does not
+            self.names.append("")
+            self.units.append("")
 
     def _pass_over(self, first_row: int | None) -> None:
         """Take what stands between the header and the first row; one line of it may be the units."""
