@@ -112,6 +112,8 @@ def _state(path: Path, before: int) -> str:
         return f"left behind: {beside}"
     if not path.exists():
         return "" if not before else "the old result is gone"
+    if path.name.endswith("folder") and not (path / "done.csv").exists():
+        return ""  # a folder that existed is renewed file by file, and says by its last file when it is whole
     try:
         count = _read(path)
     except Exception as error:

@@ -282,7 +282,9 @@ def test_a_bar_does_not_load_rich_before_it_shows():
     [
         "logs.channels",
         "logs.drive",
-        "logs.table",
+        "logs.header",
+        "logs.rows",
+        "logs.stamps",
         "logs.truth",
         "output.atomic",
         "output.cells",
