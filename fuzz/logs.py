@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -92,7 +93,11 @@ def _check(prepared: Prepared, rng: Rng, folder: Path) -> tuple[str, str]:
     from ramsight.logs.shown import inspection_table
 
     path = folder / f"damaged-{prepared.name}"
-    path.write_bytes(mutated(prepared.contents[int(rng.integers(len(prepared.contents)))], rng))
+    content = prepared.contents[int(rng.integers(len(prepared.contents)))]
+    if prepared.name.endswith(".gz") and rng.random() < 0.5:  # packed after the damage
+        path.write_bytes(gzip.compress(mutated(gzip.decompress(content), rng), 1))
+    else:
+        path.write_bytes(mutated(content, rng))
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", LogWarning)

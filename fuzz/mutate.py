@@ -88,8 +88,33 @@ def _text(data: bytearray, rng: Rng) -> bytearray:
     return data
 
 
+def _digits(data: bytearray, rng: Rng) -> bytearray:
+    """Other digits in the place of some: the numbers change, the form does not."""
+    places = [k for k, letter in enumerate(data) if 0x30 <= letter <= 0x39]
+    for _ in range(int(rng.integers(1, 17))):
+        if places:
+            data[places[int(rng.integers(len(places)))]] = 0x30 + int(rng.integers(10))
+    return data
+
+
+def _lines(data: bytearray, rng: Rng) -> bytearray:
+    """Lines that are lost, there twice, or in another order; bytes up to a newline in a file that is no text."""
+    lines = bytes(data).split(b"\n")
+    for _ in range(int(rng.integers(1, 9))):
+        place, other = (int(one) for one in rng.integers(len(lines), size=2))
+        kind = int(rng.integers(3))
+        if kind == 0 and len(lines) > 1:
+            del lines[place]
+        elif kind == 1:
+            lines.insert(place, lines[place])
+        else:
+            lines[place], lines[other] = lines[other], lines[place]
+    return bytearray(b"\n".join(lines))
+
+
 KINDS: list[Callable[[bytearray, Rng], bytearray]] = [
     _flip, _flip, _replace, _lose, _repeat, _cut, _blank, _power_cut, _swap, _number, _number, _text,
+    _digits, _digits, _lines, _lines,
 ]  # fmt: skip
 
 
