@@ -183,6 +183,8 @@ _current: list[_Reader] = []
 def _reader() -> _Reader:
     """The process of this one, begun anew if it has ended."""
     if not _current or not _current[0].is_alive:
+        for ended in _current:
+            ended.end_own()
         _current[:] = [_Reader()]
         atexit.register(_current[0].end_own)
     return _current[0]
