@@ -3,6 +3,7 @@
 #   make demo    track a recorded log and draw it, into demo/
 #   make bench   speed against C, scipy and CVODES: bench.json and its figures; needs gcc, takes some minutes
 #   make study   what the docs quote of studies: study.json; takes some minutes, real oil needs data (RAMSIGHT_DATA=folder)
+#   make fuzz     damaged files, killed writers, full disks by the thousand: fuzz.json; takes some minutes
 #   make pins    renew the pinned versions
 # Another interpreter: make test PYTHON=python3.13
 
@@ -14,7 +15,7 @@ INSTALLED := $(VENV)/installed.stamp
 PYTEST_ARGS ?= -n 2 --dist loadfile
 TRACE := tests/traces/boom_441kN_40C
 
-.PHONY: demo test lint bench study pins clean
+.PHONY: demo test lint bench study fuzz pins clean
 
 $(INSTALLED): pyproject.toml $(PINS)
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "ramsight needs Python 3.11 or newer")'
@@ -44,6 +45,10 @@ bench: $(INSTALLED)
 study: $(INSTALLED)
 	$(BIN)/python study/run.py --out study.json
 	$(BIN)/python study/pages.py
+
+fuzz: $(INSTALLED)
+	$(BIN)/python fuzz/run.py --out fuzz.json
+	$(BIN)/python fuzz/page.py
 
 # What pip would install now for the package, its development tools and the backend that builds it, a line each.
 PIN_REPORT := $(VENV)/pins.json

@@ -70,6 +70,16 @@ def test_the_page_of_the_kalman_sensor_quotes_the_study(monkeypatch):
         assert "\n".join(table(found[name])) in page
 
 
+def test_the_page_of_reliability_quotes_the_fuzzing(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "fuzz")
+    page = importlib.import_module("page")
+    found = json.loads((ROOT / "fuzz.json").read_text())
+    assert "\n".join(page.table(found)) in (ROOT / "docs" / "reliability.md").read_text()
+    for name, section in found["sections"].items():
+        assert (name, section["crashed"], section["hung"], section["silently_wrong"]) == (name, 0, 0, 0)
+        assert section["tried"] >= 100
+
+
 def test_the_page_of_the_kalman_sensor_quotes_the_benchmark():
     found, page = json.loads((ROOT / "bench.json").read_text()), (ROOT / "docs" / "kalman.md").read_text()
     assert f"{found['kalman_replay_samples_per_s'] / 1e6:.1f} million samples a second" in page

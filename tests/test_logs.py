@@ -230,3 +230,12 @@ def test_a_long_log_reads_at_once(tmp_path):
         took.append(time.perf_counter() - start)
     assert log.sizes["time"] == rows
     assert min(took) < 0.2  # 0.01 s alone on a desktop machine; the slow pass would take 0.05 s and more
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-be", "utf-16-le"])
+@pytest.mark.parametrize("end", ["\n", "\r\n", ""], ids=repr)
+def test_a_spreadsheets_unicode_text_is_read(tmp_path, encoding, end):
+    expected = read_drive_log(written(tmp_path, PLAIN))
+    text = PLAIN.replace(",", "\t").replace("\n", end or "\n").rstrip("\n" if not end else "")
+    data = (text if encoding == "utf-16" else f"\ufeff{text}").encode(encoding)
+    xarray.testing.assert_identical(read_drive_log(written(tmp_path, data, "other.txt")), expected)

@@ -14,9 +14,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ramsight.errors import LogError, OutputError, RamsightError
-from ramsight.logs import load_map, open_log, read_drive_log, write_drive_log
+from ramsight.logs import load_map, mdf_file, open_log, read_drive_log, write_drive_log
 from ramsight.logs.can_field import Field, big_endian, little_endian
-from ramsight.logs.inspect import inspect_log, map_text
+from ramsight.logs.inspect import inspect_log
+from ramsight.logs.proposal import map_text
 from ramsight.output import write_dataset
 from ramsight.output.cells import Coded, decimals_of
 from ramsight.output.table import open_table, write_table
@@ -264,11 +265,12 @@ def test_a_missing_package_names_its_extra(tmp_path, monkeypatch):
     def absent(name, *rest):
         raise ImportError(name)
 
-    for name in ("log.parquet", "log.mf4", "log.blf"):
+    for name in ("log.parquet", "log.mf4"):
         (tmp_path / name).write_bytes(b"x")
     monkeypatch.setattr(importlib, "import_module", absent)
+    monkeypatch.setattr(mdf_file, "find_spec", lambda name: None)
     for name, package, extra in (
-        ("log.parquet", "pyarrow", "logs"), ("log.mf4", "asammdf", "logs"), ("log.blf", "can", "can")
+        ("log.parquet", "pyarrow", "logs"), ("log.mf4", "asammdf", "logs")
     ):  # fmt: skip
         with pytest.raises(LogError, match=rf'needs the package {package}: pip install "ramsight\[{extra}\]"'):
             read_drive_log(tmp_path / name)

@@ -251,9 +251,14 @@ def test_the_command_resumes_where_it_stopped(tmp_path, trace):
     assert f"position {ended} mm at first" in second.stdout
     (tmp_path / "boom.state").write_bytes(b"rubbish")
     third = ramsight(*words, cwd=tmp_path)
-    assert third.returncode == 0
-    assert "no state to resume" in third.stdout
-    assert "not referenced" in third.stdout
+    assert third.returncode == 2
+    assert "boom.state: is there already, and is no state of a sensor" in third.stderr
+    assert (tmp_path / "boom.state").read_bytes() == b"rubbish"
+    (tmp_path / "boom.state").write_bytes(b"")
+    fourth = ramsight(*words, cwd=tmp_path)
+    assert fourth.returncode == 0
+    assert "no state to resume" in fourth.stdout
+    assert "not referenced" in fourth.stdout
 
 
 def test_a_sensor_that_cannot_find_the_piston_has_to_be_told(tmp_path, trace):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -171,7 +171,7 @@ def simulate(
     from ramsight.duty.summary import run_summary
     from ramsight.logs import write_drive_log
     from ramsight.machine import load as load_machine
-    from ramsight.output import check_target, write_dataset, write_table
+    from ramsight.output import check_apart, check_target, write_dataset, write_table
     from ramsight.plant.build import build
     from ramsight.progress import progress
     from ramsight.units import format_si, parse_option
@@ -182,6 +182,7 @@ def simulate(
         (truth, (".csv", ".csv.gz")),
     ):
         check_target(path, suffixes)
+    check_apart({"the machine": machine}, {"--out": out, "--log": log, "--truth": truth})
     described = load_machine(machine).unit(unit)
     built = build(unit, described)
     stroke, fastest = (format_si(*of) for of in ((described.cylinder.stroke, "mm"), (described.drive.max_speed, "rpm")))
@@ -253,12 +254,14 @@ def track(
     Example: ramsight track mining-loader log.csv.gz --unit boom --start "100 mm" --out track.csv
     """
     from ramsight.calibration.sensors import TABLE_RUNS, sensor_for
+    from ramsight.duty.plausible import watched
     from ramsight.logs import open_log, read_truth
     from ramsight.machine import load as load_machine
-    from ramsight.output import DATASET_FILES, check_installed, check_target
+    from ramsight.output import DATASET_FILES, check_apart, check_installed, check_state, check_target
     from ramsight.plant.build import build
     from ramsight.progress import progress
     from ramsight.sensor.persistence import StateFile, said
+    from ramsight.study.errors import position_errors
     from ramsight.study.figures import tracked_figure
     from ramsight.study.pieces import track_pieces
     from ramsight.study.tracking import error_summary
@@ -268,6 +271,15 @@ def track(
     if out is not None:
         check_installed(out)
     check_target(figure, (".png", ".svg", ".pdf"))
+    read: dict[str, str | Path | None] = {
+        "the machine": machine,
+        "the log": log,
+        "--sensor": sensor,
+        "--map": channel_map,
+        "--truth": truth,
+    }
+    check_apart(read, {"--out": out, "--figure": figure, "--state": state})
+    check_state(state)
     description = load_machine(machine)
     built = build(unit, description.unit(unit))
     stroke = format_si(built.cylinder.stroke, "mm")
@@ -282,13 +294,16 @@ def track(
     else:
         virtual.start(position, std)
     with progress(1.0, "tracking") as bar:
-        pieces = open_log(log, channel_map, advance=bar.advance)
+        pieces = watched(open_log(log, channel_map, advance=bar.advance), ddh, log, channel_map)
         done = track_pieces(
             virtual, pieces, out, keep_track=true is not None or figure is not None, keep_log=figure is not None
         )
     if kept is not None:
         kept.save()
-    errors = None if true is None or done.track is None else error_summary(done.track, true)
+    errors = None
+    if true is not None and done.track is not None:
+        compared = position_errors(*(part[name].values for part in (done.track, true) for name in ("time", "position")))
+        errors = f"{error_summary(done.track, true)}; over {compared.samples} of {done.track.sizes['time']} samples"
     if figure is not None and done.track is not None and done.log is not None:
         title = f"{description.title or description.name}, {unit}: {log.name}"
         tracked_figure(done.log, done.track, true, title, figure)
@@ -315,12 +330,14 @@ def logs_inspect(
 
     Example: ramsight logs inspect day.mf4 --out map.toml; ramsight track my-machine.toml day.mf4 --map map.toml ...
     """
-    from ramsight.logs.inspect import inspect_log, map_text
+    from ramsight.logs.inspect import inspect_log
+    from ramsight.logs.proposal import map_text
     from ramsight.logs.shown import show
-    from ramsight.output import atomic_path, check_target
+    from ramsight.output import atomic_path, check_apart, check_target
     from ramsight.progress import progress
 
     check_target(out, (".toml",))
+    check_apart({"the log": file, "--map": channel_map}, {"--out": out})
     with progress(1.0, "looking through") as bar:
         found = inspect_log(file, channel_map, dbc=dbc or (), advance=bar.advance)
     show(found)
@@ -352,12 +369,13 @@ def calibrate(
     from ramsight.calibration.movement import TEMPERATURES
     from ramsight.calibration.sensor_file import SUFFIX, save
     from ramsight.machine import load as load_machine
-    from ramsight.output import check_target
+    from ramsight.output import check_apart, check_target
     from ramsight.plant.build import build
     from ramsight.progress import progress
     from ramsight.units import format_si, parse_option
 
     check_target(out, (SUFFIX,))
+    check_apart({"the machine": machine}, {"--out": out})
     described = load_machine(machine).unit(unit)
     fastest = format_si(described.drive.max_speed, "rpm")
     motor_speed = parse_option(speed, "rad/s", "--speed", least="100 rpm", most=fastest)
@@ -437,16 +455,19 @@ def identify(
     from ramsight.calibration.identify import EVALUATIONS
     from ramsight.calibration.identify import identify as identify_unit
     from ramsight.calibration.identify_report import summary, tuned
+    from ramsight.duty.plausible import watched
     from ramsight.logs import read_drive_log, read_truth
     from ramsight.machine import load as load_machine
-    from ramsight.output import atomic_path, check_target
+    from ramsight.output import atomic_path, check_apart, check_target
     from ramsight.plant.ddh import build
     from ramsight.progress import progress
 
     check_target(out, (".toml",))
+    check_apart({"the machine": machine, "the log": log, "--truth": truth}, {"--out": out})
     description = load_machine(machine)
     ddh = build(unit, description.unit(unit))
     recorded, known = read_drive_log(log, strict=True), read_truth(truth)
+    recorded = next(watched([recorded], ddh, log))
     with progress(EVALUATIONS, "identifying") as bar:
         found = identify_unit(ddh, recorded, known, advance=bar.advance)
     if out is not None:
@@ -596,7 +617,7 @@ def encoder(
     """
     from ramsight.logs.source import needs
     from ramsight.machine import load as load_machine
-    from ramsight.output import atomic_path, check_target
+    from ramsight.output import atomic_path, check_apart, check_state, check_target
     from ramsight.plant.build import build
     from ramsight.units import parse_option
 
@@ -605,11 +626,14 @@ def encoder(
     from ramsight.deploy.encoder.assembly import encoder_for, overrides
     from ramsight.deploy.encoder.eds import eds_text
     from ramsight.deploy.encoder.encoder import Settings
+    from ramsight.deploy.encoder.flood import limited_log_lines
     from ramsight.deploy.encoder.listening import drive_map
     from ramsight.deploy.encoder.runner import open_bus, serve, until_stopped
     from ramsight.logs.channel_map import load_map
 
     check_target(eds, (".eds",))
+    check_apart({"the machine": machine, "--map": channel_map}, {"--state": state, "--eds": eds})
+    check_state(state)
     within = None if timeout is None else parse_option(timeout, "s", "--timeout", least="10 ms", most="10 s")
     rated = (
         None
@@ -624,7 +648,7 @@ def encoder(
         with atomic_path(eds) as draft:
             draft.write_text(eds_text(), encoding="ascii")
         _say_written(eds)
-    with open_bus(interface, channel) as bus, until_stopped() as stop:
+    with open_bus(interface, channel) as bus, limited_log_lines(), until_stopped() as stop:
         typer.echo(f"{channel}: node {node_id} is the position of {unit}; {ready.said}")
         serve(ready, bus, stop)
     typer.echo(f"{channel}: node {node_id} is gone; {ready.said}")
@@ -636,16 +660,52 @@ def main() -> None:
 
     from ramsight.errors import RamsightError
 
-    warnings.formatwarning = lambda message, *_, **__: f"warning: {message}\n"
+    _say_warnings()
     try:
         app()
     except RamsightError as error:
         typer.echo(f"error: {' '.join(str(error).split())}", err=True)
         sys.exit(2)
-    except OSError as error:  # where standard output goes is full or gone; a closed pipe is Typer's to handle
-        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - for the interpreter's last flush
-        typer.echo(f"error: standard output: {error.strerror or error}", err=True)
+    except OSError as error:
+        typer.echo(f"error: {_cause(error)}{error.strerror or error}", err=True)
         sys.exit(2)
+
+
+def _say_warnings() -> None:
+    """Warnings about logs are a line on standard error each; what other libraries log is not shown."""
+    import logging
+    import warnings
+
+    from ramsight.engine.private_folder import FolderWarning
+    from ramsight.errors import LogWarning
+
+    told = (LogWarning, FolderWarning)
+    logging.getLogger().addHandler(logging.NullHandler())
+    usual = warnings.showwarning
+
+    def show(message: Warning | str, category: type[Warning], *rest: Any, **more: Any) -> None:
+        if issubclass(category, told):
+            typer.echo(f"warning: {' '.join(str(message).split())}", err=True)
+        else:
+            usual(message, category, *rest, **more)
+
+    warnings.showwarning = show
+    for kind in told:
+        warnings.simplefilter("always", kind)
+
+
+def _cause(error: OSError) -> str:
+    """What could not be read or written: a file, or standard output if that is full or gone."""
+    if error.filename is not None:
+        return f"{os.fsdecode(error.filename)}: "
+    frame = error.__traceback__
+    while frame is not None and frame.tb_next is not None:
+        frame = frame.tb_next
+    module = "" if frame is None else str(frame.tb_frame.f_globals.get("__name__", ""))
+    if module.partition(".")[0] not in ("click", "rich", "typer"):
+        return ""
+    sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - for the interpreter's last flush
+    return "standard output: "
 
 
 if __name__ == "__main__":

@@ -5,8 +5,22 @@ Every error that a user can cause is a `RamsightError`; the command line prints 
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
+
+_LONGEST, _MOST = 120, 40  # letters of a value, and names of a list, that a message repeats
+
+
+def short(text: str) -> str:
+    """A text that a message can repeat: cut in the middle if it is long.
+
+    Example:
+        >>> len(short("x" * 200_000))
+        120
+    """
+    half = (_LONGEST - 1) // 2
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - half - 1]}…{text[-half:]}"
 
 
 class RamsightError(Exception):
@@ -35,7 +49,7 @@ class DescriptionError(RamsightError):
     ) -> None:
         self.message, self.file, self.key, self.value, self.allowed = message, file, key, value, allowed
         place = ": ".join(part for part in (file, key) if part)
-        given = repr(value) if value is not None else ""
+        given = short(repr(value)) if value is not None else ""
         head = " = ".join(part for part in (place, given) if part)
         head = f"{head}: " if head else ""
         tail = f" (allowed: {allowed})" if allowed else ""
@@ -54,11 +68,12 @@ class UnknownNameError(RamsightError):
 
     def __init__(self, kind: str, name: str, known: Iterable[str], where: str | None = None) -> None:
         self.kind, self.name, self.known = kind, name, sorted(known)
-        close = get_close_matches(name, self.known, n=1)
-        hint = f"; did you mean {close[0]!r}?" if close else ""
-        listing = ", ".join(self.known) or "none"
+        close = get_close_matches(name[:_LONGEST], self.known, n=1)
+        hint = f"; did you mean {short(close[0])!r}?" if close else ""
+        listing = ", ".join(short(one) for one in self.known[:_MOST]) or "none"
+        more = f", and {len(self.known) - _MOST} more" if len(self.known) > _MOST else ""
         place = f"{where}: " if where else ""
-        super().__init__(f"{place}unknown {kind} {name!r}{hint} (known: {listing})")
+        super().__init__(f"{place}unknown {kind} {short(name)!r}{hint} (known: {listing}{more})")
 
 
 class LogError(RamsightError):
@@ -73,12 +88,33 @@ class LogError(RamsightError):
 
     def __init__(self, message: str, *, file: str, line: int | None = None, column: str | None = None) -> None:
         self.file, self.line, self.column = file, line, column
-        place = file
-        if line is not None:
-            place += f", line {line}"
-        if column is not None:
-            place += f", column {column}"
-        super().__init__(f"{place}: {message}")
+        super().__init__(f"{_place(file, line, column)}: {message}")
+
+
+class LogWarning(UserWarning):
+    """Something in a log that is left out or looks wrong, though the log can be read; its text is one line."""
+
+
+def warn_of_log(message: str, *, file: str, line: int | None = None, column: str | None = None) -> None:
+    """Warn of something in a log.
+
+    Args:
+        message: what it is, what was done about it, and what the user can do.
+        file: the file.
+        line: line in the file, from 1.
+        column: name of the column or channel.
+    """
+    warnings.warn(LogWarning(f"{_place(file, line, column)}: {message}"), stacklevel=3)
+
+
+def _place(file: str, line: int | None, column: str | None) -> str:
+    """File, line and column as messages begin with them."""
+    place = file
+    if line is not None:
+        place += f", line {line}"
+    if column is not None:
+        place += f", column {short(column)}"
+    return place
 
 
 class MissingColumnError(LogError):

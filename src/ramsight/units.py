@@ -106,8 +106,12 @@ _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _QUANTITY = re.compile(rf"({_NUMBER})(?![.\d])\s*(.*)", re.DOTALL)
 _RATIO = re.compile(rf"({_NUMBER})\s*[/:]\s*({_NUMBER})")
 _COMMA = re.compile(r"[+-]?\d+,\d+")
-_PER_MINUTE = frozenset({"1/min", "min-1", "min^-1", "1/minute", "r/min", "U/min", "RPM"})
-_TIDY = str.maketrans({"−": "-", "·": " ", "⋅": " ", "²": "2", "³": "3", "μ": "µ", "\u00a0": " ", "\u202f": " "})
+_PER_MINUTE = frozenset(
+    {"1/min", "min-1", "min^-1", "1/minute", "r/min", "U/min", "RPM", "tr/min", "giri/min", "Umdr/min"}
+)
+_TIDY = str.maketrans(
+    {"−": "-", "·": " ", "⋅": " ", "²": "2", "³": "3", "⁻": "-", "¹": "1", "μ": "µ", "\u00a0": " ", "\u202f": " "}
+)
 _UNIT = re.compile(r"(?:1\s*+/)?(?:[\s*/()]|(?:[A-Za-zµ]++(?:\s*+(?:\^|\*\*))?-?[1-9]?))*+")
 _LONGEST_UNIT = 40
 _TOKEN = re.compile(r"([A-Za-zµ]+)\s*(?:\^|\*\*)?\s*(-?\d+)?")
@@ -137,7 +141,7 @@ def _spell(unit: str) -> str:
     """Turn an engineer's spelling (``cm3/rev``, ``Nm``, ``°C``, ``%``) into Pint's."""
     text = unit.translate(_TIDY).strip().replace("°C", "degC").replace("°F", "degF").replace("°", "deg")
     text = text.replace("%", "percent").replace("‰", "permille")
-    text = re.sub(r"\b([kM]?N)m\b", r"\1 m", text)
+    text = re.sub(r"\b([kM]?N)[.-]?m\b", r"\1 m", text)
     return _TOKEN.sub(lambda m: f"{m[1]}**{m[2]} " if m[2] else m[0], text).strip()
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from ramsight.errors import LogError
 from ramsight.logs.can_field import Field, big_endian, little_endian
-from ramsight.logs.lines import check_file, file_name
+from ramsight.logs.lines import check_file, file_name, first_line
 from ramsight.logs.source import needs
 
 _PDU2 = 0xF0  # J1939: from this format on the lower byte is part of the group's number, below it an address
@@ -43,8 +43,7 @@ def dbc_fields(path: Path) -> tuple[dict[int, list[Field]], dict[int, list[Field
         database = cantools.database.load_file(path, strict=False)
         messages = database.messages
     except Exception as error:  # every format has parsers and errors of its own
-        text = " ".join(str(error).split())[:200]
-        raise LogError(f"does not say what CAN frames mean: {text}", file=file) from None
+        raise LogError(f"does not say what CAN frames mean: {first_line(error)}", file=file) from None
     exact: dict[int, list[Field]] = {}
     groups: dict[int, list[Field]] = {}
     for message in messages:

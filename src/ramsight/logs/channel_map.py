@@ -15,8 +15,8 @@ from typing import Any
 
 from ramsight.errors import DescriptionError
 from ramsight.logs.channels import MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPERATURE, REFERENCE, TIME
+from ramsight.logs.header import SEPARATORS, CsvForm
 from ramsight.logs.lines import file_name
-from ramsight.logs.table import SEPARATORS, CsvForm
 from ramsight.units import parse
 
 ROLES = {"speed": MOTOR_SPEED, "torque": MOTOR_TORQUE, "temperature": OIL_TEMPERATURE}
@@ -98,6 +98,7 @@ class ChannelMap:
         dbc: files that say what CAN frames mean.
         pdos: CANopen mappings that do.
         bus: the CAN channel to read; None reads all.
+        date: column of dates beside a clock column that is a time of day.
     """
 
     file: str | None = None
@@ -110,6 +111,7 @@ class ChannelMap:
     dbc: tuple[Path, ...] = ()
     pdos: tuple[Pdo, ...] = ()
     bus: int | None = None
+    date: str | None = None
 
     @property
     def is_can(self) -> bool:
@@ -163,6 +165,8 @@ def load_map(path: str | Path) -> ChannelMap:
     """
     file = file_name(path)
     try:
+        if Path(path).is_fifo():
+            raise DescriptionError("is not a regular file", file=file)
         table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         text = (error.strerror or str(error)) if isinstance(error, OSError) else str(error)
@@ -175,6 +179,7 @@ def _read_map(keys: _Keys, folder: Path, file: str) -> ChannelMap:
     if keys.take("format", int, 1) != 1:
         raise keys.wrong("format", "is of a later ramsight", "1")
     time = keys.table("time")
+    date = None if time is None else time.take("date", str, None)
     roles = {}
     for role in ROLES:
         part = keys.table(role)
@@ -197,7 +202,7 @@ def _read_map(keys: _Keys, folder: Path, file: str) -> ChannelMap:
     can.end()
     keys.end()
     clock = None if time is None else _mapped(time, "time")
-    return ChannelMap(file, clock, roles, references, base, bool(empty), form, dbc, pdos, bus)
+    return ChannelMap(file, clock, roles, references, base, bool(empty), form, dbc, pdos, bus, date)
 
 
 def _mapped(keys: _Keys, role: str, *, end: bool = True) -> Mapped:
@@ -246,8 +251,14 @@ def _form(keys: _Keys) -> CsvForm:
         "°".encode(encoding)
     except (LookupError, ValueError):
         raise keys.wrong("encoding", "is not known", "utf-8, cp1252, latin-1, ...") from None
+    first = keys.take("first_row", int, None)
+    if first is not None and not line < first <= line + 1000:
+        raise keys.wrong("first_row", "is no line under the header", f"{line + 1} to {line + 1000}")
+    decimal = keys.take("decimal", str, None)
+    if decimal is not None and decimal not in (",", "."):
+        raise keys.wrong("decimal", "is not known", "',' or '.'")
     keys.end()
-    return CsvForm(line, separator, encoding)
+    return CsvForm(line, separator, encoding, first, decimal)
 
 
 def _pdo(keys: _Keys) -> Pdo:

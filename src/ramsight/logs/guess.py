@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from collections.abc import Sequence
 from pathlib import Path
 
 from ramsight.errors import DescriptionError, LogError
+from ramsight.logs.header import SEPARATORS, CsvForm, separator_of, split, units_row
 from ramsight.logs.lines import line_blocks
 from ramsight.logs.source import Offered
-from ramsight.logs.table import SEPARATORS, CsvForm, separator_of, split, units_row
+from ramsight.logs.stamps import is_stamp
 from ramsight.units import parse
 
 _LOOKED_AT = 1 << 16  # bytes
 _PREAMBLE = 60  # lines
 
+_OIL = "oil|öl|oel|hyd|fluid|huile|aceite|olio"
 _NAMES = {
-    "speed": r"speed|rpm|drehzahl|velocity|(^|[^a-z])n_?(ist|act|mot)|606c|omega",
-    "torque": r"torque|moment|(^|[^a-z])m_?(ist|act|mot)|6077|4602h:0c",
-    "temperature": r"(oil|öl|oel|hyd|fluid).*(temp|[^a-z]t$|_t_)|(temp|^t[^a-z]).*(oil|öl|oel|hyd|fluid)",
+    "speed": r"speed|rpm|drehzahl|veloc|vitesse|r[ée]gime|(^|[^a-z])n_?(ist|act|mot)|606c|omega",
+    "torque": r"torque|moment|couple|coppia|(^|[^a-z])par([^a-z]|$)|(^|[^a-z])m_?(ist|act|mot)|6077|4602h:0c",
+    "temperature": rf"({_OIL}).*(temp|[^a-z]t$|_t_)|(temp|^t[^a-z]).*({_OIL})",
     "reference": r"^reference",
 }
 _WORSE = {
@@ -32,7 +35,27 @@ _SI = {"speed": "rad/s", "torque": "N m", "temperature": "K", "reference": "m"}
 USUAL = {"speed": "rpm", "torque": "N m", "temperature": "degC", "reference": "m"}
 """The unit that is proposed where the file says none."""
 
-_CLOCK = re.compile(r"(time|zeit|timestamps?|t|elapsed|seconds)([ _\[(].*)?", re.IGNORECASE)
+_CLOCK = re.compile(
+    r"((date|datum|day|tag)?[ _/-]?(time|zeit|uhrzeit)([ _]?stamps?)?|timestamps?|t|ts|elapsed|seconds|datetime"
+    r"|temps|heure|tiempo|hora|tempo|ora)([ _\[(].*)?",
+    re.IGNORECASE,
+)
+_DATE = re.compile(r"(date|datum|day|tag|jour|fecha|data)([ _\[(].*)?", re.IGNORECASE)
+_HEADER_ROWS = 4  # names, and what may stand between them and the first row of numbers
+
+EPOCH = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+_YEARS_2000_TO_2100 = (946684800.0, 4102444800.0)
+
+
+def epoch_unit(first: float) -> str:
+    """The unit in which a number is a time since 1970, "" if it is none between 2000 and 2100.
+
+    Example:
+        >>> epoch_unit(1_763_700_000_000.0), epoch_unit(12.5)
+        ('ms', '')
+    """
+    earliest, latest = _YEARS_2000_TO_2100
+    return next((unit for unit, second in EPOCH.items() if earliest < first * second < latest), "")
 
 
 def guess_form(path: str | Path) -> CsvForm:
@@ -48,27 +71,53 @@ def guess_form(path: str | Path) -> CsvForm:
     try:
         block = next(line_blocks(path, size=_LOOKED_AT), b"")
     except LogError as error:
-        if "UTF-8" not in str(error) or "UTF-16" in str(error):
+        if "UTF-8" not in str(error):
             raise
         encoding = "cp1252"
         block = next(line_blocks(path, encoding="latin-1", size=_LOOKED_AT), b"")
-    lines = block.decode("utf-8").split("\n")[: _PREAMBLE + 3]
+    lines = block.decode("utf-8").split("\n")[: _PREAMBLE + _HEADER_ROWS + 1]
     for number, head in enumerate(lines[:_PREAMBLE]):
         for separator in sorted(SEPARATORS, key=head.count, reverse=True):
-            if _is_header(lines[number:], separator):
-                seen = separator if separator != separator_of(head) else None
-                return CsvForm(number + 1, seen, encoding)
+            below = _rows_between(lines[number:], separator)
+            if below is None:
+                continue
+            seen = separator if separator != separator_of(head) else None
+            is_plain = not below or (below == 1 and units_row(lines[number + 1], separator) is not None)
+            rows = lines[number + 1 + below : number + 1 + below + _PREAMBLE]
+            decimal = "," if separator == "," and _has_decimal_commas(rows) else None
+            return CsvForm(number + 1, seen, encoding, None if is_plain else number + 2 + below, decimal)
     return CsvForm(encoding=encoding)
 
 
-def _is_header(lines: Sequence[str], separator: str) -> bool:
-    """Whether the first of these lines names columns of numbers in the next, or in the next but one."""
-    names = [name.strip() for name in split(lines[0], separator)]
-    if len(names) < 2 or any(is_number(name) for name in names) or sum(map(bool, names)) < 2:
-        return False
-    row = 2 if len(lines) > 1 and units_row(lines[1], separator) is not None else 1
-    cells = split(lines[row], separator) if len(lines) > row else []
-    return len(cells) == len(names) and any(is_number(cell.replace(",", ".")) for cell in cells)
+def _rows_between(lines: Sequence[str], separator: str) -> int | None:
+    """How many rows stand between a header and its first row of numbers; None if the first line is no header."""
+    names = _cells(lines[0].strip(" ").removeprefix("#"), separator)
+    if len(names) < 2 or any(_is_value(name) for name in names) or sum(map(bool, names)) < 2:
+        return None
+    for below, line in enumerate(lines[1 : _HEADER_ROWS + 1]):
+        cells = _cells(line, separator)
+        if len(cells) != len(names) and not (len(cells) == len(names) + 1 and not cells[-1]):
+            return None
+        if any(_is_value(cell) for cell in cells):
+            return below
+    return None
+
+
+def _cells(line: str, separator: str) -> list[str]:
+    try:
+        return [cell.strip() for cell in split(line, separator)]
+    except csv.Error:
+        return []
+
+
+def _is_value(cell: str) -> bool:
+    return is_number(cell.replace(",", ".")) or is_stamp(cell)
+
+
+def _has_decimal_commas(rows: Sequence[str]) -> bool:
+    """Whether cells in quotes are numbers with a decimal comma: one that cannot separate thousands."""
+    quoted = [cell for row in rows for cell in _cells(row, ",") if re.fullmatch(r"[+-]?\d+,\d+", cell)]
+    return any(not re.fullmatch(r"[+-]?[1-9]\d{0,2},\d{3}", cell) for cell in quoted)
 
 
 def is_number(cell: str) -> bool:
@@ -88,6 +137,16 @@ def guess_clock(names: Sequence[str]) -> str | None:
         'Zeit [ms]'
     """
     return next((name for name in names if _CLOCK.fullmatch(name)), None)
+
+
+def guess_date(names: Sequence[str]) -> str | None:
+    """The column that is the date, by its name.
+
+    Example:
+        >>> guess_date(["Datum", "Uhrzeit"])
+        'Datum'
+    """
+    return next((name for name in names if _DATE.fullmatch(name)), None)
 
 
 def guess_roles(offered: Sequence[Offered]) -> dict[str, str]:

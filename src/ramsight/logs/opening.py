@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ramsight.errors import LogError
+from ramsight.errors import LogError, warn_of_log
 from ramsight.logs.align import Aligner, Array, Block, Switch
 from ramsight.logs.channel_map import ChannelMap, Mapped, load_map, standard_map, to_si_of
 from ramsight.logs.channels import MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPERATURE, REFERENCE, TIME
@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 
 SAMPLES = 1 << 16
 """Samples of a piece."""
+
+OUT_OF_ORDER = 1.0
+"""By how much time may go back [s] where samples came out of order; by more, the clock was set or samples repeat."""
 
 COLDEST, HOTTEST = 213.15, 473.15
 """Range of oil temperatures [K]: if half a log is beyond it, it has another unit."""
@@ -86,7 +89,7 @@ def _check_standard(source: Source, names: list[str]) -> None:
         check_columns(names, [*clock, *(channel.column for channel in _DRIVE[:3])], source.file)
     except LogError as error:
         name = Path(source.file).name.lower()
-        if name.endswith(CAN):
+        if name.endswith(CAN) or getattr(source, "has_frames", False):
             raise LogError(
                 "holds CAN frames; without a channel map nobody knows what they mean: ramsight logs inspect",
                 file=source.file,
@@ -195,11 +198,12 @@ def _regular(columns: Iterator[dict[str, Array]], samples: int) -> Iterator[dict
 def _as_datasets(pieces: Iterator[dict[str, Array]], file: str, oil: str) -> Iterator[xarray.Dataset]:
     import xarray
 
-    timed = False
+    timed, clock = False, _Falls()
     for number, columns in enumerate(pieces):
         if number == 0:
             check_temperature(columns[OIL_TEMPERATURE.name], file, oil)
         timed = timed or bool(np.isfinite(columns["time"]).any())
+        clock.take(columns["time"])
         yield xarray.Dataset(
             {
                 channel.name: ("time", columns[channel.name], {"units": channel.units, "long_name": channel.long_name})
@@ -210,6 +214,34 @@ def _as_datasets(pieces: Iterator[dict[str, Array]], file: str, oil: str) -> Ite
         )
     if not timed:
         raise LogError("has no time: not one sample has a number there", file=file)
+    if clock.count:
+        often = "once" if clock.count == 1 else f"{clock.count} times, first"
+        warn_of_log(
+            f"time goes back {often} from {clock.first[0]:.6g} s to {clock.first[1]:.6g} s:"
+            " was the clock set, or is a part of the log there twice?",
+            file=file,
+        )
+
+
+class _Falls:
+    """Counts where time goes back by more than samples that came out of order.
+
+    Attributes:
+        count: how often.
+        first: the times before and after the first [s].
+    """
+
+    def __init__(self) -> None:
+        self._last: Array = np.empty(0)
+        self.count, self.first = 0, (0.0, 0.0)
+
+    def take(self, time: Array) -> None:
+        """Take the times of a piece [s]."""
+        known = np.concatenate([self._last, time[np.isfinite(time)]])
+        falls = np.flatnonzero(np.diff(known) < -OUT_OF_ORDER)
+        if falls.size and not self.count:
+            self.first = (float(known[falls[0]]), float(known[falls[0] + 1]))
+        self.count, self._last = self.count + int(falls.size), known[-1:]
 
 
 def check_temperature(kelvin: Array, file: str, channel: str) -> None:

@@ -25,7 +25,9 @@ def show(found: Inspection) -> None:
 def inspection_table(found: Inspection) -> RenderableType:
     """The channels of a log, or the frames of one that nobody explained."""
     parts: list[RenderableType] = []
-    if found.clock is not None:
+    if found.clock is not None and not found.clock[0]:
+        parts.append(Text("clock: not found; the channel map has to name it"))
+    elif found.clock is not None:
         spans = [one for one in found.channels if one.samples]
         first, last = min((one.first for one in spans), default=0.0), max((one.last for one in spans), default=0.0)
         parts.append(Text(f"clock: {found.clock[0]} [{found.clock[1]}], from {first:.9g} s to {last:.9g} s"))
@@ -34,6 +36,7 @@ def inspection_table(found: Inspection) -> RenderableType:
         for one in found.channels:
             table.add_row(*_cells(one))
         parts.append(table)
+        parts += [Text(f"{one.name}: {one.note}") for one in found.channels if not one.samples and ":" in one.note]
     if found.frames and not found.channels:
         table = _empty("frame", "", "count", "bytes")
         for key, (count, length) in found.frames.items():
@@ -54,6 +57,6 @@ def _empty(*headings: str) -> Table:
 def _cells(one: Channel) -> list[Text]:
     rate = f"{one.rate:.4g} Hz" if math.isfinite(one.rate) else "-"
     numbers = [f"{value:.6g}" if math.isfinite(value) else "-" for value in (one.least, one.most)]
-    use = one.role or one.note
+    use = one.role or one.note.partition(":")[0]
     cells = [one.name, one.unit, str(one.samples), str(one.missing) if one.missing else "", rate, *numbers, use]
     return [Text(cell, style="bold" if one.role else "") for cell in cells]

@@ -96,18 +96,29 @@ class TableSource(Source):
         if file_map is not None and file_map.time is not None:
             self.clock = file_map.time.channel
             self.clock_unit = file_map.time.unit
+            self.date = file_map.date
 
     clock_unit: str | None = None
+    date: str | None = None
+    """A column of dates beside a clock that is a time of day."""
+    is_clock_needed = True
+    """Whether samples without a time are refused."""
 
     def clocked(self) -> tuple[str, float]:
-        """The clock column, and seconds for one of its units."""
+        """The clock column, and seconds for one of its units; "" if there is none and none is needed."""
         from ramsight.logs.channel_map import to_si_of
 
+        if self.clock is None and not self.is_clock_needed:
+            return "", 1.0
         if self.clock is None:
             raise LogError("a table needs a clock: the map has no [time] with channel and unit", file=self.file)
         self.check([self.clock])
         unit = self.clock_unit or self.unit_of(self.clock) or "s"
         return self.clock, to_si_of(unit, "time", None, file=self.file, key=self.clock)[0]
+
+    @abstractmethod
+    def first_number(self, name: str) -> float:
+        """The first number of a column, NaN if its first rows have none; asked before `blocks`."""
 
     def as_block(
         self, first_row: int, time: NDArray[np.float64], columns: dict[str, NDArray[np.float64]]
@@ -146,9 +157,10 @@ def open_source(path: str | Path, file_map: ChannelMap | None = None, advance: A
         LogError: the suffix is unknown, or the package that reads it is not installed.
     """
     name = Path(path).name.lower()
-    if file_map is not None and file_map.is_can and not name.endswith(CAN):
-        raise LogError(f"its map is for CAN frames, which stand in {', '.join(CAN)}", file=file_name(path))
-    if name.endswith(CAN):
+    is_can = file_map is not None and file_map.is_can
+    if is_can and not name.endswith((*CAN, *MDF)):
+        raise LogError(f"its map is for CAN frames, which stand in {', '.join((*CAN, *MDF))}", file=file_name(path))
+    if name.endswith(CAN) or (is_can and name.endswith(MDF)):
         from ramsight.logs.source_can import CanSource
 
         return CanSource(path, file_map, advance)

@@ -1,14 +1,10 @@
-"""Logs of CAN frames: BLF, ASC and candump, with a DBC file or CANopen mappings."""
+"""Logs of CAN frames: BLF, ASC, candump and MDF, with a DBC file or CANopen mappings."""
 
 from __future__ import annotations
 
-import gzip
-import io
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,11 +15,11 @@ from ramsight.logs.can_dbc import dbc_fields, j1939_group
 from ramsight.logs.can_field import Field
 from ramsight.logs.can_pdo import pdo_fields
 from ramsight.logs.channel_map import ChannelMap
+from ramsight.logs.frames import EXTENDED, open_frames
 from ramsight.logs.lines import Advance, check_file
-from ramsight.logs.source import Offered, Source, needs
+from ramsight.logs.source import Offered, Source
 
 _AT_ONCE = 1 << 15  # frames that are wanted
-EXTENDED = 1 << 31
 _WIDEST = 64
 
 
@@ -51,7 +47,6 @@ class CanSource(Source):
     def __init__(self, path: str | Path, file_map: ChannelMap | None, advance: Advance | None = None) -> None:
         super().__init__(path, advance)
         check_file(path)
-        self._can = needs("can", "can", self.file)
         self._bus = None if file_map is None else file_map.bus
         self._exact: dict[int, list[Field]] = {}
         self._groups: dict[int, list[Field]] = {}
@@ -121,28 +116,25 @@ class CanSource(Source):
         found: dict[int, Frames] = {}
         waiting, number, begun = 0, -1, None
         counted: dict[int, list[int]] = {}
-        for message in self._messages():
+        for time, key, bus, data in open_frames(self.path, self.advance):
             number += 1
             if begun is None:
-                begun = message.timestamp
-            if message.is_error_frame or message.is_remote_frame:
+                begun = time
+            if data is None or (self._bus is not None and bus != self._bus):
                 continue
-            if self._bus is not None and message.channel != self._bus:
-                continue
-            key = message.arbitration_id | (EXTENDED if message.is_extended_id else 0)
             tally = counted.setdefault(key, [0, 0])
             tally[0] += 1
-            tally[1] = max(tally[1], len(message.data))
+            tally[1] = max(tally[1], len(data))
             if key not in exact:
-                key = j1939_group(message.arbitration_id) if groups and message.is_extended_id else -1
+                key = j1939_group(key & ~EXTENDED) if groups and key & EXTENDED else -1
                 if key not in groups:
                     continue
             frames = found.get(key)
             if frames is None:
                 frames = found[key] = Frames([], [], [])
             frames.order.append(number)
-            frames.time.append(message.timestamp - begun)
-            frames.data.append(bytes(message.data))
+            frames.time.append(time - begun)
+            frames.data.append(data)
             waiting += 1
             if waiting >= _AT_ONCE:
                 yield found
@@ -150,28 +142,6 @@ class CanSource(Source):
         self.seen = {key: (count, longest) for key, (count, longest) in sorted(counted.items())}
         if found:
             yield found
-
-    def _messages(self) -> Iterator[Any]:
-        """Every frame of the file; what python-can stumbles over is said in one line."""
-        kinds = {".blf": self._can.BLFReader, ".asc": self._can.ASCReader, ".log": self._can.CanutilsLogReader}
-        name = self.path.name.lower()
-        suffix = Path(name.removesuffix(".gz")).suffix
-        total, before = max(self.path.stat().st_size, 1), 0
-        with ExitStack() as opened:
-            stored = opened.enter_context(open(self.path, "rb"))
-            stream: Any = opened.enter_context(gzip.GzipFile(fileobj=stored)) if name.endswith(".gz") else stored
-            if suffix != ".blf":
-                stream = opened.enter_context(io.TextIOWrapper(stream, encoding="utf-8", errors="replace"))
-            try:
-                for number, message in enumerate(kinds[suffix](stream)):
-                    if self.advance is not None and number % 4096 == 0:
-                        now = stored.tell()
-                        self.advance((now - before) / total)
-                        before = now
-                    yield message
-            except Exception as error:  # struct.error, ValueError, IndexError, BLFParseError, ...
-                text = " ".join(str(error).split())[:200] or type(error).__name__
-                raise LogError(f"cannot be read as CAN frames: {text}", file=self.file) from None
 
 
 class _Decoder:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+
+import numpy as np
 
 from ramsight.logs.align import Block
 from ramsight.logs.channel_map import ChannelMap
 from ramsight.logs.lines import Advance
+from ramsight.logs.rows import MISSING, number_of
 from ramsight.logs.source import Offered, TableSource, unit_in_name
+from ramsight.logs.stamps import SinceFirst, is_stamp
 from ramsight.logs.table import CsvTable
 
 
@@ -25,31 +30,73 @@ class CsvSource(TableSource):
         return [Offered(name, unit or unit_in_name(name)) for name, unit in pairs if name]
 
     def blocks(self, channels: Sequence[str]) -> Iterator[Block]:
-        """Some megabytes of rows at a time; cells without a number are NaN."""
-        clock, second = self.clocked()
-        self.check(channels)
-        wanted = list(dict.fromkeys([clock, *channels]))
+        """Some megabytes of rows at a time; cells without a number are NaN, dates and times count from the first."""
+        stamps, since = self.stamps(), SinceFirst()
+        clock, second = ("", 1.0) if stamps else self.clocked()
+        self.check([*stamps, *channels])
+        wanted = list(dict.fromkeys([*([clock] if clock else []), *channels]))
         row = 0
-        for rows in self.table.blocks(wanted, gaps=wanted):
-            columns = dict(zip(wanted, rows, strict=True))
-            yield self.as_block(row, columns[clock] * second, {name: columns[name] for name in channels})
+        for rows in self.table.blocks(wanted, gaps=wanted, stamps=stamps):
+            columns = dict(zip(wanted, rows[1:] if stamps else rows, strict=True))
+            if stamps:
+                time = since(rows[0])
+            elif clock:
+                time = columns[clock] * second
+            else:
+                time = np.full(rows.shape[1], np.nan)
+            yield self.as_block(row, time, {name: columns[name] for name in channels})
             row += rows.shape[1]
 
-    def numeric(self, names: Sequence[str]) -> set[str]:
-        """Those columns in whose first rows every cell is a number or empty."""
+    def stamps(self) -> tuple[str, ...]:
+        """The columns of the clock if they hold dates or times of day, looked at before `blocks`."""
+        if self.clock is None:
+            return ()
+        if self.date is not None:
+            return (self.date, self.clock)
+        return (self.clock,) if self.first_stamp(self.clock) else ()
+
+    def first_stamp(self, name: str) -> str:
+        """The first cell of a column if it is a date or a time of day, else ""; looked at before `blocks`."""
+        if self.table.names.count(name) != 1:
+            return ""
+        place = self.table.names.index(name)
+        cells = (row[place].strip() for _, row in self.table.first_cells(_LOOKED_AT) if len(row) > place)
+        first = next((cell for cell in cells if cell), "")
+        return first if is_stamp(first) else ""
+
+    def first_number(self, name: str) -> float:
+        """The first number of a column, NaN if its first rows have none; looked at before `blocks`."""
+        place = self.table.names.index(name)
+        for _, row in self.table.first_cells(_LOOKED_AT):
+            if len(row) > place:
+                try:
+                    return self._number(row[place])
+                except ValueError:
+                    continue
+        return math.nan
+
+    def notes(self, names: Sequence[str]) -> dict[str, str]:
+        """Why columns cannot be read as numbers, "" for those that can by the look of their first rows."""
         rows = self.table.first_cells(_LOOKED_AT)
-        places = {name: self.table.names.index(name) for name in names}
-        fine = {name: [_is_number(row[place]) for row in rows if len(row) > place] for name, place in places.items()}
-        return {name for name, cells in fine.items() if all(cells) and names.count(name) == 1}
+        return {name: self._note(name, rows) for name in names}
+
+    def _note(self, name: str, rows: Sequence[tuple[int, list[str]]]) -> str:
+        if self.table.names.count(name) > 1:
+            return "not read: its name is there more than once"
+        place = self.table.names.index(name)
+        for line, row in rows:
+            if len(row) <= place:
+                continue
+            try:
+                self._number(row[place])
+            except ValueError as error:
+                kind = "date or time" if is_stamp(row[place]) else "text"
+                return f"text: {error} (line {line})" if kind == "text" else f"{kind}: not the clock (line {line})"
+        return ""
+
+    def _number(self, cell: str) -> float:
+        text = cell.strip()
+        return math.nan if text.lower() in MISSING else number_of(text, is_decimal_comma=self.table.is_decimal_comma)
 
 
 _LOOKED_AT = 200  # rows
-
-
-def _is_number(cell: str) -> bool:
-    text = cell.strip().replace(",", ".")
-    try:
-        float(text or "nan")
-    except ValueError:
-        return False
-    return True

@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from ramsight.errors import LogError
 from ramsight.logs.align import Block, Samples
-from ramsight.logs.lines import Advance, check_file
-from ramsight.logs.source import Offered, Source, needs
+from ramsight.logs.frames_mdf import frame_groups
+from ramsight.logs.lines import Advance
+from ramsight.logs.mdf_file import MdfFile
+from ramsight.logs.source import Offered, Source
 
 _AT_ONCE = 1 << 16  # samples of the busiest group
 
@@ -22,22 +24,16 @@ class MdfSource(Source):
 
     def __init__(self, path: str | Path, advance: Advance | None = None) -> None:
         super().__init__(path, advance)
-        check_file(path)
-        asammdf = needs("asammdf", "logs", self.file)
-        try:
-            self._mdf = asammdf.MDF(str(path))
-            self._places = self._find()
-        except Exception as error:  # asammdf raises whatever its parser stumbles over
-            text = str(error).strip().splitlines()
-            raise LogError(f"is no MDF file: {text[0] if text else type(error).__name__}", file=self.file) from None
+        self._mdf = MdfFile(path)
+        self._places = self._find()
+        self.has_frames = bool(frame_groups(self._mdf))
 
     def _find(self) -> dict[str, tuple[int, int]]:
         places: dict[str, list[tuple[int, int]]] = {}
         for number, group in enumerate(self._mdf.groups):
-            master = self._mdf.masters_db.get(number)
-            for index, channel in enumerate(group.channels):
-                if index != master and group.channel_group.cycles_nr:
-                    places.setdefault(channel.name, []).append((number, index))
+            for index, name in enumerate(group.names):
+                if index != group.master and group.cycles:
+                    places.setdefault(name, []).append((number, index))
         return {
             name if len(found) == 1 else f"{place[0]}/{name}": place
             for name, found in places.items()
@@ -48,15 +44,16 @@ class MdfSource(Source):
         """The channels of all groups that have samples, the clocks not among them."""
         found = []
         for name, (group, index) in self._places.items():
-            unit = self._mdf.get_channel_unit(group=group, index=index) or ""
-            found.append(Offered(name, unit.strip(), f"group {group}"))
+            found.append(Offered(name, self._mdf.groups[group].units[index], f"group {group}"))
         return found
 
     def blocks(self, channels: Sequence[str]) -> Iterator[Block]:
         """65 536 samples of the busiest group at a time, and those of the others that came before its next one."""
         self.check(channels)
+        if not channels:
+            return
         groups = sorted({self._places[channel][0] for channel in channels})
-        times = {group: np.asarray(self._mdf.get_master(group), dtype=np.float64) for group in groups}
+        times = {group: self._mdf.clock(group) for group in groups}
         orders = {group: np.fmax.accumulate(time) for group, time in times.items()}  # a sample after a late one is late
         busiest = max(groups, key=lambda group: len(times[group]))
         total = max(len(times[busiest]), 1)
@@ -79,18 +76,9 @@ class MdfSource(Source):
 
     def _values(self, channel: str, group: int, index: int, rows: slice) -> NDArray[np.float64]:
         start, count = rows.start, rows.stop - rows.start
-        try:
-            values, invalid = self._mdf.get(
-                group=group, index=index, samples_only=True, record_offset=start, record_count=count
-            )
-            if values.dtype.kind not in "iufb":  # numbers with words for them: the numbers
-                values, invalid = self._mdf.get(
-                    group=group, index=index, samples_only=True, raw=True, record_offset=start, record_count=count
-                )
-        except Exception as error:
-            text = str(error).strip().splitlines()
-            said = text[0] if text else type(error).__name__
-            raise LogError(f"is damaged: {said}", file=self.file, column=channel) from None
+        values, invalid = self._mdf.values(group, index, start, count)
+        if values.dtype.kind not in "iufb":  # numbers with words for them: the numbers
+            values, invalid = self._mdf.values(group, index, start, count, raw=True)
         return _numbers(values, invalid, self.file, channel)
 
 

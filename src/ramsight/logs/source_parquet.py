@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 from ramsight.errors import LogError
 from ramsight.logs.align import Block
 from ramsight.logs.channel_map import ChannelMap
-from ramsight.logs.lines import Advance, check_file
+from ramsight.logs.lines import Advance, check_file, first_line
 from ramsight.logs.source import Offered, TableSource, needs, unit_in_name
 
 _ROWS = 1 << 16
 _NS = 1e9
+_LOOKED_AT = 200  # rows
 
 
 class ParquetSource(TableSource):
@@ -31,10 +32,10 @@ class ParquetSource(TableSource):
         self._arrow = needs("pyarrow", "logs", self.file)
         parquet = needs("pyarrow.parquet", "logs", self.file)
         try:
-            self._opened = parquet.ParquetFile(path, pre_buffer=False)
-        except (self._arrow.ArrowException, OSError) as error:
-            raise LogError(f"is no Parquet file: {_first_line(error)}", file=self.file) from None
-        self._schema = self._opened.schema_arrow
+            self._opened = parquet.ParquetFile(path, pre_buffer=False, page_checksum_verification=True)
+            self._schema = self._opened.schema_arrow
+        except (self._arrow.ArrowException, OSError, ValueError, OverflowError) as error:
+            raise LogError(f"is no Parquet file, or a damaged one: {first_line(error)}", file=self.file) from None
         self._since: int | None = None
 
     def offered(self) -> list[Offered]:
@@ -42,7 +43,7 @@ class ParquetSource(TableSource):
         found = []
         for one in self._schema:
             unit = (one.metadata or {}).get(b"unit", b"").decode("utf-8", "replace")
-            note = "" if self._is_number(one.type) or self._is_stamp(one.type) else "text"
+            note = "" if self._is_number(one.type) or self._is_stamp(one.type) else self._kind(one.type)
             found.append(Offered(one.name, "s" if self._is_stamp(one.type) else unit or unit_in_name(one.name), note))
         return found
 
@@ -50,22 +51,41 @@ class ParquetSource(TableSource):
         """65 536 rows at a time; null is NaN."""
         clock, second = self.clocked()
         self.check(channels)
-        for name in (clock, *channels):
+        for name in (*([clock] if clock else []), *channels):
+            if self._schema.names.count(name) > 1:
+                raise LogError("is there more than once", file=self.file, column=name)
             kind = self._schema.field(name).type
             if not (self._is_number(kind) or (name == clock and self._is_stamp(kind))):
                 raise LogError(f"holds {kind} where numbers are needed", file=self.file, column=name)
-        wanted = list(dict.fromkeys([clock, *channels]))
+        wanted = list(dict.fromkeys([*([clock] if clock else []), *channels]))
         row, total = 0, max(self._opened.metadata.num_rows, 1)
         try:
             for batch in self._opened.iter_batches(batch_size=_ROWS, columns=wanted, use_threads=False):
-                time = self._seconds(batch.column(wanted.index(clock)), second)
+                time = np.full(batch.num_rows, np.nan)
+                if clock:
+                    time = self._seconds(batch.column(wanted.index(clock)), second)
                 columns = {name: self._numbers(batch.column(wanted.index(name))) for name in channels}
                 yield self.as_block(row, time, columns)
                 row += len(time)
                 if self.advance is not None:
                     self.advance(len(time) / total)
-        except self._arrow.ArrowException as error:
-            raise LogError(f"is damaged: {_first_line(error)}", file=self.file) from None
+        except (self._arrow.ArrowException, OSError, ValueError, OverflowError, MemoryError) as error:
+            raise LogError(f"is damaged after row {row}: {first_line(error)}", file=self.file) from None
+
+    def first_number(self, name: str) -> float:
+        """The first number of a column, NaN if there is none in the first rows."""
+        if not self._is_number(self._schema.field(name).type):
+            return np.nan
+        try:
+            batch = next(self._opened.iter_batches(batch_size=_LOOKED_AT, columns=[name], use_threads=False), None)
+        except (self._arrow.ArrowException, OSError, ValueError, OverflowError, MemoryError):
+            return np.nan  # `blocks` says it
+        values = np.empty(0) if batch is None else self._numbers(batch.column(0))
+        return float(next(iter(values[np.isfinite(values)]), np.nan))
+
+    def _kind(self, kind: Any) -> str:
+        types = self._arrow.types
+        return "text" if types.is_string(kind) or types.is_large_string(kind) else str(kind)
 
     def _is_number(self, kind: Any) -> bool:
         types = self._arrow.types
@@ -90,7 +110,3 @@ class ParquetSource(TableSource):
     def _numbers(self, column: Any) -> NDArray[np.float64]:
         values = column.cast(self._arrow.float64(), safe=False).to_numpy(zero_copy_only=False)
         return np.where(np.isfinite(values), values, np.nan)
-
-
-def _first_line(error: Exception) -> str:
-    return str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__

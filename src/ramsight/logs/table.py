@@ -1,47 +1,22 @@
-"""Columns of numbers out of a CSV file: fast when all is well, exact about the place when it is not.
-
-The C parser of NumPy reads the cells (about 0.3 us a row), some megabytes at a time. Where it stumbles, or where a
-cell has no finite number, a slow pass in Python goes through the same text and says which line and which column.
-"""
+"""Columns of numbers out of a CSV file, some megabytes at a time."""
 
 from __future__ import annotations
 
-import csv
-import io
-import math
-import re
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.errors import DescriptionError, LogError, MissingColumnError
-from ramsight.logs.lines import BLOCK, Advance, file_name, line_blocks, printable
-from ramsight.units import parse
+from ramsight.errors import LogError, MissingColumnError
+from ramsight.logs.header import CsvForm, cells_of, separator_of, units_row
+from ramsight.logs.lines import BLOCK, Advance, cut_short, file_name, line_blocks, printable
+from ramsight.logs.rows import Layout, parse_carefully, parse_fast
 
 FIRST_ROW = 2
 """Line of the first row: the header is line 1, and every row is one line."""
 
-SEPARATORS = {",": "comma", ";": "semicolon", "\t": "tab"}
 _COLUMNS_SHOWN = 20
-_BRACKETS = re.compile(r"\s*[\[(](.*)[\])]\s*")
-
-
-@dataclass(frozen=True)
-class CsvForm:
-    """How a CSV file is laid out, where that cannot be seen from its first line.
-
-    Args:
-        header_line: line with the names of the columns, from 1; lines before it are passed over.
-        separator: between cells; None looks at the header.
-        encoding: of the letters.
-    """
-
-    header_line: int = 1
-    separator: str | None = None
-    encoding: str = "utf-8"
 
 
 class CsvTable:
@@ -72,64 +47,127 @@ class CsvTable:
     ) -> None:
         form = form or CsvForm()
         self.file = file_name(path)
-        self._blocks = line_blocks(path, encoding=form.encoding, advance=advance, size=size)
-        data = self._next()
-        if data is None:
+        self._decimal = form.decimal
+        self._blocks, self._body = line_blocks(path, encoding=form.encoding, advance=advance, size=size), b""
+        if self._peek() is None:
             raise LogError("is empty", file=self.file)
         for _ in range(form.header_line - 1):
-            data = self._after_a_line(data)[1]
-        head, self._body = self._after_a_line(data)
+            self._take()
+        head = self._take() or ""
         if not head.strip():
             raise LogError("is blank where the header should stand", file=self.file, line=form.header_line)
         self.separator = form.separator or separator_of(head)
-        self.names = [name.strip() for name in split(head, self.separator)]
+        head = head.strip(" ").removeprefix("#")  # as NumPy's savetxt begins a header
+        self.names = [name.strip() for name in cells_of(head, self.separator, self.file, form.header_line)]
         self.units = [""] * len(self.names)
         self.first_row = form.header_line + 1
-        under, below = self._after_a_line(self._body)
-        units = units_row(under, self.separator)
-        if units is not None and len(units) == len(self.names):
-            self.units, self._body = units, below
-            self.first_row += 1
-        if not self._body:
+        self._pass_over(form.first_row)
+        first = self._peek()
+        if first is None:
             raise LogError("has a header but no rows", file=self.file)
+        cells = cells_of(first, self.separator, self.file, self.first_row)
+        if len(cells) == len(self.names) + 1 and not cells[-1].strip():  # rows end in a separator, the header does not
+            self.names.append("")
+            self.units.append("")
 
-    def blocks(self, wanted: Sequence[str], gaps: Collection[str] = ()) -> Iterator[NDArray[np.float64]]:
-        """The rows, once.
+    def _pass_over(self, first_row: int | None) -> None:
+        """Take what stands between the header and the first row; one line of it may be the units."""
+        while first_row is None or self.first_row < first_row:
+            under = self._peek()
+            if under is None:
+                return
+            units = units_row(under, self.separator, strict=first_row is None)
+            if units is None and first_row is None:
+                return
+            if units is not None and len(units) == len(self.names):
+                self.units = units
+            elif first_row is None:
+                return
+            self._take()
+            self.first_row += 1
+            if first_row is None:
+                return
+
+    def blocks(
+        self, wanted: Sequence[str], gaps: Collection[str] = (), stamps: Sequence[str] = ()
+    ) -> Iterator[NDArray[np.float64]]:
+        """The rows, once. A last line that breaks off in the middle of a row is left out, with a warning.
 
         Args:
             wanted: names of columns that are there.
-            gaps: those among them in which a cell may hold no number: empty, ``nan`` and ``inf`` read as NaN.
+            gaps: those among them in which a cell may hold no number: empty, ``nan``, ``inf`` and words such as ``N/A``
+                read as NaN.
+            stamps: columns that together are a date and a time of day, or one of the two.
 
         Yields:
-            Values in the file's units, shape (columns, rows), rows >= 1; finite but for the gaps.
+            Values in the file's units, shape (columns, rows), rows >= 1; finite but for the gaps. With `stamps` one row
+            more, the first: seconds since 1970, or since midnight.
 
         Raises:
             LogError: a row has too few or too many cells, or a cell has no (finite) number; with line and column.
         """
-        for name in wanted:
+        for name in (*stamps, *wanted):
             if self.names.count(name) > 1:
                 raise LogError("is there more than once", file=self.file, line=self.first_row - 1, column=name)
-        layout = _Layout(self.file, self.separator, tuple(self.names), tuple(wanted), frozenset(gaps))
-        line, body = self.first_row, self._body
-        self._body = b""
-        while body:
-            table = _parse_fast(body, layout)
-            yield _parse_carefully(body, layout, line) if table is None else table
-            line += body.count(b"\n")
-            body = self._next() or b""
+        layout = Layout(
+            self.file,
+            self.separator,
+            tuple(self.names),
+            tuple(wanted),
+            frozenset(gaps),
+            tuple(stamps),
+            self.is_decimal_comma,
+        )
+        line, rows = self.first_row, 0
+        while self._peek() is not None:
+            body, self._body = self._body, b""
+            if body.endswith(b"\n"):
+                table = parse_fast(body, layout)
+                table = parse_carefully(body, layout, line) if table is None else table
+            else:
+                last = self._parse_last(body, layout, line, rows)
+                if last is None:
+                    return
+                table = last
+            yield table
+            line, rows = line + body.count(b"\n"), rows + table.shape[1]
 
-    def first_cells(self, rows: int) -> list[list[str]]:
-        """The cells of the first rows as text, before `blocks` takes them."""
-        lines = self._body.split(b"\n", rows)[:rows]
-        return [split(line.decode("utf-8"), self.separator) for line in lines if line]
+    def _parse_last(self, body: bytes, layout: Layout, line: int, rows: int) -> NDArray[np.float64] | None:
+        """The last line of a file that does not end in a newline; None if it breaks off in the middle of a row."""
+        try:
+            return parse_carefully(body + b"\n", layout, line)
+        except LogError:
+            if not rows or body.startswith(b"\n"):
+                raise
+            cut_short(self.file, line)
+            return None
 
-    def _next(self) -> bytes | None:
-        return next(self._blocks, None)
+    @property
+    def is_decimal_comma(self) -> bool:
+        """Whether a comma in a cell is a decimal one."""
+        return self._decimal == "," or (self._decimal is None and self.separator != ",")
 
-    def _after_a_line(self, data: bytes) -> tuple[str, bytes]:
-        """The first line of what is left, and the rest; more is read where the rest would be empty."""
-        head, _, body = data.partition(b"\n")
-        return head.decode("utf-8"), body or self._next() or b""
+    def first_cells(self, rows: int) -> list[tuple[int, list[str]]]:
+        """The first rows as text, each with its line, before `blocks` takes them."""
+        if self._peek() is None:
+            return []
+        found = []
+        for line, text in enumerate(self._body.split(b"\n", rows)[:rows], start=self.first_row):
+            if text:
+                found.append((line, cells_of(text.decode("utf-8"), self.separator, self.file, line)))
+        return found
+
+    def _peek(self) -> str | None:
+        """The next line, which stays; None at the end of the file."""
+        if not self._body:
+            self._body = next(self._blocks, b"")
+        return self._body.partition(b"\n")[0].decode("utf-8") if self._body else None
+
+    def _take(self) -> str | None:
+        """The next line; None at the end of the file."""
+        line = self._peek()
+        self._body = self._body.partition(b"\n")[2]
+        return line
 
 
 def read_columns(
@@ -193,145 +231,3 @@ def check_increasing(time: NDArray[np.float64], column: str, file: str, first_ro
         now, before = float(time[row]), float(time[row - 1])
         what = "does not increase" if now == before else "goes backwards"
         raise LogError(f"time {what}: {now!r} after {before!r}", file=file, line=first_row + row, column=column)
-
-
-def separator_of(head: str) -> str:
-    r"""What separates the cells of a header: commas if there are any, else semicolons, else tabs.
-
-    Example:
-        >>> separator_of("time_s;motor_speed_rpm")
-        ';'
-    """
-    return next((mark for mark in (",", ";", "\t") if mark in head), ",")
-
-
-def split(line: str, separator: str) -> list[str]:
-    """The cells of a line."""
-    if '"' not in line:
-        return line.split(separator)
-    return next(csv.reader([line], delimiter=separator, skipinitialspace=True), [""])
-
-
-def units_row(line: str, separator: str) -> list[str] | None:
-    """The units in a line, brackets taken off, if it is a row of units: no numbers, and a unit of time first.
-
-    Example:
-        >>> units_row("[s];[1/min];[Nm];", ";")
-        ['s', '1/min', 'Nm', '']
-        >>> units_row("0,0;1;2", ";") is None
-        True
-    """
-    try:
-        cells = [_BRACKETS.sub(r"\1", cell).strip() for cell in split(line, separator)]
-        parse(f"1 {cells[0]}", "s")
-    except (DescriptionError, csv.Error):
-        return None
-    return None if any(_is_number(cell) for cell in cells) else cells
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell.replace(",", "."))
-    except ValueError:
-        return False
-    return True
-
-
-@dataclass(frozen=True)
-class _Layout:
-    """How the rows of one file are read: all its columns, those wanted, and those that may have gaps."""
-
-    file: str
-    separator: str
-    names: tuple[str, ...]
-    wanted: tuple[str, ...]
-    gaps: frozenset[str]
-
-    @property
-    def indices(self) -> list[int]:
-        return [self.names.index(name) for name in self.wanted]
-
-
-def _parse_fast(body: bytes, layout: _Layout) -> NDArray[np.float64] | None:
-    """The wanted columns, shape (columns, rows), or None where the careful pass has to look."""
-    if b'"' in body:
-        return None
-    if layout.separator != ",":
-        body = body.translate(bytes.maketrans(layout.separator.encode() + b",", b",."))
-    letters = np.frombuffer(body, dtype=np.uint8)
-    ends = letters[(letters == ord(",")) | (letters == ord("\n"))]
-    width = len(layout.names)
-    if ends.size % width:
-        return None
-    is_newline = ends.reshape(-1, width) == ord("\n")
-    if not is_newline[:, -1].all() or is_newline[:, :-1].any():
-        return None
-    if layout.gaps.intersection(layout.wanted):
-        body = _name_gaps(body)
-    try:
-        rows = np.loadtxt(
-            io.StringIO(body.decode("utf-8")), delimiter=",", comments=None, usecols=layout.indices, ndmin=2
-        )
-    except ValueError:
-        return None
-    if len(rows) != len(is_newline):
-        return None  # NumPy passes over blank lines
-    table = np.ascontiguousarray(rows.T)
-    for name, column in zip(layout.wanted, table, strict=True):
-        bad = ~np.isfinite(column)
-        if bad.any():
-            if name not in layout.gaps:
-                return None
-            column[bad] = math.nan
-    return table
-
-
-def _name_gaps(body: bytes) -> bytes:
-    """Empty cells written as ``nan``, so that the fast parser reads them."""
-    if b",," in body:
-        body = body.replace(b",,", b",nan,").replace(b",,", b",nan,")
-    if b",\n" in body:
-        body = body.replace(b",\n", b",nan\n")
-    if b"\n," in body:
-        body = body.replace(b"\n,", b"\nnan,")
-    return b"nan" + body if body.startswith(b",") else body
-
-
-def _parse_carefully(body: bytes, layout: _Layout, first_line: int) -> NDArray[np.float64]:
-    """The wanted columns, shape (columns, rows), or a `LogError` that names line and column."""
-    width = len(layout.names)
-    places = list(zip(layout.indices, layout.wanted, strict=True))
-    rows: list[list[float]] = []
-    for number, line in enumerate(body.decode("utf-8")[:-1].split("\n"), start=first_line):
-        try:
-            cells = split(line, layout.separator)
-        except csv.Error as error:
-            raise LogError(f"is no row of a CSV file: {error}", file=layout.file, line=number) from None
-        if len(cells) != width:
-            what = "is blank" if not line.strip() else f"has {_count(len(cells))} where the header has {width}"
-            raise LogError(what, file=layout.file, line=number)
-        rows.append([_number(cells[index], name, number, layout) for index, name in places])
-    return np.ascontiguousarray(np.array(rows, dtype=np.float64).T)
-
-
-def _count(cells: int) -> str:
-    return "1 cell" if cells == 1 else f"{cells} cells"
-
-
-def _number(cell: str, name: str, line: int, layout: _Layout) -> float:
-    text = cell.strip()
-    if not text:
-        if name in layout.gaps:
-            return math.nan
-        raise LogError("is empty where a number should stand", file=layout.file, line=line, column=name)
-    try:
-        if "_" in text or not text.isascii():  # float() takes 1_000 and digits of every script
-            raise ValueError
-        value = float(text.replace(",", ".") if layout.separator != "," else text)
-    except ValueError:
-        raise LogError(f"is not a number: '{printable(text)}'", file=layout.file, line=line, column=name) from None
-    if math.isfinite(value):
-        return value
-    if name in layout.gaps:
-        return math.nan
-    raise LogError(f"is not finite: '{printable(text)}'", file=layout.file, line=line, column=name)

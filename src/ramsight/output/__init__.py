@@ -8,6 +8,7 @@ from ramsight.output.atomic import atomic_path, check_target
 from ramsight.output.cells import DECIMALS, Coded
 from ramsight.output.dataset import DATASET_FILES, DATASETS, column_name, open_dataset, write_dataset
 from ramsight.output.folder import check_folder, whole_folder
+from ramsight.output.given import check_apart, check_state
 from ramsight.output.table import TABLE_FILES, TABLES, check_installed, open_table, write_table
 
 __all__ = [
@@ -18,8 +19,10 @@ __all__ = [
     "TABLE_FILES",
     "Coded",
     "atomic_path",
+    "check_apart",
     "check_folder",
     "check_installed",
+    "check_state",
     "check_target",
     "column_name",
     "open_dataset",

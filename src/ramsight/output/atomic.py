@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-import secrets
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from ramsight.errors import OutputError
+from ramsight.output.drafts import draft_of, sweep
 
 
 @contextmanager
@@ -16,7 +16,8 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
     """A temporary file in the same directory that takes the place of ``path`` once the block has ended well.
 
     Its name ends as that of ``path`` does, so that libraries choose the same format. If the block raises, the
-    temporary file is removed and whatever stood at ``path`` stays as it was.
+    temporary file is removed and whatever stood at ``path`` stays as it was. What a run that was killed has left
+    behind is removed by the next one with the same result.
 
     Args:
         path: where the result belongs.
@@ -38,7 +39,8 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
     """
     shown = one_line(path)
     target = _target(path, shown)
-    draft = target.with_name(f".{secrets.token_hex(4)}-{target.name}")
+    draft = draft_of(target)
+    sweep(target)
     try:
         yield draft
         _settle(draft, target, shown)

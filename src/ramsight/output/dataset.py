@@ -170,12 +170,14 @@ def _columns(dataset: xarray.Dataset, variables: Sequence[str] | None, shown: st
 
 def _write_netcdf(dataset: xarray.Dataset, path: str | Path) -> None:
     encoding = {
-        name: {"zlib": True, "complevel": 4, "shuffle": True}
+        str(name): {"zlib": True, "complevel": 4, "shuffle": True}
         for name, variable in dataset.variables.items()
         if variable.ndim and variable.dtype.kind in "iufb"
     }
     with atomic_path(path) as draft:
+        from ramsight.output.netcdf import write_netcdf
+
         try:
-            dataset.to_netcdf(draft, engine="h5netcdf", encoding=encoding)
+            write_netcdf(dataset, draft, encoding)
         except ImportError as error:
             raise OutputError(f"{one_line(path)}: NetCDF cannot be written: {one_line(error)}") from error

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 import shutil
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from ramsight.errors import OutputError
 from ramsight.output.atomic import one_line
+from ramsight.output.drafts import draft_of, sweep
 
 
 def check_folder(out: Path) -> None:
@@ -57,7 +57,10 @@ def whole_folder(out: Path, last: str) -> Iterator[Path]:
     """
     check_folder(out)
     try:
-        draft = Path(tempfile.mkdtemp(dir=out.absolute().parent, prefix=f".{out.name}-"))
+        target = out.absolute()
+        sweep(target)
+        draft = draft_of(target)
+        draft.mkdir(mode=0o700)
     except OSError as error:
         raise OutputError(f"{one_line(out)}: cannot be written: {one_line(error.strerror or error)}") from error
     try:

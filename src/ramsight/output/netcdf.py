@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from ramsight.errors import OutputError
+from ramsight.output.forgiving import ForgivingFile
 
 if TYPE_CHECKING:
     import xarray
@@ -26,14 +28,20 @@ class NetcdfPieces:
     def __init__(self, path: Path, shown: str) -> None:
         import h5netcdf
 
-        self._file: Any = h5netcdf.File(path, "w")
+        self._disk = ForgivingFile(path)
+        self._file: Any = h5netcdf.File(self._disk, "w")
         self._shown, self._length = shown, 0
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
-        self._file.close()
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        try:
+            self._file.close()
+        finally:
+            self._disk.close()
+        if kind is None:
+            self._disk.check()
 
     def append(self, piece: xarray.Dataset) -> None:
         """Write a piece."""
@@ -49,6 +57,7 @@ class NetcdfPieces:
             if variable.ndim:
                 self._file.variables[str(name)][self._length : after] = variable.values
         self._length = after
+        self._disk.check()
 
     def _begin(self, piece: xarray.Dataset, dim: str) -> None:
         self._file.dimensions[dim] = None
@@ -71,3 +80,23 @@ class NetcdfPieces:
                 )
             for key, value in variable.attrs.items():
                 made.attrs[str(key)] = value
+
+
+def write_netcdf(dataset: xarray.Dataset, path: Path, encoding: Mapping[str, Mapping[str, Any]]) -> None:
+    """A whole `Dataset` as xarray writes it.
+
+    Args:
+        dataset: what to write.
+        path: the file.
+        encoding: how variables are packed.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    import h5netcdf
+    from xarray.backends import H5NetCDFStore
+
+    with ForgivingFile(path) as disk:
+        with h5netcdf.File(disk, "w") as file:
+            dataset.dump_to_store(H5NetCDFStore(file), encoding=encoding)
+        disk.check()

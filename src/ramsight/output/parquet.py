@@ -36,7 +36,9 @@ class ParquetTable(TableWriter):
                 for name, array in zip(columns, arrays, strict=True)
             ]
             self._schema = self._arrow.schema(fields)
-            self._writer = self._parquet.ParquetWriter(self._path, self._schema, compression="zstd")
+            self._writer = self._parquet.ParquetWriter(
+                self._path, self._schema, compression="zstd", write_page_checksum=True
+            )
         self._writer.write_table(self._arrow.Table.from_arrays(arrays, schema=self._schema))
 
     def _array(self, column: Column) -> Any:

@@ -14,6 +14,7 @@ from ramsight.errors import DescriptionError, UnknownNameError
 
 __all__ = ["Entry", "circuit", "entries", "find", "has", "read"]
 
+_LARGEST = 1 << 24  # bytes of a description
 _ROOT = Path(__file__).parent
 _FOLDERS = ("circuits", "machines", "oils", "pumps", "valves")
 
@@ -117,6 +118,10 @@ def read_toml(path: Path) -> dict[str, Any]:
         DescriptionError: it cannot be read; one line with the file and, for a slip in the syntax, the line.
     """
     try:
+        if path.exists() and not (path.is_file() or path.is_dir()):
+            raise DescriptionError("is not a regular file", file=str(path))
+        if path.is_file() and path.stat().st_size > _LARGEST:
+            raise DescriptionError("is too large for a description", file=str(path), allowed="up to 16 MB")
         text = path.read_bytes().decode("utf-8-sig")
     except FileNotFoundError:
         raise DescriptionError("no such file", file=str(path)) from None

@@ -1,0 +1,274 @@
+"""Whether a drive log can be this machine's: a wrong unit or sign looks healthy sample by sample, but not against it.
+
+Nothing here refuses a log. What does not fit is said in a warning, with the unit that would.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ramsight.errors import warn_of_log
+from ramsight.logs.channel_map import ChannelMap, load_map, standard_map
+from ramsight.logs.lines import file_name
+from ramsight.plant.ddh import DdhUnit
+
+if TYPE_CHECKING:
+    import xarray
+
+_RPM = np.pi / 30.0
+_PERIOD = 0.5e-3, 0.5  # s; samples of a drive come further apart than the one and closer than the other
+_CLOCKS = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+_OVERSPEED, _SLOW, _LIVELY = 1.1, 0.11, 0.2  # shares of the highest speed
+_OVERTRAVEL, _FARTHEST = 1.15, 3.0  # shares of the stroke: of a free move, and of one that ends against a stop
+_SPEEDS = {"rpm": _RPM, "deg/s": np.pi / 180.0, "rad/s": 1.0}  # rad/s for one of them
+_TORQUES = {"percent of the rated torque": 4e2, "permille of the rated torque": 4e3, "mN m": np.inf}
+_EFFICIENCY, _OVERTORQUE, _WEAK = 0.85, 1.15, 0.02
+_HOT = 353.15  # K; oil of a healthy machine is colder on the average
+_MOVING = 0.02  # share of the highest speed
+_MOVED = 2.0  # s of turning either way before signs are judged
+_AGAINST = 0.05  # share of the torque at relief pressure
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a machine's drive can report.
+
+    Args:
+        max_speed: highest motor speed [rad/s].
+        torque: of the motor at relief pressure on the side that asks for more [N m].
+        oil: lowest and highest temperature for which the oil is described [K].
+        load_sign: 1 if the load asks for positive torque, -1 if for negative.
+        stroke: of the cylinder [m].
+        travel: of the rod per motor angle, without leakage [m/rad].
+    """
+
+    max_speed: float
+    torque: float
+    oil: tuple[float, float]
+    load_sign: float
+    stroke: float
+    travel: float
+
+
+def limits_of(unit: DdhUnit) -> Limits:
+    """The limits of a direct-driven unit."""
+    sides = (unit.a, unit.b)
+    asked = max(side.pump.geared_displacement * side.relief.setting / _EFFICIENCY for side in sides)
+    idle = sum(side.pump.belt * side.pump.no_load_torque for side in sides)
+    return Limits(
+        unit.max_speed,
+        float(asked + idle),
+        unit.oil.temperatures,
+        unit.lift_sign,
+        unit.cylinder.stroke,
+        abs(unit.travel_per_radian),
+    )
+
+
+def watched(
+    pieces: Iterable[xarray.Dataset],
+    unit: DdhUnit,
+    file: str | Path,
+    channel_map: ChannelMap | str | Path | None = None,
+) -> Iterator[xarray.Dataset]:
+    """The pieces of a drive log as they are; warns after the first, and at the end, of what cannot be this machine's.
+
+    Args:
+        pieces: of a drive log, in order.
+        unit: the unit that the drive turns.
+        file: the log, for the warnings.
+        channel_map: its channel map, for the names of its channels.
+    """
+    known = load_map(channel_map) if isinstance(channel_map, str | Path) else channel_map or standard_map([])
+    names = {role: one.channel for role, one in known.roles.items()}
+    names["time"] = known.time.channel if known.time is not None else "time"
+    spelled = {role: one.unit or "" for role, one in known.roles.items()}
+    seen, said = Seen(), set[str]()
+    for number, piece in enumerate(pieces):
+        seen.take(piece, _MOVING * unit.max_speed)
+        if number == 0:
+            _warn(seen, limits_of(unit), file_name(file), names, spelled, said)
+        yield piece
+    _warn(seen, limits_of(unit), file_name(file), names, spelled, said)
+
+
+def _warn(
+    seen: Seen, limits: Limits, file: str, names: Mapping[str, str], units: Mapping[str, str], said: set[str]
+) -> None:
+    for role, text in findings(seen, limits, units):
+        if role not in said:
+            said.add(role)
+            warn_of_log(text, file=file, column=names.get(role))
+
+
+@dataclass
+class Seen:
+    """What was seen of a log.
+
+    Attributes:
+        periods: usual distance of samples in each piece [s].
+        speeds, torques: 99.5 % of the magnitudes in each piece are below these [rad/s], [N m].
+        moves: motor angle of the longest move in each piece [rad].
+        temperatures: median of each piece [K].
+        seconds, torque_seconds: time of turning forward and backward [s], and the torque's integral over it [N m s].
+    """
+
+    periods: list[float] = field(default_factory=list)
+    speeds: list[float] = field(default_factory=list)
+    moves: list[float] = field(default_factory=list)
+    torques: list[float] = field(default_factory=list)
+    temperatures: list[float] = field(default_factory=list)
+    seconds: dict[int, float] = field(default_factory=lambda: {1: 0.0, -1: 0.0})
+    torque_seconds: dict[int, float] = field(default_factory=lambda: {1: 0.0, -1: 0.0})
+
+    def take(self, piece: xarray.Dataset, moving: float) -> None:
+        """Take a piece in; from a speed of `moving` [rad/s] on the motor turns."""
+        time = piece["time"].values
+        speed, torque = piece["motor_speed"].values, piece["motor_torque"].values
+        steps = np.diff(time)
+        steps = steps[np.isfinite(steps) & (steps > 0.0)]
+        period = float(np.median(steps)) if steps.size else 0.0
+        self.periods += [period] if steps.size else []
+        self.speeds += _peak(speed)
+        self.moves += _longest_move(time, speed)
+        turning = np.abs(speed) > moving
+        self.torques += _peak(torque[turning])
+        self.temperatures += _middle(piece["oil_temperature"].values)
+        for sign in (1, -1):
+            chosen = (sign * speed > moving) & np.isfinite(torque)
+            self.seconds[sign] += period * float(np.count_nonzero(chosen))
+            self.torque_seconds[sign] += period * float(torque[chosen].sum())
+
+
+def _longest_move(time: NDArray[np.float64], speed: NDArray[np.float64]) -> list[float]:
+    """The largest motor angle between two changes of direction [rad]."""
+    known = np.isfinite(time) & np.isfinite(speed)
+    time, speed = time[known], speed[known]
+    if len(time) < 2:
+        return []
+    angle = speed[1:] * np.clip(np.diff(time), 0.0, None)
+    begins = np.flatnonzero(np.diff(np.sign(speed[1:]), prepend=2.0))
+    return [float(np.abs(np.add.reduceat(angle, begins)).max())]
+
+
+def _peak(values: NDArray[np.float64]) -> list[float]:
+    known = np.abs(values[np.isfinite(values)])
+    return [float(np.quantile(known, 0.995))] if known.size else []
+
+
+def _middle(values: NDArray[np.float64]) -> list[float]:
+    known = values[np.isfinite(values)]
+    return [float(np.median(known))] if known.size else []
+
+
+def findings(seen: Seen, limits: Limits, units: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+    """What does not fit: the role of a channel, and what to say of it; by the units in which the log was read."""
+    checks = {"time": _clock, "speed": _speed, "torque": _torque, "temperature": _temperature}
+    found = [(role, text) for role, check in checks.items() if (text := check(seen, limits, units.get(role, "")))]
+    if not found and (text := _signs(seen, limits)):  # signs are judged where the units are right
+        found = [("torque", text)]
+    yield from found
+
+
+def _clock(seen: Seen, _: Limits, unit: str) -> str:
+    if not seen.periods:
+        return ""
+    period = float(np.median(seen.periods))
+    if period > _PERIOD[1]:
+        fitting = [unit for unit, second in _CLOCKS.items() if _PERIOD[0] <= period * second <= 0.2]
+        return f"samples come every {period:.3g} s, a drive's every 1 to 100 ms{_asked(fitting)}"
+    if period < _PERIOD[0]:
+        factor = next((f for f in (1e3, 1e6, 1e9) if 0.9e-3 <= period * f <= 0.2), 0.0)
+        hint = f": is the clock in a unit {factor:.0f} times larger, s in place of ms?" if factor else ""
+        return f"samples come every {1e3 * period:.3g} ms, a drive's every 1 to 100 ms{hint}"
+    return ""
+
+
+def _speed(seen: Seen, limits: Limits, unit: str) -> str:
+    peak, move = max(seen.speeds, default=0.0), max(seen.moves, default=0.0) * limits.travel
+    fitting = _asked(_other_speeds(peak, move, limits, unit))
+    limit = f"{limits.max_speed / _RPM:.0f} rpm"
+    if peak > _OVERSPEED * limits.max_speed:
+        return f"the motor turns up to {peak / _RPM:.0f} rpm, the drive's limit is {limit}{fitting}"
+    if move > _FARTHEST * limits.stroke and not _clock(seen, limits, ""):
+        return (
+            f"the rod would travel {1e3 * move:.0f} mm in one move, the stroke is {1e3 * limits.stroke:.0f} mm{fitting}"
+        )
+    if 0.0 < peak < _SLOW * limits.max_speed and fitting:
+        return f"the motor never turns faster than {peak / _RPM:.0f} rpm, the drive's limit is {limit}{fitting}"
+    return ""
+
+
+def _other_speeds(peak: float, move: float, limits: Limits, unit: str) -> list[str]:
+    """Units in which the same numbers would be speeds of this machine, and its moves no longer than the stroke."""
+    now = _SPEEDS.get(unit, _RPM)
+    return [
+        other
+        for other, factor in _SPEEDS.items()
+        if factor != now
+        and _LIVELY <= peak * factor / now / limits.max_speed <= _OVERSPEED
+        and move * factor / now <= _OVERTRAVEL * limits.stroke
+    ]
+
+
+def _torque(seen: Seen, limits: Limits, unit: str) -> str:
+    peak = max(seen.torques, default=0.0)
+    if peak > _OVERTORQUE * limits.torque:
+        unit = next(unit for unit, most in _TORQUES.items() if peak <= most)
+        return (
+            f"the torque reaches {peak:.4g} N m, relief pressure asks for no more than {limits.torque:.3g} N m"
+            f"{_asked([unit])}"
+        )
+    if sum(seen.seconds.values()) > _MOVED and peak < _WEAK * limits.torque:
+        return (
+            f"the torque stays below {peak:.3g} N m while the motor turns, relief pressure asks for"
+            f" {limits.torque:.3g} N m{_asked(['kN m', 'a share of the rated torque'])}"
+        )
+    return ""
+
+
+def _temperature(seen: Seen, limits: Limits, unit: str) -> str:
+    if not seen.temperatures:
+        return ""
+    warmth = float(np.median(seen.temperatures))
+    lowest, highest = limits.oil
+    as_fahrenheit = (warmth - 273.15 - 32.0) / 1.8 + 273.15
+    if warmth > min(_HOT, highest):
+        fitting = ["degF"] if lowest < as_fahrenheit < _HOT else []
+        return f"the oil has {warmth - 273.15:.0f} °C most of the time, more than a healthy machine's{_asked(fitting)}"
+    if warmth < lowest:
+        return (
+            f"the oil has {warmth - 273.15:.0f} °C most of the time; it is described from {lowest - 273.15:.0f} °C on"
+        )
+    return ""
+
+
+def _signs(seen: Seen, limits: Limits) -> str:
+    total = sum(seen.seconds.values())
+    if total < _MOVED:
+        return ""
+    mean = {sign: seen.torque_seconds[sign] / seen.seconds[sign] for sign in (1, -1) if seen.seconds[sign] > 0.0}
+    least = _AGAINST * limits.torque
+    if min(seen.seconds.values()) > _MOVED and mean[1] - mean[-1] < -least:
+        return (
+            f"the torque is {mean[1]:.1f} N m while the rod extends and {mean[-1]:.1f} N m while it retracts: friction"
+            " makes the first the larger one. Is the sign of speed or torque reversed (sign = -1 in the channel map)?"
+        )
+    average = sum(seen.torque_seconds.values()) / total
+    if average * limits.load_sign < -least:
+        wanted = "positive" if limits.load_sign > 0.0 else "negative"
+        return (
+            f"the torque is {average:.1f} N m on the average while the motor turns, where the load asks for a {wanted}"
+            " one: are the signs of speed and torque reversed (sign = -1 in the channel map)?"
+        )
+    return ""
+
+
+def _asked(units: list[str]) -> str:
+    return f": is it in {' or '.join(units)}?" if units else ""

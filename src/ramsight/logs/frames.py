@@ -1,0 +1,54 @@
+"""CAN frames as logs of every kind hold them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from ramsight.logs.lines import Advance
+
+EXTENDED = 1 << 31
+"""Set in the key of an extended identifier."""
+
+
+class Frame(NamedTuple):
+    """A frame of a log.
+
+    Args:
+        time: as in the file [s].
+        key: identifier, with `EXTENDED` set for one of 29 bits.
+        bus: number of the bus, from 0.
+        data: its bytes; None for an error frame or a remote frame.
+    """
+
+    time: float
+    key: int
+    bus: int
+    data: bytes | None
+
+
+def open_frames(path: str | Path, advance: Advance | None = None) -> Iterator[Frame]:
+    """The frames of a log, in order, by the file's suffix: BLF, ASC, candump or MDF.
+
+    A file that breaks off is read as far as it goes, with a warning.
+
+    Args:
+        path: the file.
+        advance: told how much of the file has been read.
+
+    Raises:
+        LogError: the file cannot be read, or is damaged; with the place.
+    """
+    name = Path(path).name.lower()
+    if name.endswith(".blf"):
+        from ramsight.logs.frames_blf import blf_frames
+
+        return blf_frames(path, advance)
+    if name.endswith((".mf4", ".mdf")):
+        from ramsight.logs.frames_mdf import mdf_frames
+
+        return mdf_frames(path, advance)
+    from ramsight.logs.frames_text import asc_frames, candump_frames
+
+    return (asc_frames if name.removesuffix(".gz").endswith(".asc") else candump_frames)(path, advance)

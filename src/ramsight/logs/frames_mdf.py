@@ -1,0 +1,64 @@
+"""CAN frames in MDF files (``.mf4``): bus logging as ASAM has it, groups with ``CAN_DataFrame``."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from ramsight.errors import LogError
+from ramsight.logs.frames import EXTENDED, Frame
+from ramsight.logs.lines import Advance, file_name
+from ramsight.logs.mdf_file import MdfFile
+
+_AT_ONCE = 1 << 15  # frames
+_NAME = "CAN_DataFrame."
+
+
+def frame_groups(mdf: MdfFile) -> list[int]:
+    """The groups of a file that hold CAN frames."""
+    return [number for number, group in enumerate(mdf.groups) if f"{_NAME}ID" in group.names]
+
+
+def mdf_frames(path: str | Path, advance: Advance | None = None) -> Iterator[Frame]:
+    """The data frames of an MDF file with bus logging, by time.
+
+    Args:
+        path: the file.
+        advance: told how much of the file has been read.
+
+    Raises:
+        LogError: it is no MDF file, is damaged, or holds no CAN frames.
+    """
+    mdf = MdfFile(path)
+    groups = frame_groups(mdf)
+    total = sum(mdf.groups[group].cycles for group in groups)
+    if not total:
+        raise LogError("holds no CAN frames: a channel map with [can] is for bus logging", file=file_name(path))
+    merged = heapq.merge(*(_group_frames(mdf, group) for group in groups), key=lambda frame: frame.time)
+    for number, frame in enumerate(merged, start=1):
+        if advance is not None and number % 4096 == 0:
+            advance(4096 / total)
+        yield frame
+
+
+def _group_frames(mdf: MdfFile, group: int) -> Iterator[Frame]:
+    names, cycles = mdf.groups[group].names, mdf.groups[group].cycles
+    length_name = f"{_NAME}DataLength" if f"{_NAME}DataLength" in names else f"{_NAME}DLC"
+    times = mdf.clock(group)
+    for first in range(0, cycles, _AT_ONCE):
+        count = min(_AT_ONCE, cycles - first)
+
+        def column(name: str, first: int = first, count: int = count) -> Any:
+            return mdf.values(group, names.index(name), first, count, raw=True)[0]
+
+        ids, data, lengths = column(f"{_NAME}ID"), column(f"{_NAME}DataBytes"), column(length_name)
+        buses = column(f"{_NAME}BusChannel") if f"{_NAME}BusChannel" in names else [1] * count
+        wide = column(f"{_NAME}IDE") if f"{_NAME}IDE" in names else (ids & EXTENDED != 0) | (ids > 0x7FF)
+        rows = zip(
+            times[first : first + count].tolist(), ids.tolist(), wide, buses, lengths.tolist(), data, strict=True
+        )
+        for time, key, is_wide, bus, length, content in rows:
+            key = (key & 0x1FFFFFFF) | (EXTENDED if is_wide else 0)
+            yield Frame(time, key, max(int(bus) - 1, 0), bytes(content)[:length])

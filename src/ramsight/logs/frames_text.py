@@ -1,0 +1,226 @@
+"""CAN frames in text files: ASC (Vector) and candump (can-utils), the latter as logged and as shown on a screen."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from ramsight.errors import LogError, warn_of_log
+from ramsight.logs.frames import EXTENDED, Frame
+from ramsight.logs.lines import Advance, cut_short, file_name, line_blocks, printable
+from ramsight.logs.stamps import stamp_seconds
+
+_KNOWN = re.compile(
+    r"\s*(//|date\b|base\b|(no\s+)?internal\s+events|begin\s+trigger|end\s+trigger|\d+\.\d+\s|#|$)", re.I
+)
+_LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
+_FIRST_DELTAS = 50
+_BLANK = b" \t\n\x0b\x0c"
+
+
+def asc_frames(path: str | Path, advance: Advance | None = None) -> Iterator[Frame]:
+    """The frames of an ASC file.
+
+    Its header says whether numbers are hexadecimal, and whether times are absolute or relative to the event before.
+
+    Args:
+        path: the file, compressed with gzip if its name ends in ``.gz``.
+        advance: told how much of the file has been read.
+
+    Raises:
+        LogError: the file cannot be read, or a line is no frame though it begins as one; names the line.
+    """
+    reader, count = _Asc(), 0
+    for frame in _frames(path, advance, reader.frame):
+        count += 1
+        yield frame
+    if reader.strange and not count:
+        raise LogError("is no ASC file: this line is not understood", file=file_name(path), line=reader.first_strange)
+    if reader.strange:
+        what = "line is" if reader.strange == 1 else "lines are"
+        warn_of_log(
+            f"{reader.strange} {what} not understood and left out, this one first",
+            file=file_name(path),
+            line=reader.first_strange,
+        )
+
+
+def candump_frames(path: str | Path, advance: Advance | None = None) -> Iterator[Frame]:
+    """The frames of a candump log (``candump -L``), or of what candump shows on a screen with time stamps.
+
+    Args:
+        path: the file, compressed with gzip if its name ends in ``.gz``.
+        advance: told how much of the file has been read.
+
+    Raises:
+        LogError: the file cannot be read, or a line is no frame; names the line.
+    """
+    yield from _frames(path, advance, _Candump().frame)
+
+
+def _frames(path: str | Path, advance: Advance | None, read: Callable[[str, int], Frame | None]) -> Iterator[Frame]:
+    """Frames line by line; a last line that breaks off is left out, with a warning."""
+    file, line = file_name(path), 0
+    for block in line_blocks(path, encoding="latin-1", advance=advance, blank=_BLANK):
+        is_whole = block.endswith(b"\n")
+        for text in block.decode("utf-8").removesuffix("\n").split("\n"):
+            line += 1
+            try:
+                frame = read(text, line)
+            except (ValueError, IndexError) as error:
+                if not is_whole and line > 1:
+                    cut_short(file, line)
+                    return
+                hint = f": {error}" if isinstance(error, _SaidError) else ""
+                raise LogError(f"is no CAN frame: '{printable(text.strip())}'{hint}", file=file, line=line) from None
+            if frame is not None:
+                yield frame
+    if not line:
+        raise LogError("is empty", file=file)
+
+
+class _SaidError(ValueError):
+    """A line that cannot be read, with the reason."""
+
+
+class _Asc:
+    """Reads lines of an ASC file.
+
+    Attributes:
+        strange: lines that are neither events, comments nor of the header.
+        first_strange: the first of them.
+    """
+
+    def __init__(self) -> None:
+        self._base, self._is_relative, self._clock = 16, False, 0.0
+        self.strange, self.first_strange = 0, 0
+
+    def frame(self, text: str, line: int) -> Frame | None:
+        """The frame in a line, if it is one."""
+        cells = text.split()
+        if not cells or not cells[0][0].isdigit() or "." not in cells[0]:
+            self._header(cells)
+            if _KNOWN.match(text) is None:
+                self.strange += 1
+                self.first_strange = self.first_strange or line
+            return None
+        time = float(cells[0])
+        self._clock = self._clock + time if self._is_relative else time
+        if len(cells) < 3:
+            raise ValueError
+        if cells[1] == "CANFD":
+            return self._fd(cells)
+        if not cells[1].isdigit():
+            return None
+        if cells[2].lower().startswith("errorframe"):
+            return Frame(self._clock, 0, int(cells[1]) - 1, None)
+        if len(cells) < 4 or cells[3].lower() not in ("rx", "tx", "txrq"):
+            if len(cells) < 5 and re.fullmatch(r"[0-9A-Fa-f]+[xX]?", cells[2]):
+                raise ValueError
+            return None  # statistics, J1939 and the like
+        is_data = cells[4].lower() == "d"
+        if not is_data and cells[4].lower() != "r":
+            raise ValueError
+        data = self._bytes(cells[6:], min(_LENGTHS[int(cells[5], self._base)], 8)) if is_data else None
+        return Frame(self._clock, self._key(cells[2]), int(cells[1]) - 1, data)
+
+    def _header(self, cells: list[str]) -> None:
+        words = [cell.lower() for cell in cells]
+        if words[:1] == ["base"] and len(words) > 1:
+            self._base = 10 if words[1] == "dec" else 16
+            self._is_relative = "relative" in words
+
+    def _fd(self, cells: list[str]) -> Frame:
+        bus = int(cells[2]) - 1
+        if cells[4].lower().startswith("errorframe"):
+            return Frame(self._clock, 0, bus, None)
+        first = (
+            5 if cells[5].isdigit() and len(cells[5]) == 1 else 6
+        )  # a name may stand before the switch of the bit rate
+        length = int(cells[first + 3])
+        data = self._bytes(cells[first + 4 :], length) if length else None
+        return Frame(self._clock, self._key(cells[4]), bus, data)
+
+    def _key(self, text: str) -> int:
+        wide = text[-1:] in "xX"
+        key = int(text[:-1] if wide else text, self._base)
+        if not 0 <= key < (1 << 29 if wide else 1 << 11):
+            raise ValueError
+        return key | (EXTENDED if wide else 0)
+
+    def _bytes(self, cells: list[str], length: int) -> bytes:
+        if len(cells) < length:
+            raise ValueError
+        return bytes(int(cell, self._base) for cell in cells[:length])
+
+
+class _Candump:
+    """Reads lines of candump."""
+
+    def __init__(self) -> None:
+        self._buses: dict[str, int] = {}
+        self._shown, self._falls, self._last = 0, 0, -1.0
+
+    def frame(self, text: str, line: int) -> Frame | None:
+        """The frame in a line, if there is any."""
+        text = text.strip()
+        if not text or text.startswith("#"):
+            return None
+        if not text.startswith("("):
+            if re.match(r"\S+\s.*\[\d+\]", text):
+                raise _SaidError("it has no time stamp; record with candump -L")
+            raise ValueError
+        stamp, _, rest = text[1:].partition(")")
+        time = float(stamp) if re.fullmatch(r"\d+\.\d+", stamp) else stamp_seconds(stamp)
+        cells = rest.split()
+        if "#" in cells[1]:
+            return self._logged(time, cells)
+        return self._on_screen(time, cells)
+
+    def _bus(self, name: str) -> int:
+        if name not in self._buses:
+            digits = re.search(r"\d+$", name)
+            self._buses[name] = int(digits[0]) if digits else len(self._buses)
+        return self._buses[name]
+
+    def _logged(self, time: float, cells: list[str]) -> Frame | None:
+        identifier, _, data = cells[1].partition("#")
+        content: bytes | None = None
+        if data.startswith("#"):
+            int(data[1], 16)
+            content = _hexadecimal(data[2:])
+        elif data[:1].lower() != "r":
+            content = _hexadecimal(data)
+        return self._frame(time, identifier, cells[0], content)
+
+    def _on_screen(self, time: float, cells: list[str]) -> Frame | None:
+        self._shown += 1
+        self._falls += time <= self._last
+        self._last = time
+        if self._shown == _FIRST_DELTAS and self._falls > _FIRST_DELTAS // 5:
+            raise _SaidError("time stamps do not increase up to here (candump -td?); record with candump -L")
+        place = next((k for k, cell in enumerate(cells) if k > 1 and re.fullmatch(r"\[\d+\]", cell)), 0)
+        if not place:
+            raise ValueError
+        length = int(cells[place][1:-1])
+        data = cells[place + 1 :]
+        if data[:1] == ["remote"] or data[:1] == ["ERRORFRAME"]:
+            return self._frame(time, cells[place - 1], cells[0], None)
+        if len(data) < length:
+            raise ValueError
+        return self._frame(time, cells[place - 1], cells[0], _hexadecimal("".join(data[:length])))
+
+    def _frame(self, time: float, identifier: str, bus: str, data: bytes | None) -> Frame:
+        key, wide = int(identifier, 16), len(identifier) > 3
+        if key & 0x20000000:  # an error frame
+            return Frame(time, 0, self._bus(bus), None)
+        if not 0 <= key < (1 << 29 if wide else 1 << 11) or not re.fullmatch(r"[0-9A-Fa-f]{1,8}", identifier):
+            raise ValueError
+        return Frame(time, key | (EXTENDED if wide else 0), self._bus(bus), data)
+
+
+def _hexadecimal(text: str) -> bytes:
+    if len(text) > 128:
+        raise ValueError
+    return bytes.fromhex(text.replace(".", ""))

@@ -1,0 +1,106 @@
+"""The lines of a CSV file before its first row of numbers: how it is laid out, names and units of columns."""
+
+from __future__ import annotations
+
+import csv
+import re
+from dataclasses import dataclass
+
+from ramsight.errors import DescriptionError, LogError
+from ramsight.units import parse
+
+SEPARATORS = {",": "comma", ";": "semicolon", "\t": "tab"}
+_BRACKETS = re.compile(r"\s*[\[(](.*)[\])]\s*")
+
+
+@dataclass(frozen=True)
+class CsvForm:
+    """How a CSV file is laid out, where that cannot be seen from its first line.
+
+    Args:
+        header_line: line with the names of the columns, from 1; lines before it are passed over.
+        separator: between cells; None looks at the header.
+        encoding: of the letters.
+        first_row: line of the first row of numbers; None if it follows the header, or a row of units under it.
+        decimal: comma or point; None reads both, a comma only where it does not separate cells.
+    """
+
+    header_line: int = 1
+    separator: str | None = None
+    encoding: str = "utf-8"
+    first_row: int | None = None
+    decimal: str | None = None
+
+
+def separator_of(head: str) -> str:
+    r"""What separates the cells of a header: commas if there are any, else semicolons, else tabs.
+
+    Example:
+        >>> separator_of("time_s;motor_speed_rpm")
+        ';'
+    """
+    return next((mark for mark in (",", ";", "\t") if mark in head), ",")
+
+
+def split(line: str, separator: str) -> list[str]:
+    """The cells of a line."""
+    if '"' not in line:
+        return line.split(separator)
+    return next(csv.reader([line], delimiter=separator, skipinitialspace=True), [""])
+
+
+def cells_of(line: str, separator: str, file: str, number: int | None) -> list[str]:
+    """The cells of a line, or an error with its number."""
+    try:
+        return split(line, separator)
+    except csv.Error as error:
+        raise LogError(f"is no row of a CSV file: {error}", file=file, line=number) from None
+
+
+def units_row(line: str, separator: str, *, strict: bool = True) -> list[str] | None:
+    """The units in a line, brackets taken off, if it is a row of units: no numbers, and a unit of time first.
+
+    Args:
+        line: the line.
+        separator: between its cells.
+        strict: whether the first unit is one of time; else any unit in it makes it a row of units.
+
+    Example:
+        >>> units_row("[s];[1/min];[Nm];", ";")
+        ['s', '1/min', 'Nm', '']
+        >>> units_row("0,0;1;2", ";") is None
+        True
+    """
+    try:
+        cells = [_BRACKETS.sub(r"\1", cell).strip() for cell in split(line, separator)]
+        if strict:
+            parse(f"1 {cells[0]}", "s")
+        elif not any(is_unit(cell) for cell in cells):
+            return None
+    except (DescriptionError, csv.Error):
+        return None
+    return None if any(_is_number(cell) for cell in cells) else cells
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit of time, speed, torque, temperature or length, or a share.
+
+    Example:
+        >>> is_unit("1/min"), is_unit("measured")
+        (True, False)
+    """
+    for quantity in ("s", "rad/s", "N m", "K", "m", "1"):
+        try:
+            parse(f"1 {text}", quantity)
+        except DescriptionError:
+            continue
+        return bool(text)
+    return False
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell.replace(",", "."))
+    except ValueError:
+        return False
+    return True

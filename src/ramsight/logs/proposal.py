@@ -1,0 +1,150 @@
+"""A first channel map for a log that was looked through, to be checked by a person."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from ramsight.logs.channel_map import HOLD, Mapped
+from ramsight.logs.clock import Clock
+from ramsight.logs.guess import USUAL, is_share
+from ramsight.logs.inspect import Inspection
+from ramsight.logs.source import CAN
+
+_SPARSE = 0.1  # share of empty cells from which they are no samples, rather than faults
+_LATE = 5.0  # usual distances of a channel's samples that it may be late
+
+
+def map_text(found: Inspection, folder: Path | None = None) -> str:
+    """A channel map in TOML for what was found, to be checked by a person.
+
+    Args:
+        found: by `inspect_log`.
+        folder: where the map will stand; DBC files are named from there.
+    """
+    lines = [
+        f"# Channel map for {Path(found.file).name}: check signs (positive extends the rod), units and sources.",
+        "",
+    ]
+    if found.clock_found is not None:
+        lines += [_time_line(found.clock_found), ""]
+    for role in ("speed", "torque", "temperature"):
+        lines += [*_role_lines(found, role), ""]
+    lines += _reference_lines(found)
+    lines += _align_lines(found)
+    lines += _csv_lines(found)
+    lines += _can_lines(found, folder)
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def _time_line(clock: Clock) -> str:
+    if not clock.channel:
+        return 'time = { channel = "", unit = "s" }  # not found: name the column that is the clock, and its unit'
+    date = "" if clock.date is None else f", date = {_text(clock.date)}"
+    unit = "" if clock.is_stamp else f", unit = {_text(clock.unit)}"
+    doubt = f"  # {clock.doubt}" if clock.doubt else ""
+    return f"time = {{ channel = {_text(clock.channel)}{date}{unit} }}{doubt}"
+
+
+def _role_lines(found: Inspection, role: str) -> list[str]:
+    channel = found.of(role)
+    said = found.known.roles.get(role)
+    if channel is None and said is not None and said.constant is not None:
+        return [f"[{role}]", f'constant = "{said.constant - 273.15:g} degC"']
+    if channel is None:
+        lines = [f"[{role}]  # not found: name the channel", 'channel = ""', f'unit = "{USUAL[role]}"']
+        if role == "temperature":
+            lines[0] = "[temperature]  # not found: name the channel, or live with a constant"
+            lines[1:] = ['constant = "40 degC"']
+        return lines
+    said = said or Mapped(channel.name)
+    unit = said.unit or channel.unit
+    doubt = "" if unit else "  # the file does not say: check it"
+    lines = [f"[{role}]", f"channel = {_text(channel.name)}", f"unit = {_text(unit or USUAL[role])}{doubt}"]
+    if said.rated is not None:
+        lines.append(f'rated = "{said.rated:.12g} {"N m" if role == "torque" else "rad/s"}"')
+    elif is_share(unit):
+        lines.append('# rated = "35 N m"  # say what 100 % is: object 6076h, or the motor\'s plate')
+    lines.append(f"sign = {said.sign:g}")
+    if said.scale != 1.0:
+        lines.append(f"scale = {said.scale!r}")
+    if said.offset:
+        lines.append(f"offset = {said.offset!r}")
+    late = _LATE / channel.rate if channel.rate > 0 else 0.0
+    if said.hold != HOLD[role] and found.known.roles:
+        lines.append(f'hold = "{said.hold:g} s"')
+    elif late > HOLD[role]:
+        lines.append(f'hold = "{late:.2g} s"  # it comes every {1.0 / channel.rate:.2g} s')
+    return lines
+
+
+def _reference_lines(found: Inspection) -> list[str]:
+    channel = found.of("reference")
+    if channel is not None:
+        return ["[[reference]]", f"channel = {_text(channel.name)}", f"unit = {_text(channel.unit or 'm')}", ""]
+    return [
+        "# A switch that says where the piston is when it changes:",
+        "# [[reference]]",
+        '# channel = "..."',
+        '# position = "790 mm"',
+        '# edge = "rising"  # or falling, both',
+        "",
+    ]
+
+
+def _align_lines(found: Inspection) -> list[str]:
+    speed, torque = found.of("speed"), found.of("torque")
+    lines = []
+    if speed is not None and torque is not None:
+        if found.clock is not None and any(one.missing > _SPARSE * one.samples for one in (speed, torque)):
+            lines.append('empty = "no sample"  # each column has its own rate; "missing" if empty cells are faults')
+        if speed.samples != torque.samples or found.clock is None:
+            base = "speed" if speed.samples < torque.samples else "torque"
+            lines.append(f'base = "{base}"  # the slower of the two is the clock of the log')
+    return ["[align]", *lines, ""] if lines else []
+
+
+def _csv_lines(found: Inspection) -> list[str]:
+    form, lines = found.known.form, []
+    if form.header_line != 1:
+        lines.append(f"header_line = {form.header_line}")
+    if form.separator is not None:
+        lines.append(f"separator = {_text(form.separator)}")
+    if form.first_row is not None:
+        lines.append(f"first_row = {form.first_row}")
+    if form.decimal is not None:
+        lines.append(f"decimal = {_text(form.decimal)}")
+    if form.encoding != "utf-8":
+        lines.append(f"encoding = {_text(form.encoding)}")
+    return ["[csv]", *lines, ""] if lines else []
+
+
+def _can_lines(found: Inspection, folder: Path | None) -> list[str]:
+    known = found.known
+    if not known.is_can:
+        if not found.frames and not found.file.lower().endswith(CAN):
+            return []
+        nodes = [key for key in found.frames if 0x181 <= key <= 0x57F]
+        return [
+            "[can]  # say what the frames mean: a DBC file, or CANopen mappings",
+            '# dbc = "drive.dbc"',
+            "# [[can.pdo]]",
+            f"# cob_id = {hex(nodes[0]) if nodes else '0x181'}",
+            '# objects = ["606Ch", "6077h"]  # mapped one after the other',
+        ]
+    lines = ["[can]"]
+    names = [Path(os.path.relpath(path, folder or Path())).as_posix() for path in known.dbc]
+    if names:
+        lines.append(f"dbc = {_text(names[0]) if len(names) == 1 else '[' + ', '.join(map(_text, names)) + ']'}")
+    if known.bus is not None:
+        lines.append(f"bus = {known.bus}")
+    for pdo in known.pdos:
+        objects = ", ".join(_text(one) for one in pdo.objects)
+        lines += ["", "[[can.pdo]]", f"cob_id = {hex(pdo.cob_id)}", f"objects = [{objects}]"]
+    return lines
+
+
+def _text(text: str) -> str:
+    """A TOML string."""
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("\t", "\\t")
+    return f'"{escaped}"'

@@ -1,0 +1,145 @@
+"""A wrong unit or sign looks healthy sample by sample; against the machine it is noticed."""
+
+import subprocess
+import sys
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ramsight.duty.plausible import limits_of, watched
+from ramsight.errors import LogWarning
+from ramsight.logs import open_log, read_drive_log, write_drive_log
+from ramsight.logs.channel_map import standard_map
+from ramsight.machine import load
+from ramsight.plant.ddh import build
+
+RPM = np.pi / 30.0
+
+
+@pytest.fixture(scope="module")
+def units():
+    return {name: build(name, load("mining-loader").unit(name)) for name in ("boom", "bucket")}
+
+
+def warned(log, unit, channel_map=None):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", LogWarning)
+        list(watched([log], unit, "day.csv", channel_map))
+    return [str(one.message) for one in caught]
+
+
+def test_nothing_is_said_of_a_log_that_fits(traces, units):
+    for trace in traces:
+        unit = units["bucket" if "bucket" in trace.name else "boom"]
+        assert warned(read_drive_log(trace.log), unit) == []
+
+
+WRONG = {
+    "speed in rad/s taken for rpm": ({"motor_speed": lambda v: v * RPM}, "motor_speed_rpm", "rad/s"),
+    "speed in rpm taken for rad/s": ({"motor_speed": lambda v: v / RPM}, "motor_speed_rpm", "rpm"),
+    "speed in deg/s taken for rpm": ({"motor_speed": lambda v: v * 6.0}, "motor_speed_rpm", "deg/s"),
+    "temperature in degF": (
+        {"oil_temperature": lambda v: (v - 273.15) * 1.8 + 32.0 + 273.15},
+        "oil_temperature_c",
+        "degF",
+    ),
+    "torque in percent of 30 N m": (
+        {"motor_torque": lambda v: v / 0.3},
+        "motor_torque_nm",
+        "percent of the rated torque",
+    ),
+    "torque in permille of 60 N m": ({"motor_torque": lambda v: v / 0.06}, "motor_torque_nm", "permille"),
+    "torque in mN m": ({"motor_torque": lambda v: v * 1e3}, "motor_torque_nm", "mN m"),
+    "torque in kN m": ({"motor_torque": lambda v: v * 1e-3}, "motor_torque_nm", "kN m"),
+    "time in ms": ({"time": lambda v: v * 1e3}, "time_s", "ms"),
+    "time in us": ({"time": lambda v: v * 1e6}, "time_s", "us"),
+    "time in s taken for ms": ({"time": lambda v: v * 1e-3}, "time_s", "1000 times larger"),
+    "torque with the other sign": (
+        {"motor_torque": lambda v: -v},
+        "motor_torque_nm",
+        "sign of speed or torque",
+    ),
+    "speed with the other sign": ({"motor_speed": lambda v: -v}, "motor_torque_nm", "sign of speed or torque"),
+    "both with the other sign": (
+        {"motor_torque": lambda v: -v, "motor_speed": lambda v: -v},
+        "motor_torque_nm",
+        "signs of speed and torque",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", ["boom_441kN_40C", "boom_258kN_40C", "bucket_48kN_40C"])
+@pytest.mark.parametrize("wrong", WRONG)
+def test_a_wrong_unit_or_sign_is_named_with_the_one_that_fits(trace, units, case, wrong):
+    changes, channel, unit = WRONG[wrong]
+    if "percent" in wrong and case.startswith("bucket"):
+        pytest.skip("a light load in percent of a small motor's torque is within what the machine can do")
+    log = read_drive_log(trace(case).log)
+    if wrong == "temperature in degF" and float(log.oil_temperature.mean()) < 301.0:
+        pytest.skip("80 degF may be 80 degC")
+    for name, change in changes.items():
+        log[name] = ("time", change(log[name].values))
+    known = None
+    if wrong.endswith("rad/s"):
+        known = standard_map([])
+        known = replace(known, roles={**known.roles, "speed": replace(known.roles["speed"], unit="rad/s")})
+    said = warned(log, units[case.split("_")[0]], known)
+    assert len(said) == 1
+    assert said[0].startswith(f"day.csv, column {channel}: ")
+    assert unit in said[0]
+
+
+def test_channels_are_called_as_in_the_map(trace, units, tmp_path):
+    (tmp_path / "map.toml").write_text(
+        'time = {channel = "t"}\nspeed = {channel = "n"}\ntorque = {channel = "M"}\ntemperature = {channel = "T"}\n'
+    )
+    log = read_drive_log(trace("boom_441kN_40C").log)
+    log["motor_speed"] = log.motor_speed * RPM
+    assert warned(log, units["boom"], tmp_path / "map.toml")[0].startswith("day.csv, column n: ")
+
+
+def test_a_finding_is_said_once_and_at_the_first_piece(trace, units):
+    log = read_drive_log(trace("boom_441kN_40C").log)
+    log["motor_speed"] = log.motor_speed * 6.0
+    pieces = watched([log, log, log], units["boom"], "day.csv")
+    with pytest.warns(LogWarning, match="the motor turns up to 9"):
+        next(pieces)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert len(list(pieces)) == 2
+
+
+def test_a_log_without_numbers_is_not_judged(units):
+    log = read_drive_log_of_nothing()
+    assert warned(log, units["boom"]) == []
+
+
+def read_drive_log_of_nothing():
+    import xarray
+
+    empty = ("time", np.full(10, np.nan))
+    return xarray.Dataset(
+        {"motor_speed": empty, "motor_torque": empty, "oil_temperature": empty}, coords={"time": np.full(10, np.nan)}
+    )
+
+
+def test_limits_are_those_of_the_machine(units):
+    limits = limits_of(units["boom"])
+    assert limits.max_speed == pytest.approx(4000 * RPM)
+    assert 72.0 < limits.torque < 100.0
+    assert (limits.load_sign, limits_of(units["bucket"]).load_sign) == (1.0, -1.0)
+
+
+def test_track_says_it_and_over_how_many_samples_the_error_is(trace, tmp_path):
+    log = read_drive_log(trace("boom_441kN_40C").log)
+    log["motor_speed"] = log.motor_speed * RPM
+    write_drive_log(log, tmp_path / "log.csv")
+    command = [sys.executable, "-m", "ramsight.cli", "track", "mining-loader", "log.csv", "--unit", "boom"]
+    command += ["--start", "100 mm", "--truth", str(trace("boom_441kN_40C").truth)]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=True)
+    assert done.stderr.startswith("warning: log.csv, column motor_speed_rpm: the motor never turns faster than 157 rpm")
+    assert len(done.stderr.splitlines()) == 1
+    samples = len(next(iter(open_log(tmp_path / "log.csv"))).time)
+    assert f"over {samples} of {samples} samples" in done.stdout
