@@ -317,7 +317,13 @@ def test_every_damaged_bit_is_noticed(slots):
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("position", np.nan), ("position", 5.0), ("covariance_00", -1e-6), ("described_1", np.inf), ("is_referenced", 7.0)],
+    [
+        ("position", np.nan),
+        ("position", 5.0),
+        ("covariance_00", -1e-6),
+        ("described_1", np.inf),
+        ("is_referenced", 7.0),
+    ],
 )
 def test_a_state_that_cannot_be_is_not_resumed_even_with_a_good_checksum(slots, name, value):
     slots.resume()

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ramsight.duty.plausible import limits_of, watched
+from ramsight.duty.plausible import reportable, watched
 from ramsight.errors import LogWarning
 from ramsight.logs import open_log, read_drive_log, write_drive_log
 from ramsight.logs.channel_map import standard_map
@@ -126,10 +126,10 @@ def read_drive_log_of_nothing():
 
 
 def test_limits_are_those_of_the_machine(units):
-    limits = limits_of(units["boom"])
+    limits = reportable(units["boom"])
     assert limits.max_speed == pytest.approx(4000 * RPM)
     assert 72.0 < limits.torque < 100.0
-    assert (limits.load_sign, limits_of(units["bucket"]).load_sign) == (1.0, -1.0)
+    assert (limits.load_sign, reportable(units["bucket"]).load_sign) == (1.0, -1.0)
 
 
 def test_track_says_it_and_over_how_many_samples_the_error_is(trace, tmp_path):

@@ -294,7 +294,7 @@ def track(
     else:
         virtual.start(position, std)
     with progress(1.0, "tracking") as bar:
-        pieces = watched(open_log(log, channel_map, advance=bar.advance), ddh, log, channel_map)
+        pieces = watched(open_log(log, channel_map, advance=bar.advance), built, log, channel_map)
         done = track_pieces(
             virtual, pieces, out, keep_track=true is not None or figure is not None, keep_log=figure is not None
         )
@@ -656,8 +656,6 @@ def encoder(
 
 def main() -> None:
     """Run the command line: one line on standard error and exit code 2 for whatever a user can mend."""
-    import warnings
-
     from ramsight.errors import RamsightError
 
     _say_warnings()

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from ramsight.errors import RamsightError
 from ramsight.plant.balance import balance as balance_of
 from ramsight.plant.hose import Volume
+from ramsight.plant.limits import limits_of
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit, reach, side_nodes
 from ramsight.sensor.balance import balance
-from ramsight.sensor.limits import limits_of
 
 if TYPE_CHECKING:
     import xarray
@@ -125,14 +125,18 @@ def leak_test(unit: HydraulicUnit, log: xarray.Dataset) -> LeakTest:
             )
         closed = found
     weight = np.array([1.0 / s.std**2 for s in closed])
-    factor = float(np.average([s.factor for s in closed], weights=weight))
+
+    def mean(values: list[float]) -> float:
+        return float(np.average(values, weights=weight))
+
+    factor = mean([s.factor for s in closed])
     temperature = float(np.mean([s.oil_temperature for s in closed]))
     thinner = unit.oil.viscosity(temperature + 1.0) / unit.oil.viscosity(temperature)
     return LeakTest(
         factor=factor,
-        std=math.hypot(1.0 / math.sqrt(weight.sum()), float(np.average([s.systematic for s in closed], weights=weight))),
+        std=math.hypot(1.0 / math.sqrt(weight.sum()), mean([s.systematic for s in closed])),
         per_kelvin=factor * (float(thinner) - 1.0),
-        per_torque=float(np.average([s.per_torque for s in closed], weights=weight)),
+        per_torque=mean([s.per_torque for s in closed]),
         stretches=tuple(closed),
     )
 

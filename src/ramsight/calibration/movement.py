@@ -15,10 +15,10 @@ from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import integrate, outputs
 from ramsight.errors import SimulationError
 from ramsight.plant.circuit import CircuitModel
+from ramsight.plant.limits import limits_of
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit, circuit, initial_state
 from ramsight.plant.valve import ReliefValve
-from ramsight.sensor.limits import limits_of
 from ramsight.sensor.table import MovementTable
 
 Array = NDArray[np.float64]

@@ -65,7 +65,9 @@ def template(name: str, **values: object) -> str:
     return Template(text).substitute({key: str(value) for key, value in values.items()})
 
 
-def sensor_source(sensor: VirtualSensor, unit: HydraulicUnit, prefix: str, machine: str, *, single: bool) -> SensorSource:
+def sensor_source(
+    sensor: VirtualSensor, unit: HydraulicUnit, prefix: str, machine: str, *, single: bool
+) -> SensorSource:
     """Header and body of a sensor.
 
     Args:

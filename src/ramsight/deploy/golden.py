@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from ramsight.duty import DriveReport, report, simulate
 from ramsight.duty.faults import Fault, inject
 from ramsight.duty.work_day import work_day
+from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.limits import limits_of
 
 Array = NDArray[np.float64]
 

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from ramsight.errors import warn_of_log
 from ramsight.logs.channel_map import ChannelMap, load_map, standard_map
 from ramsight.logs.lines import file_name
-from ramsight.plant.ddh import DdhUnit
+from ramsight.plant.limits import limits_of
+from ramsight.plant.unit import HydraulicUnit
 
 if TYPE_CHECKING:
     import xarray
@@ -28,7 +29,7 @@ _OVERSPEED, _SLOW, _LIVELY = 1.1, 0.11, 0.2  # shares of the highest speed
 _OVERTRAVEL, _FARTHEST = 1.15, 3.0  # shares of the stroke: of a free move, and of one that ends against a stop
 _SPEEDS = {"rpm": _RPM, "deg/s": np.pi / 180.0, "rad/s": 1.0}  # rad/s for one of them
 _TORQUES = {"percent of the rated torque": 4e2, "permille of the rated torque": 4e3, "mN m": np.inf}
-_EFFICIENCY, _OVERTORQUE, _WEAK = 0.85, 1.15, 0.02
+_OVERTORQUE, _WEAK = 1.15, 0.02
 _HOT = 353.15  # K; oil of a healthy machine is colder on the average
 _MOVING = 0.02  # share of the highest speed
 _MOVED = 2.0  # s of turning either way before signs are judged
@@ -41,7 +42,7 @@ class Limits:
 
     Args:
         max_speed: highest motor speed [rad/s].
-        torque: of the motor at relief pressure on the side that asks for more [N m].
+        torque: of the motor at relief pressure in all pumps [N m].
         oil: lowest and highest temperature for which the oil is described [K].
         load_sign: 1 if the load asks for positive torque, -1 if for negative.
         stroke: of the cylinder [m].
@@ -56,14 +57,11 @@ class Limits:
     travel: float
 
 
-def limits_of(unit: DdhUnit) -> Limits:
-    """The limits of a direct-driven unit."""
-    sides = (unit.a, unit.b)
-    asked = max(side.pump.geared_displacement * side.relief.setting / _EFFICIENCY for side in sides)
-    idle = sum(side.pump.belt * side.pump.no_load_torque for side in sides)
+def reportable(unit: HydraulicUnit) -> Limits:
+    """What the drive of a unit can report."""
     return Limits(
         unit.max_speed,
-        float(asked + idle),
+        limits_of(unit).largest_torque,
         unit.oil.temperatures,
         unit.lift_sign,
         unit.cylinder.stroke,
@@ -73,7 +71,7 @@ def limits_of(unit: DdhUnit) -> Limits:
 
 def watched(
     pieces: Iterable[xarray.Dataset],
-    unit: DdhUnit,
+    unit: HydraulicUnit,
     file: str | Path,
     channel_map: ChannelMap | str | Path | None = None,
 ) -> Iterator[xarray.Dataset]:
@@ -93,9 +91,9 @@ def watched(
     for number, piece in enumerate(pieces):
         seen.take(piece, _MOVING * unit.max_speed)
         if number == 0:
-            _warn(seen, limits_of(unit), file_name(file), names, spelled, said)
+            _warn(seen, reportable(unit), file_name(file), names, spelled, said)
         yield piece
-    _warn(seen, limits_of(unit), file_name(file), names, spelled, said)
+    _warn(seen, reportable(unit), file_name(file), names, spelled, said)
 
 
 def _warn(

@@ -152,9 +152,7 @@ class Balance:
         arguments = [z, speed, load, p, factors]
         options = {"cse": True}
         self._coefficients = ca.Function("coefficients", arguments, [column], options)
-        self._iteration = ca.Function(
-            "iteration", [*arguments, kept, held], [rate, ca.vec(jacobian.nz[:])], options
-        )
+        self._iteration = ca.Function("iteration", [*arguments, kept, held], [rate, ca.vec(jacobian.nz[:])], options)
         self._sensitive = ca.Function(
             "sensitive",
             [*arguments, kept, held],
@@ -240,7 +238,8 @@ class Balance:
         Args:
             z0: states before it.
             mean_speed: of the motor during the step [rad/s]; its angle over h.
-            speed, acceleration: at the step's end [rad/s, rad/s2], for the torque.
+            speed: at the step's end [rad/s], for the torque.
+            acceleration: at the step's end [rad/s2], for the torque.
             load: at the step's end [N], friction in it.
             p: the circuit's parameters, from `parameters_at`.
             h: the step [s].

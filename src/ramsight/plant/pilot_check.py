@@ -61,7 +61,9 @@ class PilotCheckValve:
         """Flow from inlet to outlet [m3/s].
 
         Args:
-            inlet, outlet, pilot: absolute pressures [Pa].
+            inlet: absolute pressure [Pa].
+            outlet: absolute pressure [Pa].
+            pilot: absolute pressure [Pa].
             coefficient: what a circuit makes of a law's coefficient.
         """
         difference, opening = inlet - outlet, self.opening(inlet, outlet, pilot)

@@ -8,10 +8,10 @@ import casadi as ca
 
 from ramsight.plant.balance import FACTORS
 from ramsight.plant.balance import balance as balance_of
+from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.judgement import COLDEST, HOTTEST
-from ramsight.sensor.limits import limits_of
 from ramsight.sensor.load import LoadObserver
 from ramsight.sensor.relief import passing
 from ramsight.sensor.status import Status

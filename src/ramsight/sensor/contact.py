@@ -1,15 +1,16 @@
 """Contacts: the piston stands while the pump delivers.
 
-A stop, the ground or an obstacle shows mostly in one way: oil is delivered, and all of it goes into compression. The position
-that the load observer gives stands then, whatever the pressure is, while it would have gone on had the load not changed:
+A stop, the ground or an obstacle shows mostly in one way: oil is delivered, and all of it goes into compression. The
+position that the load observer gives stands then, whatever the pressure is, while it would have gone on had the load
+not changed:
 
     sum(free travel) > 30 sigma   while   |x - x_contact| < 4 sigma + 15 % of that sum
 
-with sigma of the position by the torque's noise. From there on the piston is *held*: oil may pass the relief valve or be
-drawn from the tank, and none of it moves the piston. Where the contact is, is not decided here (`hypotheses`).
+with sigma of the position by the torque's noise. From there on the piston is *held*: oil may pass the relief valve or
+be drawn from the tank, and none of it moves the piston. Where the contact is, is not decided here (`hypotheses`).
 
-Where the other chamber has no pump of its own the lowered end shows otherwise: no pressure is left anywhere, and the pump
-draws from the tank.
+Where the other chamber has no pump of its own the lowered end shows otherwise: no pressure is left anywhere, and the
+pump draws from the tank.
 
 It is let go when the motor turns the other way (oil that decompresses is in the observer, so a piston that still stands
 is seen to stand), or when the torque stays behind what a closed volume would ask for.

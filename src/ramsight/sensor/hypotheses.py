@@ -186,12 +186,15 @@ class Hypotheses:
             around: the values that it was expected with.
             surprise: torque less the expected one [N m].
             variance: of the torque [N2 m2].
-            leak, compliance: whether it tells them.
+            leak: whether it tells the leakage.
+            compliance: whether it tells the compliance.
         """
         full = [0.0, *row, 0.0, 0.0]
         for h in self.all:
             own = sum(by * (m - used) for by, m, used in zip(row, h.mean[LEAK:LOW], around, strict=True))
-            self._correct(h, h.covariance.consider(full, surprise - own, variance, {LEAK: leak, COMPLIANCE: compliance}))
+            self._correct(
+                h, h.covariance.consider(full, surprise - own, variance, {LEAK: leak, COMPLIANCE: compliance})
+            )
 
     def _correct(self, h: Hypothesis, changes: list[Any]) -> None:
         h.mean = [value + change for value, change in zip(h.mean, changes, strict=True)]
@@ -204,7 +207,8 @@ class Hypotheses:
         Args:
             place: where it is by the description [m].
             nominal: where the nominal position is at it [m].
-            low, top: 1 for a contact at that end.
+            low: 1 for a contact at the retracted end.
+            top: 1 for a contact at the extended end.
             variance: of its own [m2].
             doubt: probability that it is neither an end nor a reference.
             use: whether there is one.
@@ -212,7 +216,7 @@ class Hypotheses:
         row = [1.0, 0.0, 0.0, 0.0, 0.0, -low, -top]
         chance = ca.log(doubt / self._stroke)  # of its density, were it anywhere in the stroke
         used, normal = [], []
-        for k, h in enumerate(self.all):
+        for h in self.all:
             m = h.mean
             innovation = place + low * m[LOW] + top * m[TOP] - (nominal + m[POSITION])
             total = h.covariance.variance(row) + variance

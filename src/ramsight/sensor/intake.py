@@ -12,9 +12,9 @@ from typing import Any
 
 import casadi as ca
 
+from ramsight.plant.limits import Limits
 from ramsight.plant.oil import T40
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.limits import Limits
 from ramsight.sensor.virtual_sensor import SensorGraph
 
 _USUAL, _LATE = 0.1, 0.15  # s; samples may come 1 ... 100 ms apart
@@ -164,4 +164,3 @@ def take_in(graph: SensorGraph, unit: HydraulicUnit, limits: Limits) -> Intake:
         drift=drift,
         unseen=unseen,
     )
-

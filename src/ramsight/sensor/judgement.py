@@ -7,9 +7,9 @@ from typing import Any
 
 import casadi as ca
 
+from ramsight.plant.limits import Limits
 from ramsight.sensor.contact import Contact
 from ramsight.sensor.intake import Intake
-from ramsight.sensor.limits import Limits
 from ramsight.sensor.load import LoadStep
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import SensorGraph

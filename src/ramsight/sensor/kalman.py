@@ -2,9 +2,9 @@
 
     checked inputs -> load observer -> contacts -> hypotheses of machine and ends -> status
 
-The circuit's own equations say how the piston moves under a load that the torque corrects (`load`). A filter around them
-carries what is not known of the machine and where its stops are, under several hypotheses (`hypotheses`); end stops that
-the sensor finds by itself (`contact`), switches and positions given by hand correct it.
+The circuit's own equations say how the piston moves under a load that the torque corrects (`load`). A filter around
+them carries what is not known of the machine and where its stops are, under several hypotheses (`hypotheses`); end
+stops that the sensor finds by itself (`contact`), switches and positions given by hand correct it.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from typing import Any
 import casadi as ca
 
 from ramsight.plant.balance import FACTORS, balance
+from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.contact import Contact, ContactWatch
 from ramsight.sensor.hypotheses import LEAK, Hypotheses, Measured
 from ramsight.sensor.intake import take_in
 from ramsight.sensor.judgement import Relief, judge
-from ramsight.sensor.limits import limits_of
 from ramsight.sensor.load import LoadObserver, LoadStep
 from ramsight.sensor.relief import passing
 from ramsight.sensor.resting import unseen_load
@@ -127,9 +127,6 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
         disputed=disputed_1,
         known=known,
     )
-    import os  # DEBUG
-    if os.environ.get("RS_DEBUG"):  # DEBUG
-        graph.debug = dict(place=contact.place, touched=contact.touched, held=contact.held, delivered=graph.becoming("delivered_in_vain"), surprise=step.surprise, noise=step.noise, seen=step.seen, taken=measured.taken, moved=measured.moved, free=step.free_travel, released=contact.released, doubt=doubt, give=step.give, **{f"w{i}": x for i, x in enumerate(bank._probabilities())})  # DEBUG
     factors = [(after[k], bank.factor_std(k + LEAK)) for k in range(len(FACTORS))]
     bank.close()
     return _report(graph, step, intake, position, std, code, factors, measured.taken, contact.held, circuit, limits)
@@ -272,7 +269,6 @@ def _report(
     for name, (value, error) in zip(FACTORS, factors, strict=True):
         more[f"{name}_factor"] = (value, "1")
         more[f"{name}_factor_std"] = (error, "1")
-    more.update({f"d_{k}": (v, "1") for k, v in getattr(graph, "debug", {}).items()})  # DEBUG
     return graph.sensor(
         "kalman", position=shown_1, velocity=velocity, load=step.load, std=deviation, status=status, more=more
     )

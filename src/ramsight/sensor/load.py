@@ -6,8 +6,8 @@ made: if the load turns out to be heavier, the oil under it gives way, and the p
 
     nu = tau - tau(z1 | F0),    F1 = F0 + K nu,    K = P H / (H^2 P + R),    H = dtau/dF
 
-Before the load has ever been seen it is not known how much oil the chambers hold under it: then the correction is one of
-the initial pressures, at a position that is known. The two corrections share nu by their variances.
+Before the load has ever been seen it is not known how much oil the chambers hold under it: then the correction is one
+of the initial pressures, at a position that is known. The two corrections share nu by their variances.
 
 The gain is never above 1/(travel per angle), which is what virtual work allows: tau dphi = F dx.
 """
@@ -20,8 +20,8 @@ from typing import Any
 import casadi as ca
 
 from ramsight.plant.balance import FACTORS, Balance, Solution
+from ramsight.plant.limits import Limits
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.limits import Limits
 from ramsight.sensor.virtual_sensor import SensorGraph
 
 _SHORTEST = 1e-3  # s; a step that is solved even where no time passed, and not used then
@@ -109,9 +109,7 @@ class LoadObserver:
         self._give = graph.state("give")
         self._walked = graph.state("load_variance")
         self._initial = graph.state("first_load_variance", (0.3 * limits.load) ** 2)
-        self._slopes = {
-            name: [graph.state(f"{state}_by_{name}") for state in self._names] for name in FACTORS
-        }
+        self._slopes = {name: [graph.state(f"{state}_by_{name}") for state in self._names] for name in FACTORS}
 
     def step(self, factors: list[Any], held: Any) -> LoadStep:
         """One sample.

@@ -51,5 +51,3 @@ def limits_of(unit: HydraulicUnit) -> Limits:
         leak_velocity=leak / area,
         max_speed=float(unit.max_speed),
     )
-
-
