@@ -115,7 +115,8 @@ class ContactWatch:
         lowers = ca.logic_and(turns, way == -self._lift)
         sinks = ca.logic_and(step.empty, ca.logic_and(free, lowers))
         # At an end a relief valve soon takes all that the pump delivers; nowhere else is that sure.
-        ahead = ca.if_else(way > 0.0, stroke - position, position)
+        before = position - step.travel  # where this sample went is as doubtful as the flow
+        ahead = ca.if_else(way > 0.0, stroke - before, before)
         ends = ca.logic_and(known, ahead < _NEAR * std + _NEAR_LEAST * stroke)
         over = ca.logic_and(ca.logic_and(turns, relief > _OVER), ca.logic_and(ends, ca.logic_not(self.held)))
         sunk = ca.logic_and(sinks, self._sank)
@@ -123,7 +124,8 @@ class ContactWatch:
         graph.becomes("sank", sinks)
         # Oil that decompresses at an end: a piston that has stood there is about to leave.
         behind = ca.if_else(way > 0.0, self._anchor, stroke - self._anchor)
-        leaving = ca.logic_and(known, behind < _NEAR * std + _NEAR_LEAST * stroke)
+        nearer = behind < stroke - behind
+        leaving = ca.logic_and(ca.logic_and(known, nearer), behind < _NEAR * std + _NEAR_LEAST * stroke)
         keeps = ca.logic_or(stands, ca.logic_not(graph.elapsed > 0.0))
         graph.becomes("delivered_in_vain", ca.if_else(ca.logic_and(keeps, ca.logic_not(touched)), delivered, 0.0))
         graph.becomes("standing_place", ca.if_else(keeps, self._anchor, position))
@@ -143,6 +145,6 @@ class ContactWatch:
         goes = ca.logic_or(released, ca.logic_and(touched, leaving))
         graph.becomes("leaves", ca.if_else(goes, 1.0, ca.if_else(away, 0.0, self._leaves)))
         graph.becomes("left_from", ca.if_else(goes, position, self._left_from))
-        stood_at = ca.if_else(in_vain, self._anchor, position)
+        stood_at = ca.if_else(in_vain, self._anchor, before)
         at_top = ca.if_else(leaving, way < 0.0, way > 0.0)
         return Contact(touched, stood_at, at_top, held, released, stands, pushing, built)
