@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -47,7 +48,51 @@ def faults(found: list[dict[str, Any]]) -> list[str]:
     return head + rows
 
 
-TABLES: dict[str, Callable[[Any], list[str]]] = {"work_days": work_days, "faults": faults}
+def recorded(found: dict[str, Any]) -> list[str]:
+    """The table of the recorded logs."""
+    head = ["| log | median | 95 % | largest [mm] | band | wrong and ok | ok | σ, median [mm] |"]
+    rows = []
+    for name, row in sorted(found.items(), key=lambda item: ("day" in item[0], "person" in item[0], item[0])):
+        errors = ["–" if math.isnan(row[key]) else f"{1e3 * row[key]:.2f}" for key in ("median", "p95", "largest")]
+        shares = [f"{100 * row['coverage']:.1f} %", f"{100 * row['wrong_and_ok']:.2f} %", f"{100 * row['ok']:.0f} %"]
+        rows.append(f"| {name} | " + " | ".join([*errors, *shares, f"{1e3 * row['std']:.1f}"]) + " |")
+    return [*head, "|---|---|---|---|---|---|---|---|", *rows]
+
+
+def structure(found: dict[str, Any]) -> list[str]:
+    """The table of the machines with random structure."""
+    head = ["| circuit | law | days judged | 95 % within: median, worst | worst ok | band | wrong and ok |"]
+    rows = []
+    for circuit, laws in found.items():
+        for law, row in laws.items():
+            worst = [f"{row[key]:.1f} mm" for key in ("p95_median_mm", "p95_worst_mm", "ok_worst_mm")]
+            rows.append(
+                f"| {circuit} | {law} | {row['judged']} of {row['days']} | {worst[0]}, {worst[1]} | {worst[2]} "
+                f"| {100 * row['band_holds']:.0f} % | {100 * row['wrong_and_ok']:.2f} % |"
+            )
+    return [*head, "|---|---|---|---|---|---|---|", *rows]
+
+
+def sensitivity(found: dict[str, Any]) -> list[str]:
+    """The table of the assumptions varied."""
+    head = [
+        "| assumption | p95, worst day | p95, median day | band, least | wrong and ok, most |",
+        "|---|---|---|---|---|",
+    ]
+    return head + [
+        f"| {name} | {1e3 * row['p95_worst']:.1f} mm | {1e3 * row['p95_median']:.2f} mm "
+        f"| {100 * row['coverage_least']:.0f} % | {100 * row['wrong_and_ok_most']:.1f} % |"
+        for name, row in found.items()
+    ]
+
+
+TABLES: dict[str, Callable[[Any], list[str]]] = {
+    "recorded": recorded,
+    "structure": structure,
+    "work_days": work_days,
+    "sensitivity": sensitivity,
+    "faults": faults,
+}
 
 
 def main() -> None:

@@ -15,12 +15,14 @@ import faults
 import identify_coverage
 import loader_control
 import real_oil
+import recorded
+import structure
 import work_days
 
 from ramsight.output import atomic_path
 from ramsight.progress import progress
 
-STUDIES = ("real_oil", "identify", "work_days", "faults", "loader_control")
+STUDIES = ("recorded", "sensitivity", "structure", "real_oil", "identify", "work_days", "faults", "loader_control")
 
 
 def main() -> None:
@@ -30,10 +32,20 @@ def main() -> None:
     parser.add_argument("--data", type=Path, default=None, help="folder with uci_hydraulic in it")
     parser.add_argument("--seeds", type=int, default=40)
     parser.add_argument("--days", type=int, default=500, help="work days of each unit")
+    parser.add_argument("--machines", type=int, default=10, help="machines of each circuit and law")
     parser.add_argument("--only", choices=STUDIES, nargs="*", default=STUDIES, help="leave the others as they are")
     given = parser.parse_args()
     data = given.data or Path(os.environ.get("RAMSIGHT_DATA", Path(__file__).parents[2] / "shared" / "data"))
     found = json.loads(given.out.read_text()) if given.out.exists() else {}
+    if "recorded" in given.only:
+        with progress(1, "recorded logs") as bar:
+            found["recorded"] = recorded.study(bar.advance)
+    if "sensitivity" in given.only:
+        with progress(1 + len(recorded.variants()), "assumptions varied") as bar:
+            found["sensitivity"] = recorded.sensitivity(bar.advance)
+    if "structure" in given.only:
+        with progress(given.machines * len(structure.CIRCUITS) * len(structure.LAWS), "machines drawn") as bar:
+            found["structure"] = structure.study(given.machines, bar.advance)
     if "real_oil" in given.only:
         if (data / "uci_hydraulic" / "FS1.csv.gz").exists():
             found["real_oil"] = real_oil.study(data / "uci_hydraulic")

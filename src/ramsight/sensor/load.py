@@ -219,7 +219,7 @@ class LoadObserver:
         graph, drive = self._graph, self._assumptions.drive
         timing = graph.state("timing_variance")
         change = (first.torque - self._expected) * ca.fmin(drive.delay / h, 1.0)
-        timing_1 = ca.fmax(ca.fmax(change**2, early**2), timing * ca.exp(-h / drive.delay))
+        timing_1 = ca.fmax(ca.fmax(change**2, early**2), timing * ca.exp(-2.0 * h / drive.delay))
         timing_1 = ca.if_else(graph.held("started"), timing_1, 0.0)
         graph.becomes("timing_variance", timing_1)
         up, down = (self._balance.torque(first.z, sign * 3.0 * _STANDING, 0.0, p) for sign in (1.0, -1.0))

@@ -1,0 +1,90 @@
+"""The self-calibrating sensor on the recorded logs of the independent simulator, and what its assumptions do."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray
+
+from ramsight import machine
+from ramsight.logs import read_drive_log, read_truth
+from ramsight.plant.build import build
+from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.kalman import kalman
+from ramsight.study.judging import Judged, judge
+
+TRACES = Path(__file__).parents[1] / "tests" / "traces"
+FACTOR = 1.5
+"""By which each assumption is multiplied and divided."""
+
+
+def logs() -> dict[str, tuple[str, xarray.Dataset, np.ndarray, float]]:
+    """Unit, log, true position at its times and true start of each recorded case."""
+    found = {}
+    for folder in (TRACES, TRACES / "person"):
+        for case in json.loads((folder / "cases.json").read_text()):
+            name = case["name"]
+            log = read_drive_log(folder / f"{name}.csv.gz")
+            truth = read_truth(folder / f"{name}_truth.csv.gz")
+            position = np.interp(log["time"], truth["time"], truth["position"])
+            found[name] = (case["unit"], log, position, float(truth["position"][0]))
+    return found
+
+
+def judged(assumptions: Assumptions | None = None, only: tuple[str, ...] = ("",)) -> dict[str, Judged]:
+    """Every recorded log judged, with other assumptions perhaps."""
+    loader = machine.load("mining-loader")
+    units = {name: build(name, loader.unit(name)) for name in ("boom", "bucket")}
+    sensors = {name: kalman(unit, assumptions) for name, unit in units.items()}
+    found = {}
+    for name, (unit, log, position, start) in logs().items():
+        if not any(part in name for part in only):
+            continue
+        sensors[unit].start(start)
+        day = "day" in name or "person" in name
+        track = sensors[unit].track(log)
+        found[name] = judge(
+            track, log["motor_speed"].values, position, units[unit].cylinder.stroke, after=3 if day else 0
+        )
+    return found
+
+
+def study(advance: Callable[[int], object]) -> dict[str, Any]:
+    """All figures, by log."""
+    found = {name: asdict(figures) for name, figures in judged().items()}
+    advance(1)
+    return found
+
+
+def variants() -> list[tuple[str, Assumptions]]:
+    """Each assumption times and over `FACTOR`, the others as they are."""
+    base, found = Assumptions(), []
+    for group in fields(base):
+        part = getattr(base, group.name)
+        for field in fields(part):
+            for factor, sign in ((FACTOR, "×"), (1.0 / FACTOR, "÷")):
+                changed = replace(part, **{field.name: getattr(part, field.name) * factor})
+                found.append((f"{group.name}.{field.name} {sign}", replace(base, **{group.name: changed})))
+    return found
+
+
+def sensitivity(advance: Callable[[int], object]) -> dict[str, dict[str, float]]:
+    """The worst of the days' figures under each variant: p95 [m], coverage, wrong and ok."""
+    found = {}
+    for name, assumptions in [("as they are", Assumptions()), *variants()]:
+        days = judged(assumptions, ("workday", "person"))
+        ground = {key: d for key, d in days.items() if "ground" in key}
+        others = [d for key, d in days.items() if key not in ground]
+        found[name] = {
+            "p95_worst": max(d.p95 for d in others),
+            "p95_median": float(np.median([d.p95 for d in others])),
+            "coverage_least": min(d.coverage for d in days.values()),
+            "wrong_and_ok_most": max(d.wrong_and_ok for d in days.values()),
+        }
+        advance(1)
+    return found

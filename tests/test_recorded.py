@@ -1,0 +1,59 @@
+"""The self-calibrating sensor on recorded days of the independent simulator: errors, band, never wrong and ok."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ramsight import machine
+from ramsight.logs import read_drive_log, read_truth
+from ramsight.plant.build import build
+from ramsight.sensor.kalman import kalman
+from ramsight.study.judging import judge
+
+FOLDER = Path(__file__).parent / "traces" / "person"
+CASES = {case["name"]: case for case in json.loads((FOLDER / "cases.json").read_text())}
+P95, LARGEST = 2.0e-3, 5.0e-3  # m
+OTHERS = {"warming": (4.5e-3, 8e-3), "drift": (3e-3, 5e-3), "ground": (np.inf, np.inf)}
+
+
+@pytest.fixture(scope="module")
+def sensors():
+    loader = machine.load("mining-loader")
+    units = {name: build(name, loader.unit(name)) for name in ("boom", "bucket")}
+    return {name: (kalman(unit), unit.cylinder.stroke) for name, unit in units.items()}
+
+
+@pytest.fixture(scope="module")
+def judged(sensors):
+    cache = {}
+
+    def find(name):
+        if name not in cache:
+            sensor, stroke = sensors[CASES[name]["unit"]]
+            log, truth = read_drive_log(FOLDER / f"{name}.csv.gz"), read_truth(FOLDER / f"{name}_truth.csv.gz")
+            position = np.interp(log["time"], truth["time"], truth["position"])
+            sensor.start(float(position[0]))
+            cache[name] = judge(sensor.track(log), log["motor_speed"].values, position, stroke)
+        return cache[name]
+
+    return find
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_persons_day_is_tracked_after_three_stops(judged, name):
+    p95, largest = next((limits for kind, limits in OTHERS.items() if kind in name), (P95, LARGEST))
+    found = judged(name)
+    assert not found.p95 > p95
+    assert not found.largest > largest
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_band_of_every_day_holds(judged, name):
+    assert judged(name).coverage > 0.93
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_no_day_is_wrong_and_ok(judged, name):
+    assert judged(name).wrong_and_ok < 0.005
