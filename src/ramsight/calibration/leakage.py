@@ -236,7 +236,8 @@ def _evaluate(closed: ClosedPump, part: xarray.Dataset) -> Stretch | None:
     speed, torque = float(part["motor_speed"].mean()), part["motor_torque"].values
     temperature, mean = float(part["oil_temperature"].mean()), float(torque.mean())
     factor = closed.factor(mean, speed, temperature)
-    if closed.pressure(mean) < _LEAST_PRESSURE or factor is None or factor > _WORST:
+    fast = abs(speed) * float(closed.unit.travel_per_radian) > _WORST * closed.limits.leak_velocity
+    if closed.pressure(mean) < _LEAST_PRESSURE or factor is None or fast:
         return None
     scatter = float(torque.std(ddof=1)) / math.sqrt(len(torque))
     more = closed.factor(mean * (1.0 + _SLOPE), speed, temperature)

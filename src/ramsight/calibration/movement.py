@@ -16,8 +16,7 @@ from ramsight.engine.run import integrate, outputs
 from ramsight.errors import SimulationError
 from ramsight.plant.circuit import CircuitModel
 from ramsight.plant.limits import limits_of
-from ramsight.plant.pump import Pump
-from ramsight.plant.unit import HydraulicUnit, circuit, initial_state
+from ramsight.plant.unit import HydraulicUnit, circuit, initial_state, pumped_into
 from ramsight.plant.valve import ReliefValve
 from ramsight.sensor.table import MovementTable
 
@@ -178,7 +177,7 @@ def _run(
     x = run.state[:, ode.state_index("position")]
     computed = outputs(ode, segments, time, run.state)
     parts = unit.parts()
-    pumped = sum(p.geared_displacement for p in parts if isinstance(p, Pump)) * abs(motor_speed)
+    pumped = abs(pumped_into(unit, unit.held) * motor_speed)
     relieved = sum(np.mean(computed[f"{p.name}.flow"]) for p in parts if isinstance(p, ReliefValve)) / pumped
     movement = (x[-1] - x[0]) / (motor_speed * (time[-1] - time[0]))
     return float(movement), float(np.mean(computed["motor_torque"])), float(relieved)

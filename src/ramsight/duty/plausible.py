@@ -42,7 +42,7 @@ class Limits:
 
     Args:
         max_speed: highest motor speed [rad/s].
-        torque: of the motor at relief pressure in all pumps [N m].
+        torque: of the motor at relief pressure on the side that asks for more [N m].
         oil: lowest and highest temperature for which the oil is described [K].
         load_sign: 1 if the load asks for positive torque, -1 if for negative.
         stroke: of the cylinder [m].
@@ -61,7 +61,7 @@ def reportable(unit: HydraulicUnit) -> Limits:
     """What the drive of a unit can report."""
     return Limits(
         unit.max_speed,
-        limits_of(unit).largest_torque,
+        limits_of(unit).side_torque,
         unit.oil.temperatures,
         unit.lift_sign,
         unit.cylinder.stroke,

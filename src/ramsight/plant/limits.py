@@ -20,6 +20,7 @@ class Limits:
         pressure: highest setting of its relief valves [Pa].
         load: that this pressure carries on the held side [N].
         torque: of the motor at this pressure on the side that asks for more [N m].
+        side_torque: the same with the pumps' friction, all of it on the pump that asks for most [N m].
         largest_torque: that both sides together could ask for [N m].
         leak_velocity: with which leakage moves the piston at this pressure and 40 degC [m/s].
         max_speed: of the motor [rad/s].
@@ -28,6 +29,7 @@ class Limits:
     pressure: float
     load: float
     torque: float
+    side_torque: float
     largest_torque: float
     leak_velocity: float
     max_speed: float
@@ -42,12 +44,13 @@ def limits_of(unit: HydraulicUnit) -> Limits:
     pumps = [part for part in parts if isinstance(part, Pump)]
     viscosity, density = float(unit.oil.viscosity(T40)), float(unit.oil.density_at(T40))
     leak = sum(abs(float(p.leakage(0.0, pressure, viscosity, density))) for p in pumps)
-    needed = sum(abs(p.belt * float(p.torque(p.nominal_speed, pressure, viscosity))) for p in pumps)
+    needed = [abs(p.belt * float(p.torque(p.nominal_speed, pressure, viscosity))) for p in pumps]
     return Limits(
         pressure=float(pressure),
         load=float(pressure) * area,
         torque=float(unit.travel_per_radian) * float(pressure) * area,
-        largest_torque=needed,
+        side_torque=max(needed),
+        largest_torque=sum(needed),
         leak_velocity=leak / area,
         max_speed=float(unit.max_speed),
     )

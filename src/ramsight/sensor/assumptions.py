@@ -50,7 +50,7 @@ class Machine:
     compliance_walk: float = 1e-4
     leak_by_viscosity: float = 0.3
     load_walk: float = 0.015
-    unseen_load: float = 0.2
+    unseen_load: float = 0.25
     walk: float = 0.2e-3
     relief: float = 0.03
 
@@ -78,6 +78,7 @@ class Stops:
         elsewhere: of the place of a stop that is not where the description says, over the stroke [1].
         undeclared: probability that a machine has such a stop, for each end [1].
         obstacle: probability that a contact is with neither [1].
+        lies: probability that a switch, or a position given by hand, is wrong [1].
         wrong: probability that the position is not what was believed, before any contact [1].
         reference: standard deviation of a switch or of a position given by hand [m].
     """
@@ -87,6 +88,7 @@ class Stops:
     elsewhere: float = 0.1
     undeclared: float = 0.1
     obstacle: float = 0.2
+    lies: float = 0.05
     wrong: float = 1e-3
     reference: float = 1e-3
 

@@ -223,7 +223,7 @@ def _measure(
         ca.logic_and(by_contact, ca.logic_not(top)),
         ca.logic_and(by_contact, top),
         ca.if_else(given, stops.reference**2, own),
-        ca.if_else(given, stops.wrong, stops.obstacle),
+        ca.if_else(given, stops.lies, stops.obstacle),
         ca.logic_or(given, touched),
     )
 

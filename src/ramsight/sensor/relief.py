@@ -10,9 +10,9 @@ from ramsight.plant.balance import Balance
 from ramsight.plant.circuit import TANK
 from ramsight.plant.valve import ReliefValve
 
-_BEGINS = 0.88
-"""Share of a setting from which its valve may let oil pass: direct acting valves close 10 to 15 % below their setting,
-pilots leak from 85 %; the torque's gain adds 3 %."""
+_BEGINS = 0.9
+"""Share of a setting from which its valve may let oil pass: direct acting valves close 10 to 15 % below it,
+pilots leak from 85 %, and what is lifted with more is rare."""
 
 
 def passing(balance: Balance, z: Any, parameters: Any) -> Any:
