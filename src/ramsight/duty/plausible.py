@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ramsight.errors import warn_of_log
 from ramsight.logs.channel_map import ChannelMap, load_map, standard_map
 from ramsight.logs.lines import file_name
+from ramsight.plant.composed import ComposedUnit
 from ramsight.plant.ddh import DdhUnit
 
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ def limits_of(unit: DdhUnit) -> Limits:
 
 def watched(
     pieces: Iterable[xarray.Dataset],
-    unit: DdhUnit,
+    unit: DdhUnit | ComposedUnit,
     file: str | Path,
     channel_map: ChannelMap | str | Path | None = None,
 ) -> Iterator[xarray.Dataset]:
@@ -81,10 +82,13 @@ def watched(
 
     Args:
         pieces: of a drive log, in order.
-        unit: the unit that the drive turns.
+        unit: the unit that the drive turns; limits of direct-driven ones are known, others are not judged.
         file: the log, for the warnings.
         channel_map: its channel map, for the names of its channels.
     """
+    if not isinstance(unit, DdhUnit):
+        yield from pieces
+        return
     known = load_map(channel_map) if isinstance(channel_map, str | Path) else channel_map or standard_map([])
     names = {role: one.channel for role, one in known.roles.items()}
     names["time"] = known.time.channel if known.time is not None else "time"
