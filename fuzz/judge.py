@@ -33,9 +33,15 @@ class Judge:
             raise RuntimeError(f"the sensor is wrong on the log before it is damaged: {wrong}")
 
     def track(self, pieces: Any, begun: float = 0.0) -> list[Any]:
-        """What the sensor says of a log that begins so many seconds late."""
-        self.sensor.start(float(np.interp(begun, self._known_at, self._known)) if begun else START, 1e-3)
-        return [self.sensor.track(piece) for piece in pieces]
+        """What the sensor says of a log that begins so late [s]; it is told where the piston is at the first sample."""
+        tracks: list[Any] = []
+        for piece in pieces:
+            if not tracks:
+                first = float(piece["time"].values[0]) + begun
+                known = np.interp(first, self._known_at, self._known) if 0.0 < first < self._known_at[-1] else START
+                self.sensor.start(float(known), 1e-3)
+            tracks.append(self.sensor.track(piece))
+        return tracks
 
     def wrong(self, tracks: list[Any], begun: float = 0.0) -> str:
         """What was silently wrong in tracks whose clock began so many seconds late, "" if nothing."""
