@@ -32,15 +32,21 @@ class Judge:
         if wrong := self.wrong(self.track([self.log])):
             raise RuntimeError(f"the sensor is wrong on the log before it is damaged: {wrong}")
 
-    def track(self, pieces: Any) -> list[Any]:
-        """What the sensor says of a log."""
-        self.sensor.start(START, 1e-3)
-        return [self.sensor.track(piece) for piece in pieces]
+    def track(self, pieces: Any, begun: float = 0.0) -> list[Any]:
+        """What the sensor says of a log that begins so late [s]; it is told where the piston is at the first sample."""
+        tracks: list[Any] = []
+        for piece in pieces:
+            if not tracks:
+                first = float(piece["time"].values[0]) + begun
+                known = np.interp(first, self._known_at, self._known) if 0.0 < first < self._known_at[-1] else START
+                self.sensor.start(float(known), 1e-3)
+            tracks.append(self.sensor.track(piece))
+        return tracks
 
-    def wrong(self, tracks: list[Any]) -> str:
-        """What was silently wrong in tracks, "" if nothing."""
+    def wrong(self, tracks: list[Any], begun: float = 0.0) -> str:
+        """What was silently wrong in tracks whose clock began so many seconds late, "" if nothing."""
         for track in tracks:
-            time = track["time"].values
+            time = track["time"].values + begun
             error = np.abs(track["position"].values - np.interp(time, self._known_at, self._known))
             inside = (time >= self._known_at[0]) & (time <= self._known_at[-1])
             bad = inside & (track["status"].values == 0) & ~(error <= FARTHEST)

@@ -34,6 +34,7 @@ class Prepared:
     contents: list[bytes]
     name: str
     channel_map: Path | None = None
+    first_time: float | None = None
 
 
 def _tables(name: str) -> Callable[[Path], Prepared]:
@@ -58,6 +59,7 @@ def _frames(name: str, **options: Any) -> Callable[[Path], Prepared]:
         import cantools
 
         import can
+        from ramsight.logs.frames import open_frames
 
         judge = Judge()
         database = cantools.database.load_file(_DBC)
@@ -68,7 +70,8 @@ def _frames(name: str, **options: Any) -> Callable[[Path], Prepared]:
                     logger(message)
             contents.append((folder / name).read_bytes())
         (folder / "map.toml").write_text(_MAP)
-        return Prepared(judge, contents, name, folder / "map.toml")
+        first = next(open_frames(folder / name)).time
+        return Prepared(judge, contents, name, folder / "map.toml", first)
 
     return prepare
 
@@ -106,7 +109,8 @@ def _check(prepared: Prepared, rng: Rng, folder: Path) -> tuple[str, str]:
                 inspection_table(found := inspect_log(path))
                 map_text(found)
             caught.clear()  # what inspect has said of a column that is not used
-            tracks = prepared.judge.track(open_log(path, prepared.channel_map))
+            begun = _begun(path, prepared)
+            tracks = prepared.judge.track(open_log(path, prepared.channel_map), begun)
         except RamsightError as error:
             text = str(error)
             if (
@@ -119,9 +123,23 @@ def _check(prepared: Prepared, rng: Rng, folder: Path) -> tuple[str, str]:
             return REFUSED, text
     if caught:
         return WARNED, str(caught[0].message)
-    if wrong := prepared.judge.wrong(tracks):
+    if wrong := prepared.judge.wrong(tracks, begun):
         return WRONG, wrong
     return READ, ""
+
+
+def _begun(path: Path, prepared: Prepared) -> float:
+    """How late the first frame is [s]; clocks of CAN logs count from there, those of tables have their own zero."""
+    from ramsight.errors import RamsightError
+    from ramsight.logs.frames import open_frames
+
+    if prepared.first_time is None:
+        return 0.0
+    try:
+        late = next(open_frames(path)).time - prepared.first_time
+    except (RamsightError, StopIteration):
+        return 0.0
+    return late if 0.0 < late < 27.0 else 0.0
 
 
 SECTIONS = [

@@ -16,6 +16,7 @@ import pytest
 
 from ramsight.errors import DescriptionError, LogError, LogWarning, RamsightError, UnknownNameError
 from ramsight.logs import mdf_file, open_log, read_drive_log, write_drive_log
+from ramsight.logs.can_dbc import dbc_fields
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.frames import open_frames
 from ramsight.logs.inspect import inspect_log
@@ -68,6 +69,7 @@ def test_several_gzip_members_are_one_file(tmp_path):
 MEASURE = """
 import resource, sys, time
 from ramsight.logs import read_drive_log
+from ramsight.logs.can_dbc import dbc_fields
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.frames import open_frames
 from ramsight.errors import RamsightError
@@ -368,3 +370,23 @@ def test_a_description_that_is_too_large_is_not_read(tmp_path):
         file.truncate(1 << 40)
     with pytest.raises(DescriptionError, match=r"large\.toml: is too large for a description"):
         load(str(tmp_path / "large.toml"))
+
+
+def test_the_clock_of_a_can_log_is_watched_from_its_first_frame(tmp_path):
+    text = ASC.format("absolute") + "8.000000 1  281  Rx   d 8 00 00 00 00 00 00 00 00\n"
+    text += "".join(f"{k / 100:.6f} 1  181  Rx   d 8 01 02 03 04 05 06 07 08\n" for k in range(100))
+    (tmp_path / "map.toml").write_text(
+        'speed = {channel = "606Ch"}\ntorque = {channel = "6077h", rated = "10 N m"}\n'
+        'temperature = {constant = "40 degC"}\n[[can.pdo]]\ncob_id = 0x181\nobjects = ["606Ch", "6077h"]\n'
+    )
+    with pytest.warns(LogWarning, match=r"log\.asc: time goes back once from 8 s to 0 s") as caught:
+        read_drive_log(written(tmp_path, text, "log.asc"), tmp_path / "map.toml")
+    assert len(caught) == 1
+
+
+def test_signals_of_a_dbc_file_that_are_no_numbers_are_left_out(tmp_path):
+    text = 'VERSION ""\n\nBO_ 385 DriveState: 64 Drive\n SG_ MotorSpeed : 0|16@1- (0.5,0) [0|0] "rpm" X\n'
+    text += ' SG_ Name : 16|80@1+ (1,0) [0|0] "" X\n SG_ Beyond : 505|16@1+ (1,0) [0|0] "" X\n'
+    text += ' SG_ Small : 120|8@1- (1,0) [0|0] "" X\n\nSIG_VALTYPE_ 385 Small : 1;\n'
+    exact, _ = dbc_fields(written(tmp_path, text, "odd.dbc"))
+    assert [field.name for field in exact[385]] == ["DriveState.MotorSpeed"]

@@ -13,6 +13,7 @@ from ramsight.deploy.c_sensor import sensor_source, template
 from ramsight.engine.ode_module import pieces
 from ramsight.engine.run import DEFAULT_RTOL
 from ramsight.equation import OdeModel
+from ramsight.plant.balance import FACTORS
 from ramsight.plant.cylinder import ATMOSPHERE
 from ramsight.plant.unit import HydraulicUnit, circuit, reach
 from ramsight.sensor.kalman import kalman
@@ -107,7 +108,7 @@ def sensor_model(unit: HydraulicUnit, prefix: str, machine: str) -> FmuModel:
         stroke=f"{unit.cylinder.stroke:g}",
         starts="\n".join(_starts(variables)),
         says="\n".join(f"  m->real[{first + k}] = out->{name};" for k, name in enumerate(says)),
-        factors="\n".join(f"  out.{n} = s->{n.removesuffix('_factor')};" for n in says if n.endswith("_factor")),
+        factors="\n".join(f"  out.{n}_factor = s->described_{k};" for k, n in enumerate(FACTORS, 1)),
     )
     return FmuModel(
         variables,

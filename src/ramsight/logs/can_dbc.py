@@ -10,6 +10,7 @@ from ramsight.logs.can_field import Field, big_endian, little_endian
 from ramsight.logs.lines import check_file, file_name, first_line
 from ramsight.logs.source import needs
 
+_LONGEST_FRAME = 512  # bits
 _PDU2 = 0xF0  # J1939: from this format on the lower byte is part of the group's number, below it an address
 
 
@@ -63,7 +64,8 @@ def _message_fields(message: Any, is_j1939: bool) -> list[Field]:
     def field(signal: Any) -> Field:
         if signal.name not in done:
             selector = None
-            if signal.multiplexer_ids is not None and signal.multiplexer_signal in signals:
+            selecting = signals.get(signal.multiplexer_signal) if signal.multiplexer_ids is not None else None
+            if selecting is not None and _is_number(selecting):
                 selector = (field(signals[signal.multiplexer_signal]), tuple(signal.multiplexer_ids))
             place = big_endian if signal.byte_order == "big_endian" else little_endian
             done[signal.name] = Field(
@@ -79,4 +81,14 @@ def _message_fields(message: Any, is_j1939: bool) -> list[Field]:
             )
         return done[signal.name]
 
-    return [field(signal) for signal in message.signals]
+    return [field(signal) for signal in message.signals if _is_number(signal)]
+
+
+def _is_number(signal: Any) -> bool:
+    """Whether a signal is a number within a frame; others are texts, or slips."""
+    if signal.conversion.is_float and signal.length not in (16, 32, 64):
+        return False
+    if not 1 <= signal.length <= 64 or signal.start < 0:
+        return False
+    first = signal.start // 8 * 8 + 7 - signal.start % 8 if signal.byte_order == "big_endian" else signal.start
+    return bool(first + signal.length <= _LONGEST_FRAME)

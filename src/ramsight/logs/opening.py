@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ramsight.errors import LogError, warn_of_log
+from ramsight.errors import LogError
 from ramsight.logs.align import Aligner, Array, Block, Switch
 from ramsight.logs.channel_map import ChannelMap, Mapped, load_map, standard_map, to_si_of
 from ramsight.logs.channels import MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPERATURE, REFERENCE, TIME
+from ramsight.logs.falls import Falls
 from ramsight.logs.lines import Advance
 from ramsight.logs.source import CAN, CSV, Source, open_source
 from ramsight.logs.table import check_columns
@@ -21,9 +22,6 @@ if TYPE_CHECKING:
 
 SAMPLES = 1 << 16
 """Samples of a piece."""
-
-OUT_OF_ORDER = 1.0
-"""By how much time may go back [s] where samples came out of order; by more, the clock was set or samples repeat."""
 
 COLDEST, HOTTEST = 213.15, 473.15
 """Range of oil temperatures [K]: if half a log is beyond it, it has another unit."""
@@ -80,7 +78,9 @@ def open_log(
         _check_standard(source, names)
         known = standard_map(names)
         source.clock = TIME
-    yield from _as_datasets(_regular(_columns(source, known), samples), source.file, known.roles["temperature"].channel)
+    pieces = _regular(_columns(source, known), samples)
+    oil = known.roles["temperature"].channel
+    yield from _as_datasets(pieces, source.file, oil, is_clock_watched=source.has_clock_watched)
 
 
 def _check_standard(source: Source, names: list[str]) -> None:
@@ -195,15 +195,18 @@ def _regular(columns: Iterator[dict[str, Array]], samples: int) -> Iterator[dict
         yield held
 
 
-def _as_datasets(pieces: Iterator[dict[str, Array]], file: str, oil: str) -> Iterator[xarray.Dataset]:
+def _as_datasets(
+    pieces: Iterator[dict[str, Array]], file: str, oil: str, *, is_clock_watched: bool
+) -> Iterator[xarray.Dataset]:
     import xarray
 
-    timed, clock = False, _Falls()
+    timed, clock = False, None if is_clock_watched else Falls(file)
     for number, columns in enumerate(pieces):
         if number == 0:
             check_temperature(columns[OIL_TEMPERATURE.name], file, oil)
         timed = timed or bool(np.isfinite(columns["time"]).any())
-        clock.take(columns["time"])
+        if clock is not None:
+            clock.take_all(columns["time"])
         yield xarray.Dataset(
             {
                 channel.name: ("time", columns[channel.name], {"units": channel.units, "long_name": channel.long_name})
@@ -214,34 +217,8 @@ def _as_datasets(pieces: Iterator[dict[str, Array]], file: str, oil: str) -> Ite
         )
     if not timed:
         raise LogError("has no time: not one sample has a number there", file=file)
-    if clock.count:
-        often = "once" if clock.count == 1 else f"{clock.count} times, first"
-        warn_of_log(
-            f"time goes back {often} from {clock.first[0]:.6g} s to {clock.first[1]:.6g} s:"
-            " was the clock set, or is a part of the log there twice?",
-            file=file,
-        )
-
-
-class _Falls:
-    """Counts where time goes back by more than samples that came out of order.
-
-    Attributes:
-        count: how often.
-        first: the times before and after the first [s].
-    """
-
-    def __init__(self) -> None:
-        self._last: Array = np.empty(0)
-        self.count, self.first = 0, (0.0, 0.0)
-
-    def take(self, time: Array) -> None:
-        """Take the times of a piece [s]."""
-        known = np.concatenate([self._last, time[np.isfinite(time)]])
-        falls = np.flatnonzero(np.diff(known) < -OUT_OF_ORDER)
-        if falls.size and not self.count:
-            self.first = (float(known[falls[0]]), float(known[falls[0] + 1]))
-        self.count, self._last = self.count + int(falls.size), known[-1:]
+    if clock is not None:
+        clock.warn()
 
 
 def check_temperature(kelvin: Array, file: str, channel: str) -> None:

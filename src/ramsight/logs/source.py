@@ -53,6 +53,9 @@ class Source(ABC):
         advance: told how much of the file has been read.
     """
 
+    has_clock_watched = False
+    """Whether it warns by itself of a clock that goes back."""
+
     clock: str | None = None
     """The column that is the clock, where the kind of file needs one to be told."""
 

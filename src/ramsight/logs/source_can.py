@@ -15,6 +15,7 @@ from ramsight.logs.can_dbc import dbc_fields, j1939_group
 from ramsight.logs.can_field import Field
 from ramsight.logs.can_pdo import pdo_fields
 from ramsight.logs.channel_map import ChannelMap
+from ramsight.logs.falls import Falls
 from ramsight.logs.frames import EXTENDED, open_frames
 from ramsight.logs.lines import Advance, check_file
 from ramsight.logs.source import Offered, Source
@@ -43,6 +44,8 @@ class CanSource(Source):
     Attributes:
         seen: frames by identifier after reading, bit 31 set for an extended one, with the longest one's bytes.
     """
+
+    has_clock_watched = True
 
     def __init__(self, path: str | Path, file_map: ChannelMap | None, advance: Advance | None = None) -> None:
         super().__init__(path, advance)
@@ -116,10 +119,12 @@ class CanSource(Source):
         found: dict[int, Frames] = {}
         waiting, number, begun = 0, -1, None
         counted: dict[int, list[int]] = {}
+        clock = Falls(self.file)
         for time, key, bus, data in open_frames(self.path, self.advance):
             number += 1
             if begun is None:
                 begun = time
+            clock.take(time)
             if data is None or (self._bus is not None and bus != self._bus):
                 continue
             tally = counted.setdefault(key, [0, 0])
@@ -139,6 +144,7 @@ class CanSource(Source):
             if waiting >= _AT_ONCE:
                 yield found
                 found, waiting = {}, 0
+        clock.warn()
         self.seen = {key: (count, longest) for key, (count, longest) in sorted(counted.items())}
         if found:
             yield found
