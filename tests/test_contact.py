@@ -49,7 +49,7 @@ def test_a_stop_is_found_within_three_tenths_of_a_second(name, end, seed):
     said, contact = watched(name, run, log), stands_from(run, unit)
     found = run["time"].values[said["touched"] > 0.0]
     assert 1 <= found.size <= 2, "once, and perhaps again when the oil decompresses on the way back"
-    assert 0.0 <= found[0] - contact < 0.3
+    assert 0.0 <= found[0] - contact < 0.32, "0.3 s and a sample"
     first = int(np.argmax(said["touched"]))
     there = 0.0 if run["position"].values[first] < 0.5 * unit.cylinder.stroke else unit.cylinder.stroke
     for k in np.flatnonzero(said["touched"]):
@@ -105,14 +105,8 @@ def test_a_load_that_grows_is_no_contact(name, grows, lifts):
     """By 30 % of the largest in half a second, or by 30 % of itself in a tenth, and back, while the piston moves."""
     unit = UNITS[name]
     load, stroke = limits_of(unit).load, unit.cylinder.stroke
-    span = {"ramp": 0.5, "jump": 0.02}[grows]
-    loads = [
-        (0.0, 0.3 * load),
-        (1.5, 0.3 * load),
-        (1.5 + span, 0.6 * load),
-        (2.5, 0.6 * load),
-        (2.5 + span, 0.3 * load),
-    ]
+    span, least, most = {"ramp": (0.5, 0.3 * load, 0.6 * load), "jump": (0.1, 0.4 * load, 0.52 * load)}[grows]
+    loads = [(0.0, least), (1.5, least), (1.5 + span, most), (2.5, most), (2.5 + span, least), (3.8, least)]
     share = min(0.3, 0.5 * stroke / (3.2 * unit.max_speed * unit.travel_per_radian))
     corners = [(0.0, 0.0), (0.3, 0.0), (0.6, lifts * share), (3.8, lifts * share)]
     run, _ = moves(unit, corners, changing(loads), lowered(unit, (0.5 - 0.3 * lifts) * stroke))
@@ -146,7 +140,7 @@ def onto_the_floor():
 
 
 def test_a_lowered_end_without_a_pump_on_the_other_side_shows_as_an_empty_chamber():
-    unit, run, said, contact = onto_the_floor()
+    _, run, said, contact = onto_the_floor()
     found = run["time"].values[said["touched"] > 0.0]
     assert found.size == 1
     assert -0.02 <= found[0] - contact < 0.5
