@@ -195,6 +195,8 @@ def test_references_that_agree_are_believed_by_the_third(bank):
 @pytest.mark.parametrize("off", [0.04, -0.1])
 def test_a_position_that_is_wrong_is_found_anew(bank, off):
     bank.begin(0.3, std=1e-3)
+    bank.go(travel_by_0=5e-3, travel_by_1=0.1)
+    assert (bank.matrix("wrong")[POSITION, [LEAK, DISPLACEMENT]] != 0.0).all()
     truth, said = 0.3 + off, None
     for _ in range(4):
         said = bank.go(place=truth, **REFERENCE)
@@ -205,6 +207,7 @@ def test_a_position_that_is_wrong_is_found_anew(bank, off):
     assert said["position"] == pytest.approx(truth, abs=0.5e-3)
     assert said["p_described"] > 0.5
     assert bank.matrix("wrong")[POSITION, POSITION] ** 0.5 > 0.2 * STROKE, "wrong begins anew"
+    assert (bank.matrix("wrong")[POSITION, LEAK:] == 0.0).all(), "a place that nobody knows depends on nothing"
     assert said["p_wrong"] < 0.05
 
 
@@ -310,28 +313,28 @@ def test_leakage_is_learnt_from_the_way_between_two_references(bank):
     assert said["leak_std"] < 0.05
 
 
-def test_a_torque_tells_leakage_or_compliance_as_it_is_told_to(bank):
-    row = {"told": 1.0, "row_0": 2.0, "row_1": 0.5, "row_2": -1.0, "torque_variance": 0.01}
-    for which, k, sign in (("tells_leak", LEAK, 1.0), ("tells_compliance", COMPLIANCE, -1.0)):
-        bank.begin(0.3, std=1e-3)
-        before, means = bank.matrix("described"), bank.means("described")
-        bank.go(surprise=0.2, **{which: 1.0}, **row)
-        after, changed = bank.matrix("described"), bank.means("described") - means
-        full = np.array([0.0, 2.0, 0.5, -1.0, 0.0, 0.0, 0.0])
-        cross = before @ full
-        total = full @ cross + 0.01
-        assert changed[k] == pytest.approx(cross[k] / total * 0.2, rel=1e-2)
-        assert changed[k] * sign > 0.0
-        assert np.delete(changed, k) == pytest.approx(np.zeros(N - 1), abs=1e-12)
-        gain = np.zeros(N)
-        gain[k] = cross[k] / total
-        joseph = np.eye(N) - np.outer(gain, full)
-        expected = joseph @ before @ joseph.T + np.outer(gain, gain) * 0.01
-        scale = np.sqrt(np.outer(np.diag(before), np.diag(before))) + 1e-12
-        assert np.abs((after - expected) / scale).max() < 1e-4
+@pytest.mark.parametrize("told", [[LEAK], [COMPLIANCE], [LEAK, COMPLIANCE]])
+def test_a_torque_tells_leakage_or_compliance_as_it_is_told_to(bank, told):
+    tells = {LEAK: "tells_leak", COMPLIANCE: "tells_compliance"}
+    how = {"told": 1.0, "row_0": 2.0, "row_1": 0.5, "row_2": -1.0, "torque_variance": 0.01, "surprise": 0.2}
+    bank.begin(0.3, std=1e-3)
+    bank.go(travel_by_0=5e-3, travel_by_1=0.1, travel_by_2=2e-3)
+    before, means = bank.matrix("described"), bank.means("described")
+    bank.go(**how, **{tells[k]: 1.0 for k in told})
+    after, changed = bank.matrix("described"), bank.means("described") - means
+    row = np.array([0.0, 2.0, 0.5, -1.0, 0.0, 0.0, 0.0])
+    cross = before @ row
+    total, gain = row @ cross + 0.01, np.zeros(N)
+    gain[told] = cross[told] / total
+    assert changed[LEAK:] == pytest.approx(0.2 * gain[LEAK:], rel=1e-2, abs=1e-12)
+    assert changed[LEAK] >= 0.0 >= changed[COMPLIANCE]
+    joseph = np.eye(N) - np.outer(gain, row)
+    expected = joseph @ before @ joseph.T + np.outer(gain, gain) * 0.01
+    scale = np.sqrt(np.outer(np.diag(before), np.diag(before))) + 1e-12
+    assert np.abs((after - expected) / scale).max() < 1e-4
     bank.begin(0.3, std=1e-3)
     means = bank.means("described")
-    bank.go(surprise=0.2, **row)
+    bank.go(**how)
     assert bank.means("described") == pytest.approx(means)
 
 
@@ -378,6 +381,7 @@ def test_references_that_contradict_make_the_walk_larger_and_good_ones_smaller_a
         bank.go()
         grown.append(bank.matrix("described")[LEAK, LEAK] - before)
         bank.go(place=bank.value("position") + off, **{**REFERENCE, "doubt": 1e-9})
+        assert -1.0 <= bank.value("innovations") <= 24.0
     assert max(grown[1:6]) > 1.5 * grown[0]
     assert grown[-1] == pytest.approx(grown[0], rel=0.3)
 
@@ -394,6 +398,8 @@ def test_a_weight_that_is_gone_can_come_back(bank):
     bank.begin(0.3, std=1e-3)
     for _ in range(30):
         said = bank.go(place=0.3, **REFERENCE)
+    bank.set(low_weight=-50.0)
+    bank.go(place=0.3, **REFERENCE)
     assert all(bank.value(f"{name}_weight") >= -12.0 for name in NAMES)
     assert max(bank.value(f"{name}_weight") for name in NAMES) <= 0.1
     moved = 0
