@@ -212,6 +212,29 @@ def test_it_knows_where_it_would_be_with_another_factor(name, k):
     assert np.abs(plain[f"torque_by_{FACTORS[k]}"][steady] - shown).max() < 0.15 * size
 
 
+@pytest.mark.parametrize("name", UNITS)
+def test_how_much_the_torque_shows_of_a_load_is_what_it_would_be_under_another_one(name):
+    unit, observer = UNITS[name], observers(name)
+    run, log = cycle(unit)
+    begin(observer, float(run["position"][0]))
+    observer.track(log.isel(time=slice(0, 20)))
+    place, more = observer.sensor.recursion.state.index("load"), 1e-4 * limits_of(unit).load
+    at = 20
+    for until in (60, 75, 100, 130):
+        observer.track(log.isel(time=slice(at, until)))
+        before, sample, at = observer.state.copy(), log.isel(time=slice(until, until + 1)), until
+        surprises = []
+        for sign in (1.0, -1.0):
+            observer.state = before.copy()
+            observer.state[place] += sign * more
+            surprises.append(observer.track(sample)["surprise"][0])
+        observer.state = before
+        seen = observer.track(sample)["seen"][0]
+        shown = abs(surprises[0] - surprises[1]) / (2.0 * more) / unit.travel_per_radian
+        observer.state = before
+        assert seen == pytest.approx(min(shown, 1.0), abs=0.1)
+
+
 def test_a_sample_at_the_same_time_changes_nothing():
     name = "mining-loader boom"
     run, log = cycle(UNITS[name])

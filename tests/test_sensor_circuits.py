@@ -100,6 +100,9 @@ def test_a_position_that_nobody_knows_is_found_at_the_stops(name):
     known = said["state_is_referenced"] > 0.0
     assert (said["status"][~known] == Status.NOT_REFERENCED).all()
     assert 0.1 < known.mean() < 0.95
+    first = int(np.argmax(known))
+    end = min(0.0, unit.cylinder.stroke, key=lambda place: abs(place - run["position"].values[first]))
+    assert said["state_position"][first] == pytest.approx(end, abs=1e-5), "where it stood, not where it seems to be now"
     assert np.abs(error[known]).max() < 0.02 * unit.cylinder.stroke
     assert np.abs(error[-1]) < 0.003 * unit.cylinder.stroke
     assert (np.abs(error) <= BAND * said["position_std"])[known].mean() >= 0.95
@@ -125,6 +128,26 @@ def test_a_visit_to_the_lowered_end_does_no_harm_to_a_position_that_is_known(nam
     assert (np.abs(error) <= BAND * said["position_std"]).mean() >= 0.95
     wrong = (np.abs(error) > np.maximum(4.0 * said["position_std"], 1e-3)) & (said["status"] == Status.OK)
     assert not wrong.any()
+
+
+def test_pressures_go_with_the_factors_that_a_reference_has_changed():
+    run, log = cycle(BOOM)
+    half = log.isel(time=slice(0, 250))
+    sensor = sensor_of(BOOM)
+    sensor.start(float(run["position"][0]))
+    sensor.track(half)
+    before, sample = sensor.state.copy(), log.isel(time=slice(250, 251))
+    plain = sensor.track(sample)
+    sensor.state = before
+    told = sensor.track(sample.assign(reference=("time", plain["position"] + 1.5e-3)))
+    names = ("leak", "displacement", "compliance")
+    changes = [(told[f"{name}_factor"] - plain[f"{name}_factor"])[0] for name in names]
+    assert abs(changes[0]) > 1e-3
+    for state in ("load", "circuit_pressure_chamber_a", "circuit_pressure_manifold_b"):
+        by = [plain[f"state_{state}_by_{name}"][0] for name in names]
+        expected = plain[f"state_{state}"][0] + np.dot(changes, by)
+        assert told[f"state_{state}"][0] == pytest.approx(expected, rel=1e-9)
+        assert told[f"state_{state}"][0] != plain[f"state_{state}"][0]
 
 
 def test_a_graph_that_is_stepped_says_what_the_compiled_sensor_says():
