@@ -220,7 +220,8 @@ def test_how_much_the_torque_shows_of_a_load_is_what_it_would_be_under_another_o
     observer.track(log.isel(time=slice(0, 20)))
     place, more = observer.sensor.recursion.state.index("load"), 1e-4 * limits_of(unit).load
     at = 20
-    for until in (60, 75, 100, 130):
+    rests = np.flatnonzero((run["motor_speed"].values == 0.0) & (run["time"].values > 2.0))
+    for until in (60, 75, 100, int(rests[60])):
         observer.track(log.isel(time=slice(at, until)))
         before, sample, at = observer.state.copy(), log.isel(time=slice(until, until + 1)), until
         surprises = []
