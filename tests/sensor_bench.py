@@ -1,0 +1,155 @@
+"""A bench for pieces of a sensor: a graph around one piece, stepped sample by sample without being compiled."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import casadi as ca
+import numpy as np
+
+from ramsight.duty import DriveReport, Duty, Profile, lift_lower, report, simulate
+from ramsight.duty.lift_lower import SPEED
+from ramsight.duty.profile import constant
+from ramsight.plant.balance import FACTORS, balance
+from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.contact import ContactWatch
+from ramsight.sensor.limits import limits_of
+from ramsight.sensor.load import LoadObserver
+from ramsight.sensor.virtual_sensor import REPORTED, SensorGraph
+
+from .plant_bench import UNITS
+
+WARM = 313.15
+
+
+@dataclass
+class Stepped:
+    """A sensor that is stepped by CasADi's own machine: a graph is ready at once, and a sample takes 0.1 ms.
+
+    Args:
+        sensor: whose graph it is.
+    """
+
+    sensor: object
+
+    def __post_init__(self):
+        step = self.sensor.recursion.function()
+        arguments = step.sx_in()
+        self._function = ca.Function("step", arguments, [ca.densify(result) for result in step(*arguments)])
+        self.state = self.sensor.initial.copy()
+
+    def track(self, log):
+        """Go on through a log; every output of the sensor over its samples, and every state as `state_<name>`."""
+        count = log.sizes["time"]
+        columns = [log[name].values for name in REPORTED]
+        at = log["reference"].values if "reference" in log else np.full(count, np.nan)
+        inputs = np.column_stack([*columns, np.nan_to_num(at), np.isfinite(at)])
+        recursion = self.sensor.recursion
+        states, out = np.empty((count, self.state.size)), np.empty((count, len(recursion.outputs)))
+        buffer, run = self._function.buffer()
+        sample, before, after = np.empty(inputs.shape[1]), self.state.copy(), np.empty(self.state.size)
+        values, result = self.sensor.parameters.copy(), np.empty(out.shape[1])
+        for k, array in enumerate((before, sample, values)):
+            buffer.set_arg(k, memoryview(array))
+        for k, array in enumerate((after, result)):
+            buffer.set_res(k, memoryview(array))
+        for i in range(count):
+            sample[:] = inputs[i]
+            run()
+            states[i], out[i] = after, result
+            before[:] = after
+        self.state = before.copy()
+        named = dict(zip(recursion.outputs, out.T, strict=True))
+        return named | {f"state_{name}": column for name, column in zip(recursion.state, states.T, strict=True)}
+
+    def start(self, position=None, std=1e-3):
+        """As the sensor's own."""
+        self.sensor.start(position, std)
+        self.state = np.array([self.sensor.state[name] for name in self.sensor.recursion.state])
+
+
+def load_observer(unit, factors=None, *, watches=False, assumptions=None):
+    """The load observer of a unit, perhaps with a watch for contacts, and nothing else around it."""
+    graph, limits, circuit = SensorGraph(), limits_of(unit), balance(unit)
+    graph.initially("position", 0.5 * unit.cylinder.stroke)
+    graph.parameters.add("travel_per_radian", float(unit.travel_per_radian))
+    stroke = graph.parameters.add("stroke", float(unit.cylinder.stroke))
+    observer = LoadObserver(graph, circuit, limits, assumptions or Assumptions())
+    believed = factors or [1.0] * len(FACTORS)
+    more = {}
+    if watches:
+        watch = ContactWatch(graph, float(unit.lift_sign))
+        step = observer.step(believed, watch.held)
+        contact = watch.look(step, graph.position + step.travel, stroke, ca.SX(2e-3), ca.SX(1.0))
+        observer.release(contact.released, step.carried)
+        names = ("touched", "place", "at_top", "held", "released", "stands", "pushing", "built")
+        more |= {name: (getattr(contact, name), "1") for name in names}
+    else:
+        step = observer.step(believed, 0.0)
+    graph.becomes("position", graph.position + step.travel)
+    names = ("travel", "free_travel", "surprise", "change", "noise", "noise_travel", "give", "seen", "carried", "empty")
+    more |= {name: (getattr(step, name), "1") for name in names}
+    more |= {f"travel_by_{name}": (by, "1") for name, by in zip(FACTORS, step.travel_by, strict=True)}
+    more |= {f"torque_by_{name}": (by, "1") for name, by in zip(FACTORS, step.torque_by, strict=True)}
+    more |= {"friction": (step.friction, "1"), "torque": (step.torque, "1"), "step_load": (step.load, "1")}
+    sensor = graph.sensor(
+        "observer",
+        position=graph.position + step.travel,
+        velocity=step.velocity,
+        load=step.load,
+        std=step.noise_travel,
+        status=0.0,
+        more=more,
+    )
+    return Stepped(sensor)
+
+
+@lru_cache
+def observers(name, watches=False):
+    """The observer of a unit of the catalogue, made once; begin it with `start`."""
+    return load_observer(UNITS[name], watches=watches)
+
+
+def begin(stepped, position):
+    """Forget everything; the piston is here [m]."""
+    stepped.state = stepped.sensor.initial.copy()
+    stepped.state[stepped.sensor.recursion.state.index("position")] = position
+
+
+def quiet(unit, seed=0, share=0.002):
+    """What a drive with a small noise reports: this share of the torque at relief pressure."""
+    torque = limits_of(unit).torque
+    return DriveReport(
+        speed_step=0.01, torque_step=share * torque, torque_noise=share * torque, temperature_noise=0.05, seed=seed
+    )
+
+
+@lru_cache
+def cycle(unit, share=0.4):
+    """One lift-lower cycle under this share of the load at relief pressure: the run and its log.
+
+    No faster than that a second at constant speed stays within 45 % of the stroke.
+    """
+    load = share * limits_of(unit).load
+    speed = min(SPEED, 0.45 * unit.cylinder.stroke / (1.8 * unit.travel_per_radian))
+    start = lowered(unit, 0.4 * unit.cylinder.stroke)  # a pump that holds a load by itself lets it sink
+    run = simulate(unit, lift_lower(unit, load, WARM, motor_speed=speed, start_position=start))
+    return run, report(run, quiet(unit))
+
+
+def moves(unit, corners, load, start):
+    """A run through speeds (time, share of the highest speed that lifts) under a load over time."""
+    time, shares = zip(*corners, strict=True)
+    speed = Profile(time, [unit.max_speed * unit.lift_sign * share for share in shares])
+    profile = load if isinstance(load, Profile) else constant(load)
+    run = simulate(unit, Duty(speed, profile, constant(WARM), start))
+    return run, report(run, quiet(unit))
+
+
+def changing(corners):
+    """A quantity that runs from corner to corner (time, value)."""
+    return Profile(*zip(*corners, strict=True))
+
+
+def lowered(unit, height):
+    """Position [m] at a height above the lowered end."""
+    return height if unit.lift_sign > 0.0 else unit.cylinder.stroke - height

@@ -1,0 +1,493 @@
+"""What is not known of a machine: what references and contacts make likely, and what they do to the position."""
+
+import casadi as ca
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.hypotheses import (
+    BOUNDS,
+    COMPLIANCE,
+    DISPLACEMENT,
+    LAG,
+    LEAK,
+    LOW,
+    NAMES,
+    POSITION,
+    TOP,
+    Hypotheses,
+)
+from ramsight.sensor.uncertainty import Covariance
+from ramsight.sensor.virtual_sensor import SensorGraph
+
+from .sensor_bench import Stepped
+
+STROKE = 0.7
+PERIOD = 0.02
+INPUTS = (
+    "travel", *(f"travel_by_{k}" for k in range(4)), "noise", "grows", "leak", "floor",
+    "told", *(f"row_{k}" for k in range(4)), "surprise", "torque_variance", "tells_leak", "tells_compliance",
+    "place", "low", "top", "variance", "doubt", "use",
+)  # fmt: skip
+QUIET = dict.fromkeys(INPUTS, 0.0) | {"torque_variance": 1.0, "variance": 1e-6, "doubt": 0.2}
+N = TOP + 1
+
+
+class Bank:
+    """The hypotheses alone, fed by hand: what the rest of a sensor would tell them are the states of its graph."""
+
+    def __init__(self):
+        graph = SensorGraph()
+        x = {name: graph.state(f"input_{name}") for name in INPUTS}
+        for name, symbol in x.items():
+            graph.becomes(f"input_{name}", symbol)
+        graph.initially("position", 0.5 * STROKE)
+        started = graph.held("started")
+        known, variance = graph.state("is_referenced"), graph.state("covariance_00")
+        bank = Hypotheses(
+            graph, STROKE, Assumptions(), known=known, first=ca.logic_not(started), start_variance=variance
+        )
+        around = bank.means()
+        nominal = graph.position + x["travel"]
+        by = [x[f"travel_by_{k}"] for k in range(4)]
+        bank.predict(x["travel"], by, around, x["noise"], x["grows"], x["leak"])
+        bank.floor(x["floor"])
+        row = [x["told"] * x[f"row_{k}"] for k in range(4)]
+        bank.torque(
+            row, around, x["surprise"], x["torque_variance"], leak=x["tells_leak"], compliance=x["tells_compliance"]
+        )
+        measured = bank.measure(x["place"], nominal, x["low"], x["top"], x["variance"], x["doubt"], x["use"] > 0.0)
+        position = nominal + measured.moved
+        graph.becomes("position", position)
+        graph.becomes("is_referenced", ca.fmax(known, measured.taken))
+        graph.becomes("covariance_00", bank.variance())
+        more = {"taken": measured.taken, "refused": measured.refused, "moved": measured.moved, "band": bank.band()}
+        more |= {"total": ca.sqrt(bank.variance()), "leak": bank.means()[0], "leak_std": bank.factor_std(LEAK)}
+        more |= {f"p_{name}": p for name, p in zip(NAMES, bank._probabilities(), strict=True)}
+        bank.close()
+        sensor = graph.sensor(
+            "bank",
+            position=position,
+            velocity=0.0,
+            load=0.0,
+            std=bank.band(),
+            status=0.0,
+            more={name: (value, "1") for name, value in more.items()},
+        )
+        self._sensor, self._stepped = sensor, Stepped(sensor)
+        self.names = sensor.recursion.state
+        self._time = 0.0
+
+    def begin(self, position=0.5 * STROKE, std=1e-3, **more):
+        """Forget everything; `std` None if the position is not known."""
+        self._time = 0.0
+        self._stepped.state = self._sensor.initial.copy()
+        self.set(position=position, is_referenced=float(std is not None), covariance_00=(std or 0.0) ** 2, **more)
+        return self.go()
+
+    def set(self, **states):
+        """Other values of states."""
+        for name, value in states.items():
+            self._stepped.state[self.names.index(name)] = value
+
+    def go(self, **inputs):
+        """One sample; what is said after it."""
+        self.set(**{f"input_{name}": value for name, value in (QUIET | inputs).items()})
+        self._time += PERIOD
+        sample = ca.DM([self._time, 0.0, 0.0, 313.0, 0.0, 0.0])
+        step = self._sensor.recursion.function()
+        new, out = step(self._stepped.state, sample, self._sensor.parameters)
+        self._stepped.state = np.array(ca.densify(new))[:, 0]
+        return dict(zip(self._sensor.recursion.outputs, np.array(ca.densify(out))[:, 0].tolist(), strict=True))
+
+    def value(self, name):
+        """A state."""
+        return float(self._stepped.state[self.names.index(name)])
+
+    def matrix(self, name):
+        """The covariance of a hypothesis."""
+        full = np.zeros((N, N))
+        for i in range(N):
+            for j in range(i, N):
+                full[i, j] = full[j, i] = self.value(f"{name}_covariance_{i}{j}")
+        return full
+
+    def means(self, name):
+        """The means of a hypothesis."""
+        return np.array([self.value(f"{name}_{k}") for k in range(N)])
+
+
+@pytest.fixture(scope="module")
+def bank():
+    return Bank()
+
+
+CONTACT = {"variance": (3e-4 * STROKE) ** 2, "doubt": Assumptions().stops.obstacle, "use": 1.0}
+REFERENCE = {"variance": Assumptions().stops.reference ** 2, "doubt": Assumptions().stops.wrong, "use": 1.0}
+ENDS = {"low": (0.0, {"low": 1.0}), "top": (STROKE, {"top": 1.0})}
+
+
+def at(bank, where, **how):
+    """A measurement that says `place` when the piston seems to be at a position; it is brought there first."""
+    bank.go(travel=where - bank.value("position"))
+    return bank.go(**how)
+
+
+@pytest.mark.parametrize("end", ENDS)
+def test_a_contact_where_the_description_has_its_end_corrects_the_position(bank, end):
+    place, which = ENDS[end]
+    bank.begin(std=2e-3)
+    before = bank.go()
+    said = at(bank, place + 1.5e-3, place=place, **which, **CONTACT)
+    assert said["taken"] == 1.0
+    assert said["refused"] == 0.0
+    assert said["moved"] == pytest.approx(-1.5e-3, rel=0.1)
+    assert said["position"] == pytest.approx(place, abs=0.15e-3)
+    assert said["band"] < 0.5 * before["band"]
+    assert said["p_described"] > 0.5
+    expected = np.hypot(Assumptions().stops.std, Assumptions().stops.contact) * STROKE
+    assert bank.matrix("described")[POSITION, POSITION] ** 0.5 == pytest.approx(expected, rel=0.2)
+
+
+@pytest.mark.parametrize("end", ENDS)
+def test_contacts_again_and_again_off_an_end_are_an_end_that_is_not_described(bank, end):
+    """30 mm inside of where it should be: it becomes likely that the end is there, and no position is moved by it."""
+    place, which = ENDS[end]
+    inside = place + (0.03 if end == "low" else -0.03)
+    bank.begin(std=1e-3)
+    likely = []
+    for _ in range(5):
+        bank.go(travel=0.5 * STROKE - bank.value("position"))
+        said = at(bank, inside, place=place, **which, **CONTACT)
+        likely.append(said[f"p_{end}"])
+        if likely[-1] > 0.5 and len(likely) > 1 and likely[-2] > 0.5:
+            assert abs(said["moved"]) < 0.3e-3
+        assert said["position"] == pytest.approx(inside, abs=1e-3)
+    assert likely[-1] > 0.9
+    assert np.all(np.diff(likely) > -0.02)
+    other = "top" if end == "low" else "low"
+    assert said[f"p_{other}"] < 0.05
+    shift = bank.means(end)[LOW if end == "low" else TOP]
+    assert shift == pytest.approx(inside - place, abs=1e-3)
+    assert abs(bank.means(end)[TOP if end == "low" else LOW]) < 0.3e-3
+    elsewhere, how = ENDS[other]
+    said = at(bank, elsewhere + 0.2e-3, place=elsewhere, **how, **CONTACT)
+    assert said["taken"] == 1.0, "the other end is what it was"
+
+
+def test_references_that_agree_are_believed_by_the_third(bank):
+    bank.begin(std=1e-3)
+    taken = []
+    for k in range(3):
+        where = (0.2, 0.5, 0.35)[k]
+        bank.go(travel=where - bank.value("position"))
+        wrong = bank.go()["p_wrong"]
+        said = bank.go(place=where + 0.04 if not any(taken) else where, **REFERENCE)
+        taken.append(said["taken"])
+        assert said["p_wrong"] > wrong or said["taken"]
+    assert taken[0] == 0.0, "one reference that contradicts all else is an outlier"
+    assert any(taken)
+    assert said["band"] < 2e-3
+
+
+@pytest.mark.parametrize("off", [0.04, -0.1])
+def test_a_position_that_is_wrong_is_found_anew(bank, off):
+    bank.begin(0.3, std=1e-3)
+    bank.go(travel_by_0=5e-3, travel_by_1=0.1)
+    assert (bank.matrix("wrong")[POSITION, [LEAK, DISPLACEMENT]] != 0.0).all()
+    truth, said = 0.3 + off, None
+    for _ in range(4):
+        said = bank.go(place=truth, **REFERENCE)
+        if said["taken"]:
+            break
+        assert said["position"] == pytest.approx(0.3, abs=1e-6)
+    assert said["taken"]
+    assert said["position"] == pytest.approx(truth, abs=0.5e-3)
+    assert said["p_described"] > 0.5
+    assert bank.matrix("wrong")[POSITION, POSITION] ** 0.5 > 0.2 * STROKE, "wrong begins anew"
+    assert (bank.matrix("wrong")[POSITION, LEAK:] == 0.0).all(), "a place that nobody knows depends on nothing"
+    assert said["p_wrong"] < 0.05
+
+
+def test_an_outlier_is_refused_and_what_agrees_goes_on(bank):
+    bank.begin(0.3, std=1e-3)
+    said = bank.go(place=0.5, **REFERENCE)
+    assert said["taken"] == 0.0
+    assert said["refused"] == 1.0
+    assert said["moved"] == 0.0
+    assert said["position"] == pytest.approx(0.3, abs=1e-9)
+    for _ in range(2):
+        said = bank.go(place=0.3005, **REFERENCE)
+        assert said["taken"] == 1.0
+    assert said["position"] == pytest.approx(0.3003, abs=0.25e-3)
+    assert said["p_wrong"] < 0.01
+
+
+def test_nothing_measured_changes_no_weight(bank):
+    said = bank.begin(0.3, std=1e-3)
+    before = [said[f"p_{name}"] for name in NAMES]
+    stops = Assumptions().stops
+    priors = np.array([1.0 - 2.0 * stops.undeclared, stops.undeclared, stops.undeclared, stops.wrong])
+    assert before == pytest.approx(priors / priors.sum())
+    for _ in range(10):
+        said = bank.go(travel=1e-3)
+    assert [said[f"p_{name}"] for name in NAMES] == pytest.approx(before)
+    assert said["taken"] == said["refused"] == 0.0
+
+
+def test_the_band_holds_a_hypothesis_of_six_percent(bank):
+    bank.begin(0.3, std=1e-3)
+    bank.set(top_0=0.02, low_0=-0.02)
+    weights = {"described": 0.93, "low": 0.06, "top": 0.005, "wrong": 0.005}
+    bank.set(**{f"{name}_weight": np.log(p) for name, p in weights.items()})
+    said = bank.go()
+    std = bank.matrix("low")[POSITION, POSITION] ** 0.5
+    assert 1.96 * said["band"] >= 0.02 + 1.6 * std
+    for other, p in (("low", 0.02), ("top", 0.06)):
+        bank.set(low_weight=np.log(0.02), top_weight=np.log(0.005))
+        bank.set(**{f"{other}_weight": np.log(p)})
+        said = bank.go()
+        assert (1.96 * said["band"] >= 0.02) == (p > 0.05)
+    own = bank.matrix("described")[POSITION, POSITION] ** 0.5
+    bank.set(top_weight=np.log(0.001))
+    assert bank.go()["band"] == pytest.approx(own, rel=0.01)
+
+
+def test_the_total_is_the_variance_of_the_mixture(bank):
+    bank.begin(0.3, std=1e-3)
+    bank.set(top_0=0.02, low_0=-0.01)
+    said = bank.go()
+    p = np.array([said[f"p_{name}"] for name in NAMES])
+    p[-1] = 0.0  # one of a thousand counts for nothing
+    spread = [bank.matrix(name)[POSITION, POSITION] + bank.means(name)[POSITION] ** 2 for name in NAMES]
+    assert said["total"] ** 2 == pytest.approx(float(p @ spread), rel=1e-6)
+
+
+def test_a_hypothesis_goes_with_its_own_factors(bank):
+    """Each goes ahead by what its factors differ from those the step was made with; the likeliest is nominal."""
+    bank.begin(0.3, std=1e-3)
+    bank.set(**{f"low_{LEAK}": 1.2, f"low_{DISPLACEMENT}": 1.01, f"low_{COMPLIANCE}": 0.8, f"low_{LAG}": 50.0})
+    share = 0.1 / (0.8 + 0.1 + 0.1 + Assumptions().stops.wrong)
+    by, off = [-1e-3, 3e-2, 3e-4, 1e-6], np.array([0.2, 0.01, -0.2, 20.0])
+    bank.go(travel=0.01, **{f"travel_by_{k}": value for k, value in enumerate(by)})
+    assert bank.means("described")[POSITION] == 0.0
+    assert bank.means("low")[POSITION] == pytest.approx(np.dot(by, off), rel=1e-6)
+    assert bank.value("position") == pytest.approx(0.31 - share * np.dot(by, off), abs=1e-9)
+
+
+def test_a_step_spreads_the_position_by_what_its_derivatives_say(bank):
+    bank.begin(0.3, std=1e-3)
+    before = bank.matrix("described")
+    by = np.array([-1e-3, 2e-2, 3e-4, 1e-6])
+    bank.go(travel=0.25, noise=4e-8, grows=0.0, **{f"travel_by_{k}": value for k, value in enumerate(by)})
+    after, machine = bank.matrix("described"), Assumptions().machine
+    row = np.array([0.0, *by, 0.0, 0.0])
+    step = np.eye(N)
+    step[0] += row
+    expected = step @ before @ step.T
+    expected[0, 0] += machine.walk**2 * 0.25 + 4e-8
+    assert after[0] == pytest.approx(expected[0], rel=1e-9)
+    assert after[LEAK, LEAK] - before[LEAK, LEAK] == pytest.approx(machine.leak_walk**2 * PERIOD, rel=1e-6)
+    grown = after[DISPLACEMENT, DISPLACEMENT] - before[DISPLACEMENT, DISPLACEMENT]
+    assert grown == pytest.approx(machine.displacement_walk**2 * PERIOD, rel=1e-3)
+    grown = after[COMPLIANCE, COMPLIANCE] - before[COMPLIANCE, COMPLIANCE]
+    assert grown == pytest.approx(machine.compliance_walk**2 * PERIOD, rel=1e-3)
+    bank.go(grows=2e-3, leak=0.1)
+    wider = bank.matrix("described")
+    assert wider[0, 0] ** 0.5 - after[0, 0] ** 0.5 == pytest.approx(2e-3, rel=1e-6)
+    assert wider[LEAK, LEAK] - after[LEAK, LEAK] == pytest.approx(0.01, rel=1e-4)
+
+
+def test_leakage_is_learnt_from_the_way_between_two_references(bank):
+    """A machine that leaks 20 % more: the piston is behind where it seems to be, and that is put down to leakage."""
+    bank.begin(0.3, std=1e-4)
+    for _ in range(6):
+        bank.go(travel=0.05, travel_by_0=-0.02)
+        believed = bank.go()["leak"]
+        off = -0.02 * (1.2 - believed)
+        said = bank.go(place=bank.value("position") + off, variance=1e-8, doubt=1e-3, use=1.0)
+        assert said["taken"] == 1.0
+    assert said["leak"] == pytest.approx(1.2, abs=0.03)
+    assert said["leak_std"] < 0.05
+
+
+@pytest.mark.parametrize("told", [[LEAK], [COMPLIANCE], [LEAK, COMPLIANCE]])
+def test_a_torque_tells_leakage_or_compliance_as_it_is_told_to(bank, told):
+    tells = {LEAK: "tells_leak", COMPLIANCE: "tells_compliance"}
+    how = {"told": 1.0, "row_0": 2.0, "row_1": 0.5, "row_2": -1.0, "torque_variance": 0.01, "surprise": 0.2}
+    bank.begin(0.3, std=1e-3)
+    bank.go(travel_by_0=5e-3, travel_by_1=0.1, travel_by_2=2e-3)
+    before, means = bank.matrix("described"), bank.means("described")
+    bank.go(**how, **{tells[k]: 1.0 for k in told})
+    after, changed = bank.matrix("described"), bank.means("described") - means
+    row = np.array([0.0, 2.0, 0.5, -1.0, 0.0, 0.0, 0.0])
+    cross = before @ row
+    total, gain = row @ cross + 0.01, np.zeros(N)
+    gain[told] = cross[told] / total
+    assert changed[LEAK:] == pytest.approx(0.2 * gain[LEAK:], rel=1e-2, abs=1e-12)
+    assert changed[LEAK] >= 0.0 >= changed[COMPLIANCE]
+    joseph = np.eye(N) - np.outer(gain, row)
+    expected = joseph @ before @ joseph.T + np.outer(gain, gain) * 0.01
+    scale = np.sqrt(np.outer(np.diag(before), np.diag(before))) + 1e-12
+    assert np.abs((after - expected) / scale).max() < 1e-4
+    bank.begin(0.3, std=1e-3)
+    means = bank.means("described")
+    bank.go(**how)
+    assert bank.means("described") == pytest.approx(means)
+
+
+def test_what_a_contact_corrects_is_not_the_compliance(bank):
+    bank.begin(0.3, std=1e-3)
+    bank.go(travel=0.1, travel_by_2=5e-3, travel_by_0=-5e-3)
+    before = bank.means("described")
+    bank.go(place=bank.value("position") + 2e-3, **REFERENCE)
+    after = bank.means("described")
+    assert after[COMPLIANCE] == before[COMPLIANCE]
+    assert after[LEAK] < before[LEAK]
+
+
+@pytest.mark.parametrize(("k", "bound"), list(enumerate(BOUNDS, LEAK)))
+def test_factors_stay_within_their_bounds(bank, k, bound):
+    for sign, limit in zip((-1.0, 1.0), bound, strict=True):
+        bank.begin(0.3, std=1e-4)
+        for _ in range(30):
+            bank.go(travel_by_0=0.02, travel_by_1=2.0, leak=0.5)
+            if k == COMPLIANCE:
+                bank.go(told=1.0, row_2=1.0, surprise=20.0 * sign, tells_compliance=1.0, torque_variance=0.01)
+            else:
+                bank.go(place=bank.value("position") + 0.02 * sign, variance=1e-8, doubt=1e-30, use=1.0)
+            for name in NAMES:
+                least, most = bound
+                assert least - 1e-12 <= bank.means(name)[k] <= most + 1e-12
+        if k != DISPLACEMENT:
+            assert bank.means("described")[k] == pytest.approx(limit, rel=0.2)
+
+
+def test_leakage_is_never_better_known_than_its_floor(bank):
+    bank.begin(0.3, std=1e-3)
+    for _ in range(200):
+        said = bank.go(told=1.0, row_0=5.0, tells_leak=1.0, torque_variance=1e-6, floor=0.02)
+    assert said["leak_std"] <= 0.0200001
+    assert bank.go(floor=0.02)["leak_std"] == pytest.approx(0.02, rel=1e-3)
+
+
+def test_references_that_contradict_make_the_walk_larger_and_good_ones_smaller_again(bank):
+    bank.begin(0.3, std=1e-3)
+    grown = []
+    for off in (3e-3, 3e-3, 3e-3, *[0.0] * 25):
+        before = bank.matrix("described")[LEAK, LEAK]
+        bank.go()
+        grown.append(bank.matrix("described")[LEAK, LEAK] - before)
+        bank.go(place=bank.value("position") + off, **{**REFERENCE, "doubt": 1e-9})
+        assert -1.0 <= bank.value("innovations") <= 24.0
+    assert max(grown[1:6]) > 1.5 * grown[0]
+    assert grown[-1] == pytest.approx(grown[0], rel=0.3)
+
+
+def test_a_position_that_nobody_knows_is_found_by_the_first_contact(bank):
+    said = bank.begin(std=None)
+    assert said["band"] > 0.2 * STROKE
+    said = at(bank, 0.6, place=STROKE, top=1.0, **CONTACT)
+    assert said["taken"] == 1.0
+    assert said["position"] == pytest.approx(STROKE, abs=2e-3)
+
+
+def test_a_weight_that_is_gone_can_come_back(bank):
+    bank.begin(0.3, std=1e-3)
+    for _ in range(30):
+        said = bank.go(place=0.3, **REFERENCE)
+    bank.set(low_weight=-50.0)
+    bank.go(place=0.3, **REFERENCE)
+    assert all(bank.value(f"{name}_weight") >= -12.0 for name in NAMES)
+    assert max(bank.value(f"{name}_weight") for name in NAMES) <= 0.1
+    moved = 0
+    for _ in range(6):
+        moved += bank.go(place=0.4, **REFERENCE)["taken"]
+    assert moved
+    assert said["p_described"] > 0.7
+
+
+EVENTS = st.lists(
+    st.tuples(st.sampled_from(["move", "reference", "low", "top", "torque", "rest"]), st.integers(0, 2**31)),
+    min_size=5,
+    max_size=30,
+)
+
+
+@settings(max_examples=15)
+@given(events=EVENTS, known=st.booleans())
+def test_covariances_stay_covariances(bank, events, known):
+    """Symmetric by the way they are kept; never negative along any direction, whatever comes."""
+    bank.begin(0.3, std=1e-3 if known else None)
+    for kind, seed in events:
+        rng = np.random.default_rng(seed)
+        if kind == "move":
+            by = rng.normal(0.0, [2e-3, 5e-2, 1e-3, 1e-5])
+            how = {"travel": rng.normal(0.0, 0.05), "noise": 1e-9, "grows": rng.choice([0.0, 1e-3]), "leak": 0.01}
+            bank.go(**how, **{f"travel_by_{k}": value for k, value in enumerate(by)})
+        elif kind == "reference":
+            bank.go(place=bank.value("position") + rng.normal(0.0, 0.01), **REFERENCE)
+        elif kind in ENDS:
+            place, which = ENDS[kind]
+            bank.go(place=place, **which, **CONTACT)
+        elif kind == "torque":
+            row = {f"row_{k}": value for k, value in enumerate(rng.normal(0.0, 2.0, 4))}
+            told = {"told": 1.0, "surprise": rng.normal(), "torque_variance": rng.uniform(1e-3, 1.0)}
+            bank.go(**row, **told, tells_leak=float(rng.integers(2)), tells_compliance=float(rng.integers(2)))
+        said = bank.go(floor=0.01)
+        assert all(np.isfinite(value) for value in said.values())
+        assert sum(said[f"p_{name}"] for name in NAMES) == pytest.approx(1.0)
+        assert said["band"] >= 0.0
+        for name in NAMES:
+            matrix = bank.matrix(name)
+            scale = np.sqrt(np.diag(matrix))
+            correlation = matrix / np.outer(scale, scale)
+            assert np.linalg.eigvalsh(correlation).min() > -1e-6, name
+            assert matrix[POSITION, POSITION] <= STROKE**2 * (1.0 + 1e-9)
+
+
+def test_a_covariance_is_that_of_a_kalman_filter():
+    """Each operation of `Covariance` against the matrices of a textbook."""
+    rng = np.random.default_rng(1)
+    graph, n = SensorGraph(), 4
+    covariance = Covariance(graph, (1.0,) * n, prefix="c_")
+    root = rng.normal(size=(n, n))
+    start = root @ root.T
+    row, noise, h = rng.normal(size=n), rng.uniform(size=n), rng.normal(size=n)
+    changes = []
+    covariance.predict(list(row), list(noise))
+    stages = [dict(covariance.entries)]
+    changes.append(covariance.update(list(h), 0.7, 0.3, True))
+    stages.append(dict(covariance.entries))
+    changes.append(covariance.update(list(h[::-1]), 0.7, 0.3, True, only=[0, 2]))
+    stages.append(dict(covariance.entries))
+    variance = covariance.variance(list(h))
+    covariance.limit(0.1)
+    stages.append(dict(covariance.entries))
+    symbols = [graph.held(f"c_covariance_{i}{j}") for i in range(n) for j in range(i, n)]
+    flat = [entries[i, j] for entries in stages for i in range(n) for j in range(i, n)]
+    gains = [value for change in changes for value in change]
+    function = ca.Function("f", [ca.vertcat(*symbols)], [ca.vertcat(*flat), ca.vertcat(*gains), variance])
+    upper = np.array([start[i, j] for i in range(n) for j in range(i, n)])
+    flat, gains, variance = (np.array(value)[:, 0] for value in function(upper))
+    full = []
+    for part in flat.reshape(len(stages), -1):
+        matrix = np.zeros((n, n))
+        matrix[np.triu_indices(n)] = part
+        full.append(matrix + np.triu(matrix, 1).T)
+    step = np.eye(n)
+    step[0] += row
+    expected = step @ start @ step.T + np.diag(noise)
+    assert full[0] == pytest.approx(expected)
+    for k, (direction, only) in enumerate(((h, range(n)), (h[::-1], [0, 2]))):
+        gain = expected @ direction / (direction @ expected @ direction + 0.3)
+        gain[[i for i in range(n) if i not in only]] = 0.0
+        assert gains[k * n : (k + 1) * n] == pytest.approx(0.7 * gain)
+        joseph = np.eye(n) - np.outer(gain, direction)
+        expected = joseph @ expected @ joseph.T + 0.3 * np.outer(gain, gain)
+        assert full[k + 1] == pytest.approx(expected)
+    assert variance[0] == pytest.approx(h @ expected @ h)
+    assert full[3][0, 0] == pytest.approx(min(expected[0, 0], 0.01))
+    assert np.linalg.eigvalsh(full[3]).min() > 0.0

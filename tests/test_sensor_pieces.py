@@ -1,0 +1,216 @@
+"""Small pieces of the sensor alone: oil over a relief valve, a load that nobody sees, and the status."""
+
+from dataclasses import fields
+
+import casadi as ca
+import numpy as np
+import pytest
+import xarray
+
+from ramsight.plant.balance import balance
+from ramsight.plant.valve import ReliefValve
+from ramsight.sensor.contact import Contact
+from ramsight.sensor.intake import Intake
+from ramsight.sensor.judgement import Relief, judge
+from ramsight.sensor.limits import limits_of
+from ramsight.sensor.load import LoadStep
+from ramsight.sensor.relief import passing
+from ramsight.sensor.resting import unseen_load
+from ramsight.sensor.status import Status
+from ramsight.sensor.virtual_sensor import SensorGraph
+
+from .plant_bench import UNITS
+from .sensor_bench import Stepped
+
+BOOM = UNITS["mining-loader boom"]
+PERIOD = 0.02
+
+
+def fed(names, write):
+    """A sensor whose piece `write` makes of inputs that are told to it by hand, as states."""
+    graph = SensorGraph()
+    inputs = {name: graph.state(f"input_{name}") for name in names}
+    for name, symbol in inputs.items():
+        graph.becomes(f"input_{name}", symbol)
+    value = write(graph, inputs)
+    graph.becomes("position", graph.position)
+    sensor = graph.sensor(
+        "piece", position=0.0, velocity=0.0, load=0.0, std=0.0, status=0.0, more={"value": (value, "1")}
+    )
+    return Stepped(sensor)
+
+
+def samples(piece, rows, after=0.0):
+    """What the piece says to rows of (speed [rad/s], inputs) of some samples each."""
+    names, said = piece.sensor.recursion.state, []
+    for count, speed, inputs in rows:
+        for name, value in inputs.items():
+            piece.state[names.index(f"input_{name}")] = value
+        time = after + PERIOD * np.arange(1, count + 1)
+        data = {"motor_speed": np.full(count, speed), "motor_torque": np.zeros(count)}
+        data["oil_temperature"] = np.full(count, inputs.get("warmth", 313.0))
+        log = xarray.Dataset({k: ("time", v) for k, v in data.items()}, coords={"time": time})
+        said.append(piece.track(log)["value"])
+        after = time[-1]
+    return said
+
+
+def made(kind, **values):
+    """An instance of a dataclass of expressions, 0 where nothing else is said."""
+    return kind(**({field.name: 0.0 for field in fields(kind)} | values))
+
+
+@pytest.mark.parametrize("name", UNITS)
+def test_oil_may_pass_a_relief_valve_from_an_eighth_below_its_setting(name):
+    unit, found = UNITS[name], balance(UNITS[name])
+    values = dict(zip(found.parameters, found.values, strict=True))
+    valve = next(part for part in unit.parts() if isinstance(part, ReliefValve))
+    for share, likely in ((0.5, 0.0), (0.88, 0.0), (0.94, 0.5), (1.0, 1.0), (1.2, 1.0)):
+        z = found.at_rest(0.5 * unit.cylinder.stroke, 0.0)
+        outlet = (
+            values["tank.pressure"] if valve.outlet == "tank" else z[found.states.index(f"pressure_{valve.outlet}")]
+        )
+        z[found.states.index(f"pressure_{valve.inlet}")] = outlet + share * valve.setting
+        assert float(passing(found, ca.DM(z), values.__getitem__)) == pytest.approx(likely, abs=1e-9)
+
+
+@pytest.fixture(scope="module")
+def resting():
+    def write(graph, x):
+        step = made(LoadStep, seen=x["seen"], load=x["load"], give=x["give"])
+        return unseen_load(graph, step, x["held"], 1e4)
+
+    return fed(("seen", "load", "give", "held"), write)
+
+
+TURNS = {"seen": 1.0, "give": 1e-7, "held": 0.0}
+
+
+def test_a_load_that_nobody_sees_may_be_another_one(resting):
+    resting.state = resting.sensor.initial.copy()
+    turning, rest, on_a_stop = samples(
+        resting, [(30, 50.0, TURNS | {"load": 2e4}), (10, 0.0, TURNS | {"load": 2e4}), (5, 0.0, TURNS | {"held": 1.0})]
+    )
+    assert turning == pytest.approx(np.zeros(30))
+    assert rest == pytest.approx(np.full(10, 1e-7 * 1e4))
+    assert on_a_stop == pytest.approx(np.zeros(5))
+
+
+def test_changes_that_were_seen_teach_how_large_the_next_may_be(resting):
+    resting.state = resting.sensor.initial.copy()
+    rows = []
+    for k in range(40):
+        rows += [(30, 50.0, TURNS | {"load": 2e4 + 100.0 * (k % 2)}), (5, 0.0, TURNS)]
+    said = samples(resting, rows)
+    assert said[1][-1] == pytest.approx(1e-3)
+    assert said[3][-1] == pytest.approx(1e-3 * (5.0 / 6.0) ** 0.5, rel=1e-3), "a sixth is learnt from one change"
+    assert said[-1][-1] < 0.1e-3
+    short = samples(resting, [(10, 50.0, TURNS | {"load": 9e4}), (5, 0.0, TURNS)], after=28.0)
+    assert short[-1][-1] < 0.1e-3, "too short to be seen"
+
+
+ASKED = (
+    "usable", "lost", "overspeed", "overtorque", "stuck", "frozen", "gap", "cold", "surprise", "noise", "load",
+    "friction", "held", "doubt", "grown", "std", "position", "disputed", "known", "warmth",
+)  # fmt: skip
+FINE = dict.fromkeys(ASKED, 0.0) | {
+    "known": 1.0,
+    "noise": 0.5,
+    "position": 0.3,
+    "std": 1e-3,
+    "usable": 1.0,
+    "warmth": 313.0,
+}
+
+
+@pytest.fixture(scope="module")
+def judged():
+    limits = limits_of(BOOM)
+
+    def write(graph, x):
+        graph.parameters.add("relief_load", limits.load)
+        graph.parameters.add("relief_torque", limits.torque)
+        names = [field.name for field in fields(Intake)]
+        intake = made(Intake, **{name: x[name] for name in names if name in x})
+        step = made(LoadStep, surprise=x["surprise"], noise=x["noise"], load=x["load"], friction=x["friction"])
+        contact = made(Contact, held=x["held"])
+        more = {name: x[name] for name in ("std", "position", "disputed", "known")}
+        return judge(graph, intake, step, contact, Relief(x["doubt"], x["grown"]), limits, stroke=0.7, **more)
+
+    return fed(ASKED, write)
+
+
+TURN, STAND = 50.0, 0.0
+STATUSES = {
+    Status.OK: (TURN, {}),
+    Status.REFERENCE_DUE: (TURN, {"std": 0.008}),
+    Status.TOO_UNCERTAIN: (TURN, {"std": 0.08}),
+    Status.OUTSIDE_TEMPERATURE: (TURN, {"warmth": 400.0}),
+    Status.OUTSIDE_SPEED: (1.1 * BOOM.max_speed, {}),
+    Status.TEMPERATURE_LOST: (TURN, {"cold": 1.0}),
+    Status.NEAR_RELIEF: (TURN, {"doubt": 0.1}),
+    Status.INPUT_GAP: (TURN, {"gap": 1.0}),
+    Status.REFERENCE_REFUSED: (TURN, {"disputed": 1.0}),
+    Status.POSITION_LOST: (TURN, {"grown": 0.01}),
+    Status.NOT_REFERENCED: (TURN, {"known": 0.0}),
+    Status.OUTSIDE_STROKE: (TURN, {"position": 0.72}),
+    Status.IMPLAUSIBLE_TORQUE: (TURN, {"overtorque": 1.0}),
+    Status.IMPLAUSIBLE_SPEED: (TURN, {"overspeed": 1.0}),
+    Status.INPUT_STUCK: (TURN, {"stuck": 1.0}),
+    Status.TIME_FROZEN: (TURN, {"frozen": 1.0}),
+    Status.INPUT_LOST: (TURN, {"lost": 1.0}),
+}
+
+
+@pytest.mark.parametrize("status", STATUSES)
+def test_every_status_has_its_condition(judged, status):
+    judged.state = judged.sensor.initial.copy()
+    speed, condition = STATUSES[status]
+    before, said = samples(judged, [(5, TURN, FINE), (5, speed, FINE | condition)])
+    assert (before == Status.OK).all()
+    assert (said == status).all()
+
+
+LOAD = limits_of(BOOM).load
+LASTING = {
+    "a torque that nothing explains": (TURN, {"surprise": 5.0}, 0.6),
+    "a load that cannot be": (TURN, {"load": -1.4 * LOAD}, 0.15),
+}
+
+
+@pytest.mark.parametrize("what", LASTING)
+def test_a_torque_is_implausible_once_it_has_lasted(judged, what):
+    speed, condition, lasts = LASTING[what]
+    judged.state = judged.sensor.initial.copy()
+    said = samples(judged, [(2, speed, FINE), (60, speed, FINE | condition), (5, speed, FINE)])
+    first = np.argmax(said[1] == Status.IMPLAUSIBLE_TORQUE) * PERIOD
+    assert first == pytest.approx(lasts, abs=2.0 * PERIOD)
+    assert (said[1][-5:] == Status.IMPLAUSIBLE_TORQUE).all()
+    assert (said[2] == Status.OK).all()
+    burst = max(1, round(0.7 * lasts / PERIOD))
+    judged.state = judged.sensor.initial.copy()
+    said = samples(judged, [(burst, speed, FINE | (condition if k % 2 else {})) for k in range(12)])
+    assert (np.concatenate(said) == Status.OK).all(), "bursts do not add up"
+    judged.state = judged.sensor.initial.copy()
+    said = samples(judged, [(60, speed, FINE | condition | {"held": 1.0})])
+    assert (said[0] == Status.OK).all(), "held on a stop"
+
+
+def test_a_torque_at_rest_that_should_not_be_is_implausible(judged):
+    torque = limits_of(BOOM).torque
+    judged.state = judged.sensor.initial.copy()
+    said = samples(judged, [(50, STAND, FINE), (400, STAND, FINE | {"surprise": 0.1 * torque})])
+    assert said[1][-1] == Status.IMPLAUSIBLE_TORQUE
+    assert (said[1][:20] == Status.OK).all()
+    judged.state = judged.sensor.initial.copy()
+    rubs = {"surprise": 0.1 * torque, "friction": 0.05 * torque}
+    said = samples(judged, [(450, STAND, FINE | rubs)])
+    assert (said[0] == Status.OK).all()
+
+
+def test_the_worst_of_several_is_said(judged):
+    judged.state = judged.sensor.initial.copy()
+    both = {"std": 0.008, "doubt": 0.1, "lost": 1.0}
+    said = samples(judged, [(5, TURN, FINE | both), (5, TURN, FINE | both | {"lost": 0.0})])
+    assert (said[0] == Status.INPUT_LOST).all()
+    assert (said[1] == Status.NEAR_RELIEF).all()
