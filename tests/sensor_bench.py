@@ -10,9 +10,9 @@ from ramsight.duty import DriveReport, Duty, Profile, lift_lower, report, simula
 from ramsight.duty.lift_lower import SPEED
 from ramsight.duty.profile import constant
 from ramsight.plant.balance import FACTORS, balance
+from ramsight.plant.limits import limits_of
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.contact import ContactWatch
-from ramsight.sensor.limits import limits_of
 from ramsight.sensor.load import LoadObserver
 from ramsight.sensor.virtual_sensor import REPORTED, SensorGraph
 

@@ -12,11 +12,11 @@ from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.balance import FACTORS, balance
 from ramsight.plant.drive import IdealDrive
 from ramsight.plant.hose import Hose
+from ramsight.plant.limits import limits_of
 from ramsight.plant.model import casadi_model
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import pumped_into, side_nodes
 from ramsight.plant.valve import Orifice
-from ramsight.sensor.limits import limits_of
 
 from .plant_bench import UNITS, table_of
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ramsight.duty import report
-from ramsight.sensor.limits import limits_of
+from ramsight.plant.limits import limits_of
 
 from .plant_bench import UNITS
 from .sensor_bench import begin, changing, lowered, moves, observers, quiet

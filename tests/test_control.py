@@ -224,7 +224,7 @@ def test_a_leak_test_moves_no_rod_and_teaches_the_leakage():
     run.listen()
     assert max(abs(run.now.position[name] - x) for name, x in before.items()) < 0.2e-3
     run.go({"boom": 0.24, "bucket": 0.2})
-    assert all(sensor.state["leak"] == pytest.approx(1.2, rel=0.03) for sensor in run.sensors.values())
+    assert all(sensor.state["described_1"] == pytest.approx(1.2, rel=0.03) for sensor in run.sensors.values())
 
 
 @pytest.mark.parametrize("broken", ["motor_torque", "motor_speed", "time"])

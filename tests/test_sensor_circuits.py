@@ -6,10 +6,10 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+from ramsight.plant.limits import limits_of
 from ramsight.plant.pump import Pump
 from ramsight.plant.valve import Orifice
 from ramsight.sensor.kalman import kalman
-from ramsight.sensor.limits import limits_of
 from ramsight.sensor.status import Status
 
 from .plant_bench import UNITS, table_of

@@ -8,11 +8,11 @@ import pytest
 import xarray
 
 from ramsight.plant.balance import balance
+from ramsight.plant.limits import limits_of
 from ramsight.plant.valve import ReliefValve
 from ramsight.sensor.contact import Contact
 from ramsight.sensor.intake import Intake
 from ramsight.sensor.judgement import Relief, judge
-from ramsight.sensor.limits import limits_of
 from ramsight.sensor.load import LoadStep
 from ramsight.sensor.relief import passing
 from ramsight.sensor.resting import unseen_load
