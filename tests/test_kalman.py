@@ -107,7 +107,7 @@ def test_the_band_holds_what_it_says(tracked):
         inside += int((error <= BAND * std).sum())
         wrong += int(((track["status"].values == Status.OK) & (error > 4.0 * std)).sum())
         samples += log.sizes["time"]
-    assert 0.93 <= inside / samples
+    assert inside / samples >= 0.93
     assert wrong <= 0.005 * samples
 
 

@@ -36,7 +36,7 @@ FACTORS = ("leak", "displacement", "compliance")
 hoses give under pressure."""
 _HELD = 1e4  # 1/s; rate at which the velocity of a held piston ends, fast against any sample
 _MASSLESS = 1e-4  # share of the mass that is left: oscillations are a hundred times faster than the machine's
-_ITERATIONS = 2
+_ITERATIONS = 3
 _LOAD_STEP = 1e3  # N; for the slope of the pressures at rest over the load, which is constant
 
 

@@ -104,7 +104,11 @@ class Hose:
             self._with_inertia(circuit)
             return
         difference = circuit.pressure(self.inlet) - circuit.pressure(self.outlet)
-        flow = self.flow(difference, circuit.viscosity, circuit.density)
+        conductance = 1.0 / laminar_resistance(circuit.viscosity, circuit.density, self.length, self.diameter)
+        if self.turbulent:
+            reynolds = self._reynolds(conductance * difference, circuit.viscosity)
+            conductance = circuit.coefficient(conductance * flow_over_laminar(reynolds))
+        flow = conductance * difference
         circuit.flow(self.name, self.inlet, self.outlet, flow)
         circuit.loss(f"{self.name}.throttling", flow * difference)
 

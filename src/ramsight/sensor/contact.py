@@ -33,6 +33,8 @@ _OVER = 0.95  # share of the way from where a relief valve may open to its setti
 _FOUND = 0.3  # s after the motor has started or stopped, until the load is found
 _PUSHING = 1.0  # rad/s; a motor that turns faster delivers
 _NEAR, _NEAR_LEAST = 4.0, 5e-3  # standard deviations and share of the stroke, so near an end it is the end
+_LEFT, _REMEMBERED = 0.7, 1.0  # share of what the oil carried within as many seconds: below, the load settles
+_SETTLING = 0.1  # share of the seeming way since then by which that place is unsure
 _NOISE = 4.0  # standard deviations
 _SOFTER = 0.5  # share of the expected torque's change that compliance does not explain, twice its deviation
 
@@ -44,6 +46,7 @@ class Contact:
     Attributes:
         touched: one has just been found.
         place: position at which the piston came to stand [m].
+        doubt: standard deviation of that place where the oil's pressure had to tell it [m].
         at_top: whether that would be the extended end, 1 or 0: the one it was moved to, or the one that it leaves.
         held: whether the piston is held after this sample.
         released: whether it has just been let go.
@@ -54,6 +57,7 @@ class Contact:
 
     touched: Any
     place: Any
+    doubt: Any
     at_top: Any
     held: Any
     released: Any
@@ -82,6 +86,7 @@ class ContactWatch:
         self._turned, self._since = graph.state("turned"), graph.state("turns_or_rests_for")
         self._leaves, self._left_from = graph.state("leaves"), graph.state("left_from")
         self._torque = graph.state("torque_when_pushing_began")
+        self._carried, self._carried_at = graph.state("carried_lately"), graph.state("carried_until")
 
     def look(self, step: LoadStep, position: Any, stroke: Any, std: Any, known: Any, relief: Any) -> Contact:
         """One sample.
@@ -116,6 +121,7 @@ class ContactWatch:
         sinks = ca.logic_and(step.empty, ca.logic_and(free, lowers))
         # At an end a relief valve soon takes all that the pump delivers; nowhere else is that sure.
         before = position - step.travel  # where this sample went is as doubtful as the flow
+        settled = self._settles(step, before)
         ahead = ca.if_else(way > 0.0, stroke - before, before)
         ends = ca.logic_and(known, ahead < _NEAR * std + _NEAR_LEAST * stroke)
         over = ca.logic_and(ca.logic_and(turns, relief > _OVER), ca.logic_and(ends, ca.logic_not(self.held)))
@@ -145,6 +151,20 @@ class ContactWatch:
         goes = ca.logic_or(released, ca.logic_and(touched, leaving))
         graph.becomes("leaves", ca.if_else(goes, 1.0, ca.if_else(away, 0.0, self._leaves)))
         graph.becomes("left_from", ca.if_else(goes, position, self._left_from))
-        stood_at = ca.if_else(in_vain, self._anchor, before)
+        stood_at = ca.if_else(in_vain, self._anchor, ca.if_else(sunk, settled, before))
+        doubt = ca.if_else(ca.logic_and(sunk, ca.logic_not(in_vain)), _SETTLING * (before - settled), 0.0)
         at_top = ca.if_else(leaving, way < 0.0, way > 0.0)
-        return Contact(touched, stood_at, at_top, held, released, stands, pushing, built)
+        return Contact(touched, stood_at, doubt, at_top, held, released, stands, pushing, built)
+
+    def _settles(self, step: LoadStep, before: Any) -> Any:
+        """Where the piston was when the pump's side last carried what it had carried before [m].
+
+        A load that settles on something else leaves the oil; while the oil decompresses the pump still delivers and
+        the piston seems to go on.
+        """
+        lately = self._carried * ca.exp(-self._graph.elapsed / _REMEMBERED)
+        carried = ca.fmax(ca.fabs(step.carried), lately)
+        place = ca.if_else(ca.fabs(step.carried) < _LEFT * carried, self._carried_at, before)
+        self._graph.becomes("carried_lately", carried)
+        self._graph.becomes("carried_until", place)
+        return place

@@ -74,6 +74,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     graph, limits, circuit = SensorGraph(), limits_of(unit), balance(unit)
     stroke = float(unit.cylinder.stroke)
     graph.initially("position", 0.5 * stroke)
+    graph.parameters.add("stop_stiffness", float(unit.cylinder.stop_stiffness))
     intake = take_in(graph, unit, limits)
     first = ca.logic_not(graph.held("started"))
     referenced, variance = graph.state(IS_REFERENCED), graph.state(VARIANCE)
@@ -113,7 +114,9 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     total = bank.variance()
     graph.becomes(VARIANCE, ca.fmax(total, 0.0))
     unseen = unseen_load(graph, step, contact.held, assumed.machine.unseen_load * symbol("relief_load"))
-    std = ca.sqrt(bank.band() ** 2 + unseen**2 + step.noise_travel**2) + pending
+    # What presses on a stop goes into it by as much as it gives way.
+    pressed = ca.if_else(contact.held, step.carried / symbol("stop_stiffness"), 0.0)
+    std = ca.sqrt(bank.band() ** 2 + unseen**2 + pressed**2 + step.noise_travel**2) + pending
     code = judge(
         graph,
         intake,
@@ -216,7 +219,8 @@ def _measure(
     by_contact = ca.logic_and(touched, ca.logic_not(given))
     # The torque may be late: the oil seems to be compressed a little after it is.
     late = ca.fabs(step.free_travel) * ca.fmax(0.5 * assumed.drive.delay / ca.fmax(graph.elapsed, 1e-3), 0.5)
-    own = (stops.contact * stroke) ** 2 + ca.if_else(contact.touched, late**2, bank.variance())
+    found = late**2 + contact.doubt**2 + (step.carried / graph.parameters.symbol("stop_stiffness")) ** 2
+    own = (stops.contact * stroke) ** 2 + ca.if_else(contact.touched, found, bank.variance())
     return bank.measure(
         ca.if_else(given, graph.reference, ca.if_else(top, stroke, 0.0)),
         ca.if_else(given, nominal, at),

@@ -100,7 +100,9 @@ class LoadObserver:
         self._relief_load, self._relief_torque = add("relief_load", limits.load), add("relief_torque", limits.torque)
         load = 0.5 * limits.load
         start = balance.at_rest(0.5 * balance.unit.cylinder.stroke, load)
-        self._before = [graph.position]
+        # Chambers have no volume beyond the ends; a position that is not known may be anywhere.
+        stroke = float(balance.unit.cylinder.stroke)
+        self._before = [ca.fmin(ca.fmax(graph.position, 0.0), stroke)]
         names = [f"circuit_{name}" for name in balance.states[1:]]
         self._before += [graph.state(n, float(v)) for n, v in zip(names, start[1:], strict=True)]
         self._names = (*names, "load")
