@@ -692,12 +692,14 @@ def test_a_disk_that_cannot_be_written_is_told_from_the_start_and_tried_again(tm
     assert bus.alarms == PE | CANNOT_SAVE
     disk.fails = False
     bus.rest(1.2)
-    assert (bus.alarms, bus.position) == (0, 10000)
+    assert bus.alarms == 0
+    assert abs(bus.position - 10000) <= 1
     assert bus.emergencies()[-1] == 0
     bus.rest(1.2)
     again = power_up(tmp_path / "boom.state")
     again.rest(0.1)
-    assert (again.alarms, again.position) == (0, 10000)
+    assert again.alarms == 0
+    assert abs(again.position - 10000) <= 1
 
 
 def test_a_disk_that_fails_when_motion_begins_is_told_at_once(tmp_path, trace, disk):

@@ -248,8 +248,9 @@ def test_what_is_resumed_is_what_was_kept(slots):
     before = slots.get()
     assert slots.resume() == RESUMED
     after = slots.get()
-    untimed = [name for name in slots.names if name not in ("started", "clocked", "covariance_00")]
-    assert [after[name] for name in untimed] == pytest.approx([before[name] for name in untimed], rel=1e-3, abs=0.2)
+    assert [after[name] for name in LEARNED] == pytest.approx([before[name] for name in LEARNED], rel=1e-3)
+    pressures = [name for name in slots.names if re.fullmatch(r"circuit_pressure_[a-z]+_[ab]", name)]
+    assert [after[name] for name in pressures] == pytest.approx([before[name] for name in pressures], abs=1e4)
     assert after["position"] == before["position"]
     assert after["covariance_00"] >= before["covariance_00"]
     assert (after["started"], after["clocked"]) == (0.0, 0.0)
@@ -345,13 +346,13 @@ def test_the_same_machine_gives_the_same_bytes(tmp_path):
         assert (one.folder / name).read_bytes() == (other.folder / name).read_bytes()
 
 
-def test_a_step_takes_less_than_a_microsecond_and_a_page_of_stack(tmp_path):
+def test_a_step_takes_a_few_microseconds_and_two_pages_of_stack(tmp_path):
     done = write_sensor(LOADER, "boom", tmp_path / "boom", compiler="")
     found = footprint(COMPILER, done.folder, "ramsight_boom", single=False, optimised="-O2")
-    assert found.step < 1e-6
-    assert found.stack < 4096
-    assert found.state < 1024
-    assert found.code < 48 * 1024
+    assert found.step < 20e-6
+    assert found.stack < 8192
+    assert found.state < 2048
+    assert found.code < 128 * 1024
 
 
 def test_statuses_and_their_texts_are_in_the_header(exported):
@@ -385,14 +386,12 @@ def test_a_compiler_that_fails_leaves_nothing(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_places_and_machines_that_cannot_be_are_refused(tmp_path):
+def test_places_that_cannot_be_are_refused(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="is a file"):
         write_sensor(LOADER, "boom", tmp_path / "file")
     with pytest.raises(OutputError, match="there is no directory"):
         write_sensor(LOADER, "boom", tmp_path / "none" / "boom")
-    with pytest.raises(DescriptionError, match="direct-driven"):
-        write_sensor(machine.load("eha-single-rod"), "axis", tmp_path / "axis")
     assert [file.name for file in tmp_path.iterdir()] == ["file"]
 
 

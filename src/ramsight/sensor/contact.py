@@ -53,6 +53,7 @@ class Contact:
         stands: whether the piston may be standing while the pump delivers, not yet surely.
         pushing: whether the motor pushes against what holds it.
         built: change of the expected torque since it pushes [N m].
+        pressed: force by which it presses on what holds it, extension positive [N].
     """
 
     touched: Any
@@ -64,6 +65,7 @@ class Contact:
     stands: Any
     pushing: Any
     built: Any
+    pressed: Any
 
 
 class ContactWatch:
@@ -86,6 +88,7 @@ class ContactWatch:
         self._turned, self._since = graph.state("turned"), graph.state("turns_or_rests_for")
         self._leaves, self._left_from = graph.state("leaves"), graph.state("left_from")
         self._torque = graph.state("torque_when_pushing_began")
+        self._load = graph.state("load_before_standing")
         self._carried, self._carried_at = graph.state("carried_lately"), graph.state("carried_until")
 
     def look(self, step: LoadStep, position: Any, stroke: Any, std: Any, known: Any, relief: Any) -> Contact:
@@ -135,6 +138,10 @@ class ContactWatch:
         keeps = ca.logic_or(stands, ca.logic_not(graph.elapsed > 0.0))
         graph.becomes("delivered_in_vain", ca.if_else(ca.logic_and(keeps, ca.logic_not(touched)), delivered, 0.0))
         graph.becomes("standing_place", ca.if_else(keeps, self._anchor, position))
+        keeps_load = ca.logic_or(keeps, ca.logic_or(self.held, touched))
+        load = ca.if_else(keeps_load, self._load, step.load)
+        graph.becomes("load_before_standing", load)
+        pressed = self._lift * (step.carried - load)
 
         pushing = ca.logic_and(self.held, ca.logic_and(turns, way == self._direction))
         back = ca.logic_and(self.held, ca.logic_and(turns, way != self._direction))
@@ -154,7 +161,7 @@ class ContactWatch:
         stood_at = ca.if_else(in_vain, self._anchor, ca.if_else(sunk, settled, before))
         doubt = ca.if_else(ca.logic_and(sunk, ca.logic_not(in_vain)), _SETTLING * (before - settled), 0.0)
         at_top = ca.if_else(leaving, way < 0.0, way > 0.0)
-        return Contact(touched, stood_at, doubt, at_top, held, released, stands, pushing, built)
+        return Contact(touched, stood_at, doubt, at_top, held, released, stands, pushing, built, pressed)
 
     def _settles(self, step: LoadStep, before: Any) -> Any:
         """Where the piston was when the pump's side last carried what it had carried before [m].

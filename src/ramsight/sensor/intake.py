@@ -73,7 +73,7 @@ def take_in(graph: SensorGraph, unit: HydraulicUnit, limits: Limits) -> Intake:
     """Put checked inputs in the place of a graph's raw ones, and let unusable samples pass by.
 
     Args:
-        graph: the sensor's graph, before its books are written.
+        graph: the sensor's graph, before its laws are written.
         unit: the unit's parts.
         limits: of the unit.
     """
@@ -99,6 +99,8 @@ def take_in(graph: SensorGraph, unit: HydraulicUnit, limits: Limits) -> Intake:
     clock, clocked = graph.state("clock"), graph.state("clocked")
     tick = ca.if_else(ca.logic_and(number[0], clocked), time - clock, 0.0)
     passed = ca.fmax(tick, 0.0)
+    # Against the last sample of all: one that came too soon is passed over, and the clock may stand from there on.
+    stands = ca.logic_and(ca.logic_and(number[0], clocked), tick <= 0.0)
     graph.becomes("clock", ca.if_else(number[0], time, clock), always=True)
     graph.becomes("clocked", ca.fmax(clocked, number[0]), always=True)
 
@@ -157,7 +159,7 @@ def take_in(graph: SensorGraph, unit: HydraulicUnit, limits: Limits) -> Intake:
         overspeed=ca.logic_not(speed_ok),
         overtorque=ca.logic_not(torque_ok),
         stuck=stuck,
-        frozen=ca.logic_and(started, raw <= 0.0),
+        frozen=ca.logic_and(started, ca.logic_or(raw <= 0.0, stands)),
         gap=ca.logic_and(started, ca.logic_or(raw > _LATE, back)),
         cold=ca.logic_not(warm_ok),
         passed=passed,

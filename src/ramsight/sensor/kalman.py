@@ -100,7 +100,10 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     observer.release(contact.released, step.carried)
     _torque(graph, bank, step, contact, with_lag(step.torque_by), around)
     measured = _measure(graph, bank, step, contact, nominal, assumed, referenced)
-    position = ca.if_else(contact.touched, contact.place, nominal) + measured.moved
+    # A stop gives way; what it gives back once the piston is let go is travel.
+    given_way = contact.pressed / symbol("stop_stiffness")
+    begins = ca.if_else(contact.touched, contact.place, nominal + ca.if_else(contact.released, given_way, 0.0))
+    position = begins + measured.moved
     after = bank.means()
     observer.shift([new - old for new, old in zip(after[:3], around[:3], strict=True)])
     known = ca.fmax(referenced, measured.taken)
@@ -114,9 +117,9 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     total = bank.variance()
     graph.becomes(VARIANCE, ca.fmax(total, 0.0))
     unseen = unseen_load(graph, step, contact.held, assumed.machine.unseen_load * symbol("relief_load"))
-    # What presses on a stop goes into it by as much as it gives way.
-    pressed = ca.if_else(contact.held, step.carried / symbol("stop_stiffness"), 0.0)
-    std = ca.sqrt(bank.band() ** 2 + unseen**2 + pressed**2 + step.noise_travel**2) + pending
+    # How much of what the oil carries the stop carries is not known while it is held.
+    into = ca.if_else(contact.held, step.carried / symbol("stop_stiffness"), 0.0)
+    std = ca.sqrt(bank.band() ** 2 + unseen**2 + into**2 + step.noise_travel**2) + pending
     code = judge(
         graph,
         intake,
