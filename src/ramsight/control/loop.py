@@ -5,6 +5,7 @@ The truth goes to the drives' reports and into the record, and nowhere else; the
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
@@ -22,6 +23,7 @@ from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.plant.ddh import DdhUnit
 from ramsight.plant.linked import LinkedMachine
 from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.hypotheses import DISPLACEMENT, LEAK
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
@@ -127,6 +129,7 @@ class ClosedLoop:
         self.tips: list[tuple[float, float]] = []
         self._payload, self._force = payload, (0.0, 0.0)
         self._commands: dict[str, Command] = {}
+        self._references: dict[str, float] = {}
         self._decide()
 
     @property
@@ -205,9 +208,17 @@ class ClosedLoop:
         self.rest(settle)
 
     def home(self, unit: str, *, lifted: bool = False, settle: float = 0.5) -> None:
-        """Let one unit visit an end stop and wait until it has, or has stopped; then for a while [s]."""
-        self.controls[unit].home(lifted=lifted)
+        """Let one unit visit an end stop and wait until it has, or has stopped; then for a while [s].
+
+        Whoever homes a machine says that nothing is in the way: where the rod then stands is a reference. What the
+        sensor finds by itself could be an obstacle.
+        """
+        control = self.controls[unit]
+        control.home(lifted=lifted)
         self.wait()
+        if control.activity is Activity.RESTING:
+            up = lifted == (control.unit.lift_sign > 0.0)
+            self._references[unit] = control.unit.cylinder.stroke if up else 0.0
         self.rest(settle)
 
     def listen(self, settle: float = 0.5) -> None:
@@ -241,11 +252,17 @@ class ClosedLoop:
             if self.fault is not None:
                 reported = self.fault(name, reported)
             sensor, control, record = self.sensors[name], self.controls[name], self.records[name]
-            estimate = sensor.step(reported.time, reported.motor_speed, reported.motor_torque, reported.oil_temperature)
+            estimate = sensor.step(
+                reported.time,
+                reported.motor_speed,
+                reported.motor_torque,
+                reported.oil_temperature,
+                self._references.pop(name, math.nan),
+            )
             used = self._fed_back(estimate, now.position[name])
             learned = sensor.state
             command = control.step(
-                used, reported, leak=learned.get("leak", 1.0), displacement=learned.get("displacement", 1.0)
+                used, reported, leak=learned[f"described_{LEAK}"], displacement=learned[f"described_{DISPLACEMENT}"]
             )
             self._commands[name] = command
             record.position.append(now.position[name])

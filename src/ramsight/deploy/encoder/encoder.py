@@ -264,7 +264,8 @@ class Encoder:
         position, last = self._scale.metres(steps), self._sample
         if not 0.0 <= position <= self._unit.cylinder.stroke:
             refuse(INVALID)
-        if last is None or self._drive.lost or self._is_disputed:  # whoever insists has to forget the position first
+        disputed = self._sensor.state.get("disputed", 0.0) > 0.5  # whoever insists has to forget the position first
+        if last is None or self._drive.lost or disputed:
             refuse(BY_STATE)
         assert last is not None
         sent, warmth = last.time + _JUST_AFTER, self._listener.temperature(self._now)
