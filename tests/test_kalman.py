@@ -22,7 +22,6 @@ from ramsight.sensor.status import Status
 from ramsight.study.errors import first_stop_contact, stop_visits, turning_for
 
 BAND = 1.96
-NOISE = 1e-3  # m, by which noise of the torque may move the rod on its oil
 CYCLES = [
     "boom_129kN_40C", "boom_258kN_40C", "boom_441kN_40C", "boom_441kN_20C", "boom_441kN_60C", "bucket_48kN_40C",
     "bucket_96kN_40C", "bucket_162kN_40C", "boom_300kN_30C_400rpm", "boom_300kN_30C_800rpm", "boom_300kN_30C_2400rpm",
@@ -360,8 +359,8 @@ def test_nothing_a_drive_may_say_moves_the_position_faster_than_the_piston_can_g
         passed = max(time - clock, 0.0) if np.isfinite(step) else 0.0
         clock = time if np.isfinite(step) else clock
         assert 0.0 <= now.position <= unit.cylinder.stroke
-        referenced = now.std < 1e-3 and abs(now.position - before.position) > fastest * passed
-        assert referenced or abs(now.position - before.position) <= fastest * passed + NOISE
+        referenced = now.std < 0.8 * before.std  # a stop that was recognised, however sure
+        assert referenced or abs(now.position - before.position) <= fastest * passed + 1e-12
         assert np.isfinite([now.std, now.velocity, now.load]).all()
         if not np.isfinite([said, speed, torque]).all():
             assert now.status.validity == "invalid"

@@ -255,7 +255,7 @@ def _report(
     # Whatever is not a reference moves the position that is shown no faster than the piston can go.
     shown, started = graph.state("shown_position"), graph.held("started")
     fastest = _FASTEST * graph.parameters.symbol("travel_per_radian") * graph.parameters.symbol("max_speed")
-    reach = fastest * intake.passed + ca.if_else(intake.passed > 0.0, 3.0 * step.noise_travel, 0.0)
+    reach = fastest * intake.passed
     wanted = ca.fmin(ca.fmax(ca.if_else(intake.usable, inside, graph.position), 0.0), stroke)
     jumps = ca.logic_and(ca.logic_or(taken, ca.logic_not(started)), intake.usable)
     followed = ca.fmin(ca.fmax(wanted, shown - reach), shown + reach)
