@@ -13,13 +13,13 @@ from typing import Any
 
 import casadi as ca
 
-from ramsight.plant.balance import FACTORS, balance
+from ramsight.plant.balance import FACTORS, Balance, balance
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.contact import Contact, ContactWatch
 from ramsight.sensor.hypotheses import LEAK, Hypotheses, Measured
-from ramsight.sensor.intake import take_in
+from ramsight.sensor.intake import Intake, take_in
 from ramsight.sensor.judgement import Relief, judge
 from ramsight.sensor.load import LoadObserver, LoadStep
 from ramsight.sensor.relief import passing
@@ -85,9 +85,9 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     bank = Hypotheses(graph, stroke, assumed, known=referenced, first=first, start_variance=variance)
 
     around = bank.means()
-    leak = around[0] * ca.exp(around[3] * warming.rate)
-    step = observer.step([leak, around[1], around[2]], watch.held)
     scale = ca.exp(around[3] * warming.rate)
+    leak = around[0] * scale
+    step = observer.step([leak, around[1], around[2]], watch.held)
 
     def with_lag(by: tuple[Any, ...]) -> list[Any]:
         return [by[0] * scale, by[1], by[2], by[0] * leak * warming.rate]
@@ -135,7 +135,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     )
     factors = [(after[k], bank.factor_std(k + LEAK)) for k in range(len(FACTORS))]
     bank.close()
-    return _report(graph, step, intake, position, std, code, factors, measured.taken, contact.held, circuit, limits)
+    return _report(graph, step, intake, position, std, code, factors, measured.taken, contact.held, circuit)
 
 
 def _relief(graph: SensorGraph, step: LoadStep, doubt: Any, contact: Contact) -> tuple[Any, Any]:
@@ -238,15 +238,14 @@ def _measure(
 def _report(
     graph: SensorGraph,
     step: LoadStep,
-    intake: Any,
+    intake: Intake,
     position: Any,
     std: Any,
     status: Any,
     factors: list[tuple[Any, Any]],
     taken: Any,
     held: Any,
-    circuit: Any,
-    limits: Any,
+    circuit: Balance,
 ) -> VirtualSensor:
     """What the sensor says of the sample, and its graph closed."""
     stroke = graph.parameters.symbol("stroke")

@@ -264,8 +264,7 @@ class Encoder:
         position, last = self._scale.metres(steps), self._sample
         if not 0.0 <= position <= self._unit.cylinder.stroke:
             refuse(INVALID)
-        disputed = self._sensor.state.get("disputed", 0.0) > 0.5  # whoever insists has to forget the position first
-        if last is None or self._drive.lost or disputed:
+        if last is None or self._drive.lost or self._refused_one:  # whoever insists has to forget the position first
             refuse(BY_STATE)
         assert last is not None
         sent, warmth = last.time + _JUST_AFTER, self._listener.temperature(self._now)
@@ -313,7 +312,12 @@ class Encoder:
     def _is_disputed(self) -> bool:
         """Whether a reference was refused, and none accepted since; a worse status may hide the sensor's own word."""
         status = None if self._estimate is None else self._estimate.status
-        return status is Status.REFERENCE_REFUSED or self._sensor.state.get("disputed", 0.0) > 0.5
+        return status is Status.REFERENCE_REFUSED or self._refused_one
+
+    @property
+    def _refused_one(self) -> bool:
+        """The sensor's own memory of it; the balance and the table have none."""
+        return self._sensor.state.get("disputed", 0.0) > 0.5
 
     @property
     def _status(self) -> int:
