@@ -162,7 +162,7 @@ def simulate(
     """Simulate lift-lower cycles of one unit.
 
     The motor rests, lifts at constant speed, rests and lowers, with the load on the rods all the time. Shows where
-    the energy went, and how well the books close; writes results, drive log and truth where you say.
+    the energy went, and how well the balances close; writes results, drive log and truth where you say.
 
     Example: ramsight simulate mining-loader --unit boom --load "441 kN" --oil-temperature "40 degC" --out boom.nc
     """

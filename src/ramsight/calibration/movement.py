@@ -56,11 +56,6 @@ class Sweep:
     relieved: Array
 
 
-def relief_load(unit: HydraulicUnit) -> float:
-    """Load at which the held side's pressure reaches the relief setting, friction left out [N]."""
-    return limits_of(unit).load
-
-
 def sweep(
     unit: HydraulicUnit,
     *,
@@ -82,7 +77,7 @@ def sweep(
         SimulationError: if a run does not reach its end.
     """
     model = circuit(unit)
-    top = relief_load(unit)
+    top = limits_of(unit).load
     steep = max(2, loads // 4)
     force = np.concatenate(
         [
