@@ -36,6 +36,8 @@ FACTORS = ("leak", "displacement", "compliance")
 hoses give under pressure."""
 _HELD = 1e4  # 1/s; rate at which the velocity of a held piston ends, fast against any sample
 _MASSLESS = 1e-4  # share of the mass that is left: oscillations are a hundred times faster than the machine's
+_BEYOND = 5.0  # Stribeck velocities from which on breakaway plays no part
+_SLIDES = 1e-3  # m/s; a piston that went faster the other way slides at once, a slower one stands first
 _ITERATIONS = 3
 _LOAD_STEP = 1e3  # N; for the slope of the pressures at rest over the load, which is constant
 
@@ -57,12 +59,17 @@ class Solution:
     _rate_by_load: Any
     _rate_by_factors: Any
     _torque_by_factors: Any
+    _sliding: Any
     _balance: Balance
     _h: Any
 
     def by_load(self) -> Any:
         """dz/dF for a load that changes at the step's beginning [state/N]."""
         return self._balance.solve(self._factors, self._rate_by_load)
+
+    def by_large_load(self) -> Any:
+        """The same for a change that friction cannot hold [state/N]."""
+        return self._balance.solve(*self._sliding)
 
     def by_start(self, direction: Any, load: Any = 0.0) -> Any:
         """How `z` follows a change of the states before the step, with a change of the load beside it [N]."""
@@ -106,14 +113,7 @@ class Balance:
     """
 
     def __init__(self, unit: HydraulicUnit) -> None:
-        cylinder = replace(
-            unit.cylinder,
-            coulomb_friction=0.0,
-            breakaway_friction=0.0,
-            viscous_friction=0.0,
-            stop_stiffness=0.0,
-            mass=_MASSLESS * unit.cylinder.mass,
-        )
+        cylinder = replace(unit.cylinder, stop_stiffness=0.0, mass=_MASSLESS * unit.cylinder.mass)
         changed: dict[str, Any] = {"cylinder": cylinder, "drive": IdealDrive("drive", unit.drive.inertia)}
         self.unit: Any = replace(unit, **changed)  # type: ignore[type-var]
         circuit = Circuit(self.unit.oil, self.unit.tank_pressure, keep_coefficients=True)
@@ -131,12 +131,14 @@ class Balance:
         """The functions of an iteration, of the coefficients and of the torque."""
         ode = self.model.ode
         z, speed, load, p = ode.x, ode.u[0], ode.u[1], ode.p
-        slope, held, factors = ode.slope[0], ca.SX.sym("held"), ca.SX.sym("factor", len(FACTORS))
+        slope, stands, factors = ode.slope[0], ca.SX.sym("stands"), ca.SX.sym("factor", len(FACTORS))
+        friction = ca.SX.sym("friction")
         kept = ca.vertcat(*(symbol for symbol, _ in circuit.coefficients))
         expressions = [expression for _, expression in circuit.coefficients]
         velocity = self.states.index("velocity")
         rates = ca.vertsplit(ode.rhs)
-        rates[velocity] = ca.if_else(held, -_HELD * z[velocity], rates[velocity])
+        slides = rates[velocity] - friction / self._parameter(p, "cylinder.mass")
+        rates[velocity] = ca.if_else(stands, -_HELD * z[velocity], slides)
         rate = ca.substitute(ca.vertcat(*rates), ode.slope, ca.SX.zeros(2))
         torque = next(output.expression for output in ode.outputs if output.name == "motor_torque")
         by_factors = self._with_factors(p, factors)
@@ -152,13 +154,14 @@ class Balance:
         arguments = [z, speed, load, p, factors]
         options = {"cse": True}
         self._coefficients = ca.Function("coefficients", arguments, [column], options)
-        self._iteration = ca.Function("iteration", [*arguments, kept, held], [rate, ca.vec(jacobian.nz[:])], options)
+        self._iteration = ca.Function("iteration", [*arguments, kept, stands, friction], [rate, ca.vec(jacobian.nz[:])], options)
         self._sensitive = ca.Function(
             "sensitive",
-            [*arguments, kept, held],
+            [*arguments, kept, stands, friction],
             [ca.densify(ca.jacobian(rate, load)), ca.densify(ca.jacobian(rate, factors))],
             options,
         )
+        self._friction = ca.Function("friction", [z, load, p], [*self._resists(z, load, p)], options)
         torque = ca.substitute(torque, kept, column)
         self._torque = ca.Function(
             "torque",
@@ -167,6 +170,24 @@ class Balance:
             options,
         )
         self._elimination = eliminate(jacobian.sparsity())
+
+    def _parameter(self, p: Any, name: str) -> Any:
+        return p[self.parameters.index(name)]
+
+    def _resists(self, z: Any, load: Any, p: Any) -> tuple[Any, Any]:
+        """Whether friction keeps the piston where it is, and what it is where it slides [N].
+
+        Friction is that of the cylinder's own law beyond its breakaway. At rest it is whatever is needed, up to that;
+        the force that it has to hold, and the way the piston last went, decide (an active set).
+        """
+        names = [field.name for field in fields(self.unit.cylinder) if f"cylinder.{field.name}" in self.parameters]
+        cylinder = replace(self.unit.cylinder, **{n: self._parameter(p, f"cylinder.{n}") for n in names})
+        velocity = z[self.states.index("velocity")]
+        least = _BEYOND * cylinder.stribeck_velocity
+        most = cylinder.friction(ca.fmax(ca.fabs(velocity), least))
+        force = self.unit.lift_sign * (self.force(z) - load)
+        decides = force + most * velocity / _SLIDES
+        return ca.fabs(decides) < most, ca.sign(decides) * most
 
     def _with_factors(self, p: Any, factors: Any) -> Any:
         """The parameters with the factors on them; leakage does not grow with displacement."""
@@ -252,12 +273,17 @@ class Balance:
         z = z0 if guess is None else guess
         for _ in range(iterations):
             kept = self._coefficients(z, mean_speed, load, p, theta)
-            rate, entries = self._iteration(z, mean_speed, load, p, theta, kept, held)
+            stuck, friction = self._friction(z, load, p)
+            stands = ca.logic_or(held, stuck)
+            rate, entries = self._iteration(z, mean_speed, load, p, theta, kept, stands, friction)
             factored = self._elimination.factor(entries, 1.0 / h)
             z = z + self._elimination.solve(factored, rate - (z - z0) / h)
-        by_load, by_factors = self._sensitive(z, mean_speed, load, p, theta, kept, held)
+        by_load, by_factors = self._sensitive(z, mean_speed, load, p, theta, kept, stands, friction)
+        _, entries = self._iteration(z, mean_speed, load, p, theta, kept, held, friction)
+        loose = self._elimination.factor(entries, 1.0 / h)
+        sliding = loose, self._sensitive(z, mean_speed, load, p, theta, kept, held, friction)[0]
         torque, torque_by_z, torque_by_factors = self._torque(z, speed, acceleration, p, theta)
-        return Solution(z, torque, factored, torque_by_z, by_load, by_factors, torque_by_factors, self, h)
+        return Solution(z, torque, factored, torque_by_z, by_load, by_factors, torque_by_factors, sliding, self, h)
 
 
 @lru_cache(maxsize=64)

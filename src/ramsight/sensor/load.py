@@ -136,10 +136,10 @@ class LoadObserver:
 
         first = solve(before, load, before, 3)
         early = solve(before, load, first.z, 1, w)
-        by_load = first.by_load()
+        by_load, by_large = first.by_load(), first.by_large_load()
         by_first = ca.DM(balance.rest_by_load())
         by_initial = first.by_start(by_first, 1.0)
-        h_walked, h_initial = first.torque_by(by_load), first.torque_by(by_initial)
+        h_walked, h_initial = first.torque_by(by_large), first.torque_by(by_initial)
         noise2, friction = self._noise(first, early.torque - first.torque, p, h)
         surprise = _beyond(graph.motor_torque - first.torque, friction)
         unit = self._per_angle
@@ -171,7 +171,7 @@ class LoadObserver:
         kept = ca.if_else(moves, (1.0 - k_initial * h_initial) * initial, self._initial)
         graph.becomes("first_load_variance", kept)
         travel_by, torque_by = self._follow(first, by_load, k_initial + k_walked, moves, goes)
-        give = ca.if_else(held, self._give, ca.fabs(by_load[0]))
+        give = ca.if_else(held, self._give, ca.fabs(by_large[0]))
         graph.becomes("give", give)
         self._graph.becomes("expected_torque", second.torque)
         noise = drive.torque * self._relief_torque
