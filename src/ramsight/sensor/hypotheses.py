@@ -201,7 +201,9 @@ class Hypotheses:
         for k, (least, most) in enumerate(BOUNDS, LEAK):
             h.mean[k] = ca.fmin(ca.fmax(h.mean[k], least), most)
 
-    def measure(self, place: Any, nominal: Any, low: Any, top: Any, variance: Any, doubt: Any, use: Any) -> Measured:
+    def measure(
+        self, place: Any, nominal: Any, low: Any, top: Any, variance: Any, arrived: Any, doubt: Any, use: Any
+    ) -> Measured:
         """Take a contact or a reference.
 
         Args:
@@ -210,6 +212,7 @@ class Hypotheses:
             low: 1 for a contact at the retracted end.
             top: 1 for a contact at the extended end.
             variance: of its own [m2].
+            arrived: variance of the nominal position just there [m2]; the piston is at the place all the same.
             doubt: probability that it is neither an end nor a reference.
             use: whether there is one.
         """
@@ -218,6 +221,7 @@ class Hypotheses:
         used, normal = [], []
         for h in self.all:
             m = h.mean
+            h.covariance.predict([0.0] * len(row), [ca.if_else(use, arrived, 0.0), *[0.0] * (len(row) - 1)])
             innovation = place + low * m[LOW] + top * m[TOP] - (nominal + m[POSITION])
             total = h.covariance.variance(row) + variance
             likelihood = -0.5 * (innovation**2 / total + ca.log(2.0 * math.pi * total))

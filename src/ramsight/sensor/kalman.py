@@ -222,14 +222,16 @@ def _measure(
     by_contact = ca.logic_and(touched, ca.logic_not(given))
     # The torque may be late: the oil seems to be compressed a little after it is.
     late = ca.fabs(step.free_travel) * ca.fmax(0.5 * assumed.drive.delay / ca.fmax(graph.elapsed, 1e-3), 0.5)
-    found = late**2 + contact.doubt**2 + (step.carried / graph.parameters.symbol("stop_stiffness")) ** 2
-    own = (stops.contact * stroke) ** 2 + ca.if_else(contact.touched, found, bank.variance())
+    given_way = (step.carried / graph.parameters.symbol("stop_stiffness")) ** 2
+    own = (stops.contact * stroke) ** 2 + ca.if_else(contact.touched, given_way, bank.variance())
+    arrived = ca.if_else(ca.logic_and(by_contact, contact.touched), late**2 + contact.doubt**2, 0.0)
     return bank.measure(
         ca.if_else(given, graph.reference, ca.if_else(top, stroke, 0.0)),
         ca.if_else(given, nominal, at),
         ca.logic_and(by_contact, ca.logic_not(top)),
         ca.logic_and(by_contact, top),
         ca.if_else(given, stops.reference**2, own),
+        arrived,
         ca.if_else(given, stops.lies, stops.obstacle),
         ca.logic_or(given, touched),
     )

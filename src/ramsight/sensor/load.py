@@ -28,6 +28,7 @@ _SHORTEST = 1e-3  # s; a step that is solved even where no time passed, and not 
 _GATE = 16.0  # a torque four standard deviations away is a load that jumped, not noise
 _SEEN_AT = 0.5  # share of what virtual work says that a torque shows of a load, from which it is seen
 _STANDING = 1.0  # rad/s; friction of a motor slower than this has a sign that nobody knows
+_WITHIN = 0.2  # s; time constant for a torque that friction at standstill may explain
 _ROUGHER = 1.25  # friction of a usual pump over the described one
 _NOTHING = 0.02  # share of the load at relief pressure below which nothing moves the piston, friction being as much
 
@@ -142,6 +143,10 @@ class LoadObserver:
         h_walked, h_initial = first.torque_by(by_large), first.torque_by(by_initial)
         noise2, friction = self._noise(first, early.torque - first.torque, p, h)
         surprise = _beyond(graph.motor_torque - first.torque, friction)
+        # Friction at standstill may have either sign, so what lies within it is still the likeliest, and taken slowly.
+        within = graph.motor_torque - first.torque - surprise
+        shown = ca.logic_and(friction > 0.0, ca.fabs(h_walked) > _SEEN_AT * self._per_angle)
+        surprise = surprise + ca.if_else(shown, ca.fmin(h / _WITHIN, 1.0), 0.0) * within
         unit = self._per_angle
         walked = self._walked + (machine.load_walk * self._relief_load) ** 2 * h / (
             1.0 + self._initial * unit**2 / (drive.torque * self._relief_torque) ** 2
