@@ -231,6 +231,11 @@ class Balance:
         on_a, on_b = (z[self.states.index(f"pressure_{node}")] for node in (c.node_a, c.node_b))
         return self.unit.lift_sign * (c.area_a * on_a - c.area_b * on_b - ATMOSPHERE * (c.area_a - c.area_b))
 
+    def possible(self, z: Any) -> Any:
+        """The states without pressures below vacuum, to begin an iteration with."""
+        split = zip(self.states, ca.vertsplit(z), strict=True)
+        return ca.vertcat(*(ca.fmax(v, 0.0) if name.startswith("pressure_") else v for name, v in split))
+
     def torque(self, z: Any, speed: Any, acceleration: Any, p: Any, factors: Any = (1.0, 1.0, 1.0)) -> Any:
         """Torque at the motor [N m] at states, speed [rad/s] and acceleration [rad/s2]."""
         return self._torque(z, speed, acceleration, p, ca.vertcat(*factors))[0]

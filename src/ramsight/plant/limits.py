@@ -19,6 +19,7 @@ class Limits:
     Attributes:
         pressure: highest setting of its relief valves [Pa].
         load: that this pressure carries on the held side [N].
+        pull: that it holds on the other side, against a load that pulls [N].
         torque: of the motor at this pressure on the side that asks for more [N m].
         side_torque: the same with the pumps' friction, all of it on the pump that asks for most [N m].
         largest_torque: that both sides together could ask for [N m].
@@ -28,6 +29,7 @@ class Limits:
 
     pressure: float
     load: float
+    pull: float
     torque: float
     side_torque: float
     largest_torque: float
@@ -48,6 +50,7 @@ def limits_of(unit: HydraulicUnit) -> Limits:
     return Limits(
         pressure=float(pressure),
         load=float(pressure) * area,
+        pull=float(pressure) * float(unit.cylinder.area("b" if unit.held == "a" else "a")),
         torque=float(unit.travel_per_radian) * float(pressure) * area,
         side_torque=max(needed),
         largest_torque=sum(needed),

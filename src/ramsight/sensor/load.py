@@ -99,6 +99,7 @@ class LoadObserver:
         self._p = [add(f"circuit.{n}", float(v)) for n, v in zip(balance.parameters, balance.values, strict=True)]
         self._per_angle = graph.parameters.symbol("travel_per_radian")
         self._relief_load, self._relief_torque = add("relief_load", limits.load), add("relief_torque", limits.torque)
+        self._pull = add("relief_pull", limits.pull)
         load = 0.5 * limits.load
         start = balance.at_rest(0.5 * balance.unit.cylinder.stroke, load)
         # Chambers have no volume beyond the ends; a position that is not known may be anywhere.
@@ -165,9 +166,11 @@ class LoadObserver:
         k_initial, k_walked = (ca.if_else(held, 0.0, gain / share) for gain in gains)
 
         d_initial, d_walked = k_initial * surprise, k_walked * surprise
-        corrected = load + d_initial + d_walked
+        # No load beyond what relief valves carry: nothing would hold it, and the piston would run away in the model.
+        corrected = ca.fmin(ca.fmax(load + d_initial + d_walked, -self._pull), self._relief_load)
         z0 = before + by_first * d_initial
-        second = solve(z0, corrected, first.z + by_load * d_walked + by_initial * d_initial, 2)
+        guess = balance.possible(first.z + by_load * d_walked + by_initial * d_initial)
+        second = solve(z0, corrected, guess, 2)
         moves = graph.elapsed > 0.0
         goes = ca.logic_and(moves, ca.logic_not(self._is_empty(second.z)))
         z = ca.if_else(moves, second.z, before)
