@@ -33,6 +33,9 @@ class Machine:
 
     Args:
         leak, displacement, compliance: standard deviations of the factors of a new machine [1].
+        other_leak: of the leakage of a machine that leaks otherwise than believed: by a law that the description does
+            not have [1].
+        leaks_otherwise: probability of that as long as no reference has taught the leakage [1].
         leak_walk, displacement_walk, compliance_walk: how these change in time [1/sqrt(s)].
         leak_by_viscosity: how much leakage may change with the logarithm of the viscosity, as the root of a sum of
             squares: the oil in the gaps is not the oil at the thermometer [1].
@@ -45,6 +48,8 @@ class Machine:
     leak: float = 0.16
     displacement: float = 0.003
     compliance: float = 0.25
+    other_leak: float = 0.6
+    leaks_otherwise: float = 0.1
     leak_walk: float = 1.5e-4
     displacement_walk: float = 1e-6
     compliance_walk: float = 1e-4

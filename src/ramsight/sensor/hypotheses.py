@@ -32,6 +32,8 @@ POSITION, LEAK, DISPLACEMENT, COMPLIANCE, LAG, LOW, TOP = range(7)
 BOUNDS = ((0.3, 4.0), (0.97, 1.03), (0.4, 2.5))
 """What the factors are kept within [1]."""
 _OUTSIDE, _ONE_SIDED, _TWO_SIDED = 0.05, 1.645, 1.960  # of a normal distribution: 95 % within
+_TAUGHT = 1e-3  # of the leakage's variance, as little as ever remains
+_NEVER = 1e9  # a logarithm that no likelihood reaches
 _LEAST = -12.0  # natural logarithm of the least weight over the largest, so that a hypothesis can come back
 _ADAPTS = 0.2  # share of the newest reference in the mean of the normalised innovations
 _MOST = 25.0  # of a normalised innovation; a larger one is none of a walk
@@ -60,6 +62,11 @@ class Hypothesis:
     mean: list[Any]
     covariance: Covariance
     weight: Any
+
+
+def _likelihood(innovation2: Any, variance: Any) -> Any:
+    """Logarithm of a normal density, by the square of the innovation."""
+    return -0.5 * (innovation2 / variance + ca.log(2.0 * math.pi * variance))
 
 
 @dataclass(frozen=True)
@@ -223,14 +230,20 @@ class Hypotheses:
             m = h.mean
             h.covariance.predict([0.0] * len(row), [ca.if_else(use, arrived, 0.0), *[0.0] * (len(row) - 1)])
             innovation = place + low * m[LOW] + top * m[TOP] - (nominal + m[POSITION])
+            innovation2 = innovation**2
+            before = h.covariance.variance(row) + variance
+            untaught = h.covariance[LEAK, LEAK] / self._assumptions.machine.leak**2
+            rare = ca.log(self._assumptions.machine.leaks_otherwise * ca.fmin(ca.fmax(untaught, _TAUGHT), 1.0))
+            otherwise = self._otherwise(h, innovation2, before, rare, ca.if_else(use, chance, _NEVER))
+            h.covariance.widened(LEAK, self._assumptions.machine.other_leak**2, otherwise)
             total = h.covariance.variance(row) + variance
-            likelihood = -0.5 * (innovation**2 / total + ca.log(2.0 * math.pi * total))
+            likelihood = _likelihood(innovation2, total) + ca.if_else(otherwise, rare, 0.0)
             fits = ca.logic_and(use, likelihood > chance)
             h.weight = h.weight + ca.if_else(use, ca.fmax(likelihood, chance), 0.0)
             corrected = [POSITION, LEAK, DISPLACEMENT, LAG, LOW, TOP]
             self._correct(h, h.covariance.update(row, innovation, variance, fits, only=corrected))
             used.append(fits)
-            normal.append(innovation**2 / total)
+            normal.append(innovation2 / total)
         largest = self._largest()
         for h in self.all:
             h.weight = ca.fmax(h.weight - largest, _LEAST)
@@ -241,6 +254,11 @@ class Hypotheses:
         self._renew(taken)
         moved = self._recentre()
         return Measured(taken, ca.logic_and(use, ca.logic_not(taken)), moved)
+
+    def _otherwise(self, h: Hypothesis, innovation2: Any, total: Any, rare: Any, chance: Any) -> Any:
+        """Whether it is likeliest that the machine has leaked otherwise than believed since the last reference."""
+        wide = total + h.covariance.widening(LEAK, self._assumptions.machine.other_leak**2)
+        return _likelihood(innovation2, wide) + rare > ca.fmax(_likelihood(innovation2, total), chance)
 
     def _renew(self, taken: Any) -> None:
         """After a reference: what was *wrong* and is likeliest becomes the first; *wrong* begins anew."""

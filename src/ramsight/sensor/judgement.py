@@ -81,7 +81,7 @@ def judge(
 
     turning = ca.fabs(w) > _STANDING
     wrong = ca.logic_and(free, ca.fabs(step.surprise) > _UNEXPLAINED * step.noise)
-    impossible = ca.logic_and(turning, ca.fabs(step.load) > _IMPOSSIBLE * graph.parameters.symbol("relief_load"))
+    impossible = ca.logic_and(turning, ca.fabs(step.asked) > _IMPOSSIBLE * graph.parameters.symbol("relief_load"))
     implausible = ca.logic_or(
         lasting("unexplained_for", ca.logic_and(turning, wrong), _LONG),
         lasting("impossible_for", ca.logic_and(free, impossible), _LASTS),

@@ -50,6 +50,7 @@ class LoadStep:
         give: travel per load that the oil's compression allows [m/N].
         seen: how much the torque shows of the load, 1 where virtual work holds, 0 where it is blind [1].
         load: on the piston, friction in it [N].
+        asked: the load that the torque asks for, be it possible or not [N].
         load_std: standard deviation of the load [N].
         carried: load that the pressures carry [N].
         empty: whether the held chamber has no pressure left and the other one gives no force either.
@@ -70,6 +71,7 @@ class LoadStep:
     give: Any
     seen: Any
     load: Any
+    asked: Any
     load_std: Any
     carried: Any
     empty: Any
@@ -167,7 +169,8 @@ class LoadObserver:
 
         d_initial, d_walked = k_initial * surprise, k_walked * surprise
         # No load beyond what relief valves carry: nothing would hold it, and the piston would run away in the model.
-        corrected = ca.fmin(ca.fmax(load + d_initial + d_walked, -self._pull), self._relief_load)
+        asked = load + d_initial + d_walked
+        corrected = ca.fmin(ca.fmax(asked, -self._pull), self._relief_load)
         z0 = before + by_first * d_initial
         guess = balance.possible(first.z + by_load * d_walked + by_initial * d_initial)
         second = solve(z0, corrected, guess, 2)
@@ -196,6 +199,7 @@ class LoadObserver:
             give=give,
             seen=ca.fmin(ca.fabs(h_walked) / unit, 1.0),
             load=ca.if_else(moves, corrected, load),
+            asked=asked,
             load_std=ca.sqrt(ca.fmax(walked + initial, 0.0)),
             carried=balance.force(z),
             empty=self._is_empty(z),

@@ -9,6 +9,8 @@ import casadi as ca
 
 from ramsight.sensor.virtual_sensor import SensorGraph
 
+_NOTHING = 1e-12
+
 
 class Covariance:
     """The symmetric covariance of (position, factors ...), of which only the position moves.
@@ -107,6 +109,21 @@ class Covariance:
         """A quantity is at least so uncertain."""
         here = self.entries[quantity, quantity]
         self.entries[quantity, quantity] = ca.fmax(here, variance)
+
+    def widening(self, quantity: int, variance: Any) -> Any:
+        """By how much the position's variance grows if a quantity had been so uncertain from the start."""
+        here = self[quantity, quantity]
+        slope = self[0, quantity] / ca.fmax(here, _NOTHING)
+        return slope**2 * ca.fmax(variance - here, 0.0)
+
+    def widened(self, quantity: int, variance: Any, where: Any) -> None:
+        """A quantity had been so uncertain from the start, and the position with it."""
+        here = self[quantity, quantity]
+        slope = self[0, quantity] / ca.fmax(here, _NOTHING)
+        more = ca.if_else(where, ca.fmax(variance - here, 0.0), 0.0)
+        self.entries[0, 0] = self.entries[0, 0] + slope**2 * more
+        self.entries[0, quantity] = self.entries[0, quantity] + slope * more
+        self.entries[quantity, quantity] = here + more
 
     def limit(self, std: Any) -> None:
         """The position is nowhere outside a range so wide [m]: its row and column shrink to it together."""
