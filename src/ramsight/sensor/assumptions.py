@@ -33,7 +33,8 @@ class Machine:
 
     Args:
         leak, displacement, compliance: standard deviations of the factors of a new machine [1].
-        other_leak: of the leakage of a machine that leaks otherwise than believed: by a law that the description does
+        leak_exponent: of the exponent by which leakage grows less with pressure than described; orifices have 0.5 [1].
+        other_leak, other_exponent: of leakage and its exponent of a machine that leaks otherwise than believed: by a law that the description does
             not have [1].
         leaks_otherwise: probability of that as long as no reference has taught the leakage [1].
         leak_walk, displacement_walk, compliance_walk: how these change in time [1/sqrt(s)].
@@ -48,7 +49,9 @@ class Machine:
     leak: float = 0.16
     displacement: float = 0.003
     compliance: float = 0.25
+    leak_exponent: float = 0.04
     other_leak: float = 0.6
+    other_exponent: float = 0.15
     leaks_otherwise: float = 0.1
     leak_walk: float = 1.5e-4
     displacement_walk: float = 1e-6

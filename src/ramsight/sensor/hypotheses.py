@@ -1,7 +1,7 @@
 """What is not known of the machine, under several hypotheses of where its stops are.
 
 Each hypothesis has its own position, factors (`ramsight.plant.balance.FACTORS`), lag of the thermometer and places of
-the two ends, with their covariance (a Kalman filter of seven states around the load observer's step). They differ in
+the two ends, with their covariance (a Kalman filter of eight states around the load observer's step). They differ in
 what they believe of the ends and of the start:
 
     as described   both ends are where the description says
@@ -28,7 +28,7 @@ from ramsight.sensor.virtual_sensor import SensorGraph
 
 NAMES = ("described", "low", "top", "wrong")
 _WRONG = NAMES.index("wrong")
-POSITION, LEAK, DISPLACEMENT, COMPLIANCE, LAG, LOW, TOP = range(7)
+POSITION, LEAK, DISPLACEMENT, COMPLIANCE, LAG, EXPONENT, LOW, TOP = range(8)
 BOUNDS = ((0.3, 4.0), (0.97, 1.03), (0.4, 2.5))
 """What the factors are kept within [1]."""
 _OUTSIDE, _ONE_SIDED, _TWO_SIDED = 0.05, 1.645, 1.960  # of a normal distribution: 95 % within
@@ -116,11 +116,13 @@ class Hypotheses:
             "wrong": (stops.wrong, stops.std, stops.std),
         }
         self._unknown = 0.5 * self._stroke
+        self._others = ((LEAK, machine.other_leak**2), (EXPONENT, machine.other_exponent**2))
         self.all: list[Hypothesis] = []
         for name, (probability, low, top) in priors.items():
-            means = (0.0, 1.0, 1.0, 1.0, lag.lag, 0.0, 0.0)
+            means = (0.0, 1.0, 1.0, 1.0, lag.lag, 0.0, 0.0, 0.0)
             mean = [graph.state(f"{name}_{k}", value) for k, value in enumerate(means)]
-            std = (0.0, machine.leak, machine.displacement, machine.compliance, lag.lag_std, low * stroke, top * stroke)
+            std = (0.0, machine.leak, machine.displacement, machine.compliance, lag.lag_std, machine.leak_exponent)
+            std = (*std, low * stroke, top * stroke)
             covariance = Covariance(graph, std, prefix=f"{name}_")
             least = ca.if_else(known, start_variance, self._unknown**2) if name != "wrong" else self._unknown**2
             covariance.raise_to(POSITION, ca.if_else(first, least, 0.0))
@@ -149,11 +151,11 @@ class Hypotheses:
         return chosen
 
     def means(self) -> list[Any]:
-        """Factors and lag over all hypotheses."""
+        """Factors, lag and exponent over all hypotheses."""
         weights = self._probabilities()
         return [
             sum(w * h.mean[k] for w, h in zip(weights, self.all, strict=True))
-            for k in (LEAK, DISPLACEMENT, COMPLIANCE, LAG)
+            for k in range(LEAK, LOW)
         ]
 
     def predict(self, travel: Any, travel_by: list[Any], around: list[Any], noise: Any, grows: Any, leak: Any) -> None:
@@ -170,7 +172,7 @@ class Hypotheses:
         machine, dt = self._assumptions.machine, self._graph.elapsed
         adapt = 1.0 + ca.fmax(self._adapt, 0.0)
         walk = [machine.leak_walk**2 * dt * adapt + leak**2, machine.displacement_walk**2 * dt]
-        walk += [machine.compliance_walk**2 * dt, 0.0, 0.0, 0.0]
+        walk += [machine.compliance_walk**2 * dt, 0.0, 0.0, 0.0, 0.0]
         along = machine.walk**2 * ca.fabs(travel) + noise
         for h in self.all:
             other = zip(travel_by, h.mean[LEAK:LOW], around, strict=True)
@@ -223,7 +225,7 @@ class Hypotheses:
             doubt: probability that it is neither an end nor a reference.
             use: whether there is one.
         """
-        row = [1.0, 0.0, 0.0, 0.0, 0.0, -low, -top]
+        row = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -low, -top]
         chance = ca.log(doubt / self._stroke)  # of its density, were it anywhere in the stroke
         used, normal = [], []
         for h in self.all:
@@ -235,12 +237,13 @@ class Hypotheses:
             untaught = h.covariance[LEAK, LEAK] / self._assumptions.machine.leak**2
             rare = ca.log(self._assumptions.machine.leaks_otherwise * ca.fmin(ca.fmax(untaught, _TAUGHT), 1.0))
             otherwise = self._otherwise(h, innovation2, before, rare, ca.if_else(use, chance, _NEVER))
-            h.covariance.widened(LEAK, self._assumptions.machine.other_leak**2, otherwise)
+            for quantity, wide in self._others:
+                h.covariance.widened(quantity, wide, otherwise)
             total = h.covariance.variance(row) + variance
             likelihood = _likelihood(innovation2, total) + ca.if_else(otherwise, rare, 0.0)
             fits = ca.logic_and(use, likelihood > chance)
             h.weight = h.weight + ca.if_else(use, ca.fmax(likelihood, chance), 0.0)
-            corrected = [POSITION, LEAK, DISPLACEMENT, LAG, LOW, TOP]
+            corrected = [POSITION, LEAK, DISPLACEMENT, LAG, EXPONENT, LOW, TOP]
             self._correct(h, h.covariance.update(row, innovation, variance, fits, only=corrected))
             used.append(fits)
             normal.append(innovation2 / total)
@@ -257,7 +260,7 @@ class Hypotheses:
 
     def _otherwise(self, h: Hypothesis, innovation2: Any, total: Any, rare: Any, chance: Any) -> Any:
         """Whether it is likeliest that the machine has leaked otherwise than believed since the last reference."""
-        wide = total + h.covariance.widening(LEAK, self._assumptions.machine.other_leak**2)
+        wide = total + sum(h.covariance.widening(quantity, wide) for quantity, wide in self._others)
         return _likelihood(innovation2, wide) + rare > ca.fmax(_likelihood(innovation2, total), chance)
 
     def _renew(self, taken: Any) -> None:

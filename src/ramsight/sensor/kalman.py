@@ -21,6 +21,7 @@ from ramsight.sensor.contact import Contact, ContactWatch
 from ramsight.sensor.hypotheses import LEAK, Hypotheses, Measured
 from ramsight.sensor.intake import Intake, take_in
 from ramsight.sensor.judgement import Relief, judge
+from ramsight.sensor.leaking import Leaking
 from ramsight.sensor.load import LoadObserver, LoadStep
 from ramsight.sensor.relief import passing
 from ramsight.sensor.resting import unseen_load
@@ -36,27 +37,7 @@ _SETTLED = 0.5  # s
 _STEADY = 0.02  # change of the torque over what leakage makes of it; a pump against a closed valve has settled
 _FRICTION = 0.02  # of a torque, by the pumps' hydromechanical efficiency
 _UNSEEN_FLOW = 0.1  # share of the pump's flow that may move the piston although it seems to stand at relief pressure
-_SLOWEST = 20.0  # s; time constant of the slow temperature, from whose distance the rate of change follows
-_SURELY = 3.0  # of these time constants until the difference is the oil's
-_INSTANT = 1e-3  # s
 _SIGMAS = 3.0  # standard deviations outside the stroke that no position is
-
-
-class _Warming:
-    """How fast the oil warms, and what that does to leakage through a thermometer that lags."""
-
-    def __init__(self, graph: SensorGraph, viscosity: Any, first: Any) -> None:
-        slow, age, t = graph.state("slow_temperature"), graph.state("age"), graph.oil_temperature
-        dt = graph.elapsed
-        slow = ca.if_else(first, t, slow)
-        after = slow + dt / (ca.fmin(age, _SLOWEST) + dt + _INSTANT) * (t - slow)
-        graph.becomes("slow_temperature", after)
-        graph.becomes("age", age + dt)
-        # Two filters that begin with the same noisy sample are apart by that noise for a while.
-        surely = ca.fmin(age / (_SURELY * _SLOWEST), 1.0)
-        self.change = surely * ca.log(viscosity(after) / viscosity(t))
-        """Logarithm of the viscosity then over now: how much leakage has grown meanwhile."""
-        self.rate = self.change / _SLOWEST
 
 
 def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> VirtualSensor:
@@ -80,25 +61,23 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     referenced, variance = graph.state(IS_REFERENCED), graph.state(VARIANCE)
     observer = LoadObserver(graph, circuit, limits, assumed)
     symbol = graph.parameters.symbol
-    warming = _Warming(graph, circuit.oil_of(lambda name: symbol(f"circuit.{name}")).viscosity, first)
+    viscosity = circuit.oil_of(lambda name: symbol(f"circuit.{name}")).viscosity
+    leaking = Leaking(graph, viscosity, first, observer.expected / symbol("relief_torque"))
     watch = ContactWatch(graph, float(unit.lift_sign), float(unit.cylinder.mass))
     bank = Hypotheses(graph, stroke, assumed, known=referenced, first=first, start_variance=variance)
 
     around = bank.means()
-    scale = ca.exp(around[3] * warming.rate)
-    leak = around[0] * scale
-    step = observer.step([leak, around[1], around[2]], watch.held)
-
-    def with_lag(by: tuple[Any, ...]) -> list[Any]:
-        return [by[0] * scale, by[1], by[2], by[0] * leak * warming.rate]
+    learned = (around[0], *around[3:])
+    step = observer.step([leaking.factor(*learned), around[1], around[2]], watch.held)
+    travel_by, torque_by = (leaking.derivatives(by, *learned) for by in (step.travel_by, step.torque_by))
 
     nominal = graph.position + step.travel
     doubt = passing(circuit, step.z, lambda name: symbol(f"circuit.{name}"))
     contact = watch.look(step, nominal, symbol("stroke"), ca.sqrt(bank.variance()), referenced, doubt)
     passed, pending = _relief(graph, step, doubt, contact)
-    _predict(graph, bank, step, with_lag(step.travel_by), around, intake.drift + passed, warming, assumed)
+    _predict(graph, bank, step, travel_by, around, intake.drift + passed, leaking, assumed)
     observer.release(contact.released, step.carried)
-    _torque(graph, bank, step, contact, with_lag(step.torque_by), around)
+    _torque(graph, bank, step, contact, torque_by, around)
     measured = _measure(graph, bank, step, contact, nominal, assumed, referenced)
     # A stop gives way; what it gives back once the piston is let go is travel.
     given_way = contact.pressed / symbol("stop_stiffness")
@@ -161,12 +140,12 @@ def _predict(
     travel_by: list[Any],
     around: list[Any],
     grows: Any,
-    warming: _Warming,
+    leaking: Leaking,
     assumed: Assumptions,
 ) -> None:
     """Go with the step: the filter's time update."""
-    share = assumed.machine.leak_by_viscosity * ca.fabs(warming.change)
-    leak = share * ca.sqrt(graph.elapsed / _SLOWEST)
+    share = assumed.machine.leak_by_viscosity * ca.fabs(leaking.change)
+    leak = share * ca.sqrt(graph.elapsed / leaking.slow)
     drive, dt = assumed.drive, graph.elapsed
     # An error of the torque that lasts for a while leaks like an error of the leakage that lasts for a while.
     wrong = drive.torque_gain**2 * travel_by[0] ** 2 * 2.0 * drive.correlation / ca.fmax(dt, 1e-3)

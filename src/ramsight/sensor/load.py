@@ -111,7 +111,7 @@ class LoadObserver:
         self._before += [graph.state(n, float(v)) for n, v in zip(names, start[1:], strict=True)]
         self._names = (*names, "load")
         self._load = graph.state("load", load)
-        self._expected = graph.state("expected_torque")
+        self.expected = graph.state("expected_torque")
         self._give = graph.state("give")
         self._walked = graph.state("load_variance")
         self._initial = graph.state("first_load_variance", (0.3 * limits.load) ** 2)
@@ -192,7 +192,7 @@ class LoadObserver:
             travel_by=travel_by,
             torque_by=torque_by,
             surprise=surprise,
-            change=second.torque - self._expected,
+            change=second.torque - self.expected,
             noise=ca.sqrt(noise2),
             friction=friction,
             noise_travel=give * noise / unit,
@@ -232,7 +232,7 @@ class LoadObserver:
         """
         graph, drive = self._graph, self._assumptions.drive
         timing = graph.state("timing_variance")
-        change = (first.torque - self._expected) * ca.fmin(drive.delay / h, 1.0)
+        change = (first.torque - self.expected) * ca.fmin(drive.delay / h, 1.0)
         timing_1 = ca.fmax(ca.fmax(change**2, early**2), timing * ca.exp(-2.0 * h / drive.delay))
         timing_1 = ca.if_else(graph.held("started"), timing_1, 0.0)
         graph.becomes("timing_variance", timing_1)
