@@ -154,7 +154,9 @@ class Balance:
         arguments = [z, speed, load, p, factors]
         options = {"cse": True}
         self._coefficients = ca.Function("coefficients", arguments, [column], options)
-        self._iteration = ca.Function("iteration", [*arguments, kept, stands, friction], [rate, ca.vec(jacobian.nz[:])], options)
+        self._iteration = ca.Function(
+            "iteration", [*arguments, kept, stands, friction], [rate, ca.vec(jacobian.nz[:])], options
+        )
         self._sensitive = ca.Function(
             "sensitive",
             [*arguments, kept, stands, friction],

@@ -13,7 +13,9 @@ Where the other chamber has no pump of its own the lowered end shows otherwise: 
 pump draws from the tank.
 
 It is let go when the motor turns the other way (oil that decompresses is in the observer, so a piston that still stands
-is seen to stand), or when the torque stays behind what a closed volume would ask for.
+is seen to stand), or when the torque stays behind what a closed volume would ask for. Where the pump holds the load it
+also leaves a stop by itself: leakage lets the oil's force sink below the load that it carried before, or the torque
+stays at that load while a closed volume would lose it.
 """
 
 from __future__ import annotations
@@ -36,6 +38,7 @@ _NEAR, _NEAR_LEAST = 4.0, 5e-3  # standard deviations and share of the stroke, s
 _LEFT, _REMEMBERED = 0.7, 1.0  # share of what the oil carried within as many seconds: below, the load settles
 _SETTLING = 0.1  # share of the seeming way since then by which that place is unsure
 _NOISE = 4.0  # standard deviations
+_SHOWN = 0.5  # share of what virtual work says that a torque shows of a load, from which the pump holds it
 _SOFTER = 0.5  # share of the expected torque's change that compliance does not explain, twice its deviation
 
 
@@ -75,10 +78,12 @@ class ContactWatch:
         graph: gains states.
         lift_sign: +1 if extension lifts the load, -1 if retraction does.
         mass: that the piston moves [kg].
+        friction: that keeps it where it is [N].
     """
 
-    def __init__(self, graph: SensorGraph, lift_sign: float, mass: float) -> None:
+    def __init__(self, graph: SensorGraph, lift_sign: float, mass: float, friction: float) -> None:
         self._graph, self._lift = graph, lift_sign
+        self._friction, self._kept_for = graph.parameters.add("friction", friction), graph.state("torque_kept_for")
         self._mass, self._stood = graph.parameters.add("mass", mass), graph.state("stands_for")
         self._sank = graph.state("sank")
         self.held = graph.state("held")
@@ -148,7 +153,7 @@ class ContactWatch:
         built = step.torque - self._torque
         missing = -step.surprise * ca.sign(built)
         yields = ca.logic_and(pushing, missing > _NOISE * step.noise + _SOFTER * ca.fabs(built))
-        released = ca.logic_or(back, yields)
+        released = ca.logic_or(ca.logic_or(back, yields), self._leaves_at_rest(step, turns, pressed))
         holds = ca.logic_and(touched, ca.logic_not(leaving))
         held = ca.logic_or(holds, ca.logic_and(self.held, ca.logic_not(released)))
         graph.becomes("held", held)
@@ -162,6 +167,16 @@ class ContactWatch:
         doubt = ca.if_else(ca.logic_and(sunk, ca.logic_not(in_vain)), _SETTLING * (before - settled), 0.0)
         at_top = ca.if_else(leaving, way < 0.0, way > 0.0)
         return Contact(touched, stood_at, doubt, at_top, held, released, stands, pushing, built, pressed)
+
+    def _leaves_at_rest(self, step: LoadStep, turns: Any, pressed: Any) -> Any:
+        """Whether a held piston has left what holds it while the motor stands."""
+        rests = ca.logic_and(self.held, ca.logic_and(ca.logic_not(turns), self._graph.elapsed > 0.0))
+        lost = pressed * self._direction < -self._friction
+        shown = step.seen > _SHOWN
+        kept = ca.logic_and(shown, step.surprise * self._lift * self._direction > _NOISE * step.noise)
+        kept_for = ca.if_else(ca.logic_and(rests, kept), self._kept_for + self._graph.elapsed, 0.0)
+        self._graph.becomes("torque_kept_for", kept_for)
+        return ca.logic_and(rests, ca.logic_or(lost, kept_for > _FOUND))
 
     def _settles(self, step: LoadStep, before: Any) -> Any:
         """Where the piston was when the pump's side last carried what it had carried before [m].

@@ -153,10 +153,7 @@ class Hypotheses:
     def means(self) -> list[Any]:
         """Factors, lag and exponent over all hypotheses."""
         weights = self._probabilities()
-        return [
-            sum(w * h.mean[k] for w, h in zip(weights, self.all, strict=True))
-            for k in range(LEAK, LOW)
-        ]
+        return [sum(w * h.mean[k] for w, h in zip(weights, self.all, strict=True)) for k in range(LEAK, LOW)]
 
     def predict(self, travel: Any, travel_by: list[Any], around: list[Any], noise: Any, grows: Any, leak: Any) -> None:
         """Go with the load observer's step.
