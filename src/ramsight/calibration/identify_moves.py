@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from ramsight.calibration.identify_record import Record, running_mean
 from ramsight.calibration.identify_replay import Run
+from ramsight.plant.limits import limits_of
 from ramsight.plant.pump import Pump
-from ramsight.plant.unit import HydraulicUnit, reach
+from ramsight.plant.unit import HydraulicUnit, opposite, reach
 from ramsight.plant.valve import SafetyValve
 
 Array = NDArray[np.float64]
@@ -26,6 +27,7 @@ Places = NDArray[np.int64]
 _MOVING = 0.025  # share of the velocity at the highest speed that a move has to reach
 _SETTLE, _BEFORE_END = 0.2, 0.1  # s; after a move begins and before it ends, while the valve opens and closes
 _STOP = 3e-3  # share of the stroke; so near a stop the piston may touch it
+_LEAKED = 3.0  # time constants after which what a stop has left has leaked off
 _NEAR_RELIEF = 0.96  # share of the setting
 _STARVED = 1e5  # Pa; with less on it a check valve may let oil in
 _BLOCK = 0.5  # s; over which a node's values are averaged
@@ -104,7 +106,8 @@ def _lost(unit: HydraulicUnit, record: Record, run: Run, settled: Bools, directi
     """Samples across which nobody can say where the oil went."""
     stroke, period = unit.cylinder.stroke, record.period
     width = max(1, round(_SETTLE / period))
-    lost = (record.position < _STOP * stroke) | (record.position > (1.0 - _STOP) * stroke)
+    touching = (record.position < _STOP * stroke) | (record.position > (1.0 - _STOP) * stroke)
+    lost = _for_a_while(touching, round(_LEAKED * pressing_lasts(unit) / period))
     lost |= running_mean(run.near_relief, width) > _NEAR_RELIEF
     lost |= settled & (direction < 0.0) & (running_mean(run.suction, width) < _STARVED)
     lost |= record.step > _GAP * period
@@ -112,6 +115,24 @@ def _lost(unit: HydraulicUnit, record: Record, run: Run, settled: Bools, directi
         below = unit.lift_sign * record.motor_speed < -0.5 * _opening_speed(unit)
         lost |= np.diff(below.astype(int), prepend=0) > 0
     return np.asarray(lost, dtype=bool)
+
+
+def _for_a_while(where: Bools, samples: int) -> Bools:
+    """The samples, and so many after each."""
+    since = np.arange(len(where)) - np.maximum.accumulate(np.where(where, np.arange(len(where)), -samples - 1))
+    return np.asarray(since <= samples, dtype=bool)
+
+
+def pressing_lasts(unit: HydraulicUnit) -> float:
+    """Time constant with which the pumps leak off what a pressed stop has left in the chamber that holds no load [s].
+
+    On a stop the circuit does not know how hard the piston presses, and so not how much oil is compressed.
+    """
+    cylinder, limits = unit.cylinder, limits_of(unit)
+    side = opposite(unit.held)
+    volume = cylinder.dead_volume(side) + cylinder.area(side) * cylinder.stroke
+    leak = limits.leak_velocity * cylinder.area(unit.held) / limits.pressure
+    return float(volume / unit.oil.bulk_modulus / leak)
 
 
 def _holding(unit: HydraulicUnit) -> list[SafetyValve]:
