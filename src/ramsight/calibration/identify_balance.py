@@ -90,10 +90,14 @@ class BalanceProblem:
         return np.asarray((self.differences(moved) - d) / step)
 
     def whitening(self, run: Run, how: Deviation) -> Array:
-        """What makes the differences independent, of variance 1: scatter of the nodes, drift, and speeds rounded."""
+        """What makes the differences independent, of variance 1.
+
+        Scatter of the nodes, drift under a noisy torque, valves that open and close, speeds that the drive rounds.
+        """
         record, moves, joined, stroke = self.record, self.moves, self.joined, self.circuit.unit.cylinder.stroke
-        node = moves.noise(run.content) ** 2 / moves.samples() + (_FLOOR * stroke) ** 2
-        covariance = np.diag(node[joined] + node[joined + 1])
+        node = moves.noise_of_mean(run.content) ** 2 + (_FLOOR * stroke) ** 2
+        turn = np.where(self.inside, 0.0, (_TURN * stroke) ** 2)
+        covariance = np.diag(node[joined] + node[joined + 1] + turn)
         neighbours = np.flatnonzero(np.diff(joined) == 1)
         shared = -node[joined[neighbours] + 1]
         covariance[neighbours, neighbours + 1] = covariance[neighbours + 1, neighbours] = shared

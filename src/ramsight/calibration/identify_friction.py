@@ -140,7 +140,7 @@ def _forces(problem: BalanceProblem, how: Deviation, groups: Places) -> _Forces:
         other = problem.run(replace(how, **{name: getattr(how, name) + step}))
         by_pumps[name] = ((moves.mean(other.force) - force) / step)[both]
     sheet = sheet_friction(problem.circuit.unit, moves, run)
-    noise = moves.noise(run.force) / np.sqrt(moves.samples()[both])
+    noise = moves.noise_of_mean(run.force)[both]
     return _Forces(force[both], sheet[both], by_pumps, groups[both], moves.run[both], noise)
 
 

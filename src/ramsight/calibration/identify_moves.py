@@ -33,6 +33,7 @@ _STARVED = 1e5  # Pa; with less on it a check valve may let oil in
 _BLOCK = 0.5  # s; over which a node's values are averaged
 _MOST_NODES = 300  # so many hold what a log of any length tells; matrices are as large
 _STANDING = 0.06  # rad/s; half a step of 1 rpm
+_ENOUGH_TRIPLES = 20  # of neighbouring nodes, so that a median means something
 _GAP = 5.0  # sample periods; a longer distance between samples is a gap
 
 
@@ -64,9 +65,22 @@ class Moves:
 
     def noise(self, values: Array) -> float:
         """Standard deviation of a column's white noise in the moves, from second differences."""
-        second = np.diff(values, 2) ** 2
         inside = np.concatenate([np.arange(a, b - 2) for a, b in zip(self.first, self.last, strict=True)])
-        return float(np.sqrt(np.median(second[inside]) / (6.0 * 0.4549)))
+        return _white(np.diff(values, 2)[inside])
+
+    def noise_of_mean(self, values: Array) -> Array:
+        """Standard deviation of each node's mean of a column.
+
+        Of white noise, or, where there are enough nodes to see it, of noise that lasts for some samples.
+        """
+        white = self.noise(values) / np.sqrt(self.samples())
+        second = np.diff(self.mean(values), 2)[self.run[2:] == self.run[:-2]]
+        return np.asarray(np.maximum(white, _white(second) if second.size >= _ENOUGH_TRIPLES else 0.0))
+
+
+def _white(second: Array) -> float:
+    """Standard deviation of white noise with these second differences; robust against a few large ones."""
+    return float(np.sqrt(np.median(second**2) / (6.0 * 0.4549)))
 
 
 def find_moves(unit: HydraulicUnit, record: Record, run: Run) -> Moves:
