@@ -46,6 +46,7 @@ class Estimate:
         per_torque: change of `value` if the torque is 1 % larger than the log says.
         per_no_load: change of `value` if the pumps' no-load torque is a quarter larger than described; the interval
             holds it.
+        as_described: half of the interval if the no-load torque is what is described; NaN of what it does not concern.
     """
 
     value: float
@@ -55,6 +56,7 @@ class Estimate:
     per_kelvin: float = 0.0
     per_torque: float = 0.0
     per_no_load: float = 0.0
+    as_described: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -172,8 +174,10 @@ def _estimates(fitted: BalanceFit, friction: FrictionFit) -> dict[str, Estimate]
 
     def force(name: str) -> Estimate:
         value, wide = friction.value[name], friction.half_width[name]
-        by_no_load = friction.per_no_load if name == "friction" and name in friction.told else 0.0
-        return Estimate(value, value - wide, value + wide, name in friction.told, per_no_load=by_no_load)
+        estimate = Estimate(value, value - wide, value + wide, name in friction.told)
+        if name == "friction" and estimate.told:
+            return replace(estimate, per_no_load=friction.per_no_load, as_described=friction.as_described)
+        return estimate
 
     soft = flow("compliance")
     stiff = Estimate(1.0 / soft.value, 1.0 / soft.high, 1.0 / soft.low if soft.low > 0.0 else math.inf, soft.told)

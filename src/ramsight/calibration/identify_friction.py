@@ -56,6 +56,7 @@ class FrictionFit:
         told: which of the two the log tells.
         loads: how many loads were lifted and lowered.
         per_no_load: change of the friction factor if the pumps' no-load torque is a quarter larger than described.
+        as_described: half of the friction's 95 % interval if the no-load torque is what is described.
     """
 
     value: dict[str, float]
@@ -63,6 +64,7 @@ class FrictionFit:
     told: frozenset[str]
     loads: int
     per_no_load: float
+    as_described: float
 
 
 @dataclass(frozen=True)
@@ -108,7 +110,7 @@ def fit_friction(problem: BalanceProblem, how: Deviation, groups: Places) -> Fri
     loads, inf = len(forces.loads), math.inf
     as_described = {"friction": 1.0, "efficiency": 0.0}
     if len(forces.force) < 4:
-        return FrictionFit(as_described, dict.fromkeys(LIMITS, inf), frozenset(), loads, 0.0)
+        return FrictionFit(as_described, dict.fromkeys(LIMITS, inf), frozenset(), loads, 0.0, inf)
     both = _solve(forces, ["efficiency"])
     separate = loads >= FEWEST_LOADS and both.half["efficiency"] <= LIMITS["efficiency"]
     if not separate and how.efficiency != 0.0:
@@ -125,7 +127,7 @@ def fit_friction(problem: BalanceProblem, how: Deviation, groups: Places) -> Fri
     width = {"friction": math.hypot(half, _NORMAL * no_load), "efficiency": both.half["efficiency"]}
     if loads < FEWEST_LOADS:
         width["efficiency"] = inf
-    return FrictionFit(as_described | found, width, frozenset(told), loads, no_load)
+    return FrictionFit(as_described | found, width, frozenset(told), loads, no_load, half)
 
 
 def _forces(problem: BalanceProblem, how: Deviation, groups: Places) -> _Forces:
