@@ -74,11 +74,18 @@ def deviating(unit: Any, factors: dict[str, float]) -> Any:
     return built.mapped(part)
 
 
-def commissioning(unit: HydraulicUnit, random: np.random.Generator, moves: int = 14) -> Duty:
-    """Lifts and lowers of random speed under loads that change at every second rest; oil 4 K warmer at the end."""
+def commissioning(unit: HydraulicUnit, random: np.random.Generator, moves: int = 14, leak_factor: float = 1.0) -> Duty:
+    """Lifts and lowers of random speed under loads that change at every second rest; oil 4 K warmer at the end.
+
+    Args:
+        unit: as described.
+        random: decides loads, speeds and temperature.
+        moves: how many.
+        leak_factor: leakage of the machine, so that its moves end where somebody who watches would end them.
+    """
     limits, stroke = limits_of(unit), unit.cylinder.stroke
     kelvin = 273.15 + random.uniform(20.0, 50.0)
-    leak = limits.leak_velocity * float(unit.oil.viscosity(313.15) / unit.oil.viscosity(kelvin + 2.0))
+    leak = leak_factor * limits.leak_velocity * float(unit.oil.viscosity(313.15) / unit.oil.viscosity(kelvin + 2.0))
     fastest = min(float(unit.max_speed), 0.5 * stroke / _LONGEST_STEP / unit.travel_per_radian)
     share = random.uniform(*_LOADS)
     time, speed, load_time, load = [0.0, 1.0], [0.0, 0.0], [0.0], [share * limits.load]
@@ -108,7 +115,7 @@ def drawn(seed: int) -> dict[str, float]:
     return {key: float(random.uniform(*span)) for key, span in RANGES.items()}
 
 
-def worked(sheet: Any, made: Any, seed: int, moves: int = 14) -> Identification:
+def worked(sheet: Any, made: Any, seed: int, moves: int = 14, leak_factor: float = 1.0) -> Identification:
     """Identify a machine from a commissioning run of its own plant.
 
     Args:
@@ -116,9 +123,10 @@ def worked(sheet: Any, made: Any, seed: int, moves: int = 14) -> Identification:
         made: the same as it was built.
         seed: of the work and of the noise.
         moves: how many.
+        leak_factor: as `commissioning` takes it.
     """
     random = np.random.default_rng([seed, 1])
-    run = simulate(made, commissioning(sheet, random, moves))
+    run = simulate(made, commissioning(sheet, random, moves, leak_factor))
     scale = limits_of(sheet).torque / _USUAL_TORQUE
     log = report(run, DriveReport(seed=seed, torque_noise=0.5 * scale, torque_step=scale / 16.0))
     noise = _SENSOR_NOISE * sheet.cylinder.stroke / _USUAL_STROKE
@@ -129,7 +137,7 @@ def worked(sheet: Any, made: Any, seed: int, moves: int = 14) -> Identification:
 def one(name: str, seed: int) -> dict[str, dict[str, float | bool]]:
     """Identify one machine; for each factor what is true, what was found, and whether the interval holds it."""
     true, sheet = drawn(seed), unit_of(name)
-    found = worked(sheet, deviating(sheet, true), seed)
+    found = worked(sheet, deviating(sheet, true), seed, leak_factor=true["leak"] + true["orifice"])
     return {
         key: {
             "true": true[key],

@@ -125,11 +125,11 @@ def identify(
     _check(unit, moves, described)
     balance, friction, groups = _fit(BalanceProblem(circuit, record, moves, advance=advance), base)
     factors = _estimates(balance, friction)
-    shifts = []
+    apart, shifts = "efficiency" in friction.told, []
     for other in (record.changed(kelvin=1.0), record.changed(torque=0.01)):
         problem = BalanceProblem(circuit, other, moves, advance=advance)
         again = fit_balance(problem, balance.deviation, balance.free)
-        found = _estimates(again, fit_friction(problem, again.deviation, groups))
+        found = _estimates(again, fit_friction(problem, again.deviation, groups, apart))
         shifts.append({key: found[key].value - e.value if e.told else 0.0 for key, e in factors.items()})
     factors = {key: replace(e, per_kelvin=shifts[0][key], per_torque=shifts[1][key]) for key, e in factors.items()}
     return _result(circuit, record, moves, balance, friction, factors)
@@ -161,7 +161,7 @@ def _fit(problem: BalanceProblem, base: Deviation) -> tuple[BalanceFit, Friction
         problem.efficiency_std = min(EFFICIENCY, friction.half_width["efficiency"] / _NORMAL)
         start = replace(balance.deviation, efficiency=friction.value["efficiency"])
         balance = fit_balance(problem, start, balance.free)
-        friction = fit_friction(problem, balance.deviation, groups)
+        friction = fit_friction(problem, balance.deviation, groups, separate=True)
     return balance, friction, groups
 
 

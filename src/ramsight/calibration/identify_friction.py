@@ -98,13 +98,14 @@ class _Solved:
     shift: dict[str, float]
 
 
-def fit_friction(problem: BalanceProblem, how: Deviation, groups: Places) -> FrictionFit:
+def fit_friction(problem: BalanceProblem, how: Deviation, groups: Places, separate: bool | None = None) -> FrictionFit:
     """Fit the cylinder's friction, and the pumps' efficiency if it can be told from it.
 
     Args:
         problem: the nodes of the record.
         how: with what the balance told.
         groups: of nodes under the same load, as `same_loads` gives them.
+        separate: whether efficiency and friction are to be told apart; by default if the log can.
     """
     forces = _forces(problem, how, groups)
     loads, inf = len(forces.loads), math.inf
@@ -112,9 +113,8 @@ def fit_friction(problem: BalanceProblem, how: Deviation, groups: Places) -> Fri
     if len(forces.force) < 4:
         return FrictionFit(as_described, dict.fromkeys(LIMITS, inf), frozenset(), loads, 0.0, inf)
     both = _solve(forces, ["efficiency"])
-    separate = loads >= FEWEST_LOADS and both.half["efficiency"] <= LIMITS["efficiency"]
-    if not separate and how.efficiency != 0.0:
-        raise ValueError("without the efficiency friction is that of the described one")
+    if separate is None:
+        separate = loads >= FEWEST_LOADS and both.half["efficiency"] <= LIMITS["efficiency"]
     solved = both if separate else _solve(forces, [])
     half, no_load = solved.half["friction"], solved.shift["no_load"]
     half = math.hypot(half, _NORMAL * solved.shift.get("efficiency", 0.0))

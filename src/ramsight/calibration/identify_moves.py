@@ -26,6 +26,9 @@ Places = NDArray[np.int64]
 
 _MOVING = 0.025  # share of the velocity at the highest speed that a move has to reach
 _SETTLE, _BEFORE_END = 0.2, 0.1  # s; after a move begins and before it ends, while the valve opens and closes
+_RAMP_REACH, _RAMP_SHARE = 0.1, 0.03  # s; a speed that changes by this share between that before and that after
+_AFTER_RAMP = 0.4  # s; until what the ramp has set in motion is at rest
+_STEADY_SHARE = 0.3  # of the moves, from which the rest can be done without
 _STOP = 3e-3  # share of the stroke; so near a stop the piston may touch it
 _LEAKED = 3.0  # time constants after which what a stop has left has leaked off
 _NEAR_RELIEF = 0.96  # share of the setting
@@ -101,6 +104,8 @@ def find_moves(unit: HydraulicUnit, record: Record, run: Run) -> Moves:
     settled = _shrunk(moving, direction, round(_SETTLE / period), round(_BEFORE_END / period))
     lost = _lost(unit, record, run, settled, direction)
     use = settled & ~lost
+    steady = use & ~_ramping(record)
+    use = steady if steady.sum() > _STEADY_SHARE * use.sum() else use
     breaks = np.cumsum(lost)
     length = max(round(_BLOCK / period), int(np.ceil(use.sum() / _MOST_NODES)))
     nodes: list[tuple[int, int, int, int]] = []
@@ -129,6 +134,19 @@ def _lost(unit: HydraulicUnit, record: Record, run: Run, settled: Bools, directi
         below = unit.lift_sign * record.motor_speed < -0.5 * _opening_speed(unit)
         lost |= np.diff(below.astype(int), prepend=0) > 0
     return np.asarray(lost, dtype=bool)
+
+
+def _ramping(record: Record) -> Bools:
+    """Samples at which the speed changes or has just changed.
+
+    What oil and mass do then is over too soon for a noisy torque to tell, and is no leakage.
+    """
+    reach = max(1, round(_RAMP_REACH / record.period))
+    speed = record.motor_speed
+    padded = np.pad(speed, reach, mode="edge")
+    change = np.abs(padded[2 * reach :] - padded[: -2 * reach])
+    ramping = change > np.maximum(_RAMP_SHARE * np.abs(speed), 3.0 * record.speed_step)
+    return _for_a_while(ramping, round(_AFTER_RAMP / record.period))
 
 
 def _for_a_while(where: Bools, samples: int) -> Bools:
