@@ -1,8 +1,9 @@
 """How often identify's 95 % intervals hold what they should: machines drawn at random, worked at random.
 
-Each machine differs from its data sheet in all factors that identify looks for, and in its pumps' efficiency and no-load
-torque, which it has to tell from the cylinder's friction or to allow for. Its loads are unknown and change at rest, its oil
-warms, its speeds are no whole rpm, its drive and its position sensor are noisy. The seed decides everything.
+Each machine differs from its data sheet in all factors that identify looks for, and in its pumps' efficiency and
+no-load torque, which it has to tell from the cylinder's friction or to allow for. Its loads are unknown and change at
+rest, its oil warms, its speeds are no whole rpm, its drive and its position sensor are noisy. The seed decides
+everything.
 """
 
 from __future__ import annotations

@@ -140,7 +140,9 @@ class BalanceProblem:
         efficiency = self.column(how, "efficiency", -0.5 * EFFICIENCY, d) * self.efficiency_std
         no_load = self.column(how, "no_load", NO_LOAD_TORQUE, d) * NO_LOAD_TORQUE
         turns = (moves.lifting[1:].astype(float) - moves.lifting[:-1])[self.joined] * _TURN * stroke
-        untold = [self.column(how, name, _STEPS[name], d) * LIMITS[name] / _NORMAL for name in _UNTOLD if name not in free]
+        untold = [
+            self.column(how, name, _STEPS[name], d) * LIMITS[name] / _NORMAL for name in _UNTOLD if name not in free
+        ]
         return np.column_stack([zero, efficiency, no_load, np.maximum(turns, 0.0), np.minimum(turns, 0.0), *untold])
 
 

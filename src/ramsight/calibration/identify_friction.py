@@ -1,7 +1,7 @@
 """Friction, from what lifting takes more than lowering the same load: the cylinder's apart from the pumps'.
 
-The force that the circuit finds under the reported torque is that of the load and the cylinder's friction, if the pumps'
-own friction is what is described. Where it is not,
+The force that the circuit finds under the reported torque is that of the load and the cylinder's friction, if the
+pumps' own friction is what is described. Where it is not,
 
     F = F_load + f F_sheet - dF/deta (eta - eta_0) - dF/dtau (tau - tau_0)
 

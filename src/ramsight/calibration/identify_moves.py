@@ -1,8 +1,8 @@
 """Which samples of a record may be used: moves in which the chamber is joined to its pump, and what lies between.
 
 Left out are the end stops, pressures near a relief valve's setting, and oil that is drawn from the tank; the balance is
-not carried across them. Where a valve holds the load at rest the balance is carried across rests, and the load may change
-there; where the pump holds it, what leaks at rest under a load that nobody sees is left out too.
+not carried across them. Where a valve holds the load at rest the balance is carried across rests, and the load may
+change there; where the pump holds it, what leaks at rest under a load that nobody sees is left out too.
 """
 
 from __future__ import annotations

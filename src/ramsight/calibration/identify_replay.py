@@ -1,8 +1,8 @@
 """A unit's own circuit run along a record, for factors by which the machine may differ from its data sheet.
 
 The circuit's equations (`ramsight.plant.balance`) follow the reported speed under a load that the torque corrects
-(`ramsight.sensor.load`), at the position that was measured. What they say the piston travelled, less what it did travel,
-does not change in time if the factors are right:
+(`ramsight.sensor.load`), at the position that was measured. What they say the piston travelled, less what it did
+travel, does not change in time if the factors are right:
 
     content = x_circuit - x_measured - delay v
 
@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.calibration.identify_record import Record
+from ramsight.calibration.uncertainty import rougher, with_friction
 from ramsight.engine.recursion import replay
 from ramsight.plant.balance import FACTORS, balance
 from ramsight.plant.circuit import TANK
@@ -87,12 +88,6 @@ def orifice_at_one(pump: Pump) -> float:
     return float(nominal / np.sqrt(pump.nominal_pressure))
 
 
-def table_friction(pump: Pump, efficiency: float) -> float:
-    """Friction over the table's if the nominal hydro-mechanical efficiency differs by so much [1]."""
-    nominal = pump.hydromechanical_efficiency
-    return (1.0 / (nominal + efficiency) - 1.0) / (1.0 / nominal - 1.0)
-
-
 class Circuit:
     """A unit's circuit, ready to run along records.
 
@@ -147,7 +142,9 @@ class Circuit:
         for pump in self.pumps:
             changes[f"circuit.{pump.name}.orifice_leak"] = how.orifice * orifice_at_one(pump)
             if pump.table is not None:
-                changes[f"circuit.{pump.name}.friction_factor"] = table_friction(pump, how.efficiency)
+                changes[f"circuit.{pump.name}.friction_factor"] = rougher(
+                    pump.hydromechanical_efficiency, how.efficiency
+                )
             else:
                 efficiency = pump.hydromechanical_efficiency + how.efficiency
                 changes[f"circuit.{pump.name}.hydromechanical_efficiency"] = efficiency
@@ -161,12 +158,9 @@ def _with_wear(unit: HydraulicUnit) -> HydraulicUnit:
     """The unit with pumps whose equations have room for what may be found of them."""
 
     def part(p: Any) -> Any:
-        if not isinstance(p, Pump):
-            return p
-        worn = replace(p, orifice_leak=float(p.orifice_leak or 0.0))
-        return worn if p.table is None else replace(worn, friction_factor=1.0)
+        return replace(p, orifice_leak=float(p.orifice_leak or 0.0)) if isinstance(p, Pump) else p
 
-    return unit.mapped(part)
+    return with_friction(unit.mapped(part))
 
 
 @lru_cache(maxsize=16)
