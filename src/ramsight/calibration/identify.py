@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ramsight.calibration.identify_balance import BalanceFit, BalanceProblem, fit_balance
 from ramsight.calibration.identify_friction import FrictionFit, fit_friction, same_loads
-from ramsight.calibration.identify_moves import Moves, find_moves
+from ramsight.calibration.identify_moves import Moves, find_moves, going
 from ramsight.calibration.identify_record import IdentifyError, Record, recorded
 from ramsight.calibration.identify_replay import Circuit, Deviation, Run
 from ramsight.calibration.uncertainty import EFFICIENCY
@@ -122,7 +122,7 @@ def identify(
     base = circuit.described()
     described = circuit.run(record, base)
     moves = find_moves(unit, record, described)
-    _check(unit, moves, described)
+    _check(unit, record, described, moves)
     balance, friction, groups = _fit(BalanceProblem(circuit, record, moves, advance=advance), base)
     factors = _estimates(balance, friction)
     apart, shifts = "efficiency" in friction.told, []
@@ -135,17 +135,18 @@ def identify(
     return _result(circuit, record, moves, balance, friction, factors)
 
 
-def _check(unit: HydraulicUnit, moves: Moves, described: Run) -> None:
-    """Refuse a log without moves, and one whose load pulls the wrong way."""
+def _check(unit: HydraulicUnit, record: Record, described: Run, moves: Moves) -> None:
+    """Refuse a log whose load pulls the wrong way, and one without moves."""
+    moving = going(unit, record, described)
+    if moving.any() and np.median(described.force[moving]) < 0.0:
+        raise IdentifyError(
+            f"by its torque the load pulls unit {unit.name!r} the way that lifts, away from side {unit.held.upper()} "
+            "that holds it: is this log another unit's, or is the torque's sign turned?"
+        )
     if len(np.unique(moves.run)) < 2:
         raise IdentifyError(
             "nothing to identify from: the log needs moves of a second and more, away from the stops and the relief "
             "pressure, in which motor and position go the same way"
-        )
-    if np.median(moves.mean(described.force)) < 0.0:
-        raise IdentifyError(
-            f"by its torque the load pulls unit {unit.name!r} the way that lifts, away from side {unit.held.upper()} "
-            "that holds it: is this log another unit's, or is the torque's sign turned?"
         )
 
 

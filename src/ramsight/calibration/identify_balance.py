@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.calibration.flow_law import sandwich, student
-from ramsight.calibration.identify_moves import Moves
+from ramsight.calibration.identify_moves import Moves, held_by_valve
 from ramsight.calibration.identify_record import Record
 from ramsight.calibration.identify_replay import Circuit, Deviation, Run
 from ramsight.calibration.uncertainty import EFFICIENCY, NO_LOAD_TORQUE
@@ -74,6 +74,13 @@ class BalanceProblem:
         self.clusters = moves.run[1:][self.joined]
         self.inside = self.clusters == moves.run[:-1][self.joined]
         self._advance = advance or (lambda _: None)
+
+    def tells(self, name: str) -> bool:
+        """Whether a record of the circuit could tell a factor at all.
+
+        How much oil and hoses give is told by loads that change at rest, so only where a valve holds them there.
+        """
+        return name != "compliance" or held_by_valve(self.circuit.unit)
 
     def run(self, how: Deviation, record: Record | None = None) -> Run:
         """The record under a deviation."""
@@ -154,7 +161,7 @@ def fit_balance(problem: BalanceProblem, base: Deviation, free: Sequence[str] | 
         base: values of what is not fitted, and where to begin.
         free: what to fit; without it, everything, less whatever turns out too uncertain, worst first.
     """
-    names = list(LIMITS) if free is None else list(free)
+    names = [n for n in LIMITS if problem.tells(n)] if free is None else list(free)
     wide: dict[str, float] = {}
     while True:
         fitted = _gauss_newton(problem, base, names)

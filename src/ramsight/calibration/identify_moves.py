@@ -95,13 +95,8 @@ def find_moves(unit: HydraulicUnit, record: Record, run: Run) -> Moves:
         run: as the description explains it, for pressures near their limits.
     """
     period = record.period
-    lift_speed = unit.lift_sign * record.motor_speed
-    opening = 2.0 * _opening_speed(unit)
-    fastest = float(unit.max_speed * unit.travel_per_radian)
-    turning = (lift_speed > 0.0) | (lift_speed < -opening)
-    moving = turning & (np.abs(run.velocity) > _MOVING * fastest) & (np.sign(run.velocity) == np.sign(lift_speed))
     direction = np.sign(run.velocity)
-    settled = _shrunk(moving, direction, round(_SETTLE / period), round(_BEFORE_END / period))
+    settled = _shrunk(going(unit, record, run), direction, round(_SETTLE / period), round(_BEFORE_END / period))
     lost = _lost(unit, record, run, settled, direction)
     use = settled & ~lost
     steady = use & ~_ramping(record)
@@ -119,6 +114,15 @@ def find_moves(unit: HydraulicUnit, record: Record, run: Run) -> Moves:
         nodes += [(int(a), int(b), number, chain) for a, b in pairwise(cuts)]
     first, last, runs, chains = np.array(nodes, dtype=np.int64).reshape(-1, 4).T
     return Moves(first, last, runs, chains, np.asarray(direction[first] > 0.0))
+
+
+def going(unit: HydraulicUnit, record: Record, run: Run) -> Bools:
+    """Samples at which the piston goes the way that the motor turns; arguments as `find_moves`."""
+    lift_speed = unit.lift_sign * record.motor_speed
+    fastest = float(unit.max_speed * unit.travel_per_radian)
+    turning = (lift_speed > 0.0) | (lift_speed < -2.0 * _opening_speed(unit))
+    same = np.sign(run.velocity) == np.sign(lift_speed)
+    return np.asarray(turning & same & (np.abs(run.velocity) > _MOVING * fastest))
 
 
 def _lost(unit: HydraulicUnit, record: Record, run: Run, settled: Bools, direction: Array) -> Bools:
