@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.calibration.flow_law import sandwich, student
-from ramsight.calibration.identify_moves import Moves, held_by_valve
+from ramsight.calibration.identify_moves import Moves
 from ramsight.calibration.identify_record import Record
 from ramsight.calibration.identify_replay import Circuit, Deviation, Run
 from ramsight.calibration.uncertainty import EFFICIENCY, NO_LOAD_TORQUE
@@ -80,7 +80,7 @@ class BalanceProblem:
 
         How much oil and hoses give is told by loads that change at rest, so only where a valve holds them there.
         """
-        return name != "compliance" or held_by_valve(self.circuit.unit)
+        return name != "compliance" or self.moves.held
 
     def run(self, how: Deviation, record: Record | None = None) -> Run:
         """The record under a deviation."""
@@ -192,7 +192,7 @@ def _gauss_newton(problem: BalanceProblem, base: Deviation, names: list[str]) ->
         columns = [problem.column(how, name, _STEPS[name], d) for name in names]
         white = whiten @ np.column_stack([*columns, d])
         design, y = np.asarray(white[:, :-1], dtype=np.float64), white[:, -1]
-        scale = np.linalg.norm(design, axis=0)
+        scale = np.maximum(np.linalg.norm(design, axis=0), 1e-300)  # a factor may do nothing at all
         change, _, rank, _ = np.linalg.lstsq(design / scale, -y, rcond=1e-7)
         if rank < len(names):
             lost = names[int(np.argmin(scale * np.array([LIMITS[n] for n in names])))]

@@ -42,6 +42,7 @@ _ENOUGH_RUNS = 8  # moves from which their scatter can be taken for the uncertai
 _NORMAL = 1.96  # standard deviations of a 95 % interval
 _MOST = 3.0  # factor up to which a difference of force between moves may be friction
 _ALIKE = 0.15  # by which friction from one reversal may be off that of most others, and
+_APART = 0.1  # share of the largest load by which two have to differ to give a slope
 _SCATTER = 5.0  # by how many median deviations
 
 
@@ -202,6 +203,17 @@ def sheet_friction(unit: HydraulicUnit, moves: Moves, run: Run) -> Array:
     return np.asarray(unit.cylinder.friction(ca.DM(moves.mean(run.velocity))), dtype=np.float64).ravel()
 
 
+def _line(x: Array, y: Array, at: Array) -> Array:
+    """Values at some places of the line that most points agree on, level if they lie too close.
+
+    Source: P. K. Sen, J. Amer. Statist. Assoc. 63 (1968) 1379: the median of the slopes of all pairs.
+    """
+    dx, dy = x[:, None] - x[None, :], y[:, None] - y[None, :]
+    apart = dx > _APART * np.abs(x).max()
+    slope = float(np.median(dy[apart] / dx[apart])) if apart.sum() >= 3 else 0.0
+    return np.asarray(np.median(y - slope * x) + slope * at)
+
+
 def same_loads(unit: HydraulicUnit, moves: Moves, record: Record, run: Run) -> Places:
     """Number the nodes by loads: the same number, the same load, as far as can be told; shape (n,).
 
@@ -227,10 +239,12 @@ def same_loads(unit: HydraulicUnit, moves: Moves, record: Record, run: Run) -> P
     reverses = np.diff(np.sign(mean_sheet)) != 0.0
     factor = change / np.where(reverses, expected, 1.0)
     same = np.where(reverses, (factor > 0.0) & (factor < _MOST), np.abs(change) < 0.25 * holds) & ~changed[1:]
-    pairs = factor[same & reverses]
-    if pairs.size >= 3:
-        middle = np.median(pairs)
-        reach = max(_ALIKE, _SCATTER * float(np.median(np.abs(pairs - middle))))
-        same &= ~reverses | (np.abs(factor - middle) < reach)
+    pairs = same & reverses
+    if pairs.sum() >= 3:
+        # Pumps rougher than described add what goes with the load, so most agree on a line.
+        load = 0.5 * (mean_force[1:] + mean_force[:-1])
+        off = np.abs(factor - _line(load[pairs], factor[pairs], load))
+        reach = max(_ALIKE, _SCATTER * float(np.median(off[pairs])))
+        same &= ~reverses | (off < reach)
     number = np.concatenate([[0], np.cumsum(~same)])
     return np.asarray(number[np.searchsorted(runs, moves.run)], dtype=np.int64)

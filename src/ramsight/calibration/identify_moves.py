@@ -15,10 +15,13 @@ from numpy.typing import NDArray
 
 from ramsight.calibration.identify_record import Record, running_mean
 from ramsight.calibration.identify_replay import Run
+from ramsight.plant.accumulator import Accumulator
+from ramsight.plant.cylinder import Cylinder
+from ramsight.plant.hose import Hose, Volume
 from ramsight.plant.limits import limits_of
-from ramsight.plant.pump import Pump
+from ramsight.plant.pilot_check import PilotCheckValve
 from ramsight.plant.unit import HydraulicUnit, opposite, reach
-from ramsight.plant.valve import SafetyValve
+from ramsight.plant.valve import CheckValve, ReliefValve, SafetyValve
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -35,6 +38,7 @@ _NEAR_RELIEF = 0.96  # share of the setting
 _STARVED = 1e5  # Pa; with less on it a check valve may let oil in
 _BLOCK = 0.5  # s; over which a node's values are averaged
 _MOST_NODES = 300  # so many hold what a log of any length tells; matrices are as large
+_TIGHT = (Cylinder, Hose, Volume, Accumulator, SafetyValve, CheckValve, PilotCheckValve, ReliefValve)
 _STANDING = 0.06  # rad/s; half a step of 1 rpm
 _ENOUGH_TRIPLES = 20  # of neighbouring nodes, so that a median means something
 _GAP = 5.0  # sample periods; a longer distance between samples is a gap
@@ -49,6 +53,7 @@ class Moves:
         run: number of the move, shape (n,).
         chain: nodes with the same number are joined by the balance, shape (n,).
         lifting: whether the move lifts, shape (n,).
+        held: whether the load stands while the motor does, so that nodes before and after a rest are joined.
     """
 
     first: Places
@@ -56,6 +61,7 @@ class Moves:
     run: Places
     chain: Places
     lifting: Bools
+    held: bool
 
     def mean(self, values: Array) -> Array:
         """Mean of a column over each node."""
@@ -103,6 +109,7 @@ def find_moves(unit: HydraulicUnit, record: Record, run: Run) -> Moves:
     use = steady if steady.sum() > _STEADY_SHARE * use.sum() else use
     breaks = np.cumsum(lost)
     length = max(round(_BLOCK / period), int(np.ceil(use.sum() / _MOST_NODES)))
+    held = held_by_valve(unit)
     nodes: list[tuple[int, int, int, int]] = []
     number = -1
     for start, end in _stretches(use):
@@ -110,10 +117,10 @@ def find_moves(unit: HydraulicUnit, record: Record, run: Run) -> Moves:
             continue
         number += 1
         cuts = np.linspace(start, end, max(1, (end - start) // length) + 1).astype(np.int64)
-        chain = int(breaks[start]) if held_by_valve(unit) else number
+        chain = int(breaks[start]) if held else number
         nodes += [(int(a), int(b), number, chain) for a, b in pairwise(cuts)]
     first, last, runs, chains = np.array(nodes, dtype=np.int64).reshape(-1, 4).T
-    return Moves(first, last, runs, chains, np.asarray(direction[first] > 0.0))
+    return Moves(first, last, runs, chains, np.asarray(direction[first] > 0.0), held)
 
 
 def going(unit: HydraulicUnit, record: Record, run: Run) -> Bools:
@@ -185,10 +192,14 @@ def _opens_slowly(unit: HydraulicUnit) -> bool:
 
 
 def held_by_valve(unit: HydraulicUnit) -> bool:
-    """Whether a valve keeps the load's oil from the pumps at rest, so that the rod stands."""
+    """Whether a valve keeps the load's oil where it is at rest, so that the rod stands.
+
+    Not where a pump, an orifice, a leaking seal or a part that nobody knows is joined to the chamber.
+    """
     chamber = unit.cylinder.node_a if unit.held == "a" else unit.cylinder.node_b
     joined = reach(unit.parts(), chamber, "joins")
-    return not any({part.inlet, part.outlet} & joined for part in unit.parts() if isinstance(part, Pump))
+    touching = [part for part in unit.parts() if joined & {str(value) for value in vars(part).values()}]
+    return unit.cylinder.seal_leak is None and all(isinstance(part, _TIGHT) for part in touching)
 
 
 def _stretches(use: Bools) -> list[tuple[int, int]]:

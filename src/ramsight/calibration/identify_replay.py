@@ -20,7 +20,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.calibration.identify_record import Record
+from ramsight.calibration.identify_record import IdentifyError, Record
 from ramsight.calibration.uncertainty import rougher, with_friction
 from ramsight.engine.recursion import replay
 from ramsight.plant.balance import FACTORS, balance
@@ -117,6 +117,7 @@ class Circuit:
         state[self._recursion.state.index("position")] = record.position[0]
         result = replay(self._recursion, inputs, self._changed(how), state)
         found = dict(zip(self._recursion.outputs, result.T, strict=True))
+        self._check(found["travel"])
         cylinder, lift = self.unit.cylinder, self.unit.lift_sign
         velocity = lift * record.velocity
         moved = np.cumsum(found["travel"]) - (record.position - record.position[0])
@@ -130,6 +131,18 @@ class Circuit:
             suction=found["suction"],
             pressure=found["pressure"],
         )
+
+    def _check(self, travel: Array) -> None:
+        """Refuse equations that a step of a sample does not solve, as with much air in oil at the tank's pressure."""
+        unit, most = self.unit, 2.0 * self.unit.cylinder.stroke
+        if np.all(np.abs(travel) < most):
+            return
+        why = "no solution of its equations from one sample to the next"
+        if unit.oil.air is not None:
+            why = (
+                f"oil with {100.0 * unit.oil.air:.2g} % of free air (oil.free_air) is too soft near the tank's pressure"
+            )
+        raise IdentifyError(f"unit {unit.name!r} cannot be followed along this log: {why}; sample the log faster")
 
     def _changed(self, how: Deviation) -> Array:
         """The recursion's parameters under a deviation."""

@@ -48,13 +48,19 @@ def changes(machine: Machine, unit: str, found: Identification) -> dict[str, tup
         for key, value, told in _pump(pump, found):
             put(f"{name}.{key}", value, *told)
     if factors["friction"].told:
-        for name in ("breakaway_friction", "coulomb_friction", "viscous_friction"):
+        names = ["coulomb_friction", "breakaway_friction", "viscous_friction"]
+        # One after the other, and breakaway may not be below Coulomb friction in between.
+        for name in names if factors["friction"].value < 1.0 else reversed(names):
             put(f"cylinder.{name}", factors["friction"].value * getattr(described.cylinder, name), "friction")
     if factors["stiffness"].told:
         stiffness = factors["stiffness"].value
-        put("oil.bulk_modulus", stiffness * described.oil.bulk_modulus, "stiffness")
-        for name, hose in _placed(described, Hose).items():
-            put(f"{name}.effective_bulk_modulus", stiffness * hose.effective_bulk_modulus, "stiffness")
+        moduli = [
+            (f"{n}.effective_bulk_modulus", h.effective_bulk_modulus) for n, h in _placed(described, Hose).items()
+        ]
+        # One after the other, and no hose may be stiffer than its oil in between.
+        moduli.insert(0 if stiffness > 1.0 else len(moduli), ("oil.bulk_modulus", described.oil.bulk_modulus))
+        for key, modulus in moduli:
+            put(key, stiffness * modulus, "stiffness")
     return result
 
 
