@@ -7,6 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from ramsight import machine
@@ -112,6 +113,7 @@ OPTIONS = {
     "seal leakage": lambda unit: replace(
         unit, cylinder=replace(unit.cylinder, seal_leak=0.15 * leak_of(unit) * float(unit.oil.viscosity(313.15)))
     ),
+    "much free air": lambda unit: replace(unit, oil=replace(unit.oil, air=0.02, polytropic=1.4)),
     "free air": lambda unit: replace(unit, oil=replace(unit.oil, air=0.005, polytropic=1.4)),
     "thicker oil under pressure": lambda unit: replace(unit, oil=replace(unit.oil, pressure_viscosity=2e-8)),
     "thermal expansion": lambda unit: replace(unit, oil=replace(unit.oil, expansion=7e-4)),
@@ -141,9 +143,11 @@ def test_a_machine_with_an_option_is_found_to_be_its_description(optional):
 
 
 def test_air_that_the_equations_cannot_follow_is_refused_by_name():
-    described = replace(BOOM, oil=replace(BOOM.oil, air=0.02, polytropic=1.4))
-    with pytest.raises(IdentifyError, match="free_air"):
-        coverage.worked(described, described, 31)
+    circuit = Circuit(replace(BOOM, oil=replace(BOOM.oil, air=0.02, polytropic=1.4)))
+    circuit._check(np.array([0.0, 1e-3]))
+    for wild in (np.nan, 3.0 * BOOM.cylinder.stroke):
+        with pytest.raises(IdentifyError, match=r"2 % of free air \(oil.free_air\)"):
+            circuit._check(np.array([0.0, wild]))
 
 
 def test_the_same_log_without_the_option_described_is_another_machine():
@@ -175,7 +179,7 @@ def test_a_worn_pump_with_a_table_comes_back_through_its_table():
     assert "units.boom.pump_a.volumetric_efficiency" not in changes(sheet, "boom", found)
     back = build("boom", tuned(sheet, "boom", found, "day.csv", "rod.csv").machine.unit("boom")).a.pump
     state = (150.0, 120e5, 30e-6)
-    assert back.leakage(*state, 872.0) == pytest.approx(
+    assert replace(back, orifice_leak=None).leakage(*state, 872.0) == pytest.approx(
         found.factors["leak"].value * float(unit.a.pump.leakage(*state, 872.0)), rel=1e-6
     )
     assert float(back.friction(*state)) == pytest.approx(1.1 * float(unit.a.pump.friction(*state)), rel=0.02)
