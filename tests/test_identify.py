@@ -1,5 +1,6 @@
 """Known machines are found again: the independent simulator's, our own with known wear, and what cannot be told."""
 
+import importlib
 import json
 import sys
 from pathlib import Path
@@ -166,7 +167,7 @@ def rough(coverage):
 
 def test_a_rough_pump_is_not_taken_for_the_cylinders_friction(rough):
     found = rough[12]
-    assert found.loads >= 5
+    assert found.loads >= 4
     efficiency, friction = found.factors["efficiency"], found.factors["friction"]
     assert efficiency.told
     assert efficiency.low <= -0.02 <= efficiency.high
@@ -239,7 +240,9 @@ def test_a_running_mean_keeps_straight_lines():
     assert running_mean(line, 5) == pytest.approx(line)
 
 
-def test_the_page_quotes_the_studies():
+def test_the_page_quotes_the_studies(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "study")
+    pages = importlib.import_module("pages")
     found, page = json.loads((ROOT / "study.json").read_text()), (ROOT / "docs" / "identify.md").read_text()
     real, machines = found["real_oil"], found["identify"]
     quoted = [
@@ -255,9 +258,10 @@ def test_the_page_quotes_the_studies():
         f"{100 * real['label_1_orifice_share']:.0f} %",
         f"{100 * real['label_2_orifice_share']:.0f} %",
     ]
-    quoted += [
-        f"| {entry['told']} | {entry['held']} | {entry['half_width']:.4f} | {entry['error']:.4f} |"
-        for entry in machines.values()
-    ]
     assert [figure for figure in quoted if figure not in page] == []
-    assert sum(e["held"] for e in machines.values()) >= 0.88 * sum(e["told"] for e in machines.values())
+    assert "\n".join(pages.identified(machines)) in page
+    for name, figures in machines.items():
+        told, held = (sum(entry[key] for entry in figures.values()) for key in ("told", "held"))
+        assert held >= 0.93 * told, name
+    error = max(figures["efficiency"]["error"] for figures in machines.values())
+    assert error < 0.0015
