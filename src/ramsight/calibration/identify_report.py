@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from ramsight.calibration.identify import Estimate, Identification
 from ramsight.calibration.identify_friction import FEWEST_LOADS
 
@@ -56,7 +58,10 @@ def summary(found: Identification) -> str:
 
 def interval(name: str, estimate: Estimate) -> str:
     """A factor with its interval, for the source of a value."""
-    return f"{_number(name, estimate.value)} (95 %: {_ends(name, estimate)})"
+    text = f"{_number(name, estimate.value)} (95 %: {_ends(name, estimate)}"
+    if math.isfinite(estimate.as_described):
+        text += f"; ± {estimate.as_described:.4f} if the pumps' no-load torque is as described"
+    return text + ")"
 
 
 def _number(name: str, value: float) -> str:
