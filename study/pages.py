@@ -109,3 +109,18 @@ def main() -> None:
 
 if __name__ == "__main__":
     main()
+
+
+def identified(found: dict[str, dict[str, dict[str, float]]]) -> list[str]:
+    """Table of docs/identify.md: of those told how many intervals hold, and their median half width."""
+    factors = list(next(iter(found.values())))
+    rows = [f"| machine | {' | '.join(factors)} |", "|---" * (len(factors) + 1) + "|"]
+    for name, figures in found.items():
+        rows.append(f"| {name} | {' | '.join(_held(figures[key]) for key in factors)} |")
+    return rows
+
+
+def _held(entry: dict[str, float]) -> str:
+    if not entry["told"]:
+        return "–"
+    return f"{entry['held']} of {entry['told']}, ± {entry['half_width']:.4f}"

@@ -52,9 +52,8 @@ def main() -> None:
         else:
             print(f"{data}: no uci_hydraulic here; the real-oil study is left out")
     if "identify" in given.only:
-        with progress(given.seeds, "identifying") as bar:
-            found["coverage"] = identify_coverage.coverage(given.seeds, bar.advance)
-            found["coverage_machines"] = given.seeds
+        with progress(given.seeds * len(identify_coverage.UNITS), "identifying") as bar:
+            found["identify"] = identify_coverage.coverage(given.seeds, bar.advance)
     if "work_days" in given.only:
         with progress(2 * given.days, "work days") as bar:
             found["work_days"] = work_days.study(given.days, bar.advance)

@@ -445,31 +445,37 @@ def identify(
     """Find how a machine differs from its data sheet, with a position sensor put on for a day.
 
     Work the unit under several loads for some minutes, lifting and lowering each, with the drive's log and the
-    position on one clock. Fits leakage (through gaps, and like an orifice's), displacement, cylinder friction and
-    stiffness of oil and hoses, each with a 95 % interval; what the log cannot tell stays at the data sheet, and is
-    said. Loads need not be known and may change at rest; end stops and relief are left out by themselves. Nothing but
-    time_s and position_m is used of the truth. The tuned description goes wherever a machine goes: check, track, ...
+    position on one clock. Fits leakage (through gaps, and like an orifice's), displacement, stiffness of oil and hoses,
+    cylinder friction and the pumps' hydro-mechanical efficiency, each with a 95 % interval; what the log cannot tell
+    stays at the data sheet, and is said. The unit may have any circuit, loss tables, seal leakage, free air: it is its
+    own equations that run along the log.
+
+    Loads need not be known and may change at rest; three and more, each lifted and lowered, tell the pumps' friction
+    from the cylinder's. Moves of three seconds and more at steady speeds tell most; slow and fast ones tell leakage
+    from displacement. End stops and relief are left out by themselves. Nothing but time_s and position_m is used of
+    the truth. The tuned description goes wherever a machine goes: check, track, ...
 
     Example: ramsight identify mining-loader log.csv.gz --unit boom --truth position.csv --out tuned.toml
     """
     from ramsight.calibration.identify import EVALUATIONS
     from ramsight.calibration.identify import identify as identify_unit
-    from ramsight.calibration.identify_report import summary, tuned
+    from ramsight.calibration.identify_report import summary
+    from ramsight.calibration.identify_tuned import tuned
     from ramsight.duty.plausible import watched
     from ramsight.logs import read_drive_log, read_truth
     from ramsight.machine import load as load_machine
     from ramsight.output import atomic_path, check_apart, check_target
-    from ramsight.plant.ddh import build
+    from ramsight.plant.build import build
     from ramsight.progress import progress
 
     check_target(out, (".toml",))
     check_apart({"the machine": machine, "the log": log, "--truth": truth}, {"--out": out})
     description = load_machine(machine)
-    ddh = build(unit, description.unit(unit))
+    built = build(unit, description.unit(unit))
     recorded, known = read_drive_log(log, strict=True), read_truth(truth)
-    recorded = next(watched([recorded], ddh, log))
+    recorded = next(watched([recorded], built, log))
     with progress(EVALUATIONS, "identifying") as bar:
-        found = identify_unit(ddh, recorded, known, advance=bar.advance)
+        found = identify_unit(built, recorded, known, advance=bar.advance)
     if out is not None:
         text = tuned(description, unit, found, log.name, truth.name).text
         with atomic_path(out) as draft:

@@ -3,80 +3,27 @@
     Q = D w - L dp/mu - G sign(dp) sqrt|dp|
 
 Displacement; laminar leakage through gaps (eqs 3, 9, 10: Hagen-Poiseuille, so it goes with 1/viscosity, the dynamic
-one mu = nu rho); leakage through worn edges (orifice, whatever the viscosity). One law, used by `identify` with a
-cylinder for the flow meter, and by the real-oil study with a real one.
+one mu = nu rho); leakage through worn edges (orifice, whatever the viscosity): the plant's pump as columns of a linear
+fit, which the real-oil study makes to a real one. `identify` runs the plant itself and takes only the statistics.
+
+Source of the orifice's part: W. E. Wilson, Trans. ASME 71 (1949) 115, and Schloesser's loss models, which split slip
+into a laminar and a turbulent part.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ramsight.plant.pump import leak_coefficient
 from ramsight.plant.valve import orifice_flow
-
-if TYPE_CHECKING:
-    from ramsight.plant.pump import Pump
 
 Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
 
 _NORMAL = 1.959964  # two-sided 95 % of the normal distribution
-
-
-@dataclass(frozen=True)
-class FlowLaw:
-    """The flow of a pump from inlet to outlet.
-
-    Args:
-        displacement: D [m3/rad].
-        laminar: L, leakage per pressure rise, times dynamic viscosity [m3/s/Pa Pa s = m3].
-        orifice: G, leakage over the root of the pressure rise [m3/s/sqrt(Pa)].
-
-    Source: the paper's eqs 3, 9 and 10; the orifice term as in W. E. Wilson, Trans. ASME 71 (1949) 115, and
-    Schloesser's loss models, which split slip into a laminar and a turbulent part.
-
-    Example:
-        >>> law = FlowLaw(5e-6, 1.2e-13, 2e-9)
-        >>> bool(law.flow(100.0, 100e5, 0.028) < law.flow(100.0, 0.0, 0.028))
-        True
-    """
-
-    displacement: float
-    laminar: float
-    orifice: float
-
-    @classmethod
-    def of(cls, pump: Pump) -> FlowLaw:
-        """The law of a pump's data sheet, eq. 10, without its wear."""
-        laminar = leak_coefficient(
-            pump.displacement,
-            pump.volumetric_efficiency,
-            pump.nominal_speed,
-            pump.nominal_pressure,
-            pump.nominal_viscosity,
-            pump.nominal_density,
-            1.0,
-            1.0,
-        )
-        return cls(float(pump.displacement), float(laminar), 0.0)
-
-    @property
-    def coefficients(self) -> Array:
-        """D, L and G, shape (3,)."""
-        return np.array([self.displacement, self.laminar, self.orifice])
-
-    def flow(self, speed: ArrayLike, pressure_rise: ArrayLike, viscosity: ArrayLike) -> Array:
-        """Flow [m3/s]; arguments as `columns`."""
-        return columns(speed, pressure_rise, viscosity) @ self.coefficients
-
-    def leakage(self, pressure_rise: ArrayLike, viscosity: ArrayLike) -> Array:
-        """Flow from outlet to inlet [m3/s]; arguments as `columns`."""
-        return -self.flow(0.0, pressure_rise, viscosity)
 
 
 def root(pressure_rise: ArrayLike) -> Array:

@@ -1,7 +1,8 @@
-"""Which samples of a recorded log may be used: moves in which the chamber is joined to its pump, and what lies between.
+"""Which samples of a record may be used: moves in which the chamber is joined to its pump, and what lies between.
 
-Nothing is asked of the load: it may change at rest. Left out are the end stops, pressures near the relief valve's
-setting, and a manifold that draws from the tank; the balance is not carried across them.
+Left out are the end stops, pressures near a relief valve's setting, and oil that is drawn from the tank; the balance is
+not carried across them. Where a valve holds the load at rest the balance is carried across rests, and the load may
+change there; where the pump holds it, what leaks at rest under a load that nobody sees is left out too.
 """
 
 from __future__ import annotations
@@ -12,18 +13,34 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.calibration.identify_hydraulics import MOVING, Balance, Hydraulics, running_mean
+from ramsight.calibration.identify_record import Record, running_mean
+from ramsight.calibration.identify_replay import Run
+from ramsight.plant.accumulator import Accumulator
+from ramsight.plant.cylinder import Cylinder
+from ramsight.plant.hose import Hose, Volume
+from ramsight.plant.limits import limits_of
+from ramsight.plant.pilot_check import PilotCheckValve
+from ramsight.plant.unit import HydraulicUnit, opposite, reach
+from ramsight.plant.valve import CheckValve, ReliefValve, SafetyValve
 
 Array = NDArray[np.float64]
+Bools = NDArray[np.bool_]
 Places = NDArray[np.int64]
 
+_MOVING = 0.025  # share of the velocity at the highest speed that a move has to reach
 _SETTLE, _BEFORE_END = 0.2, 0.1  # s; after a move begins and before it ends, while the valve opens and closes
-_STOP = 2e-3  # m; so near a stop the piston may touch it
+_RAMP_REACH, _RAMP_SHARE = 0.1, 0.03  # s; a speed that changes by this share between that before and that after
+_AFTER_RAMP = 0.4  # s; until what the ramp has set in motion is at rest
+_STEADY_SHARE = 0.3  # of the moves, from which the rest can be done without
+_STOP = 3e-3  # share of the stroke; so near a stop the piston may touch it
+_LEAKED = 3.0  # time constants after which what a stop has left has leaked off
 _NEAR_RELIEF = 0.96  # share of the setting
-_STARVED = 1e5  # Pa above tank; below it a lowering manifold may draw from the tank
+_STARVED = 1e5  # Pa; with less on it a check valve may let oil in
 _BLOCK = 0.5  # s; over which a node's values are averaged
-_MOST_NODES = 1500
+_MOST_NODES = 300  # so many hold what a log of any length tells; matrices are as large
+_TIGHT = (Cylinder, Hose, Volume, Accumulator, SafetyValve, CheckValve, PilotCheckValve, ReliefValve)
 _STANDING = 0.06  # rad/s; half a step of 1 rpm
+_ENOUGH_TRIPLES = 20  # of neighbouring nodes, so that a median means something
 _GAP = 5.0  # sample periods; a longer distance between samples is a gap
 
 
@@ -35,16 +52,16 @@ class Moves:
         first, last: of each node's samples, the last one excluded, shape (n,).
         run: number of the move, shape (n,).
         chain: nodes with the same number are joined by the balance, shape (n,).
-        moved: how far the rod moved at rest before the node's move [m], NaN where that is not known, shape (n,).
         lifting: whether the move lifts, shape (n,).
+        held: whether the load stands while the motor does, so that nodes before and after a rest are joined.
     """
 
     first: Places
     last: Places
     run: Places
     chain: Places
-    moved: Array
-    lifting: NDArray[np.bool_]
+    lifting: Bools
+    held: bool
 
     def mean(self, values: Array) -> Array:
         """Mean of a column over each node."""
@@ -55,51 +72,142 @@ class Moves:
         """How many samples each node has."""
         return self.last - self.first
 
+    def noise(self, values: Array) -> float:
+        """Standard deviation of a column's white noise in the moves, from second differences."""
+        inside = np.concatenate([np.arange(a, b - 2) for a, b in zip(self.first, self.last, strict=True)])
+        return _white(np.diff(values, 2)[inside])
 
-def find_moves(hydraulics: Hydraulics, balance: Balance) -> Moves:
+    def noise_of_mean(self, values: Array) -> Array:
+        """Standard deviation of each node's mean of a column.
+
+        Of white noise, or, where there are enough nodes to see it, of noise that lasts for some samples.
+        """
+        white = self.noise(values) / np.sqrt(self.samples())
+        second = np.diff(self.mean(values), 2)[self.run[2:] == self.run[:-2]]
+        return np.asarray(np.maximum(white, _white(second) if second.size >= _ENOUGH_TRIPLES else 0.0))
+
+
+def _white(second: Array) -> float:
+    """Standard deviation of white noise with these second differences; robust against a few large ones."""
+    return float(np.sqrt(np.median(second**2) / (6.0 * 0.4549)))
+
+
+def find_moves(unit: HydraulicUnit, record: Record, run: Run) -> Moves:
     """Find the moves of a record.
 
     Args:
-        hydraulics: of the record.
-        balance: with the data sheet's values, for pressures near their limits.
+        unit: that moved.
+        record: of it.
+        run: as the description explains it, for pressures near their limits.
     """
-    unit, record = hydraulics.unit, hydraulics.record
     period = record.period
-    lift_speed = unit.lift_sign * record.motor_speed
-    opening = 2.0 * abs(unit.held_side.safety.opening_speed)
-    turning = (lift_speed > 0.0) | (lift_speed < -opening)
-    moving = turning & (np.abs(balance.velocity) > MOVING) & (np.sign(balance.velocity) == np.sign(lift_speed))
-    pressure = running_mean(balance.pressure, max(1, round(0.2 / period)))
-    lost = (hydraulics.travel < _STOP) | (hydraulics.travel > unit.cylinder.stroke - _STOP)
-    lost |= pressure > _NEAR_RELIEF * hydraulics.held.relief.setting
-    direction = np.sign(balance.velocity)
-    settled = _shrunk(moving, direction, round(_SETTLE / period), round(_BEFORE_END / period))
-    lost |= settled & (direction < 0.0) & (pressure < _STARVED)
-    lost |= hydraulics.step > _GAP * period
-    if unit.held_side.safety.opening_time is not None:  # the pump turns against the valve until it has opened
-        lost |= np.diff((lift_speed < -0.5 * opening).astype(int), prepend=0) > 0
+    direction = np.sign(run.velocity)
+    settled = _shrunk(going(unit, record, run), direction, round(_SETTLE / period), round(_BEFORE_END / period))
+    lost = _lost(unit, record, run, settled, direction)
     use = settled & ~lost
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], use, [False]]).astype(int)))
+    steady = use & ~_ramping(record)
+    use = steady if steady.sum() > _STEADY_SHARE * use.sum() else use
     breaks = np.cumsum(lost)
     length = max(round(_BLOCK / period), int(np.ceil(use.sum() / _MOST_NODES)))
-    first, last, run, chain = [], [], [], []
+    held = held_by_valve(unit)
+    nodes: list[tuple[int, int, int, int]] = []
     number = -1
-    for start, end in zip(edges[::2], edges[1::2], strict=True):
+    for start, end in _stretches(use):
         if end - start < max(length // 2, 3):
             continue
         number += 1
         cuts = np.linspace(start, end, max(1, (end - start) // length) + 1).astype(np.int64)
-        first += cuts[:-1].tolist()
-        last += cuts[1:].tolist()
-        run += [number] * (len(cuts) - 1)
-        chain += [int(breaks[start])] * (len(cuts) - 1)
-    found = (np.array(values, dtype=np.int64) for values in (first, last, run, chain))
-    starts, ends, runs, chains = found
-    lifting = direction[starts] > 0.0 if len(starts) else np.zeros(0, dtype=bool)
-    return Moves(starts, ends, runs, chains, _moved_at_rest(hydraulics, starts, ends, runs, chains), lifting)
+        chain = int(breaks[start]) if held else number
+        nodes += [(int(a), int(b), number, chain) for a, b in pairwise(cuts)]
+    first, last, runs, chains = np.array(nodes, dtype=np.int64).reshape(-1, 4).T
+    return Moves(first, last, runs, chains, np.asarray(direction[first] > 0.0), held)
 
 
-def _shrunk(moving: NDArray[np.bool_], direction: Array, front: int, back: int) -> NDArray[np.bool_]:
+def going(unit: HydraulicUnit, record: Record, run: Run) -> Bools:
+    """Samples at which the piston goes the way that the motor turns; arguments as `find_moves`."""
+    lift_speed = unit.lift_sign * record.motor_speed
+    fastest = float(unit.max_speed * unit.travel_per_radian)
+    turning = (lift_speed > 0.0) | (lift_speed < -2.0 * _opening_speed(unit))
+    same = np.sign(run.velocity) == np.sign(lift_speed)
+    return np.asarray(turning & same & (np.abs(run.velocity) > _MOVING * fastest))
+
+
+def _lost(unit: HydraulicUnit, record: Record, run: Run, settled: Bools, direction: Array) -> Bools:
+    """Samples across which nobody can say where the oil went."""
+    stroke, period = unit.cylinder.stroke, record.period
+    width = max(1, round(_SETTLE / period))
+    touching = (record.position < _STOP * stroke) | (record.position > (1.0 - _STOP) * stroke)
+    lost = _for_a_while(touching, round(_LEAKED * pressing_lasts(unit) / period))
+    lost |= running_mean(run.near_relief, width) > _NEAR_RELIEF
+    lost |= settled & (direction < 0.0) & (running_mean(run.suction, width) < _STARVED)
+    lost |= record.step > _GAP * period
+    if _opens_slowly(unit):  # the pump turns against the valve until it has opened
+        below = unit.lift_sign * record.motor_speed < -0.5 * _opening_speed(unit)
+        lost |= np.diff(below.astype(int), prepend=0) > 0
+    return np.asarray(lost, dtype=bool)
+
+
+def _ramping(record: Record) -> Bools:
+    """Samples at which the speed changes or has just changed.
+
+    What oil and mass do then is over too soon for a noisy torque to tell, and is no leakage.
+    """
+    reach = max(1, round(_RAMP_REACH / record.period))
+    speed = record.motor_speed
+    padded = np.pad(speed, reach, mode="edge")
+    change = np.abs(padded[2 * reach :] - padded[: -2 * reach])
+    ramping = change > np.maximum(_RAMP_SHARE * np.abs(speed), 3.0 * record.speed_step)
+    return _for_a_while(ramping, round(_AFTER_RAMP / record.period))
+
+
+def _for_a_while(where: Bools, samples: int) -> Bools:
+    """The samples, and so many after each."""
+    since = np.arange(len(where)) - np.maximum.accumulate(np.where(where, np.arange(len(where)), -samples - 1))
+    return np.asarray(since <= samples, dtype=bool)
+
+
+def pressing_lasts(unit: HydraulicUnit) -> float:
+    """Time constant with which the pumps leak off what a pressed stop has left in the chamber that holds no load [s].
+
+    On a stop the circuit does not know how hard the piston presses, and so not how much oil is compressed.
+    """
+    cylinder, limits = unit.cylinder, limits_of(unit)
+    side = opposite(unit.held)
+    volume = cylinder.dead_volume(side) + cylinder.area(side) * cylinder.stroke
+    leak = limits.leak_velocity * cylinder.area(unit.held) / limits.pressure
+    return float(volume / unit.oil.bulk_modulus / leak)
+
+
+def _holding(unit: HydraulicUnit) -> list[SafetyValve]:
+    return [part for part in unit.parts() if isinstance(part, SafetyValve) and part.commanded]
+
+
+def _opening_speed(unit: HydraulicUnit) -> float:
+    """Motor speed above which the load's valve is held open to lower [rad/s]; 0 without one."""
+    return max((abs(float(valve.opening_speed)) for valve in _holding(unit)), default=0.0)
+
+
+def _opens_slowly(unit: HydraulicUnit) -> bool:
+    return any(valve.opening_time is not None for valve in _holding(unit))
+
+
+def held_by_valve(unit: HydraulicUnit) -> bool:
+    """Whether a valve keeps the load's oil where it is at rest, so that the rod stands.
+
+    Not where a pump, an orifice, a leaking seal or a part that nobody knows is joined to the chamber.
+    """
+    chamber = unit.cylinder.node_a if unit.held == "a" else unit.cylinder.node_b
+    joined = reach(unit.parts(), chamber, "joins")
+    touching = [part for part in unit.parts() if joined & {str(value) for value in vars(part).values()}]
+    return unit.cylinder.seal_leak is None and all(isinstance(part, _TIGHT) for part in touching)
+
+
+def _stretches(use: Bools) -> list[tuple[int, int]]:
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], use, [False]]).astype(int)))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _shrunk(moving: Bools, direction: Array, front: int, back: int) -> Bools:
     """The moving samples without the first and last of each move."""
     result = np.zeros_like(moving)
     code = np.where(moving, direction, 0.0)
@@ -110,20 +218,25 @@ def _shrunk(moving: NDArray[np.bool_], direction: Array, front: int, back: int) 
     return result
 
 
-def _moved_at_rest(hydraulics: Hydraulics, first: Places, last: Places, run: Places, chain: Places) -> Array:
-    """How far the rod moved at rest before each node's move [m]; NaN where the log cannot tell.
+def moved_at_rest(moves: Moves, record: Record, run: Run) -> Array:
+    """How far the rod moved at rest before each node's move beyond what leaks [m]; NaN where the log cannot tell.
 
-    A load that changes at rest presses the rod in or lets it out.
+    A load that changes at rest presses the rod in or lets it out. Only the first node of a move may have a number.
+
+    Args:
+        moves: the nodes.
+        record: of the unit.
+        run: as the fitted factors explain it.
     """
-    moved = np.full(len(run), np.nan)
-    speed, position = hydraulics.record.motor_speed, hydraulics.record.position
-    width = max(3, round(0.1 / hydraulics.record.period))
-    for k in range(1, len(run)):
-        if run[k] == run[k - 1] or chain[k] != chain[k - 1]:
+    moved = np.full(len(moves.run), np.nan)
+    width = max(3, round(0.1 / record.period))
+    for k in np.flatnonzero(np.diff(moves.run) > 0) + 1:
+        if moves.chain[k] != moves.chain[k - 1]:
             continue
-        standing = np.flatnonzero(np.abs(speed[last[k - 1] : first[k]]) < _STANDING) + last[k - 1]
+        between = slice(moves.last[k - 1], moves.first[k])
+        standing = np.flatnonzero(np.abs(record.motor_speed[between]) < _STANDING) + moves.last[k - 1]
         settled = standing[2 * width :]  # after the valve has closed the piston comes to rest
         moved[k] = 0.0
         if settled.size >= 2 * width:
-            moved[k] = abs(position[settled[-width:]].mean() - position[settled[:width]].mean())
+            moved[k] = abs(run.content[settled[-width:]].mean() - run.content[settled[:width]].mean())
     return moved

@@ -15,6 +15,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.calibration.uncertainty import EFFICIENCY, NO_LOAD_TORQUE, rougher, with_friction
 from ramsight.errors import RamsightError
 from ramsight.plant.balance import balance as balance_of
 from ramsight.plant.hose import Volume
@@ -41,8 +42,6 @@ _FACTORS = (0.2, 8.0)  # leak factors that a torque is looked for among
 _HALVINGS = 30
 _LONG, _SETTLED_STEPS = 20.0, 6  # s, steps; long against the settling of any manifold
 _SLOPE = 0.01  # share of the torque over which a slope is taken
-_EFFICIENCY = 0.01 / 0.9  # share of the hydromechanical efficiency that a data sheet may be off
-_NO_LOAD = 0.25  # share of the no-load torque that it may be off
 _ALIKE = 0.08  # how far leak factors of different speeds may differ and still be leakage
 
 
@@ -83,7 +82,7 @@ class LeakTest:
     Attributes:
         factor: leakage over the data sheet's, corrected for viscosity [1].
         std: its standard deviation: the torque's scatter, the speed's rounding, and what the pumps' described losses
-            may be off: hydromechanical efficiency by 0.01, no-load torque by a quarter [1].
+            may be off: hydro-mechanical efficiency anywhere within 0.02, no-load torque by a quarter [1].
         per_kelvin: how much `factor` changes if the oil is 1 K warmer than the log says [1/K].
         per_torque: how much `factor` changes if the torque is 1 % larger than the log says [1].
         stretches: what it rests on.
@@ -167,7 +166,7 @@ class ClosedPump:
     """
 
     def __init__(self, unit: HydraulicUnit) -> None:
-        self.unit, self.limits, self._balance = unit, limits_of(unit), balance_of(unit)
+        self.unit, self.limits, self._balance = unit, limits_of(unit), balance_of(with_friction(unit))
         speed, temperature, leak = (ca.SX.sym(name) for name in ("speed", "temperature", "leak"))
         p = ca.SX.sym("p", len(self._balance.parameters))
         at = self._balance.parameters_at(p, temperature)
@@ -213,6 +212,15 @@ class ClosedPump:
         less, more = (abs(self.torque(leak, speed, temperature, **changed)) for leak in (high, low))
         return less <= abs(torque) <= more
 
+    def described_losses(self) -> tuple[dict[str, float], ...]:
+        """By how much the pumps' losses may be off, a standard deviation each: factors for `torque`."""
+        pumps = [part for part in self.unit.parts() if isinstance(part, Pump)]
+        nominal = float(np.mean([pump.hydromechanical_efficiency for pump in pumps]))
+        less = {"hydromechanical_efficiency": 1.0 - EFFICIENCY / nominal}
+        if any(pump.table is not None for pump in pumps):
+            less["friction_factor"] = rougher(nominal, -EFFICIENCY)
+        return less, {"no_load_torque": 1.0 + NO_LOAD_TORQUE}
+
     def pressure(self, torque: float) -> float:
         """Pressure on the held side that a torque stands for, losses left out [Pa]."""
         return abs(torque) / self.limits.torque * self.limits.pressure
@@ -244,10 +252,7 @@ def _evaluate(closed: ClosedPump, part: xarray.Dataset) -> Stretch | None:
     slope = (factor if more is None else more) - factor
     by_torque = abs(slope) * scatter / (_SLOPE * abs(mean))
     by_speed = factor * _SPEED_STEP / math.sqrt(12.0) / abs(speed)
-    systematic = [
-        (closed.factor(mean, speed, temperature, **change) or factor) - factor
-        for change in ({"hydromechanical_efficiency": 1.0 - _EFFICIENCY}, {"no_load_torque": 1.0 + _NO_LOAD})
-    ]
+    systematic = [(closed.factor(mean, speed, temperature, **c) or factor) - factor for c in closed.described_losses()]
     time = part["time"].values
     return Stretch(
         float(time[0]),

@@ -241,7 +241,10 @@ class Circuit:
             finish()
         nodes = tuple(node for node in self._pressure if node != TANK)
         for node in nodes:
-            capacity = self._volume[node] / self.oil.bulk_modulus_at(self._pressure[node]) + self._wall[node]
+            modulus = self.oil.bulk_modulus_at(self._pressure[node])
+            if self.oil.air is not None:  # it collapses near the tank's pressure, where a tangent leads nowhere
+                modulus = self.coefficient(modulus)
+            capacity = self._volume[node] / modulus + self._wall[node]
             self.output(f"capacity_{node}", "m3/Pa", capacity)
             self.output(f"volume_{node}", "m3", self._volume[node])
             self.derivative(f"pressure_{node}", (self._net[node] - self._growth[node]) / capacity)

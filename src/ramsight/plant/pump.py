@@ -88,6 +88,7 @@ class Pump:
         leak_factor: leakage over the data sheet's, for wear [1].
         orifice_leak: further leakage through worn edges, Q / sqrt(pressure rise) [m3/s/sqrt(Pa)]; none without it.
         table: measured losses; with it the nominal point and the no-load torque are not used.
+        friction_factor: friction torque over that of the law or the table, for wear [1]; none without it.
     """
 
     name: str
@@ -106,6 +107,7 @@ class Pump:
     leak_factor: float = 1.0
     orifice_leak: float | None = None
     table: LossTable | None = None
+    friction_factor: float | None = None
 
     @property
     def geared_displacement(self) -> Any:
@@ -159,11 +161,13 @@ class Pump:
             viscosity: [m2/s]; only a table asks for it.
         """
         if self.table is not None:
-            return self.table.friction(
+            friction = self.table.friction(
                 self.displacement, speed, pressure_rise, viscosity, threshold=self.threshold_speed
             )
-        coefficient = friction_coefficient(self.displacement, self.hydromechanical_efficiency)
-        return friction_torque(self.no_load_torque, coefficient, pressure_rise, speed, self.threshold_speed)
+        else:
+            coefficient = friction_coefficient(self.displacement, self.hydromechanical_efficiency)
+            friction = friction_torque(self.no_load_torque, coefficient, pressure_rise, speed, self.threshold_speed)
+        return friction if self.friction_factor is None else self.friction_factor * friction
 
     def connect(self, circuit: Circuit) -> None:
         """Add flow, torque and losses."""

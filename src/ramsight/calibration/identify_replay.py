@@ -1,0 +1,214 @@
+"""A unit's own circuit run along a record, for factors by which the machine may differ from its data sheet.
+
+The circuit's equations (`ramsight.plant.balance`) follow the reported speed under a load that the torque corrects
+(`ramsight.sensor.load`), at the position that was measured. What they say the piston travelled, less what it did
+travel, does not change in time if the factors are right:
+
+    content = x_circuit - x_measured - delay v
+
+No law of the circuit is written here: whatever a part does in the plant it does in the replay.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from ramsight.calibration.identify_record import IdentifyError, Record
+from ramsight.calibration.uncertainty import rougher, with_friction
+from ramsight.engine.recursion import replay
+from ramsight.plant.balance import FACTORS, balance
+from ramsight.plant.circuit import TANK
+from ramsight.plant.limits import limits_of
+from ramsight.plant.pump import Pump
+from ramsight.plant.unit import HydraulicUnit, side_nodes
+from ramsight.plant.valve import CheckValve, ReliefValve
+from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.load import LoadObserver
+from ramsight.sensor.virtual_sensor import SensorGraph
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """How a machine differs from its data sheet.
+
+    Attributes:
+        leak: leakage of all pumps by their law or table, over the data sheet's [1].
+        orifice: leakage like an orifice's at the nominal pressure, over the data sheet's laminar one there [1].
+        displacement: of all pumps over the data sheet's [1].
+        compliance: of oil and hoses over the data sheet's [1].
+        delay: by which the position lags the log [s].
+        efficiency: hydro-mechanical, of all pumps, less the data sheet's [1].
+        no_load: no-load torque of all pumps over the data sheet's [1].
+    """
+
+    leak: float = 1.0
+    orifice: float = 0.0
+    displacement: float = 1.0
+    compliance: float = 1.0
+    delay: float = 0.0
+    efficiency: float = 0.0
+    no_load: float = 1.0
+
+
+@dataclass(frozen=True)
+class Run:
+    """A record as the circuit explains it; every array has the shape (n,).
+
+    Attributes:
+        content: what the piston should have travelled since the start, less what it did [m].
+        force: of the oil against load and friction, in the lifting direction [N]; what the mass takes is taken off.
+        velocity: measured, in the lifting direction [m/s].
+        give: travel per load that the oil's compression allows [m/N].
+        near_relief: largest pressure difference over a relief valve's setting [1].
+        suction: smallest pressure difference by which a check valve to the load's side is shut [Pa].
+        pressure: in the chamber that holds the load, above tank [Pa].
+    """
+
+    content: Array
+    force: Array
+    velocity: Array
+    give: Array
+    near_relief: Array
+    suction: Array
+    pressure: Array
+
+
+def orifice_at_one(pump: Pump) -> float:
+    """Orifice conductance that leaks as much at the nominal point as the data sheet's gaps do [m3/s/sqrt(Pa)]."""
+    nominal = pump.displacement * pump.nominal_speed * (1.0 - pump.volumetric_efficiency)
+    return float(nominal / np.sqrt(pump.nominal_pressure))
+
+
+class Circuit:
+    """A unit's circuit, ready to run along records.
+
+    Args:
+        unit: its parts, as the data sheet has them, whatever its circuit.
+    """
+
+    def __init__(self, unit: HydraulicUnit) -> None:
+        self.unit, self.limits = unit, limits_of(unit)
+        self.pumps = tuple(part for part in unit.parts() if isinstance(part, Pump))
+        self._recursion, values, self._initial = _written(_with_wear(unit))
+        self._places = {name: k for k, name in enumerate(self._recursion.parameters)}
+        self._values = values
+        self.evaluations = 0
+
+    def described(self) -> Deviation:
+        """The description itself as a deviation: it may have an orifice's leakage already."""
+        shares = [float(pump.orifice_leak or 0.0) / orifice_at_one(pump) for pump in self.pumps]
+        return Deviation(orifice=float(np.mean(shares)))
+
+    def run(self, record: Record, how: Deviation) -> Run:
+        """The record as the circuit with a deviation explains it."""
+        self.evaluations += 1
+        columns = (record.time, record.motor_speed, record.motor_torque, record.oil_temperature, record.position)
+        inputs = np.ascontiguousarray(np.column_stack([*columns, np.ones(len(record.time))]))
+        state = self._initial.copy()
+        state[self._recursion.state.index("position")] = record.position[0]
+        result = replay(self._recursion, inputs, self._changed(how), state)
+        found = dict(zip(self._recursion.outputs, result.T, strict=True))
+        self._check(found["travel"])
+        cylinder, lift = self.unit.cylinder, self.unit.lift_sign
+        velocity = lift * record.velocity
+        moved = np.cumsum(found["travel"]) - (record.position - record.position[0])
+        acceleration = lift * np.gradient(record.motor_speed, record.time) * self.unit.travel_per_radian
+        return Run(
+            content=lift * moved - how.delay * velocity,
+            force=found["load"] - cylinder.mass * acceleration,
+            velocity=velocity,
+            give=found["give"],
+            near_relief=found["near_relief"],
+            suction=found["suction"],
+            pressure=found["pressure"],
+        )
+
+    def _check(self, travel: Array) -> None:
+        """Refuse equations that a step of a sample does not solve, as with much air in oil at the tank's pressure."""
+        unit, most = self.unit, 2.0 * self.unit.cylinder.stroke
+        if np.all(np.abs(travel) < most):
+            return
+        why = "no solution of its equations from one sample to the next"
+        if unit.oil.air is not None:
+            why = (
+                f"oil with {100.0 * unit.oil.air:.2g} % of free air (oil.free_air) is too soft near the tank's pressure"
+            )
+        raise IdentifyError(f"unit {unit.name!r} cannot be followed along this log: {why}; sample the log faster")
+
+    def _changed(self, how: Deviation) -> Array:
+        """The recursion's parameters under a deviation."""
+        values = self._values.copy()
+        changes: dict[str, float] = {
+            "leak": how.leak,
+            "displacement": how.displacement,
+            "compliance": how.compliance,
+        }
+        for pump in self.pumps:
+            changes[f"circuit.{pump.name}.orifice_leak"] = how.orifice * orifice_at_one(pump)
+            if pump.table is not None:
+                changes[f"circuit.{pump.name}.friction_factor"] = rougher(
+                    pump.hydromechanical_efficiency, how.efficiency
+                )
+            else:
+                efficiency = pump.hydromechanical_efficiency + how.efficiency
+                changes[f"circuit.{pump.name}.hydromechanical_efficiency"] = efficiency
+                changes[f"circuit.{pump.name}.no_load_torque"] = pump.no_load_torque * how.no_load
+        for name, value in changes.items():
+            values[self._places[name]] = value
+        return values
+
+
+def _with_wear(unit: HydraulicUnit) -> HydraulicUnit:
+    """The unit with pumps whose equations have room for what may be found of them."""
+
+    def part(p: Any) -> Any:
+        return replace(p, orifice_leak=float(p.orifice_leak or 0.0)) if isinstance(p, Pump) else p
+
+    return with_friction(unit.mapped(part))
+
+
+@lru_cache(maxsize=16)
+def _written(unit: HydraulicUnit) -> tuple[Any, Array, Array]:
+    """The recursion of a unit, the values of its parameters and its first state."""
+    graph, circuit, limits = SensorGraph(), balance(unit), limits_of(unit)
+    graph.initially("position", 0.5 * unit.cylinder.stroke)
+    graph.parameters.add("travel_per_radian", float(unit.travel_per_radian))
+    factors = [graph.parameters.add(name, 1.0) for name in FACTORS]
+    step = LoadObserver(graph, circuit, limits, Assumptions()).step(factors, 0.0)
+    graph.becomes("position", graph.reference)
+    tank = graph.parameters.symbol("circuit.tank.pressure")
+
+    def pressure(node: str) -> Any:
+        return tank if node == TANK else step.z[circuit.states.index(f"pressure_{node}")]
+
+    near: Any = 0.0
+    suction: Any = limits.pressure
+    side = side_nodes(unit, unit.held)
+    for part in unit.parts():
+        if isinstance(part, ReliefValve):
+            setting = graph.parameters.symbol(f"circuit.{part.name}.setting")
+            near = ca.fmax(near, (pressure(part.inlet) - pressure(part.outlet)) / setting)
+        if isinstance(part, CheckValve) and part.outlet in side:
+            suction = ca.fmin(suction, pressure(part.outlet) - pressure(part.inlet))
+    c = unit.cylinder
+    held = pressure(c.node_a if unit.held == "a" else c.node_b) - tank
+    more: Mapping[str, tuple[Any, str]] = {
+        "travel": (step.travel, "m"),
+        "give": (step.give, "m/N"),
+        "near_relief": (near, "1"),
+        "suction": (suction, "Pa"),
+        "pressure": (held, "Pa"),
+    }
+    sensor = graph.sensor(
+        "replay", position=graph.reference, velocity=step.velocity, load=step.load, std=0.0, status=0.0, more=more
+    )
+    return sensor.recursion, sensor.parameters, sensor.initial

@@ -1,0 +1,177 @@
+"""The machine's description with what was found in one of its units, and where every value comes from."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from ramsight.calibration.identify import Identification, IdentifyError
+from ramsight.calibration.identify_report import WORDS, interval, summary
+from ramsight.calibration.uncertainty import rougher
+from ramsight.errors import DescriptionError
+from ramsight.machine.declare import Value, walk
+from ramsight.machine.description import Composed, DirectDriven, Unit
+from ramsight.machine.efficiencies import COLUMNS
+from ramsight.machine.parts import Hose, Pump
+from ramsight.machine.reading import loads
+
+if TYPE_CHECKING:
+    from ramsight.machine.description import Machine
+
+
+def changes(machine: Machine, unit: str, found: Identification) -> dict[str, tuple[float | str, str]]:
+    """What changes in the description: dotted path to value [SI] and its source.
+
+    Leakage is written as the volumetric efficiency that the pump has left, wear like an orifice's as its flow at the
+    nominal pressure, friction and bulk moduli in proportion; of a pump with a table the table's efficiencies change.
+    What the log does not tell is left alone.
+
+    Args:
+        machine: the description.
+        unit: the unit's name.
+        found: what was found of it.
+    """
+    described, factors = machine.unit(unit), found.factors
+    result = dict[str, tuple[float | str, str]]()
+    path = f"units.{unit}"
+
+    def put(key: str, value: float | str, *names: str) -> None:
+        words = ", ".join(f"{WORDS[n]} {interval(n, factors[n])}" for n in names if factors[n].told)
+        before = machine.source_of(f"{path}.{key}")
+        result[f"{path}.{key}"] = (value, f"[identified] {words}" + (f"; was: {before}" if before else ""))
+
+    for name, pump in _placed(described, Pump).items():
+        for key, value, told in _pump(pump, found):
+            put(f"{name}.{key}", value, *told)
+    if factors["friction"].told:
+        names = ["coulomb_friction", "breakaway_friction", "viscous_friction"]
+        # One after the other, and breakaway may not be below Coulomb friction in between.
+        for name in names if factors["friction"].value < 1.0 else reversed(names):
+            put(f"cylinder.{name}", factors["friction"].value * getattr(described.cylinder, name), "friction")
+    if factors["stiffness"].told:
+        stiffness = factors["stiffness"].value
+        moduli = [
+            (f"{n}.effective_bulk_modulus", h.effective_bulk_modulus) for n, h in _placed(described, Hose).items()
+        ]
+        # One after the other, and no hose may be stiffer than its oil in between.
+        moduli.insert(0 if stiffness > 1.0 else len(moduli), ("oil.bulk_modulus", described.oil.bulk_modulus))
+        for key, modulus in moduli:
+            put(key, stiffness * modulus, "stiffness")
+    return result
+
+
+def _placed(unit: Unit, kind: type) -> dict[str, Any]:
+    """The parts of a class by their place in the unit's description."""
+    if isinstance(unit, DirectDriven):
+        named = {name: getattr(unit, name) for name in ("pump_a", "pump_b", "hose")}
+    elif isinstance(unit, Composed):
+        named = {f"parts.{name}": part for name, part in unit.parts.items()}
+    else:
+        raise TypeError(f"no place is known for the parts of {type(unit).__name__}")
+    return {name: part for name, part in named.items() if isinstance(part, kind)}
+
+
+def _pump(pump: Pump, found: Identification) -> Iterator[tuple[str, float | str, tuple[str, ...]]]:
+    """Keys and values of a pump that change, and the factors that they rest on."""
+    leak, orifice, size, rough = (found.factors[n] for n in ("leak", "orifice", "displacement", "efficiency"))
+    if size.told:
+        yield "displacement", size.value * pump.displacement, ("displacement",)
+    # Eq. 10 makes leakage proportional to displacement; the factors are independent.
+    lost = leak.value / size.value
+    if pump.losses == "table":
+        if leak.told or size.told or rough.told:
+            friction = rougher(pump.hydromechanical_efficiency, rough.value)
+            yield "efficiency_table", _table(pump, lost, friction), ("leak", "displacement", "efficiency")
+    else:
+        if leak.told or size.told:
+            left = 1.0 - lost * (1.0 - pump.volumetric_efficiency)
+            yield "volumetric_efficiency", left, ("leak", "displacement")
+        if rough.told:
+            yield "hydromechanical_efficiency", pump.hydromechanical_efficiency + rough.value, ("efficiency",)
+    if orifice.told:
+        nominal = pump.displacement * pump.nominal_speed * (1.0 - pump.volumetric_efficiency)
+        yield "orifice_leakage", orifice.value * nominal, ("orifice",)
+
+
+def _table(pump: Pump, leak: float, friction: float) -> str:
+    """A pump's table of efficiencies with other losses, as CSV."""
+    lines = [line for line in csv.reader(io.StringIO(pump.efficiency_table.strip()), skipinitialspace=True) if line]
+    rows = [",".join(COLUMNS)]
+    for line in lines[1:]:
+        volumetric = 1.0 - leak * (1.0 - float(line[3]))
+        hydromechanical = 1.0 / (1.0 + friction * (1.0 / float(line[4]) - 1.0))
+        rows.append(",".join([*(cell.strip() for cell in line[:3]), f"{volumetric:.9g}", f"{hydromechanical:.9g}"]))
+    return "\n".join(rows)
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """A tuned machine.
+
+    Attributes:
+        machine: its description, checked.
+        text: the same as TOML, with the source of every value that has one.
+    """
+
+    machine: Machine
+    text: str
+
+
+def tuned(machine: Machine, unit: str, found: Identification, log: str, truth: str) -> Tuned:
+    """The whole machine's description with what was found of one of its units.
+
+    Args:
+        machine: the description.
+        unit: the unit that was identified.
+        found: what was found.
+        log: name of the drive log that it rests on.
+        truth: name of the file with the position.
+
+    Raises:
+        IdentifyError: a value found lies outside the range that a description allows.
+    """
+    new = changes(machine, unit, found)
+    try:
+        changed = machine.replace({path: value for path, (value, _) in new.items()})
+    except DescriptionError as error:
+        raise IdentifyError(f"what was found is no machine that can be: {error}") from error
+    sources = {path: source for path, (_, source) in new.items()}
+    head = [
+        f"{unit} of {machine.origin or machine.name}, tuned by ramsight identify",
+        f"from the log {log} and the position in {truth}:",
+        *summary(found).splitlines(),
+    ]
+    lines = [f"# {' '.join(line.split())}" if n < 2 else f"# {line}" for n, line in enumerate(head)]
+    text = "\n".join([*lines, *_toml(changed, {**machine.sources, **sources})]) + "\n"
+    return Tuned(loads(text, "the tuned description"), text)
+
+
+def _toml(machine: Machine, sources: dict[str, str]) -> Iterator[str]:
+    """A description as TOML, a table a part; defaults that nobody gave are left out."""
+    tables: dict[str, list[str]] = {}
+    for value in walk(machine):
+        if value.given:
+            where, _, key = value.path.rpartition(".")
+            source, text = sources.get(value.path), _written(value)
+            line = text if source is None else f"{{ value = {text}, source = {_quoted(source)} }}"
+            tables.setdefault(where, []).append(f"{key} = {line}")
+    for where, lines in tables.items():
+        yield from ("", f"[{where}]") if where else ()
+        yield from lines
+
+
+def _written(value: Value) -> str:
+    if value.declared is None:
+        return str(value.value) if isinstance(value.value, int | float) else _quoted(value.value)
+    if value.declared.whole:
+        return str(value.value)
+    text = value.declared.show(value.value)
+    return _quoted(text) if value.declared.unit != "1" or "/" in text else text
+
+
+def _quoted(text: Any) -> str:
+    return json.dumps(str(text), ensure_ascii=False)

@@ -1,0 +1,39 @@
+"""How far a pump's described losses may be off: what leak test and identification allow for."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+from ramsight.plant.pump import Pump
+from ramsight.plant.unit import HydraulicUnit
+
+EFFICIENCY = 0.02 / math.sqrt(3.0)
+"""Standard deviation of a described hydro-mechanical efficiency [1]: anywhere within +-0.02, as the catalogue says of
+pumps whose curves were read."""
+NO_LOAD_TORQUE = 0.25
+"""Of a described no-load torque over it [1]; data sheets rarely give one, and oil and age change it. [G]"""
+
+
+def rougher(nominal: float, change: float) -> float:
+    """Friction over the described one if the hydro-mechanical efficiency is not the nominal one [1].
+
+    Args:
+        nominal: efficiency as described [1].
+        change: what the real one is more [1].
+
+    Example:
+        >>> round(rougher(0.9, -0.01), 3)
+        1.112
+    """
+    return (1.0 / (nominal + change) - 1.0) / (1.0 / nominal - 1.0)
+
+
+def with_friction(unit: HydraulicUnit) -> HydraulicUnit:
+    """The unit with a factor on the friction of pumps that have a table, whose equations know no efficiency."""
+
+    def part(p: Any) -> Any:
+        return replace(p, friction_factor=1.0) if isinstance(p, Pump) and p.table is not None else p
+
+    return unit.mapped(part)
