@@ -9,7 +9,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
 from ramsight.plant.as_built import AsBuilt
-from ramsight.plant.balance import FACTORS, balance
+from ramsight.plant.balance import FACTORS, without_friction
+from ramsight.plant.balance import balance as with_friction
 from ramsight.plant.drive import IdealDrive
 from ramsight.plant.hose import Hose
 from ramsight.plant.limits import limits_of
@@ -21,6 +22,13 @@ from ramsight.plant.valve import Orifice
 from .plant_bench import UNITS, table_of
 
 WARM = 313.15
+
+
+def balance(unit):
+    """The balance of a piston that slides freely, which is what the plant without friction is held against."""
+    return with_friction(without_friction(unit))
+
+
 CONVERGED = 40  # iterations after which nothing changes
 STATES = 6
 CLOSED = [name for name, unit in UNITS.items() if "pressure_reservoir" in balance(unit).states]
@@ -516,3 +524,57 @@ def test_every_unit_lifts_when_its_pump_fills_the_side_that_holds_the_load(unit)
     for _ in range(20):
         _, z = solved(unit, z, speed, load, iterations=2)
     assert (z[0] - 0.5 * unit.cylinder.stroke) * unit.lift_sign > 0.0
+
+
+def sliding(unit, lifts, load=0.3):
+    """States and load of a steady move, friction in it."""
+    found, force = with_friction(unit), load * limits_of(unit).load
+    p = found.parameters_at(list(found.values), WARM)
+    turns = lifts * unit.lift_sign * np.sign(unit.travel_per_radian) * 0.6 * unit.max_speed
+    z = found.at_rest(0.5 * unit.cylinder.stroke, force)
+    for _ in range(40):
+        z[0] = 0.5 * unit.cylinder.stroke
+        z = np.array(ca.DM(found.step(z, turns, turns, 0.0, force, p, 0.02, iterations=4).z))[:, 0]
+    return found, z, turns, force, p
+
+
+@pytest.mark.parametrize("lifts", [1.0, -1.0])
+@pytest.mark.parametrize("name", UNITS)
+def test_a_piston_that_slides_is_held_back_by_its_friction(name, lifts):
+    unit = UNITS[name]
+    found, z, *_, force, _ = sliding(unit, lifts)
+    velocity = z[found.states.index("velocity")]
+    assert abs(velocity) > 1e-3
+    friction = unit.lift_sign * float(unit.cylinder.friction(velocity))
+    assert float(found.force(z)) - force == pytest.approx(friction, abs=0.02 * abs(friction) + 1.0)
+
+
+@pytest.mark.parametrize("name", UNITS)
+def test_a_load_that_friction_holds_moves_nothing(name):
+    unit = UNITS[name]
+    found, force = with_friction(unit), 0.3 * limits_of(unit).load
+    p = found.parameters_at(list(found.values), WARM)
+    coulomb = unit.cylinder.coulomb_friction
+    z = found.at_rest(0.5 * unit.cylinder.stroke, force)
+    moved = {}
+    for share in (0.8, -0.8, 3.0, -3.0):
+        load, factors = force + share * coulomb, (1e-6, 1.0, 1.0)  # leakage lets a load sink that the pump holds
+        step = found.step(z, 0.0, 0.0, 0.0, load, p, 0.02, factors=factors, iterations=10)
+        moved[share] = float(np.array(ca.DM(step.z))[0, 0] - z[0]) * unit.lift_sign
+    assert abs(moved[0.8]) < 1e-9
+    assert abs(moved[-0.8]) < 1e-9
+    assert moved[3.0] < 0.0 < moved[-3.0]
+
+
+@pytest.mark.parametrize("name", UNITS)
+def test_a_change_that_friction_cannot_hold_has_a_slope_of_its_own(name):
+    unit = UNITS[name]
+    found, force = with_friction(unit), 0.3 * limits_of(unit).load
+    p = found.parameters_at(list(found.values), WARM)
+    z = found.at_rest(0.5 * unit.cylinder.stroke, force)
+    tight = {"factors": (1e-6, 1.0, 1.0), "iterations": 4}
+    step = found.step(z, 0.0, 0.0, 0.0, force, p, 0.02, **tight)
+    assert abs(float(ca.DM(step.by_load()[0]))) < 1e-12
+    free = balance(unit).step(z, 0.0, 0.0, 0.0, force, parameters(without_friction(unit)), 0.02, **tight)
+    large, freely = float(ca.DM(step.by_large_load()[0])), float(ca.DM(free.by_load()[0]))
+    assert large == pytest.approx(freely, rel=0.02)

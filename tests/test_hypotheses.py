@@ -25,11 +25,12 @@ from ramsight.sensor.virtual_sensor import SensorGraph
 from .sensor_bench import Stepped
 
 STROKE = 0.7
+LEARNT = LOW - LEAK  # factors, lag and exponent
 PERIOD = 0.02
 INPUTS = (
-    "travel", *(f"travel_by_{k}" for k in range(4)), "noise", "grows", "leak", "floor",
-    "told", *(f"row_{k}" for k in range(4)), "surprise", "torque_variance", "tells_leak", "tells_compliance",
-    "place", "low", "top", "variance", "doubt", "use",
+    "travel", *(f"travel_by_{k}" for k in range(LEARNT)), "noise", "grows", "leak", "floor",
+    "told", *(f"row_{k}" for k in range(LEARNT)), "surprise", "torque_variance", "tells_leak", "tells_compliance",
+    "place", "low", "top", "variance", "arrived", "doubt", "use",
 )  # fmt: skip
 QUIET = dict.fromkeys(INPUTS, 0.0) | {"torque_variance": 1.0, "variance": 1e-6, "doubt": 0.2}
 N = TOP + 1
@@ -51,14 +52,16 @@ class Bank:
         )
         around = bank.means()
         nominal = graph.position + x["travel"]
-        by = [x[f"travel_by_{k}"] for k in range(4)]
+        by = [x[f"travel_by_{k}"] for k in range(LEARNT)]
         bank.predict(x["travel"], by, around, x["noise"], x["grows"], x["leak"])
         bank.floor(x["floor"])
-        row = [x["told"] * x[f"row_{k}"] for k in range(4)]
+        row = [x["told"] * x[f"row_{k}"] for k in range(LEARNT)]
         bank.torque(
             row, around, x["surprise"], x["torque_variance"], leak=x["tells_leak"], compliance=x["tells_compliance"]
         )
-        measured = bank.measure(x["place"], nominal, x["low"], x["top"], x["variance"], x["doubt"], x["use"] > 0.0)
+        measured = bank.measure(
+            x["place"], nominal, x["low"], x["top"], x["variance"], x["arrived"], x["doubt"], x["use"] > 0.0
+        )
         position = nominal + measured.moved
         graph.becomes("position", position)
         graph.becomes("is_referenced", ca.fmax(known, measured.taken))

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from ramsight.calibration.identify_record import IdentifyError, Record
 from ramsight.calibration.uncertainty import rougher, with_friction
 from ramsight.engine.recursion import replay
-from ramsight.plant.balance import FACTORS, balance
+from ramsight.plant.balance import FACTORS, balance, without_friction
 from ramsight.plant.circuit import TANK
 from ramsight.plant.limits import limits_of
 from ramsight.plant.pump import Pump
@@ -179,7 +179,7 @@ def _with_wear(unit: HydraulicUnit) -> HydraulicUnit:
 @lru_cache(maxsize=16)
 def _written(unit: HydraulicUnit) -> tuple[Any, Array, Array]:
     """The recursion of a unit, the values of its parameters and its first state."""
-    graph, circuit, limits = SensorGraph(), balance(unit), limits_of(unit)
+    graph, circuit, limits = SensorGraph(), balance(without_friction(unit)), limits_of(unit)
     graph.initially("position", 0.5 * unit.cylinder.stroke)
     graph.parameters.add("travel_per_radian", float(unit.travel_per_radian))
     factors = [graph.parameters.add(name, 1.0) for name in FACTORS]

@@ -9,8 +9,9 @@ however coarse the solution is. Valves open and close within a step: the slope o
 (`Circuit.coefficient`) is kept for an iteration and renewed for the next (Picard), where a tangent would swing between
 open and closed. Everything else is Newton's method with the elimination written out for the entries that exist.
 
-Friction and inertia of the cylinder are left out: whoever solves for the load finds all three together, and pressures
-follow the load at once. End stops are not in it either; a piston that is held is a switch.
+Inertia of the cylinder is left out: whoever solves for the load finds both together, and pressures follow the load at
+once. Its friction slides or holds: a piston stands as long as no more is needed than its law has beyond breakaway. End
+stops are not in it; a piston that is held is a switch.
 """
 
 from __future__ import annotations
@@ -96,7 +97,7 @@ class Balance:
         unit: the unit, whatever its circuit.
 
     Attributes:
-        unit: without friction and end stops, with a motor whose speed is what is reported.
+        unit: without mass and end stops, with a motor whose speed is what is reported.
         states: names of the states; the position is the first.
         parameters, values: names and values of the circuit's parameters, in the order of `p`.
 
@@ -291,6 +292,12 @@ class Balance:
         sliding = loose, self._sensitive(z, mean_speed, load, p, theta, kept, held, friction)[0]
         torque, torque_by_z, torque_by_factors = self._torque(z, speed, acceleration, p, theta)
         return Solution(z, torque, factored, torque_by_z, by_load, by_factors, torque_by_factors, sliding, self, h)
+
+
+def without_friction(unit: Any) -> Any:
+    """The unit with a piston that slides freely: whoever solves for its load finds the friction in it."""
+    cylinder = replace(unit.cylinder, coulomb_friction=0.0, breakaway_friction=0.0, viscous_friction=0.0)
+    return replace(unit, cylinder=cylinder)
 
 
 @lru_cache(maxsize=64)

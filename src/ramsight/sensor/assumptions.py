@@ -34,8 +34,8 @@ class Machine:
     Args:
         leak, displacement, compliance: standard deviations of the factors of a new machine [1].
         leak_exponent: of the exponent by which leakage grows less with pressure than described; orifices have 0.5 [1].
-        other_leak, other_exponent: of leakage and its exponent of a machine that leaks otherwise than believed: by a law that the description does
-            not have [1].
+        other_leak, other_exponent: of leakage and its exponent of a machine that leaks otherwise than believed, by a
+            law that the description does not have [1].
         leaks_otherwise: probability of that as long as no reference has taught the leakage [1].
         leak_walk, displacement_walk, compliance_walk: how these change in time [1/sqrt(s)].
         leak_by_viscosity: how much leakage may change with the logarithm of the viscosity, as the root of a sum of

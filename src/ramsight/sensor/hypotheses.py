@@ -121,8 +121,8 @@ class Hypotheses:
         for name, (probability, low, top) in priors.items():
             means = (0.0, 1.0, 1.0, 1.0, lag.lag, 0.0, 0.0, 0.0)
             mean = [graph.state(f"{name}_{k}", value) for k, value in enumerate(means)]
-            std = (0.0, machine.leak, machine.displacement, machine.compliance, lag.lag_std, machine.leak_exponent)
-            std = (*std, low * stroke, top * stroke)
+            factors = (machine.leak, machine.displacement, machine.compliance)
+            std = (0.0, *factors, lag.lag_std, machine.leak_exponent, low * stroke, top * stroke)
             covariance = Covariance(graph, std, prefix=f"{name}_")
             least = ca.if_else(known, start_variance, self._unknown**2) if name != "wrong" else self._unknown**2
             covariance.raise_to(POSITION, ca.if_else(first, least, 0.0))

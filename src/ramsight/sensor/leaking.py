@@ -2,8 +2,8 @@
 
     leak = factor * exp(lag * d ln(nu)/dt) * (p / p_ref)^(-e)
 
-The described leakage takes the reported temperature for that of the oil in the pumps' gaps; a thermometer in the tank is
-late by `lag`. And it takes a law of pressure, laminar gaps as a rule, in which leakage grows with the pressure itself;
+The described leakage takes the reported temperature for that of the oil in the pumps' gaps; a thermometer in the tank
+is late by `lag`. And it has a law of pressure, laminar gaps as a rule, in which leakage grows with the pressure itself;
 where a part of it goes through orifices, past a seal or along wider gaps it grows otherwise, by an exponent `e` less.
 Both are quantities that the filter learns (`hypotheses`). The pressure is that of the torque.
 """
@@ -66,7 +66,9 @@ class Leaking:
 
         Args:
             by: with respect to leakage, displacement and compliance, leakage as it is at this sample.
-            leak, lag, exponent: as believed.
+            leak: factor as believed [1].
+            lag: as believed [s].
+            exponent: as believed [1].
 
         Returns:
             With respect to leakage, displacement, compliance, lag and exponent.
