@@ -148,9 +148,10 @@ class LoadObserver:
         surprise = _beyond(graph.motor_torque - first.torque, friction)
         # Friction at standstill may have either sign, so what lies within it is still the likeliest, and taken slowly.
         within = graph.motor_torque - first.torque - surprise
-        shown = ca.logic_and(friction > 0.0, ca.fabs(h_walked) > _SEEN_AT * self._per_angle)
-        surprise = surprise + ca.if_else(shown, ca.fmin(h / _WITHIN, 1.0), 0.0) * within
         unit = self._per_angle
+        shown = ca.logic_and(friction > 0.0, ca.fabs(h_walked) > _SEEN_AT * unit)
+        shown = ca.logic_and(shown, self._holds(first))
+        surprise = surprise + ca.if_else(shown, ca.fmin(h / _WITHIN, 1.0), 0.0) * within
         walked = self._walked + (machine.load_walk * self._relief_load) ** 2 * h / (
             1.0 + self._initial * unit**2 / (drive.torque * self._relief_torque) ** 2
         )
@@ -215,6 +216,17 @@ class LoadObserver:
         tank = self._p[balance.parameters.index("tank.pressure")]
         lost = z[balance.states.index(f"pressure_{held}")] < tank
         return ca.logic_and(lost, ca.fabs(balance.force(z)) < _NOTHING * self._relief_load)
+
+    def _holds(self, first: Solution) -> Any:
+        """Whether the motor's torque holds the load, and no valve does.
+
+        Behind a closed valve the other side alone may show a change, and only one way: drawn oil has no pressure. Noise
+        would let the load grow and never shrink.
+        """
+        drive, balance = self._assumptions.drive, self._balance
+        needed = balance.unit.lift_sign * self._per_angle * balance.force(first.z)
+        noise = drive.torque * self._relief_torque
+        return ca.fabs(first.torque - needed) < (1.0 - _SEEN_AT) * ca.fabs(needed) + noise
 
     def _keep(self, z: Any, load: Any) -> None:
         """What the states are after the sample; the position is the filter's."""
