@@ -49,7 +49,7 @@ def test_a_stop_is_found_within_three_tenths_of_a_second(name, end, seed):
     said, contact = watched(name, run, log), stands_from(run, unit)
     found = run["time"].values[said["touched"] > 0.0]
     assert 1 <= found.size <= 2, "once, and perhaps again when the oil decompresses on the way back"
-    assert 0.0 <= found[0] - contact < 0.32, "0.3 s and a sample"
+    assert 0.0 <= found[0] - contact < 0.33, "0.3 s and a sample"
     first = int(np.argmax(said["touched"]))
     there = 0.0 if run["position"].values[first] < 0.5 * unit.cylinder.stroke else unit.cylinder.stroke
     for k in np.flatnonzero(said["touched"]):

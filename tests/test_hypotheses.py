@@ -11,6 +11,7 @@ from ramsight.sensor.hypotheses import (
     BOUNDS,
     COMPLIANCE,
     DISPLACEMENT,
+    EXPONENT,
     LAG,
     LEAK,
     LOW,
@@ -272,8 +273,9 @@ def test_a_hypothesis_goes_with_its_own_factors(bank):
     """Each goes ahead by what its factors differ from those the step was made with; the likeliest is nominal."""
     bank.begin(0.3, std=1e-3)
     bank.set(**{f"low_{LEAK}": 1.2, f"low_{DISPLACEMENT}": 1.01, f"low_{COMPLIANCE}": 0.8, f"low_{LAG}": 50.0})
+    bank.set(**{f"low_{EXPONENT}": 0.1})
     share = 0.1 / (0.8 + 0.1 + 0.1 + Assumptions().stops.wrong)
-    by, off = [-1e-3, 3e-2, 3e-4, 1e-6], np.array([0.2, 0.01, -0.2, 20.0])
+    by, off = [-1e-3, 3e-2, 3e-4, 1e-6, 2e-3], np.array([0.2, 0.01, -0.2, 20.0, 0.1])
     bank.go(travel=0.01, **{f"travel_by_{k}": value for k, value in enumerate(by)})
     assert bank.means("described")[POSITION] == 0.0
     assert bank.means("low")[POSITION] == pytest.approx(np.dot(by, off), rel=1e-6)
@@ -283,7 +285,7 @@ def test_a_hypothesis_goes_with_its_own_factors(bank):
 def test_a_step_spreads_the_position_by_what_its_derivatives_say(bank):
     bank.begin(0.3, std=1e-3)
     before = bank.matrix("described")
-    by = np.array([-1e-3, 2e-2, 3e-4, 1e-6])
+    by = np.array([-1e-3, 2e-2, 3e-4, 1e-6, -2e-3])
     bank.go(travel=0.25, noise=4e-8, grows=0.0, **{f"travel_by_{k}": value for k, value in enumerate(by)})
     after, machine = bank.matrix("described"), Assumptions().machine
     row = np.array([0.0, *by, 0.0, 0.0])
@@ -319,13 +321,14 @@ def test_leakage_is_learnt_from_the_way_between_two_references(bank):
 @pytest.mark.parametrize("told", [[LEAK], [COMPLIANCE], [LEAK, COMPLIANCE]])
 def test_a_torque_tells_leakage_or_compliance_as_it_is_told_to(bank, told):
     tells = {LEAK: "tells_leak", COMPLIANCE: "tells_compliance"}
-    how = {"told": 1.0, "row_0": 2.0, "row_1": 0.5, "row_2": -1.0, "torque_variance": 0.01, "surprise": 0.2}
+    how = {"told": 1.0, "row_0": 2.0, "row_1": 0.5, "row_2": -1.0, "row_4": 0.7}
+    how |= {"torque_variance": 0.01, "surprise": 0.2}
     bank.begin(0.3, std=1e-3)
     bank.go(travel_by_0=5e-3, travel_by_1=0.1, travel_by_2=2e-3)
     before, means = bank.matrix("described"), bank.means("described")
     bank.go(**how, **{tells[k]: 1.0 for k in told})
     after, changed = bank.matrix("described"), bank.means("described") - means
-    row = np.array([0.0, 2.0, 0.5, -1.0, 0.0, 0.0, 0.0])
+    row = np.array([0.0, 2.0, 0.5, -1.0, 0.0, 0.7, 0.0, 0.0])
     cross = before @ row
     total, gain = row @ cross + 0.01, np.zeros(N)
     gain[told] = cross[told] / total
@@ -427,7 +430,7 @@ def test_covariances_stay_covariances(bank, events, known):
     for kind, seed in events:
         rng = np.random.default_rng(seed)
         if kind == "move":
-            by = rng.normal(0.0, [2e-3, 5e-2, 1e-3, 1e-5])
+            by = rng.normal(0.0, [2e-3, 5e-2, 1e-3, 1e-5, 2e-3])
             how = {"travel": rng.normal(0.0, 0.05), "noise": 1e-9, "grows": rng.choice([0.0, 1e-3]), "leak": 0.01}
             bank.go(**how, **{f"travel_by_{k}": value for k, value in enumerate(by)})
         elif kind == "reference":
@@ -436,7 +439,7 @@ def test_covariances_stay_covariances(bank, events, known):
             place, which = ENDS[kind]
             bank.go(place=place, **which, **CONTACT)
         elif kind == "torque":
-            row = {f"row_{k}": value for k, value in enumerate(rng.normal(0.0, 2.0, 4))}
+            row = {f"row_{k}": value for k, value in enumerate(rng.normal(0.0, 2.0, LEARNT))}
             told = {"told": 1.0, "surprise": rng.normal(), "torque_variance": rng.uniform(1e-3, 1.0)}
             bank.go(**row, **told, tells_leak=float(rng.integers(2)), tells_compliance=float(rng.integers(2)))
         said = bank.go(floor=0.01)

@@ -110,7 +110,7 @@ def test_changes_that_were_seen_teach_how_large_the_next_may_be(resting):
 
 
 ASKED = (
-    "usable", "lost", "overspeed", "overtorque", "stuck", "frozen", "gap", "cold", "surprise", "noise", "load",
+    "usable", "lost", "overspeed", "overtorque", "stuck", "frozen", "gap", "cold", "surprise", "noise", "asked",
     "friction", "held", "doubt", "grown", "std", "position", "disputed", "known", "warmth",
 )  # fmt: skip
 FINE = dict.fromkeys(ASKED, 0.0) | {
@@ -132,7 +132,7 @@ def judged():
         graph.parameters.add("relief_torque", limits.torque)
         names = [field.name for field in fields(Intake)]
         intake = made(Intake, **{name: x[name] for name in names if name in x})
-        step = made(LoadStep, surprise=x["surprise"], noise=x["noise"], load=x["load"], friction=x["friction"])
+        step = made(LoadStep, surprise=x["surprise"], noise=x["noise"], asked=x["asked"], friction=x["friction"])
         contact = made(Contact, held=x["held"])
         more = {name: x[name] for name in ("std", "position", "disputed", "known")}
         return judge(graph, intake, step, contact, Relief(x["doubt"], x["grown"]), limits, stroke=0.7, **more)
@@ -174,7 +174,7 @@ def test_every_status_has_its_condition(judged, status):
 LOAD = limits_of(BOOM).load
 LASTING = {
     "a torque that nothing explains": (TURN, {"surprise": 5.0}, 0.6),
-    "a load that cannot be": (TURN, {"load": -1.4 * LOAD}, 0.15),
+    "a load that cannot be": (TURN, {"asked": -1.4 * LOAD}, 0.15),
 }
 
 
