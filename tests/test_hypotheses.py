@@ -156,6 +156,32 @@ def test_a_contact_where_the_description_has_its_end_corrects_the_position(bank,
 
 
 @pytest.mark.parametrize("end", ENDS)
+def test_a_contact_that_nobody_saw_coming_is_at_its_place_and_teaches_little(bank, end):
+    """What is not known of the way to it is no error of the place, and no leakage."""
+    place, which = ENDS[end]
+    learnt, over, std = [], [], []
+    for arrived in (0.0, (3e-3) ** 2):
+        bank.begin(std=1e-4)
+        bank.go(travel_by_0=-0.02)
+        said = at(bank, place + 2e-3, place=place, **which, **CONTACT, arrived=arrived)
+        assert said["taken"] == 1.0
+        learnt.append(bank.means("described")[LEAK] - 1.0)
+        over.append(said["position"] - place)
+        std.append(bank.matrix("described")[POSITION, POSITION] ** 0.5)
+    assert learnt[0] > 0.05
+    assert 0.0 < learnt[1] < 0.7 * learnt[0]
+    assert abs(over[1]) < 0.1e-3
+    assert std[1] == pytest.approx(std[0], rel=0.05)
+
+
+def test_a_way_that_nobody_measured_ends_nowhere_without_a_contact(bank):
+    bank.begin(0.3, std=1e-3)
+    before = bank.matrix("described")
+    bank.go(arrived=1e-2)
+    assert bank.matrix("described")[POSITION, POSITION] < 1.01 * before[POSITION, POSITION]
+
+
+@pytest.mark.parametrize("end", ENDS)
 def test_contacts_again_and_again_off_an_end_are_an_end_that_is_not_described(bank, end):
     """30 mm inside of where it should be: it becomes likely that the end is there, and no position is moved by it."""
     place, which = ENDS[end]
@@ -318,6 +344,75 @@ def test_leakage_is_learnt_from_the_way_between_two_references(bank):
     assert said["leak_std"] < 0.05
 
 
+def leaks_otherwise(bank, leak, by=-0.02, taught=0):
+    """A contact with the top after a way on which leakage has taken `by` [m], for a machine that leaks like that."""
+    bank.begin(0.3, std=1e-3)
+    for _ in range(taught):
+        bank.go(travel_by_0=by)
+        bank.go(place=bank.value("position"), **REFERENCE)
+    before = bank.matrix("described")
+    believed = bank.means("described")[LEAK]
+    bank.go(travel_by_0=by)
+    said = at(bank, STROKE - by * (leak - believed), place=STROKE, top=1.0, **CONTACT)
+    return said, before
+
+
+def test_a_machine_that_leaks_much_more_than_described_is_found_by_the_first_contact(bank):
+    said, before = leaks_otherwise(bank, 1.8)
+    assert said["taken"] == 1.0
+    assert said["position"] == pytest.approx(STROKE, abs=0.3e-3)
+    assert bank.means("described")[LEAK] == pytest.approx(1.8, abs=0.1)
+    assert said["p_described"] > 0.5, "the top is where it was"
+    assert before[LEAK, LEAK] ** 0.5 == pytest.approx(Assumptions().machine.leak, rel=0.01)
+    assert bank.matrix("described")[LEAK, LEAK] ** 0.5 < 0.1, "it is learnt now"
+
+
+def test_a_machine_that_leaks_almost_as_described_is_widened_by_nothing(bank):
+    said, before = leaks_otherwise(bank, 1.1)
+    assert bank.means("described")[LEAK] == pytest.approx(1.1, abs=0.03)
+    after = bank.matrix("described")
+    assert after[LEAK, LEAK] < before[LEAK, LEAK]
+    assert after[EXPONENT, EXPONENT] <= before[EXPONENT, EXPONENT] * (1.0 + 1e-9)
+
+
+def test_an_obstacle_is_one_once_the_leakage_is_taught(bank):
+    """As far off as the machine that leaks much more, and no leakage is put down to it."""
+    said, before = leaks_otherwise(bank, 1.8, taught=6)
+    assert before[LEAK, LEAK] ** 0.5 < 0.05
+    assert said["p_described"] < 0.5, "an end that is not described"
+    assert bank.means("described")[LEAK] == pytest.approx(1.0, abs=1e-3)
+    after = bank.matrix("described")
+    assert after[LEAK, LEAK] <= before[LEAK, LEAK] * 1.01 + 1e-6
+    assert after[EXPONENT, EXPONENT] == pytest.approx(before[EXPONENT, EXPONENT], rel=1e-3)
+
+
+def test_nothing_is_widened_without_a_contact(bank):
+    bank.begin(0.3, std=1e-3)
+    bank.go(travel_by_0=-0.1, travel_by_4=-0.1)
+    before = bank.matrix("described")
+    bank.go(place=0.4, low=1.0, doubt=0.2, variance=1e-6)
+    after = bank.matrix("described")
+    assert after[LEAK, LEAK] == pytest.approx(before[LEAK, LEAK], rel=1e-4)
+    assert after[EXPONENT, EXPONENT] == pytest.approx(before[EXPONENT, EXPONENT], rel=1e-9)
+
+
+def test_a_machine_whose_leakage_grows_less_with_pressure_learns_its_exponent(bank):
+    """Leakage with the pressure to the power of 0.8, met under small and under large loads."""
+    bank.begin(0.3, std=1e-4)
+    for k in range(16):
+        share = (0.1, 0.9)[k % 2]
+        under = np.log(0.3 / share)
+        believed = bank.go()["leak"] * np.exp(bank.means("described")[EXPONENT] * under)
+        by = -0.02 * believed
+        bank.go(travel_by_0=by, travel_by_4=by * under)
+        off = -0.02 * (np.exp(0.2 * under) - believed)
+        said = bank.go(place=bank.value("position") + off, variance=1e-8, doubt=1e-6, use=1.0)
+        assert said["taken"] == 1.0
+    assert bank.means("described")[EXPONENT] == pytest.approx(0.2, abs=0.03)
+    assert said["leak"] == pytest.approx(1.0, abs=0.04)
+    assert bank.matrix("described")[EXPONENT, EXPONENT] ** 0.5 < 0.02
+
+
 @pytest.mark.parametrize("told", [[LEAK], [COMPLIANCE], [LEAK, COMPLIANCE]])
 def test_a_torque_tells_leakage_or_compliance_as_it_is_told_to(bank, told):
     tells = {LEAK: "tells_leak", COMPLIANCE: "tells_compliance"}
@@ -452,6 +547,26 @@ def test_covariances_stay_covariances(bank, events, known):
             correlation = matrix / np.outer(scale, scale)
             assert np.linalg.eigvalsh(correlation).min() > -1e-6, name
             assert matrix[POSITION, POSITION] <= STROKE**2 * (1.0 + 1e-9)
+
+
+def test_a_quantity_is_widened_as_if_it_had_been_so_uncertain_from_the_start():
+    """A way whose derivative is known, with the old variance and with the new one."""
+    graph = SensorGraph()
+    covariance = Covariance(graph, (0.1, 0.2, 0.3), prefix="c_")
+    covariance.predict([0.0, 0.5, -0.7], [0.01, 0.0, 0.0])
+    widening, kept = covariance.widening(1, 0.6**2), covariance.widening(1, 0.1**2)
+    before = dict(covariance.entries)
+    covariance.widened(1, 0.6**2, 1.0)
+    symbols = [graph.held(f"c_covariance_{i}{j}") for i in range(3) for j in range(i, 3)]
+    entries = [*before.values(), *covariance.entries.values()]
+    function = ca.Function("f", [ca.vertcat(*symbols)], [ca.vertcat(*entries, widening, kept)])
+    found = np.array(function([0.01, 0.0, 0.0, 0.04, 0.0, 0.09]))[:, 0]
+    before, after = found[:6], found[6:12]
+    other = 0.02 + 0.49 * 0.09
+    assert before == pytest.approx([other + 0.25 * 0.04, 0.5 * 0.04, -0.7 * 0.09, 0.04, 0.0, 0.09])
+    assert after == pytest.approx([other + 0.25 * 0.36, 0.5 * 0.36, -0.7 * 0.09, 0.36, 0.0, 0.09])
+    assert found[12] == pytest.approx(after[0] - before[0])
+    assert found[13] == 0.0, "never narrower"
 
 
 def test_a_covariance_is_that_of_a_kalman_filter():
