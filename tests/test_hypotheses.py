@@ -368,7 +368,7 @@ def test_a_machine_that_leaks_much_more_than_described_is_found_by_the_first_con
 
 
 def test_a_machine_that_leaks_almost_as_described_is_widened_by_nothing(bank):
-    said, before = leaks_otherwise(bank, 1.1)
+    _, before = leaks_otherwise(bank, 1.1)
     assert bank.means("described")[LEAK] == pytest.approx(1.1, abs=0.03)
     after = bank.matrix("described")
     assert after[LEAK, LEAK] < before[LEAK, LEAK]

@@ -211,7 +211,7 @@ def test_it_knows_where_it_would_be_with_another_factor(name, k):
     assert largest > 1e-5
     # A load that jumps where the valve opens is corrected by a gain that depends on the factor too.
     wrong = np.abs(found - found[0] - expected + expected[0]).max()
-    assert wrong < max(0.1 * largest, 0.6e-3 if FACTORS[k] == "compliance" else 0.0)
+    assert wrong < max(0.01 * largest, 0.05e-3)
     steady = full_speed(run, unit)
     shown = -(plus["surprise"] - minus["surprise"])[steady] / (2.0 * by)
     size = max(np.abs(shown).max(), 0.02 * limits_of(unit).torque)
