@@ -513,3 +513,15 @@ def test_a_torque_corrects_a_load_that_friction_holds(tight):
     assert abs(said["free_travel"][0]) < 1e-9
     assert said["seen"][0] > 0.9
     assert said["load"][0] - plain["carried"][0] > 3e3
+
+
+@pytest.mark.parametrize("name", UNITS)
+def test_an_iteration_begins_with_no_pressure_below_vacuum(name):
+    found = balance(UNITS[name])
+    z = found.at_rest(0.1, 1e4)
+    sunk = z - np.array([1.0 if state in ("position", "velocity") else 1e9 for state in found.states])
+    began = np.array(ca.DM(found.possible(sunk)))[:, 0]
+    pressures = np.array([state.startswith("pressure_") for state in found.states])
+    assert (began[pressures] == 0.0).all()
+    assert began[:2] == pytest.approx(sunk[:2])
+    assert np.array(ca.DM(found.possible(z)))[:, 0] == pytest.approx(z)
