@@ -231,8 +231,7 @@ class Hypotheses:
             innovation = place + low * m[LOW] + top * m[TOP] - (nominal + m[POSITION])
             innovation2 = innovation**2
             before = h.covariance.variance(row) + variance
-            untaught = h.covariance[LEAK, LEAK] / self._assumptions.machine.leak**2
-            rare = ca.log(self._assumptions.machine.leaks_otherwise * ca.fmin(ca.fmax(untaught, _TAUGHT), 1.0))
+            rare = ca.log(self._assumptions.machine.leaks_otherwise * ca.fmax(self._untaught(h), _TAUGHT))
             otherwise = self._otherwise(h, innovation2, before, rare, ca.if_else(use, chance, _NEVER))
             for quantity, wide in self._others:
                 h.covariance.widened(quantity, wide, otherwise)
@@ -254,6 +253,10 @@ class Hypotheses:
         self._renew(taken)
         moved = self._recentre()
         return Measured(taken, ca.logic_and(use, ca.logic_not(taken)), moved)
+
+    def _untaught(self, h: Hypothesis) -> Any:
+        """How much of what is not known of the leakage of a new machine is still not known, 0 to 1."""
+        return ca.fmin(h.covariance[LEAK, LEAK] / self._assumptions.machine.leak**2, 1.0)
 
     def _otherwise(self, h: Hypothesis, innovation2: Any, total: Any, rare: Any, chance: Any) -> Any:
         """Whether it is likeliest that the machine has leaked otherwise than believed since the last reference."""
@@ -304,6 +307,12 @@ class Hypotheses:
             counts = ca.fmin(ca.fmax(2.0 * w / _OUTSIDE - 1.0, 0.0), 1.0)
             wide = ca.fmax(wide, counts * (ca.fabs(h.mean[POSITION]) + _ONE_SIDED * std) / _TWO_SIDED)
         return wide
+
+    def untaught(self) -> Any:
+        """Standard deviation of the position [m] if the machine leaks otherwise than believed, while it may."""
+        h = self.all[0]
+        other = sum(h.covariance.widening(quantity, wide) for quantity, wide in self._others)
+        return ca.sqrt(ca.fmax(h.covariance[POSITION, POSITION] + self._untaught(h) * other, 0.0))
 
     def factor_std(self, k: int) -> Any:
         """Standard deviation of a factor under the likeliest hypothesis [1]."""

@@ -106,6 +106,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
         Relief(doubt, grown_1),
         limits,
         std=std,
+        untaught=bank.untaught(),
         position=position,
         stroke=symbol("stroke"),
         disputed=disputed_1,
