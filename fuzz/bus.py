@@ -57,7 +57,6 @@ def prepare(folder: Path) -> Prepared:
     true = judge.true(judge.log["time"].values).tolist()
     prepared = Prepared(judge, folder / "map.toml", frames[:-1], [], true)
     bus = Bus(prepared, 0)
-    judge.sensor.start(START, 1e-3)
     for k in range(len(prepared.frames)):
         bus.sample(k)
         prepared.states.append(judge.sensor.state)
@@ -86,6 +85,8 @@ class Bus:
         )  # fmt: skip
         if first:
             self.sensor.state = prepared.states[first - 1]
+        else:
+            self.sensor.start(START, 1e-3)
         self.sent: list[tuple[float, Any]] = []
         self._keep(self.encoder.start(self.now))
         self.send(0, OPERATE)

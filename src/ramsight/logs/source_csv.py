@@ -58,9 +58,10 @@ class CsvSource(TableSource):
 
     def first_stamp(self, name: str) -> str:
         """The first cell of a column if it is a date or a time of day, else ""; looked at before `blocks`."""
-        place, *others = self.table.places[name]
-        if others:
+        places = self.table.places.get(name, [])
+        if len(places) != 1:
             return ""
+        (place,) = places
         cells = (row[place].strip() for _, row in self._first_rows if len(row) > place)
         first = next((cell for cell in cells if cell), "")
         return first if is_stamp(first) else ""
