@@ -323,6 +323,7 @@ def test_every_damaged_bit_is_noticed(slots):
         ("position", 5.0),
         ("covariance_00", -1e-6),
         ("described_1", np.inf),
+        ("low_covariance_33", -1e-9),
         ("is_referenced", 7.0),
     ],
 )
