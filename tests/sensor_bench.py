@@ -92,7 +92,12 @@ def load_observer(unit, factors=None, *, watches=False, assumptions=None):
     more |= {name: (getattr(step, name), "1") for name in names}
     more |= {f"travel_by_{name}": (by, "1") for name, by in zip(FACTORS, step.travel_by, strict=True)}
     more |= {f"torque_by_{name}": (by, "1") for name, by in zip(FACTORS, step.torque_by, strict=True)}
-    more |= {"friction": (step.friction, "1"), "torque": (step.torque, "1"), "step_load": (step.load, "1")}
+    more |= {
+        "friction": (step.friction, "1"),
+        "asked": (step.asked, "1"),
+        "torque": (step.torque, "1"),
+        "step_load": (step.load, "1"),
+    }
     sensor = graph.sensor(
         "observer",
         position=graph.position + step.travel,

@@ -11,6 +11,7 @@ from ramsight.sensor.hypotheses import (
     BOUNDS,
     COMPLIANCE,
     DISPLACEMENT,
+    EXPONENT,
     LAG,
     LEAK,
     LOW,
@@ -155,6 +156,32 @@ def test_a_contact_where_the_description_has_its_end_corrects_the_position(bank,
 
 
 @pytest.mark.parametrize("end", ENDS)
+def test_a_contact_that_nobody_saw_coming_is_at_its_place_and_teaches_little(bank, end):
+    """What is not known of the way to it is no error of the place, and no leakage."""
+    place, which = ENDS[end]
+    learnt, over, std = [], [], []
+    for arrived in (0.0, (3e-3) ** 2):
+        bank.begin(std=1e-4)
+        bank.go(travel_by_0=-0.02)
+        said = at(bank, place + 2e-3, place=place, **which, **CONTACT, arrived=arrived)
+        assert said["taken"] == 1.0
+        learnt.append(bank.means("described")[LEAK] - 1.0)
+        over.append(said["position"] - place)
+        std.append(bank.matrix("described")[POSITION, POSITION] ** 0.5)
+    assert learnt[0] > 0.05
+    assert 0.0 < learnt[1] < 0.7 * learnt[0]
+    assert abs(over[1]) < 0.1e-3
+    assert std[1] == pytest.approx(std[0], rel=0.05)
+
+
+def test_a_way_that_nobody_measured_ends_nowhere_without_a_contact(bank):
+    bank.begin(0.3, std=1e-3)
+    before = bank.matrix("described")
+    bank.go(arrived=1e-2)
+    assert bank.matrix("described")[POSITION, POSITION] < 1.01 * before[POSITION, POSITION]
+
+
+@pytest.mark.parametrize("end", ENDS)
 def test_contacts_again_and_again_off_an_end_are_an_end_that_is_not_described(bank, end):
     """30 mm inside of where it should be: it becomes likely that the end is there, and no position is moved by it."""
     place, which = ENDS[end]
@@ -272,8 +299,9 @@ def test_a_hypothesis_goes_with_its_own_factors(bank):
     """Each goes ahead by what its factors differ from those the step was made with; the likeliest is nominal."""
     bank.begin(0.3, std=1e-3)
     bank.set(**{f"low_{LEAK}": 1.2, f"low_{DISPLACEMENT}": 1.01, f"low_{COMPLIANCE}": 0.8, f"low_{LAG}": 50.0})
+    bank.set(**{f"low_{EXPONENT}": 0.1})
     share = 0.1 / (0.8 + 0.1 + 0.1 + Assumptions().stops.wrong)
-    by, off = [-1e-3, 3e-2, 3e-4, 1e-6], np.array([0.2, 0.01, -0.2, 20.0])
+    by, off = [-1e-3, 3e-2, 3e-4, 1e-6, 2e-3], np.array([0.2, 0.01, -0.2, 20.0, 0.1])
     bank.go(travel=0.01, **{f"travel_by_{k}": value for k, value in enumerate(by)})
     assert bank.means("described")[POSITION] == 0.0
     assert bank.means("low")[POSITION] == pytest.approx(np.dot(by, off), rel=1e-6)
@@ -283,7 +311,7 @@ def test_a_hypothesis_goes_with_its_own_factors(bank):
 def test_a_step_spreads_the_position_by_what_its_derivatives_say(bank):
     bank.begin(0.3, std=1e-3)
     before = bank.matrix("described")
-    by = np.array([-1e-3, 2e-2, 3e-4, 1e-6])
+    by = np.array([-1e-3, 2e-2, 3e-4, 1e-6, -2e-3])
     bank.go(travel=0.25, noise=4e-8, grows=0.0, **{f"travel_by_{k}": value for k, value in enumerate(by)})
     after, machine = bank.matrix("described"), Assumptions().machine
     row = np.array([0.0, *by, 0.0, 0.0])
@@ -316,16 +344,86 @@ def test_leakage_is_learnt_from_the_way_between_two_references(bank):
     assert said["leak_std"] < 0.05
 
 
+def leaks_otherwise(bank, leak, by=-0.02, taught=0):
+    """A contact with the top after a way on which leakage has taken `by` [m], for a machine that leaks like that."""
+    bank.begin(0.3, std=1e-3)
+    for _ in range(taught):
+        bank.go(travel_by_0=by)
+        bank.go(place=bank.value("position"), **REFERENCE)
+    before = bank.matrix("described")
+    believed = bank.means("described")[LEAK]
+    bank.go(travel_by_0=by)
+    said = at(bank, STROKE - by * (leak - believed), place=STROKE, top=1.0, **CONTACT)
+    return said, before
+
+
+def test_a_machine_that_leaks_much_more_than_described_is_found_by_the_first_contact(bank):
+    said, before = leaks_otherwise(bank, 1.8)
+    assert said["taken"] == 1.0
+    assert said["position"] == pytest.approx(STROKE, abs=0.3e-3)
+    assert bank.means("described")[LEAK] == pytest.approx(1.8, abs=0.1)
+    assert said["p_described"] > 0.5, "the top is where it was"
+    assert before[LEAK, LEAK] ** 0.5 == pytest.approx(Assumptions().machine.leak, rel=0.01)
+    assert bank.matrix("described")[LEAK, LEAK] ** 0.5 < 0.1, "it is learnt now"
+
+
+def test_a_machine_that_leaks_almost_as_described_is_widened_by_nothing(bank):
+    _, before = leaks_otherwise(bank, 1.1)
+    assert bank.means("described")[LEAK] == pytest.approx(1.1, abs=0.03)
+    after = bank.matrix("described")
+    assert after[LEAK, LEAK] < before[LEAK, LEAK]
+    assert after[EXPONENT, EXPONENT] <= before[EXPONENT, EXPONENT] * (1.0 + 1e-9)
+
+
+def test_an_obstacle_is_one_once_the_leakage_is_taught(bank):
+    """As far off as the machine that leaks much more, and no leakage is put down to it."""
+    said, before = leaks_otherwise(bank, 1.8, taught=6)
+    assert before[LEAK, LEAK] ** 0.5 < 0.05
+    assert said["p_described"] < 0.5, "an end that is not described"
+    assert bank.means("described")[LEAK] == pytest.approx(1.0, abs=1e-3)
+    after = bank.matrix("described")
+    assert after[LEAK, LEAK] <= before[LEAK, LEAK] * 1.01 + 1e-6
+    assert after[EXPONENT, EXPONENT] == pytest.approx(before[EXPONENT, EXPONENT], rel=1e-3)
+
+
+def test_nothing_is_widened_without_a_contact(bank):
+    bank.begin(0.3, std=1e-3)
+    bank.go(travel_by_0=-0.1, travel_by_4=-0.1)
+    before = bank.matrix("described")
+    bank.go(place=0.4, low=1.0, doubt=0.2, variance=1e-6)
+    after = bank.matrix("described")
+    assert after[LEAK, LEAK] == pytest.approx(before[LEAK, LEAK], rel=1e-4)
+    assert after[EXPONENT, EXPONENT] == pytest.approx(before[EXPONENT, EXPONENT], rel=1e-9)
+
+
+def test_a_machine_whose_leakage_grows_less_with_pressure_learns_its_exponent(bank):
+    """Leakage with the pressure to the power of 0.8, met under small and under large loads."""
+    bank.begin(0.3, std=1e-4)
+    for k in range(16):
+        share = (0.1, 0.9)[k % 2]
+        under = np.log(0.3 / share)
+        believed = bank.go()["leak"] * np.exp(bank.means("described")[EXPONENT] * under)
+        by = -0.02 * believed
+        bank.go(travel_by_0=by, travel_by_4=by * under)
+        off = -0.02 * (np.exp(0.2 * under) - believed)
+        said = bank.go(place=bank.value("position") + off, variance=1e-8, doubt=1e-6, use=1.0)
+        assert said["taken"] == 1.0
+    assert bank.means("described")[EXPONENT] == pytest.approx(0.2, abs=0.03)
+    assert said["leak"] == pytest.approx(1.0, abs=0.04)
+    assert bank.matrix("described")[EXPONENT, EXPONENT] ** 0.5 < 0.02
+
+
 @pytest.mark.parametrize("told", [[LEAK], [COMPLIANCE], [LEAK, COMPLIANCE]])
 def test_a_torque_tells_leakage_or_compliance_as_it_is_told_to(bank, told):
     tells = {LEAK: "tells_leak", COMPLIANCE: "tells_compliance"}
-    how = {"told": 1.0, "row_0": 2.0, "row_1": 0.5, "row_2": -1.0, "torque_variance": 0.01, "surprise": 0.2}
+    how = {"told": 1.0, "row_0": 2.0, "row_1": 0.5, "row_2": -1.0, "row_4": 0.7}
+    how |= {"torque_variance": 0.01, "surprise": 0.2}
     bank.begin(0.3, std=1e-3)
     bank.go(travel_by_0=5e-3, travel_by_1=0.1, travel_by_2=2e-3)
     before, means = bank.matrix("described"), bank.means("described")
     bank.go(**how, **{tells[k]: 1.0 for k in told})
     after, changed = bank.matrix("described"), bank.means("described") - means
-    row = np.array([0.0, 2.0, 0.5, -1.0, 0.0, 0.0, 0.0])
+    row = np.array([0.0, 2.0, 0.5, -1.0, 0.0, 0.7, 0.0, 0.0])
     cross = before @ row
     total, gain = row @ cross + 0.01, np.zeros(N)
     gain[told] = cross[told] / total
@@ -427,7 +525,7 @@ def test_covariances_stay_covariances(bank, events, known):
     for kind, seed in events:
         rng = np.random.default_rng(seed)
         if kind == "move":
-            by = rng.normal(0.0, [2e-3, 5e-2, 1e-3, 1e-5])
+            by = rng.normal(0.0, [2e-3, 5e-2, 1e-3, 1e-5, 2e-3])
             how = {"travel": rng.normal(0.0, 0.05), "noise": 1e-9, "grows": rng.choice([0.0, 1e-3]), "leak": 0.01}
             bank.go(**how, **{f"travel_by_{k}": value for k, value in enumerate(by)})
         elif kind == "reference":
@@ -436,7 +534,7 @@ def test_covariances_stay_covariances(bank, events, known):
             place, which = ENDS[kind]
             bank.go(place=place, **which, **CONTACT)
         elif kind == "torque":
-            row = {f"row_{k}": value for k, value in enumerate(rng.normal(0.0, 2.0, 4))}
+            row = {f"row_{k}": value for k, value in enumerate(rng.normal(0.0, 2.0, LEARNT))}
             told = {"told": 1.0, "surprise": rng.normal(), "torque_variance": rng.uniform(1e-3, 1.0)}
             bank.go(**row, **told, tells_leak=float(rng.integers(2)), tells_compliance=float(rng.integers(2)))
         said = bank.go(floor=0.01)
@@ -449,6 +547,26 @@ def test_covariances_stay_covariances(bank, events, known):
             correlation = matrix / np.outer(scale, scale)
             assert np.linalg.eigvalsh(correlation).min() > -1e-6, name
             assert matrix[POSITION, POSITION] <= STROKE**2 * (1.0 + 1e-9)
+
+
+def test_a_quantity_is_widened_as_if_it_had_been_so_uncertain_from_the_start():
+    """A way whose derivative is known, with the old variance and with the new one."""
+    graph = SensorGraph()
+    covariance = Covariance(graph, (0.1, 0.2, 0.3), prefix="c_")
+    covariance.predict([0.0, 0.5, -0.7], [0.01, 0.0, 0.0])
+    widening, kept = covariance.widening(1, 0.6**2), covariance.widening(1, 0.1**2)
+    before = dict(covariance.entries)
+    covariance.widened(1, 0.6**2, 1.0)
+    symbols = [graph.held(f"c_covariance_{i}{j}") for i in range(3) for j in range(i, 3)]
+    entries = [*before.values(), *covariance.entries.values()]
+    function = ca.Function("f", [ca.vertcat(*symbols)], [ca.vertcat(*entries, widening, kept)])
+    found = np.array(function([0.01, 0.0, 0.0, 0.04, 0.0, 0.09]))[:, 0]
+    before, after = found[:6], found[6:12]
+    other = 0.02 + 0.49 * 0.09
+    assert before == pytest.approx([other + 0.25 * 0.04, 0.5 * 0.04, -0.7 * 0.09, 0.04, 0.0, 0.09])
+    assert after == pytest.approx([other + 0.25 * 0.36, 0.5 * 0.36, -0.7 * 0.09, 0.36, 0.0, 0.09])
+    assert found[12] == pytest.approx(after[0] - before[0])
+    assert found[13] == 0.0, "never narrower"
 
 
 def test_a_covariance_is_that_of_a_kalman_filter():

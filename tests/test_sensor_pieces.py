@@ -10,9 +10,10 @@ import xarray
 from ramsight.plant.balance import balance
 from ramsight.plant.limits import limits_of
 from ramsight.plant.valve import ReliefValve
-from ramsight.sensor.contact import Contact
+from ramsight.sensor.contact import Contact, ContactWatch
 from ramsight.sensor.intake import Intake
 from ramsight.sensor.judgement import Relief, judge
+from ramsight.sensor.leaking import Leaking
 from ramsight.sensor.load import LoadStep
 from ramsight.sensor.relief import passing
 from ramsight.sensor.resting import unseen_load
@@ -110,7 +111,7 @@ def test_changes_that_were_seen_teach_how_large_the_next_may_be(resting):
 
 
 ASKED = (
-    "usable", "lost", "overspeed", "overtorque", "stuck", "frozen", "gap", "cold", "surprise", "noise", "load",
+    "usable", "lost", "overspeed", "overtorque", "stuck", "frozen", "gap", "cold", "surprise", "noise", "asked",
     "friction", "held", "doubt", "grown", "std", "position", "disputed", "known", "warmth",
 )  # fmt: skip
 FINE = dict.fromkeys(ASKED, 0.0) | {
@@ -132,7 +133,7 @@ def judged():
         graph.parameters.add("relief_torque", limits.torque)
         names = [field.name for field in fields(Intake)]
         intake = made(Intake, **{name: x[name] for name in names if name in x})
-        step = made(LoadStep, surprise=x["surprise"], noise=x["noise"], load=x["load"], friction=x["friction"])
+        step = made(LoadStep, surprise=x["surprise"], noise=x["noise"], asked=x["asked"], friction=x["friction"])
         contact = made(Contact, held=x["held"])
         more = {name: x[name] for name in ("std", "position", "disputed", "known")}
         return judge(graph, intake, step, contact, Relief(x["doubt"], x["grown"]), limits, stroke=0.7, **more)
@@ -174,7 +175,7 @@ def test_every_status_has_its_condition(judged, status):
 LOAD = limits_of(BOOM).load
 LASTING = {
     "a torque that nothing explains": (TURN, {"surprise": 5.0}, 0.6),
-    "a load that cannot be": (TURN, {"load": -1.4 * LOAD}, 0.15),
+    "a load that cannot be": (TURN, {"asked": -1.4 * LOAD}, 0.15),
 }
 
 
@@ -214,3 +215,104 @@ def test_the_worst_of_several_is_said(judged):
     said = samples(judged, [(5, TURN, FINE | both), (5, TURN, FINE | both | {"lost": 0.0})])
     assert (said[0] == Status.INPUT_LOST).all()
     assert (said[1] == Status.NEAR_RELIEF).all()
+
+
+TOLD = ("leak", "lag", "exponent", "torque", "warmth", "which")
+USUAL = {"leak": 1.2, "lag": 30.0, "exponent": 0.1, "torque": 0.8, "which": 0.0}
+
+
+@pytest.fixture(scope="module")
+def leaks():
+    """The factor of leakage, and its derivatives with respect to what is learned."""
+
+    def write(graph, x):
+        oil, first = BOOM.oil, ca.logic_not(graph.held("started"))
+        leaking = Leaking(graph, oil.viscosity, first, x["torque"])
+        learned = (x["leak"], x["lag"], x["exponent"])
+        derivatives = leaking.derivatives([2.0, 3.0, 4.0], *learned)
+        value = leaking.factor(*learned)
+        for k, derivative in enumerate(derivatives, 1):
+            value = ca.if_else(x["which"] == k, derivative, value)
+        return value
+
+    return fed(TOLD, write)
+
+
+def warmed(leaks, **other):
+    """What is said last while the oil becomes 0.05 K a second warmer, for two minutes."""
+    leaks.state = leaks.sensor.initial.copy()
+    rows = [(50, 50.0, USUAL | other | {"warmth": 313.0 + 0.05 * k}) for k in range(120)]
+    return samples(leaks, rows)[-1][-1]
+
+
+def test_leakage_follows_the_viscosity_and_the_pressure(leaks):
+    steady = 1.2 * (0.3 / 0.8) ** 0.1
+    leaks.state = leaks.sensor.initial.copy()
+    said = samples(leaks, [(100, 50.0, USUAL | {"warmth": 313.0})])[0]
+    assert said == pytest.approx(np.full(100, steady))
+    assert warmed(leaks, lag=0.0) == pytest.approx(steady, rel=1e-9)
+    rate = float(BOOM.oil.viscosity(318.95) / BOOM.oil.viscosity(319.0)) - 1.0
+    assert warmed(leaks) / steady == pytest.approx(np.exp(30.0 * rate), rel=0.03), "warmer in the gaps than in the tank"
+    assert warmed(leaks, torque=0.3) / steady > warmed(leaks) / steady, "less at a high pressure than described"
+    assert warmed(leaks, torque=-0.8) == pytest.approx(warmed(leaks)), "on either side"
+    for torque, bound in ((0.0, 0.05), (0.01, 0.05), (3.0, 1.0)):
+        assert warmed(leaks, torque=torque, lag=0.0) == pytest.approx(1.2 * (0.3 / bound) ** 0.1)
+
+
+@pytest.mark.parametrize(("k", "name"), [(1, "leak"), (4, "lag"), (5, "exponent")])
+def test_derivatives_of_leakage_are_those_of_its_factor(leaks, k, name):
+    by = {"leak": 1e-3, "lag": 1e-2, "exponent": 1e-4}[name]
+    up, down = (warmed(leaks, **{name: USUAL[name] + sign * by}) for sign in (1.0, -1.0))
+    assert abs(up - down) > 1e-6
+    assert warmed(leaks, which=float(k)) == pytest.approx(2.0 * (up - down) / (2.0 * by), rel=1e-5)
+
+
+def test_what_leakage_has_no_part_in_is_as_it_was(leaks):
+    assert warmed(leaks, which=2.0) == 3.0
+    assert warmed(leaks, which=3.0) == 4.0
+
+
+HELD = ("seen", "surprise", "noise", "carried", "empty")
+
+
+@pytest.fixture(scope="module", params=[1.0, -1.0], ids=["extension lifts", "retraction lifts"])
+def holding(request):
+    """A watch over a piston that is held at its upper stop, and which way it lifts."""
+
+    def write(graph, x):
+        watch = ContactWatch(graph, request.param, 100.0, 500.0)
+        step = made(LoadStep, **{name: x[name] for name in HELD})
+        return watch.look(step, 0.3, 0.7, 1e-3, 1.0, 0.0).released
+
+    return fed(HELD, write), request.param
+
+
+PRESSED = {"seen": 1.0, "noise": 0.5, "carried": 2e4, "surprise": 0.0, "empty": 0.0}
+
+
+def rested(holding, rows):
+    """When a piston that was held under 20 kN is let go, in samples of these rows; None if it is not."""
+    watch, lifts = holding
+    watch.state = watch.sensor.initial.copy()
+    names = watch.sensor.recursion.state
+    for name, value in {"held": 1.0, "held_direction": lifts, "load_before_standing": 2e4}.items():
+        watch.state[names.index(name)] = value
+    said = np.concatenate(samples(watch, [(count, 0.0, PRESSED | how) for count, how in rows]))
+    return int(np.argmax(said)) if said.any() else None
+
+
+def test_a_held_piston_leaves_when_its_oil_carries_less_than_its_load(holding):
+    assert rested(holding, [(20, {"carried": 3e4})]) is None, "pressed"
+    assert rested(holding, [(20, {"carried": 2e4 - 400.0})]) is None, "friction holds it"
+    assert rested(holding, [(20, {}), (5, {"carried": 2e4 - 600.0})]) == 20
+
+
+def test_a_held_piston_has_left_when_its_torque_stays(holding):
+    """A closed volume would have lost it."""
+    lifts = holding[1]
+    stays = {"surprise": lifts * 2.5}
+    assert rested(holding, [(10, {}), (40, stays)]) == pytest.approx(10 + 15, abs=1)
+    assert rested(holding, [(50, stays | {"seen": 0.3})]) is None, "no pump holds it"
+    assert rested(holding, [(50, {"surprise": -lifts * 2.5})]) is None, "it lost more"
+    assert rested(holding, [(50, {"surprise": lifts * 1.5})]) is None, "noise"
+    assert rested(holding, [(12, stays), (2, {}), (12, stays), (2, {})]) is None, "bursts do not add up"

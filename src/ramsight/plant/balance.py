@@ -39,6 +39,7 @@ _HELD = 1e4  # 1/s; rate at which the velocity of a held piston ends, fast again
 _MASSLESS = 1e-4  # share of the mass that is left: oscillations are a hundred times faster than the machine's
 _BEYOND = 5.0  # Stribeck velocities from which on breakaway plays no part
 _SLIDES = 1e-3  # m/s; a piston that went faster the other way slides at once, a slower one stands first
+_NEAR = 0.02  # share of the stroke that the oil gives at most in a step
 _ITERATIONS = 3
 _LOAD_STEP = 1e3  # N; for the slope of the pressures at rest over the load, which is constant
 
@@ -239,6 +240,16 @@ class Balance:
         split = zip(self.states, ca.vertsplit(z), strict=True)
         return ca.vertcat(*(ca.fmax(v, 0.0) if name.startswith("pressure_") else v for name, v in split))
 
+    def _near(self, z: Any, z0: Any, mean_speed: Any, h: Any) -> Any:
+        """The states with a piston no farther away than it gets in a step, to go on with an iteration.
+
+        A relief valve that was open in the last one may have let it through the whole cylinder, and more.
+        """
+        pumped = ca.fabs(mean_speed) * abs(float(self.unit.travel_per_radian)) * h
+        far = _NEAR * self.unit.cylinder.stroke + 2.0 * pumped + ca.fabs(z0[1]) * h
+        position = ca.fmin(ca.fmax(z[0], z0[0] - far), z0[0] + far)
+        return ca.vertcat(position, ca.fmin(ca.fmax(z[1], -far / h), far / h), z[2:])
+
     def torque(self, z: Any, speed: Any, acceleration: Any, p: Any, factors: Any = (1.0, 1.0, 1.0)) -> Any:
         """Torque at the motor [N m] at states, speed [rad/s] and acceleration [rad/s2]."""
         return self._torque(z, speed, acceleration, p, ca.vertcat(*factors))[0]
@@ -280,6 +291,7 @@ class Balance:
         theta = ca.vertcat(*factors)
         z = z0 if guess is None else guess
         for _ in range(iterations):
+            z = self._near(z, z0, mean_speed, h)
             kept = self._coefficients(z, mean_speed, load, p, theta)
             stuck, friction = self._friction(z, load, p)
             stands = ca.logic_or(held, stuck)

@@ -173,7 +173,7 @@ class ContactWatch:
         rests = ca.logic_and(self.held, ca.logic_and(ca.logic_not(turns), self._graph.elapsed > 0.0))
         lost = pressed * self._direction < -self._friction
         shown = step.seen > _SHOWN
-        kept = ca.logic_and(shown, step.surprise * self._lift * self._direction > _NOISE * step.noise)
+        kept = ca.logic_and(shown, step.surprise * self._direction > _NOISE * step.noise)
         kept_for = ca.if_else(ca.logic_and(rests, kept), self._kept_for + self._graph.elapsed, 0.0)
         self._graph.becomes("torque_kept_for", kept_for)
         return ca.logic_and(rests, ca.logic_or(lost, kept_for > _FOUND))

@@ -145,12 +145,14 @@ class LoadObserver:
         by_initial = first.by_start(by_first, 1.0)
         h_walked, h_initial = first.torque_by(by_large), first.torque_by(by_initial)
         noise2, friction = self._noise(first, early.torque - first.torque, p, h)
-        surprise = _beyond(graph.motor_torque - first.torque, friction)
+        missed = graph.motor_torque - first.torque
+        beyond = _beyond(missed, friction)
         # Friction at standstill may have either sign, so what lies within it is still the likeliest, and taken slowly.
-        within = graph.motor_torque - first.torque - surprise
-        shown = ca.logic_and(friction > 0.0, ca.fabs(h_walked) > _SEEN_AT * self._per_angle)
-        surprise = surprise + ca.if_else(shown, ca.fmin(h / _WITHIN, 1.0), 0.0) * within
         unit = self._per_angle
+        shown = ca.logic_and(friction > 0.0, ca.fabs(h_walked) > _SEEN_AT * unit)
+        shown = ca.logic_and(shown, self._holds(first))
+        slowly = ca.if_else(shown, ca.fmin(h / _WITHIN, 1.0), 0.0)
+        surprise = beyond + slowly * (missed - beyond)
         walked = self._walked + (machine.load_walk * self._relief_load) ** 2 * h / (
             1.0 + self._initial * unit**2 / (drive.torque * self._relief_torque) ** 2
         )
@@ -181,7 +183,8 @@ class LoadObserver:
         graph.becomes("load_variance", ca.if_else(moves, (1.0 - k_walked * h_walked) * walked, self._walked))
         kept = ca.if_else(moves, (1.0 - k_initial * h_initial) * initial, self._initial)
         graph.becomes("first_load_variance", kept)
-        travel_by, torque_by = self._follow(first, by_load, k_initial + k_walked, moves, goes)
+        gain = (k_initial + k_walked) * ca.if_else(ca.fabs(missed) < friction, slowly, 1.0)
+        travel_by, torque_by = self._follow(first, by_load, gain, corrected == asked, moves, goes)
         give = ca.if_else(held, self._give, ca.fabs(by_large[0]))
         graph.becomes("give", give)
         self._graph.becomes("expected_torque", second.torque)
@@ -216,6 +219,17 @@ class LoadObserver:
         lost = z[balance.states.index(f"pressure_{held}")] < tank
         return ca.logic_and(lost, ca.fabs(balance.force(z)) < _NOTHING * self._relief_load)
 
+    def _holds(self, first: Solution) -> Any:
+        """Whether the motor's torque holds the load, and no valve does.
+
+        Behind a closed valve the other side alone may show a change, and only one way: drawn oil has no pressure. Noise
+        would let the load grow and never shrink.
+        """
+        drive, balance = self._assumptions.drive, self._balance
+        needed = balance.unit.lift_sign * self._per_angle * balance.force(first.z)
+        noise = drive.torque * self._relief_torque
+        return ca.fabs(first.torque - needed) < (1.0 - _SEEN_AT) * ca.fabs(needed) + noise
+
     def _keep(self, z: Any, load: Any) -> None:
         """What the states are after the sample; the position is the filter's."""
         for k, name in enumerate(self._names[:-1], 1):
@@ -242,16 +256,19 @@ class LoadObserver:
         return (drive.torque * self._relief_torque) ** 2 + timing_1, ca.if_else(stands, _ROUGHER * friction, 0.0)
 
     def _follow(
-        self, first: Solution, by_load: Any, gain: Any, moves: Any, goes: Any
+        self, first: Solution, by_load: Any, gain: Any, possible: Any, moves: Any, goes: Any
     ) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-        """How the step would have been with other factors, the same torques correcting the load: its derivatives."""
+        """How the step would have been with other factors, the same torques correcting the load: its derivatives.
+
+        A load that is not `possible` is the limit whatever the factors are.
+        """
         travel, torque = [], []
         for k, name in enumerate(FACTORS):
             *z0, load0 = self._slopes[name]
             before = ca.vertcat(0.0, *z0)
             free = first.by_factor(k, before, load0)
             shown = first.torque_by(free) + first.torque_by_factor(k)
-            change = -gain * shown
+            change = ca.if_else(possible, -gain * shown, -load0)
             z = free + by_load * change
             after = [z[i] for i in range(1, z.numel())] + [load0 + change]
             for state, old, new in zip(self._names, self._slopes[name], after, strict=True):
