@@ -119,6 +119,7 @@ FINE = dict.fromkeys(ASKED, 0.0) | {
     "noise": 0.5,
     "position": 0.3,
     "std": 1e-3,
+    "untaught": 0.0,
     "usable": 1.0,
     "warmth": 313.0,
 }
@@ -135,7 +136,7 @@ def judged():
         intake = made(Intake, **{name: x[name] for name in names if name in x})
         step = made(LoadStep, surprise=x["surprise"], noise=x["noise"], asked=x["asked"], friction=x["friction"])
         contact = made(Contact, held=x["held"])
-        more = {name: x[name] for name in ("std", "position", "disputed", "known")}
+        more = {name: x[name] for name in ("std", "untaught", "position", "disputed", "known")}
         return judge(graph, intake, step, contact, Relief(x["doubt"], x["grown"]), limits, stroke=0.7, **more)
 
     return fed(ASKED, write)
