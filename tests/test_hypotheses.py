@@ -344,6 +344,14 @@ def test_leakage_is_learnt_from_the_way_between_two_references(bank):
     assert said["leak_std"] < 0.05
 
 
+def test_each_hypothesis_expects_a_torque_of_its_own(bank):
+    bank.begin(0.3, std=1e-3)
+    bank.set(**{f"low_{EXPONENT}": 0.1})
+    bank.go(told=1.0, row_0=2.0, row_4=5.0, torque_variance=0.01, tells_leak=1.0)
+    assert bank.means("low")[LEAK] < 0.9
+    assert 1.0 < bank.means("described")[LEAK] < 1.1
+
+
 def leaks_otherwise(bank, leak, by=-0.02, taught=0):
     """A contact with the top after a way on which leakage has taken `by` [m], for a machine that leaks like that."""
     bank.begin(0.3, std=1e-3)
@@ -362,7 +370,9 @@ def test_a_machine_that_leaks_much_more_than_described_is_found_by_the_first_con
     assert said["taken"] == 1.0
     assert said["position"] == pytest.approx(STROKE, abs=0.3e-3)
     assert bank.means("described")[LEAK] == pytest.approx(1.8, abs=0.1)
-    assert said["p_described"] > 0.5, "the top is where it was"
+    assert 0.5 < said["p_described"] < 0.8, "the top is where it was, but such machines are rare"
+    other = Assumptions().machine.other_exponent
+    assert bank.matrix("described")[EXPONENT, EXPONENT] ** 0.5 == pytest.approx(other, rel=0.01)
     assert before[LEAK, LEAK] ** 0.5 == pytest.approx(Assumptions().machine.leak, rel=0.01)
     assert bank.matrix("described")[LEAK, LEAK] ** 0.5 < 0.1, "it is learnt now"
 
@@ -390,7 +400,7 @@ def test_nothing_is_widened_without_a_contact(bank):
     bank.begin(0.3, std=1e-3)
     bank.go(travel_by_0=-0.1, travel_by_4=-0.1)
     before = bank.matrix("described")
-    bank.go(place=0.4, low=1.0, doubt=0.2, variance=1e-6)
+    bank.go(place=0.36, low=1.0, doubt=0.2, variance=1e-6)
     after = bank.matrix("described")
     assert after[LEAK, LEAK] == pytest.approx(before[LEAK, LEAK], rel=1e-4)
     assert after[EXPONENT, EXPONENT] == pytest.approx(before[EXPONENT, EXPONENT], rel=1e-9)

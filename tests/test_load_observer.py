@@ -484,3 +484,32 @@ def test_factors_change_no_load_while_friction_at_standstill_hides_it(name):
     assert np.abs(said["surprise"][rest]).max() < 1e-3
     for factor in FACTORS:
         assert np.ptp(said[f"state_load_by_{factor}"][rest]) == pytest.approx(0.0, abs=1e-6), factor
+
+
+@pytest.mark.parametrize("name", LOCKED)
+def test_a_piston_that_friction_holds_still_stands_on_oil_that_gives(name):
+    """By as much as when it slides: a large load would not be held."""
+    unit = UNITS[name]
+    run, log = cycle(unit)
+    said, _ = followed(name, run, log)
+    assert abs(said["state_circuit_velocity"][-1]) < 1e-9
+    share = said["give"][-5:] / said["give"][full_speed(run, unit)].mean()
+    assert (share > 0.3).all()
+    assert (share < 1.0).all(), "the valve is closed"
+
+
+def test_a_torque_corrects_a_load_that_friction_holds(tight):
+    """A large change would not be held, so the torque shows it."""
+    observer, torque, time = tight
+    unit, before = UNITS["eha-test-bench axis"], observer.state.copy()
+    place = observer.sensor.recursion.state.index("load")
+    plain = observer.track(at_rest(time, 0.02, 0.02, torque, 0.0, 0))
+    held = before.copy()
+    held[place] = plain["carried"][0]
+    observer.state = held
+    missed = 5e3 * unit.travel_per_radian
+    said = observer.track(at_rest(time, 0.02, 0.02, torque + plain["friction"][0] + missed, 0.0, 0))
+    observer.state = before
+    assert abs(said["free_travel"][0]) < 1e-9
+    assert said["seen"][0] > 0.9
+    assert said["load"][0] - plain["carried"][0] > 3e3

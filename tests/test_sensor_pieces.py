@@ -260,6 +260,12 @@ def test_leakage_follows_the_viscosity_and_the_pressure(leaks):
         assert warmed(leaks, torque=torque, lag=0.0) == pytest.approx(1.2 * (0.3 / bound) ** 0.1)
 
 
+def test_noise_of_the_first_temperatures_is_no_change_of_the_oil(leaks):
+    leaks.state = leaks.sensor.initial.copy()
+    said = samples(leaks, [(1, 50.0, USUAL | {"warmth": 313.0}), (5, 50.0, USUAL | {"warmth": 313.5})])
+    assert said[1] == pytest.approx(np.full(5, said[0][0]), rel=1e-3)
+
+
 @pytest.mark.parametrize(("k", "name"), [(1, "leak"), (4, "lag"), (5, "exponent")])
 def test_derivatives_of_leakage_are_those_of_its_factor(leaks, k, name):
     by = {"leak": 1e-3, "lag": 1e-2, "exponent": 1e-4}[name]
@@ -291,14 +297,14 @@ def holding(request):
 PRESSED = {"seen": 1.0, "noise": 0.5, "carried": 2e4, "surprise": 0.0, "empty": 0.0}
 
 
-def rested(holding, rows):
+def rested(holding, rows, speed=0.0):
     """When a piston that was held under 20 kN is let go, in samples of these rows; None if it is not."""
     watch, lifts = holding
     watch.state = watch.sensor.initial.copy()
     names = watch.sensor.recursion.state
     for name, value in {"held": 1.0, "held_direction": lifts, "load_before_standing": 2e4}.items():
         watch.state[names.index(name)] = value
-    said = np.concatenate(samples(watch, [(count, 0.0, PRESSED | how) for count, how in rows]))
+    said = np.concatenate(samples(watch, [(count, lifts * speed, PRESSED | how) for count, how in rows]))
     return int(np.argmax(said)) if said.any() else None
 
 
@@ -306,6 +312,7 @@ def test_a_held_piston_leaves_when_its_oil_carries_less_than_its_load(holding):
     assert rested(holding, [(20, {"carried": 3e4})]) is None, "pressed"
     assert rested(holding, [(20, {"carried": 2e4 - 400.0})]) is None, "friction holds it"
     assert rested(holding, [(20, {}), (5, {"carried": 2e4 - 600.0})]) == 20
+    assert rested(holding, [(20, {"carried": 2e4 - 600.0})], speed=50.0) is None, "it is pushed"
 
 
 def test_a_held_piston_has_left_when_its_torque_stays(holding):
