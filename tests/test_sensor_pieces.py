@@ -112,7 +112,7 @@ def test_changes_that_were_seen_teach_how_large_the_next_may_be(resting):
 
 ASKED = (
     "usable", "lost", "overspeed", "overtorque", "stuck", "frozen", "gap", "cold", "surprise", "noise", "asked",
-    "friction", "held", "doubt", "grown", "std", "position", "disputed", "known", "warmth",
+    "friction", "held", "doubt", "grown", "std", "untaught", "position", "disputed", "known", "warmth",
 )  # fmt: skip
 FINE = dict.fromkeys(ASKED, 0.0) | {
     "known": 1.0,
