@@ -3,7 +3,7 @@
 #   make demo    track a recorded log and draw it, into demo/
 #   make bench   speed against C, scipy and CVODES: bench.json and its figures; needs gcc, takes some minutes
 #   make study   what the docs quote of studies: study.json; takes some minutes, real oil needs data (RAMSIGHT_DATA=folder)
-#   make fuzz     damaged files, killed writers, full disks by the thousand: fuzz.json; takes some minutes
+#   make fuzz     damaged files, states and slots, hostile frames, killed writers: fuzz.json; takes a quarter to half an hour
 #   make pins    renew the pinned versions
 # Another interpreter: make test PYTHON=python3.13
 

@@ -30,7 +30,7 @@ OUTCOMES = (READ, WARNED, REFUSED, WRONG, CRASHED, HUNG)
 _EXAMPLES = 5
 
 Rng = np.random.Generator
-Check = Callable[[Any, Rng, Path], "tuple[str, str]"]
+Check = Callable[[Any, Rng, Path], "tuple[str | Counter[str], str]"]
 
 
 @dataclass(frozen=True)
@@ -42,6 +42,7 @@ class Section:
         cases: how many.
         prepare: what all cases share, made in the process that tries them.
         check: tries one: what was prepared, its random numbers and a folder; says the outcome and what to tell of it.
+            A case that tries many things, one after the other, says how many had which outcome.
     """
 
     name: str
@@ -59,12 +60,14 @@ class Tally:
     slowest: float = 0.0
     seconds: float = 0.0
 
-    def add(self, case: int, outcome: str, detail: str, seconds: float) -> None:
+    def add(self, case: int, outcome: str | Counter[str], detail: str, seconds: float) -> None:
         """Count a case."""
-        self.counts[outcome] += 1
+        found = Counter([outcome]) if isinstance(outcome, str) else outcome
+        self.counts += found
         self.slowest = max(self.slowest, seconds)
-        if outcome in (WRONG, CRASHED, HUNG) and len(self.examples) < _EXAMPLES:
-            self.examples.append(f"case {case}: {outcome}: {detail}")
+        bad = [one for one in (WRONG, CRASHED, HUNG) if found[one]]
+        if bad and len(self.examples) < _EXAMPLES:
+            self.examples.append(f"case {case}: {bad[0]}: {detail}")
 
     def as_json(self) -> dict[str, Any]:
         """For fuzz.json."""

@@ -9,6 +9,7 @@ import numpy as np
 
 ROOT = Path(__file__).parent.parent
 TRACE = ROOT / "tests" / "traces" / "boom_258kN_40C"
+WORK_DAY = ROOT / "tests" / "traces" / "boom_asbuilt1_workday"
 START = 0.1  # m
 
 FARTHEST, SIGMAS, LASTING = 5e-3, 4.0, 0.5
@@ -16,9 +17,13 @@ FARTHEST, SIGMAS, LASTING = 5e-3, 4.0, 0.5
 
 
 class Judge:
-    """A kalman sensor for the boom, and where its piston really was."""
+    """A kalman sensor for the boom, and where its piston really was.
 
-    def __init__(self) -> None:
+    Args:
+        trace: of the boom; log and truth.
+    """
+
+    def __init__(self, trace: Path = TRACE) -> None:
         from ramsight.calibration.sensors import sensor_for
         from ramsight.logs import read_drive_log, read_truth
         from ramsight.machine import load
@@ -26,8 +31,10 @@ class Judge:
 
         self.unit = build("boom", load("mining-loader").unit("boom"))
         self.sensor = sensor_for(self.unit, "kalman")
-        self.log = read_drive_log(f"{TRACE}.csv.gz")
-        truth = read_truth(f"{TRACE}_truth.csv.gz")
+        self.log = read_drive_log(f"{trace}.csv.gz")
+        columns = [self.log[name].values for name in ("time", "motor_speed", "motor_torque", "oil_temperature")]
+        self._rows = np.column_stack([*columns, np.zeros((len(columns[0]), 2))])  # no sample is a reference
+        truth = read_truth(f"{trace}_truth.csv.gz")
         self._known_at, self._known = truth["time"].values, truth["position"].values
         if wrong := self.wrong(self.track([self.log])):
             raise RuntimeError(f"the sensor is wrong on the log before it is damaged: {wrong}")
@@ -45,17 +52,33 @@ class Judge:
 
     def wrong(self, tracks: list[Any], begun: float = 0.0) -> str:
         """What was silently wrong in tracks whose clock began so many seconds late, "" if nothing."""
-        for track in tracks:
-            time = track["time"].values + begun
-            error = np.abs(track["position"].values - np.interp(time, self._known_at, self._known))
-            inside = (time >= self._known_at[0]) & (time <= self._known_at[-1])
-            bad = inside & (track["status"].values == 0) & ~(error <= FARTHEST)
-            bad &= ~(error <= SIGMAS * track["position_std"].values)
-            for first, last in _runs(bad):
-                lasting = float(time[last] - time[first])
-                if lasting > LASTING:
-                    most = float(np.nanmax(error[first : last + 1], initial=0.0))
-                    return f"{1e3 * most:.1f} mm off for {lasting:.2f} s from {time[first]:.2f} s on"
+        names = ("position", "position_std", "status")
+        found = (self.silent(one["time"].values + begun, *(one[name].values for name in names)) for one in tracks)
+        return next(filter(None, found), "")
+
+    def followed(self, first: int, count: int) -> Any:
+        """What the sensor says of so many samples of the log from one on: time, position, deviation, status."""
+        from ramsight.engine.recursion import replay
+
+        rows = self._rows[first : first + count]
+        said = replay(self.sensor.recursion, rows, self.sensor.parameters, self.sensor._state)
+        outputs = self.sensor.recursion.outputs.index
+        return rows[:, 0], *(said[:, outputs(name)] for name in ("position", "position_std", "status"))
+
+    def true(self, time: Any) -> Any:
+        """Where the piston was [m]."""
+        return np.interp(time, self._known_at, self._known)
+
+    def silent(self, time: Any, position: Any, std: Any, status: Any) -> str:
+        """What was silently wrong in the columns of a track [s, m, m], "" if nothing."""
+        error = np.abs(position - self.true(time))
+        inside = (time >= self._known_at[0]) & (time <= self._known_at[-1])
+        bad = inside & (status == 0) & ~(error <= FARTHEST) & ~(error <= SIGMAS * std)
+        for first, last in _runs(bad):
+            lasting = float(time[last] - time[first])
+            if lasting > LASTING:
+                most = float(np.nanmax(error[first : last + 1], initial=0.0))
+                return f"{1e3 * most:.1f} mm off for {lasting:.2f} s from {time[first]:.2f} s on"
         return ""
 
 

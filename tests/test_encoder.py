@@ -714,6 +714,22 @@ def test_a_disk_that_fails_when_motion_begins_is_told_at_once(tmp_path, trace, d
     assert bus.alarms == PE | CANNOT_SAVE
 
 
+def test_a_position_that_cannot_be_written_over_is_removed(tmp_path, disk):
+    """A full disk that copies on write, or a file that lost its mode: it cannot be written, but it can be removed."""
+    state = tmp_path / "boom.state"
+    bus = power_up(state)
+    bus.rest(0.2, torque=2.0)
+    write(bus, 0x6003, 10000)
+    bus.rest(2.0, torque=2.0)
+    disk.fails = True
+    bus.put(bus.now + 0.02, sample(100, 30.0))
+    assert bus.alarms == PE | CANNOT_SAVE
+    disk.fails = False
+    again = power_up(state)
+    again.rest(0.1)
+    assert (again.alarms, again.warnings) == (PE, NOT_REFERENCED)
+
+
 def test_a_slow_disk_is_told(tmp_path, monkeypatch):
     stuck = threading.Event()
     slow = encoder_for(boom(), usual_map(), Settings(NODE, DRIVE), tmp_path / "boom.state", aside=True)

@@ -3,14 +3,18 @@
 import importlib.util
 import marshal
 import os
+import pickle
 import stat
 import subprocess
 import sys
 from pathlib import Path
 
+import casadi as ca
+import numpy as np
 import pytest
 
 from ramsight.engine import private_folder as module
+from ramsight.engine.cache import generated_module
 from ramsight.engine.private_folder import FolderError, FolderWarning, private_folder, refusal
 
 _CHILD = """
@@ -22,6 +26,8 @@ z = np.empty(1)
 model.twice(np.array([21.0]), z)
 print(z[0])
 """
+
+_LOADED = _CHILD.replace("print(z[0])", "print(z[0], model.twice.loaded)")
 
 
 def child(folder, umask=0o022, code=_CHILD, **environment):
@@ -59,7 +65,9 @@ def test_the_folder_is_ours_alone_whatever_the_umask(tmp_path, umask):
     assert done.stdout == "42.125\n", done.stderr
     assert done.stderr == ""
     assert mode(tmp_path / "above") == mode(tmp_path / "above" / "cache") == 0o700
-    assert list((tmp_path / "above" / "cache" / "__pycache__").glob("model_*.nbi"))
+    (file,) = (tmp_path / "above" / "cache").iterdir()
+    assert file.suffix == ".o"
+    assert mode(file) == 0o600
 
 
 def test_a_folder_that_others_may_only_read_is_closed_and_used(tmp_path):
@@ -138,14 +146,37 @@ def test_where_no_folder_can_be_ours_alone_the_error_says_so(temporary):
 
 def test_what_lies_in_a_folder_of_others_is_not_run(tmp_path):
     good = tmp_path / "good"
-    assert child(good).stdout == "42.125\n"
+    assert child(good, code=_LOADED).stdout == "42.125 0\n"
     trap = open_to_all(tmp_path / "trap")
-    for file in good.glob("model_*.py"):
-        (trap / file.name).write_text("print('run by mistake')\n")
-    done = child(trap, TMPDIR=str(tmp_path))
-    assert done.stdout == "42.125\n"
+    for file in good.iterdir():
+        (trap / file.name).write_bytes(file.read_bytes())
+    done = child(trap, code=_LOADED, TMPDIR=str(tmp_path))
+    assert done.stdout == "42.125 0\n"
     assert "others may write into it" in done.stderr
     assert "RAMSIGHT_CACHE" in done.stderr
+
+
+def test_nothing_but_machine_code_is_read_from_the_folder(tmp_path):
+    """No source, no bytecode, no pickle: whatever else lies there is not looked at."""
+    folder = tmp_path / "cache"
+    assert child(folder).stdout == "42.125\n"
+    (file,) = folder.iterdir()
+    name = file.name.partition(".")[0]
+    (folder / f"{name}.py").write_text("print('run by mistake')\n")
+    evil = compile("print('run by mistake')", "forged", "exec")
+    forged = Path(importlib.util.cache_from_source(str(folder / f"{name}.py")))
+    forged.parent.mkdir()
+    forged.write_bytes(unchecked(evil))
+    (forged.parent / f"{name}.twice-9.py311.nbi").write_bytes(pickle.dumps(Evil()))
+    done = child(folder, code=_LOADED)
+    assert done.stdout == "42.125 1\n", done.stderr
+
+
+class Evil:
+    """What a pickle can do."""
+
+    def __reduce__(self):
+        return print, ("run by mistake",)
 
 
 def unchecked(code) -> bytes:
@@ -153,44 +184,46 @@ def unchecked(code) -> bytes:
     return importlib.util.MAGIC_NUMBER + (1).to_bytes(4, "little") + bytes(8) + marshal.dumps(code)
 
 
-def test_forged_bytecode_beside_a_good_source_is_not_run(tmp_path):
-    folder = tmp_path / "cache"
-    assert child(folder).stdout == "42.125\n"
-    evil = compile("print('run by mistake')", "forged", "exec")
-    for file in folder.glob("model_*.py"):
-        forged = Path(importlib.util.cache_from_source(str(file)))
-        forged.parent.mkdir(exist_ok=True)
-        forged.write_bytes(unchecked(evil))
-    done = child(folder)
-    assert done.stdout == "42.125\n", done.stderr
-
-
 @pytest.mark.skipif(os.getuid() != 0, reason="only root can give files away")
 def test_machine_code_of_somebody_else_is_made_again(tmp_path):
     folder = tmp_path / "cache"
     assert child(folder).stdout == "42.125\n"
-    files = list((folder / "__pycache__").glob("model_*.nb*"))
-    before = {file.name: file.read_bytes() for file in files}
-    for file in files:
-        os.chown(file, 65534, 65534)
+    (file,) = folder.iterdir()
+    os.chown(file, 65534, 65534)
+    assert child(folder, code=_LOADED).stdout == "42.125 0\n"
+    assert file.stat().st_uid == 0
+
+
+@pytest.mark.parametrize("place", [0, 20, 60, -1])
+def test_damaged_machine_code_is_made_again(tmp_path, place):
+    folder = tmp_path / "cache"
     assert child(folder).stdout == "42.125\n"
-    assert before
-    assert all((folder / "__pycache__" / name).stat().st_uid == 0 for name in before)
+    (file,) = folder.iterdir()
+    content = bytearray(file.read_bytes())
+    content[place] ^= 0x10
+    for damaged in (bytes(content), content[: len(content) // 2], b""):
+        file.write_bytes(damaged)
+        assert child(folder, code=_LOADED).stdout == "42.125 0\n"
+    assert child(folder, code=_LOADED).stdout == "42.125 1\n"
 
 
-def test_no_folder_of_numbas_own_takes_its_place(tmp_path):
-    home, folder = tmp_path / "home", tmp_path / "cache"
-    for one in (home, folder):
-        one.mkdir(mode=0o700)
-    (folder / "__pycache__").write_text("a file in the way")
-    looked = _CHILD + "\nprint(type(model._module.twice._cache).__name__)"
-    environment = {"HOME": str(home), "XDG_CACHE_HOME": str(home / "caches")}
-    done = child(folder, code=looked, **environment)
-    assert done.stdout == "42.125\nNullCache\n", done.stderr
-    assert [file for file in home.rglob("*") if file.is_file()] == []
+def test_machine_code_of_another_processor_is_not_taken(tmp_path):
+    assert child(tmp_path, code=_LOADED, NUMBA_CPU_NAME="x86-64", NUMBA_CPU_FEATURES="+sse2").stdout == "42.125 0\n"
+    assert child(tmp_path, code=_LOADED).stdout == "42.125 0\n"
+    assert child(tmp_path, code=_LOADED).stdout == "42.125 1\n"
 
 
-def test_a_second_process_takes_the_machine_code_from_the_folder(tmp_path):
-    counted = _CHILD.replace("print(z[0])", "print(sum(model._module.twice.stats.cache_hits.values()))")
-    assert child(tmp_path, code=counted).stdout == "0\n"
-    assert child(tmp_path, code=counted).stdout == "1\n"
+def test_what_is_loaded_does_without_numbas_own_laws(tmp_path):
+    """They take most of a second to import, and are needed by what is compiled alone."""
+    looked = _CHILD + "\nprint('numba.np.arraymath' in sys.modules)"
+    assert child(tmp_path, code="import sys" + looked).stdout == "42.125\nTrue\n"
+    assert child(tmp_path, code="import sys" + looked).stdout == "42.125\nFalse\n"
+
+
+def test_an_array_that_is_not_whole_is_refused():
+    x = ca.SX.sym("x")
+    model = generated_module({"twice": ca.Function("twice", [x], [2.0 * x], ["x"], ["z"])}, {}, "")
+    with pytest.raises(ValueError, match="C-contiguous"):
+        model.twice(np.ones(4)[::2], np.empty(1))
+    with pytest.raises(TypeError, match="float32"):
+        model.twice(np.ones(1, dtype=np.float32), np.empty(1))

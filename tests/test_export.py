@@ -252,7 +252,7 @@ def test_what_is_resumed_is_what_was_kept(slots):
     pressures = [name for name in slots.names if re.fullmatch(r"circuit_pressure_[a-z]+_[ab]", name)]
     assert [after[name] for name in pressures] == pytest.approx([before[name] for name in pressures], abs=1e4)
     assert after["position"] == pytest.approx(before["position"], abs=1e-6)
-    assert after["covariance_00"] >= before["covariance_00"]
+    assert after["covariance_00"] > before["covariance_00"] * (1.0 - 1e-12)
     assert (after["started"], after["clocked"]) == (0.0, 0.0)
     assert slots.keep() == [], "it rests there still"
     assert slots.keep(starts=1) == [0]
@@ -323,6 +323,7 @@ def test_every_damaged_bit_is_noticed(slots):
         ("position", 5.0),
         ("covariance_00", -1e-6),
         ("described_1", np.inf),
+        ("low_covariance_33", -1e-9),
         ("is_referenced", 7.0),
     ],
 )
@@ -351,8 +352,8 @@ def test_a_step_takes_a_few_microseconds_and_two_pages_of_stack(tmp_path):
     found = footprint(COMPILER, done.folder, "ramsight_boom", single=False, optimised="-O2")
     assert found.step < 20e-6
     assert found.stack < 8192
-    assert found.state < 2048
-    assert found.code < 128 * 1024
+    assert found.state < 2304
+    assert found.code < 144 * 1024
 
 
 def test_statuses_and_their_texts_are_in_the_header(exported):

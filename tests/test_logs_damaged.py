@@ -21,6 +21,7 @@ from ramsight.logs.channel_map import load_map
 from ramsight.logs.frames import open_frames
 from ramsight.logs.inspect import inspect_log
 from ramsight.logs.lines import line_blocks
+from ramsight.logs.shown import inspection_table, show
 from ramsight.logs.table import CsvTable
 from ramsight.machine import load
 
@@ -390,3 +391,41 @@ def test_signals_of_a_dbc_file_that_are_no_numbers_are_left_out(tmp_path):
     text += ' SG_ Small : 120|8@1- (1,0) [0|0] "" X\n\nSIG_VALTYPE_ 385 Small : 1;\n'
     exact, _ = dbc_fields(written(tmp_path, text, "odd.dbc"))
     assert [field.name for field in exact[385]] == ["DriveState.MotorSpeed"]
+
+
+def test_a_table_of_many_columns_is_read_in_proportion(tmp_path):
+    """Ten times the columns take ten times as long, not a hundred times."""
+
+    def seconds(columns: int) -> float:
+        path, names = tmp_path / f"{columns}.csv", ",".join(f"c{k}" for k in range(columns))
+        rows = [f"{0.02 * k:.2f},0,1,40,{','.join(['1'] * columns)}" for k in range(3)]
+        path.write_text("\n".join([f"time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c,{names}", *rows]) + "\n")
+        begun = time.process_time()
+        found = inspect_log(path)
+        inspection_table(found)
+        read_drive_log(path)
+        assert len(found.channels) == columns + 3
+        return time.process_time() - begun
+
+    seconds(100)
+    assert seconds(20_000) < 30.0 * seconds(2_000)
+
+
+def test_a_table_of_very_many_columns_is_shown_in_part(tmp_path, capsys):
+    names = [f"c{k}" for k in range(3000)]
+    (tmp_path / "wide.csv").write_text(
+        f"{','.join(names)},time_s,motor_speed_rpm\n" + f"{'1,' * 3000}0.00,5\n{'1,' * 3000}0.02,6\n"
+    )
+    show(inspect_log(tmp_path / "wide.csv"))
+    said = capsys.readouterr().out
+    assert "motor_speed_rpm" in said, "what has a use comes before all others"
+    assert "and 1001 more" in said
+
+
+def test_a_clock_that_is_no_time_is_no_clock(tmp_path):
+    """Cells between blanks are one column, whose name begins like that of a clock."""
+    path = tmp_path / "blanks.txt"
+    path.write_text("time_s  motor_torque_nm  oil_temperature_c\n0.00  1  40\n0.02  1  40\n")
+    found = inspect_log(path)
+    assert found.clock == ("", "")
+    assert [one.name for one in found.channels] == ["time_s  motor_torque_nm  oil_temperature_c"]

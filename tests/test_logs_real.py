@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from ramsight.errors import DescriptionError, LogError
+from ramsight.errors import DescriptionError, LogError, UnknownNameError
 from ramsight.logs import open_log, read_drive_log
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.inspect import inspect_log
@@ -177,3 +177,13 @@ def test_the_layout_of_a_map_is_checked(tmp_path, line, said):
     (tmp_path / "map.toml").write_text(text)
     with pytest.raises(DescriptionError, match=said):
         load_map(tmp_path / "map.toml")
+
+
+def test_a_clock_that_the_table_does_not_have_is_named(tmp_path):
+    (tmp_path / "log.csv").write_text("time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n0.0,1,2,40\n")
+    (tmp_path / "map.toml").write_text(
+        'time = {channel = "tim%_s", unit = "s"}\nspeed = {channel = "motor_speed_rpm", unit = "rpm"}\n'
+        'torque = {channel = "motor_torque_nm", unit = "N m"}\ntemperature = {constant = "40 degC"}\n'
+    )
+    with pytest.raises(UnknownNameError, match="tim%_s"):
+        read_drive_log(tmp_path / "log.csv", tmp_path / "map.toml")

@@ -160,7 +160,8 @@ def test_a_damaged_head_of_one_slot_does_not_refuse_the_other(tmp_path, sensor, 
 @pytest.mark.parametrize(
     ("name", "value"),
     [("position", math.nan), ("position", 5.0), ("covariance_00", -1e-6), ("covariance_00", math.inf),
-     ("described_1", math.nan), ("is_referenced", 7.0), ("velocity", -math.inf)],
+     ("described_1", math.nan), ("is_referenced", 7.0), ("velocity", -math.inf), ("velocity", 1e300),
+     ("described_1", -1e31), ("low_covariance_33", -1e-9)],
 )  # fmt: skip
 def test_a_state_that_cannot_be_is_not_resumed_even_with_a_good_checksum(tmp_path, sensor, unit, name, value):
     path, other = tmp_path / "boom.state", kalman(unit)

@@ -143,3 +143,20 @@ def test_track_says_it_and_over_how_many_samples_the_error_is(trace, tmp_path):
     assert len(done.stderr.splitlines()) == 1
     samples = len(next(iter(open_log(tmp_path / "log.csv"))).time)
     assert f"over {samples} of {samples} samples" in done.stdout
+
+
+def test_a_wild_sample_makes_no_move(trace, units):
+    log = read_drive_log(trace("boom_258kN_40C").log)
+    log["motor_speed"].values[500] = 1e300
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        list(watched([log], units["boom"], "day.csv"))
+
+
+def test_what_is_said_of_absurd_numbers_is_short(trace, units):
+    log = read_drive_log(trace("boom_258kN_40C").log)
+    log["motor_speed"].values[:] *= 1e300
+    log["oil_temperature"].values[:] = 1e300
+    with pytest.warns(LogWarning) as said:
+        list(watched([log], units["boom"], "day.csv"))
+    assert max(len(str(one.message)) for one in said) < 300

@@ -14,8 +14,9 @@ from ramsight.study.judging import judge
 
 FOLDER = Path(__file__).parent / "traces" / "person"
 CASES = {case["name"]: case for case in json.loads((FOLDER / "cases.json").read_text())}
-P95, LARGEST = 2.5e-3, 5.0e-3  # m
-OTHERS = {"warming": (4.5e-3, 8e-3), "drift": (3e-3, 5e-3), "ground": (np.inf, np.inf)}
+P95, LARGEST = 2.0e-3, 5.0e-3  # m
+# Oil that went over a relief valve is not found again before a stop: then the errors that are said to be ok count.
+OTHERS = {"obstacles": (2.5e-3, 6e-3), "warming": (4.5e-3, 8e-3), "drift": (3e-3, 5e-3), "ground": (np.inf, np.inf)}
 
 
 @pytest.fixture(scope="module")
@@ -45,8 +46,9 @@ def judged(sensors):
 def test_a_persons_day_is_tracked_after_three_stops(judged, name):
     p95, largest = next((limits for kind, limits in OTHERS.items() if kind in name), (P95, LARGEST))
     found = judged(name)
-    assert not found.p95 > p95
-    assert not found.largest > largest
+    obstacles = "obstacles" in name
+    assert not (found.ok_p95 if obstacles else found.p95) > p95
+    assert not (found.ok_largest if obstacles else found.largest) > largest
 
 
 @pytest.mark.parametrize("name", CASES)

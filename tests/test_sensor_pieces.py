@@ -112,13 +112,14 @@ def test_changes_that_were_seen_teach_how_large_the_next_may_be(resting):
 
 ASKED = (
     "usable", "lost", "overspeed", "overtorque", "stuck", "frozen", "gap", "cold", "surprise", "noise", "asked",
-    "friction", "held", "doubt", "grown", "std", "position", "disputed", "known", "warmth",
+    "friction", "held", "doubt", "grown", "std", "untaught", "position", "disputed", "known", "warmth",
 )  # fmt: skip
 FINE = dict.fromkeys(ASKED, 0.0) | {
     "known": 1.0,
     "noise": 0.5,
     "position": 0.3,
     "std": 1e-3,
+    "untaught": 0.0,
     "usable": 1.0,
     "warmth": 313.0,
 }
@@ -135,7 +136,7 @@ def judged():
         intake = made(Intake, **{name: x[name] for name in names if name in x})
         step = made(LoadStep, surprise=x["surprise"], noise=x["noise"], asked=x["asked"], friction=x["friction"])
         contact = made(Contact, held=x["held"])
-        more = {name: x[name] for name in ("std", "position", "disputed", "known")}
+        more = {name: x[name] for name in ("std", "untaught", "position", "disputed", "known")}
         return judge(graph, intake, step, contact, Relief(x["doubt"], x["grown"]), limits, stroke=0.7, **more)
 
     return fed(ASKED, write)

@@ -22,7 +22,7 @@ from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.hypotheses import LEARNED
 from ramsight.sensor.persistence import CHANGED, CREEPING, DOUBTED, RESTING, SETTLING, TURNING
 from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import START_SLACK, VirtualSensor
+from ramsight.sensor.virtual_sensor import START_SLACK, VirtualSensor, is_variance
 
 PLACES = ("position", "shown_position")
 """States that grow by little at a time; they stay doubles where reals are floats."""
@@ -122,6 +122,7 @@ def sensor_source(
         moved=CHANGED,
         doubt=DOUBTED,
         settling=SETTLING,
+        variances=_lines(f"if (s->{name} < R(0.0)) return 0;" for name in states if is_variance(name)),
         learned=_lines(f"to->{name} = from->{name};" for name in LEARNED),
         **common,
     )

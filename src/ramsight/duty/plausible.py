@@ -134,7 +134,8 @@ class Seen:
         period = float(np.median(steps)) if steps.size else 0.0
         self.periods += [period] if steps.size else []
         self.speeds += _peak(speed)
-        self.moves += _longest_move(time, speed)
+        fastest = self.speeds[-1] if self.speeds else np.inf  # single wild samples make no move
+        self.moves += _longest_move(time, np.clip(speed, -fastest, fastest))
         turning = np.abs(speed) > moving
         self.torques += _peak(torque[turning])
         self.temperatures += _middle(piece["oil_temperature"].values)
@@ -193,10 +194,10 @@ def _speed(seen: Seen, limits: Limits, unit: str) -> str:
     fitting = _asked(_other_speeds(peak, move, limits, unit))
     limit = f"{limits.max_speed / _RPM:.0f} rpm"
     if peak > _OVERSPEED * limits.max_speed:
-        return f"the motor turns up to {peak / _RPM:.0f} rpm, the drive's limit is {limit}{fitting}"
+        return f"the motor turns up to {peak / _RPM:.5g} rpm, the drive's limit is {limit}{fitting}"
     if move > _FARTHEST * limits.stroke and not _clock(seen, limits, ""):
         return (
-            f"the rod would travel {1e3 * move:.0f} mm in one move, the stroke is {1e3 * limits.stroke:.0f} mm{fitting}"
+            f"the rod would travel {1e3 * move:.4g} mm in one move, the stroke is {1e3 * limits.stroke:.0f} mm{fitting}"
         )
     if 0.0 < peak < _SLOW * limits.max_speed and fitting:
         return f"the motor never turns faster than {peak / _RPM:.0f} rpm, the drive's limit is {limit}{fitting}"
@@ -239,10 +240,10 @@ def _temperature(seen: Seen, limits: Limits, unit: str) -> str:
     as_fahrenheit = (warmth - 273.15 - 32.0) / 1.8 + 273.15
     if warmth > min(_HOT, highest):
         fitting = ["degF"] if lowest < as_fahrenheit < _HOT else []
-        return f"the oil has {warmth - 273.15:.0f} °C most of the time, more than a healthy machine's{_asked(fitting)}"
+        return f"the oil has {warmth - 273.15:.4g} °C most of the time, more than a healthy machine's{_asked(fitting)}"
     if warmth < lowest:
         return (
-            f"the oil has {warmth - 273.15:.0f} °C most of the time; it is described from {lowest - 273.15:.0f} °C on"
+            f"the oil has {warmth - 273.15:.4g} °C most of the time; it is described from {lowest - 273.15:.0f} °C on"
         )
     return ""
 

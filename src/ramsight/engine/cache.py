@@ -1,4 +1,4 @@
-"""Generated modules on disk: written whole, named by the hash of all they depend on, compiled and cached by Numba."""
+"""Generated modules, named by the hash of all they depend on; their machine code is kept on disk."""
 
 from __future__ import annotations
 
@@ -7,20 +7,17 @@ import inspect
 import json
 import os
 import sys
-import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import casadi as ca
-from numba import config
-from numba.core.caching import NullCache
 
 from ramsight.engine import llvm
-from ramsight.engine.private_folder import is_ours, private_folder
+from ramsight.engine.object_code import NativeFunction
+from ramsight.engine.private_folder import private_folder
 
-_OPTIONS = "nogil=True, error_model='numpy', fastmath={'contract', 'nsz', 'arcp', 'afn'}"
 _loaded: dict[str, CompiledModule] = {}
 
 
@@ -56,14 +53,6 @@ def content_hash(*parts: Any) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:24]
 
 
-def _write_whole(path: Path, text: str) -> None:
-    """Write a file so that another process sees either nothing or all of it."""
-    descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name)
-    with os.fdopen(descriptor, "w") as stream:
-        stream.write(text)
-    os.replace(temporary, path)
-
-
 def _wrapper(name: str, function: ca.Function, width: int) -> list[str]:
     """Source of the compiled function `name(inputs..., outputs...)`; an output named like an input overwrites it."""
     inputs, outputs = function.name_in(), [out.removesuffix("_new") for out in function.name_out()]
@@ -96,11 +85,11 @@ def generated_module(
     """
     programs = {name: instructions(function) for name, function in functions.items()}
     lines = ['"""Generated; may be deleted at any time."""', "import numpy as np", "import numba as nb"]
-    lines += ["from ramsight.engine.llvm import operations", ""]
+    lines += ["from ramsight.engine.llvm import operations", "from ramsight.engine.object_code import OPTIONS", ""]
     lines += [f"{name} = {value!r}" for name, value in constants.items()]
     # What only other compiled functions call becomes part of their code, and is compiled with it.
-    inner = f"nb.njit(inline='always', {_OPTIONS})" if body else "compiled"
-    lines += [f"compiled = nb.njit(cache=True, {_OPTIONS})", f"inner = {inner}"]
+    inner = "nb.njit(inline='always', **OPTIONS)" if body else "compiled"
+    lines += ["compiled = nb.njit(**OPTIONS)", f"inner = {inner}"]
     lines += [""]
     for name, function in functions.items():
         lines += _wrapper(name, function, (widths or {}).get(name, 1))
@@ -115,11 +104,7 @@ def generated_module(
 
 
 class CompiledModule:
-    """A generated module whose functions mend their own cache.
-
-    Source and operations come from memory; the source's file is there only for Numba to date its own files by. What
-    Numba left on disk is held against the checksums taken when it was made, and is thrown away if it differs or is
-    somebody else's; if it cannot be loaded all the same, it is made again.
+    """A generated module. Source and operations come from memory; only machine code is kept in the cache's folder.
 
     Args:
         name: of the module and its files.
@@ -128,87 +113,18 @@ class CompiledModule:
     """
 
     def __init__(self, name: str, source: str, programs: Mapping[str, llvm.Program]) -> None:
-        self._path, self._source, self._programs = cache_directory() / f"{name}.py", source, programs
-        self._module = self._load()
+        self._folder = cache_directory()
+        self._module = ModuleType(name)
+        self._module.__dict__["load"] = programs.__getitem__
+        sys.modules[name] = self._module
+        exec(compile(source, f"<{name}>", "exec"), self._module.__dict__)
 
     def __getattr__(self, name: str) -> Any:
         value = getattr(self._module, name)
         if hasattr(value, "overloads"):
-            value = self._guarded(name)
+            value = NativeFunction(value, f"{self._module.__name__}.{name}", self._folder)
         self.__dict__[name] = value
         return value
-
-    def _load(self) -> ModuleType:
-        if not is_ours(self._path) or self._path.read_bytes() != self._source.encode():
-            _write_whole(self._path, self._source)
-        if any(self._checksum(name) not in {None, known} for name, known in self._known_checksums().items()):
-            self._forget()
-        if not all(is_ours(file) for file in self._files()):
-            self._forget()
-        module = ModuleType(self._path.stem)
-        module.__file__ = str(self._path)
-        module.__dict__["load"] = self._programs.__getitem__
-        sys.modules[module.__name__] = module
-        exec(compile(self._source, module.__file__, "exec"), module.__dict__)
-        for function in vars(module).values():
-            self._confine(function)
-        return module
-
-    def _confine(self, function: Any) -> None:
-        """Keep Numba from a folder that nobody has checked, which it takes where ours cannot be written."""
-        found = getattr(getattr(function, "_cache", None), "cache_path", None)
-        if found is None or getattr(config, "CACHE_DIR", False):  # the user has chosen a folder for all of Numba
-            return
-        if Path(found) != self._path.parent / "__pycache__":
-            function._cache = NullCache()
-
-    def _guarded(self, name: str) -> Callable[..., Any]:
-        function = getattr(self._module, name)
-
-        def call(*arguments: Any) -> Any:
-            nonlocal function
-            if function.overloads:
-                return function(*arguments)
-            try:
-                result = function(*arguments)
-            except Exception:  # whatever a damaged file makes Numba raise; a second failure is a real one
-                self._forget()
-                self._module = self._load()
-                function = getattr(self._module, name)
-                result = function(*arguments)
-            self._seal()
-            return result
-
-        return call
-
-    def _files(self) -> list[Path]:
-        """What Numba keeps of this module."""
-        folder = self._path.parent / "__pycache__"
-        if folder.is_symlink():
-            folder.unlink()
-        return sorted(folder.glob(f"{self._path.stem}.*.nb*"))
-
-    def _checksum(self, name: str) -> str | None:
-        try:
-            return hashlib.sha256((self._path.parent / "__pycache__" / name).read_bytes()).hexdigest()
-        except OSError:
-            return None
-
-    def _known_checksums(self) -> dict[str, str]:
-        try:
-            known = json.loads(self._path.with_suffix(".sums").read_text())
-            return known if isinstance(known, dict) else {}
-        except (OSError, ValueError):
-            return {}
-
-    def _seal(self) -> None:
-        sums = {file.name: self._checksum(file.name) for file in self._files()}
-        if sums != self._known_checksums():
-            _write_whole(self._path.with_suffix(".sums"), json.dumps(sums))
-
-    def _forget(self) -> None:
-        for file in self._files():
-            file.unlink(missing_ok=True)
 
 
 def hold(expression: Any, parameters: Any) -> tuple[Any, Any, ca.Function]:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ramsight.errors import DescriptionError
 from ramsight.logs.channel_map import ChannelMap
 from ramsight.logs.guess import epoch_unit, guess_clock, guess_date
 from ramsight.logs.source import TableSource
 from ramsight.logs.source_csv import CsvSource
+from ramsight.units import parse
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,8 @@ def _find(source: TableSource, known: ChannelMap) -> Clock:
         return Clock("", "")
     if channel in _stamped(source, [channel]):
         return Clock(channel, "s", date, is_stamp=True)
+    if known.time is None and offered[channel].unit and not _is_time(offered[channel].unit):
+        return Clock("", "")  # a name that looks like a clock's, of something else
     said = (known.time.unit if known.time is not None else None) or offered[channel].unit
     epoch = "" if said else epoch_unit(source.first_number(channel))
     doubt = "" if said or not epoch else "time since 1970, by its size"
@@ -71,6 +75,14 @@ def _stamped(source: TableSource, names: list[str]) -> dict[str, str]:
     if not isinstance(source, CsvSource):
         return {}
     return {name: cell for name in names if (cell := source.first_stamp(name))}
+
+
+def _is_time(unit: str) -> bool:
+    try:
+        parse(f"1 {unit}", "s")
+    except DescriptionError:
+        return False
+    return True
 
 
 def _has_date(cell: str) -> bool:

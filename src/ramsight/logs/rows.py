@@ -37,7 +37,8 @@ class Layout:
     @property
     def indices(self) -> list[int]:
         """Places of the wanted columns."""
-        return [self.names.index(name) for name in self.wanted]
+        places = {name: place for place, name in enumerate(self.names)}
+        return [places[name] for name in self.wanted]
 
     def stamp(self, cells: Sequence[str]) -> str:
         """The cells of a row that say when it was."""

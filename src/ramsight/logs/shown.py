@@ -12,6 +12,7 @@ from ramsight.logs.inspect import Channel, Inspection
 
 _WIDE = 140  # columns where the output goes into a file or a pipe
 _EXTENDED = 1 << 31
+_MOST = 2000  # channels of one file in the table; those with a use come before all others
 
 
 def show(found: Inspection) -> None:
@@ -33,10 +34,15 @@ def inspection_table(found: Inspection) -> RenderableType:
         parts.append(Text(f"clock: {found.clock[0]} [{found.clock[1]}], from {first:.9g} s to {last:.9g} s"))
     if found.channels:
         table = _empty("channel", "unit", "samples", "missing", "rate", "least", "most", "use")
-        for one in found.channels:
+        shown = found.channels
+        if len(shown) > _MOST:
+            shown = sorted(shown, key=lambda one: not one.role)[:_MOST]
+        for one in shown:
             table.add_row(*_cells(one))
         parts.append(table)
-        parts += [Text(f"{one.name}: {one.note}") for one in found.channels if not one.samples and ":" in one.note]
+        if len(found.channels) > len(shown):
+            parts.append(Text(f"and {len(found.channels) - len(shown)} more"))
+        parts += [Text(f"{one.name}: {one.note}") for one in shown if not one.samples and ":" in one.note]
     if found.frames and not found.channels:
         table = _empty("frame", "", "count", "bytes")
         for key, (count, length) in found.frames.items():

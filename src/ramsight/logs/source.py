@@ -84,7 +84,7 @@ class Source(ABC):
 
     def check(self, channels: Sequence[str]) -> None:
         """Refuse channels that are not in the file."""
-        names = [one.name for one in self.offered()]
+        names = dict.fromkeys(one.name for one in self.offered())
         for channel in channels:
             if channel not in names:
                 raise UnknownNameError("channel", channel, names, where=self.file)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -67,10 +68,8 @@ class CanSource(Source):
         """Fields by the names of their channels; a name that several frames have is preceded by the identifier."""
         placed = [(f"0x{key & ~EXTENDED:X}", field) for key, fields in self._exact.items() for field in fields]
         placed += [(f"0x{key:X}", field) for key, fields in self._groups.items() for field in fields]
-        names = [field.name for _, field in placed]
-        return {
-            field.name if names.count(field.name) == 1 else f"{place}.{field.name}": field for place, field in placed
-        }
+        counts = Counter(field.name for _, field in placed)
+        return {field.name if counts[field.name] == 1 else f"{place}.{field.name}": field for place, field in placed}
 
     def offered(self) -> list[Offered]:
         """The signals, called ``Message.Signal``, or the objects of the PDOs."""

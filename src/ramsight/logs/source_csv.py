@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -57,17 +58,18 @@ class CsvSource(TableSource):
 
     def first_stamp(self, name: str) -> str:
         """The first cell of a column if it is a date or a time of day, else ""; looked at before `blocks`."""
-        if self.table.names.count(name) != 1:
+        places = self.table.places.get(name, [])
+        if len(places) != 1:
             return ""
-        place = self.table.names.index(name)
-        cells = (row[place].strip() for _, row in self.table.first_cells(_LOOKED_AT) if len(row) > place)
+        (place,) = places
+        cells = (row[place].strip() for _, row in self._first_rows if len(row) > place)
         first = next((cell for cell in cells if cell), "")
         return first if is_stamp(first) else ""
 
     def first_number(self, name: str) -> float:
         """The first number of a column, NaN if its first rows have none; looked at before `blocks`."""
-        place = self.table.names.index(name)
-        for _, row in self.table.first_cells(_LOOKED_AT):
+        place = self.table.places[name][0]
+        for _, row in self._first_rows:
             if len(row) > place:
                 try:
                     return self._number(row[place])
@@ -77,14 +79,17 @@ class CsvSource(TableSource):
 
     def notes(self, names: Sequence[str]) -> dict[str, str]:
         """Why columns cannot be read as numbers, "" for those that can by the look of their first rows."""
-        rows = self.table.first_cells(_LOOKED_AT)
-        return {name: self._note(name, rows) for name in names}
+        return {name: self._note(*self.table.places[name]) for name in names}
 
-    def _note(self, name: str, rows: Sequence[tuple[int, list[str]]]) -> str:
-        if self.table.names.count(name) > 1:
+    @cached_property
+    def _first_rows(self) -> list[tuple[int, list[str]]]:
+        """The first rows as text, taken before `blocks`: a table may have many columns that are all looked at."""
+        return self.table.first_cells(_LOOKED_AT)
+
+    def _note(self, place: int, *others: int) -> str:
+        if others:
             return "not read: its name is there more than once"
-        place = self.table.names.index(name)
-        for line, row in rows:
+        for line, row in self._first_rows:
             if len(row) <= place:
                 continue
             try:

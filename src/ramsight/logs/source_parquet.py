@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -51,20 +52,22 @@ class ParquetSource(TableSource):
         """65 536 rows at a time; null is NaN."""
         clock, second = self.clocked()
         self.check(channels)
+        counts = Counter(self._schema.names)
         for name in (*([clock] if clock else []), *channels):
-            if self._schema.names.count(name) > 1:
+            if counts[name] > 1:
                 raise LogError("is there more than once", file=self.file, column=name)
             kind = self._schema.field(name).type
             if not (self._is_number(kind) or (name == clock and self._is_stamp(kind))):
                 raise LogError(f"holds {kind} where numbers are needed", file=self.file, column=name)
         wanted = list(dict.fromkeys([*([clock] if clock else []), *channels]))
+        places = {name: place for place, name in enumerate(wanted)}
         row, total = 0, max(self._opened.metadata.num_rows, 1)
         try:
             for batch in self._opened.iter_batches(batch_size=_ROWS, columns=wanted, use_threads=False):
                 time = np.full(batch.num_rows, np.nan)
                 if clock:
-                    time = self._seconds(batch.column(wanted.index(clock)), second)
-                columns = {name: self._numbers(batch.column(wanted.index(name))) for name in channels}
+                    time = self._seconds(batch.column(places[clock]), second)
+                columns = {name: self._numbers(batch.column(places[name])) for name in channels}
                 yield self.as_block(row, time, columns)
                 row += len(time)
                 if self.advance is not None:

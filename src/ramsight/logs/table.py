@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -107,7 +108,7 @@ class CsvTable:
             LogError: a row has too few or too many cells, or a cell has no (finite) number; with line and column.
         """
         for name in (*stamps, *wanted):
-            if self.names.count(name) > 1:
+            if len(self.places[name]) > 1:
                 raise LogError("is there more than once", file=self.file, line=self.first_row - 1, column=name)
         layout = Layout(
             self.file,
@@ -146,6 +147,14 @@ class CsvTable:
     def is_decimal_comma(self) -> bool:
         """Whether a comma in a cell is a decimal one."""
         return self._decimal == "," or (self._decimal is None and self.separator != ",")
+
+    @cached_property
+    def places(self) -> dict[str, list[int]]:
+        """In which columns each name stands."""
+        found: dict[str, list[int]] = {}
+        for place, name in enumerate(self.names):
+            found.setdefault(name, []).append(place)
+        return found
 
     def first_cells(self, rows: int) -> list[tuple[int, list[str]]]:
         """The first rows as text, each with its line, before `blocks` takes them."""

@@ -63,6 +63,10 @@ class Hypothesis:
     covariance: Covariance
     weight: Any
 
+    def copy(self) -> Hypothesis:
+        """As it is now."""
+        return Hypothesis(list(self.mean), self.covariance.copy(), self.weight)
+
 
 def _likelihood(innovation2: Any, variance: Any) -> Any:
     """Logarithm of a normal density, by the square of the innovation."""
@@ -225,20 +229,21 @@ class Hypotheses:
         row = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -low, -top]
         chance = ca.log(doubt / self._stroke)  # of its density, were it anywhere in the stroke
         used, normal = [], []
+        before, doubts = self.all[0].copy(), ca.SX(_NEVER)
         for h in self.all:
             m = h.mean
             h.covariance.predict([0.0] * len(row), [ca.if_else(use, arrived, 0.0), *[0.0] * (len(row) - 1)])
             innovation = place + low * m[LOW] + top * m[TOP] - (nominal + m[POSITION])
             innovation2 = innovation**2
-            before = h.covariance.variance(row) + variance
-            untaught = h.covariance[LEAK, LEAK] / self._assumptions.machine.leak**2
-            rare = ca.log(self._assumptions.machine.leaks_otherwise * ca.fmin(ca.fmax(untaught, _TAUGHT), 1.0))
-            otherwise = self._otherwise(h, innovation2, before, rare, ca.if_else(use, chance, _NEVER))
+            expected = h.covariance.variance(row) + variance
+            rare = ca.log(self._assumptions.machine.leaks_otherwise * ca.fmax(self._untaught(h), _TAUGHT))
+            otherwise = self._otherwise(h, innovation2, expected, rare, ca.if_else(use, chance, _NEVER))
             for quantity, wide in self._others:
                 h.covariance.widened(quantity, wide, otherwise)
             total = h.covariance.variance(row) + variance
             likelihood = _likelihood(innovation2, total) + ca.if_else(otherwise, rare, 0.0)
             fits = ca.logic_and(use, likelihood > chance)
+            doubts = chance - likelihood if h is self.all[0] else doubts
             h.weight = h.weight + ca.if_else(use, ca.fmax(likelihood, chance), 0.0)
             corrected = [POSITION, LEAK, DISPLACEMENT, LAG, EXPONENT, LOW, TOP]
             self._correct(h, h.covariance.update(row, innovation, variance, fits, only=corrected))
@@ -251,17 +256,29 @@ class Hypotheses:
         newest = ca.fmin(self._best(normal), _MOST)
         adapt = self._adapt + _ADAPTS * (newest - 1.0 - self._adapt)
         self._graph.becomes("innovations", ca.if_else(taken, adapt, self._adapt))
-        self._renew(taken)
+        self._renew(taken, before, doubts)
         moved = self._recentre()
         return Measured(taken, ca.logic_and(use, ca.logic_not(taken)), moved)
+
+    def _untaught(self, h: Hypothesis) -> Any:
+        """How much of what is not known of the leakage of a new machine is still not known, 0 to 1."""
+        return ca.fmin(h.covariance[LEAK, LEAK] / self._assumptions.machine.leak**2, 1.0)
 
     def _otherwise(self, h: Hypothesis, innovation2: Any, total: Any, rare: Any, chance: Any) -> Any:
         """Whether it is likeliest that the machine has leaked otherwise than believed since the last reference."""
         wide = total + sum(h.covariance.widening(quantity, wide) for quantity, wide in self._others)
         return _likelihood(innovation2, wide) + rare > ca.fmax(_likelihood(innovation2, total), chance)
 
-    def _renew(self, taken: Any) -> None:
-        """After a reference: what was *wrong* and is likeliest becomes the first; *wrong* begins anew."""
+    def _renew(self, taken: Any, before: Hypothesis, doubts: Any) -> None:
+        """After a reference: what was *wrong* and is likeliest becomes the first; *wrong* begins anew.
+
+        Where the reference may well have been an obstacle, *wrong* is that: the position goes on as it was before it.
+
+        Args:
+            taken: whether the likeliest hypothesis used it.
+            before: the first hypothesis before the reference.
+            doubts: logarithm of the odds, by the first, that it was none.
+        """
         first, wrong = self.all[0], self.all[_WRONG]
         found = ca.logic_and(taken, self._best([float(h is wrong) for h in self.all]))
         first.covariance.replaced(wrong.covariance, found)
@@ -269,9 +286,14 @@ class Hypotheses:
         first.weight = ca.if_else(found, wrong.weight, first.weight)
         unlikely = wrong.weight < math.log(0.1)
         anew = ca.logic_or(found, ca.logic_and(taken, unlikely))
+        perhaps = ca.logic_and(doubts < 0.0, doubts > math.log(_OUTSIDE))
+        doubtful = ca.logic_and(ca.logic_and(anew, ca.logic_not(found)), perhaps)
         wrong.covariance.replaced(first.covariance, anew, std=self._unknown)
-        wrong.mean = [ca.if_else(anew, b, a) for a, b in zip(wrong.mean, first.mean, strict=True)]
-        wrong.weight = ca.if_else(anew, math.log(self._assumptions.stops.wrong), wrong.weight)
+        wrong.covariance.replaced(before.covariance, doubtful)
+        goes_on = [ca.if_else(doubtful, old, new) for old, new in zip(before.mean, first.mean, strict=True)]
+        wrong.mean = [ca.if_else(anew, b, a) for a, b in zip(wrong.mean, goes_on, strict=True)]
+        began = ca.if_else(doubtful, first.weight + doubts, math.log(self._assumptions.stops.wrong))
+        wrong.weight = ca.if_else(anew, began, wrong.weight)
 
     def _recentre(self) -> Any:
         """Make the likeliest position the nominal one; by how much that moves it [m]."""
@@ -304,6 +326,12 @@ class Hypotheses:
             counts = ca.fmin(ca.fmax(2.0 * w / _OUTSIDE - 1.0, 0.0), 1.0)
             wide = ca.fmax(wide, counts * (ca.fabs(h.mean[POSITION]) + _ONE_SIDED * std) / _TWO_SIDED)
         return wide
+
+    def untaught(self) -> Any:
+        """Standard deviation of the position [m] if the machine leaks otherwise than believed, while it may."""
+        h = self.all[0]
+        other = sum(h.covariance.widening(quantity, wide) for quantity, wide in self._others)
+        return ca.sqrt(ca.fmax(h.covariance[POSITION, POSITION] + self._untaught(h) * other, 0.0))
 
     def factor_std(self, k: int) -> Any:
         """Standard deviation of a factor under the likeliest hypothesis [1]."""

@@ -50,6 +50,7 @@ def judge(
     limits: Limits,
     *,
     std: Any,
+    untaught: Any,
     position: Any,
     stroke: Any,
     disputed: Any,
@@ -65,6 +66,7 @@ def judge(
         relief: oil over a relief valve.
         limits: of the unit.
         std: of the position [m].
+        untaught: the same if the machine leaks otherwise than believed [m].
         position: [m], perhaps outside the stroke.
         stroke: [m].
         disputed: whether a reference was refused and none has been taken since.
@@ -95,7 +97,7 @@ def judge(
     outside = ca.fmax(-position, position - stroke) > _BEYOND * std + _BEYOND_LEAST
     extreme = ca.logic_or(graph.oil_temperature < COLDEST, graph.oil_temperature > HOTTEST)
     rising = [
-        (std > WARNING * stroke, Status.REFERENCE_DUE),
+        (ca.fmax(std, untaught) > WARNING * stroke, Status.REFERENCE_DUE),
         (extreme, Status.OUTSIDE_TEMPERATURE),
         (ca.fabs(w) > _OVERSPEED * limits.max_speed, Status.OUTSIDE_SPEED),
         (intake.cold, Status.TEMPERATURE_LOST),

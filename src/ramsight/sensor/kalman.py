@@ -36,8 +36,8 @@ _MODEL = 0.1  # share of a torque by which a closed volume's equation may err
 _SETTLED = 0.5  # s
 _STEADY = 0.02  # change of the torque over what leakage makes of it; a pump against a closed valve has settled
 _FRICTION = 0.02  # of a torque, by the pumps' hydromechanical efficiency
+_APART = 0.05  # share of the stroke that the piston goes between two contacts that are not the same
 _UNSEEN_FLOW = 0.1  # share of the pump's flow that may move the piston although it seems to stand at relief pressure
-_SIGMAS = 3.0  # standard deviations outside the stroke that no position is
 
 
 def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> VirtualSensor:
@@ -107,6 +107,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
         Relief(doubt, grown_1),
         limits,
         std=std,
+        untaught=bank.untaught(),
         position=position,
         stroke=symbol("stroke"),
         disputed=disputed_1,
@@ -189,30 +190,27 @@ def _measure(
 ) -> Measured:
     """References and contacts, one a sample: a reference goes before a contact."""
     stroke, stops = graph.parameters.symbol("stroke"), assumed.stops
-    beyond = ca.fmax(-nominal, nominal - stroke)
-    out = ca.logic_and(referenced, beyond > _SIGMAS * ca.sqrt(bank.variance()) + stops.contact * stroke)
-    was_out = graph.state("outside")
-    graph.becomes("outside", out)
-    outside = ca.logic_and(out, ca.logic_not(was_out))
-    touched = ca.logic_or(contact.touched, outside)
     given = graph.referenced
-    at = ca.if_else(contact.touched, contact.place, nominal)
-    top = ca.if_else(contact.touched, contact.at_top, nominal > 0.5 * stroke)
-    by_contact = ca.logic_and(touched, ca.logic_not(given))
+    # One that comes again before the piston has gone anywhere is the same one, and no evidence.
+    gone = graph.state("gone_since_contact", _APART) + ca.fabs(step.travel) / stroke
+    independent = ca.logic_and(contact.touched, gone >= _APART)
+    graph.becomes("gone_since_contact", ca.if_else(contact.touched, 0.0, ca.fmin(gone, _APART)))
+    by_contact = ca.logic_and(independent, ca.logic_not(given))
+    top = contact.at_top
     # The torque may be late: the oil seems to be compressed a little after it is.
     late = ca.fabs(step.free_travel) * ca.fmax(0.5 * assumed.drive.delay / ca.fmax(graph.elapsed, 1e-3), 0.5)
     given_way = (step.carried / graph.parameters.symbol("stop_stiffness")) ** 2
-    own = (stops.contact * stroke) ** 2 + ca.if_else(contact.touched, given_way, bank.variance())
-    arrived = ca.if_else(ca.logic_and(by_contact, contact.touched), late**2 + contact.doubt**2, 0.0)
+    own = (stops.contact * stroke) ** 2 + given_way
+    arrived = ca.if_else(by_contact, late**2 + contact.doubt**2, 0.0)
     return bank.measure(
         ca.if_else(given, graph.reference, ca.if_else(top, stroke, 0.0)),
-        ca.if_else(given, nominal, at),
+        ca.if_else(given, nominal, contact.place),
         ca.logic_and(by_contact, ca.logic_not(top)),
         ca.logic_and(by_contact, top),
         ca.if_else(given, stops.reference**2, own),
         arrived,
         ca.if_else(given, stops.lies, stops.obstacle),
-        ca.logic_or(given, touched),
+        ca.logic_or(given, independent),
     )
 
 

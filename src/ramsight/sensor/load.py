@@ -139,7 +139,7 @@ class LoadObserver:
             )
 
         first = solve(before, load, before, 3)
-        early = solve(before, load, first.z, 1, w)
+        early = solve(before, load, first.z, 2, w)
         by_load, by_large = first.by_load(), first.by_large_load()
         by_first = ca.DM(balance.rest_by_load())
         by_initial = first.by_start(by_first, 1.0)

@@ -12,6 +12,7 @@ import hashlib
 import os
 import struct
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -101,6 +102,16 @@ class StateFile:
             OutputError: the file cannot be written.
         """
         self._save(forgotten(self._sensor, self._sensor.state))
+
+    def discard(self) -> None:
+        """Remove a file that cannot be written, if that at least is possible: what it says may not be so any more."""
+        with suppress(OSError):
+            self.path.unlink()
+            folder = os.open(self.path.parent, os.O_RDONLY)
+            try:
+                os.fsync(folder)
+            finally:
+                os.close(folder)
 
     def resume(self) -> Resumed:
         """Give the sensor the newest state; without one it is not referenced.

@@ -28,6 +28,13 @@ class Covariance:
             (i, j): graph.state(f"{prefix}covariance_{i}{j}", std[i] ** 2 if i == j else 0.0) for i, j in self._pairs
         }
 
+    def copy(self) -> Covariance:
+        """The entries as they are now, which no state follows."""
+        same = Covariance.__new__(Covariance)
+        same._graph, same._n, same._prefix = self._graph, self._n, self._prefix
+        same._pairs, same.entries = self._pairs, dict(self.entries)
+        return same
+
     def __getitem__(self, pair: tuple[int, int]) -> Any:
         i, j = pair
         return self.entries[(i, j) if i <= j else (j, i)]

@@ -38,6 +38,7 @@ START_STD = 1e-3  # m, of a position given by hand
 START_SLACK = 1e-3  # m by which it may lie outside the stroke: a stop gives way, and numbers are rounded
 _STROKE = "circuit.cylinder.stroke"
 _LARGEST = 1e12  # of any output, in SI units
+_LARGEST_STATE = 1e30  # of any state, as in exported C: its square is a number, too
 
 
 class StartError(RamsightError):
@@ -332,15 +333,32 @@ def impossible(sensor: VirtualSensor, state: Mapping[str, float]) -> str:
         ('', 'covariance_00 = -1.0: a variance is not negative')
     """
     wrong = next(
-        (f"{name} = {value!r}: not a finite number" for name, value in state.items() if not math.isfinite(value)), ""
+        (f"{name} = {value!r}: no number a sensor has" for name, value in state.items() if not _is_number(value)), ""
     )
     if wrong:
         return wrong
     position, stroke = state["position"], sensor.stroke
     if not -stroke <= position <= 2.0 * stroke:
         return f"position = {position!r} m: more than a stroke away from the stroke (0 to {stroke:g} m)"
-    if state.get("covariance_00", 0.0) < 0.0:
-        return f"covariance_00 = {state['covariance_00']!r}: a variance is not negative"
+    negative = next((name for name, value in state.items() if value < 0.0 and is_variance(name)), "")
+    if negative:
+        return f"{negative} = {state[negative]!r}: a variance is not negative"
     if state.get(IS_REFERENCED, 0.0) not in (0.0, 1.0):
         return f"{IS_REFERENCED} = {state[IS_REFERENCED]!r}: neither 0 nor 1"
     return ""
+
+
+def is_variance(state: str) -> bool:
+    """Whether a state is the variance of something: an entry of a covariance's diagonal.
+
+    Example:
+        >>> is_variance("covariance_00"), is_variance("low_covariance_33"), is_variance("low_covariance_35")
+        (True, True, False)
+    """
+    _, is_one, entry = state.rpartition("covariance_")
+    return bool(is_one) and len(entry) == 2 and entry[0] == entry[1]
+
+
+def _is_number(value: float) -> bool:
+    """Whether a state can have a value; NaN and infinity are none."""
+    return abs(value) <= _LARGEST_STATE

@@ -167,7 +167,7 @@ static void pack(const ${p} *s, uint32_t phase, unsigned char *bytes) {
   put(at, checksum(bytes, SUM_AT), 4);
 }
 
-/* Whether a state can be: numbers all of them, a variance that is none below 0, a position not far from the stroke. */
+/* Whether a state can be: numbers all of them, no variance below 0, a position not far from the stroke. */
 static int possible(const ${p} *s) {
   const unsigned char *from = (const unsigned char *)s;
   for (int k = 0; k < WIDES; k++, from += sizeof(wide)) {
@@ -182,7 +182,8 @@ static int possible(const ${p} *s) {
   }
   const int referenced = s->is_referenced == R(0.0) || s->is_referenced == R(1.0);
   const double stroke = (double)STROKE;
-  return referenced && s->covariance_00 >= R(0.0) && s->position >= -stroke && s->position <= 2.0 * stroke;
+${variances}
+  return referenced && s->position >= -stroke && s->position <= 2.0 * stroke;
 }
 
 /* Take a slot, if it is whole and of this sensor and machine. */

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ramsight.errors import OutputError
 from ramsight.sensor.persistence import StateError, StateFile, forgotten
-from ramsight.sensor.virtual_sensor import VirtualSensor
+from ramsight.sensor.virtual_sensor import IS_REFERENCED, VirtualSensor
 
 _PATIENCE = 10.0  # s for a disk when the encoder ends
 
@@ -102,6 +102,8 @@ class Persistence:
                 self._file.save()
             except (OutputError, StateError, ValueError) as error:
                 self.failure = str(error)
+                if state[IS_REFERENCED] < 0.5:  # the piston moves: a position on the disk must not come back
+                    self._file.discard()
                 return False
         self.failure = ""
         return True
