@@ -9,7 +9,6 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import hashlib
-import importlib
 import threading
 from collections.abc import Callable
 from functools import cache
@@ -113,7 +112,7 @@ class NativeFunction:
         exec(entry_source([_DTYPES[kind] for kind, _ in kinds], [ndim for _, ndim in kinds]), scope)
         signature = [types.int64 if ndim else types.float64 for _, ndim in kinds]
         made: Any = numba.cfunc((types.int64 if gives_int else types.void)(*signature), **OPTIONS)(scope["entry"])
-        code = _named(made._library.serialize_using_object_code()[2][0], made._wrapper_name)
+        code = _named(_machine().emit_object(binding.parse_assembly(made.inspect_llvm())), made.native_name)
         path, key = self._file(kinds)
         rest = (b"i" if gives_int else b"-") + code
         with contextlib.suppress(OSError):  # without a cache it is compiled anew each time
@@ -125,14 +124,20 @@ class NativeFunction:
         size = int.from_bytes(code[:4], "little")
         name, machine_code = code[4 : 4 + size].decode(), code[4 + size :]
         _register()
-        target = binding.Target.from_default_triple().create_target_machine(opt=3, jit=True)
-        engine = binding.create_mcjit_compiler(binding.parse_assembly(""), target)
+        engine = binding.create_mcjit_compiler(binding.parse_assembly(""), _machine())
         engine.add_object_file(binding.ObjectFileRef.from_data(machine_code))
         engine.finalize_object()
         self._engines.append(engine)
         arguments = [ctypes.c_int64 if ndim else ctypes.c_double for _, ndim in kinds]
         prototype = ctypes.CFUNCTYPE(ctypes.c_int64 if gives_int else None, *arguments)
         return prototype(engine.get_function_address(name))
+
+
+def _machine() -> Any:
+    """What makes machine code for this processor."""
+    target = binding.Target.from_default_triple()
+    features = binding.get_host_cpu_features().flatten()
+    return target.create_target_machine(cpu=binding.get_host_cpu_name(), features=features, opt=3, jit=True)
 
 
 def _named(code: bytes, name: str) -> bytes:
@@ -152,8 +157,7 @@ def _target() -> tuple[str, ...]:
 def _register() -> None:
     """Tell LLVM where the functions of Numba's runtime are that machine code calls: memory, errors."""
     from numba.core.registry import cpu_target
+    from numba.core.runtime import rtsys
 
-    runtime: Any = importlib.import_module("numba.core.runtime._nrt_python")
-    assert cpu_target.target_context is not None  # made once, it tells of its own helpers
-    for name, address in runtime.c_helpers.items():
-        binding.add_symbol(name if name.startswith("_") else f"NRT_{name}", address)
+    runtime: Any = rtsys
+    runtime.initialize(cpu_target.target_context)
