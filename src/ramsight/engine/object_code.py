@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import hashlib
+import importlib
 import threading
 from collections.abc import Callable
 from functools import cache
@@ -157,7 +158,6 @@ def _target() -> tuple[str, ...]:
 def _register() -> None:
     """Tell LLVM where the functions of Numba's runtime are that machine code calls: memory, errors."""
     from numba.core.registry import cpu_target
-    from numba.core.runtime import rtsys
 
-    runtime: Any = rtsys
-    runtime.initialize(cpu_target.target_context)
+    runtime: Any = importlib.import_module("numba.core.runtime")  # which does not say what it exports
+    runtime.rtsys.initialize(cpu_target.target_context)
