@@ -111,7 +111,7 @@ class Balance:
         >>> z = bench.at_rest(0.1, 5e3)
         >>> step = bench.step(z, 100.0, 100.0, 0.0, 5e3, bench.parameters_at(bench.values, 313.15), 0.02)
         >>> bool(step.z[0] > z[0]), round(float(step.torque), 2)
-        (True, 4.27)
+        (True, 4.62)
     """
 
     def __init__(self, unit: HydraulicUnit) -> None:

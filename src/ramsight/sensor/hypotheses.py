@@ -243,7 +243,7 @@ class Hypotheses:
             total = h.covariance.variance(row) + variance
             likelihood = _likelihood(innovation2, total) + ca.if_else(otherwise, rare, 0.0)
             fits = ca.logic_and(use, likelihood > chance)
-            doubts = chance - likelihood if h is self.all[0] else doubts
+            doubts = ca.if_else(low + top > 0.0, chance - likelihood, _NEVER) if h is self.all[0] else doubts
             h.weight = h.weight + ca.if_else(use, ca.fmax(likelihood, chance), 0.0)
             corrected = [POSITION, LEAK, DISPLACEMENT, LAG, EXPONENT, LOW, TOP]
             self._correct(h, h.covariance.update(row, innovation, variance, fits, only=corrected))
@@ -287,6 +287,8 @@ class Hypotheses:
         unlikely = wrong.weight < math.log(0.1)
         anew = ca.logic_or(found, ca.logic_and(taken, unlikely))
         perhaps = ca.logic_and(doubts < 0.0, doubts > math.log(_OUTSIDE))
+        # Of a position that nobody knew there is nothing to go on with.
+        perhaps = ca.logic_and(perhaps, before.covariance[POSITION, POSITION] < (0.5 * self._unknown) ** 2)
         doubtful = ca.logic_and(ca.logic_and(anew, ca.logic_not(found)), perhaps)
         wrong.covariance.replaced(first.covariance, anew, std=self._unknown)
         wrong.covariance.replaced(before.covariance, doubtful)
