@@ -193,7 +193,8 @@ def _measure(
     given = graph.referenced
     # One that comes again before the piston has gone anywhere is the same one, and no evidence.
     gone = graph.state("gone_since_contact", _APART) + ca.fabs(step.travel) / stroke
-    independent = ca.logic_and(contact.touched, gone >= _APART)
+    anew = ca.logic_or(gone >= _APART, ca.logic_not(referenced))
+    independent = ca.logic_and(contact.touched, anew)
     graph.becomes("gone_since_contact", ca.if_else(contact.touched, 0.0, ca.fmin(gone, _APART)))
     by_contact = ca.logic_and(independent, ca.logic_not(given))
     top = contact.at_top
