@@ -31,6 +31,7 @@ from ramsight.sensor.virtual_sensor import SensorGraph
 
 _SURE = 30.0  # standard deviations of the position that the pump has to deliver in vain
 _STILL, _SLIPS = 4.0, 0.15  # standard deviations and share of what was delivered by which it may seem to move
+_SLIPS_ANYWHERE = 0.5  # the same where the position is not known: a chamber that is full gives twice as a half full one
 _OVER = 0.95  # share of the way from where a relief valve may open to its setting; no load is lifted with more
 _FOUND = 0.3  # s after the motor has started or stopped, until the load is found
 _PUSHING = 1.0  # rad/s; a motor that turns faster delivers
@@ -117,7 +118,8 @@ class ContactWatch:
         free = ca.logic_and(since > _FOUND, ca.logic_not(ca.logic_or(self.held, self._leaves)))
         delivered = self._delivered + step.free_travel  # also by leakage, where the pump holds the load at rest
         way = ca.if_else(turns, ca.sign(w), ca.sign(delivered))
-        still = ca.fabs(position - self._anchor) < _STILL * sigma + _SLIPS * ca.fabs(delivered)
+        slips = ca.if_else(known, _SLIPS, _SLIPS_ANYWHERE)
+        still = ca.fabs(position - self._anchor) < _STILL * sigma + slips * ca.fabs(delivered)
         stands = ca.logic_and(ca.logic_and(moves, free), still)
         # A mass that bounces on its oil stands for half a period at most.
         stood = self._stood + graph.elapsed
