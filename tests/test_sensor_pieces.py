@@ -15,7 +15,7 @@ from ramsight.sensor.intake import Intake
 from ramsight.sensor.judgement import Relief, judge
 from ramsight.sensor.leaking import Leaking
 from ramsight.sensor.load import LoadStep
-from ramsight.sensor.relief import passing
+from ramsight.sensor.relief import delivers, passed_share, passing
 from ramsight.sensor.resting import unseen_load
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import SensorGraph
@@ -72,7 +72,38 @@ def test_oil_may_pass_a_relief_valve_from_a_tenth_below_its_setting(name):
             values["tank.pressure"] if valve.outlet == "tank" else z[found.states.index(f"pressure_{valve.outlet}")]
         )
         z[found.states.index(f"pressure_{valve.inlet}")] = outlet + share * valve.setting
-        assert float(passing(found, ca.DM(z), values.__getitem__)) == pytest.approx(likely, abs=1e-9)
+        likelihood = passing(found, ca.DM(z), values.__getitem__, 0.0, 0.03)
+        assert float(likelihood) == pytest.approx(likely, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", UNITS)
+def test_no_oil_passes_a_relief_valve_whose_side_the_pump_draws_from(name):
+    unit, found = UNITS[name], balance(UNITS[name])
+    values = dict(zip(found.parameters, found.values, strict=True))
+    for valve in (part for part in unit.parts() if isinstance(part, ReliefValve)):
+        z = found.at_rest(0.5 * unit.cylinder.stroke, 0.0)
+        z[found.states.index(f"pressure_{valve.inlet}")] = 2.0 * valve.setting
+        for way in (1.0, -1.0):
+            pressed = delivers(found, valve.inlet, way)
+            assert float(passing(found, ca.DM(z), values.__getitem__, 10.0 * way, 0.03)) == float(pressed)
+
+
+def test_each_way_of_the_pump_presses_on_one_side():
+    """The manifold's sides of a direct driven unit, by the direction of its load."""
+    found = balance(UNITS["mining-loader boom"])
+    assert [delivers(found, node, way) for node in ("manifold_a", "manifold_b") for way in (1.0, -1.0)] == [
+        True,
+        False,
+        False,
+        True,
+    ]
+
+
+def test_what_passed_a_relief_valve_is_expected_and_uncertain():
+    nothing, half, surely = (tuple(map(float, passed_share(ca.DM(d)))) for d in (0.0, 0.5, 1.0))
+    assert nothing == (0.0, 0.0)
+    assert surely == (1.0, 0.5)
+    assert half[0] < half[1] < 0.5, "a heavy load is likelier than a valve that is low, which is not excluded"
 
 
 @pytest.fixture(scope="module")

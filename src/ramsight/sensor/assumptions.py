@@ -49,7 +49,7 @@ class Machine:
     leak: float = 0.16
     displacement: float = 0.003
     compliance: float = 0.25
-    leak_exponent: float = 0.04
+    leak_exponent: float = 0.03
     other_leak: float = 0.6
     other_exponent: float = 0.15
     leaks_otherwise: float = 0.1

@@ -35,11 +35,13 @@ def balance(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virt
     stroke = float(unit.cylinder.stroke)
     graph.initially("position", 0.5 * stroke)
     graph.parameters.add("travel_per_radian", float(unit.travel_per_radian))
-    observer = LoadObserver(graph, circuit, limits, assumptions or Assumptions())
+    assumed = assumptions or Assumptions()
+    observer = LoadObserver(graph, circuit, limits, assumed)
     step = observer.step([1.0] * len(FACTORS), 0.0)
     position = ca.fmin(ca.fmax(graph.position + step.travel, 0.0), stroke)
     velocity = ca.if_else(graph.elapsed > 0.0, step.travel / ca.fmax(graph.elapsed, 1e-6), 0.0)
-    doubt = passing(circuit, step.z, lambda name: graph.parameters.symbol(f"circuit.{name}"))
+    symbol, setting = graph.parameters.symbol, assumed.machine.relief
+    doubt = passing(circuit, step.z, lambda name: symbol(f"circuit.{name}"), graph.motor_speed, setting)
     away = ca.fmin(position, stroke - position) > _STOP_ZONE * stroke
     turning = graph.motor_speed != 0.0
     lost = graph.lost(ca.logic_and(doubt > _PASSES, ca.logic_and(turning, away)), graph.referenced)

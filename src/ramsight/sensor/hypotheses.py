@@ -181,6 +181,11 @@ class Hypotheses:
             h.covariance.predict([0.0, *travel_by, 0.0, 0.0], [along, *walk])
             h.covariance.grow(grows)
 
+    def shift(self, by: Any) -> None:
+        """The position is another than the way says, under each hypothesis, by so much [m]."""
+        for h in self.all:
+            h.mean[POSITION] = h.mean[POSITION] + by
+
     def floor(self, leak: Any) -> None:
         """Leakage is never better known than this standard deviation [1]."""
         for h in self.all:

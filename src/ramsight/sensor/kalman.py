@@ -23,7 +23,7 @@ from ramsight.sensor.intake import Intake, take_in
 from ramsight.sensor.judgement import Relief, judge
 from ramsight.sensor.leaking import Leaking
 from ramsight.sensor.load import LoadObserver, LoadStep
-from ramsight.sensor.relief import passing
+from ramsight.sensor.relief import passed_share, passing
 from ramsight.sensor.resting import unseen_load
 from ramsight.sensor.virtual_sensor import IS_REFERENCED, VARIANCE, SensorGraph, VirtualSensor
 
@@ -72,9 +72,10 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     travel_by, torque_by = (leaking.derivatives(by, *learned) for by in (step.travel_by, step.torque_by))
 
     nominal = graph.position + step.travel
-    doubt = passing(circuit, step.z, lambda name: symbol(f"circuit.{name}"))
+    setting = assumed.machine.relief
+    doubt = passing(circuit, step.z, lambda name: symbol(f"circuit.{name}"), graph.motor_speed, setting)
     contact = watch.look(step, nominal, symbol("stroke"), ca.sqrt(bank.variance()), referenced, doubt)
-    passed, pending = _relief(graph, step, doubt, contact)
+    passed, pending = _relief(graph, bank, step, doubt, contact)
     _predict(graph, bank, step, travel_by, around, intake.drift + passed, leaking, assumed)
     observer.release(contact.released, step.carried)
     _torque(graph, bank, step, contact, torque_by, around)
@@ -118,19 +119,28 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     return _report(graph, step, intake, position, std, code, factors, measured.taken, contact.held, circuit)
 
 
-def _relief(graph: SensorGraph, step: LoadStep, doubt: Any, contact: Contact) -> tuple[Any, Any]:
+def _relief(graph: SensorGraph, bank: Hypotheses, step: LoadStep, doubt: Any, contact: Contact) -> tuple[Any, Any]:
     """By how much oil over a relief valve makes the position less certain [m]: for good, and as long as it may be.
 
-    A piston that seems to stand may be on a stop, where all of the pump's oil passes the valve and none is missing.
+    What passed moved nothing, and the position goes back by what is expected of it. A piston that seems to stand may be
+    on a stop, where all of the pump's oil passes the valve and none is missing.
     """
     pumped = graph.angle * graph.parameters.symbol("travel_per_radian")
-    moved = ca.fmax(step.travel * ca.sign(pumped), _UNSEEN_FLOW * ca.fabs(pumped))
-    waiting = graph.state("relief_waits")
-    all_of_it = waiting + doubt * moved
+    way = ca.sign(pumped)
+    moved = ca.fmax(step.travel * way, _UNSEEN_FLOW * ca.fabs(pumped))
+    missing, std = passed_share(doubt)
     still = ca.logic_or(contact.held, contact.touched)
-    passed = ca.if_else(ca.logic_or(still, contact.stands), 0.0, all_of_it)
-    pending = ca.if_else(still, 0.0, all_of_it - passed)
-    graph.becomes("relief_waits", pending)
+
+    def waits(name: str, newest: Any) -> tuple[Any, Any]:
+        before = graph.state(name)
+        all_of_it = before + newest
+        counts = ca.if_else(ca.logic_or(still, contact.stands), 0.0, all_of_it)
+        graph.becomes(name, ca.if_else(still, 0.0, all_of_it - counts))
+        return counts, ca.if_else(still, 0.0, all_of_it - counts)
+
+    passed, pending = waits("relief_waits", std * moved)
+    back, _ = waits("relief_flow_waits", way * missing * moved)
+    bank.shift(-back)
     return passed, pending
 
 

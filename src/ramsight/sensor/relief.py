@@ -2,28 +2,50 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import casadi as ca
 
 from ramsight.plant.balance import Balance
 from ramsight.plant.circuit import TANK
+from ramsight.plant.oil import T40
 from ramsight.plant.valve import ReliefValve
 
-_BEGINS = 0.9
-"""Share of a setting from which its valve may let oil pass: direct acting valves close 10 to 15 % below it,
-pilots leak from 85 %, and what is lifted with more is rare."""
+_RANGE = 10.0 / 3.0
+"""Standard deviations of a setting below it from which its valve may let oil pass. With 3 % that is 90 % of a setting:
+direct acting valves close 10 to 15 % below it, pilots leak from 85 %, and what is lifted with more is rare."""
 
 
-def passing(balance: Balance, z: Any, parameters: Any) -> Any:
+_SLOW, _STEP, _STEPS = 0.1, 0.02, 10  # share of the highest speed, s and their number, to see where the pumps deliver
+_PUSHED = 0.5
+"""Standard deviation of the oil that passed over that of the pump, where a valve surely opened: what stopped the piston
+may also push it back."""
+
+
+def passed_share(doubt: Any) -> tuple[Any, Any]:
+    """What of the pump's oil has passed a valve: mean and standard deviation over all of it [1].
+
+    A pressure near a setting may be a heavy load's; one at the setting is held there by the valve. That all of it has
+    passed is as probable as the square of `passing` for the deviation, which allows for a setting that is low, and as
+    its cube for the mean, which does not.
+    """
+    probable = doubt**2
+    return doubt * probable, ca.sqrt(probable * (1.0 - probable) + (_PUSHED * probable) ** 2)
+
+
+def passing(balance: Balance, z: Any, parameters: Any, speed: Any, tolerance: float) -> Any:
     """How likely it is that oil passes one of a circuit's relief valves, 0 to 1.
 
     It grows with the pressure from where a valve begins to open to its setting, the valve that is nearest counting.
+    A pump that draws from a valve's side lets nothing pass there, however much pressure is left from before.
 
     Args:
         balance: of the unit.
         z: the circuit's states.
         parameters: symbols of the circuit's parameters by name.
+        speed: of the motor [rad/s].
+        tolerance: standard deviation of a setting over it [1].
     """
     tank = parameters("tank.pressure")
 
@@ -34,5 +56,26 @@ def passing(balance: Balance, z: Any, parameters: Any) -> Any:
     for part in balance.unit.parts():
         if isinstance(part, ReliefValve):
             risen = (pressure(part.inlet) - pressure(part.outlet)) / parameters(f"{part.name}.setting")
-            share = ca.fmax(share, (risen - _BEGINS) / (1.0 - _BEGINS))
+            near = 1.0 - (1.0 - risen) / (_RANGE * tolerance)
+            for way in (1.0, -1.0):
+                if not delivers(balance, part.inlet, way):
+                    near = ca.if_else(way * speed > 0.0, 0.0, near)
+            share = ca.fmax(share, near)
     return ca.fmin(ca.fmax(share, 0.0), 1.0)
+
+
+@lru_cache(maxsize=256)
+def delivers(balance: Balance, node: str, way: float) -> bool:
+    """Whether the pumps press oil into a node while the motor turns one way and the piston is held.
+
+    Args:
+        balance: of the unit.
+        node: of the circuit.
+        way: +1 or -1, the sign of the motor's speed.
+    """
+    place = balance.states.index(f"pressure_{node}")
+    rest = balance.at_rest(0.5 * balance.unit.cylinder.stroke, 0.0)
+    p, speed, z = balance.parameters_at(balance.values, T40), way * _SLOW * balance.unit.max_speed, rest
+    for _ in range(_STEPS):
+        z = balance.step(z, speed, speed, 0.0, 0.0, p, _STEP, held=1.0).z
+    return bool(z[place] > rest[place])
