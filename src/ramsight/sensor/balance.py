@@ -26,7 +26,7 @@ def balance(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virt
 
     Args:
         unit: the unit's parts; it is taken to be its data sheet.
-        assumptions: of the drive, for how far a torque is believed.
+        assumptions: of the drive, for how far a torque is believed; by default what the unit declares.
 
     Returns:
         A sensor with position, velocity, load and status; it does not know its standard deviation (NaN).
@@ -35,7 +35,7 @@ def balance(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virt
     stroke = float(unit.cylinder.stroke)
     graph.initially("position", 0.5 * stroke)
     graph.parameters.add("travel_per_radian", float(unit.travel_per_radian))
-    observer = LoadObserver(graph, circuit, limits, assumptions or Assumptions())
+    observer = LoadObserver(graph, circuit, limits, assumptions or unit.assumptions)
     step = observer.step([1.0] * len(FACTORS), 0.0)
     position = ca.fmin(ca.fmax(graph.position + step.travel, 0.0), stroke)
     velocity = ca.if_else(graph.elapsed > 0.0, step.travel / ca.fmax(graph.elapsed, 1e-6), 0.0)
