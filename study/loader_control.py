@@ -19,7 +19,7 @@ from ramsight.duty.live import Reported
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.linkage import holding_forces, joints, tip
 from ramsight.plant.linked import LinkedMachine, build
-from ramsight.sensor.assumptions import Assumptions, Machine
+from ramsight.sensor.assumptions import AssumedMachine, Assumptions
 
 UNITS = ("boom", "bucket")
 START = {"boom": 0.2, "bucket": 0.25}
@@ -27,7 +27,7 @@ PAYLOADS = (0.0, 3000.0, 6000.0)  # kg; a third of the targets with each
 TARGETS = 30
 _INSIDE = (0.08, 0.92)  # shares of the strokes
 _HOLDABLE = 0.8  # share of the load at relief pressure that targets may ask for
-KNOWN = Assumptions(machine=Machine(leak=0.03))
+KNOWN = Assumptions(machine=AssumedMachine(leak=0.03))
 """Of a machine whose leakage was measured, by `leaktest` or `identify`, and found to be its data sheet's."""
 DEVIATIONS = tuple(product((0.8, 1.2), (-3.0, 3.0)))  # leakage over the data sheet's, thermometers' error [K]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import asdict, fields, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ import xarray
 
 from ramsight import machine
 from ramsight.logs import read_drive_log, read_truth
+from ramsight.machine import walk
 from ramsight.plant.build import build
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.kalman import kalman
@@ -64,12 +65,9 @@ def study(advance: Callable[[int], object]) -> dict[str, Any]:
 def variants() -> list[tuple[str, Assumptions]]:
     """Each assumption times and over `FACTOR`, the others as they are."""
     base, found = Assumptions(), []
-    for group in fields(base):
-        part = getattr(base, group.name)
-        for field in fields(part):
-            for factor, sign in ((FACTOR, "×"), (1.0 / FACTOR, "÷")):
-                changed = replace(part, **{field.name: getattr(part, field.name) * factor})
-                found.append((f"{group.name}.{field.name} {sign}", replace(base, **{group.name: changed})))
+    for assumed in walk(base):
+        for factor, sign in ((FACTOR, "×"), (1.0 / FACTOR, "÷")):
+            found.append((f"{assumed.path} {sign}", base.replace({assumed.path: assumed.value * factor})))
     return found
 
 

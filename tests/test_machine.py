@@ -319,7 +319,7 @@ def test_junk_in_any_place_is_read_or_refused_in_one_line(path, junk):
     *places, key = path.split(".")
     place = data
     for step in places:
-        place = place[step]
+        place = place.setdefault(step, {})  # a table of defaults alone may be missing
     place[key] = junk
     from ramsight.machine.reading import _machine
 

@@ -38,6 +38,9 @@ WRITTEN = [
     ("127 mm", "m", 0.127),
     ("5 in", "m", 0.127),
     ("20e-9 1/Pa", "1/Pa", 20e-9),
+    ("0.9 %/sqrt(h)", "1/sqrt(s)", 1.5e-4),
+    ("1.5e-4 1/sqrt(s)", "%/sqrt(h)", 1.5e-4),
+    ("0.2 mm/sqrt(m)", "m/sqrt(m)", 2e-4),
     ("8e-5 1/bar", "1/Pa", 8e-10),
     ("2 l", "m3", 2e-3),
     ("1.2 GPa", "Pa", 1.2e9),
@@ -87,6 +90,9 @@ REFUSED = [
     ("1.2.3 m", "m", "expected a length"),
     ("2 m**9**9**9", "m", "is not a unit"),
     ("2 (((((m", "m", "is not a unit"),
+    ("2 %/h", "%/sqrt(h)", "'%/h' does not fit; expected a random walk such as '1 %/sqrt(h)'"),
+    ("2 1/sqrt(sqrt(s))", "%/sqrt(h)", "is not a unit"),
+    ("2 1/sqrt(s", "%/sqrt(h)", "is not a unit"),
     ("5 m; import os", "m", "is not a unit"),
     ("5 " + "m" * 200, "m", "is not a unit"),
 ]
@@ -114,6 +120,8 @@ SHOWN = [
     "GPa",
     "1",
     "%",
+    "%/sqrt(h)",
+    "mm/sqrt(m)",
     "1/Pa",
 ]
 

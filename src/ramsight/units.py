@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import re
 from decimal import Decimal
+from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -75,6 +76,8 @@ permille = 0.001
 #: what a quantity is called and how one is written, by its SI unit
 _KNOWN = {
     "1": ("plain number", "0.9"),
+    "1/sqrt(s)": ("random walk", "1 %/sqrt(h)"),
+    "m/sqrt(m)": ("random walk over a way", "0.2 mm/sqrt(m)"),
     "1/Pa": ("compressibility", "8e-10 1/Pa"),
     "K": ("temperature", "40 degC"),
     "delta_K": ("temperature difference", "5 K"),
@@ -114,6 +117,7 @@ _TIDY = str.maketrans(
 )
 _UNIT = re.compile(r"(?:1\s*+/)?(?:[\s*/()]|(?:[A-Za-zµ]++(?:\s*+(?:\^|\*\*))?-?[1-9]?))*+")
 _LONGEST_UNIT = 40
+_ROOT = re.compile(r"\bsqrt\s*\(([^()]*)\)")
 _TOKEN = re.compile(r"([A-Za-zµ]+)\s*(?:\^|\*\*)?\s*(-?\d+)?")
 
 
@@ -125,7 +129,7 @@ class _Unit(NamedTuple):
 
     factor: Decimal
     offset: Decimal
-    dimension: tuple[tuple[str, int], ...]
+    dimension: tuple[tuple[str, Fraction], ...]
 
 
 @cache
@@ -160,12 +164,13 @@ def _unit(unit: str) -> _Unit | None:
         return _Unit(Decimal(1), Decimal(0), ())
     if len(spelt) > _LONGEST_UNIT or not _UNIT.fullmatch(spelt):
         return None  # before Pint evaluates m**9**9**9
+    spelt = _ROOT.sub(r"(\1)**0.5", spelt)
     try:
         units = _registry().parse_units(spelt) if not spelt.startswith("1") else None
         one = _registry().Quantity(1.0, units) if units is not None else _registry().Quantity(spelt)
-        dimension = tuple(sorted((key, int(str(power))) for key, power in one.dimensionality.items()))
+        dimension = tuple(sorted((key, Fraction(str(power))) for key, power in one.dimensionality.items()))
         offset = 0.0
-        if dimension == (("[temperature]", 1),):
+        if dimension == (("[temperature]", Fraction(1)),):
             base = _registry().Quantity(0.0, units).to("kelvin").magnitude
             factor = _clean(_registry().Quantity(1e3, units).to("kelvin").magnitude / 1e3 - base / 1e3)
             offset = 0.0 if difference else base

@@ -29,7 +29,6 @@ from ramsight.plant.limits import limits_of
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit, side_nodes
 from ramsight.plant.valve import CheckValve, ReliefValve
-from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.load import LoadObserver
 from ramsight.sensor.virtual_sensor import SensorGraph
 
@@ -183,7 +182,7 @@ def _written(unit: HydraulicUnit) -> tuple[Any, Array, Array]:
     graph.initially("position", 0.5 * unit.cylinder.stroke)
     graph.parameters.add("travel_per_radian", float(unit.travel_per_radian))
     factors = [graph.parameters.add(name, 1.0) for name in FACTORS]
-    step = LoadObserver(graph, circuit, limits, Assumptions()).step(factors, 0.0)
+    step = LoadObserver(graph, circuit, limits, unit.assumptions).step(factors, 0.0)
     graph.becomes("position", graph.reference)
     tank = graph.parameters.symbol("circuit.tank.pressure")
 

@@ -73,7 +73,7 @@ class ClosedLoop:
         temperature_offset: by which the thermometers read too much [K].
         feedback: where the controls take the position from.
         seed: of the drives' and the position sensors' noise.
-        assumptions: what the sensors assume of the machine; by default that it may be far from its data sheet.
+        assumptions: what the sensors assume of the machine; by default what each unit declares.
         limits: of the units; by default `Limits.of`.
         period: of the samples [s].
 

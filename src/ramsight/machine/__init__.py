@@ -8,6 +8,7 @@ Example:
 """
 
 from ramsight.machine import catalogue
+from ramsight.machine.assumptions import Assumptions
 from ramsight.machine.declare import Part, Quantity, Value, quantity, walk
 from ramsight.machine.description import FORMAT, Composed, DirectDriven, Machine, Unit
 from ramsight.machine.parts import (
@@ -29,6 +30,7 @@ from ramsight.machine.template import json_schema, template
 __all__ = [
     "FORMAT",
     "AnticavitationValve",
+    "Assumptions",
     "Composed",
     "Cylinder",
     "DirectDriven",

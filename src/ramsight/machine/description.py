@@ -11,6 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from ramsight.errors import UnknownNameError
 from ramsight.machine import catalogue
+from ramsight.machine.assumptions import Assumptions
 from ramsight.machine.declare import Part, refuse
 from ramsight.machine.linkage import Linkage
 from ramsight.machine.parts import (
@@ -54,6 +55,7 @@ class Unit(Part):
     drive: Drive
     tank: Tank
     load: Load
+    assumptions: Annotated[Assumptions, Field(description="what a sensor assumes of it")] = Assumptions()
 
     @property
     def lift_sign(self) -> int:

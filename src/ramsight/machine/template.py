@@ -9,6 +9,7 @@ from typing import Any, Literal, get_origin
 from pydantic.fields import FieldInfo
 
 from ramsight.machine import catalogue
+from ramsight.machine.assumptions import Assumptions
 from ramsight.machine.declare import Part, Quantity, declaration, explain
 from ramsight.machine.description import Composed, DirectDriven, Machine, Unit
 from ramsight.machine.linkage import Linkage
@@ -25,7 +26,8 @@ Beside each value stand its meaning and the allowed range. A value may carry its
     bore = { value = "127 mm", source = "drawing 4711" }
 
 A part that names a model takes from the catalogue (ramsight catalog) what is commented out here.
-Write a value to override the catalogue's, or drop the model and write them all."""
+Write a value to override the catalogue's, or drop the model and write them all.
+What a sensor assumes is commented out too, with its defaults: write what you know better."""
 
 
 def template(like: Machine | None = None, name: str = "my-machine") -> str:
@@ -70,8 +72,12 @@ def _unit_lines(name: str, unit: Unit) -> list[str]:
         if not isinstance(value, Part | dict):
             lines.append(_line(key, value, _with_choices(field)))
     for key, part, given in tables:
-        about = given or type(unit).model_fields[key].description or _first_sentence(part)
-        lines += ["", _comment(about), f"[units.{name}.{key}]", *_part_lines(part)]
+        if not isinstance(part, Assumptions):
+            about = given or type(unit).model_fields[key].description or _first_sentence(part)
+            lines += ["", _comment(about), f"[units.{name}.{key}]", *_part_lines(part)]
+    for key, part in unit.assumptions:
+        lines += ["", _comment(_first_sentence(part)), f"[units.{name}.assumptions.{key}]"]
+        lines += _part_lines(part, defaults_off=True)
     return lines
 
 
@@ -115,7 +121,7 @@ def _with_choices(field: FieldInfo) -> str:
     return "; ".join(text for text in (explain(field), words) if text)
 
 
-def _part_lines(part: Part) -> list[str]:
+def _part_lines(part: Part, *, defaults_off: bool = False) -> list[str]:
     model = getattr(part, "model", None)
     given: dict[str, Any] = {}
     if model is not None:
@@ -130,6 +136,7 @@ def _part_lines(part: Part) -> list[str]:
         if declared is not None:
             words += f"; {declared.range}" if declared.range else ""
             same = key in given and declared.read(given[key], from_file=True) == value
+            same = same or (defaults_off and key not in part.model_fields_set)
             lines.append(_line(key, _written(declared, value), words, off=same))
         elif isinstance(value, dict):
             inner = ", ".join(f'{name} = "{item / 1e3:g} kN"' for name, item in value.items())

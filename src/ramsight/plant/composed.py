@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ramsight.errors import DescriptionError
 from ramsight.machine import placed
+from ramsight.machine.assumptions import Assumptions
 from ramsight.machine.declare import Part as Described
 from ramsight.machine.description import Composed
 from ramsight.plant import described
@@ -34,6 +35,7 @@ class ComposedUnit:
         lift_sign: +1 if extension lifts the load, -1 if retraction does.
         max_speed: highest motor speed [rad/s].
         others: all further parts; add your own with `dataclasses.replace`.
+        assumptions: what a sensor assumes of it; no law uses them.
     """
 
     name: str
@@ -44,6 +46,8 @@ class ComposedUnit:
     lift_sign: float
     max_speed: float
     others: tuple[Part, ...]
+    # Not in the text: tables made from simulated runs are kept by it, and know no assumptions.
+    assumptions: Assumptions = field(default=Assumptions(), repr=False)
 
     def mapped(self, change: Callable[[Any], Any]) -> ComposedUnit:
         """The unit with every further part replaced by what `change` makes of it."""
@@ -82,6 +86,7 @@ def build(name: str, unit: Composed) -> ComposedUnit:
         cylinder=described.cylinder(unit),
         lift_sign=float(unit.lift_sign),
         max_speed=unit.drive.max_speed,
+        assumptions=unit.assumptions,
         others=tuple(_part(key, part, unit.lift_sign) for key, part in unit.parts.items()),
     )
     if not pumped_into(built, built.held) * unit.lift_sign > 0.0:

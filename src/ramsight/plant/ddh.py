@@ -8,10 +8,11 @@ lowers; the other one is held open.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from ramsight.errors import DescriptionError
+from ramsight.machine.assumptions import Assumptions
 from ramsight.machine.description import DirectDriven, Unit
 from ramsight.machine.parts import Pump as PumpDescription
 from ramsight.plant import described
@@ -51,6 +52,7 @@ class DdhUnit:
         tank_pressure: absolute [Pa].
         held: the commanded safety valve's side, "a" or "b".
         extra: further parts, for example your own, added with `dataclasses.replace`.
+        assumptions: what a sensor assumes of it; no law uses them.
     """
 
     name: str
@@ -63,6 +65,8 @@ class DdhUnit:
     lift_sign: float
     max_speed: float
     extra: tuple[Part, ...] = ()
+    # Not in the text: tables made from simulated runs are kept by it, and know no assumptions.
+    assumptions: Assumptions = field(default=Assumptions(), repr=False)
 
     @property
     def held(self) -> str:
@@ -119,6 +123,7 @@ def build(name: str, unit: Unit) -> DdhUnit:
         b=_side("b", unit, unit.pump_b),
         lift_sign=lift_sign,
         max_speed=unit.drive.max_speed,
+        assumptions=unit.assumptions,
     )
 
 

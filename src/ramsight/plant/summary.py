@@ -7,6 +7,7 @@ import math
 from rich.console import Group, RenderableType
 from rich.text import Text
 
+from ramsight.machine.declare import walk
 from ramsight.machine.description import Machine, Unit
 from ramsight.machine.tables import table_of
 from ramsight.plant.build import build
@@ -59,6 +60,9 @@ def _facts(unit: Unit, built: HydraulicUnit) -> Group:
         table.add_row("travel without leakage", f"{travel[0]:.3f} mm per motor rev")
     table.add_row("load at relief pressure", f"{found.load_at_relief / 1e3:.1f} kN")
     table.add_row("  less breakaway friction", f"{found.load_at_relief_after_friction / 1e3:.1f} kN")
+    for assumed in walk(unit.assumptions, "assumptions."):
+        if assumed.given:
+            table.add_row(assumed.path, assumed.shown)
     return Group(Text(title, style="bold"), table)
 
 

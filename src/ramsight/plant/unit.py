@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.machine.assumptions import Assumptions
 from ramsight.plant.circuit import TANK, CircuitModel, Part, join
 from ramsight.plant.cylinder import ATMOSPHERE, Cylinder
 from ramsight.plant.drive import Drive
@@ -27,6 +28,7 @@ class HydraulicUnit(Protocol):
         lift_sign: +1 if extension lifts the load, -1 if retraction does.
         held: the side that holds the load, "a" or "b".
         max_speed: highest motor speed [rad/s].
+        assumptions: what a sensor assumes of it; no law uses them.
     """
 
     @property
@@ -46,6 +48,8 @@ class HydraulicUnit(Protocol):
 
     @property
     def max_speed(self) -> float: ...  # noqa: D102
+    @property
+    def assumptions(self) -> Assumptions: ...  # noqa: D102
 
     def __hash__(self) -> int: ...
 

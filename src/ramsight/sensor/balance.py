@@ -26,7 +26,7 @@ def balance(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virt
 
     Args:
         unit: the unit's parts; it is taken to be its data sheet.
-        assumptions: of the drive, for how far a torque is believed.
+        assumptions: of the drive, for how far a torque is believed; by default what the unit declares.
 
     Returns:
         A sensor with position, velocity, load and status; it does not know its standard deviation (NaN).
@@ -35,7 +35,7 @@ def balance(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virt
     stroke = float(unit.cylinder.stroke)
     graph.initially("position", 0.5 * stroke)
     graph.parameters.add("travel_per_radian", float(unit.travel_per_radian))
-    assumed = assumptions or Assumptions()
+    assumed = assumptions or unit.assumptions
     observer = LoadObserver(graph, circuit, limits, assumed)
     step = observer.step([1.0] * len(FACTORS), 0.0)
     position = ca.fmin(ca.fmax(graph.position + step.travel, 0.0), stroke)

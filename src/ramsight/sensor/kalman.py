@@ -45,13 +45,13 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
 
     Args:
         unit: the unit's parts, as its data sheet has them, whatever its circuit.
-        assumptions: what it assumes of drive, thermometer, machine and stops.
+        assumptions: what it assumes of drive, thermometer, machine and stops; by default what the unit declares.
 
     Returns:
         A sensor with position, standard deviation, velocity, load and status, and beside them the chambers' pressures
         and the factors. It need not be told where the piston is: it says so until it knows.
     """
-    assumed = assumptions or Assumptions()
+    assumed = assumptions or unit.assumptions
     graph, limits, circuit = SensorGraph(), limits_of(unit), balance(unit)
     stroke = float(unit.cylinder.stroke)
     graph.initially("position", 0.5 * stroke)

@@ -1,0 +1,151 @@
+"""What a sensor assumes of a machine, its drive and its thermometer, as a part of the description.
+
+Standard deviations, probabilities and rates. No default is fitted to a machine: each is a property of usual drives, of
+the data sheets of usual parts, or a probability. `make study` prints what each of them is worth. Who knows a machine
+better says so; what is not said stays as it is here. The ranges are those within which the sensor's equations hold.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from ramsight.machine.declare import Part, quantity
+
+
+class AssumedDrive(Part):
+    """What the drive's report is like."""
+
+    torque: Annotated[
+        float,
+        quantity("%", "noise and steps of the torque, over that at relief pressure, std", least="0.01 %", most="20 %"),
+    ] = 0.007
+    # Data sheets of drives say 3 %; 1 % is what is left once references have taught the leakage that belongs to it.
+    torque_gain: Annotated[float, quantity("%", "of the torque's gain, std", least="0 %", most="30 %")] = 0.01
+    # Filters of drives take 10 ... 40 ms.
+    delay: Annotated[
+        float, quantity("ms", "by which speed, torque and valves may be apart", least="0.1 ms", most="1 s")
+    ] = 0.02
+    correlation: Annotated[
+        float,
+        quantity("s", "for which an error as large as the torque's gain's stays what it is", least="0 s", most="1 h"),
+    ] = 5.0
+
+
+class AssumedMachine(Part):
+    """How far the machine may be from its description, and how that changes."""
+
+    leak: Annotated[float, quantity("%", "of a new machine's leakage, std", least="0.1 %", most="200 %")] = 0.16
+    # The sensor keeps the factor itself within 3 %.
+    displacement: Annotated[
+        float, quantity("%", "of a new machine's displacement, std", least="0.01 %", most="3 %")
+    ] = 0.003
+    compliance: Annotated[
+        float, quantity("%", "of a new machine's compliance of oil and hoses, std", least="0.1 %", most="100 %")
+    ] = 0.25
+    # Of an orifice it is 0.5.
+    leak_exponent: Annotated[
+        float,
+        quantity("1", "exponent by which leakage grows less with pressure than described, std", least="0", most="0.5"),
+    ] = 0.03
+    other_leak: Annotated[
+        float, quantity("%", "of the leakage of a machine that leaks otherwise, std", least="0.1 %", most="200 %")
+    ] = 0.6
+    other_exponent: Annotated[
+        float, quantity("1", "of that exponent of a machine that leaks otherwise, std", least="0", most="0.5")
+    ] = 0.15
+    leaks_otherwise: Annotated[
+        float,
+        quantity("%", "chance of that, as long as no reference has taught the leakage", least="0.0001 %", most="90 %"),
+    ] = 0.1
+    leak_walk: Annotated[
+        float, quantity("%/sqrt(h)", "change of the leakage in time, std", least="0 %/sqrt(h)", most="100 %/sqrt(h)")
+    ] = 1.5e-4
+    displacement_walk: Annotated[
+        float, quantity("%/sqrt(h)", "change of the displacement in time, std", least="0 %/sqrt(h)", most="3 %/sqrt(h)")
+    ] = 1e-6
+    compliance_walk: Annotated[
+        float, quantity("%/sqrt(h)", "change of the compliance in time, std", least="0 %/sqrt(h)", most="100 %/sqrt(h)")
+    ] = 1e-4
+    # The oil in the gaps is not the oil at the thermometer. The root of a sum of squares.
+    leak_by_viscosity: Annotated[
+        float, quantity("1", "change of the leakage over that of the viscosity's logarithm, std", least="0", most="3")
+    ] = 0.3
+    load_walk: Annotated[
+        float,
+        quantity(
+            "%/sqrt(s)",
+            "change of a moving load over that at relief pressure, std",
+            least="0.01 %/sqrt(s)",
+            most="100 %/sqrt(s)",
+        ),
+    ] = 0.015
+    unseen_load: Annotated[
+        float,
+        quantity("%", "change at rest, where nothing shows it, over the same, std", least="0.1 %", most="200 %"),
+    ] = 0.25
+    # Steps and delays of the reported speed.
+    walk: Annotated[
+        float,
+        quantity(
+            "mm/sqrt(m)", "of the position over the way it goes, std", least="0 mm/sqrt(m)", most="100 mm/sqrt(m)"
+        ),
+    ] = 0.2e-3
+    # With the torque's gain in it.
+    relief: Annotated[
+        float, quantity("%", "of the relief valves' settings, std", least="0.1 %", most="30 %")
+    ] = 0.03
+
+
+class AssumedThermometer(Part):
+    """Where the oil's temperature comes from; usually the tank."""
+
+    lag: Annotated[
+        float, quantity("s", "by which it is behind the oil in the pumps, mean", least="0 s", most="1 h")
+    ] = 30.0
+    lag_std: Annotated[float, quantity("s", "standard deviation of that", least="0 s", most="1 h")] = 40.0
+
+
+class AssumedStops(Part):
+    """End stops, other contacts, switches and positions given by hand."""
+
+    std: Annotated[
+        float, quantity("%", "of a stop's place as described, over the stroke, std", least="0.001 %", most="10 %")
+    ] = 3e-4
+    contact: Annotated[
+        float, quantity("%", "of a single contact with it, over the stroke, std", least="0.001 %", most="10 %")
+    ] = 3e-4
+    elsewhere: Annotated[
+        float,
+        quantity("%", "of a stop that is elsewhere than described, over the stroke, std", least="1 %", most="100 %"),
+    ] = 0.1
+    undeclared: Annotated[
+        float, quantity("%", "chance of such a stop, for each end", least="0.0001 %", most="45 %")
+    ] = 0.1
+    obstacle: Annotated[
+        float, quantity("%", "chance that a contact is with neither stop", least="0.0001 %", most="90 %")
+    ] = 0.2
+    lies: Annotated[
+        float, quantity("%", "chance that a switch or a given position is wrong", least="0.0001 %", most="90 %")
+    ] = 0.05
+    wrong: Annotated[
+        float,
+        quantity("%", "chance that a believed position is wrong, before a contact", least="0.0001 %", most="50 %"),
+    ] = 1e-3
+    reference: Annotated[
+        float, quantity("mm", "of a switch or of a position given by hand, std", least="0.01 mm", most="1 m")
+    ] = 1e-3
+
+
+class Assumptions(Part):
+    """What a sensor assumes, all of it together."""
+
+    drive: Annotated[AssumedDrive, Field(description="what the drive's report is like")] = AssumedDrive()
+    machine: Annotated[AssumedMachine, Field(description="how far the machine may be from its description")] = (
+        AssumedMachine()
+    )
+    thermometer: Annotated[AssumedThermometer, Field(description="where the oil's temperature comes from")] = (
+        AssumedThermometer()
+    )
+    stops: Annotated[AssumedStops, Field(description="end stops, other contacts and references")] = AssumedStops()
