@@ -226,7 +226,7 @@ def track(
     sensor: Annotated[
         str,
         typer.Option(
-            help="kalman: calibrates itself; balance: volume bookkeeping by the data sheet; table: the paper's look-up "
+            help="kalman: calibrates itself; balance: of volumes, by the data sheet; table: the paper's look-up "
             "table; or a file of 'calibrate'."
         ),
     ] = "kalman",

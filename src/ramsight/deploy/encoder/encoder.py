@@ -139,7 +139,7 @@ class Encoder:
     def start(self, now: float) -> list[Frame]:
         """Power up: parameters, boot-up message, pre-operational."""
         self._now = now
-        self._drive.heard(now)
+        self._drive.sampled(now)
         self._reset(ALL)
         return self._out()
 
@@ -249,7 +249,7 @@ class Encoder:
         )
         if estimate.status is Status.TIME_FROZEN:
             return
-        self._drive.heard(self._now)
+        self._drive.sampled(self._now)
         self._sample, self._estimate = sample, estimate
         after = self._sensor.state
         if (after["time"], after["started"]) != (before["time"], before["started"]):  # else it was passed over
