@@ -289,7 +289,7 @@ def sensor(results, quick):
 
 def starts(results, quick):
     command = [sys.executable, "-m", "ramsight", "simulate", "mining-loader", "--unit", "boom", "--load", "441 kN"]
-    cold, warm = [], []
+    cold, warm, asked = [], [], []
     for _ in range(1 if quick else 3):
         with tempfile.TemporaryDirectory() as cache:
             run = partial(
@@ -297,7 +297,10 @@ def starts(results, quick):
             )
             cold.append(timed(run))
             warm += [timed(run) for _ in range(3)]
+        ask = partial(subprocess.run, [*command[:3], "--help"], check=True, capture_output=True)
+        asked += [timed(ask) for _ in range(3)]
     results["cold_start_s"], results["warm_start_s"] = float(np.median(cold)), float(np.median(warm))
+    results["help_s"] = float(np.median(asked))
 
 
 def main():

@@ -34,6 +34,6 @@ duty = lift_lower(boom, load=300e3, oil_temperature=313.15)
 sound, scratched = simulate(boom, duty), simulate(leaking, duty)
 
 lost = 1e3 * float(sound["position"][-1] - scratched["position"][-1])
-books = scratched.attrs["energy_residual"]
-print(f"the scratch lets the boom sink {lost:.1f} mm in a cycle; the energy book closes to {100 * abs(books):.1e} %")
+residual = scratched.attrs["energy_residual"]
+print(f"the scratch lets the boom sink {lost:.1f} mm in a cycle; energy closes to {100 * abs(residual):.1e} %")
 print(f"it turns {scratched.attrs['energy.scratch.throttling']:.0f} J into heat")

@@ -10,17 +10,6 @@ from frames import DRIVE, NODE, OPERATE, WARM
 from judge import START, Judge
 
 _RATED = 80.0  # N m
-_MAP = f"""
-speed = {{channel = "606Ch", unit = "1/min"}}
-torque = {{channel = "6077h", rated = "{_RATED} N m"}}
-temperature = {{channel = "2010h:01h", unit = "degC", scale = 0.1, hold = "60 s"}}
-[[can.pdo]]
-cob_id = {0x180 + DRIVE}
-objects = ["606Ch", "6077h"]
-[[can.pdo]]
-cob_id = {0x180 + WARM}
-objects = ["2010h:01 INT16"]
-"""
 _OPERATIONAL, _PRE_OPERATIONAL = 5, 127
 
 
@@ -45,10 +34,10 @@ class Prepared:
 
 def prepare(folder: Path) -> Prepared:
     """Play the log to an encoder that nobody disturbs."""
-    from ramsight.deploy.encoder.drive import PlayedDrive
+    from ramsight.deploy.encoder.drive import PlayedDrive, played_map
 
     judge = Judge()
-    (folder / "map.toml").write_text(_MAP)
+    (folder / "map.toml").write_text(played_map(DRIVE, WARM, _RATED))
     frames: list[list[Any]] = [[]]
     for _, frame in PlayedDrive(judge.log, DRIVE, _RATED, warm_node=WARM).frames():
         frames[-1].append(frame)

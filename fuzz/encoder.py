@@ -1,7 +1,7 @@
 """Hostile frames and SDO writes against the encoder while the machine runs: a run of some seconds is a case.
 
-Frames of others must not move the position at all, so it is compared with that of an encoder that heard the drive
-alone; where a preset was taken, with the truth.
+Frames of others must not move the position at all, so it is compared with that of an encoder alone
+with the drive; where a preset was taken, with the truth.
 """
 
 from __future__ import annotations

@@ -31,7 +31,7 @@ import numpy as np
 import can
 from ramsight import machine
 from ramsight.deploy.encoder import Frame, Settings, drive_map, encoder_for
-from ramsight.deploy.encoder.drive import PlayedDrive
+from ramsight.deploy.encoder.drive import PlayedDrive, played_map
 from ramsight.deploy.encoder.runner import frame_of, message_of, serve
 from ramsight.logs import read_drive_log, read_truth
 from ramsight.plant.ddh import build
@@ -41,18 +41,6 @@ TRACE = ROOT / "tests" / "traces" / "boom_441kN_40C"
 NODE, DRIVE, WARM, RATED = 6, 5, 7, 80.0
 GROUP, FAULT = "239.74.163.2", 0x7FFFFFFF
 PERIOD, HEARTBEAT, CYCLE = 0.01, 0.1, 0.02
-MAP = f"""speed = {{channel = "606Ch", unit = "1/min"}}
-torque = {{channel = "6077h", rated = "{RATED:g} N m"}}
-temperature = {{channel = "2010h:01h", unit = "degC", scale = 0.1, hold = "3 s"}}
-
-[[can.pdo]]
-cob_id = 0x{0x180 + DRIVE:X}
-objects = ["606Ch", "6077h"]
-
-[[can.pdo]]
-cob_id = 0x{0x180 + WARM:X}
-objects = ["2010h:01 INT16"]
-"""
 
 
 class PlayedMachine:
@@ -152,7 +140,7 @@ def wait_for(condition: Callable[[], object], seconds: float = 20.0, pause: floa
 
 def life(folder: Path, seconds: float) -> dict[str, Any]:
     """From boot to a power loss and on; then measure for a while [s]."""
-    (folder / "map.toml").write_text(MAP)
+    (folder / "map.toml").write_text(played_map(DRIVE, WARM, RATED, hold="3 s"))
     buses = [can.Bus(interface="udp_multicast", channel=GROUP) for _ in range(3)]
     network = canopen.Network(buses[0])
     network.connect()

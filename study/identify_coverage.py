@@ -13,25 +13,21 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from circuits import CIRCUITS, catalogued
 
-from ramsight import machine
 from ramsight.calibration.identify import FACTORS, Identification, identify
 from ramsight.calibration.identify_replay import orifice_at_one
 from ramsight.duty import DriveReport, Duty, report, simulate
 from ramsight.duty.profile import Profile
 from ramsight.plant.as_built import AsBuilt
-from ramsight.plant.build import build
 from ramsight.plant.limits import limits_of
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit
 
 UNITS = {
-    "boom": ("mining-loader", "boom"),
+    "boom": CIRCUITS["direct driven"],
     "bucket": ("mining-loader", "bucket"),
-    "press": ("press", "ram"),
-    "forklift": ("forklift-mast", "lift"),
-    "double rod": ("eha-test-bench", "axis"),
-    "pilot check": ("eha-single-rod", "axis"),
+    **{name: CIRCUITS[name] for name in ("press", "forklift", "double rod", "pilot check")},
 }
 RANGES = {
     "leak": (0.8, 1.4),
@@ -53,8 +49,7 @@ _SENSOR_NOISE = 20e-6  # m of a usual stroke, standard deviation of the temporar
 
 def unit_of(name: str) -> HydraulicUnit:
     """A unit of the catalogue as its data sheet has it."""
-    of, unit = UNITS[name]
-    return build(unit, machine.load(of).unit(unit))
+    return catalogued(*UNITS[name])
 
 
 def deviating(unit: Any, factors: dict[str, float]) -> Any:

@@ -56,7 +56,7 @@ def draw(sheet: LinkedMachine, payload: float, random: np.random.Generator) -> d
             return target
 
 
-def visit(loop: ClosedLoop, references: int, listens: bool = False) -> None:
+def visit(loop: ClosedLoop, references: int, leak_test: bool = False) -> None:
     """Reference both units, loaded as they are: the boom at alternating ends, the bucket always rolled back.
 
     A bucket that is full cannot go to its other end; from its middle it comes back, so that the way between two
@@ -70,8 +70,8 @@ def visit(loop: ClosedLoop, references: int, listens: bool = False) -> None:
             loop.go({"bucket": 0.3})
         loop.home("bucket", lifted=True)
     loop.go({"bucket": START["bucket"]})
-    if listens:
-        loop.listen()
+    if leak_test:
+        loop.leak_test()
 
 
 def arrivals(
@@ -84,7 +84,7 @@ def arrivals(
     seed: int = 0,
     targets: int = TARGETS,
     assumptions: Assumptions | None = None,
-    listens: bool = False,
+    leak_test: bool = False,
 ) -> list[Arrival]:
     """Load the machine, reference it, send it from target to target; anew for each payload.
 
@@ -102,7 +102,7 @@ def arrivals(
             assumptions=assumptions,
         )
         loop.load(payload, 2.0)
-        visit(loop, references, listens)
+        visit(loop, references, leak_test)
         random = np.random.default_rng([seed, series])
         for _ in range(targets // len(PAYLOADS)):
             target = draw(sheet, payload, random)
@@ -209,17 +209,16 @@ def study(advance: Callable[[float], object] = lambda _: None, seeds: int = 2) -
         found[f"sheet_{feedback.name.lower()}"] = summed(passed)
     ways = {
         "deviating": (3, None, False),
-        "deviating_listening": (3, None, True),
-        "deviating_once_listening": (1, None, True),
+        "deviating_leak_test": (3, None, True),
+        "deviating_once_leak_test": (1, None, True),
         "deviating_unlearned": (1, KNOWN, False),
     }
-    for name, (references, assumptions, listens) in ways.items():
+    for name, (references, assumptions, leak_test) in ways.items():
         passed = []
         for seed, (leak, offset) in enumerate(DEVIATIONS):
             actual = as_built(sheet, leak)
-            passed += arrivals(
-                sheet, actual, references=references, offset=offset, seed=seed, assumptions=assumptions, listens=listens
-            )
+            options = {"references": references, "assumptions": assumptions, "leak_test": leak_test}
+            passed += arrivals(sheet, actual, offset=offset, seed=seed, **options)
             advance(1)
         found[name] = summed(passed)
     faults = {}

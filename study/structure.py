@@ -9,13 +9,12 @@ from typing import Any
 
 import numpy as np
 import xarray
+from circuits import CIRCUITS, catalogued
 
-from ramsight import machine
 from ramsight.duty import DriveReport, Profile, report, simulate
 from ramsight.duty.work_day import work_day
 from ramsight.plant.accumulator import Accumulator
 from ramsight.plant.as_built import AsBuilt
-from ramsight.plant.build import build
 from ramsight.plant.hose import Hose, Volume
 from ramsight.plant.limits import limits_of
 from ramsight.plant.pump import Pump
@@ -23,13 +22,6 @@ from ramsight.plant.valve import CheckValve, Orifice, ReliefValve, SafetyValve
 from ramsight.sensor.kalman import kalman
 from ramsight.study.judging import Judged, judge
 
-CIRCUITS = {
-    "direct driven": ("mining-loader", "boom"),
-    "double rod": ("eha-test-bench", "axis"),
-    "pilot check": ("eha-single-rod", "axis"),
-    "press": ("press", "ram"),
-    "forklift": ("forklift-mast", "lift"),
-}
 LAWS = ("as described", "drag", "orifice leakage", "free air", "seal leakage", "warming", "coarse drive")
 _DAY = 300.0  # s
 _SMALLEST, _LARGEST = -1.0, 1.0  # natural logarithm of the scale of areas; strokes scale apart from it
@@ -73,9 +65,8 @@ def scaled(unit: Any, size: float, length: float) -> Any:
 def day(circuit: str, law: str, seed: int) -> Judged:
     """One machine's day, judged after the third visit to a stop."""
     random = np.random.default_rng([seed, sorted(CIRCUITS).index(circuit), LAWS.index(law)])
-    name, unit_name = CIRCUITS[circuit]
-    unit = build(unit_name, machine.load(name).unit(unit_name))
-    unit = scaled(unit, math.exp(random.uniform(_SMALLEST, _LARGEST)), math.exp(random.uniform(-0.7, 0.7)))
+    size, length = math.exp(random.uniform(_SMALLEST, _LARGEST)), math.exp(random.uniform(-0.7, 0.7))
+    unit = scaled(catalogued(*CIRCUITS[circuit]), size, length)
     built = AsBuilt(
         leak=random.uniform(0.8, 1.25),
         displacement=random.uniform(0.995, 1.005),

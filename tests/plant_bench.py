@@ -86,7 +86,7 @@ UNITS = {
     for name in ("mining-loader", "eha-test-bench", "eha-single-rod", "press", "forklift-mast")
     for unit, described in machine.load(name).units.items()
 }
-#: whole circuits, with all options of the oil, obey the same books
+#: whole circuits, with all options of the oil, obey the same balances
 WHOLE = {
     **UNITS,
     "loader with every option of the oil": replace(UNITS["mining-loader boom"], oil=FULL_OIL),

@@ -38,7 +38,7 @@ def simulated(tmp_path_factory):
     return folder, done
 
 
-def test_simulate_writes_results_log_and_truth_and_closes_its_books(simulated):
+def test_simulate_writes_results_log_and_truth_and_closes_its_balances(simulated):
     folder, done = simulated
     energy, volume = map(float, re.search(r"energy closes to (\S+) %, volume to (\S+) %", done.stdout).groups())
     assert max(energy, volume) < 0.1

@@ -221,7 +221,7 @@ def test_a_leak_test_moves_no_rod_and_teaches_the_leakage_of_the_boom():
     run = ClosedLoop(actual, LOADER, START, known=True, payload=5000.0)
     run.go({"boom": 0.21, "bucket": 0.24})
     before = dict(run.now.position)
-    run.listen()
+    run.leak_test()
     assert max(abs(run.now.position[name] - x) for name, x in before.items()) < 0.2e-3
     run.go({"boom": 0.24, "bucket": 0.2})
     assert run.sensors["boom"].state["described_1"] == pytest.approx(1.2, rel=0.03)

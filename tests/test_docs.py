@@ -53,6 +53,7 @@ def test_the_performance_page_quotes_the_benchmark():
         f"| {found['batch_c_cycles_per_s']:.0f} |",
         f"| {found['cold_start_s']:.1f} |",
         f"| {found['warm_start_s']:.2f} |",
+        f"| {found['help_s']:.2f} |",
     ]
     if "loader_realtime_factor" in found:
         quoted.append(f"| {found['loader_realtime_factor']:.0f} |")

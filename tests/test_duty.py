@@ -79,7 +79,7 @@ def test_the_options_of_the_oil_change_what_they_should():
     # Oil under pressure is thicker and leaks less.
     thicker = run_of({"oil.pressure_viscosity": "1.7e-8 1/Pa"})
     assert float(thicker["position"][-1]) > last
-    # Air at the tank's 4 bar makes the empty side soft; the books close with a modulus that changes a hundredfold.
+    # Air at the tank's 4 bar makes the empty side soft; the balances close with a modulus that changes a hundredfold.
     airy = run_of({"oil.free_air": "2 %"})
     assert float(airy["capacity_manifold_b"].min() if "capacity_manifold_b" in airy else 1.0) > 0.0
     assert abs(float(airy["position"][-1]) - last) < 5e-3

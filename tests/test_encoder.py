@@ -466,7 +466,7 @@ def test_a_frame_that_comes_twice_is_no_fault_and_a_clock_that_stands_is_a_lost_
 def test_a_missing_heartbeat_of_the_drive_is_told(master):
     write(master, 0x1016, (DRIVE << 16) | 250, 1)
     write(master, 0x6003, 10000)
-    master.rest(1.0)  # never heard: not yet watched
+    master.rest(1.0)  # it has never come: not yet watched
     assert master.alarms == 0
     master.put(master.now, Frame(0x700 + DRIVE, b"\x05"))
     master.rest(0.2)

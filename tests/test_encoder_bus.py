@@ -15,7 +15,7 @@ from canopen import SdoAbortedError
 
 import can
 from ramsight.cli import app
-from ramsight.deploy.encoder.drive import PlayedDrive
+from ramsight.deploy.encoder.drive import PlayedDrive, played_map
 from ramsight.deploy.encoder.runner import frame_of, message_of, serve
 from ramsight.errors import RamsightError
 from ramsight.logs import read_drive_log, read_truth
@@ -24,17 +24,6 @@ from ramsight.logs.channel_map import load_map
 from .encoder_bus import DRIVE, EDS, FAULT, NODE, PE, RATED, WARM, encoder
 
 GROUP = "239.74.163.2"
-MAP = f"""
-speed = {{channel = "606Ch", unit = "1/min"}}
-torque = {{channel = "6077h", rated = "{RATED} N m"}}
-temperature = {{channel = "2010h:01h", unit = "degC", scale = 0.1, hold = "1200 ms"}}
-[[can.pdo]]
-cob_id = {0x180 + DRIVE}
-objects = ["606Ch", "6077h"]
-[[can.pdo]]
-cob_id = {0x180 + WARM}
-objects = ["2010h:01 INT16"]
-"""
 
 
 class Buses:
@@ -126,7 +115,7 @@ def test_a_life_as_a_controller_sees_it(buses, tmp_path, trace):
     case = trace("boom_441kN_40C")
     log, truth = read_drive_log(case.log).isel(time=slice(30, 250)), read_truth(case.truth)
     log = log.assign_coords(time=log["time"] - log["time"][0])
-    (tmp_path / "map.toml").write_text(MAP)
+    (tmp_path / "map.toml").write_text(played_map(DRIVE, WARM, RATED, hold="1200 ms"))
     channel_map, state = load_map(tmp_path / "map.toml"), tmp_path / "boom.state"
     network = canopen.Network(buses.open())
     network.NOTIFIER_CYCLE = 0.05

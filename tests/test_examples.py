@@ -18,7 +18,7 @@ import ramsight
 
 EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.py"))
 SAYS = {
-    "own_part.py": r"sink \d+\.\d mm in a cycle; the energy book closes to \d\.\de-\d\d %",
+    "own_part.py": r"sink \d+\.\d mm in a cycle; energy closes to \d\.\de-\d\d %",
     "linearise.py": r"oscillation: \d+\.\d Hz, damping ratio 0\.\d+\n.*\nthey differ by 0\.\d+ %",
 }
 

@@ -27,15 +27,15 @@ def cycle():
     return duty, simulate_linked(LOADER, duty)
 
 
-def books_close(run):
+def balances_close(run):
     residuals = {key: value for key, value in run.attrs.items() if key.endswith("_residual")}
     assert {"energy_residual", "volume_residual", "linkage.energy_residual"} < set(residuals)
     assert max(abs(value) for value in residuals.values()) < 1e-3, residuals
 
 
-def test_the_books_of_a_loading_cycle_close(cycle):
+def test_the_balances_of_a_loading_cycle_close(cycle):
     _, run = cycle
-    books_close(run)
+    balances_close(run)
     energy = {name: run.attrs[f"linkage.energy.{name}"] for name in ("rods", "tip", "payload", "stored_potential")}
     rods = sum(run.attrs[f"{unit}.energy.rods"] for unit in UNITS)
     assert energy["rods"] == pytest.approx(rods, rel=1e-6)
@@ -121,7 +121,7 @@ def test_end_stops_hold_until_the_relief_valve_opens(unit, speed, start, stop):
         unit: Profile([0.0, 0.5, 1.0, 4.0, 4.5, 5.0], [0, 0, speed, speed, 0, 0])
     }
     run = simulate_linked(LOADER, LinkedDuty(speeds, WARM, places, payload=constant(3000.0)))
-    books_close(run)
+    balances_close(run)
     beyond = (run[f"{unit}_position"].values - stop) * np.sign(speed)
     assert 0.0 < beyond.max() < 2e-3
     side = "a" if speed > 0.0 else "b"

@@ -11,7 +11,9 @@ import pytest
 import xarray
 
 from ramsight.calibration.sensors import sensor_for
+from ramsight.errors import LogError
 from ramsight.logs import open_log, read_drive_log, write_drive_log
+from ramsight.logs.inspect import inspect_log
 from ramsight.machine import load
 from ramsight.plant.ddh import build
 from ramsight.study.pieces import track_pieces
@@ -142,3 +144,26 @@ def test_help_teaches():
     done = ramsight("logs", "inspect", "--help", cwd=None)
     assert done.returncode == 0
     assert "Example: ramsight logs inspect day.mf4 --out map.toml" in " ".join(done.stdout.split())
+
+
+ASC_HEADER = "date Mon Jan 1 00:00:00.000 am 2024\nbase hex  timestamps absolute\ninternal events logged\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [("log.asc", ""), ("log.asc", ASC_HEADER), ("log.log", ""), ("log.log", "# recorded\n\n"), ("log.log.gz", "\n")],
+    ids=["empty ASC", "header alone", "empty candump", "comment alone", "packed line"],
+)
+def test_a_log_without_a_frame_is_told_from_one_without_a_map(tmp_path, name, text):
+    file = tmp_path / name
+    file.write_bytes(gzip.compress(text.encode()) if name.endswith(".gz") else text.encode())
+    (tmp_path / "map.toml").write_text(
+        f"speed = {{channel = 'MotorSpeed'}}\ntorque = {{channel = 'MotorTorque'}}\n"
+        f"temperature = {{constant = '40 degC'}}\n[can]\ndbc = '{DBC}'\n"
+    )
+    for read in (read_drive_log, lambda path: read_drive_log(path, tmp_path / "map.toml"), inspect_log):
+        with pytest.raises(LogError) as caught:
+            read(file)
+        assert str(caught.value) == f"{file}: holds no CAN frames"
+    if name == "log.asc" and text:
+        refused(track(name, cwd=tmp_path), "error: log.asc: holds no CAN frames")

@@ -50,7 +50,7 @@ def test_a_template_reads_back_as_the_machine_it_was_made_from(name, unit):
 
 
 @pytest.mark.parametrize(("name", "unit"), MACHINES)
-def test_a_machine_lifts_and_lowers_with_closed_books(name, unit):
+def test_a_machine_lifts_and_lowers_and_its_balances_close(name, unit):
     described, built = machine.load(name).unit(unit), BUILT[name]
     load = max(described.load.loads.values())
     run = simulate(built, lift_lower(built, load, 313.15))
@@ -215,7 +215,7 @@ def test_every_kind_of_part_is_used_or_shown_in_the_catalogue():
     ramp=st.floats(0.05, 2.0),
     start=st.floats(0.02, 0.98),
 )
-def test_books_close_whatever_the_duty(name, unit, share, celsius, rpm, ramp, start):
+def test_balances_close_whatever_the_duty(name, unit, share, celsius, rpm, ramp, start):
     built = BUILT[name]
     load = share * derive(built).load_at_relief  # up to and beyond what the relief valve allows, and pulling
     duty = lift_lower(

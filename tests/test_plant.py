@@ -1,4 +1,4 @@
-"""The simulated unit: its accuracy against an independent integrator, its books, its laws and the reference circuit."""
+"""The simulated unit: accuracy against an independent integrator, balances, laws and the reference circuit."""
 
 import numpy as np
 import pytest
@@ -70,7 +70,7 @@ def test_a_cycle_agrees_with_radau_within_a_micrometre(name, load, celsius):
     assert np.abs(ours[:, k] - reference[:, k]).max() < 1e-6
 
 
-def test_the_books_of_an_audited_run_are_those_of_a_plain_one():
+def test_an_audited_run_is_the_plain_one():
     unit = UNITS["boom"]
     duty = lift_lower(unit, 200e3, 313.15)
     plain, audited = circuit(unit), circuit(unit, audited=True)
@@ -91,7 +91,7 @@ def test_the_books_of_an_audited_run_are_those_of_a_plain_one():
     ramp=st.floats(0.05, 2.0),
     start=st.floats(0.02, 0.98),
 )
-def test_energy_and_volume_books_close_whatever_the_duty(name, share, celsius, rpm, ramp, start):
+def test_energy_and_volume_balances_close_whatever_the_duty(name, share, celsius, rpm, ramp, start):
     unit = UNITS[name]
     load = share * (540e3 if name == "boom" else 195e3)  # up to and beyond what the relief valve allows
     duty = lift_lower(

@@ -221,10 +221,10 @@ class ClosedLoop:
             self._references[unit] = control.unit.cylinder.stroke if up else 0.0
         self.rest(settle)
 
-    def listen(self, settle: float = 0.5) -> None:
+    def leak_test(self, settle: float = 0.5) -> None:
         """Let all units do a leak test, in which no rod moves; then wait for a while [s]."""
         for control in self.controls.values():
-            control.listen()
+            control.leak_test()
         self.wait()
         self.rest(settle)
 
@@ -315,16 +315,16 @@ class ClosedLoop:
         import xarray
 
         record = self.records[unit]
-        said, heard = record.estimate, record.reported
+        said, reported = record.estimate, record.reported
         columns = {
             "position": ("m", [e.position for e in said]),
             "position_std": ("m", [e.std for e in said]),
             "velocity": ("m/s", [e.velocity for e in said]),
             "load": ("N", [e.load for e in said]),
             "target": ("m", record.target),
-            "motor_speed": ("rad/s", [r.motor_speed for r in heard]),
-            "motor_torque": ("N m", [r.motor_torque for r in heard]),
-            "oil_temperature": ("K", [r.oil_temperature for r in heard]),
+            "motor_speed": ("rad/s", [r.motor_speed for r in reported]),
+            "motor_torque": ("N m", [r.motor_torque for r in reported]),
+            "oil_temperature": ("K", [r.oil_temperature for r in reported]),
         }
         data = {name: ("time", np.array(values), {"units": units}) for name, (units, values) in columns.items()}
         found = xarray.Dataset(data, coords={"time": ("time", np.array(self.time), {"units": "s"})})

@@ -19,7 +19,7 @@ from ramsight.plant.oil import T40
 from ramsight.sensor.virtual_sensor import Estimate
 
 STOPPING_TIME = 0.2  # s from the first sample that is not usable to the motor's standstill; it has to be below 0.3 s
-_COLDEST, _HOTTEST = 243.15, 383.15  # K; a thermometer that says anything else is not listened to
+_COLDEST, _HOTTEST = 243.15, 383.15  # K; a thermometer that says anything else is not believed
 _WARMING = 5.0  # s, over which its noise is averaged
 
 
@@ -45,8 +45,8 @@ class Tuning:
         stuck_time: ... for so long [s].
         homing_share: velocity near and on the way to an unknown end stop, over the largest [1].
         pressing: how long the cylinder then presses on the stop [s].
-        listening_share: motor speed of a leak test over the one at which the rod would begin to lift [1].
-        listening: how long a leak test takes [s].
+        leak_test_share: motor speed of a leak test over the one at which the rod would begin to lift [1].
+        leak_test_time: how long a leak test takes [s].
     """
 
     gain: float = 1.5
@@ -66,8 +66,8 @@ class Tuning:
     stuck_time: float = 0.05
     homing_share: float = 0.3
     pressing: float = 3.0
-    listening_share: float = 0.58
-    listening: float = 8.0
+    leak_test_share: float = 0.58
+    leak_test_time: float = 8.0
 
 
 class Activity(Enum):
@@ -77,7 +77,7 @@ class Activity(Enum):
     MOVING = "moving"
     LANDING = "landing"
     HOMING = "homing"
-    LISTENING = "listening"
+    LEAK_TEST = "leak test"
     STOPPING = "stopping"
     STOPPED = "stopped"
 
@@ -140,7 +140,7 @@ class PositionControl:
         self._temperature = T40
         self._leak, self._displacement = 1.0, 1.0
         self._stopping_slope = self._disobeys_for = self._rests_for = 0.0
-        self._listens_for = self._listening_speed = 0.0
+        self._leak_test_for = self._leak_test_speed = 0.0
         self._end, self._homing_for, self._on_stop_for = 0.0, 0.0, 0.0
         self._tries = 0
         self._same, self._same_for, self._same_command = math.nan, 0.0, 0.0
@@ -173,10 +173,10 @@ class PositionControl:
         self.target, self._homing_for, self._on_stop_for = math.nan, 0.0, 0.0
         self._take_up(Activity.HOMING)
 
-    def listen(self) -> None:
-        """Turn slowly against the closed safety valve: the rod stays, and the sensor hears how much the pump leaks."""
-        self.target, self._listens_for = math.nan, 0.0
-        self._take_up(Activity.LISTENING)
+    def leak_test(self) -> None:
+        """Turn slowly against the closed safety valve: the rod stays, and the sensor learns how much the pump leaks."""
+        self.target, self._leak_test_for = math.nan, 0.0
+        self._take_up(Activity.LEAK_TEST)
 
     def stop(self, reason: str) -> None:
         """Bring the motor to rest at once, within `STOPPING_TIME`, and stay there."""
@@ -205,8 +205,8 @@ class PositionControl:
             wanted = self._moving(estimate)
         elif self.activity is Activity.HOMING:
             wanted = self._homing(estimate)
-        elif self.activity is Activity.LISTENING:
-            wanted = self._listening(estimate)
+        elif self.activity is Activity.LEAK_TEST:
+            wanted = self._leak_testing(estimate)
         elif self.activity is Activity.STOPPING:
             wanted = 0.0
         else:
@@ -311,15 +311,15 @@ class PositionControl:
             return 0.0
         return self._motor_speed(direction * self.trajectory.velocity, direction, estimate.load)
 
-    def _listening(self, estimate: Estimate) -> float:
+    def _leak_testing(self, estimate: Estimate) -> float:
         """A steady speed, at which the pump's pressure stays below the load's."""
         if self._begins:
-            self._begins, self._listening_speed = False, self.tuning.listening_share * self._leakage(estimate.load)
-        self._listens_for += self.period
-        if self._listens_for > self.tuning.listening:
+            self._begins, self._leak_test_speed = False, self.tuning.leak_test_share * self._leakage(estimate.load)
+        self._leak_test_for += self.period
+        if self._leak_test_for > self.tuning.leak_test_time:
             self.activity = Activity.RESTING
             return 0.0
-        return self.unit.lift_sign * self._listening_speed
+        return self.unit.lift_sign * self._leak_test_speed
 
     def _motor_speed(self, pace: float, direction: float, load: float) -> float:
         """The motor's speed [rad/s] for a velocity `pace` [m/s] in a direction, what leaks included."""

@@ -24,7 +24,7 @@ _LEAST_VOLUME = 1e-12  # m3
 
 
 class Audited(Protocol):
-    """What a circuit's books are made of: its volumes, and names of energies and of flows from the tank."""
+    """What a circuit's balances are made of: its volumes, and names of energies and of flows from the tank."""
 
     @property
     def nodes(self) -> tuple[str, ...]: ...  # noqa: D102
@@ -49,10 +49,10 @@ def audit(circuit: CircuitModel, segments: Segments, run: Trajectory) -> dict[st
         shares of the energy that the shaft gave and took, and of the volume that was exchanged with the tank.
     """
     along = outputs(circuit.ode, segments, run.step_time, run.step_state)
-    book = _book(circuit.ode, circuit, segments, run, along)
-    return book.energies | {
-        "energy_residual": book.missing_energy / max(book.turned_over, _LEAST_ENERGY),
-        "volume_residual": book.missing_volume / max(book.exchanged, _LEAST_VOLUME),
+    one = _balances(circuit.ode, circuit, segments, run, along)
+    return one.energies | {
+        "energy_residual": one.missing_energy / max(one.turned_over, _LEAST_ENERGY),
+        "volume_residual": one.missing_volume / max(one.exchanged, _LEAST_VOLUME),
     }
 
 
@@ -72,14 +72,15 @@ def audit_linked(model: LinkedModel, segments: Segments, run: Trajectory) -> dic
         that all exchanged: a unit that rests still holds.
     """
     along = outputs(model.ode, segments, run.step_time, run.step_state)
-    books = {name: _book(model.ode, own, segments, run, along, f"{name}.") for name, own in model.books.items()}
-    turned_over = max(sum(book.turned_over for book in books.values()), _LEAST_ENERGY)
-    exchanged = max(sum(book.exchanged for book in books.values()), _LEAST_VOLUME)
+    terms = model.audit_terms.items()
+    circuits = {name: _balances(model.ode, own, segments, run, along, f"{name}.") for name, own in terms}
+    turned_over = max(sum(one.turned_over for one in circuits.values()), _LEAST_ENERGY)
+    exchanged = max(sum(one.exchanged for one in circuits.values()), _LEAST_VOLUME)
     found: dict[str, float] = {}
-    for name, book in books.items():
-        found |= {f"{name}.{key}": value for key, value in book.energies.items()}
-        found[f"{name}.energy_residual"] = book.missing_energy / turned_over
-        found[f"{name}.volume_residual"] = book.missing_volume / exchanged
+    for name, one in circuits.items():
+        found |= {f"{name}.{key}": value for key, value in one.energies.items()}
+        found[f"{name}.energy_residual"] = one.missing_energy / turned_over
+        found[f"{name}.volume_residual"] = one.missing_volume / exchanged
     received = {key: _integral(run, model.ode, f"energy.{key}") for key in ("rods", "tip", "payload")}
     stored = {f"stored_{key}": float(along[key][-1] - along[key][0]) for key in ("kinetic", "potential")}
     found |= {f"linkage.energy.{key}": value for key, value in (received | stored).items()}
@@ -91,7 +92,7 @@ def audit_linked(model: LinkedModel, segments: Segments, run: Trajectory) -> dic
 
 
 @dataclass(frozen=True)
-class _Book:
+class _Balances:
     """One circuit's energies by name [J]; what is missing, and what that is a share of [J, m3]."""
 
     energies: dict[str, float]
@@ -106,10 +107,10 @@ def _integral(run: Trajectory, ode: OdeModel, name: str) -> float:
     return float(run.step_state[-1, ode.state_index(name)])
 
 
-def _book(
-    ode: OdeModel, books: Audited, segments: Segments, run: Trajectory, along: Mapping[str, Array], prefix: str = ""
-) -> _Book:
-    """One circuit's books; `along` are all outputs along the accepted steps, names of its own begin with `prefix`."""
+def _balances(
+    ode: OdeModel, audited: Audited, segments: Segments, run: Trajectory, along: Mapping[str, Array], prefix: str = ""
+) -> _Balances:
+    """One circuit's balances; `along`: all outputs along the accepted steps; names of its own begin with `prefix`."""
 
     def total(name: str) -> float:
         return _integral(run, ode, f"{prefix}{name}")
@@ -117,22 +118,22 @@ def _book(
     own = {key.removeprefix(prefix): value for key, value in along.items() if key.startswith(prefix)}
     stored = {name: float(own[name][-1] - own[name][0]) for name in own if name.startswith("stored.")}
     compressed_energy = compressed_volume = 0.0
-    for node in books.nodes:
+    for node in audited.nodes:
         pressure = run.step_state[:, ode.state_index(f"{prefix}pressure_{node}")]
         capacity = own[f"capacity_{node}"]
         between = 0.5 * (capacity[1:] + capacity[:-1])
         compressed_energy += float(np.sum(between * 0.5 * np.diff(pressure**2)))
         compressed_volume += float(np.sum(between * np.diff(pressure)))
     stored["stored.compression"] = compressed_energy
-    drawn = sum(total(f"volume.{name}") for name in books.tank_flows)
+    drawn = sum(total(f"volume.{name}") for name in audited.tank_flows)
     tank_pressure = segments.parameters[0, ode.parameters.index(f"{prefix}tank.pressure")]
-    works = {f"energy.{name}": total(f"energy.{name}") for name in books.works}
+    works = {f"energy.{name}": total(f"energy.{name}") for name in audited.works}
     works["energy.tank"] = -float(tank_pressure) * drawn
-    losses = {f"energy.{name}": total(f"energy.{name}") for name in books.losses}
+    losses = {f"energy.{name}": total(f"energy.{name}") for name in audited.losses}
     given, taken = total("energy.shaft_given"), total("energy.shaft_taken")
     shaft = given - taken
     rest = shaft - sum(works.values()) - sum(losses.values()) - sum(stored.values())
-    grown = sum(float(own[f"volume_{node}"][-1] - own[f"volume_{node}"][0]) for node in books.nodes)
+    grown = sum(float(own[f"volume_{node}"][-1] - own[f"volume_{node}"][0]) for node in audited.nodes)
     missing = drawn - grown - compressed_volume
     energies = {
         "energy.shaft": shaft,
@@ -142,4 +143,4 @@ def _book(
         **losses,
         **{name.replace("stored.", "energy.stored_"): value for name, value in stored.items()},
     }
-    return _Book(energies, rest, given + taken, missing, total("volume.exchanged"))
+    return _Balances(energies, rest, given + taken, missing, total("volume.exchanged"))

@@ -170,7 +170,7 @@ def _columns(
         columns[f"{name}_motor_speed"] = ("rad/s", f"{name}: motor speed, positive extends", speed)
         kelvin = duty.oil_temperature[name](time)
         columns[f"{name}_oil_temperature"] = ("K", f"{name}: oil temperature", kelvin)
-        for node in model.books[name].nodes:
+        for node in model.audit_terms[name].nodes:
             short = node.replace("chamber", "pressure") if node.startswith("chamber") else f"pressure_{node}"
             values = state[:, ode.state_index(f"{name}.pressure_{node}")]
             columns[f"{name}_{short}"] = ("Pa", f"{name}: absolute pressure of {node}", values)

@@ -11,7 +11,7 @@ _SHOWN = 1e-3  # share of the largest energy below which a line is left out
 
 
 def run_summary(run: xarray.Dataset) -> str:
-    """Travel, torque, the energy book and how well it closes, as lines of text."""
+    """Travel, torque, where the energy went and how well the balances close, as lines of text."""
     position, torque = run["position"].values, run["motor_torque"].values
     energies = {name.removeprefix("energy."): value for name, value in run.attrs.items() if name.startswith("energy.")}
     lines = [
@@ -29,7 +29,7 @@ def run_summary(run: xarray.Dataset) -> str:
         given, recovered = run.attrs["electrical_energy_given"], run.attrs["electrical_energy_recovered"]
         lines.append(f"battery [kJ]: gave {given / 1e3:.2f}, took {recovered / 1e3:.2f} back")
     lines.append(
-        f"books: energy closes to {100 * abs(run.attrs['energy_residual']):.2g} %, "
+        f"balances: energy closes to {100 * abs(run.attrs['energy_residual']):.2g} %, "
         f"volume to {100 * abs(run.attrs['volume_residual']):.2g} %"
     )
     return "\n".join(lines)

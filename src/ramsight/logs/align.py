@@ -2,7 +2,7 @@
 
 Every sample has an *order*, the place at which it came: a frame's number, a row's, or its time. At a sample of the
 base channel the other channels have the last value that came before it or with it. A value that is older than its
-channel may hold is NaN. Samples of the base before every channel has spoken once are left out.
+channel may hold is NaN. Samples of the base before every channel has has_come once are left out.
 """
 
 from __future__ import annotations
@@ -76,13 +76,13 @@ class Aligner:
             ``time`` [s] and a column for each held channel and each event, all of one length.
         """
         base = block.get(self._base, NONE)
-        columns, heard = {"time": base.time}, np.ones(len(base), dtype=np.bool_)
+        columns, begun = {"time": base.time}, np.ones(len(base), dtype=np.bool_)
         for channel, hold in self._holds.items():
-            columns[channel], spoken = self._held(channel, block.get(channel, NONE), base, hold)
-            heard &= spoken
+            columns[channel], has_come = self._held(channel, block.get(channel, NONE), base, hold)
+            begun &= has_come
         for channel, patience in self._events.items():
             columns[channel] = self._happened(channel, block.get(channel, NONE), base, patience)
-        return columns if heard.all() else {name: column[heard] for name, column in columns.items()}
+        return columns if begun.all() else {name: column[begun] for name, column in columns.items()}
 
     @property
     def silent(self) -> list[str]:
@@ -98,11 +98,11 @@ class Aligner:
         if not len(known):
             return np.full(len(base), np.nan), np.zeros(len(base), dtype=np.bool_)
         place = np.searchsorted(known.order, base.order, side="right") - 1
-        spoken = place >= 0
+        has_come = place >= 0
         place = np.maximum(place, 0)
         with np.errstate(invalid="ignore"):
             fresh = np.abs(base.time - known.time[place]) <= hold  # a clock set back says nothing of age
-        return np.where(spoken & fresh, known.value[place], np.nan), spoken
+        return np.where(has_come & fresh, known.value[place], np.nan), has_come
 
     def _happened(self, channel: str, new: Samples, base: Samples, patience: float) -> Array:
         new = new.where(np.isfinite(new.value)) if len(new) else new

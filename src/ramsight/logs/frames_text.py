@@ -76,8 +76,6 @@ def _frames(path: str | Path, advance: Advance | None, read: Callable[[str, int]
                 raise LogError(f"is no CAN frame: '{printable(text.strip())}'{hint}", file=file, line=line) from None
             if frame is not None:
                 yield frame
-    if not line:
-        raise LogError("is empty", file=file)
 
 
 class _SaidError(ValueError):

@@ -13,6 +13,7 @@ from ramsight.logs.align import Aligner, Array, Block, Switch
 from ramsight.logs.channel_map import ChannelMap, Mapped, load_map, standard_map, to_si_of
 from ramsight.logs.channels import MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPERATURE, REFERENCE, TIME
 from ramsight.logs.falls import Falls
+from ramsight.logs.frames import open_frames
 from ramsight.logs.lines import Advance
 from ramsight.logs.source import CAN, CSV, Source, open_source
 from ramsight.logs.table import check_columns
@@ -90,6 +91,7 @@ def _check_standard(source: Source, names: list[str]) -> None:
     except LogError as error:
         name = Path(source.file).name.lower()
         if name.endswith(CAN) or getattr(source, "has_frames", False):
+            next(open_frames(source.path))  # a file that holds none lacks no map
             raise LogError(
                 "holds CAN frames; without a channel map nobody knows what they mean: ramsight logs inspect",
                 file=source.file,

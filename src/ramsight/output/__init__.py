@@ -2,11 +2,13 @@
 
 `write_table` and `write_dataset` write what is there; `open_table` and `open_dataset` take a long result some rows
 after others. `atomic_path` is for files of any other kind, `whole_folder` for several that belong together.
+`flush_folder` makes what was moved or removed last through a power loss.
 """
 
 from ramsight.output.atomic import atomic_path, check_target
 from ramsight.output.cells import DECIMALS, Coded
 from ramsight.output.dataset import DATASET_FILES, DATASETS, column_name, open_dataset, write_dataset
+from ramsight.output.flush import flush_folder
 from ramsight.output.folder import check_folder, whole_folder
 from ramsight.output.given import check_apart, check_state
 from ramsight.output.table import TABLE_FILES, TABLES, check_installed, open_table, write_table
@@ -25,6 +27,7 @@ __all__ = [
     "check_state",
     "check_target",
     "column_name",
+    "flush_folder",
     "open_dataset",
     "open_table",
     "whole_folder",

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from ramsight.errors import OutputError
 from ramsight.output.drafts import draft_of, sweep
+from ramsight.output.flush import flush_folder
 
 
 @contextmanager
@@ -109,9 +110,4 @@ def _settle(draft: Path, target: Path, shown: str) -> None:
     with open(draft, "rb") as file:
         os.fsync(file.fileno())
     os.replace(draft, target)
-    with suppress(OSError):  # some file systems cannot flush a directory
-        folder = os.open(target.parent, os.O_RDONLY)
-        try:
-            os.fsync(folder)
-        finally:
-            os.close(folder)
+    flush_folder(target.parent)

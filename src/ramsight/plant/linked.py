@@ -51,7 +51,7 @@ class LinkedMachine:
 
 
 @dataclass(frozen=True)
-class Books:
+class AuditTerms:
     """What the audit of one unit needs; names are without the unit's.
 
     Attributes:
@@ -72,12 +72,12 @@ class LinkedModel:
     Attributes:
         ode: the equation; its inputs are each unit's `motor_speed`, the payload [kg] and the force on the tip [N].
         values: the parameters' values; `UNIT.oil_temperature` are among them.
-        books: what the audit needs, by unit.
+        audit_terms: what the audit needs, by unit.
     """
 
     ode: OdeModel
     values: Array
-    books: dict[str, Books]
+    audit_terms: dict[str, AuditTerms]
 
 
 def build(machine: Machine) -> LinkedMachine:
@@ -144,8 +144,8 @@ def linked_model(machine: LinkedMachine, *, audited: bool = False) -> LinkedMode
         outputs=(*mechanism.outputs, *outputs),
     )
     values = np.concatenate([parameters.values, *(one.parameters.values for one in closed.values())])
-    books = {name: Books(one.nodes, one.losses, one.works, one.tank_flows) for name, one in closed.items()}
-    return LinkedModel(ode, values, books)
+    terms = {name: AuditTerms(one.nodes, one.losses, one.works, one.tank_flows) for name, one in closed.items()}
+    return LinkedModel(ode, values, terms)
 
 
 def _guided(circuit: Circuit, unit: HydraulicUnit, position: Any, velocity: Any, audited: bool) -> Any:
@@ -208,7 +208,7 @@ def start_state(
     forces = holding_forces(machine.mechanism, coordinates, payload, tip_force)
     speeds = motor_speed or {}
     for unit, force in zip(machine.units, forces, strict=True):
-        pressures = rest_pressures(unit, model.books[unit.name].nodes, unit.lift_sign * float(force))
+        pressures = rest_pressures(unit, model.audit_terms[unit.name].nodes, unit.lift_sign * float(force))
         for node, level in pressures.items():
             state[model.ode.state_index(f"{unit.name}.pressure_{node}")] = level
         name = f"{unit.name}.motor_speed"

@@ -3,8 +3,8 @@
 A sample without a usable speed or time is as if it had never come: every state keeps its value, and the next good
 sample counts the time from the last good one. Without a usable torque the last one is used. A torque that leaps while
 the motor turns waits for the next sample to confirm it: one wrong value would press oil over the relief valve of the
-simulated circuit, or empty a chamber, and the piston would not come back. No fault can move the books by more than the
-time that has passed allows.
+simulated circuit, or empty a chamber, and the piston would not come back. No fault can move the circuit's volume
+balance by more than the time that has passed allows.
 """
 
 from __future__ import annotations

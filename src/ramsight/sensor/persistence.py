@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ramsight.errors import OutputError, RamsightError
+from ramsight.output import flush_folder
 from ramsight.sensor.hypotheses import LEARNED
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import IS_REFERENCED, VirtualSensor, impossible
@@ -107,11 +108,7 @@ class StateFile:
         """Remove a file that cannot be written, if that at least is possible: what it says may not be so any more."""
         with suppress(OSError):
             self.path.unlink()
-            folder = os.open(self.path.parent, os.O_RDONLY)
-            try:
-                os.fsync(folder)
-            finally:
-                os.close(folder)
+            flush_folder(self.path.parent)
 
     def resume(self) -> Resumed:
         """Give the sensor the newest state; without one it is not referenced.

@@ -54,3 +54,37 @@ class PlayedDrive:
                 yield at, Frame(0x180 + self.warm_node, struct.pack("<h", round(10.0 * (warmth - 273.15))), at)
             share = round(1e3 * torque / self.rated_torque)
             yield at, Frame(0x180 + self.node, struct.pack("<ih", round(speed / _RPM), share), at)
+
+
+def played_map(node: int, warm_node: int, rated_torque: float, hold: str = "60 s") -> str:
+    """The channel map of what a `PlayedDrive` with a thermometer sends, as its file would have it.
+
+    Args:
+        node: the drive's node-ID.
+        warm_node: the thermometer's.
+        rated_torque: 6076h [N m].
+        hold: how long a temperature holds.
+
+    Example:
+        >>> print(played_map(5, 7, 35.0), end="")
+        speed = {channel = "606Ch", unit = "1/min"}
+        torque = {channel = "6077h", rated = "35 N m"}
+        temperature = {channel = "2010h:01h", unit = "degC", scale = 0.1, hold = "60 s"}
+        [[can.pdo]]
+        cob_id = 0x185
+        objects = ["606Ch", "6077h"]
+        [[can.pdo]]
+        cob_id = 0x187
+        objects = ["2010h:01 INT16"]
+    """
+    return f"""\
+speed = {{channel = "606Ch", unit = "1/min"}}
+torque = {{channel = "6077h", rated = "{rated_torque:.15g} N m"}}
+temperature = {{channel = "2010h:01h", unit = "degC", scale = 0.1, hold = "{hold}"}}
+[[can.pdo]]
+cob_id = 0x{0x180 + node:X}
+objects = ["606Ch", "6077h"]
+[[can.pdo]]
+cob_id = 0x{0x180 + warm_node:X}
+objects = ["2010h:01 INT16"]
+"""

@@ -20,16 +20,16 @@ from ramsight.deploy.encoder.objects import (
     MOST,
     NO_TEMPERATURE,
     RUNNING,
-    SHORTEST_HEARTBEAT,
     STORED,
 )
 from ramsight.deploy.encoder.parameters import ParameterFile
-from ramsight.deploy.encoder.pdo import Tpdo, pdo_identifiers
+from ramsight.deploy.encoder.pdo import pdo_identifiers
 from ramsight.deploy.encoder.persistence import Persistence
 from ramsight.deploy.encoder.presence import Presence
 from ramsight.deploy.encoder.published import Published
 from ramsight.deploy.encoder.saving import Saving
 from ramsight.deploy.encoder.scale import BY_6005, DOWNWARDS, Scale, whole
+from ramsight.deploy.encoder.schedule import HEARTBEAT, PDOS, Schedule
 from ramsight.deploy.encoder.server import (
     BY_STATE,
     INVALID,
@@ -38,18 +38,16 @@ from ramsight.deploy.encoder.server import (
     PRE_OPERATIONAL,
     RESET_COMMUNICATION,
     RESET_NODE,
-    TOO_LOW,
     Node,
     refuse,
 )
 from ramsight.deploy.encoder.stored import ALL, Stored
-from ramsight.deploy.encoder.ticks import Ticks
 from ramsight.errors import DescriptionError
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import IS_REFERENCED, Estimate, VirtualSensor
 
-_NMT, _SYNC, _HEARTBEAT = 0x000, 0x080, 0x700
+_NMT, _SYNC = 0x000, 0x080
 _JUST_AFTER = 1e-4  # s, from the drive's last sample to a preset, whose frame may have a later stamp than the next
 _UNDEFINED_STATUS = 255
 
@@ -118,8 +116,7 @@ class Encoder:
         self._saving = Saving(sensor, persistence)
         self._node = Node(settings.node_id, self._read, self._check)
         taken = listener.identifiers | pdo_identifiers(settings.drive_node)
-        self._tpdos = (Tpdo(self._node, 0, taken), Tpdo(self._node, 1, taken))
-        self._heartbeat, self._clock = Ticks(), BusClock()
+        self._schedule, self._clock = Schedule(self._node, taken), BusClock()
         self._published = Published(unit.max_speed * unit.travel_per_radian)
         self._scale = Scale(self._node, unit.cylinder.stroke, self._published)
         self._emergencies = Emergencies(self._node)
@@ -139,7 +136,7 @@ class Encoder:
     def start(self, now: float) -> list[Frame]:
         """Power up: parameters, boot-up message, pre-operational."""
         self._now = now
-        self._drive.heard(now)
+        self._drive.sampled(now)
         self._reset(ALL)
         return self._out()
 
@@ -154,12 +151,11 @@ class Encoder:
         elif kind == _SYNC:
             if self._node.state == OPERATIONAL and len(data) <= 1:
                 self._published.follow(now)
-                for tpdo in self._tpdos:
-                    tpdo.sync()
+                self._schedule.sync()
         elif kind == 0x600 + self.settings.node_id:
             if len(data) == 8 and self._node.state in (PRE_OPERATIONAL, OPERATIONAL):
                 self._serve(data)
-        elif self.settings.drive_node is not None and kind == _HEARTBEAT + self.settings.drive_node and len(data) == 1:
+        elif self.settings.drive_node is not None and kind == HEARTBEAT + self.settings.drive_node and len(data) == 1:
             self._drive.alive(now)
             self._look()
         return self._out()
@@ -172,8 +168,7 @@ class Encoder:
     @property
     def due(self) -> float:
         """When `advance` has something to do next [s]."""
-        times = [self._heartbeat.due, self._drive.due, *(tpdo.due for tpdo in self._tpdos)]
-        return min(*times, self._emergencies.due(self._faults), self._saving.due)
+        return min(self._schedule.due, self._drive.due, self._emergencies.due(self._faults), self._saving.due)
 
     def stop(self) -> None:
         """Power down in order: a position at rest is saved."""
@@ -222,12 +217,9 @@ class Encoder:
         if self._drive.check(now) or changed:
             self._look()
         self._emergencies.tell(self._now, self._faults, self._status)
-        if self._heartbeat.take(now):
-            self._node.wire.send_message(_HEARTBEAT + self.settings.node_id, bytes([self._node.state]))
         if self._node.state == OPERATIONAL:
             self._published.follow(now)
-            for tpdo in self._tpdos:
-                tpdo.tick(now)
+        self._schedule.tick(now)
 
     # ---- the drive ----------------------------------------------------------------------------------------------
 
@@ -249,7 +241,7 @@ class Encoder:
         )
         if estimate.status is Status.TIME_FROZEN:
             return
-        self._drive.heard(self._now)
+        self._drive.sampled(self._now)
         self._sample, self._estimate = sample, estimate
         after = self._sensor.state
         if (after["time"], after["started"]) != (before["time"], before["started"]):  # else it was passed over
@@ -332,31 +324,17 @@ class Encoder:
         elif command == RESET_COMMUNICATION:
             self._reset((COMMUNICATION,))
         elif command:
-            self._restart_pdos()
+            self._schedule.restart_pdos(self._now)
             self._look()
 
     def _reset(self, groups: tuple[str, ...]) -> None:
         """Take stored parameters and boot. The sensor goes on: an absolute encoder knows its position over a reset."""
         stored = self._stored.load(groups)
-        self._link_timers(0x6200 if (0x6200, 0) in stored else 0x1800)
+        self._schedule.link_timers(0x6200 if (0x6200, 0) in stored else 0x1800)
         self._emergencies.forget()
         self._node.boot()
-        self._heartbeat.start(self._now, self._node.get(0x1017) * 1e-3, at_once=False)
-        self._restart_pdos()
+        self._schedule.start(self._now)
         self._look()
-
-    def _restart_pdos(self) -> None:
-        for tpdo in self._tpdos:
-            tpdo.restart(self._now, self._node.state == OPERATIONAL)
-            if self._node.state == OPERATIONAL:
-                tpdo.tick(self._now)
-
-    def _link_timers(self, by: int) -> None:
-        """1800h:05 and 6200h are one."""
-        if by == 0x6200:
-            self._node.set(0x1800, 5, self._node.get(0x6200))
-        else:
-            self._node.set(0x6200, 0, self._node.get(0x1800, 5))
 
     def _out(self) -> list[Frame]:
         sent, self._node.wire.sent = self._node.wire.sent, []
@@ -369,12 +347,7 @@ class Encoder:
         self._after_write.clear()
         self._node.request(data)
         for index in self._after_write:  # only once the value is stored
-            if index in (0x6200, 0x1800):
-                self._link_timers(index)
-            if index in (0x6200, 0x1800, 0x1801):
-                self._restart_pdos()
-            elif index == 0x1017:
-                self._heartbeat.start(self._now, self._node.get(0x1017) * 1e-3, at_once=False)
+            self._schedule.written(self._now, index)
 
     def _read(self, index: int, subindex: int) -> int | str | None:
         """Values that change by themselves; None for those that are stored."""
@@ -426,8 +399,8 @@ class Encoder:
             if value != 0:
                 refuse(INVALID)
             self._emergencies.history.clear()
-        elif index in (0x1800, 0x1801, 0x1A00, 0x1A01):
-            self._tpdos[index & 1].check(index, subindex, value)
+        elif index in PDOS:
+            self._schedule.check(index, subindex, value)
         elif index == 0x1016:
             self._drive.expect(value)
         elif index == 0x2003:
@@ -443,15 +416,11 @@ class Encoder:
 
     def _refusal(self, index: int, subindex: int, value: int) -> int:
         """The abort code for a parameter that can never have this value; 0 if it can."""
-        if index == 0x1017 and 0 < value < SHORTEST_HEARTBEAT:
-            return TOO_LOW
         if index == 0x2001 and self._scale.is_plausible(value):
             return INVALID
         if index == 0x6000 and value & ~(BY_6005 | DOWNWARDS):
             return INVALID
-        if index in (0x1800, 0x1801):
-            return self._tpdos[index & 1].refusal(subindex, value)
-        return 0
+        return self._schedule.refusal(index, subindex, value)
 
     # ---- saving -------------------------------------------------------------------------------------------------
 

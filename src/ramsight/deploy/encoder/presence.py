@@ -21,7 +21,7 @@ class Presence:
 
     def __init__(self, node: Node, drive_node: int | None) -> None:
         self._node, self._drive_node = node, drive_node
-        self._heard = self._alive = -math.inf
+        self._sampled = self._alive = -math.inf
         self.silent = self.gone = False
 
     @property
@@ -29,9 +29,9 @@ class Presence:
         """Whether the drive is silent or gone."""
         return self.silent or self.gone
 
-    def heard(self, now: float) -> None:
+    def sampled(self, now: float) -> None:
         """A sample has come, or waiting for one begins [s]."""
-        self._heard, self.silent = now, False
+        self._sampled, self.silent = now, False
 
     def alive(self, now: float) -> None:
         """A heartbeat has come [s]."""
@@ -56,7 +56,7 @@ class Presence:
 
     @property
     def _silent_at(self) -> float:
-        return self._heard + self._node.get(0x2002) * 1e-3
+        return self._sampled + self._node.get(0x2002) * 1e-3
 
     @property
     def _gone_at(self) -> float:

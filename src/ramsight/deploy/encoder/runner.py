@@ -20,7 +20,7 @@ class BusError(RamsightError):
     """A bus that cannot be opened."""
 
 
-_LONGEST_WAIT = 0.1  # s; so that a wish to stop is heard
+_LONGEST_WAIT = 0.1  # s; so that a wish to stop is noticed
 _AFTER_ERROR = 0.05  # s; a bus that is off is not asked without pause
 
 

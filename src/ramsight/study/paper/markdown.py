@@ -16,7 +16,7 @@ INTRODUCTION = (
     "The paper finds the position of a hydraulic cylinder from the speed and torque of the electric motor that "
     "drives its pumps, by a table of movement per motor revolution over torque. This report redoes that study with "
     "a simulation of the same machine, by the paper's own method, shows where the method ends and why, and runs a "
-    "second sensor beside it: volume balance, which keeps book of the oil instead of the revolutions.",
+    "second sensor beside it: volume balance, which counts the oil instead of the revolutions.",
     "Most numbers of the paper's tables 1 and 2 are lost, so the machine's parameters are derived from what the "
     "text gives: loads, displacements, the laws and their nominal points. None of them was tuned to the paper's "
     "errors, but for one: the paper does not say how long the motor's ramps are, and 0.8 s is the length that gives "

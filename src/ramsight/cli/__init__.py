@@ -1,0 +1,6 @@
+"""The command line: one verb a function, nothing else. Whatever a verb needs is imported inside it."""
+
+from ramsight.cli.running import main
+from ramsight.cli.verbs import app
+
+__all__ = ["app", "main"]

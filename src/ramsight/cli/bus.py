@@ -1,0 +1,79 @@
+"""The verb that is a node on a bus."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ramsight.cli.common import DrivenUnit, Machine, say_written
+
+
+def encoder(
+    machine: Machine,
+    unit: DrivenUnit,
+    channel: Annotated[str, typer.Option(help="The bus: can0, 239.74.163.2, ...")],
+    node_id: Annotated[int, typer.Option(help="The encoder's node-ID, 1 to 127.")],
+    drive_node: Annotated[int, typer.Option(help="The drive's node-ID.")],
+    interface: Annotated[
+        str, typer.Option(help="python-can's name of the interface: socketcan, udp_multicast, virtual, ...")
+    ] = "socketcan",
+    objects: Annotated[
+        str, typer.Option(help="What the drive maps into 180h + its node-ID, in order.")
+    ] = "606Ch, 6077h",
+    rated_torque: Annotated[str | None, typer.Option(help="6076h of the drive, which 6077h is per mille of.")] = None,
+    channel_map: Annotated[
+        Path | None, typer.Option("--map", help="What the frames mean, instead of --objects: see docs/encoder.md.")
+    ] = None,
+    state: Annotated[Path | None, typer.Option(help="Keep position and parameters here over a power loss.")] = None,
+    hold: Annotated[bool, typer.Option("--hold", help="An invalid position is held; else 6004h is 7FFFFFFFh.")] = False,
+    timeout: Annotated[str | None, typer.Option(help="So long without the drive is invalid [default: 100 ms].")] = None,
+    serial: Annotated[int, typer.Option(min=0, max=0xFFFFFFFF, help="Its serial number.")] = 0,
+    eds: Annotated[Path | None, typer.Option(help="Write its EDS file here first: .eds.")] = None,
+) -> None:
+    """Be a position sensor on a CANopen bus: a linear encoder of CiA 406.
+
+    Listens to the drive's process data, follows the piston with the kalman sensor, and offers 6004h, 6030h, alarms,
+    warnings and emergencies as a wire-draw or magnetostrictive sensor does, so that a controller need not be changed.
+    A preset (6003h) is a reference by hand; end stops are references too. Runs until Ctrl-C.
+
+    Example: ramsight encoder mining-loader --unit boom --channel can0 --node-id 6 --drive-node 5 --rated-torque 80Nm
+    """
+    from ramsight.logs.source import needs
+    from ramsight.machine import load as load_machine
+    from ramsight.output import atomic_path, check_apart, check_state, check_target
+    from ramsight.plant.build import build
+    from ramsight.units import parse_option
+
+    needs("canopen", "can", channel)
+    needs("can", "can", channel)
+    from ramsight.deploy.encoder.assembly import encoder_for, overrides
+    from ramsight.deploy.encoder.eds import eds_text
+    from ramsight.deploy.encoder.encoder import Settings
+    from ramsight.deploy.encoder.flood import limited_log_lines
+    from ramsight.deploy.encoder.listening import drive_map
+    from ramsight.deploy.encoder.runner import open_bus, serve, until_stopped
+    from ramsight.logs.channel_map import load_map
+
+    check_target(eds, (".eds",))
+    check_apart({"the machine": machine, "--map": channel_map}, {"--state": state, "--eds": eds})
+    check_state(state)
+    within = None if timeout is None else parse_option(timeout, "s", "--timeout", least="10 ms", most="10 s")
+    rated = (
+        None
+        if rated_torque is None
+        else parse_option(rated_torque, "N m", "--rated-torque", least="0.01 N m", most="1e5 N m")
+    )
+    settings = Settings(node_id, drive_node, serial, overrides(hold, within))
+    built = build(unit, load_machine(machine).unit(unit))
+    meanings = drive_map(drive_node, objects.split(","), rated) if channel_map is None else load_map(channel_map)
+    ready = encoder_for(built, meanings, settings, state, aside=True)
+    if eds is not None:
+        with atomic_path(eds) as draft:
+            draft.write_text(eds_text(), encoding="ascii")
+        say_written(eds)
+    with open_bus(interface, channel) as bus, limited_log_lines(), until_stopped() as stop:
+        typer.echo(f"{channel}: node {node_id} is the position of {unit}; {ready.said}")
+        serve(ready, bus, stop)
+    typer.echo(f"{channel}: node {node_id} is gone; {ready.said}")

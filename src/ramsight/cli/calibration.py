@@ -1,0 +1,118 @@
+"""Verbs that measure a machine or make a sensor to measure."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ramsight.cli.common import DriveLog, DrivenUnit, Machine, SensedUnit, say_written
+
+
+def calibrate(
+    machine: Machine,
+    unit: SensedUnit,
+    out: Annotated[Path, typer.Option(help="The sensor file, for example boom.sensor.")],
+    speed: Annotated[str, typer.Option(help="Constant motor speed of the calibration.")] = "1500 rpm",
+    loads: Annotated[int, typer.Option(min=8, max=1000, help="How many loads.")] = 40,
+) -> None:
+    """Make the paper's look-up table from simulated runs, and keep it as a sensor file.
+
+    The unit lifts and lowers loads from 1 kN to the relief valve's opening at a constant speed, at oil
+    temperatures from 20 to 70 °C; the table says how far the rod moves per motor revolution at each motor torque.
+
+    Example: ramsight calibrate mining-loader --unit boom --out boom.sensor
+    """
+    from ramsight.calibration.cached import calibrated
+    from ramsight.calibration.movement import TEMPERATURES
+    from ramsight.calibration.sensor_file import SUFFIX, save
+    from ramsight.machine import load as load_machine
+    from ramsight.output import check_apart, check_target
+    from ramsight.plant.build import build
+    from ramsight.progress import progress
+    from ramsight.units import format_si, parse_option
+
+    check_target(out, (SUFFIX,))
+    check_apart({"the machine": machine}, {"--out": out})
+    described = load_machine(machine).unit(unit)
+    fastest = format_si(described.drive.max_speed, "rpm")
+    motor_speed = parse_option(speed, "rad/s", "--speed", least="100 rpm", most=fastest)
+    with progress(2 * loads * len(TEMPERATURES), "calibrating the table") as bar:
+        movement = calibrated(build(unit, described), motor_speed=motor_speed, loads=loads, advance=bar.advance)
+    save(movement, out)
+    typer.echo(
+        f"{out}: written; {unit}, {loads} loads at {len(TEMPERATURES)} oil temperatures, torque from "
+        f"{movement.lift_torque[0]:.1f} to {movement.lift_torque[-1]:.1f} N m while lifting"
+    )
+
+
+def leaktest(
+    machine: Machine,
+    log: DriveLog,
+    unit: DrivenUnit,
+) -> None:
+    """Measure a pump's leakage from a drive log, with no position reference.
+
+    Turn the motor slowly in the lifting direction under load (60 rpm, then 100 rpm, 6 s each): the safety valve stays
+    closed, no oil reaches the cylinder, and what the pump moves is what leaks. Says how much it leaks over its data
+    sheet, corrected for the oil's viscosity, and how sure that is.
+
+    Example: ramsight leaktest mining-loader log.csv.gz --unit boom
+    """
+    from ramsight.calibration.leakage import leak_test, leak_test_summary
+    from ramsight.logs import read_drive_log
+    from ramsight.machine import load as load_machine
+    from ramsight.plant.build import build
+
+    built = build(unit, load_machine(machine).unit(unit))
+    typer.echo(leak_test_summary(leak_test(built, read_drive_log(log, strict=True))))
+
+
+def identify(
+    machine: Machine,
+    log: DriveLog,
+    unit: DrivenUnit,
+    truth: Annotated[Path, typer.Option(help="Its measured position: time_s and position_m, .csv or .csv.gz.")],
+    out: Annotated[Path | None, typer.Option(help="The tuned machine's description: .toml.")] = None,
+) -> None:
+    """Find how a machine differs from its data sheet, with a position sensor put on for a day.
+
+    Work the unit under several loads for some minutes, lifting and lowering each, with the drive's log and the
+    position on one clock. Fits leakage (through gaps, and like an orifice's), displacement, stiffness of oil and hoses,
+    cylinder friction and the pumps' hydro-mechanical efficiency, each with a 95 % interval; what the log cannot tell
+    stays at the data sheet, and is said. The unit may have any circuit, loss tables, seal leakage, free air: it is its
+    own equations that run along the log.
+
+    Loads need not be known and may change at rest; three and more, each lifted and lowered, tell the pumps' friction
+    from the cylinder's. Moves of three seconds and more at steady speeds tell most; slow and fast ones tell leakage
+    from displacement. End stops and relief are left out by themselves. Nothing but time_s and position_m is used of
+    the truth. The tuned description goes wherever a machine goes: check, track, ...
+
+    Example: ramsight identify mining-loader log.csv.gz --unit boom --truth position.csv --out tuned.toml
+    """
+    from ramsight.calibration.identify import EVALUATIONS
+    from ramsight.calibration.identify import identify as identify_unit
+    from ramsight.calibration.identify_report import summary
+    from ramsight.calibration.identify_tuned import tuned
+    from ramsight.duty.plausible import watched
+    from ramsight.logs import read_drive_log, read_truth
+    from ramsight.machine import load as load_machine
+    from ramsight.output import atomic_path, check_apart, check_target
+    from ramsight.plant.build import build
+    from ramsight.progress import progress
+
+    check_target(out, (".toml",))
+    check_apart({"the machine": machine, "the log": log, "--truth": truth}, {"--out": out})
+    description = load_machine(machine)
+    built = build(unit, description.unit(unit))
+    recorded, known = read_drive_log(log, strict=True), read_truth(truth)
+    recorded = next(watched([recorded], built, log))
+    with progress(EVALUATIONS, "identifying") as bar:
+        found = identify_unit(built, recorded, known, advance=bar.advance)
+    if out is not None:
+        text = tuned(description, unit, found, log.name, truth.name).text
+        with atomic_path(out) as draft:
+            draft.write_text(text, encoding="utf-8")
+    typer.echo(summary(found))
+    say_written(out)

@@ -1,0 +1,25 @@
+"""What verbs share: how a group of them behaves, arguments that several take, how they say what was written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+Machine = Annotated[str, typer.Argument(help="A description file, or a catalogue name.")]
+DrivenUnit = Annotated[str, typer.Option(help="The unit that the drive turns, for example boom.")]
+SensedUnit = Annotated[str, typer.Option(help="The unit that the sensor is for, for example boom.")]
+DriveLog = Annotated[Path, typer.Argument(help="Drive log, .csv or .csv.gz.")]
+
+
+def group(**options: Any) -> typer.Typer:
+    """A group of verbs, empty as yet; options are those of Typer."""
+    return typer.Typer(rich_markup_mode=None, context_settings={"help_option_names": ["-h", "--help"]}, **options)
+
+
+def say_written(*paths: Path | None) -> None:
+    """Say which files were written; None was not asked for."""
+    for path in paths:
+        if path is not None:
+            typer.echo(f"{path}: written")

@@ -1,0 +1,63 @@
+"""Running the command line: what a user can mend is one line on standard error, and exit code 2."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import Any
+
+import typer
+
+from ramsight.cli.verbs import app
+
+
+def main() -> None:
+    """Run the command line: one line on standard error and exit code 2 for whatever a user can mend."""
+    from ramsight.errors import RamsightError
+
+    _say_warnings()
+    try:
+        app()
+    except RamsightError as error:
+        typer.echo(f"error: {' '.join(str(error).split())}", err=True)
+        sys.exit(2)
+    except OSError as error:
+        typer.echo(f"error: {_cause(error)}{error.strerror or error}", err=True)
+        sys.exit(2)
+
+
+def _say_warnings() -> None:
+    """Warnings about logs are a line on standard error each; what other libraries log is not shown."""
+    import logging
+    import warnings
+
+    from ramsight.engine.private_folder import FolderWarning
+    from ramsight.errors import LogWarning
+
+    told = (LogWarning, FolderWarning)
+    logging.getLogger().addHandler(logging.NullHandler())
+    usual = warnings.showwarning
+
+    def show(message: Warning | str, category: type[Warning], *rest: Any, **more: Any) -> None:
+        if issubclass(category, told):
+            typer.echo(f"warning: {' '.join(str(message).split())}", err=True)
+        else:
+            usual(message, category, *rest, **more)
+
+    warnings.showwarning = show
+    for kind in told:
+        warnings.simplefilter("always", kind)
+
+
+def _cause(error: OSError) -> str:
+    """What could not be read or written: a file, or standard output if that is full or gone."""
+    if error.filename is not None:
+        return f"{os.fsdecode(error.filename)}: "
+    frame = error.__traceback__
+    while frame is not None and frame.tb_next is not None:
+        frame = frame.tb_next
+    module = "" if frame is None else str(frame.tb_frame.f_globals.get("__name__", ""))
+    if module.partition(".")[0] not in ("click", "rich", "typer"):
+        return ""
+    sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - for the interpreter's last flush
+    return "standard output: "

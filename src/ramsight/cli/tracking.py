@@ -1,0 +1,148 @@
+"""Verbs from a log to a position: look into the log, track."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ramsight.cli.common import DrivenUnit, Machine, say_written
+
+
+def logs_inspect(
+    file: Annotated[Path, typer.Argument(help="The log: CSV, Parquet, MF4, BLF, ASC or candump, by its suffix.")],
+    dbc: Annotated[list[Path] | None, typer.Option(help="What CAN frames mean: a DBC file; may be repeated.")] = None,
+    channel_map: Annotated[
+        Path | None, typer.Option("--map", help="What is known already: the layout of a CSV file, PDOs, ...")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Write the proposed channel map here: .toml.")] = None,
+) -> None:
+    """Show what is in a log, and propose which of its channels are speed, torque and oil temperature.
+
+    Lists every channel with its unit, how many samples it has, how often they come and between what values they lie,
+    and prints a channel map in TOML. Check it - names, units, and signs above all: positive speed extends the rod,
+    positive torque drives that way - then track with it.
+
+    Example: ramsight logs inspect day.mf4 --out map.toml; ramsight track my-machine.toml day.mf4 --map map.toml ...
+    """
+    from ramsight.logs.inspect import inspect_log
+    from ramsight.logs.proposal import map_text
+    from ramsight.logs.shown import show
+    from ramsight.output import atomic_path, check_apart, check_target
+    from ramsight.progress import progress
+
+    check_target(out, (".toml",))
+    check_apart({"the log": file, "--map": channel_map}, {"--out": out})
+    with progress(1.0, "looking through") as bar:
+        found = inspect_log(file, channel_map, dbc=dbc or (), advance=bar.advance)
+    show(found)
+    text = map_text(found, None if out is None else out.parent)
+    if out is None:
+        typer.echo(f"\n{text}", nl=False)
+        return
+    with atomic_path(out) as draft:
+        draft.write_text(text, encoding="utf-8")
+    typer.echo(f"{out}: written; check it, signs above all")
+
+
+def track(
+    machine: Machine,
+    log: Annotated[Path, typer.Argument(help="Drive log: CSV, Parquet, MF4, BLF, ASC or candump, by its suffix.")],
+    unit: DrivenUnit,
+    start: Annotated[
+        str | None,
+        typer.Option(
+            help='Piston position at the first sample, 0 = retracted: "100 mm". The kalman sensor does without: it is '
+            "not referenced until it meets an end stop or a reference."
+        ),
+    ] = None,
+    start_std: Annotated[str, typer.Option(help="Standard deviation of that position.")] = "1 mm",
+    sensor: Annotated[
+        str,
+        typer.Option(
+            help="kalman: calibrates itself; balance: of volumes, by the data sheet; table: the paper's look-up "
+            "table; or a file of 'calibrate'."
+        ),
+    ] = "kalman",
+    state: Annotated[
+        Path | None,
+        typer.Option(
+            help="Resume the kalman sensor from this file if it is there, and keep its state in it at the end."
+        ),
+    ] = None,
+    channel_map: Annotated[
+        Path | None,
+        typer.Option("--map", help="Which of the log's channels are what: a TOML file of 'ramsight logs inspect'."),
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="The track: .csv, .csv.gz, .parquet, .mf4 or .nc.")] = None,
+    truth: Annotated[Path | None, typer.Option(help="True position, to print the errors: .csv or .csv.gz.")] = None,
+    figure: Annotated[Path | None, typer.Option(help="A picture of it: .png, .svg or .pdf.")] = None,
+) -> None:
+    """Say where the piston was, from the log of a motor drive.
+
+    The log has the columns time_s, motor_speed_rpm, motor_torque_nm and oil_temperature_c, and perhaps reference_m:
+    empty, or the position that a switch knows at that instant. For any other log, and for CAN frames, a channel map
+    says which channels are what: ramsight logs inspect proposes one. The track has time_s, position_m, position_std_m
+    (empty where the sensor does not know it) and status; as .nc also velocity, load, pressures and what it learned.
+
+    Example: ramsight track mining-loader log.csv.gz --unit boom --start "100 mm" --out track.csv
+    """
+    from ramsight.calibration.sensors import TABLE_RUNS, sensor_for
+    from ramsight.duty.plausible import watched
+    from ramsight.logs import open_log, read_truth
+    from ramsight.machine import load as load_machine
+    from ramsight.output import DATASET_FILES, check_apart, check_installed, check_state, check_target
+    from ramsight.plant.build import build
+    from ramsight.progress import progress
+    from ramsight.sensor.persistence import StateFile, said
+    from ramsight.study.errors import position_errors
+    from ramsight.study.figures import tracked_figure
+    from ramsight.study.pieces import track_pieces
+    from ramsight.study.tracking import error_summary
+    from ramsight.units import format_si, parse_option
+
+    check_target(out, DATASET_FILES)
+    if out is not None:
+        check_installed(out)
+    check_target(figure, (".png", ".svg", ".pdf"))
+    read: dict[str, str | Path | None] = {
+        "the machine": machine,
+        "the log": log,
+        "--sensor": sensor,
+        "--map": channel_map,
+        "--truth": truth,
+    }
+    check_apart(read, {"--out": out, "--figure": figure, "--state": state})
+    check_state(state)
+    description = load_machine(machine)
+    built = build(unit, description.unit(unit))
+    stroke = format_si(built.cylinder.stroke, "mm")
+    position = None if start is None else parse_option(start, "m", "--start", least="0 mm", most=stroke)
+    std = parse_option(start_std, "m", "--start-std", least="0.01 mm", most=stroke)
+    true = None if truth is None else read_truth(truth)
+    with progress(TABLE_RUNS, "calibrating the table") as bar:
+        virtual = sensor_for(built, sensor, advance=bar.advance)
+    kept = None if state is None else StateFile(state, virtual)
+    if kept is not None and position is None:
+        typer.echo(said(kept.resume(), kept.path))
+    else:
+        virtual.start(position, std)
+    with progress(1.0, "tracking") as bar:
+        pieces = watched(open_log(log, channel_map, advance=bar.advance), built, log, channel_map)
+        done = track_pieces(
+            virtual, pieces, out, keep_track=true is not None or figure is not None, keep_log=figure is not None
+        )
+    if kept is not None:
+        kept.save()
+    errors = None
+    if true is not None and done.track is not None:
+        compared = position_errors(*(part[name].values for part in (done.track, true) for name in ("time", "position")))
+        errors = f"{error_summary(done.track, true)}; over {compared.samples} of {done.track.sizes['time']} samples"
+    if figure is not None and done.track is not None and done.log is not None:
+        title = f"{description.title or description.name}, {unit}: {log.name}"
+        tracked_figure(done.log, done.track, true, title, figure)
+    typer.echo(done.summary)
+    if errors is not None:
+        typer.echo(errors)
+    say_written(out, figure, state)
