@@ -93,9 +93,7 @@ class AssumedMachine(Part):
         ),
     ] = 0.2e-3
     # With the torque's gain in it.
-    relief: Annotated[
-        float, quantity("%", "of the relief valves' settings, std", least="0.1 %", most="30 %")
-    ] = 0.03
+    relief: Annotated[float, quantity("%", "of the relief valves' settings, std", least="0.1 %", most="30 %")] = 0.03
 
 
 class AssumedThermometer(Part):
