@@ -15,7 +15,8 @@ from ramsight.sensor.intake import Intake
 from ramsight.sensor.judgement import Relief, judge
 from ramsight.sensor.leaking import Leaking
 from ramsight.sensor.load import LoadStep
-from ramsight.sensor.relief import delivers, passed_share, passing
+from ramsight.sensor.pumping import delivers, one_sided
+from ramsight.sensor.relief import passed_share, passing
 from ramsight.sensor.resting import unseen_load
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import SensorGraph

@@ -100,6 +100,7 @@ class Balance:
     Attributes:
         unit: without mass and end stops, with a motor whose speed is what is reported.
         states: names of the states; the position is the first.
+        mass: that the piston moves [kg]; next to none of it is in the balance.
         parameters, values: names and values of the circuit's parameters, in the order of `p`.
 
     Example:
@@ -117,6 +118,7 @@ class Balance:
     def __init__(self, unit: HydraulicUnit) -> None:
         cylinder = replace(unit.cylinder, stop_stiffness=0.0, mass=_MASSLESS * unit.cylinder.mass)
         changed: dict[str, Any] = {"cylinder": cylinder, "drive": IdealDrive("drive", unit.drive.inertia)}
+        self.mass = float(unit.cylinder.mass)
         self.unit: Any = replace(unit, **changed)  # type: ignore[type-var]
         circuit = Circuit(self.unit.oil, self.unit.tank_pressure, keep_coefficients=True)
         for part in self.unit.parts():

@@ -20,7 +20,6 @@ stays at that load while a closed volume would lose it.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -78,14 +77,11 @@ class ContactWatch:
     Args:
         graph: gains states.
         lift_sign: +1 if extension lifts the load, -1 if retraction does.
-        mass: that the piston moves [kg].
-        friction: that keeps it where it is [N].
     """
 
-    def __init__(self, graph: SensorGraph, lift_sign: float, mass: float, friction: float) -> None:
+    def __init__(self, graph: SensorGraph, lift_sign: float) -> None:
         self._graph, self._lift = graph, lift_sign
-        self._friction, self._kept_for = graph.parameters.add("friction", friction), graph.state("torque_kept_for")
-        self._mass, self._stood = graph.parameters.add("mass", mass), graph.state("stands_for")
+        self._kept_for, self._stood = graph.state("torque_kept_for"), graph.state("stands_for")
         self._sank = graph.state("sank")
         self.held = graph.state("held")
         self._direction = graph.state("held_direction")
@@ -124,8 +120,7 @@ class ContactWatch:
         # A mass that bounces on its oil stands for half a period at most.
         stood = self._stood + graph.elapsed
         graph.becomes("stands_for", ca.if_else(stands, stood, 0.0))
-        bounced = stood > math.pi * ca.sqrt(self._mass * step.give)
-        in_vain = ca.logic_and(ca.logic_and(stands, bounced), ca.fabs(delivered) > _SURE * sigma)
+        in_vain = ca.logic_and(ca.logic_and(stands, stood > step.bounce), ca.fabs(delivered) > _SURE * sigma)
         # Oil that is drawn from the tank moves nothing: the load has come to stand on something else.
         lowers = ca.logic_and(turns, way == -self._lift)
         sinks = ca.logic_and(step.empty, ca.logic_and(free, lowers))
@@ -173,7 +168,8 @@ class ContactWatch:
     def _leaves_at_rest(self, step: LoadStep, turns: Any, pressed: Any) -> Any:
         """Whether a held piston has left what holds it while the motor stands."""
         rests = ca.logic_and(self.held, ca.logic_and(ca.logic_not(turns), self._graph.elapsed > 0.0))
-        lost = pressed * self._direction < -self._friction
+        friction = self._graph.parameters.symbol("circuit.cylinder.coulomb_friction")
+        lost = pressed * self._direction < -friction
         shown = step.seen > _SHOWN
         kept = ca.logic_and(shown, step.surprise * self._direction > _NOISE * step.noise)
         kept_for = ca.if_else(ca.logic_and(rests, kept), self._kept_for + self._graph.elapsed, 0.0)

@@ -63,7 +63,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     symbol = graph.parameters.symbol
     viscosity = circuit.oil_of(lambda name: symbol(f"circuit.{name}")).viscosity
     leaking = Leaking(graph, viscosity, first, observer.expected / symbol("relief_torque"))
-    watch = ContactWatch(graph, float(unit.lift_sign), float(unit.cylinder.mass), float(unit.cylinder.coulomb_friction))
+    watch = ContactWatch(graph, float(unit.lift_sign))
     bank = Hypotheses(graph, stroke, assumed, known=referenced, first=first, start_variance=variance)
 
     around = bank.means()

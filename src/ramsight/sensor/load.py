@@ -14,6 +14,8 @@ The gain is never above 1/(travel per angle), which is what virtual work allows:
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,6 +24,7 @@ import casadi as ca
 from ramsight.plant.balance import FACTORS, Balance, Solution
 from ramsight.plant.limits import Limits
 from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.pumping import one_sided
 from ramsight.sensor.virtual_sensor import SensorGraph
 
 _SHORTEST = 1e-3  # s; a step that is solved even where no time passed, and not used then
@@ -30,7 +33,7 @@ _SEEN_AT = 0.5  # share of what virtual work says that a torque shows of a load,
 _STANDING = 1.0  # rad/s; friction of a motor slower than this has a sign that nobody knows
 _WITHIN = 0.2  # s; time constant for a torque that friction at standstill may explain
 _ROUGHER = 1.25  # friction of a usual pump over the described one
-_NOTHING = 0.02  # share of the load at relief pressure below which nothing moves the piston, friction being as much
+_NOTHING = 4.0  # standard deviations of the torque; a load that shows no more may be none
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,7 @@ class LoadStep:
         friction: that hides a torque at standstill, its sign unknown [N m]; 0 while the motor turns.
         noise_travel: of the position from that noise [m].
         give: travel per load that the oil's compression allows [m/N].
+        bounce: half a period of the mass on that oil [s].
         seen: how much the torque shows of the load, 1 where virtual work holds, 0 where it is blind [1].
         load: on the piston, friction in it [N].
         asked: the load that the torque asks for, be it possible or not [N].
@@ -69,6 +73,7 @@ class LoadStep:
     friction: Any
     noise_travel: Any
     give: Any
+    bounce: Any
     seen: Any
     load: Any
     asked: Any
@@ -113,6 +118,7 @@ class LoadObserver:
         self._load = graph.state("load", load)
         self.expected = graph.state("expected_torque")
         self._give = graph.state("give")
+        self._bounce = math.pi * ca.sqrt(add("mass", balance.mass) * self._give)
         self._walked = graph.state("load_variance")
         self._initial = graph.state("first_load_variance", (0.3 * limits.load) ** 2)
         self._slopes = {name: [graph.state(f"{state}_by_{name}") for state in self._names] for name in FACTORS}
@@ -177,15 +183,17 @@ class LoadObserver:
         guess = balance.possible(first.z + by_load * d_walked + by_initial * d_initial)
         second = solve(z0, corrected, guess, 2)
         moves = graph.elapsed > 0.0
-        goes = ca.logic_and(moves, ca.logic_not(self._is_empty(second.z)))
         z = ca.if_else(moves, second.z, before)
+        may_be_empty, empty = self._is_empty(z, corrected)
+        goes = ca.logic_and(moves, ca.logic_not(empty))
         self._keep(z, ca.if_else(moves, corrected, load))
         graph.becomes("load_variance", ca.if_else(moves, (1.0 - k_walked * h_walked) * walked, self._walked))
         kept = ca.if_else(moves, (1.0 - k_initial * h_initial) * initial, self._initial)
         graph.becomes("first_load_variance", kept)
-        gain = (k_initial + k_walked) * ca.if_else(ca.fabs(missed) < friction, slowly, 1.0)
-        travel_by, torque_by = self._follow(first, by_load, gain, corrected == asked, moves, goes)
-        give = ca.if_else(held, self._give, ca.fabs(by_large[0]))
+        believed = ca.if_else(ca.fabs(missed) < friction, slowly, 1.0)
+        taken = [k_initial * believed, k_walked * believed]
+        travel_by, torque_by = self._follow(first, second, by_first, taken, corrected == asked, moves, goes)
+        give = ca.if_else(ca.logic_or(held, may_be_empty), self._give, ca.fabs(by_large[0]))
         graph.becomes("give", give)
         self._graph.becomes("expected_torque", second.torque)
         noise = drive.torque * self._relief_torque
@@ -200,24 +208,38 @@ class LoadObserver:
             friction=friction,
             noise_travel=give * noise / unit,
             give=give,
+            bounce=self._bounce,
             seen=ca.fmin(ca.fabs(h_walked) / unit, 1.0),
             load=ca.if_else(moves, corrected, load),
             asked=asked,
             load_std=ca.sqrt(ca.fmax(walked + initial, 0.0)),
             carried=balance.force(z),
-            empty=self._is_empty(z),
+            empty=empty,
             torque=second.torque,
             z=z,
             velocity=z[1],
         )
 
-    def _is_empty(self, z: Any) -> Any:
-        """Whether oil gives the piston no force: then nothing in the circuit says where it goes, and it stays."""
-        balance = self._balance
-        held = getattr(balance.unit.cylinder, f"node_{balance.unit.held}")
-        tank = self._p[balance.parameters.index("tank.pressure")]
-        lost = z[balance.states.index(f"pressure_{held}")] < tank
-        return ca.logic_and(lost, ca.fabs(balance.force(z)) < _NOTHING * self._relief_load)
+    def _is_empty(self, z: Any, load: Any) -> tuple[Any, Any]:
+        """Whether oil may give the piston no force, and whether it surely gives none.
+
+        Then nothing in the circuit says where the piston goes, and it stays. Where the pump acts on one side only, that
+        is so as soon as there may be no load and the pump does not deliver: a load that rests on something else leaves
+        the oil, and the pump draws from the tank. One that bounces on its oil comes back within half a period.
+        """
+        graph, balance = self._graph, self._balance
+        least = _NOTHING * self._assumptions.drive.torque * self._relief_load
+        if not one_sided(balance):
+            held = getattr(balance.unit.cylinder, f"node_{balance.unit.held}")
+            tank = self._p[balance.parameters.index("tank.pressure")]
+            lost = z[balance.states.index(f"pressure_{held}")] < tank
+            empty = ca.logic_and(lost, ca.fabs(balance.force(z)) < least)
+            return empty, empty
+        none = ca.logic_and(load < least, balance.unit.lift_sign * graph.motor_speed <= 0.0)
+        since = graph.state("empty_for")
+        since_1 = ca.if_else(none, since + graph.elapsed, 0.0)
+        graph.becomes("empty_for", since_1)
+        return none, since_1 > self._bounce
 
     def _holds(self, first: Solution) -> Any:
         """Whether the motor's torque holds the load, and no valve does.
@@ -256,11 +278,19 @@ class LoadObserver:
         return (drive.torque * self._relief_torque) ** 2 + timing_1, ca.if_else(stands, _ROUGHER * friction, 0.0)
 
     def _follow(
-        self, first: Solution, by_load: Any, gain: Any, possible: Any, moves: Any, goes: Any
+        self,
+        first: Solution,
+        second: Solution,
+        by_first: Any,
+        gains: Sequence[Any],
+        possible: Any,
+        moves: Any,
+        goes: Any,
     ) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
         """How the step would have been with other factors, the same torques correcting the load: its derivatives.
 
-        A load that is not `possible` is the limit whatever the factors are.
+        What the torque shows is the first solution's; what the oil gives way under the load that it corrected, the
+        second one's. A load that is not `possible` is the limit whatever the factors are.
         """
         travel, torque = [], []
         for k, name in enumerate(FACTORS):
@@ -268,9 +298,10 @@ class LoadObserver:
             before = ca.vertcat(0.0, *z0)
             free = first.by_factor(k, before, load0)
             shown = first.torque_by(free) + first.torque_by_factor(k)
-            change = ca.if_else(possible, -gain * shown, -load0)
-            z = free + by_load * change
-            after = [z[i] for i in range(1, z.numel())] + [load0 + change]
+            initial, walked = (-gain * shown for gain in gains)
+            load = ca.if_else(possible, load0 + initial + walked, 0.0)
+            z = second.by_factor(k, before + by_first * initial, load)
+            after = [z[i] for i in range(1, z.numel())] + [load]
             for state, old, new in zip(self._names, self._slopes[name], after, strict=True):
                 self._graph.becomes(f"{state}_by_{name}", ca.if_else(moves, new, old))
             travel.append(ca.if_else(goes, z[0], 0.0))

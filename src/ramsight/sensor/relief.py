@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Any
 
 import casadi as ca
 
 from ramsight.plant.balance import Balance
 from ramsight.plant.circuit import TANK
-from ramsight.plant.oil import T40
 from ramsight.plant.valve import ReliefValve
+from ramsight.sensor.pumping import delivers
 
 _RANGE = 10.0 / 3.0
 """Standard deviations of a setting below it from which its valve may let oil pass. With 3 % that is 90 % of a setting:
 direct acting valves close 10 to 15 % below it, pilots leak from 85 %, and what is lifted with more is rare."""
 
 
-_SLOW, _STEP, _STEPS = 0.1, 0.02, 10  # share of the highest speed, s and their number, to see where the pumps deliver
 _PUSHED = 0.5
 """Standard deviation of the oil that passed over that of the pump, where a valve surely opened: what stopped the piston
 may also push it back."""
@@ -62,20 +60,3 @@ def passing(balance: Balance, z: Any, parameters: Any, speed: Any, tolerance: fl
                     near = ca.if_else(way * speed > 0.0, 0.0, near)
             share = ca.fmax(share, near)
     return ca.fmin(ca.fmax(share, 0.0), 1.0)
-
-
-@lru_cache(maxsize=256)
-def delivers(balance: Balance, node: str, way: float) -> bool:
-    """Whether the pumps press oil into a node while the motor turns one way and the piston is held.
-
-    Args:
-        balance: of the unit.
-        node: of the circuit.
-        way: +1 or -1, the sign of the motor's speed.
-    """
-    place = balance.states.index(f"pressure_{node}")
-    rest = balance.at_rest(0.5 * balance.unit.cylinder.stroke, 0.0)
-    p, speed, z = balance.parameters_at(balance.values, T40), way * _SLOW * balance.unit.max_speed, rest
-    for _ in range(_STEPS):
-        z = balance.step(z, speed, speed, 0.0, 0.0, p, _STEP, held=1.0).z
-    return bool(z[place] > rest[place])

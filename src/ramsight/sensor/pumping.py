@@ -1,0 +1,34 @@
+"""Where a circuit's pumps deliver to, which its description does not say in one place: its balance tells."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from ramsight.plant.balance import Balance
+from ramsight.plant.oil import T40
+
+_SLOW, _STEP, _STEPS = 0.1, 0.02, 10  # share of the highest speed, s and their number, to see where the pumps deliver
+
+
+@lru_cache(maxsize=256)
+def delivers(balance: Balance, node: str, way: float) -> bool:
+    """Whether the pumps press oil into a node while the motor turns one way and the piston is held.
+
+    Args:
+        balance: of the unit.
+        node: of the circuit.
+        way: +1 or -1, the sign of the motor's speed.
+    """
+    place = balance.states.index(f"pressure_{node}")
+    rest = balance.at_rest(0.5 * balance.unit.cylinder.stroke, 0.0)
+    p, speed, z = balance.parameters_at(balance.values, T40), way * _SLOW * balance.unit.max_speed, rest
+    for _ in range(_STEPS):
+        z = balance.step(z, speed, speed, 0.0, 0.0, p, _STEP, held=1.0).z
+    return bool(z[place] > rest[place])
+
+
+def one_sided(balance: Balance) -> bool:
+    """Whether the pumps press on the held side of the piston only, whichever way the motor turns."""
+    cylinder = balance.unit.cylinder
+    other = cylinder.node_b if balance.unit.held == "a" else cylinder.node_a
+    return not any(delivers(balance, other, way) for way in (1.0, -1.0))
