@@ -77,9 +77,7 @@ def load_observer(unit, factors=None, *, watches=False, assumptions=None):
     believed = factors or [1.0] * len(FACTORS)
     more = {}
     if watches:
-        watch = ContactWatch(
-            graph, float(unit.lift_sign), float(unit.cylinder.mass), float(unit.cylinder.coulomb_friction)
-        )
+        watch = ContactWatch(graph, float(unit.lift_sign))
         step = observer.step(believed, watch.held)
         contact = watch.look(step, graph.position + step.travel, stroke, ca.SX(2e-3), ca.SX(1.0), ca.SX(0.0))
         observer.release(contact.released, step.carried)

@@ -49,6 +49,11 @@ def full_speed(run, unit, lifts=1.0, after=0.3):
     return since > after
 
 
+def lifting_speed(unit):
+    """Velocity at the highest motor speed [m/s]."""
+    return unit.max_speed * unit.travel_per_radian
+
+
 def pushed(run, unit):
     """Load that the pressures carry, with friction and inertia [N]."""
     c = unit.cylinder
@@ -124,7 +129,7 @@ def test_a_load_that_jumps_is_followed(name):
     unit = UNITS[name]
     load = limits_of(unit).load
     loads = changing([(0.0, 0.2 * load), (1.5, 0.2 * load), (1.55, 0.5 * load), (2.5, 0.5 * load)])
-    share = min(0.3, 0.4 * unit.cylinder.stroke / (1.85 * unit.max_speed * unit.travel_per_radian))
+    share = min(0.3, 0.4 * unit.cylinder.stroke / (1.85 * lifting_speed(unit)))
     speeds = [(0.0, 0.0), (0.5, 0.0), (0.8, share), (2.5, share)]
     run, log = moves(unit, speeds, loads, lowered(unit, 0.3 * unit.cylinder.stroke))
     said, error = followed(name, run, log)
@@ -216,6 +221,27 @@ def test_it_knows_where_it_would_be_with_another_factor(name, k):
     shown = -(plus["surprise"] - minus["surprise"])[steady] / (2.0 * by)
     size = max(np.abs(shown).max(), 0.02 * limits_of(unit).torque)
     assert np.abs(plain[f"torque_by_{FACTORS[k]}"][steady] - shown).max() < 0.15 * size
+
+
+@pytest.mark.parametrize("name", ["mining-loader boom", "forklift-mast lift", "eha-test-bench axis", "press ram"])
+def test_oil_that_is_softer_than_believed_gives_way_under_a_load_that_grows(name):
+    """The derivative by compliance while the load changes on the way, against logs followed with other factors."""
+    unit, by, k = UNITS[name], 0.01, FACTORS.index("compliance")
+    load, share = limits_of(unit).load, min(0.3, 0.4 * UNITS[name].cylinder.stroke / (2.5 * lifting_speed(unit)))
+    loads = changing([(0.0, 0.2 * load), (1.2, 0.2 * load), (2.0, 0.6 * load), (2.5, 0.6 * load)])
+    run, log = moves(unit, [(0.0, 0.0), (0.3, share), (2.5, share)], loads, lowered(unit, 0.3 * unit.cylinder.stroke))
+    said = []
+    for sign in (1.0, -1.0, 0.0):
+        observer = load_observer(unit, [1.0 + (sign * by if i == k else 0.0) for i in range(len(FACTORS))])
+        begin(observer, float(run["position"][0]))
+        said.append(observer.track(log))
+    plus, minus, plain = said
+    grows = (run["time"].values > 1.1) & (run["time"].values < 2.3)
+    expected = (plus["position"] - minus["position"])[grows] / (2.0 * by)
+    found = np.cumsum(plain["travel_by_compliance"])[grows]
+    gives = np.ptp(expected)
+    assert gives > 0.5 * 0.4 * load * plain["give"][grows].min()
+    assert np.abs((found - found[0]) - (expected - expected[0])).max() < 0.05 * gives
 
 
 @pytest.mark.parametrize("name", UNITS)

@@ -158,6 +158,9 @@ class LoadObserver:
         shown = ca.logic_and(friction > 0.0, ca.fabs(h_walked) > _SEEN_AT * unit)
         shown = ca.logic_and(shown, self._holds(first))
         slowly = ca.if_else(shown, ca.fmin(h / _WITHIN, 1.0), 0.0)
+        # A first load there is nothing to go on with.
+        first_share = h_initial**2 * self._initial / (h_initial**2 * self._initial + h_walked**2 * self._walked + noise2)
+        slowly = ca.fmax(slowly, ca.if_else(shown, first_share, 0.0))
         surprise = beyond + slowly * (missed - beyond)
         walked = self._walked + (machine.load_walk * self._relief_load) ** 2 * h / (
             1.0 + self._initial * unit**2 / (drive.torque * self._relief_torque) ** 2
