@@ -242,8 +242,8 @@ class Balance:
         split = zip(self.states, ca.vertsplit(z), strict=True)
         return ca.vertcat(*(ca.fmax(v, 0.0) if name.startswith("pressure_") else v for name, v in split))
 
-    def _near(self, z: Any, z0: Any, mean_speed: Any, h: Any) -> Any:
-        """The states with a piston no farther away than it gets in a step, to go on with an iteration.
+    def near(self, z: Any, z0: Any, mean_speed: Any, h: Any) -> Any:
+        """The states with a piston no farther away than it gets in a step, to go on with.
 
         A relief valve that was open in the last one may have let it through the whole cylinder, and more.
         """
@@ -293,7 +293,7 @@ class Balance:
         theta = ca.vertcat(*factors)
         z = z0 if guess is None else guess
         for _ in range(iterations):
-            z = self._near(z, z0, mean_speed, h)
+            z = self.near(z, z0, mean_speed, h)
             kept = self._coefficients(z, mean_speed, load, p, theta)
             stuck, friction = self._friction(z, load, p)
             stands = ca.logic_or(held, stuck)

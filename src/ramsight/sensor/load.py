@@ -186,7 +186,9 @@ class LoadObserver:
         guess = balance.possible(first.z + by_load * d_walked + by_initial * d_initial)
         second = solve(z0, corrected, guess, 2)
         moves = graph.elapsed > 0.0
-        z = ca.if_else(moves, second.z, before)
+        # Iterations that have not found an end leave nothing behind that cannot be.
+        solved = balance.possible(balance.near(second.z, z0, mean, h))
+        z = ca.if_else(moves, solved, before)
         may_be_empty, empty = self._is_empty(z, corrected)
         goes = ca.logic_and(moves, ca.logic_not(empty))
         self._keep(z, ca.if_else(moves, corrected, load))
@@ -201,7 +203,7 @@ class LoadObserver:
         self._graph.becomes("expected_torque", second.torque)
         noise = drive.torque * self._relief_torque
         return LoadStep(
-            travel=ca.if_else(goes, second.z[0] - before[0], 0.0),
+            travel=ca.if_else(goes, solved[0] - before[0], 0.0),
             free_travel=ca.if_else(goes, first.z[0] - before[0], 0.0),
             travel_by=travel_by,
             torque_by=torque_by,
