@@ -20,7 +20,6 @@ from ramsight.plant.holding import Holding
 from ramsight.plant.limits import limits_of
 from ramsight.plant.oil import T40
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate
 
 STOPPING_TIME = 0.2  # s from the first sample that is not usable to the motor's standstill; it has to be below 0.3 s
@@ -51,6 +50,7 @@ class Tuning:
         stuck: change of the command that a reported speed cannot sleep through [rad/s] ...
         stuck_time: ... for so long [s].
         homing_share: velocity near and on the way to an unknown end stop, over the largest [1].
+        surely: how long a rod stands until it is taken to be on the stop [s].
         pressing: how long the cylinder then presses on the stop [s] ...
         pressing_share: ... and how hard where the pump holds the load, over the load at relief pressure [1].
         leak_test_share: motor speed of a leak test over the one at which the rod would begin to lift [1].
@@ -74,6 +74,7 @@ class Tuning:
     stuck: float = 0.3
     stuck_time: float = 0.05
     homing_share: float = 0.3
+    surely: float = 0.5
     pressing: float = 3.0
     pressing_share: float = 0.25
     leak_test_share: float = 0.58
@@ -368,13 +369,10 @@ class PositionControl:
         self.trajectory.velocity = direction * min(max(wanted, now - change), now + change)
         stands = self._homing_for > 1.0 and abs(estimate.velocity) < 0.3 * slow
         self._on_stop_for = self._on_stop_for + self.period if stands else 0.0
-        # Who would be outside the stroke, and stands, is at its end.
-        known = trust(estimate.status) is not Trust.NONE or estimate.status is Status.OUTSIDE_STROKE
-        found = known and abs(self._end - estimate.position) < limits.landing_zone
+        found = may_home(estimate.status) and abs(self._end - estimate.position) < limits.landing_zone
         if not stands:
-            share = self.period / (_FEELING + self.period)
             before = self._felt if math.isfinite(self._felt) else estimate.load
-            self._felt = before + share * (estimate.load - before)
+            self._felt = before + self.period / (_FEELING + self.period) * (estimate.load - before)
         if self._on_stop_for > tuning.pressing:
             self.activity, self.target, self._on_stop = Activity.RESTING, math.nan, True
             if not found:
@@ -383,7 +381,7 @@ class PositionControl:
         if self._homing_for > 1.5 * stroke / slow + 2.0 * tuning.pressing:
             self.stop(f"no end stop found in time: {estimate.status.text}")
             return 0.0
-        if stands and not self.holding.stands:
+        if self._on_stop_for > tuning.surely and not self.holding.stands:
             return self._turning(0.0, self._pressing(direction * self.unit.lift_sign))
         return self._motor_speed(direction * self.trajectory.velocity, direction, estimate.load)
 

@@ -71,12 +71,14 @@ class Leaving:
         known = [state, ca.SX.zeros(2), ca.SX.zeros(2), values]
         (flow,) = ca.substitute([ca.sum1(ca.vertcat(*flows))], [ode.x, ode.u, ode.slope, ode.p], known)
         # Called every sample: in a buffer of its own, which takes a microsecond.
-        self._function = ca.Function("leaving", [ca.vertcat(above, warmth)], [ca.densify(flow)])
+        function: Any = ca.Function("leaving", [ca.vertcat(above, warmth)], [ca.densify(flow)])
         self._given, self._found = np.zeros(2), np.zeros(1)
-        buffer, self._run = self._function.buffer()
-        buffer.set_arg(0, memoryview(self._given))
-        buffer.set_res(0, memoryview(self._found))
-        self._buffer = buffer
+        given: Any = self._given
+        found: Any = self._found
+        buffer, self._run = function.buffer()
+        buffer.set_arg(0, memoryview(given))
+        buffer.set_res(0, memoryview(found))
+        self._kept = function, buffer  # which `run` needs
         reliefs = [p.setting for p in unit.parts() if isinstance(p, ReliefValve) and p.inlet in inside]
         self._most = _BELOW_RELIEF * min(reliefs, default=np.inf)
 
