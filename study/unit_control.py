@@ -6,15 +6,19 @@ minute at rest, and a torque that is lost in mid-move. All by the truth; the see
 
 from __future__ import annotations
 
+import json
 import math
+import re
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from circuits import CIRCUITS, catalogued
 
 from ramsight.control.unit_loop import UnitLoop
+from ramsight.output import atomic_path
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 
@@ -138,3 +142,21 @@ def fault_table(found: dict[str, dict[str, Any]]) -> list[str]:
 
 def _mm(value: float | None) -> str:
     return "–" if value is None else f"{1e3 * value:.2f}"
+
+
+PAGE = Path(__file__).parent.parent / "docs" / "control.md"
+
+
+def main() -> None:
+    """Put the figures of study.json between the marks of docs/control.md."""
+    found = json.loads(PAGE.parents[1].joinpath("study.json").read_text())["unit_control"]
+    page = PAGE.read_text()
+    for name, rows in (("unit_control", table(found)), ("lost", fault_table(found))):
+        marked = re.compile(rf"(<!-- {name} -->\n).*?(<!-- end of {name} -->)", flags=re.DOTALL)
+        page = marked.sub(lambda match, rows=rows: f"{match[1]}\n" + "\n".join(rows) + f"\n\n{match[2]}", page)
+    with atomic_path(PAGE) as draft:
+        draft.write_text(page)
+
+
+if __name__ == "__main__":
+    main()
