@@ -14,7 +14,8 @@ from itertools import product
 import numpy as np
 
 from ramsight import machine
-from ramsight.control.loop import ClosedLoop, Feedback
+from ramsight.control.driven import Feedback
+from ramsight.control.loop import ClosedLoop
 from ramsight.duty.live import Reported
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.linkage import holding_forces, joints, tip

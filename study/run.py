@@ -17,12 +17,23 @@ import loader_control
 import real_oil
 import recorded
 import structure
+import unit_control
 import work_days
 
 from ramsight.output import atomic_path
 from ramsight.progress import progress
 
-STUDIES = ("recorded", "sensitivity", "structure", "real_oil", "identify", "work_days", "faults", "loader_control")
+STUDIES = (
+    "recorded",
+    "sensitivity",
+    "structure",
+    "real_oil",
+    "identify",
+    "work_days",
+    "faults",
+    "loader_control",
+    "unit_control",
+)
 
 
 def main() -> None:
@@ -63,6 +74,9 @@ def main() -> None:
     if "loader_control" in given.only:
         with progress(loader_control.runs(), "driving the loader") as bar:
             found["loader_control"] = loader_control.study(bar.advance)
+    if "unit_control" in given.only:
+        with progress(unit_control.runs(), "driving every circuit") as bar:
+            found["unit_control"] = unit_control.study(bar.advance)
     with atomic_path(given.out) as draft:
         draft.write_text(json.dumps(found, indent=2) + "\n")
     print(json.dumps(found, indent=2))

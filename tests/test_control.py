@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from ramsight import machine
+from ramsight.control.driven import Feedback
 from ramsight.control.judging import Trust, may_home, trust
-from ramsight.control.loop import ClosedLoop, Feedback
+from ramsight.control.loop import ClosedLoop
 from ramsight.control.position import STOPPING_TIME, Activity, PositionControl
 from ramsight.control.trajectory import Limits, Trajectory
 from ramsight.duty.linked import simulate_linked

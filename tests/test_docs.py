@@ -71,6 +71,19 @@ def test_the_page_of_the_kalman_sensor_quotes_the_study(monkeypatch):
         assert "\n".join(table(found[name])) in page
 
 
+def test_the_page_of_the_control_quotes_the_study_and_its_python_runs(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "study")
+    study = importlib.import_module("unit_control")
+    found, page = json.loads((ROOT / "study.json").read_text())["unit_control"], (ROOT / "docs/control.md").read_text()
+    for rows in (study.table(found), study.fault_table(found)):
+        assert "\n".join(rows) in page
+    assert all(row["standstill"] <= 0.3 for row in found.values())
+    (block,) = re.findall(r"```python\n(.*?)```", page, flags=re.DOTALL)
+    names = {}
+    exec(block, names)
+    assert names["loop"].now.position["ram"] == pytest.approx(0.05, abs=4e-3)
+
+
 def test_the_page_of_reliability_quotes_the_fuzzing(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "fuzz")
     page = importlib.import_module("page")

@@ -17,6 +17,7 @@ from ramsight.calibration.identify_report import summary
 from ramsight.calibration.identify_tuned import changes, tuned
 from ramsight.machine.efficiencies import COLUMNS
 from ramsight.plant.build import build
+from ramsight.plant.holding import Holding
 from ramsight.plant.limits import limits_of
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit, side_nodes
@@ -195,7 +196,7 @@ VERBS = {
 
 
 def test_the_readmes_table_of_circuits_is_true():
-    """Every circuit of the catalogue is in it, and `identify` does there what it says."""
+    """Every circuit of the catalogue is in it; `identify` does there what it says, and a control holds the load so."""
     lines = (ROOT / "README.md").read_text().splitlines()
     head = next(line for line in lines if line.startswith("| circuit | track"))
     names = [cell.strip() for cell in head.strip("|").split("|")]
@@ -208,6 +209,7 @@ def test_the_readmes_table_of_circuits_is_true():
         _, found = worn(units[unit])
         said = table[circuit]["identify"]
         assert said == ("yes" if found.factors["stiffness"].told else "without stiffness")
+        assert table[circuit]["control"] == ("yes" if Holding(UNITS[unit]).stands else "yes, motor holds")
 
 
 def _cells(line: str) -> list[str]:

@@ -15,13 +15,9 @@ from numpy.typing import NDArray
 
 from ramsight.calibration.identify_record import Record, running_mean
 from ramsight.calibration.identify_replay import Run
-from ramsight.plant.accumulator import Accumulator
-from ramsight.plant.cylinder import Cylinder
-from ramsight.plant.hose import Hose, Volume
+from ramsight.plant.holding import held_by_valve, holding_valves, opening_speed
 from ramsight.plant.limits import limits_of
-from ramsight.plant.pilot_check import PilotCheckValve
-from ramsight.plant.unit import HydraulicUnit, opposite, reach
-from ramsight.plant.valve import CheckValve, ReliefValve, SafetyValve
+from ramsight.plant.unit import HydraulicUnit, opposite
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -38,7 +34,6 @@ _NEAR_RELIEF = 0.96  # share of the setting
 _STARVED = 1e5  # Pa; with less on it a check valve may let oil in
 _BLOCK = 0.5  # s; over which a node's values are averaged
 _MOST_NODES = 300  # so many hold what a log of any length tells; matrices are as large
-_TIGHT = (Cylinder, Hose, Volume, Accumulator, SafetyValve, CheckValve, PilotCheckValve, ReliefValve)
 _STANDING = 0.06  # rad/s; half a step of 1 rpm
 _ENOUGH_TRIPLES = 20  # of neighbouring nodes, so that a median means something
 _GAP = 5.0  # sample periods; a longer distance between samples is a gap
@@ -127,7 +122,7 @@ def going(unit: HydraulicUnit, record: Record, run: Run) -> Bools:
     """Samples at which the piston goes the way that the motor turns; arguments as `find_moves`."""
     lift_speed = unit.lift_sign * record.motor_speed
     fastest = float(unit.max_speed * unit.travel_per_radian)
-    turning = (lift_speed > 0.0) | (lift_speed < -2.0 * _opening_speed(unit))
+    turning = (lift_speed > 0.0) | (lift_speed < -2.0 * opening_speed(unit))
     same = np.sign(run.velocity) == np.sign(lift_speed)
     return np.asarray(turning & same & (np.abs(run.velocity) > _MOVING * fastest))
 
@@ -142,7 +137,7 @@ def _lost(unit: HydraulicUnit, record: Record, run: Run, settled: Bools, directi
     lost |= settled & (direction < 0.0) & (running_mean(run.suction, width) < _STARVED)
     lost |= record.step > _GAP * period
     if _opens_slowly(unit):  # the pump turns against the valve until it has opened
-        below = unit.lift_sign * record.motor_speed < -0.5 * _opening_speed(unit)
+        below = unit.lift_sign * record.motor_speed < -0.5 * opening_speed(unit)
         lost |= np.diff(below.astype(int), prepend=0) > 0
     return np.asarray(lost, dtype=bool)
 
@@ -178,28 +173,8 @@ def pressing_lasts(unit: HydraulicUnit) -> float:
     return float(volume / unit.oil.bulk_modulus / leak)
 
 
-def _holding(unit: HydraulicUnit) -> list[SafetyValve]:
-    return [part for part in unit.parts() if isinstance(part, SafetyValve) and part.commanded]
-
-
-def _opening_speed(unit: HydraulicUnit) -> float:
-    """Motor speed above which the load's valve is held open to lower [rad/s]; 0 without one."""
-    return max((abs(float(valve.opening_speed)) for valve in _holding(unit)), default=0.0)
-
-
 def _opens_slowly(unit: HydraulicUnit) -> bool:
-    return any(valve.opening_time is not None for valve in _holding(unit))
-
-
-def held_by_valve(unit: HydraulicUnit) -> bool:
-    """Whether a valve keeps the load's oil where it is at rest, so that the rod stands.
-
-    Not where a pump, an orifice, a leaking seal or a part that nobody knows is joined to the chamber.
-    """
-    chamber = unit.cylinder.node_a if unit.held == "a" else unit.cylinder.node_b
-    joined = reach(unit.parts(), chamber, "joins")
-    touching = [part for part in unit.parts() if joined & {str(value) for value in vars(part).values()}]
-    return unit.cylinder.seal_leak is None and all(isinstance(part, _TIGHT) for part in touching)
+    return any(valve.opening_time is not None for valve in holding_valves(unit))
 
 
 def _stretches(use: Bools) -> list[tuple[int, int]]:

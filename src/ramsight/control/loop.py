@@ -1,66 +1,22 @@
-"""A linked machine under control: plant, drives, sensors and controls, a sample at a time.
-
-The truth goes to the drives' reports and into the record, and nowhere else; the sensors see the reports.
-"""
+"""A linked machine under control: plant, drives, sensors and controls, a sample at a time."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from enum import Enum
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ramsight.control.position import Activity, Command, PositionControl
+from ramsight.control.driven import DrivenUnits, Feedback, Setting
 from ramsight.control.trajectory import Limits
-from ramsight.duty.drive_report import DriveReport
 from ramsight.duty.linked import LinkedDuty
-from ramsight.duty.live import Instant, LiveMachine, LiveReport, Reported
+from ramsight.duty.live import LinkedInstant, LiveMachine
 from ramsight.duty.profile import Profile, constant
 from ramsight.duty.simulate import SAMPLE_PERIOD
-from ramsight.plant.ddh import DdhUnit
 from ramsight.plant.linked import LinkedMachine
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.hypotheses import DISPLACEMENT, LEAK
-from ramsight.sensor.kalman import kalman
-from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
-
-if TYPE_CHECKING:
-    import xarray
-
-Fault = Callable[[str, Reported], Reported]
-"""What becomes of a unit's report on its way: unit and sample in, sample out."""
-_LONGEST = 600.0  # s, of one move; a control that has not ended by then is given up
 
 
-class Feedback(Enum):
-    """Where a control takes the position from."""
-
-    SENSOR = "virtual sensor"
-    TRUTH = "true position"
-    REAL = "position sensor with a noise of 0.5 mm"
-
-
-_REAL_NOISE = 0.5e-3  # m, standard deviation of a real position sensor
-
-
-@dataclass
-class Record:
-    """What happened to one unit, sample by sample."""
-
-    position: list[float] = field(default_factory=list)
-    motor_torque: list[float] = field(default_factory=list)
-    command: list[float] = field(default_factory=list)
-    estimate: list[Estimate] = field(default_factory=list)
-    target: list[float] = field(default_factory=list)
-    activity: list[Activity] = field(default_factory=list)
-    reported: list[Reported] = field(default_factory=list)
-
-
-class ClosedLoop:
+class ClosedLoop(DrivenUnits):
     """A machine, its sensors and its controls.
 
     Args:
@@ -103,37 +59,18 @@ class ClosedLoop:
         limits: Mapping[str, Limits] | None = None,
         period: float = SAMPLE_PERIOD,
     ) -> None:
-        self.period, self.feedback = period, feedback
-        self.fault: Fault | None = None
-        self._oil_temperature, self._start = oil_temperature, dict(start_position)
+        shared = known, oil_temperature, temperature_offset, feedback, seed, assumptions, limits, period
+        super().__init__(sheet.units, start_position, Setting(*shared))
         temperatures = {unit.name: oil_temperature for unit in actual.units}
         self._plant = LiveMachine(actual, start_position, temperatures, payload, period)
-        self.units = tuple(unit.name for unit in actual.units)
-        how = DriveReport(seed=seed)
-        self._drives = {
-            name: LiveReport(how, temperature_offset, stream=k) for k, name in enumerate(self.units)
-        }  # fmt: skip
-        self._noise = np.random.default_rng([seed, len(self.units)])
-        own = {unit.name: _direct_driven(unit) for unit in sheet.units}
-        self.sensors: dict[str, VirtualSensor] = {name: kalman(unit, assumptions) for name, unit in own.items()}
-        self.controls = {
-            name: PositionControl(unit, None if limits is None else limits[name], period=period)
-            for name, unit in own.items()
-        }
-        for name, sensor in self.sensors.items():
-            sensor.start(start_position[name] if known else None)
-        self.records = {name: Record() for name in self.units}
-        self.time: list[float] = []
         self.payloads: list[float] = []
         self.forces: list[tuple[float, float]] = []
         self.tips: list[tuple[float, float]] = []
         self._payload, self._force = payload, (0.0, 0.0)
-        self._commands: dict[str, Command] = {}
-        self._references: dict[str, float] = {}
         self._decide()
 
     @property
-    def now(self) -> Instant:
+    def now(self) -> LinkedInstant:
         """The truth at the newest sample."""
         return self._plant.now
 
@@ -141,21 +78,6 @@ class ClosedLoop:
     def payload(self) -> float:
         """What is carried at the newest sample [kg]."""
         return self._payload
-
-    @property
-    def reasons(self) -> dict[str, str]:
-        """Why units stop or go slowly, by unit; those that do neither are left out."""
-        return {name: command.reason for name, command in self._commands.items() if command.reason}
-
-    @property
-    def done(self) -> bool:
-        """Whether all controls rest."""
-        return all(control.done for control in self.controls.values())
-
-    @property
-    def stopped(self) -> bool:
-        """Whether the machine has been stopped."""
-        return any(control.activity in _STOPS for control in self.controls.values())
 
     def step(self, payload: float | None = None, tip_force: tuple[float, float] | None = None) -> None:
         """Go on to the next sample.
@@ -171,11 +93,6 @@ class ClosedLoop:
         )
         self._decide()
 
-    def rest(self, time: float) -> None:
-        """Let a time pass [s]."""
-        for _ in range(round(time / self.period)):
-            self.step()
-
     def load(
         self, payload: float, time: float, tip_force: tuple[float, float] | None = None
     ) -> None:  # fmt: skip
@@ -188,109 +105,11 @@ class ClosedLoop:
             force = (pushed[0] + share * (goal[0] - pushed[0]), pushed[1] + share * (goal[1] - pushed[1]))
             self.step(before + share * (payload - before), force)
 
-    def send(self, targets: Mapping[str, float]) -> float:
-        """Send cylinders to targets [m] so that all arrive together; returns how long that should take [s].
-
-        What arrives together feels the loads of the place where it stays: a cylinder that waits with its valve closed
-        while another moves the machine gives way to the load unseen.
-        """
-        ways = {name: target - self._believed(name) for name, target in targets.items()}
-        longest = max(self.controls[name].limits.time(way) for name, way in ways.items())
-        for name, way in ways.items():
-            control = self.controls[name]
-            control.move_to(targets[name], control.limits.speed_for(way, longest))
-        return longest
-
-    def go(self, targets: Mapping[str, float], settle: float = 0.5) -> None:
-        """Send cylinders to targets [m] and wait until they are there, or have stopped; then for a while [s]."""
-        self.send(targets)
-        self.wait()
-        self.rest(settle)
-
-    def home(self, unit: str, *, lifted: bool = False, settle: float = 0.5) -> None:
-        """Let one unit visit an end stop and wait until it has, or has stopped; then for a while [s].
-
-        Whoever homes a machine says that nothing is in the way: where the rod then stands is a reference. What the
-        sensor finds by itself could be an obstacle.
-        """
-        control = self.controls[unit]
-        control.home(lifted=lifted)
-        self.wait()
-        if control.activity is Activity.RESTING:
-            up = lifted == (control.unit.lift_sign > 0.0)
-            self._references[unit] = control.unit.cylinder.stroke if up else 0.0
-        self.rest(settle)
-
-    def leak_test(self, settle: float = 0.5) -> None:
-        """Let all units do a leak test, in which no rod moves; then wait for a while [s]."""
-        for control in self.controls.values():
-            control.leak_test()
-        self.wait()
-        self.rest(settle)
-
-    def wait(self) -> None:
-        """Go on until all controls rest."""
-        begun = self.now.time
-        self.step()
-        while not self.done:
-            self.step()
-            if self.now.time - begun > _LONGEST:
-                for name, control in self.controls.items():
-                    if not control.done:
-                        control.stop(f"{name} has not arrived in {_LONGEST:g} s")
-
-    def _believed(self, name: str) -> float:
-        return self.records[name].estimate[-1].position
-
     def _decide(self) -> None:
-        """Reports of this sample, what the sensors make of them, and the next commands."""
-        now = self._plant.now
-        for name in self.units:
-            reported = self._drives[name].sample(
-                now.time, now.motor_speed[name], now.motor_torque[name], self._oil_temperature
-            )
-            if self.fault is not None:
-                reported = self.fault(name, reported)
-            sensor, control, record = self.sensors[name], self.controls[name], self.records[name]
-            estimate = sensor.step(
-                reported.time,
-                reported.motor_speed,
-                reported.motor_torque,
-                reported.oil_temperature,
-                self._references.pop(name, math.nan),
-            )
-            used = self._fed_back(estimate, now.position[name])
-            learned = sensor.state
-            command = control.step(
-                used, reported, leak=learned[f"described_{LEAK}"], displacement=learned[f"described_{DISPLACEMENT}"]
-            )
-            self._commands[name] = command
-            record.position.append(now.position[name])
-            record.motor_torque.append(now.motor_torque[name])
-            record.command.append(now.motor_speed[name])
-            record.estimate.append(estimate)
-            record.target.append(control.target)
-            record.activity.append(command.activity)
-            record.reported.append(reported)
-        self._stop_together()
-        self.time.append(now.time)
+        super()._decide()
         self.payloads.append(self._payload)
         self.forces.append(self._force)
-        self.tips.append(now.tip)
-
-    def _fed_back(self, estimate: Estimate, position: float) -> Estimate:
-        if self.feedback is Feedback.SENSOR:
-            return estimate
-        noise = _REAL_NOISE * float(self._noise.standard_normal()) if self.feedback is Feedback.REAL else 0.0
-        return replace(estimate, position=position + noise, std=_REAL_NOISE, status=Status.OK)
-
-    def _stop_together(self) -> None:
-        """What stops one unit stops the machine: the other moves the same mechanism."""
-        for name, control in self.controls.items():
-            if control.activity is Activity.STOPPING:
-                for other in self.controls.values():
-                    if other is not control and not other.done:
-                        other.stop(f"{name}: {control.reason}")
+        self.tips.append(self.now.tip)
 
     def duty(self, phases: Sequence[tuple[str, float]] = ()) -> LinkedDuty:
         """What the machine was made to do, for `simulate_linked`, which tells all about it.
@@ -309,37 +128,3 @@ class ClosedLoop:
             end=float(time[-1]),
             phases=tuple(phases),
         )
-
-    def track(self, unit: str) -> xarray.Dataset:
-        """What a unit's sensor said, as its own `track` would have it; with `target` [m] and what was reported."""
-        import xarray
-
-        record = self.records[unit]
-        said, reported = record.estimate, record.reported
-        columns = {
-            "position": ("m", [e.position for e in said]),
-            "position_std": ("m", [e.std for e in said]),
-            "velocity": ("m/s", [e.velocity for e in said]),
-            "load": ("N", [e.load for e in said]),
-            "target": ("m", record.target),
-            "motor_speed": ("rad/s", [r.motor_speed for r in reported]),
-            "motor_torque": ("N m", [r.motor_torque for r in reported]),
-            "oil_temperature": ("K", [r.oil_temperature for r in reported]),
-        }
-        data = {name: ("time", np.array(values), {"units": units}) for name, (units, values) in columns.items()}
-        found = xarray.Dataset(data, coords={"time": ("time", np.array(self.time), {"units": "s"})})
-        found["status"] = ("time", np.array([int(e.status) for e in said], dtype=np.int16))
-        found["status"].attrs = {"meaning": "; ".join(f"{int(status)}: {status.text}" for status in Status)}
-        found.attrs = {"format": 1, "sensor": self.sensors[unit].kind}
-        return found
-
-
-_STOPS = {Activity.STOPPING, Activity.STOPPED}
-
-
-def _direct_driven(unit: object) -> DdhUnit:
-    from ramsight.errors import DescriptionError
-
-    if not isinstance(unit, DdhUnit):
-        raise DescriptionError("sensors and controls know direct driven units only", key="units", value=str(unit))
-    return unit

@@ -1,8 +1,9 @@
 """A cylinder's position control: a target in, a motor speed out, a virtual sensor's estimate as the only feedback.
 
 The piston's velocity is the trajectory's plus a share of the position's error; the motor turns as fast as that velocity
-takes, and faster by what leaks at the load that the sensor feels. At a target the motor stands, and the safety valve
-holds the rod: there is no control at rest that could drift.
+takes, and faster by what leaks at the load that the sensor feels. Where a valve holds the load, the motor stands at a
+target: there is no control at rest that could drift. Where the pump holds it, the motor goes on turning as slowly as
+leakage takes, and brings back a rod that has left a dead band.
 """
 
 from __future__ import annotations
@@ -14,12 +15,16 @@ from enum import Enum
 from ramsight.control.judging import Trust, may_home, trust
 from ramsight.control.trajectory import Limits, Trajectory
 from ramsight.duty.live import Reported
-from ramsight.plant.ddh import DdhUnit
+from ramsight.errors import DescriptionError
+from ramsight.plant.holding import Holding
+from ramsight.plant.limits import limits_of
 from ramsight.plant.oil import T40
+from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.virtual_sensor import Estimate
 
 STOPPING_TIME = 0.2  # s from the first sample that is not usable to the motor's standstill; it has to be below 0.3 s
 _COLDEST, _HOTTEST = 243.15, 383.15  # K; a thermometer that says anything else is not believed
+_FEELING = 0.5  # s, over which a load's noise is averaged
 _WARMING = 5.0  # s, over which its noise is averaged
 
 
@@ -29,12 +34,13 @@ class Tuning:
 
     Args:
         gain: velocity per error of the position [1/s].
-        creeping: least velocity of a lift [m/s]; slower, the safety valve would not surely be open.
-        opening: least motor speed of lowering, over the one at which the safety valve begins to open [1].
+        creeping: least velocity of a lift behind a valve [m/s]; slower, it would not surely be open.
+        opening: least motor speed of lowering, over the one at which the valve begins to open [1].
         lead: time between a command and its effect, by which a landing looks ahead [s].
         settling: time at rest after which the target is looked at again [s].
         renewing: error there from which it is sought anew [m] ...
         tries: ... so many times.
+        dead_band: error at rest that a pump which holds the load leaves alone [m].
         motor_acceleration: largest [rad/s2].
         slowed: share of the speed while the sensor is not sure [1].
         following: largest distance between trajectory and estimate [m].
@@ -44,7 +50,9 @@ class Tuning:
         stuck: change of the command that a reported speed cannot sleep through [rad/s] ...
         stuck_time: ... for so long [s].
         homing_share: velocity near and on the way to an unknown end stop, over the largest [1].
-        pressing: how long the cylinder then presses on the stop [s].
+        surely: how long a rod stands until it is taken to be on the stop [s].
+        pressing: how long the cylinder then presses on the stop [s] ...
+        pressing_share: ... and how hard where the pump holds the load, over the load at relief pressure [1].
         leak_test_share: motor speed of a leak test over the one at which the rod would begin to lift [1].
         leak_test_time: how long a leak test takes [s].
     """
@@ -56,6 +64,7 @@ class Tuning:
     settling: float = 0.4
     renewing: float = 0.5e-3
     tries: int = 5
+    dead_band: float = 0.2e-3
     motor_acceleration: float = 600.0
     slowed: float = 0.5
     following: float = 0.05
@@ -65,7 +74,9 @@ class Tuning:
     stuck: float = 0.3
     stuck_time: float = 0.05
     homing_share: float = 0.3
+    surely: float = 0.5
     pressing: float = 3.0
+    pressing_share: float = 0.25
     leak_test_share: float = 0.58
     leak_test_time: float = 8.0
 
@@ -106,6 +117,9 @@ class PositionControl:
         tuning: how it is driven.
         period: of the samples [s].
 
+    Raises:
+        DescriptionError: the motor cannot turn as fast as a valve of the unit asks for before it opens.
+
     Attributes:
         activity: what the cylinder is doing.
         reason: as in `Command`.
@@ -113,7 +127,7 @@ class PositionControl:
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.ddh import build
+        >>> from ramsight.plant.build import build
         >>> from ramsight.sensor.status import Status
         >>> control = PositionControl(build("boom", machine.load("mining-loader").unit("boom")))
         >>> here = Estimate(position=0.1, std=1e-4, velocity=0.0, load=2e5, status=Status.OK)
@@ -127,14 +141,14 @@ class PositionControl:
     """
 
     def __init__(
-        self, unit: DdhUnit, limits: Limits | None = None, tuning: Tuning | None = None, period: float = 0.02
+        self, unit: HydraulicUnit, limits: Limits | None = None, tuning: Tuning | None = None, period: float = 0.02
     ) -> None:
         self.unit, self.tuning, self.period = unit, tuning or Tuning(), period
         self.limits = limits or Limits.of(unit)
         self.trajectory = Trajectory(self.limits, unit.cylinder.stroke)
         self.activity, self.reason, self.target = Activity.RESTING, "", math.nan
-        self._pump, self._area = unit.held_side.pump, float(unit.cylinder.area(unit.held))
-        self._least_lowering = self.tuning.opening * abs(unit.held_side.safety.opening_speed)
+        self.holding = Holding(unit)
+        self._least_lowering = self._opens(self.holding)
         self._speed = 0.0  # commanded [rad/s]
         self._most = self.limits.speed
         self._temperature = T40
@@ -145,6 +159,20 @@ class PositionControl:
         self._tries = 0
         self._same, self._same_for, self._same_command = math.nan, 0.0, 0.0
         self._begins, self._direction = False, 1.0
+        self._stands_at = math.nan  # where a pump holds the rod if it was sent nowhere [m]
+        self._on_stop, self._felt = False, math.nan  # load on the way to an end stop, which hides it [N]
+
+    def _opens(self, holding: Holding) -> float:
+        """Motor speed with which lowering begins [rad/s]."""
+        least = self.tuning.opening * holding.opening_speed
+        if least > self.unit.max_speed:
+            names = ", ".join(valve.name for valve in holding.valves)
+            raise DescriptionError(
+                f"{names} would have to be opened by a motor that turns {least:g} rad/s, to lower a load",
+                key=f"units.{self.unit.name}.drive.max_speed",
+                value=f"{self.unit.max_speed:g} rad/s",
+            )
+        return least
 
     def move_to(self, target: float, speed: float | None = None) -> None:
         """Go to a position; takes a stopped cylinder up again.
@@ -170,16 +198,28 @@ class PositionControl:
             lifted: the stop at the end of lifting; by default that of lowering.
         """
         self._end = self.unit.cylinder.stroke if lifted == (self.unit.lift_sign > 0.0) else 0.0
-        self.target, self._homing_for, self._on_stop_for = math.nan, 0.0, 0.0
+        self.target, self._homing_for, self._on_stop_for, self._felt = math.nan, 0.0, 0.0, math.nan
         self._take_up(Activity.HOMING)
 
     def leak_test(self) -> None:
-        """Turn slowly against the closed safety valve: the rod stays, and the sensor learns how much the pump leaks."""
+        """Turn slowly against the closed valve: the rod stays, and the sensor learns how much the pump leaks.
+
+        Raises:
+            DescriptionError: no valve keeps the load from the pump, and the rod would move.
+        """
+        if not self.holding.stands:
+            raise DescriptionError(
+                f"{self.unit.name}: its pump holds the load, and no valve; turning slowly would move the rod. "
+                "Let it visit both end stops instead"
+            )
         self.target, self._leak_test_for = math.nan, 0.0
         self._take_up(Activity.LEAK_TEST)
 
     def stop(self, reason: str) -> None:
-        """Bring the motor to rest at once, within `STOPPING_TIME`, and stay there."""
+        """Bring the motor to rest at once, within `STOPPING_TIME`, and stay there.
+
+        A load that the pump holds sinks from then on, as slowly as oil leaks.
+        """
         if self.activity not in {Activity.STOPPING, Activity.STOPPED}:
             self.activity, self.reason = Activity.STOPPING, reason
             self._stopping_slope = abs(self._speed) / max(STOPPING_TIME - self.period, self.period)
@@ -187,6 +227,8 @@ class PositionControl:
     @property
     def done(self) -> bool:
         """Whether it rests where it was sent, or has stopped."""
+        if self.activity is Activity.RESTING and not self.holding.stands:
+            return True
         return self.activity in {Activity.RESTING, Activity.STOPPED} and self._speed == 0.0
 
     def step(self, estimate: Estimate, reported: Reported, *, leak: float = 1.0, displacement: float = 1.0) -> Command:
@@ -207,7 +249,7 @@ class PositionControl:
             wanted = self._homing(estimate)
         elif self.activity is Activity.LEAK_TEST:
             wanted = self._leak_testing(estimate)
-        elif self.activity is Activity.STOPPING:
+        elif self.activity in {Activity.STOPPING, Activity.STOPPED}:
             wanted = 0.0
         else:
             wanted = self._resting(estimate)
@@ -221,6 +263,7 @@ class PositionControl:
 
     def _take_up(self, activity: Activity) -> None:
         self.activity, self.reason, self._begins, self._disobeys_for = activity, "", True, 0.0
+        self._stands_at, self._on_stop = math.nan, False
 
     def _warm(self, reported: float) -> None:
         if _COLDEST < reported < _HOTTEST:
@@ -235,7 +278,7 @@ class PositionControl:
         self._disobeys_for = self._disobeys_for + self.period if differs else 0.0
         stuck = self._stuck(reported.motor_speed)
         how = trust(estimate.status)
-        homes = self.activity is Activity.HOMING and may_home(estimate.status)
+        homes = self._without_position and may_home(estimate.status)
         if (how is Trust.NONE and not homes) or not math.isfinite(estimate.position):
             if self.activity is not Activity.RESTING or self._speed != 0.0:
                 self.stop(estimate.status.text)
@@ -245,6 +288,12 @@ class PositionControl:
             self.stop("the reported motor speed is stuck")
         else:
             self.reason = estimate.status.text if how is Trust.SLOW and not homes else ""
+
+    @property
+    def _without_position(self) -> bool:
+        """Whether what it does asks for no position: it looks for one, was sent to none, or only keeps a load up."""
+        nowhere = math.isnan(self.target) or not self.holding.stands
+        return self.activity is Activity.HOMING or (self.activity is Activity.RESTING and nowhere)
 
     def _stuck(self, speed: float) -> bool:
         """Whether the reported speed has not changed at all while the command has."""
@@ -274,14 +323,34 @@ class PositionControl:
 
     def _resting(self, estimate: Estimate) -> float:
         """Stand; look once more at a target that was landed on."""
-        self._rests_for = self._rests_for + self.period if self._speed == 0.0 else 0.0
+        stands = self._speed == 0.0 or not self.holding.stands
+        self._rests_for = self._rests_for + self.period if stands else 0.0
         if self.activity is Activity.LANDING and self._rests_for >= self.tuning.settling:
             self.activity = Activity.RESTING
             missed = abs(self.target - estimate.position) > self.tuning.renewing
             if missed and self._tries > 0 and trust(estimate.status) is not Trust.NONE:
                 self._tries -= 1
                 self._take_up(Activity.MOVING)
-        return 0.0
+        return 0.0 if self.holding.stands else self._held(estimate)
+
+    def _held(self, estimate: Estimate) -> float:
+        """As slowly as leakage takes, and back to where it is held once the rod has left the dead band.
+
+        On an end stop the sensor feels what presses on the stop: the load there is the one that was felt on the way.
+        What presses the rod to the stop, the stop carries.
+        """
+        velocity = 0.0
+        if self._on_stop:
+            towards_lowered = (self._end > 0.0) != (self.unit.lift_sign > 0.0)
+            return 0.0 if towards_lowered == (self._felt > 0.0) else self._turning(0.0, self._felt)
+        if trust(estimate.status) is not Trust.NONE:
+            if math.isnan(self._stands_at):
+                self._stands_at = estimate.position
+            place = self._stands_at if math.isnan(self.target) else self.target
+            away, band = place - estimate.position, self.tuning.dead_band
+            beyond = math.copysign(max(abs(away) - band, 0.0), away)
+            velocity = min(max(self.tuning.gain * beyond, -self.limits.landing_speed), self.limits.landing_speed)
+        return self._turning(velocity, estimate.load)
 
     def _homing(self, estimate: Estimate) -> float:
         """Go to an end stop, fast as long as it is known to be far, and press until the time for that is over."""
@@ -300,16 +369,30 @@ class PositionControl:
         self.trajectory.velocity = direction * min(max(wanted, now - change), now + change)
         stands = self._homing_for > 1.0 and abs(estimate.velocity) < 0.3 * slow
         self._on_stop_for = self._on_stop_for + self.period if stands else 0.0
-        found = trust(estimate.status) is not Trust.NONE and abs(self._end - estimate.position) < limits.landing_zone
+        found = may_home(estimate.status) and abs(self._end - estimate.position) < limits.landing_zone
+        if not stands:
+            before = self._felt if math.isfinite(self._felt) else estimate.load
+            self._felt = before + self.period / (_FEELING + self.period) * (estimate.load - before)
         if self._on_stop_for > tuning.pressing:
-            self.activity, self.target = Activity.RESTING, math.nan
+            self.activity, self.target, self._on_stop = Activity.RESTING, math.nan, True
             if not found:
                 self.stop(f"no reference at the end stop: {estimate.status.text}")
             return 0.0
         if self._homing_for > 1.5 * stroke / slow + 2.0 * tuning.pressing:
             self.stop(f"no end stop found in time: {estimate.status.text}")
             return 0.0
+        if self._on_stop_for > tuning.surely and not self.holding.stands:
+            return self._turning(0.0, self._pressing(direction * self.unit.lift_sign))
         return self._motor_speed(direction * self.trajectory.velocity, direction, estimate.load)
+
+    def _pressing(self, way: float) -> float:
+        """The load [N] as which an end stop is pressed; `way` is +1 at the end of lifting, -1 at that of lowering.
+
+        Where a pump holds the load its pressure goes with its speed: a stop that is run into gives way by a millimetre.
+        """
+        full = limits_of(self.unit)
+        most = full.load if way > 0.0 else full.pull
+        return way * (max(way * self._felt, 0.0) + self.tuning.pressing_share * most)
 
     def _leak_testing(self, estimate: Estimate) -> float:
         """A steady speed, at which the pump's pressure stays below the load's."""
@@ -322,24 +405,24 @@ class PositionControl:
         return self.unit.lift_sign * self._leak_test_speed
 
     def _motor_speed(self, pace: float, direction: float, load: float) -> float:
-        """The motor's speed [rad/s] for a velocity `pace` [m/s] in a direction, what leaks included."""
+        """The motor's speed [rad/s] for a velocity `pace` [m/s] in a direction, open valves and what leaks included."""
         lift = self.unit.lift_sign
-        leakage = self._leakage(load)
-        turning = pace / (self.unit.travel_per_radian * self._displacement)
+        if not self.holding.valves:
+            return self._turning(direction * pace, load)
         if direction * lift > 0.0:
-            least = self.tuning.creeping / self.unit.travel_per_radian
-            return lift * (max(turning, least) + leakage)
-        return -lift * max(turning - leakage, self._least_lowering)
+            return self._turning(lift * max(pace, self.tuning.creeping * self._displacement), load)
+        return -lift * max(-lift * self._turning(direction * pace, load), self._least_lowering)
+
+    def _turning(self, velocity: float, load: float) -> float:
+        """The motor's speed [rad/s] for a velocity [m/s] under a load [N], what leaks included."""
+        per_radian = self.holding.travel_per_radian(load) * self._displacement
+        return velocity / per_radian + self.unit.lift_sign * self._leakage(load)
 
     def _leakage(self, load: float) -> float:
-        """Motor speed that the held side's leakage takes [rad/s] under a load [N]."""
-        pressure = max(load, 0.0) / self._area if math.isfinite(load) else 0.0
-        oil = self.unit.oil
-        viscosity, density = float(oil.viscosity(self._temperature)), float(oil.density_at(self._temperature))
-        leaking = float(self._pump.leakage(0.0, pressure, viscosity, density))
-        return float(self._leak * leaking / self._pump.geared_displacement)
+        """Motor speed that leakage takes under a load [N], positive where it turns the way that lifts [rad/s]."""
+        return self._leak * self.holding.leakage(load, self._temperature)
 
     def _reachable(self, estimate: Estimate) -> float:
         """The velocity that the motor can give to the trajectory, with some left for corrections [m/s]."""
-        most = 0.9 * self.unit.max_speed - self._leakage(estimate.load)
-        return max(most * self.unit.travel_per_radian, self.tuning.creeping)
+        most = 0.9 * self.unit.max_speed - abs(self._leakage(estimate.load))
+        return max(most * self.holding.travel_per_radian(estimate.load), self.tuning.creeping)

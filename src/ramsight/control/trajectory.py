@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from ramsight.plant.ddh import DdhUnit
+from ramsight.plant.unit import HydraulicUnit
 
 _SPEED_SHARE = 0.5  # of the piston's velocity at the highest motor speed; the rest is for leakage and corrections
 _RAMP = 0.8  # s, as the paper's ramps
@@ -30,7 +30,7 @@ class Limits:
     landing_zone: float
 
     @classmethod
-    def of(cls, unit: DdhUnit, speed: float | None = None) -> Limits:
+    def of(cls, unit: HydraulicUnit, speed: float | None = None) -> Limits:
         """Limits that suit a unit.
 
         Args:
@@ -44,7 +44,7 @@ class Limits:
             >>> f"{1e3 * limits.speed:.0f} mm/s, {1e3 * limits.landing_speed:.1f} mm/s"
             '28 mm/s, 4.3 mm/s'
         """
-        most = _SPEED_SHARE * unit.max_velocity if speed is None else speed
+        most = _SPEED_SHARE * (unit.max_speed * unit.travel_per_radian) if speed is None else speed
         return cls(most, most / _RAMP, _LANDING_SHARE * most, _LANDING_ZONE * unit.cylinder.stroke)
 
     def time(self, distance: float) -> float:

@@ -1,4 +1,4 @@
-"""A linked machine from sample to sample, for whoever decides while it runs; and what its drives report meanwhile."""
+"""A unit or a linked machine from sample to sample, for whoever decides while it runs; and what its drives report."""
 
 from __future__ import annotations
 
@@ -11,11 +11,13 @@ import numpy as np
 from ramsight.duty.drive_report import DriveReport
 from ramsight.duty.linked import audited_model
 from ramsight.duty.profile import Array, constant
-from ramsight.duty.simulate import SAMPLE_PERIOD, check_temperature
+from ramsight.duty.simulate import SAMPLE_PERIOD, audited_circuit, check_temperature
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import Segments, integrate, outputs
+from ramsight.equation import OdeModel
 from ramsight.errors import SimulationError
 from ramsight.plant.linked import LinkedMachine, start_state
+from ramsight.plant.unit import HydraulicUnit, initial_state
 
 
 @dataclass(frozen=True)
@@ -44,14 +46,135 @@ class Instant:
         position: of each cylinder [m], by unit.
         motor_speed: [rad/s], by unit.
         motor_torque: [N m], by unit.
-        tip: of the tool, forward and up [m].
     """
 
     time: float
     position: Mapping[str, float]
     motor_speed: Mapping[str, float]
     motor_torque: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class LinkedInstant(Instant):
+    """The same of a machine with a mechanism.
+
+    Attributes:
+        tip: of the tool, forward and up [m].
+    """
+
     tip: tuple[float, float]
+
+
+class _Stepped:
+    """An equation that waits for its inputs after every sample.
+
+    Args:
+        ode: the equation.
+        parameters: their values, shape (parameters,).
+        state: to begin with.
+        inputs: the same.
+        period: of the samples [s].
+    """
+
+    def __init__(self, ode: OdeModel, parameters: Array, state: Array, inputs: Array, period: float) -> None:
+        self.ode, self.state, self.inputs, self.period = ode, state, inputs, period
+        self._parameters, self._samples, self._slope = parameters[None].copy(), 0, np.zeros_like(inputs)
+
+    @property
+    def time(self) -> float:
+        """Of the newest sample [s]."""
+        return self._samples * self.period
+
+    def advance(self, inputs: Array) -> None:
+        """Go on to the next sample, where the inputs are these; they get there evenly.
+
+        Raises:
+            SimulationError: the equations cannot be followed so far.
+        """
+        self._slope = (inputs - self.inputs) / self.period
+        segment = self._segment()
+        run = integrate(self.ode, self.state, segment, segment.end)
+        if run.outcome is not Outcome.DONE:
+            raise SimulationError(f"{self.ode.name}: {run.message}")
+        self.state, self.inputs = run.state[-1], inputs
+        self._samples += 1
+
+    def found(self) -> Mapping[str, Array]:
+        """The outputs now, by name; a torque is the one just before the next command."""
+        segment = self._segment()
+        return outputs(self.ode, segment, segment.start, self.state[None])
+
+    def speed(self, name: str, commanded: float) -> float:
+        """A motor's speed [rad/s]: the state of that name, if a servo has one, otherwise what is commanded."""
+        states = [state.name for state in self.ode.states]
+        return float(self.state[states.index(name)]) if name in states else commanded
+
+    def _segment(self) -> Segments:
+        ends = np.array([self._samples, self._samples + 1]) * self.period
+        return Segments(ends[:1], ends[1:], self.inputs[None], self._slope[None], self._parameters)
+
+
+class LiveUnit:
+    """A unit that carries a load by itself, and waits for the next command after every sample.
+
+    Args:
+        unit: as it really is.
+        start_position: of the piston, at rest [m].
+        load: on it [N].
+        oil_temperature: [K].
+        period: of the samples [s].
+
+    Raises:
+        DescriptionError: the oil temperature is out of range.
+
+    Example:
+        >>> from ramsight import machine
+        >>> from ramsight.plant.build import build
+        >>> live = LiveUnit(build("ram", machine.load("press").unit("ram")), 0.1, 50e3)
+        >>> live.advance(50.0, 50e3).motor_torque["ram"] > 0.0
+        True
+    """
+
+    def __init__(
+        self,
+        unit: HydraulicUnit,
+        start_position: float,
+        load: float = 0.0,
+        oil_temperature: float = 313.15,
+        period: float = SAMPLE_PERIOD,
+    ) -> None:
+        check_temperature(unit, constant(oil_temperature))
+        model = audited_circuit(unit)
+        state = initial_state(unit, model, start_position, load)
+        values = model.parameters(oil_temperature=oil_temperature)
+        self._name, self._run = unit.name, _Stepped(model.ode, values, state, np.array([0.0, load]), period)
+        self.now = self._look()
+
+    def advance(self, motor_speed: float, load: float) -> Instant:
+        """Go on to the next sample.
+
+        Args:
+            motor_speed: command that is reached there, evenly [rad/s].
+            load: there [N].
+
+        Returns:
+            The truth there.
+
+        Raises:
+            SimulationError: the equations cannot be followed so far.
+        """
+        self._run.advance(np.array([motor_speed, load]))
+        self.now = self._look()
+        return self.now
+
+    def _look(self) -> Instant:
+        run, name = self._run, self._name
+        return Instant(
+            time=run.time,
+            position={name: float(run.state[run.ode.state_index("position")])},
+            motor_speed={name: run.speed("motor_speed", float(run.inputs[0]))},
+            motor_torque={name: float(run.found()["motor_torque"][0])},
+        )
 
 
 class LiveMachine:
@@ -76,24 +199,20 @@ class LiveMachine:
         payload: float = 0.0,
         period: float = SAMPLE_PERIOD,
     ) -> None:
-        self.machine, self.period = machine, period
-        self._model = audited_model(machine)
-        names = machine.mechanism.cylinders
-        self._parameters = self._model.values[None].copy()
+        self.machine = machine
+        model = audited_model(machine)
+        values = model.values.copy()
         for unit in machine.units:
             check_temperature(unit, constant(oil_temperature[unit.name]))
-            place = self._model.ode.parameters.index(f"{unit.name}.oil_temperature")
-            self._parameters[0, place] = oil_temperature[unit.name]
-        self._state = start_state(machine, self._model, start_position, payload)
-        self._inputs = np.array([*(0.0 for _ in names), payload, 0.0, 0.0])
-        self._servo = [self._servo_place(name) for name in names]
-        self._torque = [f"{name}.motor_torque" for name in names]
-        self._samples = 0
-        self.now = self._look(np.zeros_like(self._inputs))
+            values[model.ode.parameters.index(f"{unit.name}.oil_temperature")] = oil_temperature[unit.name]
+        state = start_state(machine, model, start_position, payload)
+        inputs = np.array([*(0.0 for _ in machine.mechanism.cylinders), payload, 0.0, 0.0])
+        self._run = _Stepped(model.ode, values, state, inputs, period)
+        self.now = self._look()
 
     def advance(
         self, motor_speed: Mapping[str, float], payload: float, tip_force: tuple[float, float] = (0.0, 0.0)
-    ) -> Instant:
+    ) -> LinkedInstant:
         """Go on to the next sample.
 
         Args:
@@ -107,38 +226,19 @@ class LiveMachine:
         Raises:
             SimulationError: the equations cannot be followed so far.
         """
-        inputs = np.array([*(motor_speed[name] for name in self.machine.mechanism.cylinders), payload, *tip_force])
-        slope = (inputs - self._inputs) / self.period
-        segment = self._segment(slope)
-        run = integrate(self._model.ode, self._state, segment, segment.end)
-        if run.outcome is not Outcome.DONE:
-            raise SimulationError(f"{self._model.ode.name}: {run.message}")
-        self._state, self._inputs = run.state[-1], inputs
-        self._samples += 1
-        self.now = self._look(slope)
+        speeds = (motor_speed[name] for name in self.machine.mechanism.cylinders)
+        self._run.advance(np.array([*speeds, payload, *tip_force]))
+        self.now = self._look()
         return self.now
 
-    def _segment(self, slope: Array) -> Segments:
-        ends = np.array([self._samples, self._samples + 1]) * self.period
-        return Segments(ends[:1], ends[1:], self._inputs[None], slope[None], self._parameters)
-
-    def _servo_place(self, name: str) -> int | None:
-        states = [state.name for state in self._model.ode.states]
-        return states.index(f"{name}.motor_speed") if f"{name}.motor_speed" in states else None
-
-    def _look(self, slope: Array) -> Instant:
-        """The truth now; the torque is the one just before the next command."""
-        names = self.machine.mechanism.cylinders
-        segment = self._segment(slope)
-        found = outputs(self._model.ode, segment, segment.start, self._state[None])
-        speed = [
-            self._inputs[k] if place is None else self._state[place] for k, place in enumerate(self._servo)
-        ]  # fmt: skip
-        return Instant(
-            time=self._samples * self.period,
+    def _look(self) -> LinkedInstant:
+        names, run = self.machine.mechanism.cylinders, self._run
+        found, commanded = run.found(), [float(value) for value in run.inputs[: len(names)]]
+        return LinkedInstant(
+            time=run.time,
             position={name: float(found[f"{name}.position"][0]) for name in names},
-            motor_speed={name: float(value) for name, value in zip(names, speed, strict=True)},
-            motor_torque={name: float(found[key][0]) for name, key in zip(names, self._torque, strict=True)},
+            motor_speed={n: run.speed(f"{n}.motor_speed", w) for n, w in zip(names, commanded, strict=True)},
+            motor_torque={name: float(found[f"{name}.motor_torque"][0]) for name in names},
             tip=(float(found["tip_x"][0]), float(found["tip_z"][0])),
         )
 

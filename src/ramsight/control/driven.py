@@ -1,0 +1,274 @@
+"""Units under control: their drives' reports, sensors and controls, a sample at a time, whatever the units move.
+
+The truth goes to the drives' reports and into the record, and nowhere else; the sensors see the reports.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ramsight.control.position import Activity, Command, PositionControl
+from ramsight.control.trajectory import Limits
+from ramsight.duty.drive_report import DriveReport
+from ramsight.duty.live import Instant, LiveReport, Reported
+from ramsight.plant.unit import HydraulicUnit
+from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.hypotheses import DISPLACEMENT, LEAK
+from ramsight.sensor.kalman import kalman
+from ramsight.sensor.status import Status
+from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
+
+if TYPE_CHECKING:
+    import xarray
+
+Fault = Callable[[str, Reported], Reported]
+"""What becomes of a unit's report on its way: unit and sample in, sample out."""
+_LONGEST = 600.0  # s, of one move; a control that has not ended by then is given up
+
+
+class Feedback(Enum):
+    """Where a control takes the position from."""
+
+    SENSOR = "virtual sensor"
+    TRUTH = "true position"
+    REAL = "position sensor with a noise of 0.5 mm"
+
+
+_REAL_NOISE = 0.5e-3  # m, standard deviation of a real position sensor
+
+
+@dataclass
+class Record:
+    """What happened to one unit, sample by sample."""
+
+    position: list[float] = field(default_factory=list)
+    motor_torque: list[float] = field(default_factory=list)
+    command: list[float] = field(default_factory=list)
+    estimate: list[Estimate] = field(default_factory=list)
+    target: list[float] = field(default_factory=list)
+    activity: list[Activity] = field(default_factory=list)
+    reported: list[Reported] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Setting:
+    """How a loop is set up; what all its units share.
+
+    Args:
+        known: whether the sensors are told where the pistons are; otherwise they have to be homed.
+        oil_temperature: [K].
+        temperature_offset: by which the thermometers read too much [K].
+        feedback: where the controls take the position from.
+        seed: of the drives' and the position sensors' noise.
+        assumptions: what the sensors assume of the machine; by default what each unit declares.
+        limits: of the units; by default `Limits.of`.
+        period: of the samples [s].
+    """
+
+    known: bool
+    oil_temperature: float
+    temperature_offset: float
+    feedback: Feedback
+    seed: int
+    assumptions: Assumptions | None
+    limits: Mapping[str, Limits] | None
+    period: float
+
+
+class DrivenUnits(ABC):
+    """Units, their sensors and their controls; who derives from it adds the plant that they move.
+
+    Args:
+        sheet: the units as their data sheets have them, which is all that sensors and controls know.
+        start_position: of each unit's piston [m].
+        setting: of the loop.
+    """
+
+    def __init__(self, sheet: Sequence[HydraulicUnit], start_position: Mapping[str, float], setting: Setting) -> None:
+        self.period, self.feedback = setting.period, setting.feedback
+        self.fault: Fault | None = None
+        self._oil_temperature, self._start = setting.oil_temperature, dict(start_position)
+        self.units = tuple(unit.name for unit in sheet)
+        how = DriveReport(seed=setting.seed)
+        self._drives = {
+            name: LiveReport(how, setting.temperature_offset, stream=k) for k, name in enumerate(self.units)
+        }  # fmt: skip
+        self._noise = np.random.default_rng([setting.seed, len(self.units)])
+        self.sensors: dict[str, VirtualSensor] = {unit.name: kalman(unit, setting.assumptions) for unit in sheet}
+        limits = setting.limits
+        self.controls = {
+            unit.name: PositionControl(unit, None if limits is None else limits[unit.name], period=self.period)
+            for unit in sheet
+        }
+        for name, sensor in self.sensors.items():
+            sensor.start(start_position[name] if setting.known else None)
+        self.records = {name: Record() for name in self.units}
+        self.time: list[float] = []
+        self._commands: dict[str, Command] = {}
+        self._references: dict[str, float] = {}
+
+    @property
+    @abstractmethod
+    def now(self) -> Instant:
+        """The truth at the newest sample."""
+
+    @abstractmethod
+    def step(self) -> None:
+        """Go on to the next sample."""
+
+    @property
+    def reasons(self) -> dict[str, str]:
+        """Why units stop or go slowly, by unit; those that do neither are left out."""
+        return {name: command.reason for name, command in self._commands.items() if command.reason}
+
+    @property
+    def done(self) -> bool:
+        """Whether all controls rest."""
+        return all(control.done for control in self.controls.values())
+
+    @property
+    def stopped(self) -> bool:
+        """Whether the machine has been stopped."""
+        return any(control.activity in _STOPS for control in self.controls.values())
+
+    def rest(self, time: float) -> None:
+        """Let a time pass [s]."""
+        for _ in range(round(time / self.period)):
+            self.step()
+
+    def send(self, targets: Mapping[str, float]) -> float:
+        """Send cylinders to targets [m] so that all arrive together; returns how long that should take [s].
+
+        What arrives together feels the loads of the place where it stays: a cylinder that waits with its valve closed
+        while another moves the machine gives way to the load unseen.
+        """
+        ways = {name: target - self._believed(name) for name, target in targets.items()}
+        longest = max(self.controls[name].limits.time(way) for name, way in ways.items())
+        for name, way in ways.items():
+            control = self.controls[name]
+            control.move_to(targets[name], control.limits.speed_for(way, longest))
+        return longest
+
+    def go(self, targets: Mapping[str, float], settle: float = 0.5) -> None:
+        """Send cylinders to targets [m] and wait until they are there, or have stopped; then for a while [s]."""
+        self.send(targets)
+        self.wait()
+        self.rest(settle)
+
+    def home(self, unit: str, *, lifted: bool = False, settle: float = 0.5) -> None:
+        """Let one unit visit an end stop and wait until it has, or has stopped; then for a while [s].
+
+        Whoever homes a machine says that nothing is in the way: where the rod then stands is a reference. What the
+        sensor finds by itself could be an obstacle.
+        """
+        control = self.controls[unit]
+        control.home(lifted=lifted)
+        self.wait()
+        if control.activity is Activity.RESTING:
+            up = lifted == (control.unit.lift_sign > 0.0)
+            self._references[unit] = control.unit.cylinder.stroke if up else 0.0
+        self.rest(settle)
+
+    def leak_test(self, settle: float = 0.5) -> None:
+        """Let all units do a leak test, in which no rod moves; then wait for a while [s]."""
+        for control in self.controls.values():
+            control.leak_test()
+        self.wait()
+        self.rest(settle)
+
+    def wait(self) -> None:
+        """Go on until all controls rest."""
+        begun = self.now.time
+        self.step()
+        while not self.done:
+            self.step()
+            if self.now.time - begun > _LONGEST:
+                for name, control in self.controls.items():
+                    if not control.done:
+                        control.stop(f"{name} has not arrived in {_LONGEST:g} s")
+
+    def _believed(self, name: str) -> float:
+        return self.records[name].estimate[-1].position
+
+    def _decide(self) -> None:
+        """Reports of this sample, what the sensors make of them, and the next commands."""
+        now = self.now
+        for name in self.units:
+            self._decide_for(name, now)
+        self._stop_together()
+        self.time.append(now.time)
+
+    def _decide_for(self, name: str, now: Instant) -> None:
+        reported = self._drives[name].sample(
+            now.time, now.motor_speed[name], now.motor_torque[name], self._oil_temperature
+        )
+        if self.fault is not None:
+            reported = self.fault(name, reported)
+        sensor, control, record = self.sensors[name], self.controls[name], self.records[name]
+        estimate = sensor.step(
+            reported.time,
+            reported.motor_speed,
+            reported.motor_torque,
+            reported.oil_temperature,
+            self._references.pop(name, math.nan),
+        )
+        used = self._fed_back(estimate, now.position[name])
+        learned = sensor.state
+        command = control.step(
+            used, reported, leak=learned[f"described_{LEAK}"], displacement=learned[f"described_{DISPLACEMENT}"]
+        )
+        self._commands[name] = command
+        record.position.append(now.position[name])
+        record.motor_torque.append(now.motor_torque[name])
+        record.command.append(now.motor_speed[name])
+        record.estimate.append(estimate)
+        record.target.append(control.target)
+        record.activity.append(command.activity)
+        record.reported.append(reported)
+
+    def _fed_back(self, estimate: Estimate, position: float) -> Estimate:
+        if self.feedback is Feedback.SENSOR:
+            return estimate
+        noise = _REAL_NOISE * float(self._noise.standard_normal()) if self.feedback is Feedback.REAL else 0.0
+        return replace(estimate, position=position + noise, std=_REAL_NOISE, status=Status.OK)
+
+    def _stop_together(self) -> None:
+        """What stops one unit stops the machine: the other moves the same mechanism."""
+        for name, control in self.controls.items():
+            if control.activity is Activity.STOPPING:
+                for other in self.controls.values():
+                    if other is not control and not other.done:
+                        other.stop(f"{name}: {control.reason}")
+
+    def track(self, unit: str) -> xarray.Dataset:
+        """What a unit's sensor said, as its own `track` would have it; with `target` [m] and what was reported."""
+        import xarray
+
+        record = self.records[unit]
+        said, reported = record.estimate, record.reported
+        columns = {
+            "position": ("m", [e.position for e in said]),
+            "position_std": ("m", [e.std for e in said]),
+            "velocity": ("m/s", [e.velocity for e in said]),
+            "load": ("N", [e.load for e in said]),
+            "target": ("m", record.target),
+            "motor_speed": ("rad/s", [r.motor_speed for r in reported]),
+            "motor_torque": ("N m", [r.motor_torque for r in reported]),
+            "oil_temperature": ("K", [r.oil_temperature for r in reported]),
+        }
+        data = {name: ("time", np.array(values), {"units": units}) for name, (units, values) in columns.items()}
+        found = xarray.Dataset(data, coords={"time": ("time", np.array(self.time), {"units": "s"})})
+        found["status"] = ("time", np.array([int(e.status) for e in said], dtype=np.int16))
+        found["status"].attrs = {"meaning": "; ".join(f"{int(status)}: {status.text}" for status in Status)}
+        found.attrs = {"format": 1, "sensor": self.sensors[unit].kind}
+        return found
+
+
+_STOPS = {Activity.STOPPING, Activity.STOPPED}

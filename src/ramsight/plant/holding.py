@@ -1,0 +1,143 @@
+"""What holds a unit's load at rest, and how fast its motor has to turn for what leaks: from the circuit's own parts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from ramsight.plant.accumulator import Accumulator
+from ramsight.plant.cylinder import Cylinder
+from ramsight.plant.hose import Hose, Volume
+from ramsight.plant.pilot_check import PilotCheckValve
+from ramsight.plant.unit import HydraulicUnit, circuit, initial_state, opposite, pumped_into, reach, side_nodes
+from ramsight.plant.valve import CheckValve, ReliefValve, SafetyValve
+
+_TIGHT = (Cylinder, Hose, Volume, Accumulator, SafetyValve, CheckValve, PilotCheckValve, ReliefValve)
+_BELOW_RELIEF = 0.99  # of a relief valve's setting, where it is surely shut
+
+
+def holding_valves(unit: HydraulicUnit) -> tuple[SafetyValve, ...]:
+    """Valves that keep the load's oil in until the motor lowers."""
+    return tuple(part for part in unit.parts() if isinstance(part, SafetyValve) and part.commanded)
+
+
+def opening_speed(unit: HydraulicUnit) -> float:
+    """Motor speed above which they begin to open to lower [rad/s]; 0 without one."""
+    return max((abs(float(valve.opening_speed)) for valve in holding_valves(unit)), default=0.0)
+
+
+def held_by_valve(unit: HydraulicUnit) -> bool:
+    """Whether a valve keeps the load's oil where it is at rest, so that the rod stands.
+
+    Not where a pump, an orifice, a leaking seal or a part that nobody knows is joined to the chamber.
+    """
+    chamber = unit.cylinder.node_a if unit.held == "a" else unit.cylinder.node_b
+    joined = reach(unit.parts(), chamber, "joins")
+    touching = [part for part in unit.parts() if joined & {str(value) for value in vars(part).values()}]
+    return unit.cylinder.seal_leak is None and all(isinstance(part, _TIGHT) for part in touching)
+
+
+class Leaving:
+    """The oil that leaves a side of the cylinder while motor and piston stand, and all of the side has one pressure.
+
+    Whatever lets it out counts, but for relief valves that have opened: the circuit's own equation says how fast the
+    side would lose its pressure. Beyond a relief valve's setting the flow is taken to grow in proportion.
+
+    Args:
+        unit: the unit.
+        side: "a" or "b".
+
+    Example:
+        >>> from ramsight import machine
+        >>> from ramsight.plant.build import build
+        >>> ram = Leaving(build("ram", machine.load("press").unit("ram")), "a")
+        >>> f"{6e4 * ram.flow(100e5, 313.15):.2f} l/min at 100 bar"
+        '1.05 l/min at 100 bar'
+    """
+
+    def __init__(self, unit: HydraulicUnit, side: str) -> None:
+        model = circuit(unit)
+        ode, inside = model.ode, side_nodes(unit, side)
+        nodes = {node: ode.state_index(f"pressure_{node}") for node in model.nodes}
+        above, warmth = ca.SX.sym("above"), ca.SX.sym("oil_temperature")
+        state, values = ca.SX(initial_state(unit, model, 0.5 * unit.cylinder.stroke, 0.0)), ca.SX(model.values)
+        for node, k in nodes.items():
+            state[k] = unit.tank_pressure + (above if node in inside else 0.0)
+        values[ode.parameters.index("oil_temperature")] = warmth
+        capacity = {output.name: output.expression for output in ode.outputs}
+        flows = [-capacity[f"capacity_{node}"] * ode.rhs[k] for node, k in nodes.items() if node in inside]
+        known = [state, ca.SX.zeros(2), ca.SX.zeros(2), values]
+        (flow,) = ca.substitute([ca.sum1(ca.vertcat(*flows))], [ode.x, ode.u, ode.slope, ode.p], known)
+        # Called every sample: in a buffer of its own, which takes a microsecond.
+        function: Any = ca.Function("leaving", [ca.vertcat(above, warmth)], [ca.densify(flow)])
+        self._given, self._found = np.zeros(2), np.zeros(1)
+        given: Any = self._given
+        found: Any = self._found
+        buffer, self._run = function.buffer()
+        buffer.set_arg(0, memoryview(given))
+        buffer.set_res(0, memoryview(found))
+        self._kept = function, buffer  # which `run` needs
+        reliefs = [p.setting for p in unit.parts() if isinstance(p, ReliefValve) and p.inlet in inside]
+        self._most = _BELOW_RELIEF * min(reliefs, default=np.inf)
+
+    def flow(self, pressure: float, temperature: float) -> float:
+        """The flow [m3/s] at a pressure above the tank's [Pa] and an oil temperature [K]."""
+        within = min(pressure, self._most)
+        self._given[:] = within, temperature
+        self._run()
+        flow = float(self._found[0])
+        return flow if within == pressure else flow * pressure / within
+
+
+class Holding:
+    """How the motor's speed carries a load: what holds it, what leaks under it, and what is left for the piston.
+
+    A load that presses is held by the unit's held side, one that pulls by the other side, if that has a pump.
+
+    Args:
+        unit: the unit, whatever its circuit.
+
+    Attributes:
+        stands: whether the rod stands while the motor does, held by a valve.
+        valves: the valves that open for lowering.
+        opening_speed: motor speed above which they begin to [rad/s]; 0 without any.
+
+    Example:
+        >>> from ramsight import machine
+        >>> from ramsight.plant.build import build
+        >>> ram = Holding(build("ram", machine.load("press").unit("ram")))
+        >>> ram.stands, f"{ram.leakage(200e3, 313.15):.1f} rad/s"
+        (False, '4.3 rad/s')
+    """
+
+    def __init__(self, unit: HydraulicUnit) -> None:
+        self.unit, self.valves, self.opening_speed = unit, holding_valves(unit), opening_speed(unit)
+        self.stands = bool(self.valves) or held_by_valve(unit)
+        # A valve holds one way only, and what pulls has no leakage worth a name on the way that it opens.
+        sides = (unit.held,) if self.stands else (unit.held, opposite(unit.held))
+        self._sides = [self._side(side) for side in sides if pumped_into(unit, side) != 0.0]
+
+    def _side(self, side: str) -> tuple[Leaving, float, float]:
+        return Leaving(self.unit, side), float(self.unit.cylinder.area(side)), abs(pumped_into(self.unit, side))
+
+    def leakage(self, load: float, temperature: float) -> float:
+        """Motor speed that only makes up for what leaks [rad/s], positive where it turns the way that lifts.
+
+        Args:
+            load: [N]; 0 if it is not known (NaN).
+            temperature: of the oil [K].
+        """
+        way, (leaving, area, pumped) = self._carrying(load)
+        pressure = max(way * load, 0.0) / area if np.isfinite(load) else 0.0
+        return float(way * leaving.flow(pressure, temperature) / pumped)
+
+    def travel_per_radian(self, load: float) -> float:
+        """Ideal travel per motor angle under a load [m/rad]."""
+        _, (_, area, pumped) = self._carrying(load)
+        return float(pumped / area)
+
+    def _carrying(self, load: float) -> tuple[float, Any]:
+        pulls = load < 0.0 and len(self._sides) > 1
+        return (-1.0, self._sides[1]) if pulls else (1.0, self._sides[0])
