@@ -237,17 +237,18 @@ class Hypotheses:
         before, doubts = self.all[0].copy(), ca.SX(_NEVER)
         for h in self.all:
             m = h.mean
-            h.covariance.predict([0.0] * len(row), [ca.if_else(use, arrived, 0.0), *[0.0] * (len(row) - 1)])
             innovation = place + low * m[LOW] + top * m[TOP] - (nominal + m[POSITION])
             innovation2 = innovation**2
-            expected = h.covariance.variance(row) + variance
+            own = variance + arrived
             rare = ca.log(self._assumptions.machine.leaks_otherwise * ca.fmax(self._untaught(h), _TAUGHT))
+            expected = h.covariance.variance(row) + own
             otherwise = self._otherwise(h, innovation2, expected, rare, ca.if_else(use, chance, _NEVER))
             for quantity, wide in self._others:
                 h.covariance.widened(quantity, wide, otherwise)
-            total = h.covariance.variance(row) + variance
+            total = h.covariance.variance(row) + own
             likelihood = _likelihood(innovation2, total) + ca.if_else(otherwise, rare, 0.0)
             fits = ca.logic_and(use, likelihood > chance)
+            h.covariance.add(POSITION, ca.if_else(fits, arrived, 0.0))
             doubts = ca.if_else(low + top > 0.0, chance - likelihood, _NEVER) if h is self.all[0] else doubts
             h.weight = h.weight + ca.if_else(use, ca.fmax(likelihood, chance), 0.0)
             corrected = [POSITION, LEAK, DISPLACEMENT, LAG, EXPONENT, LOW, TOP]

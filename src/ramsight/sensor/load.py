@@ -159,7 +159,8 @@ class LoadObserver:
         shown = ca.logic_and(shown, self._holds(first))
         slowly = ca.if_else(shown, ca.fmin(h / _WITHIN, 1.0), 0.0)
         # A first load there is nothing to go on with.
-        first_share = h_initial**2 * self._initial / (h_initial**2 * self._initial + h_walked**2 * self._walked + noise2)
+        unknown = h_initial**2 * self._initial
+        first_share = unknown / (unknown + h_walked**2 * self._walked + noise2)
         slowly = ca.fmax(slowly, ca.if_else(shown, first_share, 0.0))
         surprise = beyond + slowly * (missed - beyond)
         walked = self._walked + (machine.load_walk * self._relief_load) ** 2 * h / (
@@ -204,7 +205,7 @@ class LoadObserver:
         noise = drive.torque * self._relief_torque
         return LoadStep(
             travel=ca.if_else(goes, solved[0] - before[0], 0.0),
-            free_travel=ca.if_else(goes, first.z[0] - before[0], 0.0),
+            free_travel=ca.if_else(goes, balance.near(first.z, before, mean, h)[0] - before[0], 0.0),
             travel_by=travel_by,
             torque_by=torque_by,
             surprise=surprise,

@@ -112,6 +112,10 @@ class Covariance:
         here = self.entries[0, 0]
         self.entries[0, 0] = here + std * (2.0 * ca.sqrt(ca.fmax(here, 0.0)) + std)
 
+    def add(self, quantity: int, variance: Any) -> None:
+        """A quantity gains a variance that has nothing to do with the others."""
+        self.entries[quantity, quantity] = self.entries[quantity, quantity] + variance
+
     def raise_to(self, quantity: int, variance: Any) -> None:
         """A quantity is at least so uncertain."""
         here = self.entries[quantity, quantity]
