@@ -59,7 +59,6 @@ class Solution:
     _factors: Any
     _torque_by_z: Any
     _rate_by_load: Any
-    _rate_by_factors: Any
     _torque_by_factors: Any
     _sliding: Any
     _balance: Balance
@@ -71,16 +70,20 @@ class Solution:
 
     def by_large_load(self) -> Any:
         """The same for a change that friction cannot hold [state/N]."""
-        return self._balance.solve(*self._sliding)
+        loose, by_load, _ = self._sliding
+        return self._balance.solve(loose, by_load)
 
     def by_start(self, direction: Any, load: Any = 0.0) -> Any:
         """How `z` follows a change of the states before the step, with a change of the load beside it [N]."""
         return self._balance.solve(self._factors, direction / self._h + self._rate_by_load * load)
 
     def by_factor(self, k: int, before: Any, load: Any) -> Any:
-        """dz/dfactor from that before the step, while the load changes by `load` [N] per factor."""
-        right = before / self._h + self._rate_by_factors[:, k] + self._rate_by_load * load
-        return self._balance.solve(self._factors, right)
+        """dz/dfactor from that before the step, while the load changes by `load` [N] per factor.
+
+        Of a piston that slides: what friction holds for a while it does not hold for long.
+        """
+        loose, by_load, by_factors = self._sliding
+        return self._balance.solve(loose, before / self._h + by_factors[:, k] + by_load * load)
 
     def torque_by(self, direction: Any) -> Any:
         """How the torque follows a change of `z`."""
@@ -300,12 +303,12 @@ class Balance:
             rate, entries = self._iteration(z, mean_speed, load, p, theta, kept, stands, friction)
             factored = self._elimination.factor(entries, 1.0 / h)
             z = z + self._elimination.solve(factored, rate - (z - z0) / h)
-        by_load, by_factors = self._sensitive(z, mean_speed, load, p, theta, kept, stands, friction)
+        by_load, _ = self._sensitive(z, mean_speed, load, p, theta, kept, stands, friction)
         _, entries = self._iteration(z, mean_speed, load, p, theta, kept, held, friction)
         loose = self._elimination.factor(entries, 1.0 / h)
-        sliding = loose, self._sensitive(z, mean_speed, load, p, theta, kept, held, friction)[0]
+        sliding = loose, *self._sensitive(z, mean_speed, load, p, theta, kept, held, friction)
         torque, torque_by_z, torque_by_factors = self._torque(z, speed, acceleration, p, theta)
-        return Solution(z, torque, factored, torque_by_z, by_load, by_factors, torque_by_factors, sliding, self, h)
+        return Solution(z, torque, factored, torque_by_z, by_load, torque_by_factors, sliding, self, h)
 
 
 def without_friction(unit: Any) -> Any:
