@@ -181,6 +181,15 @@ def test_a_way_that_nobody_measured_ends_nowhere_without_a_contact(bank):
     assert bank.matrix("described")[POSITION, POSITION] < 1.01 * before[POSITION, POSITION]
 
 
+def test_a_contact_that_is_refused_adds_nothing_to_the_doubt(bank):
+    """However unsure the way just there is said to be: nothing was measured, and nothing learnt of the way."""
+    bank.begin(0.4 * STROKE)
+    before = bank.go()["band"]
+    said = bank.go(place=0.0, low=1.0, variance=1e-6, arrived=16.0, use=1.0)
+    assert said["refused"] > 0.0
+    assert said["band"] == pytest.approx(before, rel=1e-3)
+
+
 @pytest.mark.parametrize("end", ENDS)
 def test_contacts_again_and_again_off_an_end_are_an_end_that_is_not_described(bank, end):
     """30 mm inside of where it should be: it becomes likely that the end is there, and no position is moved by it."""

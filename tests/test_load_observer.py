@@ -6,7 +6,7 @@ import pytest
 import xarray
 
 from ramsight.duty import report
-from ramsight.plant.balance import FACTORS, balance
+from ramsight.plant.balance import FACTORS, balance, without_friction
 from ramsight.plant.cylinder import ATMOSPHERE
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.assumptions import Assumptions
@@ -199,8 +199,11 @@ def test_no_torque_moves_the_load_by_more_than_virtual_work_allows(name):
 @pytest.mark.parametrize("name", ["mining-loader boom", "eha-single-rod axis", "press ram"])
 @pytest.mark.parametrize("k", range(len(FACTORS)), ids=FACTORS)
 def test_it_knows_where_it_would_be_with_another_factor(name, k):
-    """The derivatives that it carries along, against the same log followed with the other factor."""
-    unit, by = UNITS[name], [0.01, 1e-4, 0.01][k]
+    """The derivatives that it carries along, against the same log followed with the other factor.
+
+    They are of a piston that slides, so this one does: of a piston that stands none is a derivative for long.
+    """
+    unit, by = without_friction(UNITS[name]), [0.01, 1e-4, 0.01][k]
     run, log = cycle(unit)
     said = []
     for sign in (1.0, -1.0, 0.0):
@@ -439,6 +442,37 @@ def test_a_torque_within_friction_at_standstill_is_taken_slowly(tight, period, s
         assert said["surprise"][0] == pytest.approx(expected, rel=0.02)
         assert (said["load"][0] - plain["load"][0]) * sign > 0.0
     observer.state = before
+
+
+def test_a_first_load_is_taken_at_once_though_friction_may_hide_a_part_of_it():
+    name = "eha-test-bench axis"
+    unit, observer = UNITS[name], observers(name)
+    run, log = cycle(unit, 0.7)
+    begin(observer, float(run["position"][0]))
+    said = observer.track(log.isel(time=slice(0, 5)))
+    assert (said["friction"] > 0.0).all()
+    assert np.abs(said["surprise"][-1]) < 0.3 * said["friction"][-1]
+    assert said["load"][-1] == pytest.approx(0.7 * limits_of(unit).load, rel=0.15)
+
+
+@pytest.mark.parametrize("period", [0.02, 0.05])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_whatever_the_drive_says_pressures_and_travel_are_possible(period, sign):
+    """A piston that hits its stop at full speed, the watch for contacts asleep: the torque leaps to its limit."""
+    name = "eha-test-bench axis"
+    unit, observer = UNITS[name], observers(name)
+    begin(observer, 0.5 * unit.cylinder.stroke)
+    count, relief = round(1.5 / period), limits_of(unit).torque
+    time = period * np.arange(count)
+    speed = sign * unit.max_speed * np.clip(time / 0.3, 0.0, 1.0)
+    torque = np.where(time < 0.6, 0.3, sign * 1.1) * relief
+    columns = {"motor_speed": speed, "motor_torque": torque, "oil_temperature": np.full(count, WARM)}
+    data = {key: ("time", value) for key, value in columns.items()}
+    said = observer.track(xarray.Dataset(data, coords={"time": time}))
+    pressures = [said[key] for key in said if key.startswith("state_circuit_pressure") and "_by_" not in key]
+    assert min(values.min() for values in pressures) >= 0.0
+    most = 0.02 * unit.cylinder.stroke + 4.0 * unit.max_speed * unit.travel_per_radian * period
+    assert np.abs(said["travel"]).max() < most
 
 
 def test_a_torque_within_friction_is_the_load_in_the_end(tight):
