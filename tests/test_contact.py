@@ -8,6 +8,7 @@ import pytest
 
 from ramsight.duty import report
 from ramsight.plant.limits import limits_of
+from ramsight.sensor.mode import Mode
 
 from .plant_bench import UNITS
 from .sensor_bench import begin, changing, load_observer, lowered, moves, observers, quiet
@@ -77,11 +78,11 @@ def test_a_held_piston_stands_and_is_let_go_when_the_motor_turns_the_other_way(n
     assert np.abs(speed[last]) < 0.1 * np.abs(speed).max()
     assert said["released"].sum() == 1.0
     assert said["released"][last + 1] == 1.0
-    assert said["state_leaves"][last + 1] == 1.0
+    assert said["state_mode"][last + 1] == Mode.LEAVING
     far = np.abs(said["position"] - said["position"][last]) > 0.02 * unit.cylinder.stroke
     far[: last + 1] = False
     assert far.any()
-    assert not said["state_leaves"][far].any(), "it has left"
+    assert not (said["state_mode"][far] == Mode.LEAVING).any(), "it has left"
     assert said["position"][-1] == pytest.approx(run["position"].values[-1], abs=0.006 * unit.cylinder.stroke)
 
 

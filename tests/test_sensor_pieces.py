@@ -15,6 +15,7 @@ from ramsight.sensor.intake import Intake
 from ramsight.sensor.judgement import Relief, judge
 from ramsight.sensor.leaking import Leaking
 from ramsight.sensor.load import LoadStep
+from ramsight.sensor.mode import Mode
 from ramsight.sensor.pumping import delivers, one_sided
 from ramsight.sensor.relief import passed_share, passing
 from ramsight.sensor.resting import unseen_load
@@ -340,7 +341,8 @@ def rested(holding, rows, speed=0.0):
     watch, lifts = holding
     watch.state = watch.sensor.initial.copy()
     names = watch.sensor.recursion.state
-    for name, value in {"held": 1.0, "held_direction": lifts, "load_before_standing": 2e4}.items():
+    held = Mode.HELD_EXTENDING if lifts > 0.0 else Mode.HELD_RETRACTING
+    for name, value in {"mode": float(held), "load_before_standing": 2e4}.items():
         watch.state[names.index(name)] = value
     said = np.concatenate(samples(watch, [(count, lifts * speed, PRESSED | how) for count, how in rows]))
     return int(np.argmax(said)) if said.any() else None

@@ -25,7 +25,8 @@ from typing import Any
 
 import casadi as ca
 
-from ramsight.sensor.load import LoadStep
+from ramsight.sensor.load import SEEN_AT, LoadStep
+from ramsight.sensor.mode import HELD, Mode, is_in, next_mode
 from ramsight.sensor.virtual_sensor import SensorGraph
 
 _SURE = 30.0  # standard deviations of the position that the pump has to deliver in vain
@@ -38,7 +39,6 @@ _NEAR, _NEAR_LEAST = 4.0, 5e-3  # standard deviations and share of the stroke, s
 _LEFT, _REMEMBERED = 0.7, 1.0  # share of what the oil carried within as many seconds: below, the load settles
 _SETTLING = 0.1  # share of the seeming way since then by which that place is unsure
 _NOISE = 4.0  # standard deviations
-_SHOWN = 0.5  # share of what virtual work says that a torque shows of a load, from which the pump holds it
 _SOFTER = 0.5  # share of the expected torque's change that compliance does not explain, twice its deviation
 
 
@@ -57,6 +57,7 @@ class Contact:
         pushing: whether the motor pushes against what holds it.
         built: change of the expected torque since it pushes [N m].
         pressed: force by which it presses on what holds it, extension positive [N].
+        mode: what the piston is doing after this sample, a number of `Mode`.
     """
 
     touched: Any
@@ -69,6 +70,7 @@ class Contact:
     pushing: Any
     built: Any
     pressed: Any
+    mode: Any
 
 
 class ContactWatch:
@@ -83,12 +85,14 @@ class ContactWatch:
         self._graph, self._lift = graph, lift_sign
         self._kept_for, self._stood = graph.state("torque_kept_for"), graph.state("stands_for")
         self._sank = graph.state("sank")
-        self.held = graph.state("held")
-        self._direction = graph.state("held_direction")
+        self._mode = graph.state("mode")
+        self.held = is_in(self._mode, HELD)
+        self._leaves = is_in(self._mode, (Mode.LEAVING,))
+        self._direction = ca.if_else(self._mode == float(Mode.HELD_EXTENDING), 1.0, -1.0)
         self._anchor = graph.state("standing_place")
         self._delivered = graph.state("delivered_in_vain")
         self._turned, self._since = graph.state("turned"), graph.state("turns_or_rests_for")
-        self._leaves, self._left_from = graph.state("leaves"), graph.state("left_from")
+        self._left_from = graph.state("left_from")
         self._torque = graph.state("torque_when_pushing_began")
         self._load = graph.state("load_before_standing")
         self._carried, self._carried_at = graph.state("carried_lately"), graph.state("carried_until")
@@ -152,25 +156,35 @@ class ContactWatch:
         yields = ca.logic_and(pushing, missing > _NOISE * step.noise + _SOFTER * ca.fabs(built))
         released = ca.logic_or(ca.logic_or(back, yields), self._leaves_at_rest(step, turns, pressed))
         holds = ca.logic_and(touched, ca.logic_not(leaving))
-        held = ca.logic_or(holds, ca.logic_and(self.held, ca.logic_not(released)))
-        graph.becomes("held", held)
-        graph.becomes("held_direction", ca.if_else(holds, way, self._direction))
         graph.becomes("torque_when_pushing_began", ca.if_else(pushing, self._torque, step.torque))
         away = ca.fabs(position - self._left_from) > _SURE * sigma
-        goes = ca.logic_or(released, ca.logic_and(touched, leaving))
-        graph.becomes("leaves", ca.if_else(goes, 1.0, ca.if_else(away, 0.0, self._leaves)))
-        graph.becomes("left_from", ca.if_else(goes, position, self._left_from))
+        pulled = ca.logic_and(touched, leaving)
+        conditions = {
+            "stopped while it retracts": ca.logic_and(holds, way < 0.0),
+            "stopped while it extends": ca.logic_and(holds, way >= 0.0),
+            "pulled off an end": pulled,
+            "let go": released,
+            "not yet away": ca.logic_not(away),
+            "no force": step.empty,
+            "relief valve open": relief > 0.0,
+            "motor turns": turns,
+            "torque shows the load": step.seen > SEEN_AT,
+        }
+        mode = next_mode(self._mode, conditions)
+        graph.becomes("mode", mode)
+        held = is_in(mode, HELD)
+        graph.becomes("left_from", ca.if_else(ca.logic_or(released, pulled), position, self._left_from))
         stood_at = ca.if_else(in_vain, self._anchor, ca.if_else(sunk, settled, before))
         doubt = ca.if_else(ca.logic_and(sunk, ca.logic_not(in_vain)), _SETTLING * (before - settled), 0.0)
         at_top = ca.if_else(leaving, way < 0.0, way > 0.0)
-        return Contact(touched, stood_at, doubt, at_top, held, released, stands, pushing, built, pressed)
+        return Contact(touched, stood_at, doubt, at_top, held, released, stands, pushing, built, pressed, mode)
 
     def _leaves_at_rest(self, step: LoadStep, turns: Any, pressed: Any) -> Any:
         """Whether a held piston has left what holds it while the motor stands."""
         rests = ca.logic_and(self.held, ca.logic_and(ca.logic_not(turns), self._graph.elapsed > 0.0))
         friction = self._graph.parameters.symbol("circuit.cylinder.coulomb_friction")
         lost = pressed * self._direction < -friction
-        shown = step.seen > _SHOWN
+        shown = step.seen > SEEN_AT
         kept = ca.logic_and(shown, step.surprise * self._direction > _NOISE * step.noise)
         kept_for = ca.if_else(ca.logic_and(rests, kept), self._kept_for + self._graph.elapsed, 0.0)
         self._graph.becomes("torque_kept_for", kept_for)

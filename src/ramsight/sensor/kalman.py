@@ -116,7 +116,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     )
     factors = [(after[k], bank.factor_std(k + LEAK)) for k in range(len(FACTORS))]
     bank.close()
-    return _report(graph, step, intake, position, std, code, factors, measured.taken, contact.held, circuit)
+    return _report(graph, step, intake, position, std, code, factors, measured.taken, contact, circuit)
 
 
 def _relief(graph: SensorGraph, bank: Hypotheses, step: LoadStep, doubt: Any, contact: Contact) -> tuple[Any, Any]:
@@ -234,7 +234,7 @@ def _report(
     status: Any,
     factors: list[tuple[Any, Any]],
     taken: Any,
-    held: Any,
+    contact: Contact,
     circuit: Balance,
 ) -> VirtualSensor:
     """What the sensor says of the sample, and its graph closed."""
@@ -252,7 +252,7 @@ def _report(
     graph.becomes("shown_position", shown_1, always=True)
 
     speed, dt = graph.state("velocity"), graph.elapsed
-    moving = ca.if_else(held, 0.0, step.travel / ca.fmax(dt, 1e-6))
+    moving = ca.if_else(contact.held, 0.0, step.travel / ca.fmax(dt, 1e-6))
     velocity = speed + dt / (_VELOCITY_SMOOTHING + dt) * (moving - speed)
     graph.becomes("velocity", velocity)
     deviation = std + intake.unseen + ca.fabs(wanted - shown_1)
@@ -265,6 +265,7 @@ def _report(
     for name, (value, error) in zip(FACTORS, factors, strict=True):
         more[f"{name}_factor"] = (value, "1")
         more[f"{name}_factor_std"] = (error, "1")
+    more["mode"] = (contact.mode, "1")
     return graph.sensor(
         "kalman", position=shown_1, velocity=velocity, load=step.load, std=deviation, status=status, more=more
     )

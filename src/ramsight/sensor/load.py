@@ -27,9 +27,10 @@ from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.pumping import one_sided
 from ramsight.sensor.virtual_sensor import SensorGraph
 
+SEEN_AT = 0.5
+"""Share of what virtual work says that a torque shows of a load, from which the pump holds it and the load is seen."""
 _SHORTEST = 1e-3  # s; a step that is solved even where no time passed, and not used then
 _GATE = 16.0  # a torque four standard deviations away is a load that jumped, not noise
-_SEEN_AT = 0.5  # share of what virtual work says that a torque shows of a load, from which it is seen
 _STANDING = 1.0  # rad/s; friction of a motor slower than this has a sign that nobody knows
 _WITHIN = 0.2  # s; time constant for a torque that friction at standstill may explain
 _ROUGHER = 1.25  # friction of a usual pump over the described one
@@ -155,7 +156,7 @@ class LoadObserver:
         beyond = _beyond(missed, friction)
         # Friction at standstill may have either sign, so what lies within it is still the likeliest, and taken slowly.
         unit = self._per_angle
-        shown = ca.logic_and(friction > 0.0, ca.fabs(h_walked) > _SEEN_AT * unit)
+        shown = ca.logic_and(friction > 0.0, ca.fabs(h_walked) > SEEN_AT * unit)
         shown = ca.logic_and(shown, self._holds(first))
         slowly = ca.if_else(shown, ca.fmin(h / _WITHIN, 1.0), 0.0)
         # A first load there is nothing to go on with.
@@ -171,8 +172,8 @@ class LoadObserver:
         # A load that jumps: as much uncertainty as explains the torque, on whichever of the two is larger.
         anew = initial > walked
         most = ca.if_else(anew, h_initial, h_walked)
-        jumps = ca.logic_and(surprise**2 > _GATE * total, ca.fabs(most) > _SEEN_AT * unit)
-        more = ca.if_else(jumps, (surprise**2 / _GATE - total) / ca.fmax(most**2, (_SEEN_AT * unit) ** 2), 0.0)
+        jumps = ca.logic_and(surprise**2 > _GATE * total, ca.fabs(most) > SEEN_AT * unit)
+        more = ca.if_else(jumps, (surprise**2 / _GATE - total) / ca.fmax(most**2, (SEEN_AT * unit) ** 2), 0.0)
         initial, walked = initial + ca.if_else(anew, more, 0.0), walked + ca.if_else(anew, 0.0, more)
         total = h_initial**2 * initial + h_walked**2 * walked + noise2
         gains = [h_initial * initial / total, h_walked * walked / total]
@@ -256,7 +257,7 @@ class LoadObserver:
         drive, balance = self._assumptions.drive, self._balance
         needed = balance.unit.lift_sign * self._per_angle * balance.force(first.z)
         noise = drive.torque * self._relief_torque
-        return ca.fabs(first.torque - needed) < (1.0 - _SEEN_AT) * ca.fabs(needed) + noise
+        return ca.fabs(first.torque - needed) < (1.0 - SEEN_AT) * ca.fabs(needed) + noise
 
     def _keep(self, z: Any, load: Any) -> None:
         """What the states are after the sample; the position is the filter's."""

@@ -6,12 +6,11 @@ from typing import Any
 
 import casadi as ca
 
-from ramsight.sensor.load import LoadStep
+from ramsight.sensor.load import SEEN_AT, LoadStep
 from ramsight.sensor.virtual_sensor import SensorGraph
 
 _FIRST_LOOK = 0.3  # s after the torque shows the load again, when it is known
 _LEARNING = 1.0 / 6.0  # share of the newest load change in their mean square
-_SHOWN = 0.5  # share of a load that the torque shows, from which it is seen
 _TURNING = 1.0  # rad/s
 
 
@@ -29,7 +28,7 @@ def unseen_load(graph: SensorGraph, step: LoadStep, held: Any, expected: Any) ->
     """
     shown_for, before, was_seen = (graph.state(name) for name in ("load_shown_for", "load_seen", "load_was_seen"))
     changes = graph.state("load_changes")  # mean square over the expected one, less 1: all states may begin at 0
-    shows = ca.logic_and(step.seen > _SHOWN, ca.fabs(graph.motor_speed) > _TURNING)
+    shows = ca.logic_and(step.seen > SEEN_AT, ca.fabs(graph.motor_speed) > _TURNING)
     shown_for_1 = ca.if_else(shows, shown_for + graph.elapsed, 0.0)
     sees = shown_for_1 > _FIRST_LOOK
     learns = ca.logic_and(ca.logic_and(sees, shown_for <= _FIRST_LOOK), was_seen)

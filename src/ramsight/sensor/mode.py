@@ -1,0 +1,102 @@
+"""What the piston is doing, as one enumeration with one table of transitions.
+
+Each sample the conditions of the table are looked at in its order; the first whose row fits decides. Whether the
+position is known at all is another question, which the status answers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
+
+import casadi as ca
+
+
+class Mode(IntEnum):
+    """What the piston is doing."""
+
+    MOVING = 0
+    RESTING_ON_VALVE = 1
+    RESTING_ON_PUMP = 2
+    HELD_RETRACTING = 3
+    HELD_EXTENDING = 4
+    LEAVING = 5
+    OVER_RELIEF = 6
+    EMPTY = 7
+
+    @property
+    def text(self) -> str:
+        """The words for it."""
+        return _TEXT[self]
+
+
+_TEXT = {
+    Mode.MOVING: "moves",
+    Mode.RESTING_ON_VALVE: "rests, a valve holds the load",
+    Mode.RESTING_ON_PUMP: "rests, the pump holds the load",
+    Mode.HELD_RETRACTING: "held by what stops its retraction",
+    Mode.HELD_EXTENDING: "held by what stops its extension",
+    Mode.LEAVING: "let go, not yet surely away",
+    Mode.OVER_RELIEF: "the pump's oil may pass a relief valve",
+    Mode.EMPTY: "no oil gives it a force",
+}
+HELD = (Mode.HELD_RETRACTING, Mode.HELD_EXTENDING)
+FREE = tuple(mode for mode in Mode if mode not in (*HELD, Mode.LEAVING))
+
+
+@dataclass(frozen=True)
+class Transition:
+    """A row of the table.
+
+    Args:
+        before: modes that it leads from.
+        when: name of its condition.
+        after: where it leads.
+    """
+
+    before: tuple[Mode, ...]
+    when: str
+    after: Mode
+
+
+TRANSITIONS = (
+    Transition((*FREE, *HELD, Mode.LEAVING), "stopped while it retracts", Mode.HELD_RETRACTING),
+    Transition((*FREE, *HELD, Mode.LEAVING), "stopped while it extends", Mode.HELD_EXTENDING),
+    Transition((*FREE, Mode.LEAVING), "pulled off an end", Mode.LEAVING),
+    Transition(HELD, "let go", Mode.LEAVING),
+    Transition((Mode.LEAVING,), "not yet away", Mode.LEAVING),
+    Transition((Mode.HELD_RETRACTING,), "otherwise", Mode.HELD_RETRACTING),
+    Transition((Mode.HELD_EXTENDING,), "otherwise", Mode.HELD_EXTENDING),
+    Transition((*FREE, Mode.LEAVING), "no force", Mode.EMPTY),
+    Transition((*FREE, Mode.LEAVING), "relief valve open", Mode.OVER_RELIEF),
+    Transition((*FREE, Mode.LEAVING), "motor turns", Mode.MOVING),
+    Transition((*FREE, Mode.LEAVING), "torque shows the load", Mode.RESTING_ON_PUMP),
+    Transition((*FREE, Mode.LEAVING), "otherwise", Mode.RESTING_ON_VALVE),
+)
+
+
+def is_in(mode: Any, modes: tuple[Mode, ...]) -> Any:
+    """Whether a mode, as a number, is one of these."""
+    found: Any = 0.0
+    for one in modes:
+        found = ca.logic_or(found, mode == float(one))
+    return found
+
+
+def next_mode(mode: Any, conditions: Mapping[str, Any]) -> Any:
+    """The mode after a sample, as a number.
+
+    Args:
+        mode: before it.
+        conditions: of the table's rows by their names; "otherwise" is always true.
+
+    Raises:
+        KeyError: a condition is missing.
+    """
+    after = mode
+    for row in reversed(TRANSITIONS):
+        holds = 1.0 if row.when == "otherwise" else conditions[row.when]
+        after = ca.if_else(ca.logic_and(is_in(mode, row.before), holds), float(row.after), after)
+    return after
