@@ -4,10 +4,13 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from ramsight import machine
 from ramsight.engine import branches
 from ramsight.engine.branches import Branch, schedule
 from ramsight.engine.cache import generated_module, instructions
 from ramsight.engine.graph import SELECT, graph_of
+from ramsight.plant.ddh import build
+from ramsight.sensor.kalman import kalman
 
 x, y, z = (ca.SX.sym(name) for name in "xyz")
 
@@ -102,3 +105,10 @@ def test_machine_code_with_branches_gives_what_the_graph_gives(condition):
     given, out = np.array([condition, 0.3, -0.7]), np.empty(2)
     module.branching(given, out)
     np.testing.assert_allclose(out, function(given).full().ravel(), rtol=1e-12)
+
+
+def test_a_sample_without_contact_does_nothing_of_what_a_contact_does():
+    recursion = kalman(build("boom", machine.load("mining-loader").unit("boom"))).recursion
+    whole = graph_of(instructions(recursion.function()))
+    seldom = [item for item in schedule(whole) if isinstance(item, Branch) and len(item.chosen) > 100]
+    assert sum(len(item.then) for item in seldom) > 0.2 * len(whole.nodes)
