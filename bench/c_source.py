@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import casadi as ca
 
-from ramsight.deploy.c_function import SELECT, Dialect, Term, literal
+from ramsight.deploy.c_function import Dialect, Term, literal
+from ramsight.engine.graph import SELECT
 
 TEXT = {
     ca.OP_ASSIGN: "{0}", ca.OP_ADD: "{0}+{1}", ca.OP_SUB: "{0}-{1}", ca.OP_MUL: "{0}*{1}", ca.OP_DIV: "{0}/{1}",

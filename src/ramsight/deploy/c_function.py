@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import casadi as ca
 
+from ramsight.engine.branches import Branch, schedule
 from ramsight.engine.cache import instructions
-
-SELECT = -1
-"""Beside CasADi's codes: first if the condition, else second."""
+from ramsight.engine.graph import SELECT, graph_of
 
 
 @dataclass(frozen=True)
@@ -34,14 +33,6 @@ class Term:
 
 
 @dataclass(frozen=True)
-class _Node:
-    code: int
-    sources: tuple[int, ...] = ()
-    place: tuple[int, int] = (0, 0)
-    value: float = 0.0
-
-
-@dataclass(frozen=True)
 class Dialect:
     """How operations are written.
 
@@ -49,63 +40,13 @@ class Dialect:
         types: the C type of each kind.
         constant: a number's text.
         express: code and operands to a term.
+        branches: whether what is seldom needed may wait in an `if`; not where a value is of several runs.
     """
 
     types: dict[str, str]
     constant: Callable[[float], Term]
     express: Callable[[int, Sequence[Term]], Term]
-
-
-@dataclass
-class _Graph:
-    nodes: list[_Node] = field(default_factory=list)
-    results: list[tuple[tuple[int, int], int]] = field(default_factory=list)
-
-    def add(self, node: _Node) -> int:
-        self.nodes.append(node)
-        return len(self.nodes) - 1
-
-    def chosen(self, x: int, y: int) -> _Node | None:
-        """CasADi's if_else is a sum of what is zero unless and what is zero if; this is what was meant."""
-        if any(self.nodes[k].code != ca.OP_IF_ELSE_ZERO for k in (x, y)):
-            return None
-        for one, other in ((x, y), (y, x)):
-            (condition, value), (against, instead) = self.nodes[one].sources, self.nodes[other].sources
-            if self.nodes[against].code == ca.OP_NOT and self.nodes[against].sources[0] == condition:
-                return _Node(SELECT, (condition, value, instead))
-        return None
-
-    def live(self) -> set[int]:
-        """Nodes that a result depends on."""
-        found: set[int] = set()
-        left = [node for _, node in self.results]
-        while left:
-            node = left.pop()
-            if node not in found:
-                found.add(node)
-                left.extend(self.nodes[node].sources)
-        return found
-
-
-def _graph(function: ca.Function) -> _Graph:
-    graph = _Graph()
-    current: dict[int, int] = {}
-    read: dict[tuple[int, int], int] = {}
-    for code, target, sources, value in instructions(function):
-        if code == ca.OP_OUTPUT:
-            graph.results.append(((target[0], target[1]), current[sources[0]]))
-        elif code == ca.OP_INPUT:
-            place = (sources[0], sources[1])
-            if place not in read:
-                read[place] = graph.add(_Node(code, place=place))
-            current[target[0]] = read[place]
-        elif code == ca.OP_CONST:
-            current[target[0]] = graph.add(_Node(code, value=value))
-        else:
-            operands = tuple(current[s] for s in sources)
-            chosen = graph.chosen(*operands) if code == ca.OP_ADD else None
-            current[target[0]] = graph.add(chosen or _Node(code, operands))
-    return graph
+    branches: bool = False
 
 
 def statements(
@@ -122,22 +63,36 @@ def statements(
         write: the statement that gives an output's element its value; all stand behind everything that is read.
         dialect: how operations are written.
     """
-    graph = _graph(function)
-    live = graph.live()
+    graph = graph_of(instructions(function))
     terms: dict[int, Term] = {}
-    lines = []
-    for k, node in enumerate(graph.nodes):
-        if k not in live:
-            continue
+
+    def line(k: int) -> list[str]:
+        node = graph.nodes[k]
         if node.code == ca.OP_INPUT:
             terms[k] = read(*node.place)
         elif node.code == ca.OP_CONST:
             terms[k] = dialect.constant(node.value)
         else:
             made = dialect.express(node.code, [terms[s] for s in node.sources])
-            name = f"{made.kind[0]}{k}"
-            lines.append(f"const {dialect.types[made.kind]} {name} = {made.text};")
-            terms[k] = Term(name, made.kind)
+            terms[k] = Term(f"{made.kind[0]}{k}", made.kind)
+            return [f"const {dialect.types[made.kind]} {terms[k].text} = {made.text};"]
+        return []
+
+    def branch(item: Branch) -> list[str]:
+        bodies = [[text for k in nodes for text in line(k)] for nodes in (item.then, item.otherwise)]
+        declared = []
+        for k, values in item.chosen.items():
+            made = dialect.express(graph.nodes[k].code, [terms[s] for s in graph.nodes[k].sources])
+            terms[k] = Term(f"{made.kind[0]}{k}", made.kind)
+            declared.append(f"{dialect.types[made.kind]} {terms[k].text};")
+            for body, value in zip(bodies, values, strict=True):
+                body.append(f"{terms[k].text} = {'0' if value is None else as_kind(made.kind, terms[value])};")
+        then, otherwise = ([f"  {text}" for text in body] for body in bodies)
+        return [*declared, f"if ({_truth(terms[item.condition])}) {{", *then, "} else {", *otherwise, "}"]
+
+    lines = []
+    for item in schedule(graph) if dialect.branches else range(len(graph.nodes)):
+        lines += branch(item) if isinstance(item, Branch) else line(item)
     return lines + [write(*place, terms[node]) for place, node in graph.results]
 
 
@@ -249,5 +204,6 @@ PLAIN = Dialect(
     types={"real": "real", "wide": "wide", "flag": "int"},
     constant=lambda value: Term(f"R({literal(value)})", exact=f"({literal(value)})"),
     express=_express,
+    branches=True,
 )
 """C99 on scalars; needs `real`, `wide`, `R()` and `SQRT`, `EXP`, ... of that type."""

@@ -14,7 +14,7 @@ from typing import Any
 
 import casadi as ca
 
-from ramsight.engine import llvm
+from ramsight.engine import branches, graph, llvm
 from ramsight.engine.object_code import NativeFunction
 from ramsight.engine.private_folder import private_folder
 
@@ -96,7 +96,11 @@ def generated_module(
     lines += [line if not line.startswith("def ") else f"@compiled\n{line}" for line in body.splitlines()]
     source = "\n".join(lines) + "\n"
     name = "model_" + content_hash(
-        programs, source, inspect.getsource(llvm), ca.CasadiMeta.version(), sys.version_info[:2]
+        programs,
+        source,
+        *map(inspect.getsource, (graph, branches, llvm)),
+        ca.CasadiMeta.version(),
+        sys.version_info[:2],
     )
     if name not in _loaded:
         _loaded[name] = CompiledModule(name, source, programs)
@@ -112,7 +116,7 @@ class CompiledModule:
         programs: the operations of its functions, by name.
     """
 
-    def __init__(self, name: str, source: str, programs: Mapping[str, llvm.Program]) -> None:
+    def __init__(self, name: str, source: str, programs: Mapping[str, graph.Program]) -> None:
         self._folder = cache_directory()
         self._module = ModuleType(name)
         self._module.__dict__["load"] = programs.__getitem__

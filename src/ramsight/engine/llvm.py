@@ -15,7 +15,8 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-Program = Sequence[Sequence[Any]]
+from ramsight.engine.branches import Branch, schedule
+from ramsight.engine.graph import SELECT, Program, graph_of
 
 _LOG2_E = 1.4426950408889634
 _LN2_HIGH, _LN2_LOW = 0.693147180369123816490, 1.90821492927058770002e-10  # ln 2 in two parts, as in fdlibm
@@ -32,9 +33,6 @@ class _Emitter:
         self.integer = integer if width == 1 else ir.VectorType(integer, width)
         self.bit = bit if width == 1 else ir.VectorType(bit, width)
         self.suffix = "f64" if width == 1 else f"v{width}f64"
-        # By the identity of a value: what it is the negation of, and what it is "this if that, else zero" of.
-        self.negated: dict[int, Any] = {}
-        self.guarded: dict[int, tuple[Any, Any]] = {}
 
     def constant(self, value: float) -> Any:
         return ir.Constant(self.real, float(value) if self.width == 1 else [float(value)] * self.width)
@@ -63,24 +61,11 @@ class _Emitter:
         return self.b.fcmp_unordered("!=", x, self.constant(0.0))
 
     def negation(self, x: Any) -> Any:
-        value = self.b.select(self.nonzero(x), self.constant(0.0), self.constant(1.0))
-        self.negated[id(value)] = x
-        return value
+        return self.b.select(self.nonzero(x), self.constant(0.0), self.constant(1.0))
 
-    def guard(self, condition: Any, x: Any) -> Any:
-        value = self.b.select(self.nonzero(condition), x, self.constant(0.0))
-        self.guarded[id(value)] = (condition, x)
-        return value
-
-    def add(self, x: Any, y: Any) -> Any:
-        """A sum; CasADi's if_else is one, of what is zero unless and what is zero if."""
-        if id(x) in self.guarded and id(y) in self.guarded:
-            (if_x, value_x), (if_y, value_y) = self.guarded[id(x)], self.guarded[id(y)]
-            if self.negated.get(id(if_y)) is if_x:
-                return self.b.select(self.nonzero(if_x), value_x, value_y)
-            if self.negated.get(id(if_x)) is if_y:
-                return self.b.select(self.nonzero(if_y), value_y, value_x)
-        return self.b.fadd(x, y, flags=("contract",))
+    def chosen(self, condition: Any, x: Any, y: Any = None) -> Any:
+        """One of two values, or zero; either may be what it likes where it is not chosen."""
+        return self.b.select(self.nonzero(condition), x, self.constant(0.0) if y is None else y)
 
     def maximum(self, x: Any, y: Any) -> Any:
         """The larger; NaN if x is."""
@@ -140,7 +125,7 @@ class _Emitter:
         one, two = self.constant(1.0), self.constant(2.0)
         return {
             ca.OP_ASSIGN: lambda x: x,
-            ca.OP_ADD: self.add,
+            ca.OP_ADD: lambda x, y: b.fadd(x, y, flags=fast),
             ca.OP_SUB: lambda x, y: b.fsub(x, y, flags=fast),
             ca.OP_MUL: lambda x, y: b.fmul(x, y, flags=fast),
             ca.OP_DIV: b.fdiv,
@@ -172,29 +157,49 @@ class _Emitter:
             ca.OP_NOT: self.negation,
             ca.OP_AND: lambda x, y: self.truth(b.and_(self.nonzero(x), self.nonzero(y))),
             ca.OP_OR: lambda x, y: self.truth(b.or_(self.nonzero(x), self.nonzero(y))),
-            ca.OP_IF_ELSE_ZERO: self.guard,
+            ca.OP_IF_ELSE_ZERO: self.chosen,
+            SELECT: self.chosen,
         }
 
     def run(self, program: Program, inputs: Sequence[Any], outputs: Sequence[Any]) -> None:
         """Emit a whole program; every output is stored after every input was read, so they may overlap."""
-        table = self.table()
-        register: dict[int, Any] = {}
-        loaded: dict[tuple[int, int], Any] = {}
-        results: list[tuple[Any, Any]] = []
-        for code, target, sources, value in program:
-            if code == ca.OP_INPUT:
-                place = (sources[0], sources[1])
-                if place not in loaded:
-                    loaded[place] = self.b.load(self.address(inputs[place[0]], place[1]), typ=self.real, align=8)
-                register[target[0]] = loaded[place]
-            elif code == ca.OP_CONST:
-                register[target[0]] = self.constant(value)
-            elif code == ca.OP_OUTPUT:
-                results.append((self.address(outputs[target[0]], target[1]), register[sources[0]]))
+        graph, table = graph_of(program), self.table()
+        values: dict[int, Any] = {}
+
+        def emit(place: int) -> None:
+            node = graph.nodes[place]
+            if node.code == ca.OP_INPUT:
+                address = self.address(inputs[node.place[0]], node.place[1])
+                values[place] = self.b.load(address, typ=self.real, align=8)
+            elif node.code == ca.OP_CONST:
+                values[place] = self.constant(node.value)
             else:
-                register[target[0]] = table[code](*(register[s] for s in sources))
-        for address, result in results:
-            self.b.store(result, address, align=8)
+                values[place] = table[node.code](*(values[s] for s in node.sources))
+
+        # Runs side by side are not of one mind: all of them compute both cases.
+        for item in schedule(graph) if self.width == 1 else range(len(graph.nodes)):
+            if isinstance(item, Branch):
+                self.branch(item, values, emit)
+            else:
+                emit(item)
+        for (output, element), place in graph.results:
+            self.b.store(values[place], self.address(outputs[output], element), align=8)
+
+    def branch(self, branch: Branch, values: dict[int, Any], emit: Callable[[int], None]) -> None:
+        """Emit one case or the other, and what is chosen behind them."""
+        zero = self.constant(0.0)
+        ends: list[tuple[Any, list[Any]]] = []
+        with self.b.if_else(self.nonzero(values[branch.condition])) as cases:
+            for case, block in enumerate(cases):
+                with block:
+                    for place in (branch.then, branch.otherwise)[case]:
+                        emit(place)
+                    kept = [zero if k is None else values[k] for k in (v[case] for v in branch.chosen.values())]
+                    ends.append((self.b.block, kept))
+        for number, place in enumerate(branch.chosen):
+            values[place] = self.b.phi(self.real)
+            for block, kept in ends:
+                values[place].add_incoming(kept[number], block)
 
     def address(self, base: Any, element: int) -> Any:
         offset = ir.Constant(ir.IntType(64), element * self.width)

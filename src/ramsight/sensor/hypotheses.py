@@ -205,11 +205,23 @@ class Hypotheses:
             compliance: whether it tells the compliance.
         """
         full = [0.0, *row, 0.0, 0.0]
+        before = self._kept()
         for h in self.all:
             own = sum(by * (m - used) for by, m, used in zip(row, h.mean[LEAK:LOW], around, strict=True))
             self._correct(
                 h, h.covariance.consider(full, surprise - own, variance, {LEAK: leak, COMPLIANCE: compliance})
             )
+        self._keep(before, ca.logic_or(leak, compliance))
+
+    def _kept(self) -> list[Hypothesis]:
+        return [h.copy() for h in self.all]
+
+    def _keep(self, before: list[Hypothesis], unless: Any) -> None:
+        """All as it was unless a condition holds: what leads away from it is then a branch that few samples take."""
+        for h, old in zip(self.all, before, strict=True):
+            h.covariance.replaced(old.covariance, ca.logic_not(unless))
+            h.mean = [ca.if_else(unless, new, kept) for new, kept in zip(h.mean, old.mean, strict=True)]
+            h.weight = ca.if_else(unless, h.weight, old.weight)
 
     def _correct(self, h: Hypothesis, changes: list[Any]) -> None:
         h.mean = [value + change for value, change in zip(h.mean, changes, strict=True)]
@@ -233,8 +245,9 @@ class Hypotheses:
         """
         row = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -low, -top]
         chance = ca.log(doubt / self._stroke)  # of its density, were it anywhere in the stroke
-        used, normal = [], []
-        before, doubts = self.all[0].copy(), ca.SX(_NEVER)
+        used, normal, likelihoods = [], [], []
+        self._normalise()
+        kept = self._kept()
         for h in self.all:
             m = h.mean
             innovation = place + low * m[LOW] + top * m[TOP] - (nominal + m[POSITION])
@@ -242,37 +255,50 @@ class Hypotheses:
             own = variance + arrived
             rare = ca.log(self._assumptions.machine.leaks_otherwise * ca.fmax(self._untaught(h), _TAUGHT))
             expected = h.covariance.variance(row) + own
-            otherwise = self._otherwise(h, innovation2, expected, rare, ca.if_else(use, chance, _NEVER))
+            otherwise = self._otherwise(h, innovation2, expected, rare, chance)
             for quantity, wide in self._others:
                 h.covariance.widened(quantity, wide, otherwise)
             total = h.covariance.variance(row) + own
             likelihood = _likelihood(innovation2, total) + ca.if_else(otherwise, rare, 0.0)
-            fits = ca.logic_and(use, likelihood > chance)
+            fits = likelihood > chance
             h.covariance.add(POSITION, ca.if_else(fits, arrived, 0.0))
-            doubts = ca.if_else(low + top > 0.0, chance - likelihood, _NEVER) if h is self.all[0] else doubts
-            h.weight = h.weight + ca.if_else(use, ca.fmax(likelihood, chance), 0.0)
+            h.weight = h.weight + ca.fmax(likelihood, chance)
             corrected = [POSITION, LEAK, DISPLACEMENT, LAG, EXPONENT, LOW, TOP]
             self._correct(h, h.covariance.update(row, innovation, variance, fits, only=corrected))
             used.append(fits)
             normal.append(innovation2 / total)
+            likelihoods.append(likelihood)
+        self._normalise()
+        fits = self._best(used)
+        newest = ca.fmin(self._best(normal), _MOST)
+        adapt = self._adapt + _ADAPTS * (newest - 1.0 - self._adapt)
+        taken = ca.if_else(use, fits, 0.0)
+        adapt = ca.if_else(fits, adapt, self._adapt)
+        self._graph.becomes("innovations", ca.if_else(use, adapt, self._adapt))
+        # A reference is never an obstacle.
+        doubts = ca.if_else(low + top > 0.0, chance - likelihoods[0], _NEVER)
+        self._renew(fits, kept[0], doubts)
+        self._keep(kept, use)
+        moved = self._recentre()
+        return Measured(taken, ca.logic_and(use, ca.logic_not(taken)), moved)
+
+    def _normalise(self) -> None:
+        """The likeliest has the weight 0, and none is out of reach."""
         largest = self._largest()
         for h in self.all:
             h.weight = ca.fmax(h.weight - largest, _LEAST)
-        taken = self._best(used)
-        newest = ca.fmin(self._best(normal), _MOST)
-        adapt = self._adapt + _ADAPTS * (newest - 1.0 - self._adapt)
-        self._graph.becomes("innovations", ca.if_else(taken, adapt, self._adapt))
-        self._renew(taken, before, doubts)
-        moved = self._recentre()
-        return Measured(taken, ca.logic_and(use, ca.logic_not(taken)), moved)
 
     def _untaught(self, h: Hypothesis) -> Any:
         """How much of what is not known of the leakage of a new machine is still not known, 0 to 1."""
         return ca.fmin(h.covariance[LEAK, LEAK] / self._assumptions.machine.leak**2, 1.0)
 
+    def _widening(self, h: Hypothesis) -> Any:
+        """By how much the position's variance grows if the machine leaks otherwise [m2]."""
+        return sum(h.covariance.widening(quantity, wide) for quantity, wide in self._others)
+
     def _otherwise(self, h: Hypothesis, innovation2: Any, total: Any, rare: Any, chance: Any) -> Any:
         """Whether it is likeliest that the machine has leaked otherwise than believed since the last reference."""
-        wide = total + sum(h.covariance.widening(quantity, wide) for quantity, wide in self._others)
+        wide = total + self._widening(h)
         return _likelihood(innovation2, wide) + rare > ca.fmax(_likelihood(innovation2, total), chance)
 
     def _renew(self, taken: Any, before: Hypothesis, doubts: Any) -> None:
@@ -338,8 +364,7 @@ class Hypotheses:
     def untaught(self) -> Any:
         """Standard deviation of the position [m] if the machine leaks otherwise than believed, while it may."""
         h = self.all[0]
-        other = sum(h.covariance.widening(quantity, wide) for quantity, wide in self._others)
-        return ca.sqrt(ca.fmax(h.covariance[POSITION, POSITION] + self._untaught(h) * other, 0.0))
+        return ca.sqrt(ca.fmax(h.covariance[POSITION, POSITION] + self._untaught(h) * self._widening(h), 0.0))
 
     def factor_std(self, k: int) -> Any:
         """Standard deviation of a factor under the likeliest hypothesis [1]."""

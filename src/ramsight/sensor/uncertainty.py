@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from typing import Any
 
 import casadi as ca
@@ -30,9 +31,8 @@ class Covariance:
 
     def copy(self) -> Covariance:
         """The entries as they are now, which no state follows."""
-        same = Covariance.__new__(Covariance)
-        same._graph, same._n, same._prefix = self._graph, self._n, self._prefix
-        same._pairs, same.entries = self._pairs, dict(self.entries)
+        same = copy(self)
+        same.entries = dict(self.entries)
         return same
 
     def __getitem__(self, pair: tuple[int, int]) -> Any:
@@ -123,14 +123,15 @@ class Covariance:
 
     def widening(self, quantity: int, variance: Any) -> Any:
         """By how much the position's variance grows if a quantity had been so uncertain from the start."""
-        here = self[quantity, quantity]
-        slope = self[0, quantity] / ca.fmax(here, _NOTHING)
-        return slope**2 * ca.fmax(variance - here, 0.0)
+        return self._slope(quantity) ** 2 * ca.fmax(variance - self[quantity, quantity], 0.0)
+
+    def _slope(self, quantity: int) -> Any:
+        """How the position has followed a quantity."""
+        return self[0, quantity] / ca.fmax(self[quantity, quantity], _NOTHING)
 
     def widened(self, quantity: int, variance: Any, where: Any) -> None:
         """A quantity had been so uncertain from the start, and the position with it."""
-        here = self[quantity, quantity]
-        slope = self[0, quantity] / ca.fmax(here, _NOTHING)
+        here, slope = self[quantity, quantity], self._slope(quantity)
         more = ca.if_else(where, ca.fmax(variance - here, 0.0), 0.0)
         self.entries[0, 0] = self.entries[0, 0] + slope**2 * more
         self.entries[0, quantity] = self.entries[0, quantity] + slope * more

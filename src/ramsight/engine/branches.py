@@ -1,0 +1,191 @@
+"""Real branches for what is seldom needed: operations that only one case of a condition uses run in that case alone.
+
+A graph chooses between two values that are both computed. Where much is computed for one of them and for nothing else,
+as what a sensor learns at a contact, it becomes the body of a branch; little is cheaper without one.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections import defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import casadi as ca
+
+from ramsight.engine.graph import SELECT, Graph
+
+_LEAST = 60  # operations; a branch that is foreseen wrongly costs about twenty
+_HEAVY = {ca.OP_DIV, ca.OP_INV, ca.OP_SQRT, ca.OP_EXP, ca.OP_LOG, ca.OP_TANH, ca.OP_POW, ca.OP_CONSTPOW}
+_WEIGHT = 5  # of one of these in operations
+_FREE = {ca.OP_INPUT, ca.OP_CONST}
+
+
+@dataclass(frozen=True)
+class Branch:
+    """Operations that wait for a condition.
+
+    Attributes:
+        condition: its place in the graph.
+        then: operations that only its truth needs, in order.
+        otherwise: operations that only its being false needs.
+        chosen: the choices behind them, by place: what each is then and otherwise; None is zero.
+    """
+
+    condition: int
+    then: tuple[int, ...]
+    otherwise: tuple[int, ...]
+    chosen: dict[int, tuple[int, int | None]]
+
+    def all(self) -> set[int]:
+        """Every operation in it."""
+        return {*self.then, *self.otherwise, *self.chosen}
+
+
+def choice(graph: Graph, place: int) -> tuple[int, int, int | None] | None:
+    """Condition and both values of a choice, None for a zero; None if it is no choice."""
+    node = graph.nodes[place]
+    if node.code == SELECT:
+        condition, then, otherwise = node.sources
+        return condition, then, otherwise
+    if node.code == ca.OP_IF_ELSE_ZERO:
+        return node.sources[0], node.sources[1], None
+    return None
+
+
+def schedule(graph: Graph) -> list[int | Branch]:
+    """All operations in an order in which they can be done, the seldom ones in branches."""
+    users: dict[int, list[int]] = defaultdict(list)
+    for k, node in enumerate(graph.nodes):
+        for source in node.sources:
+            users[source].append(k)
+    for _, k in graph.results:
+        users[k].append(-1)
+    order: list[int | Branch] = list(range(len(graph.nodes)))
+    branches: list[Branch] = []
+    taken: set[int] = set()
+    for condition, members in _groups(graph, users):
+        branch = _branch(graph, users, condition, members, taken)
+        if _cost(graph, branch) < _LEAST:
+            continue
+        found = _ordered(graph, [*branches, branch])
+        if found is not None:
+            order = found
+            branches.append(branch)
+            taken |= branch.all()
+    return order
+
+
+def _groups(graph: Graph, users: dict[int, list[int]]) -> list[tuple[int, list[int]]]:
+    """Choices that could be one branch, those that leave most out first."""
+    together: dict[int, list[int]] = defaultdict(list)
+    for k in range(len(graph.nodes)):
+        found = choice(graph, k)
+        if found is not None:
+            together[found[0]].append(k)
+    costly = []
+    for condition, members in together.items():
+        if _cost(graph, _branch(graph, users, condition, members, set())) < _LEAST:
+            continue
+        for level in _levels(graph, members):
+            cost = _cost(graph, _branch(graph, users, condition, level, set()))
+            if not _keeps(graph, level):
+                costly.append((-cost, condition, level))
+    return [(condition, members) for _, condition, members in sorted(costly)]
+
+
+def _keeps(graph: Graph, members: list[int]) -> bool:
+    """Whether the choices are between new results and what was read: a step that is undone, which is seldom."""
+    results = {k for _, k in graph.results}
+    choices = [found for found in (choice(graph, k) for k in members) if found is not None]
+    read = [[k is not None and graph.nodes[k].code == ca.OP_INPUT for k in found[1:]] for found in choices]
+    return results.issuperset(members) and any(all(one[case] for one in read) for case in (0, 1))
+
+
+def _levels(graph: Graph, members: list[int]) -> list[list[int]]:
+    """Choices by how many others of them stand before each: those of one level do not depend on each other."""
+    among = set(members)
+    depth = [0] * len(graph.nodes)
+    levels: dict[int, list[int]] = defaultdict(list)
+    for k, node in enumerate(graph.nodes):
+        depth[k] = max((depth[s] + (s in among) for s in node.sources), default=0)
+        if k in among:
+            levels[depth[k]].append(k)
+    return [levels[depth] for depth in sorted(levels)]
+
+
+def _branch(
+    graph: Graph, users: dict[int, list[int]], condition: int, members: Iterable[int], taken: set[int]
+) -> Branch:
+    """The choices with all that nothing else needs."""
+    chosen = {}
+    for k in members:
+        found = choice(graph, k)
+        if found is not None and k not in taken:
+            chosen[k] = found[1:]
+    then = _only_for(graph, users, chosen, 0, taken)
+    otherwise = _only_for(graph, users, chosen, 1, taken | then)
+    return Branch(condition, tuple(sorted(then)), tuple(sorted(otherwise)), chosen)
+
+
+def _only_for(
+    graph: Graph,
+    users: dict[int, list[int]],
+    chosen: dict[int, tuple[int, int | None]],
+    case: int,
+    taken: set[int],
+) -> set[int]:
+    """Nodes that nothing needs but one case of the choices."""
+    found: set[int] = set()
+    left: list[int | None] = [values[case] for values in chosen.values()]
+
+    def is_only(node: int, user: int) -> bool:
+        if user in found:
+            return True
+        return user in chosen and chosen[user][case] == node and graph.nodes[user].sources.count(node) == 1
+
+    while left:
+        k = left.pop()
+        if k is None or k in found or k in taken or k in chosen:
+            continue
+        if all(is_only(k, user) for user in users[k]):
+            found.add(k)
+            left.extend(graph.nodes[k].sources)
+    return found
+
+
+def _cost(graph: Graph, branch: Branch) -> int:
+    """What a branch leaves out at most [operations]."""
+
+    def of(nodes: tuple[int, ...]) -> int:
+        codes = [graph.nodes[k].code for k in nodes]
+        return sum(0 if code in _FREE else _WEIGHT if code in _HEAVY else 1 for code in codes)
+
+    return max(of(branch.then), of(branch.otherwise))
+
+
+def _ordered(graph: Graph, branches: list[Branch]) -> list[int | Branch] | None:
+    """Operations and branches, each behind what it needs; None if two would have to wait for each other."""
+    unit = list(range(len(graph.nodes)))  # a branch is one unit, named by its last choice
+    by_name = {max(branch.chosen): branch for branch in branches}
+    for name, branch in by_name.items():
+        for k in branch.all():
+            unit[k] = name
+    needs: dict[int, set[int]] = {}
+    followers: dict[int, list[int]] = defaultdict(list)
+    for name in dict.fromkeys(unit):
+        inside = by_name[name].all() if name in by_name else {name}
+        needs[name] = {unit[source] for k in inside for source in graph.nodes[k].sources} - {name}
+        for source in needs[name]:
+            followers[source].append(name)
+    ready = [name for name, before in needs.items() if not before]
+    heapq.heapify(ready)
+    order: list[int | Branch] = []
+    while ready:
+        name = heapq.heappop(ready)
+        order.append(by_name.get(name, name))
+        for follower in followers[name]:
+            needs[follower].discard(name)
+            if not needs[follower]:
+                heapq.heappush(ready, follower)
+    return order if len(order) == len(needs) else None

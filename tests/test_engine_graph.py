@@ -1,0 +1,114 @@
+"""What an SX function becomes before it is machine code or C: shared inverses, choices, branches."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from ramsight import machine
+from ramsight.engine import branches
+from ramsight.engine.branches import Branch, schedule
+from ramsight.engine.cache import generated_module, instructions
+from ramsight.engine.graph import SELECT, graph_of
+from ramsight.plant.ddh import build
+from ramsight.sensor.kalman import kalman
+
+x, y, z = (ca.SX.sym(name) for name in "xyz")
+
+
+def graph(*results):
+    return graph_of(instructions(ca.Function("f", [x, y, z], list(results))))
+
+
+def codes(found):
+    return [node.code for node in found.nodes]
+
+
+def much(value, times=branches._LEAST):
+    """Something that takes many operations."""
+    for k in range(times):
+        value = value * value + (k + 0.1)
+    return value
+
+
+def test_what_is_divided_by_more_than_once_is_inverted_once():
+    found = codes(graph(x / z, y / z, 1.0 / z))
+    assert [found.count(code) for code in (ca.OP_INV, ca.OP_MUL, ca.OP_DIV)] == [1, 2, 0]
+
+
+def test_a_single_division_stays_one():
+    assert ca.OP_DIV in codes(graph(x / z, y * z))
+
+
+def test_a_constant_divisor_becomes_a_factor_unless_it_is_zero():
+    found = graph(x / 3.0)
+    assert ca.OP_DIV not in codes(found)
+    assert [node.value for node in found.nodes if node.code == ca.OP_CONST] == [1.0 / 3.0]
+
+
+def test_a_choice_by_what_a_condition_is_not_is_one_by_the_condition():
+    found = codes(graph(ca.if_else(ca.logic_not(x), y, z), ca.if_else(ca.logic_not(x), y, 0.0)))
+    assert [found.count(code) for code in (SELECT, ca.OP_NOT, ca.OP_IF_ELSE_ZERO)] == [2, 0, 0]
+
+
+def branches_of(*results):
+    return [item for item in schedule(graph(*results)) if isinstance(item, Branch)]
+
+
+def test_what_only_one_case_needs_is_a_branch_if_it_is_much():
+    (found,) = branches_of(ca.if_else(x > 0, much(y), y + z))
+    assert len(found.then) >= branches._LEAST
+    assert len(found.chosen) == 1
+    assert not branches_of(ca.if_else(x > 0, much(y, 5), y + z))
+
+
+def test_what_something_else_needs_too_is_in_no_branch():
+    value = much(y)
+    assert not branches_of(ca.if_else(x > 0, value, z), value)
+
+
+def test_choices_of_one_condition_are_one_branch_and_those_behind_them_another():
+    positive = x > 0
+    first = ca.if_else(positive, much(y), y + z)
+    second = ca.if_else(positive, much(z), y - z)
+    assert len(branches_of(first, second)) == 1
+    assert len(branches_of(first, ca.if_else(positive, much(first + z), y - z))) == 2
+
+
+def test_a_step_that_is_undone_is_no_branch():
+    assert not branches_of(ca.if_else(x > 0, y, much(y)))
+
+
+def test_the_order_has_everything_behind_what_it_needs():
+    results = [ca.if_else(x > 0, much(y), y + z), ca.if_else(y > 0, much(z) + much(x), ca.sin(z))]
+    whole = graph(*results)
+    done = set()
+    for item in schedule(whole):
+        places = [*item.then, *item.otherwise, *item.chosen] if isinstance(item, Branch) else [item]
+        assert not isinstance(item, Branch) or item.condition in done
+        for place in places:
+            assert done | set(places) >= set(whole.nodes[place].sources)
+            assert place not in done
+        done |= set(places)
+    assert done == set(range(len(whole.nodes)))
+
+
+@pytest.mark.parametrize("condition", [1.0, -1.0, np.nan])
+def test_machine_code_with_branches_gives_what_the_graph_gives(condition):
+    # much() overflows where it is not chosen
+    grows = much(y, 20) / z
+    result = ca.vertcat(
+        ca.if_else(x > 0, ca.sqrt(much(ca.sin(y)) ** 2) * 0 + y / z, z),
+        ca.if_else(x > 0, z, ca.tanh(grows) + much(ca.cos(z), 70) * 0),
+    )
+    function = ca.Function("f", [ca.vertcat(x, y, z)], [result], ["a"], ["b"])
+    module = generated_module({"branching": function}, {}, "")
+    given, out = np.array([condition, 0.3, -0.7]), np.empty(2)
+    module.branching(given, out)
+    np.testing.assert_allclose(out, function(given).full().ravel(), rtol=1e-12)
+
+
+def test_a_sample_without_contact_does_nothing_of_what_a_contact_does():
+    recursion = kalman(build("boom", machine.load("mining-loader").unit("boom"))).recursion
+    whole = graph_of(instructions(recursion.function()))
+    seldom = [item for item in schedule(whole) if isinstance(item, Branch) and len(item.chosen) > 100]
+    assert sum(len(item.then) for item in seldom) > 0.2 * len(whole.nodes)
