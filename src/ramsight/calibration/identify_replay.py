@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.calibration.identify_record import IdentifyError, Record
-from ramsight.calibration.uncertainty import rougher, with_friction
+from ramsight.calibration.uncertainty import rougher, with_friction_factor
 from ramsight.engine.recursion import replay
 from ramsight.plant.balance import FACTORS, balance, without_friction
 from ramsight.plant.circuit import TANK
@@ -172,7 +172,7 @@ def _with_wear(unit: HydraulicUnit) -> HydraulicUnit:
     def part(p: Any) -> Any:
         return replace(p, orifice_leak=float(p.orifice_leak or 0.0)) if isinstance(p, Pump) else p
 
-    return with_friction(unit.mapped(part))
+    return with_friction_factor(unit.mapped(part))
 
 
 @lru_cache(maxsize=16)

@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.calibration.uncertainty import EFFICIENCY, NO_LOAD_TORQUE, rougher, with_friction
+from ramsight.calibration.uncertainty import EFFICIENCY, NO_LOAD_TORQUE, rougher, with_friction_factor
 from ramsight.errors import RamsightError
 from ramsight.plant.balance import balance as balance_of
 from ramsight.plant.hose import Volume
@@ -166,7 +166,7 @@ class ClosedPump:
     """
 
     def __init__(self, unit: HydraulicUnit) -> None:
-        self.unit, self.limits, self._balance = unit, limits_of(unit), balance_of(with_friction(unit))
+        self.unit, self.limits, self._balance = unit, limits_of(unit), balance_of(with_friction_factor(unit))
         speed, temperature, leak = (ca.SX.sym(name) for name in ("speed", "temperature", "leak"))
         p = ca.SX.sym("p", len(self._balance.parameters))
         at = self._balance.parameters_at(p, temperature)

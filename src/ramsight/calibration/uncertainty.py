@@ -30,7 +30,7 @@ def rougher(nominal: float, change: float) -> float:
     return (1.0 / (nominal + change) - 1.0) / (1.0 / nominal - 1.0)
 
 
-def with_friction(unit: HydraulicUnit) -> HydraulicUnit:
+def with_friction_factor(unit: HydraulicUnit) -> HydraulicUnit:
     """The unit with a factor on the friction of pumps that have a table, whose equations know no efficiency."""
 
     def part(p: Any) -> Any:

@@ -285,7 +285,7 @@ class Balance:
             mean_speed: of the motor during the step [rad/s]; its angle over h.
             speed: at the step's end [rad/s], for the torque.
             acceleration: at the step's end [rad/s2], for the torque.
-            load: at the step's end [N], friction in it.
+            load: at the step's end [N]; the cylinder's friction is its own law's.
             p: the circuit's parameters, from `parameters_at`.
             h: the step [s].
             factors: in the order of `FACTORS` [1].

@@ -54,7 +54,7 @@ class LoadStep:
         give: travel per load that the oil's compression allows [m/N].
         bounce: half a period of the mass on that oil [s].
         seen: how much the torque shows of the load, 1 where virtual work holds, 0 where it is blind [1].
-        load: on the piston, friction in it [N].
+        load: on the piston, its friction beside it [N].
         asked: the load that the torque asks for, be it possible or not [N].
         load_std: standard deviation of the load [N].
         carried: load that the pressures carry [N].
@@ -107,6 +107,7 @@ class LoadObserver:
         self._p = [add(f"circuit.{n}", float(v)) for n, v in zip(balance.parameters, balance.values, strict=True)]
         self._per_angle = graph.parameters.symbol("travel_per_radian")
         self._relief_load, self._relief_torque = add("relief_load", limits.load), add("relief_torque", limits.torque)
+        self._sigma = assumptions.drive.torque * self._relief_torque
         self._pull = add("relief_pull", limits.pull)
         load = 0.5 * limits.load
         start = balance.at_rest(0.5 * balance.unit.cylinder.stroke, load)
@@ -132,7 +133,7 @@ class LoadObserver:
             held: whether the piston is held where it is.
         """
         graph, balance = self._graph, self._balance
-        drive, machine = self._assumptions.drive, self._assumptions.machine
+        machine = self._assumptions.machine
         h = ca.fmax(graph.elapsed, _SHORTEST)
         mean, w = 0.5 * (graph.last_speed + graph.motor_speed), graph.motor_speed
         acceleration = (w - graph.last_speed) / h
@@ -165,7 +166,7 @@ class LoadObserver:
         slowly = ca.fmax(slowly, ca.if_else(shown, first_share, 0.0))
         surprise = beyond + slowly * (missed - beyond)
         walked = self._walked + (machine.load_walk * self._relief_load) ** 2 * h / (
-            1.0 + self._initial * unit**2 / (drive.torque * self._relief_torque) ** 2
+            1.0 + self._initial * unit**2 / self._sigma**2
         )
         initial = self._initial
         total = h_initial**2 * initial + h_walked**2 * walked + noise2
@@ -203,7 +204,6 @@ class LoadObserver:
         give = ca.if_else(ca.logic_or(held, may_be_empty), self._give, ca.fabs(by_large[0]))
         graph.becomes("give", give)
         self._graph.becomes("expected_torque", second.torque)
-        noise = drive.torque * self._relief_torque
         return LoadStep(
             travel=ca.if_else(goes, solved[0] - before[0], 0.0),
             free_travel=ca.if_else(goes, balance.near(first.z, before, mean, h)[0] - before[0], 0.0),
@@ -213,7 +213,7 @@ class LoadObserver:
             change=second.torque - self.expected,
             noise=ca.sqrt(noise2),
             friction=friction,
-            noise_travel=give * noise / unit,
+            noise_travel=give * self._sigma / unit,
             give=give,
             bounce=self._bounce,
             seen=ca.fmin(ca.fabs(h_walked) / unit, 1.0),
@@ -254,10 +254,9 @@ class LoadObserver:
         Behind a closed valve the other side alone may show a change, and only one way: drawn oil has no pressure. Noise
         would let the load grow and never shrink.
         """
-        drive, balance = self._assumptions.drive, self._balance
+        balance = self._balance
         needed = balance.unit.lift_sign * self._per_angle * balance.force(first.z)
-        noise = drive.torque * self._relief_torque
-        return ca.fabs(first.torque - needed) < (1.0 - SEEN_AT) * ca.fabs(needed) + noise
+        return ca.fabs(first.torque - needed) < (1.0 - SEEN_AT) * ca.fabs(needed) + self._sigma
 
     def _keep(self, z: Any, load: Any) -> None:
         """What the states are after the sample; the position is the filter's."""
@@ -282,7 +281,7 @@ class LoadObserver:
         up, down = (self._balance.torque(first.z, sign * 3.0 * _STANDING, 0.0, p) for sign in (1.0, -1.0))
         stands = ca.fabs(graph.motor_speed) < _STANDING
         friction = 0.5 * (up - down)
-        return (drive.torque * self._relief_torque) ** 2 + timing_1, ca.if_else(stands, _ROUGHER * friction, 0.0)
+        return self._sigma**2 + timing_1, ca.if_else(stands, _ROUGHER * friction, 0.0)
 
     def _follow(
         self,
