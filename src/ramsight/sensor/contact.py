@@ -39,6 +39,7 @@ _NEAR, _NEAR_LEAST = 4.0, 5e-3  # standard deviations and share of the stroke, s
 _LEFT, _REMEMBERED = 0.7, 1.0  # share of what the oil carried within as many seconds: below, the load settles
 _SETTLING = 0.1  # share of the seeming way since then by which that place is unsure
 _NOISE = 4.0  # standard deviations
+_APART = 0.05  # share of the stroke that the piston goes between two contacts that are not the same
 _SOFTER = 0.5  # share of the expected torque's change that compliance does not explain, twice its deviation
 
 
@@ -48,6 +49,7 @@ class Contact:
 
     Attributes:
         touched: one has just been found.
+        anew: it is not the last one once more, which would be no evidence.
         place: position at which the piston came to stand [m].
         doubt: standard deviation of that place where the oil's pressure had to tell it [m].
         at_top: whether that would be the extended end, 1 or 0: the one it was moved to, or the one that it leaves.
@@ -61,6 +63,7 @@ class Contact:
     """
 
     touched: Any
+    anew: Any
     place: Any
     doubt: Any
     at_top: Any
@@ -92,7 +95,7 @@ class ContactWatch:
         self._anchor = graph.state("standing_place")
         self._delivered = graph.state("delivered_in_vain")
         self._turned, self._since = graph.state("turned"), graph.state("turns_or_rests_for")
-        self._left_from = graph.state("left_from")
+        self._left_from, self._gone = graph.state("left_from"), graph.state("gone_since_contact", _APART)
         self._torque = graph.state("torque_when_pushing_began")
         self._load = graph.state("load_before_standing")
         self._carried, self._carried_at = graph.state("carried_lately"), graph.state("carried_until")
@@ -177,7 +180,26 @@ class ContactWatch:
         stood_at = ca.if_else(in_vain, self._anchor, ca.if_else(sunk, settled, before))
         doubt = ca.if_else(ca.logic_and(sunk, ca.logic_not(in_vain)), _SETTLING * (before - settled), 0.0)
         at_top = ca.if_else(leaving, way < 0.0, way > 0.0)
-        return Contact(touched, stood_at, doubt, at_top, held, released, stands, pushing, built, pressed, mode)
+        return Contact(
+            touched,
+            self._is_anew(touched, step, stroke, known),
+            stood_at,
+            doubt,
+            at_top,
+            held,
+            released,
+            stands,
+            pushing,
+            built,
+            pressed,
+            mode,
+        )
+
+    def _is_anew(self, touched: Any, step: LoadStep, stroke: Any, known: Any) -> Any:
+        """Whether a contact is another one than the last: the piston went somewhere, or nobody knew where it was."""
+        gone = self._gone + ca.fabs(step.travel) / stroke
+        self._graph.becomes("gone_since_contact", ca.if_else(touched, 0.0, ca.fmin(gone, _APART)))
+        return ca.logic_and(touched, ca.logic_or(gone >= _APART, ca.logic_not(known)))
 
     def _leaves_at_rest(self, step: LoadStep, turns: Any, pressed: Any) -> Any:
         """Whether a held piston has left what holds it while the motor stands."""

@@ -36,7 +36,6 @@ _MODEL = 0.1  # share of a torque by which a closed volume's equation may err
 _SETTLED = 0.5  # s
 _STEADY = 0.02  # change of the torque over what leakage makes of it; a pump against a closed valve has settled
 _FRICTION = 0.02  # of a torque, by the pumps' hydromechanical efficiency
-_APART = 0.05  # share of the stroke that the piston goes between two contacts that are not the same
 _UNSEEN_FLOW = 0.1  # share of the pump's flow that may move the piston although it seems to stand at relief pressure
 
 
@@ -79,7 +78,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     _predict(graph, bank, step, travel_by, around, intake.drift + passed, leaking, assumed)
     observer.release(contact.released, step.carried)
     _torque(graph, bank, step, contact, torque_by, around)
-    measured = _measure(graph, bank, step, contact, nominal, assumed, referenced)
+    measured = _measure(graph, bank, step, contact, nominal, assumed)
     # A stop gives way; what it gives back once the piston is let go is travel.
     given_way = contact.pressed / symbol("stop_stiffness")
     begins = ca.if_else(contact.touched, contact.place, nominal + ca.if_else(contact.released, given_way, 0.0))
@@ -196,17 +195,11 @@ def _measure(
     contact: Contact,
     nominal: Any,
     assumed: Assumptions,
-    referenced: Any,
 ) -> Measured:
     """References and contacts, one a sample: a reference goes before a contact."""
     stroke, stops = graph.parameters.symbol("stroke"), assumed.stops
     given = graph.referenced
-    # One that comes again before the piston has gone anywhere is the same one, and no evidence.
-    gone = graph.state("gone_since_contact", _APART) + ca.fabs(step.travel) / stroke
-    anew = ca.logic_or(gone >= _APART, ca.logic_not(referenced))
-    independent = ca.logic_and(contact.touched, anew)
-    graph.becomes("gone_since_contact", ca.if_else(contact.touched, 0.0, ca.fmin(gone, _APART)))
-    by_contact = ca.logic_and(independent, ca.logic_not(given))
+    by_contact = ca.logic_and(contact.anew, ca.logic_not(given))
     top = contact.at_top
     # The torque may be late: the oil seems to be compressed a little after it is.
     late = ca.fabs(step.free_travel) * ca.fmax(0.5 * assumed.drive.delay / ca.fmax(graph.elapsed, 1e-3), 0.5)
@@ -221,7 +214,7 @@ def _measure(
         ca.if_else(given, stops.reference**2, own),
         arrived,
         ca.if_else(given, stops.lies, stops.obstacle),
-        ca.logic_or(given, independent),
+        ca.logic_or(given, contact.anew),
     )
 
 
