@@ -31,7 +31,7 @@ def fresh(code):
 def test_nothing_heavy_loads_before_it_is_used():
     code = f"import sys, ramsight; dir(ramsight); print(*(n for n in {HEAVY} if n in sys.modules))"
     assert fresh(code).split() == []
-    code = "import sys, ramsight; ramsight.RamsightError, ramsight.Status; print('numpy' in sys.modules)"
+    code = "import sys, ramsight; ramsight.RamsightError, ramsight.LogWarning; print('numpy' in sys.modules)"
     assert fresh(code).split() == ["False"]
 
 
@@ -95,7 +95,7 @@ def test_a_machine_is_a_name_a_file_a_machine_or_a_unit(boom):
     assert ramsight.build(machine.unit("boom"), "boom") == boom
     assert ramsight.build(boom) is boom
     assert ramsight.build("eha-test-bench").name == "axis"
-    with pytest.raises(ramsight.DescriptionError, match="unit: .*boom, bucket"):
+    with pytest.raises(ramsight.DescriptionError, match=r"unit: .*boom, bucket"):
         ramsight.build(machine)
     with pytest.raises(ramsight.UnknownNameError, match="bucket"):
         ramsight.build(boom, "bucket")
@@ -204,6 +204,18 @@ def test_a_plot_is_drawn_of_runs_and_tracks_alone(boom, run, tmp_path):
         ramsight.plot(run, tmp_path / "run.txt")
 
 
+def test_data_without_what_is_needed_names_it(boom, run):
+    bare = run[["position"]]
+    with pytest.raises(ramsight.MissingColumnError, match="run: missing columns motor_speed"):
+        ramsight.drive_report(bare)
+    with pytest.raises(ramsight.MissingColumnError, match="log: missing columns motor_speed"):
+        ramsight.leak_test(boom, bare)
+    with pytest.raises(ramsight.MissingColumnError, match="truth: missing column position"):
+        ramsight.identify(boom, run, run[["load"]])
+    with pytest.raises(ramsight.LeakTestError, match="no leak test"):
+        ramsight.leak_test(boom, run)
+
+
 def test_an_fmu_of_another_kind_names_the_argument(tmp_path):
-    with pytest.raises(ramsight.DescriptionError, match="^what = 'valve'"):
+    with pytest.raises(ramsight.DescriptionError, match=r"^what = 'valve'"):
         ramsight.export_fmu("mining-loader", "boom", out=tmp_path / "boom.fmu", what="valve")

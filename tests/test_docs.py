@@ -12,9 +12,8 @@ import pytest
 import ramsight
 
 ROOT = Path(__file__).parent.parent
-MODULES = ["ramsight"] + sorted(
-    m.name for m in pkgutil.walk_packages(ramsight.__path__, "ramsight.") if not m.name.endswith("__main__")
-)
+BELOW = sorted(m.name for m in pkgutil.walk_packages(ramsight.__path__, "ramsight.") if not m.name.endswith("__main__"))
+MODULES = ["ramsight", *BELOW]
 
 
 @pytest.mark.parametrize("name", MODULES)

@@ -5,13 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ramsight.api.given import checked, truth_of
 from ramsight.api.machines import AnyUnit, build
 from ramsight.calibration.identify import EVALUATIONS, Identification
 from ramsight.calibration.identify import identify as identify_built
 from ramsight.calibration.leakage import LeakTest
 from ramsight.calibration.leakage import leak_test as leak_test_built
 from ramsight.duty.plausible import watched
-from ramsight.logs import read_drive_log, read_truth
+from ramsight.logs import read_drive_log
 from ramsight.progress import progress as progress_bar
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ def leak_test(machine: AnyUnit, log: str | Path | xarray.Dataset, *, unit: str |
 
     Raises:
         LeakTestError: there is no leak test in the log, or it may be a slow lift.
-        LogError: the log cannot be read, or has faults.
+        LogError: the log cannot be read, has faults, or lacks a variable.
 
     Example:
         >>> import ramsight
@@ -45,8 +46,9 @@ def leak_test(machine: AnyUnit, log: str | Path | xarray.Dataset, *, unit: str |
         >>> abs(found.factor - 1.0) < 0.02
         True
     """
-    recorded = read_drive_log(log, strict=True) if isinstance(log, str | Path) else log
-    return leak_test_built(build(machine, unit), recorded)
+    built = build(machine, unit)
+    recorded = read_drive_log(log, strict=True) if isinstance(log, str | Path) else checked(log, "log")
+    return leak_test_built(built, recorded)
 
 
 def identify(
@@ -73,7 +75,7 @@ def identify(
 
     Raises:
         IdentifyError: log and truth have no time in common, or nothing moves.
-        LogError: the log or the truth cannot be read, or has faults.
+        LogError: the log or the truth cannot be read, has faults, or lacks a variable.
 
     Example:
         >>> import ramsight
@@ -85,8 +87,8 @@ def identify(
     """
     built = build(machine, unit)
     name = log if isinstance(log, str | Path) else "log"
-    recorded = read_drive_log(log, strict=True) if isinstance(log, str | Path) else log
-    known = read_truth(truth) if isinstance(truth, str | Path) else truth
+    recorded = read_drive_log(log, strict=True) if isinstance(log, str | Path) else checked(log, "log")
+    known = truth_of(truth)
     recorded = next(watched([recorded], built, name))
     with progress_bar(EVALUATIONS, "identifying") as bar:
         return identify_built(built, recorded, known, advance=bar.advance if progress else None)

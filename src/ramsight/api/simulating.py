@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from ramsight.api.given import checked
 from ramsight.api.machines import AnyUnit, build
 from ramsight.duty import DriveReport, Duty
 from ramsight.duty import lift_lower as cycles_of
@@ -171,6 +172,7 @@ def drive_report(
 
     Raises:
         DescriptionError: a quantity cannot be read or is out of range.
+        MissingColumnError: the run lacks a variable.
 
     Example:
         >>> import ramsight
@@ -186,4 +188,4 @@ def drive_report(
         temperature_noise=argument(temperature_noise, "delta_K", "temperature_noise", least="0 K", most="100 K"),
         seed=seed,
     )
-    return report_of(run, how)
+    return report_of(checked(run, "run"), how)

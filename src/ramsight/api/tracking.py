@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ramsight.api.given import checked, truth_of
 from ramsight.api.machines import AnyUnit, build
 from ramsight.calibration.sensors import TABLE_RUNS
 from ramsight.calibration.sensors import sensor_for as make_sensor
 from ramsight.duty.plausible import watched
-from ramsight.errors import DescriptionError, MissingColumnError
-from ramsight.logs import ChannelMap, open_log, read_drive_log, read_truth
+from ramsight.errors import DescriptionError
+from ramsight.logs import ChannelMap, open_log, read_drive_log
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.progress import progress as progress_bar
 from ramsight.sensor.persistence import StateFile, said
@@ -148,7 +149,7 @@ def track(
     stroke = format_si(built.cylinder.stroke, "mm")
     position = None if start is None else argument(start, "m", "start", least="0 mm", most=stroke)
     std = argument(start_std, "m", "start_std", least="0.01 mm", most=stroke)
-    true = _truth(truth)
+    true = None if truth is None else truth_of(truth)
     done = follow(
         built,
         log,
@@ -263,30 +264,7 @@ def _pieces(
     if isinstance(log, str | Path):
         return open_log(log, channel_map, advance=advance), log
     pieces = log if isinstance(log, Iterable) and not isinstance(log, xarray.Dataset) else [log]
-    return (_checked(piece, REPORTED, _NO_FILE) for piece in pieces), _NO_FILE
-
-
-def _truth(truth: str | Path | xarray.Dataset | None) -> xarray.Dataset | None:
-    if truth is None:
-        return None
-    return read_truth(truth) if isinstance(truth, str | Path) else _checked(truth, ("time", "position"), "truth")
-
-
-def _checked(given: Any, needed: Iterable[str], name: str) -> xarray.Dataset:
-    """A Dataset that has what is needed of it.
-
-    Raises:
-        DescriptionError: it is none.
-        MissingColumnError: a variable is absent.
-    """
-    import xarray
-
-    if not isinstance(given, xarray.Dataset):
-        raise DescriptionError("is no Dataset", key=name, value=given, allowed="a file, or an xarray.Dataset over time")
-    missing = [one for one in needed if one not in given.variables]
-    if missing:
-        raise MissingColumnError(file=name, missing=missing, found=[str(one) for one in given.variables])
-    return given
+    return (checked(piece, _NO_FILE) for piece in pieces), _NO_FILE
 
 
 __all__ = ["follow", "judged", "open_log", "read_log", "sensor_for", "track"]
