@@ -68,8 +68,8 @@ def sensor_for(machine: AnyUnit, kind: str = "kalman", *, unit: str | None = Non
 
     Args:
         machine: the unit it watches, or what `build` makes one of.
-        kind: ``kalman``, which finds the position by itself; ``balance``; ``table``, which is calibrated first
-            (a minute, once: it is kept); or a sensor file of `ramsight calibrate`.
+        kind: ``kalman``, which finds the position by itself; ``balance``; ``table``, which some hundred simulated
+            runs calibrate first, once: it is kept; or a sensor file of `ramsight calibrate`.
         unit: name of the unit, if the machine has several.
 
     Returns:
