@@ -12,9 +12,8 @@ import pytest
 import ramsight
 
 ROOT = Path(__file__).parent.parent
-MODULES = sorted(
-    m.name for m in pkgutil.walk_packages(ramsight.__path__, "ramsight.") if not m.name.endswith("__main__")
-)
+BELOW = sorted(m.name for m in pkgutil.walk_packages(ramsight.__path__, "ramsight.") if not m.name.endswith("__main__"))
+MODULES = ["ramsight", *BELOW]
 
 
 @pytest.mark.parametrize("name", MODULES)
@@ -23,13 +22,23 @@ def test_examples_in_docstrings_run(name):
     assert outcome.failed == 0
 
 
-def test_the_readmes_python_runs(monkeypatch):
-    monkeypatch.chdir(ROOT)
-    (block,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), flags=re.DOTALL)
+def test_the_readmes_python_runs(tmp_path, monkeypatch):
+    (tmp_path / "tests").symlink_to(ROOT / "tests")
+    monkeypatch.chdir(tmp_path)
+    plot, track, many = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), flags=re.DOTALL)
+    assert len(plot.strip().splitlines()) == 3
+    assert len(many.strip().splitlines()) <= 10
+    exec(plot, {})
+    assert (tmp_path / "run.png").stat().st_size > 10_000
     names = {}
-    exec(block, names)
+    exec(track, names)
     assert names["now"].position == pytest.approx(0.1)
-    assert names["track"].sizes["time"] > 1000
+    assert names["track"].attrs["error_largest"] < 1e-3
+    assert names["recorded"].sizes["time"] > 1000
+    assert names["recorded"].attrs["error_largest"] < 1e-3
+    exec(many, names)
+    assert names["runs"].sizes == {"duty": 1000}
+    assert (names["runs"]["outcome"] == "done").all()
 
 
 def test_the_readme_names_verbs_that_exist():

@@ -24,6 +24,7 @@ STREET = [
     {"control"},
     {"study"},
     {"deploy", "studio"},
+    {"api"},
     {"cli"},
     {"__main__"},
 ]

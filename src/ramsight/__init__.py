@@ -1,19 +1,124 @@
-"""Where the piston of a hydraulic cylinder is, without a position sensor."""
+"""Where the piston of a hydraulic cylinder is, without a position sensor.
+
+Everything that `dir(ramsight)` lists is imported when it is asked for first. Quantities are SI numbers, or text with a
+unit: ``load="441 kN"``, ``start="120 mm"``.
+
+Example:
+    >>> import ramsight
+    >>> boom = ramsight.build("mining-loader", unit="boom")
+    >>> run = ramsight.simulate(boom, load="441 kN", oil_temperature="40 degC", start="120 mm")
+    >>> track = ramsight.track(boom, ramsight.drive_report(run), start="120 mm", truth=run)
+    >>> bool(track.attrs["error_largest"] < 1e-3)  # m
+    True
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ramsight.plant.model import casadi_model as casadi_model
+    from ramsight.api.calibrating import identify, leak_test
+    from ramsight.api.exporting import export_c, export_fmu
+    from ramsight.api.machines import build, catalogue, load_machine
+    from ramsight.api.plotting import plot
+    from ramsight.api.simulating import drive_report, lift_lower, simulate
+    from ramsight.api.simulating_many import simulate_many
+    from ramsight.api.tracking import open_log, read_log, sensor_for, track
+    from ramsight.calibration.identify_record import IdentifyError
+    from ramsight.calibration.leakage import LeakTestError
+    from ramsight.duty.profile import Duty, Profile
+    from ramsight.errors import (
+        DescriptionError,
+        LogError,
+        LogWarning,
+        MissingColumnError,
+        OutputError,
+        RamsightError,
+        SimulationError,
+        UnknownNameError,
+    )
+    from ramsight.plant.as_built import AsBuilt
+    from ramsight.plant.model import casadi_model
+    from ramsight.sensor.mode import Mode
+    from ramsight.sensor.status import Status
+    from ramsight.sensor.virtual_sensor import Estimate, StartError
+    from ramsight.study.errors import ComparisonError
 
 __version__ = "0.1.0.dev0"
 
+__all__ = [
+    "AsBuilt",
+    "ComparisonError",
+    "DescriptionError",
+    "Duty",
+    "Estimate",
+    "IdentifyError",
+    "LeakTestError",
+    "LogError",
+    "LogWarning",
+    "MissingColumnError",
+    "Mode",
+    "OutputError",
+    "Profile",
+    "RamsightError",
+    "SimulationError",
+    "StartError",
+    "Status",
+    "UnknownNameError",
+    "__version__",
+    "build",
+    "casadi_model",
+    "catalogue",
+    "drive_report",
+    "export_c",
+    "export_fmu",
+    "identify",
+    "leak_test",
+    "lift_lower",
+    "load_machine",
+    "open_log",
+    "plot",
+    "read_log",
+    "sensor_for",
+    "simulate",
+    "simulate_many",
+    "track",
+]
 
-def __getattr__(name: str) -> Any:
-    """Load what is heavy only when it is asked for."""
-    if name == "casadi_model":
-        from ramsight.plant.model import casadi_model
+if not TYPE_CHECKING:  # so that a type checker sees the imports above, and knows every other name for a mistake
+    _HOMES = {
+        "api.calibrating": ("identify", "leak_test"),
+        "api.exporting": ("export_c", "export_fmu"),
+        "api.machines": ("build", "catalogue", "load_machine"),
+        "api.plotting": ("plot",),
+        "api.simulating": ("drive_report", "lift_lower", "simulate"),
+        "api.simulating_many": ("simulate_many",),
+        "api.tracking": ("open_log", "read_log", "sensor_for", "track"),
+        "calibration.identify_record": ("IdentifyError",),
+        "calibration.leakage": ("LeakTestError",),
+        "duty.profile": ("Duty", "Profile"),
+        "errors": (
+            "DescriptionError", "LogError", "LogWarning", "MissingColumnError", "OutputError", "RamsightError",
+            "SimulationError", "UnknownNameError",
+        ),
+        "plant.as_built": ("AsBuilt",),
+        "plant.model": ("casadi_model",),
+        "sensor.mode": ("Mode",),
+        "sensor.status": ("Status",),
+        "sensor.virtual_sensor": ("Estimate", "StartError"),
+        "study.errors": ("ComparisonError",),
+    }  # fmt: skip
+    _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
-        return casadi_model
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    def __getattr__(name):
+        """Import what is asked for first; most of it is heavy."""
+        if name not in _HOME:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        from importlib import import_module
+
+        globals()[name] = found = getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+        return found
+
+    def __dir__():
+        """The public names alone."""
+        return sorted(__all__)

@@ -28,7 +28,7 @@ class RamsightError(Exception):
 
 
 class DescriptionError(RamsightError):
-    """A machine description, or a value given on the command line, that cannot be used.
+    """A machine description, or a value given on the command line or to a function, that cannot be used.
 
     Args:
         message: what is wrong, in words.

@@ -13,6 +13,7 @@ import re
 from decimal import Decimal
 from fractions import Fraction
 from functools import cache
+from numbers import Real
 from typing import TYPE_CHECKING, NamedTuple
 
 from ramsight.errors import DescriptionError
@@ -20,7 +21,7 @@ from ramsight.errors import DescriptionError
 if TYPE_CHECKING:
     import pint
 
-__all__ = ["format_si", "name_of", "parse", "to_si"]
+__all__ = ["argument", "format_si", "name_of", "parse", "to_si"]
 
 _DEFINITIONS = """
 tera- = 1e12 = T-
@@ -117,6 +118,7 @@ _TIDY = str.maketrans(
 )
 _UNIT = re.compile(r"(?:1\s*+/)?(?:[\s*/()]|(?:[A-Za-zµ]++(?:\s*+(?:\^|\*\*))?-?[1-9]?))*+")
 _LONGEST_UNIT = 40
+_ROUNDED = 1e-9  # share by which a number may pass the end of a range, which was written in another unit
 _ROOT = re.compile(r"\bsqrt\s*\(([^()]*)\)")
 _TOKEN = re.compile(r"([A-Za-zµ]+)\s*(?:\^|\*\*)?\s*(-?\d+)?")
 
@@ -344,3 +346,39 @@ def parse_option(text: str, unit: str, option: str, *, least: str, most: str) ->
     if not parse(least, unit) <= value <= parse(most, unit):
         raise DescriptionError("is out of range", key=option, value=text, allowed=allowed)
     return value
+
+
+def argument(value: str | float, unit: str, name: str, *, least: str, most: str) -> float:
+    """Read a quantity given to a function, and hold it against its range.
+
+    Args:
+        value: an SI number, or text with a unit: ``441e3`` or ``"441 kN"``.
+        unit: its SI unit.
+        name: of the argument, for the message.
+        least: lowest value allowed, for example ``"0 kN"``.
+        most: highest value allowed, for example ``"2000 kN"``.
+
+    Returns:
+        The value in SI units.
+
+    Raises:
+        DescriptionError: it is no such quantity, or out of range; the text names argument, value and range.
+
+    Example:
+        >>> argument("120 mm", "m", "start", least="0 mm", most="790 mm"), argument(0.12, "m", "start", least="0 mm",
+        ...     most="790 mm")
+        (0.12, 0.12)
+    """
+    if isinstance(value, str):
+        return parse_option(value, unit, name, least=least, most=most)
+    allowed = f"{least} to {most}"
+    if isinstance(value, bool) or not isinstance(value, Real):
+        wanted = name_of(unit)
+        raise DescriptionError(f"expected {wanted}, or a number in {unit}", key=name, value=value, allowed=allowed)
+    number = float(value)
+    low, high = parse(least, unit), parse(most, unit)
+    slack = _ROUNDED * max(abs(low), abs(high))
+    if not low - slack <= number <= high + slack:  # false for NaN
+        shown = f"{number:g}" if unit == "1" else f"{number:g} {unit}"
+        raise DescriptionError("is out of range", key=name, value=shown, allowed=allowed)
+    return number

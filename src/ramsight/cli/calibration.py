@@ -60,13 +60,10 @@ def leaktest(
 
     Example: ramsight leaktest mining-loader log.csv.gz --unit boom
     """
-    from ramsight.calibration.leakage import leak_test, leak_test_summary
-    from ramsight.logs import read_drive_log
-    from ramsight.machine import load as load_machine
-    from ramsight.plant.build import build
+    from ramsight.api.calibrating import leak_test
+    from ramsight.calibration.leakage import leak_test_summary
 
-    built = build(unit, load_machine(machine).unit(unit))
-    typer.echo(leak_test_summary(leak_test(built, read_drive_log(log, strict=True))))
+    typer.echo(leak_test_summary(leak_test(machine, log, unit=unit)))
 
 
 def identify(
@@ -91,25 +88,16 @@ def identify(
 
     Example: ramsight identify mining-loader log.csv.gz --unit boom --truth position.csv --out tuned.toml
     """
-    from ramsight.calibration.identify import EVALUATIONS
-    from ramsight.calibration.identify import identify as identify_unit
+    from ramsight.api.calibrating import identify as identify_unit
     from ramsight.calibration.identify_report import summary
     from ramsight.calibration.identify_tuned import tuned
-    from ramsight.duty.plausible import watched
-    from ramsight.logs import read_drive_log, read_truth
     from ramsight.machine import load as load_machine
     from ramsight.output import atomic_path, check_apart, check_target
-    from ramsight.plant.build import build
-    from ramsight.progress import progress
 
     check_target(out, (".toml",))
     check_apart({"the machine": machine, "the log": log, "--truth": truth}, {"--out": out})
     description = load_machine(machine)
-    built = build(unit, description.unit(unit))
-    recorded, known = read_drive_log(log, strict=True), read_truth(truth)
-    recorded = next(watched([recorded], built, log))
-    with progress(EVALUATIONS, "identifying") as bar:
-        found = identify_unit(built, recorded, known, advance=bar.advance)
+    found = identify_unit(description, log, truth, unit=unit, progress=True)
     if out is not None:
         text = tuned(description, unit, found, log.name, truth.name).text
         with atomic_path(out) as draft:

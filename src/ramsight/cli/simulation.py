@@ -39,7 +39,8 @@ def simulate(
 
     Example: ramsight simulate mining-loader --unit boom --load "441 kN" --oil-temperature "40 degC" --out boom.nc
     """
-    from ramsight.duty import DriveReport, lift_lower, report
+    from ramsight.api.simulating import lift_lower
+    from ramsight.duty import DriveReport, report
     from ramsight.duty import simulate as run_unit
     from ramsight.duty.summary import run_summary
     from ramsight.logs import write_drive_log
@@ -47,7 +48,7 @@ def simulate(
     from ramsight.output import check_apart, check_target, write_dataset, write_table
     from ramsight.plant.build import build
     from ramsight.progress import progress
-    from ramsight.units import format_si, parse_option
+    from ramsight.units import parse_option
 
     for path, suffixes in (
         (out, (".nc", ".csv", ".csv.gz")),
@@ -56,19 +57,17 @@ def simulate(
     ):
         check_target(path, suffixes)
     check_apart({"the machine": machine}, {"--out": out, "--log": log, "--truth": truth})
-    described = load_machine(machine).unit(unit)
-    built = build(unit, described)
-    stroke, fastest = (format_si(*of) for of in ((described.cylinder.stroke, "mm"), (described.drive.max_speed, "rpm")))
-    lowest, highest = (format_si(t, "degC") for t in (described.oil.min_temperature, described.oil.max_temperature))
+    built = build(unit, load_machine(machine).unit(unit))
     duty = lift_lower(
         built,
-        parse_option(load, "N", "--load", least="-10000 kN", most="10000 kN"),
-        parse_option(oil_temperature, "K", "--oil-temperature", least=lowest, most=highest),
-        motor_speed=parse_option(speed, "rad/s", "--speed", least="1 rpm", most=fastest),
-        ramp=parse_option(ramp, "s", "--ramp", least="1 ms", most="100 s"),
-        hold=None if hold is None else parse_option(hold, "s", "--hold", least="0 s", most="10000 s"),
-        start_position=None if start is None else parse_option(start, "m", "--start", least="0 mm", most=stroke),
+        load,
+        oil_temperature,
+        speed=speed,
+        ramp=ramp,
+        hold=hold,
+        start=start,
         cycles=cycles,
+        named=lambda name: f"--{name.replace('_', '-')}",
     )
     period = parse_option(sample_period, "s", "--sample-period", least="0.1 ms", most="10 s")
     with progress(duty.duration, "simulating") as bar:

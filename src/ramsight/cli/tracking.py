@@ -88,18 +88,12 @@ def track(
 
     Example: ramsight track mining-loader log.csv.gz --unit boom --start "100 mm" --out track.csv
     """
-    from ramsight.calibration.sensors import TABLE_RUNS, sensor_for
-    from ramsight.duty.plausible import watched
-    from ramsight.logs import open_log, read_truth
-    from ramsight.machine import load as load_machine
+    from ramsight.api.machines import load_machine
+    from ramsight.api.tracking import error_text, follow
+    from ramsight.logs import read_truth
     from ramsight.output import DATASET_FILES, check_apart, check_installed, check_state, check_target
     from ramsight.plant.build import build
-    from ramsight.progress import progress
-    from ramsight.sensor.persistence import StateFile, said
-    from ramsight.study.errors import position_errors
     from ramsight.study.figures import tracked_figure
-    from ramsight.study.pieces import track_pieces
-    from ramsight.study.tracking import error_summary
     from ramsight.units import format_si, parse_option
 
     check_target(out, DATASET_FILES)
@@ -121,24 +115,21 @@ def track(
     position = None if start is None else parse_option(start, "m", "--start", least="0 mm", most=stroke)
     std = parse_option(start_std, "m", "--start-std", least="0.01 mm", most=stroke)
     true = None if truth is None else read_truth(truth)
-    with progress(TABLE_RUNS, "calibrating the table") as bar:
-        virtual = sensor_for(built, sensor, advance=bar.advance)
-    kept = None if state is None else StateFile(state, virtual)
-    if kept is not None and position is None:
-        typer.echo(said(kept.resume(), kept.path))
-    else:
-        virtual.start(position, std)
-    with progress(1.0, "tracking") as bar:
-        pieces = watched(open_log(log, channel_map, advance=bar.advance), built, log, channel_map)
-        done = track_pieces(
-            virtual, pieces, out, keep_track=true is not None or figure is not None, keep_log=figure is not None
-        )
-    if kept is not None:
-        kept.save()
-    errors = None
-    if true is not None and done.track is not None:
-        compared = position_errors(*(part[name].values for part in (done.track, true) for name in ("time", "position")))
-        errors = f"{error_summary(done.track, true)}; over {compared.samples} of {done.track.sizes['time']} samples"
+    done = follow(
+        built,
+        log,
+        channel_map,
+        sensor=sensor,
+        start=position,
+        start_std=std,
+        state=state,
+        out=out,
+        keep_track=true is not None or figure is not None,
+        keep_log=figure is not None,
+        progress=True,
+        say=typer.echo,
+    )
+    errors = None if true is None or done.track is None else error_text(done.track, true)
     if figure is not None and done.track is not None and done.log is not None:
         title = f"{description.title or description.name}, {unit}: {log.name}"
         tracked_figure(done.log, done.track, true, title, figure)

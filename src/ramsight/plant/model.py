@@ -71,6 +71,9 @@ def casadi_model(unit: HydraulicUnit | Unit, name: str = "plant") -> PlantFuncti
         unit: a unit, described or built.
         name: of the function.
 
+    Raises:
+        DescriptionError: the circuit cannot move its load.
+
     Example:
         >>> from ramsight import casadi_model, machine
         >>> model = casadi_model(machine.load("eha-test-bench").unit("axis"))

@@ -1,4 +1,4 @@
-"""Pictures of a tracked log."""
+"""Pictures of a tracked log, and of a run."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from ramsight.sensor.status import Status
 
 if TYPE_CHECKING:
     import xarray
+    from matplotlib.figure import Figure
 
 ESTIMATE, TRUTH, ERROR, DOUBT = "#c8401e", "#1f2a36", "#2a6f97", "#e9b44c"
 _STYLE = {
@@ -42,6 +43,21 @@ def tracked_figure(
         truth: with `position` [m], or None.
         title: above the picture.
         path: .png, .svg or .pdf.
+    """
+    import matplotlib as mpl
+
+    with mpl.rc_context(_STYLE):  # type: ignore[arg-type]
+        save(draw_track(log, tracked, truth, title), path)
+
+
+def draw_track(log: xarray.Dataset, tracked: xarray.Dataset, truth: xarray.Dataset | None, title: str) -> Figure:
+    """The picture of `tracked_figure`, a `matplotlib.figure.Figure`.
+
+    Args:
+        log: with motor_speed [rad/s] and motor_torque [N m].
+        tracked: with position, position_std [m] and status.
+        truth: with `position` [m], or None.
+        title: above the picture.
     """
     import matplotlib as mpl
     from matplotlib.figure import Figure
@@ -76,13 +92,44 @@ def tracked_figure(
             axes[1].plot(time, error, color=ERROR, lw=1.0)
             axes[1].axhline(0.0, color=TRUTH, lw=0.6)
             axes[1].set_ylabel("error [mm]")
-        axes[-2].plot(log["time"], log["motor_speed"].values * 60 / (2 * np.pi), color=TRUTH, lw=1.0)
-        axes[-2].set_ylabel("motor speed\n[rpm]")
-        axes[-1].plot(log["time"], log["motor_torque"], color=TRUTH, lw=0.6)
-        axes[-1].set_ylabel("motor torque\n[N m]")
-        axes[-1].set_xlabel("time [s]")
+        _draw_drive(axes[-2:], log)
         figure.align_ylabels()
-        save(figure, path)
+    return figure
+
+
+def draw_run(run: xarray.Dataset, title: str) -> Figure:
+    """A picture of a simulated run: position, chamber pressures, motor speed and torque.
+
+    Args:
+        run: a Dataset as `ramsight.duty.simulate` returns it.
+        title: above the picture.
+    """
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context(_STYLE):  # type: ignore[arg-type]
+        figure = Figure(figsize=(7.2, 6.6), layout="constrained")
+        axes = figure.subplots(4, 1, sharex=True, height_ratios=[2.2, 1.2, 1.0, 1.0])
+        axes[0].plot(run["time"], 1e3 * run["position"], color=TRUTH, lw=1.6)
+        axes[0].set_ylabel("position [mm]")
+        axes[0].set_title(title, loc="left", fontweight="bold")
+        for name, color in (("pressure_a", ESTIMATE), ("pressure_b", ERROR)):
+            if name in run:
+                axes[1].plot(run["time"], run[name] / 1e5, color=color, lw=1.0, label=f"chamber {name[-1].upper()}")
+        axes[1].set_ylabel("pressure\n[bar]")
+        axes[1].legend(loc="best")
+        _draw_drive(axes[-2:], run)
+        figure.align_ylabels()
+    return figure
+
+
+def _draw_drive(axes: Any, log: xarray.Dataset) -> None:
+    """Draw what the drive reported, into two axes."""
+    axes[0].plot(log["time"], log["motor_speed"].values * 60 / (2 * np.pi), color=TRUTH, lw=1.0)
+    axes[0].set_ylabel("motor speed\n[rpm]")
+    axes[1].plot(log["time"], log["motor_torque"], color=TRUTH, lw=0.6)
+    axes[1].set_ylabel("motor torque\n[N m]")
+    axes[1].set_xlabel("time [s]")
 
 
 def _reach(error: Any, band: Any) -> tuple[float, float]:

@@ -27,8 +27,8 @@ class Pieces:
 
     Args:
         summary: a few lines on the track.
-        track: position [m], position_std [m] and status over time, if it was kept.
-        log: motor_speed [rad/s] and motor_torque [N m] over time, if it was kept.
+        track: position [m], position_std [m] and status over time, or all that the sensor says, if it was kept.
+        log: motor_speed [rad/s] and motor_torque [N m] over time, or all of it, if it was kept.
     """
 
     summary: str
@@ -47,6 +47,7 @@ def track_pieces(
     *,
     keep_track: bool = False,
     keep_log: bool = False,
+    all_of_it: bool = False,
 ) -> Pieces:
     """Track a log piece by piece, and write the track.
 
@@ -57,12 +58,13 @@ def track_pieces(
             standard deviation and status in words; None writes none.
         keep_track: whether the track is kept, to compare it with the truth.
         keep_log: whether the log is kept, for a figure.
+        all_of_it: whether every variable of what is kept is kept.
 
     Raises:
         OutputError: the file cannot be written; then there is none.
     """
     words = {"status": {int(status): status.text for status in Status}}
-    tally, track, log = Tally(), _Kept(_TRACK), _Kept(_LOG)
+    tally, track, log = Tally(), _Kept(None if all_of_it else _TRACK), _Kept(None if all_of_it else _LOG)
     with nullcontext() if out is None else open_dataset(out, variables=_TRACK, words=words) as writer:
         for piece in pieces:
             tracked = sensor.track(piece)
@@ -77,16 +79,19 @@ def track_pieces(
 
 
 class _Kept:
-    """Some variables of many pieces."""
+    """Some variables of many pieces, or all."""
 
-    def __init__(self, names: tuple[str, ...]) -> None:
-        self._parts: dict[str, list[NDArray[np.generic]]] = {name: [] for name in ("time", *names)}
+    def __init__(self, names: tuple[str, ...] | None) -> None:
+        self._names = names
+        self._parts: dict[str, list[NDArray[np.generic]]] = {}
         self._first: xarray.Dataset | None = None
 
     def append(self, piece: xarray.Dataset) -> None:
         """Keep a piece's."""
         if self._first is None:
             self._first = piece.isel(time=slice(0)).copy(deep=True)
+            names = map(str, piece.data_vars) if self._names is None else self._names
+            self._parts = {name: [] for name in ("time", *names)}
         for name, parts in self._parts.items():
             parts.append(piece[name].values.copy())  # a view would hold all that the sensor says
 

@@ -1,0 +1,270 @@
+"""From a drive log to a position: logs, sensors, tracks, and how good a track is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ramsight.api.given import checked, truth_of
+from ramsight.api.machines import AnyUnit, build
+from ramsight.calibration.sensors import TABLE_RUNS
+from ramsight.calibration.sensors import sensor_for as make_sensor
+from ramsight.duty.plausible import watched
+from ramsight.errors import DescriptionError
+from ramsight.logs import ChannelMap, open_log, read_drive_log
+from ramsight.plant.unit import HydraulicUnit
+from ramsight.progress import progress as progress_bar
+from ramsight.sensor.persistence import StateFile, said
+from ramsight.sensor.virtual_sensor import REPORTED, START_STD, VirtualSensor
+from ramsight.study.errors import position_errors
+from ramsight.study.pieces import Pieces, track_pieces
+from ramsight.study.tracking import error_summary
+from ramsight.units import argument, format_si
+
+if TYPE_CHECKING:
+    import xarray
+
+Quantity = float | str
+AnyMap = ChannelMap | str | Path
+_NO_FILE = "log"  # what messages call a log that is no file
+
+
+def read_log(path: str | Path, channel_map: AnyMap | None = None) -> xarray.Dataset:
+    r"""A drive log, whole, from a file of any kind that ramsight reads; `open_log` reads it piece by piece.
+
+    Args:
+        path: CSV, Parquet, MF4, BLF, ASC or candump, by its suffix.
+        channel_map: which of its channels are what, or the TOML file that says so; None for a table with the columns
+            ``time_s``, ``motor_speed_rpm``, ``motor_torque_nm``, ``oil_temperature_c`` and perhaps ``reference_m``.
+
+    Returns:
+        Over `time` [s], shape (samples,): `motor_speed` [rad/s], `motor_torque` [N m], `oil_temperature` [K], NaN
+        where the log has no number, and `reference` [m] if the file has it.
+
+    Raises:
+        LogError: the file cannot be read; with line and column. `MissingColumnError`: a column is absent.
+        UnknownNameError: the map names a channel that is not there.
+        DescriptionError: the map says what cannot be.
+
+    Example:
+        >>> import pathlib, ramsight, tempfile
+        >>> text = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n0.00,1500,12.5,40.0\n"
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     file = pathlib.Path(folder) / "log.csv"
+        ...     _ = file.write_text(text)
+        ...     log = ramsight.read_log(file)
+        >>> round(float(log["motor_speed"][0]), 1), float(log["oil_temperature"][0])
+        (157.1, 313.15)
+    """
+    return read_drive_log(path, channel_map)
+
+
+def sensor_for(machine: AnyUnit, kind: str = "kalman", *, unit: str | None = None) -> VirtualSensor:
+    """A virtual sensor: `start` it, then give it samples (`step`) or a log (`track`).
+
+    Args:
+        machine: the unit it watches, or what `build` makes one of.
+        kind: ``kalman``, which finds the position by itself; ``balance``; ``table``, which some hundred simulated
+            runs calibrate first, once: it is kept; or a sensor file of `ramsight calibrate`.
+        unit: name of the unit, if the machine has several.
+
+    Returns:
+        The sensor. Its `start(position)`, `step(...)` and `track(log)` take SI numbers, and `step` gives an
+        `Estimate`; `start` raises `StartError` for a position outside the stroke.
+
+    Raises:
+        UnknownNameError: no such machine, unit or sensor.
+        RamsightError: the sensor file cannot be used, or was made for another unit.
+
+    Example:
+        >>> import ramsight
+        >>> sensor = ramsight.sensor_for("mining-loader", unit="boom")
+        >>> sensor.start(position=0.1)  # m
+        >>> now = sensor.step(time=0.0, motor_speed=0.0, motor_torque=0.0, oil_temperature=313.15)
+        >>> now.position, now.status is ramsight.Status.OK
+        (0.1, True)
+    """
+    return make_sensor(build(machine, unit), kind)
+
+
+def track(
+    machine: AnyUnit,
+    log: str | Path | xarray.Dataset | Iterable[xarray.Dataset],
+    start: Quantity | None = None,
+    truth: str | Path | xarray.Dataset | None = None,
+    *,
+    unit: str | None = None,
+    start_std: Quantity = START_STD,
+    sensor: str = "kalman",
+    channel_map: AnyMap | None = None,
+    state: str | Path | None = None,
+    progress: bool = False,
+) -> xarray.Dataset:
+    """Where the piston was, from the log of a motor drive; and how wrong that is, where the truth is known.
+
+    All of the track is in memory. Where a log is too long for that, take `sensor_for(...).track` for each piece of
+    `open_log`: a sensor goes on where the last piece ended.
+
+    Args:
+        machine: the unit that the drive turns, or what `build` makes one of.
+        log: a file (as `read_log` takes), a log, or its pieces in order.
+        start: piston position at the first sample [m], or ``"120 mm"``; None if nobody knows: the kalman sensor is
+            not referenced until it meets an end stop or a reference, the others cannot work.
+        truth: true position, to judge the track by: a file with ``time_s`` and ``position_m``, or a Dataset with
+            `position` [m] over `time` [s], for example of `simulate`.
+        unit: name of the unit, if the machine has several.
+        start_std: standard deviation of `start` [m].
+        sensor: as `sensor_for`'s kind.
+        channel_map: of a file, as `read_log`'s.
+        state: resume the sensor from this file if it is there, unless a start is given; keep its state in it at the
+            end. For kalman.
+        progress: show a bar on a terminal if it takes long.
+
+    Returns:
+        Over `time` [s], shape (samples,): `position` [m], `position_std` [m], `velocity` [m/s], `load` [N], `status`
+        (numbers of `Status`), what else the sensor says, and the log itself. With a truth also `true_position` [m] and
+        `error` [m], NaN where the truth does not reach, and in the attributes `error_largest`, `error_p95` and
+        `error_final`, magnitudes in m, over `error_samples` samples.
+
+    Raises:
+        DescriptionError: a quantity cannot be read or is outside the stroke; names argument, value and range.
+        UnknownNameError: no such machine, unit or sensor.
+        StartError: the sensor has to be told where the piston is.
+        LogError: log or truth cannot be read, or lack a variable.
+        ComparisonError: log and truth have no time in common.
+
+    Example:
+        >>> import ramsight
+        >>> boom = ramsight.build("mining-loader", unit="boom")
+        >>> run = ramsight.simulate(boom, load="441 kN", start="120 mm")
+        >>> track = ramsight.track(boom, ramsight.drive_report(run), start="120 mm", truth=run)
+        >>> bool(track.attrs["error_largest"] < 1e-3), track["error"].attrs["units"]
+        (True, 'm')
+    """
+    built = build(machine, unit)
+    stroke = format_si(built.cylinder.stroke, "mm")
+    position = None if start is None else argument(start, "m", "start", least="0 mm", most=stroke)
+    std = argument(start_std, "m", "start_std", least="0.01 mm", most=stroke)
+    true = None if truth is None else truth_of(truth)
+    done = follow(
+        built,
+        log,
+        channel_map,
+        sensor=sensor,
+        start=position,
+        start_std=std,
+        state=state,
+        keep_track=True,
+        keep_log=True,
+        all_of_it=True,
+        progress=progress,
+    )
+    if done.track is None or done.log is None:
+        raise DescriptionError("has no samples", key="log")
+    reported = {name: done.log[name] for name in (*REPORTED[1:], "reference") if name in done.log}
+    whole = done.track.assign(reported)
+    whole.attrs |= {"kind": "track", "unit": built.name}
+    return whole if true is None else judged(whole, true)
+
+
+def follow(
+    unit: HydraulicUnit,
+    log: str | Path | xarray.Dataset | Iterable[xarray.Dataset],
+    channel_map: AnyMap | None = None,
+    *,
+    sensor: str,
+    start: float | None,
+    start_std: float,
+    state: str | Path | None = None,
+    out: str | Path | None = None,
+    keep_track: bool = False,
+    keep_log: bool = False,
+    all_of_it: bool = False,
+    progress: bool = False,
+    say: Callable[[str], object] = lambda text: None,
+) -> Pieces:
+    """Make a sensor, start or resume it, track a log piece by piece, and keep the sensor's state.
+
+    Args:
+        unit: that the drive turns.
+        log: a file, a log or its pieces; warned of what cannot be this machine's.
+        channel_map: of a file.
+        sensor: kind, or sensor file.
+        start: [m]; None if nobody knows.
+        start_std: its standard deviation [m].
+        state: file to resume from where no start is given, and to keep the state in.
+        out: file of the track, written as it comes.
+        keep_track: whether the track is kept.
+        keep_log: whether the log is kept.
+        all_of_it: whether every variable of them is kept.
+        progress: show a bar on a terminal.
+        say: told what became of the state file.
+    """
+    with ExitStack() as stack:
+        bar = stack.enter_context(progress_bar(TABLE_RUNS, "calibrating the table")) if progress else None
+        virtual = make_sensor(unit, sensor, advance=bar.advance if bar else None)
+    kept = None if state is None else StateFile(Path(state), virtual)
+    if kept is not None and start is None:
+        say(said(kept.resume(), kept.path))
+    else:
+        virtual.start(start, start_std)
+    with ExitStack() as stack:
+        bar = stack.enter_context(progress_bar(1.0, "tracking")) if progress else None
+        pieces, file = _pieces(log, channel_map, bar.advance if bar else None)
+        checked = watched(pieces, unit, file, channel_map)
+        done = track_pieces(virtual, checked, out, keep_track=keep_track, keep_log=keep_log, all_of_it=all_of_it)
+    if kept is not None:
+        kept.save()
+    return done
+
+
+def judged(tracked: xarray.Dataset, truth: xarray.Dataset) -> xarray.Dataset:
+    """A track with the true position and the error beside it, and their figures among its attributes.
+
+    Args:
+        tracked: with `position` [m] over `time` [s].
+        truth: with `position` [m] over `time` [s], increasing.
+
+    Raises:
+        ComparisonError: the two have no time in common.
+    """
+    found = position_errors(*(part[name].values for part in (tracked, truth) for name in ("time", "position")))
+    known = np.interp(tracked["time"].values, truth["time"].values, truth["position"].values, left=np.nan, right=np.nan)
+    result = tracked.assign(
+        true_position=("time", known, {"units": "m", "long_name": "true position"}),
+        error=("time", tracked["position"].values - known, {"units": "m", "long_name": "error of the position"}),
+    )
+    result.attrs |= {"error_largest": found.largest, "error_p95": found.p95, "error_final": found.final}
+    result.attrs |= {"error_samples": found.samples}
+    return result
+
+
+def error_text(tracked: xarray.Dataset, truth: xarray.Dataset) -> str:
+    """One line on the errors of a track, in mm, and how many samples they rest on.
+
+    Raises:
+        ComparisonError: the two have no time in common.
+    """
+    compared = position_errors(*(part[name].values for part in (tracked, truth) for name in ("time", "position")))
+    return f"{error_summary(tracked, truth)}; over {compared.samples} of {tracked.sizes['time']} samples"
+
+
+def _pieces(
+    log: str | Path | xarray.Dataset | Iterable[xarray.Dataset],
+    channel_map: AnyMap | None,
+    advance: Callable[[float], object] | None,
+) -> tuple[Iterable[xarray.Dataset], str | Path]:
+    """The pieces of a log, and the file that warnings name."""
+    import xarray
+
+    if isinstance(log, str | Path):
+        return open_log(log, channel_map, advance=advance), log
+    pieces = log if isinstance(log, Iterable) and not isinstance(log, xarray.Dataset) else [log]
+    return (checked(piece, _NO_FILE) for piece in pieces), _NO_FILE
+
+
+__all__ = ["follow", "judged", "open_log", "read_log", "sensor_for", "track"]

@@ -1,0 +1,221 @@
+"""What `import ramsight` offers: names, quantities with units, tracks with their errors, many runs."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+
+import ramsight
+
+TRACES = Path(__file__).parent / "traces"
+HEAVY = ["numpy", "casadi", "numba", "xarray", "pint", "matplotlib", "scipy", "pydantic", "rich", "typer"]
+
+
+@pytest.fixture(scope="module")
+def boom():
+    return ramsight.build("mining-loader", unit="boom")
+
+
+@pytest.fixture(scope="module")
+def run(boom):
+    return ramsight.simulate(boom, load="441 kN", oil_temperature="40 degC", start="120 mm")
+
+
+def fresh(code):
+    return subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout
+
+
+def test_nothing_heavy_loads_before_it_is_used():
+    code = f"import sys, ramsight; dir(ramsight); print(*(n for n in {HEAVY} if n in sys.modules))"
+    assert fresh(code).split() == []
+    code = "import sys, ramsight; ramsight.RamsightError, ramsight.LogWarning; print('numpy' in sys.modules)"
+    assert fresh(code).split() == ["False"]
+
+
+def test_dir_shows_the_public_names_and_each_is_there():
+    shown = fresh("import ramsight; print(*dir(ramsight))").split()
+    assert shown == sorted(ramsight.__all__)
+    assert not {"Any", "TYPE_CHECKING", "annotations"} & set(shown)
+    for name in shown:
+        found = getattr(ramsight, name)
+        assert name == "__version__" or found.__doc__
+    with pytest.raises(AttributeError, match="no attribute 'sensr'"):
+        _ = ramsight.sensr
+
+
+def test_a_type_checker_sees_the_same_names():
+    text = Path(ramsight.__file__).read_text(encoding="utf-8")
+    imported = text.partition("if TYPE_CHECKING:")[2].partition("__version__")[0]
+    missing = [name for name in ramsight.__all__ if name != "__version__" and name not in imported]
+    assert missing == []
+
+
+def test_a_number_is_si_and_text_has_its_unit(boom, run):
+    same = ramsight.simulate(boom, load=441e3, oil_temperature=313.15, start=0.12)
+    np.testing.assert_array_equal(run["position"], same["position"])
+    log = ramsight.drive_report(run)
+    tracks = [ramsight.track(boom, log, start) for start in ("120 mm", 0.12, np.float64(0.12))]
+    for one in tracks[1:]:
+        np.testing.assert_array_equal(one["position"], tracks[0]["position"])
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"load": "60"}, ("load", "'60'", "a unit is missing", "kN")),
+        ({"load": "60 kg"}, ("load", "'60 kg'", "force")),
+        ({"load": [1e3]}, ("load", "force")),
+        ({"load": float("nan")}, ("load", "nan N", "out of range", "10000 kN")),
+        ({"oil_temperature": 40}, ("oil_temperature", "40 K", "degC")),
+        ({"start": 120}, ("start", "120 m", "0 mm to 700 mm")),
+        ({"speed": "99999 rpm"}, ("speed", "99999 rpm", "rpm to")),
+        ({"cycles": 0}, ("cycles", "0", "1 to 1000")),
+        ({"sample_period": "1 h"}, ("sample_period", "1 h", "10 s")),
+        ({"load": None}, ("load", "duty")),
+        ({"duty": "fast"}, ("load", "duty")),
+        ({"load": None, "duty": "fast"}, ("duty", "fast")),
+    ],
+)
+def test_a_quantity_that_cannot_be_names_argument_value_and_range(boom, given, words):
+    with pytest.raises(ramsight.DescriptionError) as error:
+        ramsight.simulate(boom, **({"load": "441 kN"} | given))
+    assert [word for word in words if word not in str(error.value)] == []
+
+
+def test_a_load_may_be_text_and_in_range(boom):
+    assert float(ramsight.lift_lower(boom, "60 kN").load(0.0)) == 60e3
+
+
+def test_a_machine_is_a_name_a_file_a_machine_or_a_unit(boom):
+    machine = ramsight.load_machine("mining-loader")
+    assert ramsight.build(machine, "boom") == boom
+    assert ramsight.build(machine.unit("boom"), "boom") == boom
+    assert ramsight.build(boom) is boom
+    assert ramsight.build("eha-test-bench").name == "axis"
+    with pytest.raises(ramsight.DescriptionError, match=r"unit: .*boom, bucket"):
+        ramsight.build(machine)
+    with pytest.raises(ramsight.UnknownNameError, match="bucket"):
+        ramsight.build(boom, "bucket")
+    with pytest.raises(ramsight.DescriptionError, match="machine = 3"):
+        ramsight.build(3)
+    with pytest.raises(ramsight.UnknownNameError, match="kind"):
+        ramsight.catalogue("motor")
+
+
+def test_a_track_is_judged_by_the_truth(boom, run):
+    track = ramsight.track(boom, ramsight.drive_report(run), "120 mm", run)
+    assert track.attrs["error_largest"] == pytest.approx(float(abs(track["error"]).max()))
+    assert track.attrs["error_largest"] < 1e-3
+    assert track.attrs["error_samples"] == track.sizes["time"]
+    np.testing.assert_array_equal(track["true_position"], run["position"])
+    assert {"motor_speed", "motor_torque", "oil_temperature", "mode", "load"} <= set(track)
+    assert set(track["mode"].values) <= set(ramsight.Mode)
+
+
+def test_a_file_and_its_pieces_give_one_track(boom):
+    file = TRACES / "boom_441kN_40C.csv.gz"
+    whole = ramsight.track(boom, file, "100 mm")
+    for log in (ramsight.read_log(file), ramsight.open_log(file, samples=100)):
+        np.testing.assert_array_equal(ramsight.track(boom, log, "100 mm")["position"], whole["position"])
+
+
+def test_a_track_says_what_the_verb_says(boom, tmp_path):
+    file, truth = TRACES / "boom_441kN_40C.csv.gz", TRACES / "boom_441kN_40C_truth.csv.gz"
+    command = ["track", "mining-loader", file, "--unit", "boom", "--start", "100 mm", "--truth", truth]
+    out = tmp_path / "track.nc"
+    done = subprocess.run(
+        [sys.executable, "-m", "ramsight.cli", *map(str, command), "--out", str(out)],
+        check=True, capture_output=True, text=True,
+    )  # fmt: skip
+    track = ramsight.track(boom, file, "100 mm", truth)
+    assert f"error: largest {1e3 * track.attrs['error_largest']:.3f} mm" in done.stdout
+    with xarray.open_dataset(out) as written:
+        np.testing.assert_array_equal(written["position"], track["position"])
+
+
+def test_a_state_is_resumed(boom, run, tmp_path):
+    log, state = ramsight.drive_report(run), tmp_path / "boom.state"
+    last = ramsight.track(boom, log, "120 mm", state=state)["position"][-1]
+    resumed = ramsight.track(boom, log.isel(time=slice(0, 5)), state=state)
+    assert float(resumed["position"][0]) == pytest.approx(float(last), abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("log", "more", "error", "words"),
+    [
+        (3, {}, "DescriptionError", "log = 3: is no Dataset"),
+        (xarray.Dataset({"position": ("time", [0.0])}, {"time": [0.0]}), {}, "MissingColumnError", "motor_torque"),
+        ("nowhere.csv", {}, "LogError", "no such file"),
+        (None, {"start": 120}, "DescriptionError", "start = '120 m': is out of range .*0 mm to 700 mm"),
+        (None, {"start_std": "1 s"}, "DescriptionError", "start_std"),
+        (None, {"sensor": "balance"}, "StartError", "has to be told"),
+        (None, {"sensor": "kalmann"}, "UnknownNameError", "did you mean 'kalman'"),
+        (None, {"truth": 3}, "DescriptionError", "truth = 3"),
+        (None, {"start": 0.12, "truth": "far"}, "ComparisonError", "no time in common"),
+    ],
+)
+def test_a_track_that_cannot_be_says_why(boom, run, log, more, error, words):
+    if more.get("truth") == "far":
+        more = more | {"truth": run.assign_coords(time=run["time"] + 1e6)}
+    with pytest.raises(getattr(ramsight, error), match=words):
+        ramsight.track(boom, run if log is None else log, **more)
+
+
+def test_many_runs_are_the_runs_one_by_one(boom):
+    loads = ("129 kN", "300 kN", "441 kN")
+    worn = [boom, ramsight.AsBuilt(leak=1.3).apply(boom)]
+    runs = ramsight.simulate_many(worn, (ramsight.lift_lower(boom, load) for load in loads), threads=2)
+    assert dict(runs.sizes) == {"machine": 2, "duty": 3}
+    np.testing.assert_allclose(runs["load"], [129e3, 300e3, 441e3])
+    for machine, unit in enumerate(worn):
+        for duty, load in enumerate(loads):
+            alone = ramsight.simulate(unit, load=load)["position"].values
+            one = runs.isel(machine=machine, duty=duty)
+            assert float(one["position_final"]) == pytest.approx(alone[-1], abs=1e-5)
+            assert float(one["position_most"]) == pytest.approx(alone.max(), abs=1e-5)
+    assert runs["position_final"].attrs["units"] == "m"
+
+
+def test_many_runs_refuse_what_cannot_be_run(boom):
+    duty = ramsight.lift_lower(boom, "129 kN")
+    with pytest.raises(ramsight.DescriptionError, match="duties: there is none"):
+        ramsight.simulate_many(boom, [])
+    with pytest.raises(ramsight.DescriptionError, match="machines: there is none"):
+        ramsight.simulate_many([], [duty])
+    with pytest.raises(ramsight.DescriptionError, match="duties = '129 kN'"):
+        ramsight.simulate_many(boom, ["129 kN"])
+    with pytest.raises(ramsight.DescriptionError, match=r"machines\[1\]: has another circuit"):
+        ramsight.simulate_many([boom, ramsight.build("eha-test-bench")], [duty])
+
+
+def test_a_plot_is_drawn_of_runs_and_tracks_alone(boom, run, tmp_path):
+    track = ramsight.track(boom, ramsight.drive_report(run), "120 mm", run)
+    assert len(ramsight.plot(run, tmp_path / "run.svg").axes) == 4
+    assert len(ramsight.plot(track, tmp_path / "track.png").axes) == 4
+    assert len(ramsight.plot(ramsight.track(boom, run, "120 mm")).axes) == 3
+    assert (tmp_path / "run.svg").exists()
+    assert (tmp_path / "track.png").exists()
+    with pytest.raises(ramsight.DescriptionError, match="neither a run nor a track"):
+        ramsight.plot(ramsight.drive_report(run))
+    with pytest.raises(ramsight.OutputError):
+        ramsight.plot(run, tmp_path / "run.txt")
+
+
+def test_data_without_what_is_needed_names_it(boom, run):
+    bare = run[["position"]]
+    with pytest.raises(ramsight.MissingColumnError, match="run: missing columns motor_speed"):
+        ramsight.drive_report(bare)
+    with pytest.raises(ramsight.MissingColumnError, match="log: missing columns motor_speed"):
+        ramsight.leak_test(boom, bare)
+    with pytest.raises(ramsight.MissingColumnError, match="truth: missing column position"):
+        ramsight.identify(boom, run, run[["load"]])
+    with pytest.raises(ramsight.LeakTestError, match="no leak test"):
+        ramsight.leak_test(boom, run)
+
+
+def test_an_fmu_of_another_kind_names_the_argument(tmp_path):
+    with pytest.raises(ramsight.DescriptionError, match=r"^what = 'valve'"):
+        ramsight.export_fmu("mining-loader", "boom", out=tmp_path / "boom.fmu", what="valve")
