@@ -1,0 +1,109 @@
+"""How `make docs` makes the site: Sphinx reads the pages of this folder and the docstrings; nothing comes from elsewhere."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import ramsight
+
+ROOT = Path(__file__).parent.parent
+
+project = "ramsight"
+author = "The ramsight authors"
+project_copyright = "the ramsight authors, MIT licence"
+version = release = ramsight.__version__
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
+]
+source_suffix = {".md": "markdown"}
+exclude_patterns = ["paper", "images"]
+templates_path: list[str] = []
+
+# Headings are link targets, as on a repository's page.
+myst_heading_anchors = 4
+myst_enable_extensions = ["deflist"]
+
+# Docstrings are Google's, and say `name` for code, as Markdown does.
+default_role = "code"
+napoleon_google_docstring = True
+napoleon_numpy_docstring = False
+napoleon_use_rtype = False
+napoleon_use_ivar = True
+autodoc_type_aliases = {"Array": "Array"}
+autodoc_typehints = "description"
+autodoc_typehints_description_target = "documented"
+autodoc_member_order = "groupwise"
+autodoc_class_signature = "mixed"
+autodoc_default_options = {"members": True, "show-inheritance": False}
+autosummary_generate = False
+python_use_unqualified_type_names = True
+maximum_signature_line_length = 100
+
+# Every reference must resolve. Types of other libraries have no page here, nor have the package's innermost ones.
+nitpicky = True
+nitpick_ignore_regex = [
+    ("py:.*", r"(abc|ca|casadi|collections|enum|np|numpy|pathlib|pydantic|threading|typing|xarray)\..*"),
+    ("py:.*", r"Advance|Array|ArrayLike|Path|BaseModel"),
+    ("py:.*", r"ramsight\.(engine|equation|plant\.(circuit|oil|linkage))\..*|CircuitModel"),
+    ("py:.*", r"Listener|ParameterFile|Persistence"),
+]
+
+html_theme = "furo"
+html_title = f"ramsight {release}"
+html_copy_source = False
+html_show_sphinx = False
+html_last_updated_fmt = None
+html_theme_options = {"navigation_with_keys": True}
+
+
+PAGES_OUTSIDE = {"README.md": "index.md", "CHANGELOG.md": "changelog.md"}
+
+
+def load_lazy_names() -> None:
+    """Names that `ramsight` loads when they are asked for are members that autodoc can see."""
+    for name in getattr(ramsight, "__all__", ()):
+        vars(ramsight)[name] = getattr(ramsight, name)
+
+
+def link_pages_outside(app, docname: str, source: list[str]) -> None:  # noqa: ANN001
+    """Let links to files of the repository that are pages here lead to those pages."""
+    if "/" not in docname:
+        for file, page in PAGES_OUTSIDE.items():
+            source[0] = source[0].replace(f"](../{file}", f"]({page}")
+
+
+def join_names(app, what, name, obj, options, lines: list[str]) -> None:  # noqa: ANN001
+    """Let `a, b: text` of a docstring be one entry, which Napoleon takes for a type and a name."""
+    for at, line in enumerate(lines):
+        if names := re.match(r"    +(\w+(?:, \w+)+): ", line):
+            lines[at] = line.replace(names[1], names[1].replace(", ", "/"), 1)
+
+
+def write_list_of_pages(app, error) -> None:  # noqa: ANN001
+    """Write `llms.txt`: what the project is, and every page with the line that `index.md` has of it."""
+    if error or app.builder.format != "html":
+        return
+    index = (Path(app.srcdir) / "index.md").read_text(encoding="utf-8")
+    (what,) = re.findall(r"^\*\*(.*?)\*\*", index, flags=re.MULTILINE)
+    lines = [f"# {project}", "", f"> {what}", ""]
+    for line in index.splitlines():
+        if heading := re.fullmatch(r"## (.*)", line):
+            lines += ["", f"## {heading[1]}", ""]
+        elif page := re.fullmatch(r"- \[(.*?)\]\((.*?)\.md\): (.*)", line):
+            lines.append(f"- [{page[1]}]({page[2]}.html): {page[3]}")
+    text = re.sub(r"\n{3,}", "\n\n", "\n".join(lines)) + "\n"
+    (Path(app.outdir) / "llms.txt").write_text(text, encoding="utf-8")
+
+
+def setup(app) -> None:  # noqa: ANN001
+    """Hook in what Sphinx does not do by itself."""
+    load_lazy_names()
+    app.connect("source-read", link_pages_outside)
+    app.connect("autodoc-process-docstring", join_names, priority=100)  # before Napoleon
+    app.connect("build-finished", write_list_of_pages)
