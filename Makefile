@@ -61,7 +61,7 @@ $(DOCS_INSTALLED): $(INSTALLED) $(DOCS_PINS)
 # Every page anew, so that every warning shows.
 docs: $(DOCS_INSTALLED)
 	rm -rf $(SITE)
-	$(BIN)/python -m sphinx -M html docs $(SITE)
+	$(BIN)/python -m sphinx -q -W --keep-going -n -E -b html -d build/doctrees docs $(SITE)
 	$(BIN)/python docs/check.py $(SITE)
 
 # What pip would install now, a line each: for the package, its development tools and the backend that builds it; and what the
