@@ -1,4 +1,4 @@
-"""How `make docs` makes the site: Sphinx reads the pages of this folder and the docstrings; nothing comes from elsewhere."""
+"""How `make docs` makes the site: Sphinx reads this folder and the docstrings; nothing comes from elsewhere."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ import re
 from pathlib import Path
 
 import ramsight
-
-ROOT = Path(__file__).parent.parent
+from ramsight.machine.declare import Part, Quantity, Value
 
 project = "ramsight"
 author = "The ramsight authors"
@@ -39,7 +38,8 @@ autodoc_typehints = "description"
 autodoc_typehints_description_target = "documented"
 autodoc_member_order = "groupwise"
 autodoc_class_signature = "mixed"
-autodoc_default_options = {"members": True, "show-inheritance": False}
+autodoc_preserve_defaults = True
+autodoc_default_options = {"members": True, "exclude-members": "model_config, model_post_init"}
 autosummary_generate = False
 python_use_unqualified_type_names = True
 maximum_signature_line_length = 100
@@ -70,21 +70,38 @@ def load_lazy_names() -> None:
         vars(ramsight)[name] = getattr(ramsight, name)
 
 
-def link_pages_outside(app, docname: str, source: list[str]) -> None:  # noqa: ANN001
+def link_pages_outside(app, docname: str, source: list[str]) -> None:
     """Let links to files of the repository that are pages here lead to those pages."""
     if "/" not in docname:
         for file, page in PAGES_OUTSIDE.items():
             source[0] = source[0].replace(f"](../{file}", f"]({page}")
 
 
-def join_names(app, what, name, obj, options, lines: list[str]) -> None:  # noqa: ANN001
+def join_names(app, what, name, obj, options, lines: list[str]) -> None:
     """Let `a, b: text` of a docstring be one entry, which Napoleon takes for a type and a name."""
     for at, line in enumerate(lines):
         if names := re.match(r"    +(\w+(?:, \w+)+): ", line):
             lines[at] = line.replace(names[1], names[1].replace(", ", "/"), 1)
 
 
-def write_list_of_pages(app, error) -> None:  # noqa: ANN001
+def leave_out_signature(app, what, name, obj, options, signature, returns) -> tuple[str, None] | None:
+    """A part of a description is read from a file; its keys are listed below it."""
+    return ("", None) if what == "class" and issubclass(obj, Part) else None
+
+
+def list_keys(app, what, name, obj, options, lines: list[str]) -> None:
+    """Add the keys of a part of a description to its docstring, as they are declared: meaning, range, default."""
+    if what != "class" or not issubclass(obj, Part):
+        return
+    for key, field in obj.model_fields.items():
+        for declared in field.metadata:
+            if isinstance(declared, Quantity | Value):
+                unit = f" [{declared.unit}]" if isinstance(declared, Quantity) and declared.unit != "1" else ""
+                span = f"; {declared.range}" if isinstance(declared, Quantity) and declared.range else ""
+                lines += ["", f":ivar {key}: {declared.text}{unit}{span}"]
+
+
+def write_list_of_pages(app, error) -> None:
     """Write `llms.txt`: what the project is, and every page with the line that `index.md` has of it."""
     if error or app.builder.format != "html":
         return
@@ -100,9 +117,11 @@ def write_list_of_pages(app, error) -> None:  # noqa: ANN001
     (Path(app.outdir) / "llms.txt").write_text(text, encoding="utf-8")
 
 
-def setup(app) -> None:  # noqa: ANN001
+def setup(app) -> None:
     """Hook in what Sphinx does not do by itself."""
     load_lazy_names()
     app.connect("source-read", link_pages_outside)
     app.connect("autodoc-process-docstring", join_names, priority=100)  # before Napoleon
+    app.connect("autodoc-process-docstring", list_keys, priority=600)
+    app.connect("autodoc-process-signature", leave_out_signature)
     app.connect("build-finished", write_list_of_pages)
