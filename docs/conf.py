@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import importlib
+import inspect
 import re
 from pathlib import Path
 
 import ramsight
-from ramsight.machine.declare import Part, Quantity, Value
+from ramsight.machine.declare import Part, Quantity
 
 project = "ramsight"
 author = "The ramsight authors"
@@ -64,14 +66,41 @@ html_theme_options = {"navigation_with_keys": True}
 PAGES_OUTSIDE = {"README.md": "index.md", "CHANGELOG.md": "changelog.md"}
 
 
-def load_lazy_names() -> None:
-    """Names that `ramsight` loads when they are asked for are members that autodoc can see."""
-    for name in getattr(ramsight, "__all__", ()):
-        vars(ramsight)[name] = getattr(ramsight, name)
+def documented() -> dict[int, str]:
+    """What the pages of the rooms document: each object's identity, and the name that it has there."""
+    found = {}
+    for page in sorted((Path(__file__).parent / "api").glob("*.md")):
+        for kind, name in re.findall(r"^\.\. auto(\w+):: (\S+)", page.read_text(encoding="utf-8"), flags=re.MULTILINE):
+            if name == "ramsight":
+                continue
+            room = importlib.import_module(name if kind == "module" else name.rpartition(".")[0])
+            inside = getattr(room, "__all__", vars(room)) if kind == "module" else [name.rpartition(".")[2]]
+            for member in inside:
+                found.setdefault(id(getattr(room, member)), f"{room.__name__}.{member}")
+    return found
 
 
-def link_pages_outside(app, docname: str, source: list[str]) -> None:
-    """Let links to files of the repository that are pages here lead to those pages."""
+def list_the_package(app, docname: str, source: list[str]) -> None:
+    """Add what `ramsight` itself offers: a line where a room's page has it, else what its docstring says."""
+    if docname != "api/ramsight":
+        return
+    there, lines, own = documented(), [], []
+    for name in getattr(ramsight, "__all__", ["casadi_model"]):
+        member = getattr(ramsight, name)
+        if id(member) in there:
+            first = (inspect.getdoc(member) or "").partition("\n\n")[0].replace("\n", " ")
+            lines.append(f"* :py:obj:`ramsight.{name} <{there[id(member)]}>`: {first}")
+        elif inspect.ismodule(member):
+            lines.append(f"* :py:mod:`{member.__name__}`")
+        elif callable(member):
+            kind = "class" if inspect.isclass(member) else "function"
+            own += [f".. auto{kind}:: ramsight.{name}", ""]
+    source[0] += "\n".join(["", "```{eval-rst}", *lines, "", *own, "```", ""])
+
+
+def adapt_links(app, docname: str, source: list[str]) -> None:
+    """Call pages by their titles, not by their files; files of the repository that are pages here lead to those."""
+    source[0] = re.sub(r"\[[\w-]+\.md\](\([\w-]+\.md[^)]*\))", r"[]\1", source[0])
     if "/" not in docname:
         for file, page in PAGES_OUTSIDE.items():
             source[0] = source[0].replace(f"](../{file}", f"]({page}")
@@ -94,11 +123,14 @@ def list_keys(app, what, name, obj, options, lines: list[str]) -> None:
     if what != "class" or not issubclass(obj, Part):
         return
     for key, field in obj.model_fields.items():
-        for declared in field.metadata:
-            if isinstance(declared, Quantity | Value):
-                unit = f" [{declared.unit}]" if isinstance(declared, Quantity) and declared.unit != "1" else ""
-                span = f"; {declared.range}" if isinstance(declared, Quantity) and declared.range else ""
-                lines += ["", f":ivar {key}: {declared.text}{unit}{span}"]
+        (declared,) = [found for found in field.metadata if isinstance(found, Quantity)] or [None]
+        text = declared.text if declared else field.description
+        if not text:
+            continue
+        said = [text, declared.range if declared else ""]
+        if isinstance(field.default, str | int | float):
+            said.append(f"default {declared.show(field.default) if declared else field.default!r}")
+        lines += ["", f":ivar {key}: {'; '.join(part for part in said if part)}"]
 
 
 def write_list_of_pages(app, error) -> None:
@@ -119,8 +151,8 @@ def write_list_of_pages(app, error) -> None:
 
 def setup(app) -> None:
     """Hook in what Sphinx does not do by itself."""
-    load_lazy_names()
-    app.connect("source-read", link_pages_outside)
+    app.connect("source-read", adapt_links)
+    app.connect("source-read", list_the_package)
     app.connect("autodoc-process-docstring", join_names, priority=100)  # before Napoleon
     app.connect("autodoc-process-docstring", list_keys, priority=600)
     app.connect("autodoc-process-signature", leave_out_signature)
