@@ -4,6 +4,7 @@
 #   make bench   speed against C, scipy and CVODES: bench.json and its figures; needs gcc, takes some minutes
 #   make study   what the docs quote of studies: study.json; takes some minutes, real oil needs data (RAMSIGHT_DATA=folder)
 #   make fuzz     damaged files, states and slots, hostile frames, killed writers: fuzz.json; takes a quarter to half an hour
+#   make docs    the pages of docs/ and the Python reference as a site, to be read offline: build/site/index.html
 #   make pins    renew the pinned versions
 # Another interpreter: make test PYTHON=python3.13
 
@@ -12,10 +13,13 @@ VENV := .venv
 BIN := $(VENV)/bin
 PINS := requirements/dev.txt
 INSTALLED := $(VENV)/installed.stamp
+DOCS_PINS := requirements/docs.txt
+DOCS_INSTALLED := $(VENV)/docs.stamp
+SITE := build/site
 PYTEST_ARGS ?= -n 2 --dist loadfile
 TRACE := tests/traces/boom_441kN_40C
 
-.PHONY: demo test lint bench study fuzz pins clean
+.PHONY: demo test lint bench study fuzz docs pins clean
 
 $(INSTALLED): pyproject.toml $(PINS)
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "ramsight needs Python 3.11 or newer")'
@@ -50,22 +54,36 @@ fuzz: $(INSTALLED)
 	$(BIN)/python fuzz/run.py --out fuzz.json
 	$(BIN)/python fuzz/page.py
 
-# What pip would install now for the package, its development tools and the backend that builds it, a line each.
+$(DOCS_INSTALLED): $(INSTALLED) $(DOCS_PINS)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r $(DOCS_PINS)
+	touch $@
+
+# Every page anew, so that every warning shows.
+docs: $(DOCS_INSTALLED)
+	rm -rf $(SITE)
+	$(BIN)/python -m sphinx -q -W --keep-going -n -E -b html -d build/doctrees docs $(SITE)
+	$(BIN)/python docs/check.py $(SITE)
+
+# What pip would install now, a line each: for the package, its development tools and the backend that builds it; and what the
+# site needs beside that.
 PIN_REPORT := $(VENV)/pins.json
 define WRITE_PINS
-import json, pathlib, re
+import json, pathlib, re, sys
 found = json.loads(pathlib.Path("$(PIN_REPORT)").read_text())["install"]
 names = {re.sub(r"[-_.]+", "-", item["metadata"]["name"]).lower(): item["metadata"]["version"] for item in found}
-names.pop("ramsight")
-pathlib.Path("$(PINS)").write_text("".join(f"{name}=={names[name]}\n" for name in sorted(names)))
+there = {line.split("==")[0] for file in sys.argv[2:] for line in pathlib.Path(file).read_text().splitlines()}
+lines = [f"{name}=={names[name]}\n" for name in sorted(names) if name not in {"ramsight", *there}]
+pathlib.Path(sys.argv[1]).write_text("".join(lines))
 endef
 export WRITE_PINS
+RESOLVE := $(BIN)/python -m pip install --quiet --disable-pip-version-check --dry-run --ignore-installed --report $(PIN_REPORT)
 
 pins:
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --dry-run --ignore-installed \
-	  --report $(PIN_REPORT) -e ".[dev]" hatchling editables
-	$(BIN)/python -c "$$WRITE_PINS"
+	$(RESOLVE) -e ".[dev]" hatchling editables
+	$(BIN)/python -c "$$WRITE_PINS" $(PINS)
+	$(RESOLVE) --constraint $(PINS) -e ".[docs]"
+	$(BIN)/python -c "$$WRITE_PINS" $(DOCS_PINS) $(PINS)
 
 clean:
 	rm -rf $(VENV) demo build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -1,5 +1,6 @@
 """What is written down is true: examples run, and the figures are those of the benchmark."""
 
+import contextlib
 import doctest
 import importlib
 import json
@@ -107,3 +108,46 @@ def test_the_page_of_the_kalman_sensor_quotes_the_benchmark():
     found, page = json.loads((ROOT / "bench.json").read_text()), (ROOT / "docs" / "kalman.md").read_text()
     assert f"{found['kalman_replay_samples_per_s'] / 1e6:.1f} million samples a second" in page
     assert f"{found['kalman_step_us']:.1f} µs" in page
+
+
+PAGES = sorted(page.relative_to(ROOT / "docs").as_posix() for page in (ROOT / "docs").rglob("*.md"))
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if page != "index.md"])
+def test_every_page_is_listed_once_by_the_page_above_it(page):
+    above = ROOT / "docs" / ("index.md" if page.count("/") == 0 or page.endswith("/index.md") else "api/index.md")
+    entry = (ROOT / "docs" / page).relative_to(above.parent).as_posix().removesuffix(".md")
+    contents = re.findall(r"```{toctree}\n(.*?)```", above.read_text(), flags=re.DOTALL)
+    assert [line for block in contents for line in block.splitlines()].count(entry) == 1
+    assert len(re.findall(rf"^- \[.+\]\({entry}\.md\): .+", above.read_text(), flags=re.MULTILINE)) == 1
+
+
+def test_the_site_takes_nothing_from_another_host():
+    settings = (ROOT / "docs" / "conf.py").read_text()
+    assert "//" not in settings
+    assert "intersphinx" not in settings
+
+
+@pytest.mark.parametrize("page", [*(f"docs/{page}" for page in PAGES), "README.md", "CHANGELOG.md"])
+def test_relative_links_lead_to_files_of_the_repository(page):
+    text = re.sub(r"```.*?```", "", (ROOT / page).read_text(), flags=re.DOTALL)
+    named = [link for link in re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", text) if "://" not in link]
+    assert [link for link in named if not ((ROOT / page).parent / link).exists()] == []
+
+
+def test_getting_started_runs_as_it_stands(monkeypatch, tmp_path, capsys):
+    from ramsight.cli import main
+
+    page = (ROOT / "docs" / "getting-started.md").read_text()
+    description, program = (re.findall(rf"```{kind}\n(.*?)```", page, flags=re.DOTALL) for kind in ("toml", "python"))
+    assert len(description[0].splitlines()) <= 80
+    (tmp_path / "tests").symlink_to(ROOT / "tests")
+    (tmp_path / "my-machine.toml").write_text(description[0], encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.argv", ["ramsight", "check", "my-machine.toml"])
+    with contextlib.suppress(SystemExit):
+        main()
+    checked = "\n".join(line.rstrip() for line in capsys.readouterr().out.strip().splitlines())
+    assert f"```text\n{checked}\n```" in page
+    exec(program[0], {})
+    assert float(capsys.readouterr().out) == pytest.approx(0.0479, abs=2e-4)

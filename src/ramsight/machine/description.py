@@ -59,7 +59,7 @@ class Unit(Part):
 
     @property
     def lift_sign(self) -> int:
-        """Sign of motor speed and velocity while the load is lifted: +1 extending, -1 retracting."""
+        """Sign of motor speed and velocity while the load is lifted, +1 extending, -1 retracting."""
         return 1 if self.load_direction == "extend" else -1
 
     @property

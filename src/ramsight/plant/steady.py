@@ -121,7 +121,7 @@ def torque_at_load(
     """Pressure, motor torque and travel per revolution when a load is lifted and lowered at constant speed.
 
     The holding chamber balances load, friction and the other chamber. Its pump gives D w less the leakage
-    K_HP dp (eqs 9, 10), and takes D dp and the friction (tau0 + K_TP |dp|) in the direction of rotation
+    K_HP dp (eqs 9, 10), and takes D dp and the friction (tau0 + K_TP `|dp|`) in the direction of rotation
     (eqs 7, 8). Line and valve losses are left out.
 
     Args:

@@ -200,7 +200,7 @@ class Encoder:
 
     @property
     def said(self) -> str:
-        """In words: the position, or why there is none."""
+        """The position in words, or why there is none."""
         if self.valid:
             return f"position {1e3 * self.position:.1f} mm"
         wrong = [fault.text for fault in Fault if fault in self._faults]

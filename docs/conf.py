@@ -1,0 +1,159 @@
+"""How `make docs` makes the site: Sphinx reads this folder and the docstrings; nothing comes from elsewhere."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import re
+from pathlib import Path
+
+import ramsight
+from ramsight.machine.declare import Part, Quantity
+
+project = "ramsight"
+author = "The ramsight authors"
+project_copyright = "the ramsight authors, MIT licence"
+version = release = ramsight.__version__
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.napoleon",
+]
+source_suffix = {".md": "markdown"}
+exclude_patterns = ["paper", "images"]
+templates_path: list[str] = []
+
+# Headings are link targets, as on a repository's page.
+myst_heading_anchors = 4
+myst_enable_extensions = ["deflist"]
+
+# Docstrings are Google's, and say `name` for code, as Markdown does.
+default_role = "code"
+napoleon_google_docstring = True
+napoleon_numpy_docstring = False
+napoleon_use_rtype = False
+napoleon_use_ivar = True
+autodoc_type_aliases = {"Array": "Array"}
+autodoc_typehints = "description"
+autodoc_typehints_description_target = "documented"
+autodoc_member_order = "groupwise"
+autodoc_class_signature = "mixed"
+autodoc_preserve_defaults = True
+autodoc_default_options = {"members": True, "exclude-members": "model_config, model_post_init"}
+autosummary_generate = False
+python_use_unqualified_type_names = True
+maximum_signature_line_length = 100
+
+# Every reference must resolve. Types of other libraries have no page here, nor have the package's innermost ones.
+nitpicky = True
+nitpick_ignore_regex = [
+    ("py:.*", r"(abc|ca|casadi|collections|enum|np|numpy|pathlib|pydantic|threading|typing|xarray)\..*"),
+    ("py:.*", r"Advance|Array|ArrayLike|Path|BaseModel"),
+    ("py:.*", r"ramsight\.(engine|equation|plant\.(circuit|oil|linkage))\..*|CircuitModel"),
+    ("py:.*", r"Listener|ParameterFile|Persistence"),
+]
+
+html_theme = "furo"
+html_title = f"ramsight {release}"
+html_copy_source = False
+html_show_sphinx = False
+html_last_updated_fmt = None
+html_theme_options = {"navigation_with_keys": True}
+
+
+PAGES_OUTSIDE = {"README.md": "index.md", "CHANGELOG.md": "changelog.md"}
+
+
+def documented() -> dict[int, str]:
+    """What the pages of the rooms document: each object's identity, and the name that it has there."""
+    found = {}
+    for page in sorted((Path(__file__).parent / "api").glob("*.md")):
+        for kind, name in re.findall(r"^\.\. auto(\w+):: (\S+)", page.read_text(encoding="utf-8"), flags=re.MULTILINE):
+            if name == "ramsight":
+                continue
+            room = importlib.import_module(name if kind == "module" else name.rpartition(".")[0])
+            inside = getattr(room, "__all__", vars(room)) if kind == "module" else [name.rpartition(".")[2]]
+            for member in inside:
+                found.setdefault(id(getattr(room, member)), f"{room.__name__}.{member}")
+    return found
+
+
+def list_the_package(app, docname: str, source: list[str]) -> None:
+    """Add what `ramsight` itself offers: a line where a room's page has it, else what its docstring says."""
+    if docname != "api/ramsight":
+        return
+    there, lines, own = documented(), [], []
+    for name in getattr(ramsight, "__all__", ["casadi_model"]):
+        member = getattr(ramsight, name)
+        if id(member) in there:
+            first = (inspect.getdoc(member) or "").partition("\n\n")[0].replace("\n", " ")
+            lines.append(f"* :py:obj:`ramsight.{name} <{there[id(member)]}>`: {first}")
+        elif inspect.ismodule(member):
+            lines.append(f"* :py:mod:`{member.__name__}`")
+        elif callable(member):
+            kind = "class" if inspect.isclass(member) else "function"
+            own += [f".. auto{kind}:: ramsight.{name}", ""]
+    source[0] += "\n".join(["", "```{eval-rst}", *lines, "", *own, "```", ""])
+
+
+def adapt_links(app, docname: str, source: list[str]) -> None:
+    """Call pages by their titles, not by their files; files of the repository that are pages here lead to those."""
+    source[0] = re.sub(r"\[[\w-]+\.md\](\([\w-]+\.md[^)]*\))", r"[]\1", source[0])
+    if "/" not in docname:
+        for file, page in PAGES_OUTSIDE.items():
+            source[0] = source[0].replace(f"](../{file}", f"]({page}")
+
+
+def join_names(app, what, name, obj, options, lines: list[str]) -> None:
+    """Let `a, b: text` of a docstring be one entry, which Napoleon takes for a type and a name."""
+    for at, line in enumerate(lines):
+        if names := re.match(r"    +(\w+(?:, \w+)+): ", line):
+            lines[at] = line.replace(names[1], names[1].replace(", ", "/"), 1)
+
+
+def leave_out_signature(app, what, name, obj, options, signature, returns) -> tuple[str, None] | None:
+    """A part of a description is read from a file; its keys are listed below it."""
+    return ("", None) if what == "class" and issubclass(obj, Part) else None
+
+
+def list_keys(app, what, name, obj, options, lines: list[str]) -> None:
+    """Add the keys of a part of a description to its docstring, as they are declared: meaning, range, default."""
+    if what != "class" or not issubclass(obj, Part):
+        return
+    for key, field in obj.model_fields.items():
+        (declared,) = [found for found in field.metadata if isinstance(found, Quantity)] or [None]
+        text = declared.text if declared else field.description
+        if not text:
+            continue
+        said = [text, declared.range if declared else ""]
+        if isinstance(field.default, str | int | float):
+            said.append(f"default {declared.show(field.default) if declared else field.default!r}")
+        lines += ["", f":ivar {key}: {'; '.join(part for part in said if part)}"]
+
+
+def write_list_of_pages(app, error) -> None:
+    """Write `llms.txt`: what the project is, and every page with the line that `index.md` has of it."""
+    if error or app.builder.format != "html":
+        return
+    index = (Path(app.srcdir) / "index.md").read_text(encoding="utf-8")
+    (what,) = re.findall(r"^\*\*(.*?)\*\*", index, flags=re.MULTILINE)
+    lines = [f"# {project}", "", f"> {what}", ""]
+    for line in index.splitlines():
+        if heading := re.fullmatch(r"## (.*)", line):
+            lines += ["", f"## {heading[1]}", ""]
+        elif page := re.fullmatch(r"- \[(.*?)\]\((.*?)\.md\): (.*)", line):
+            lines.append(f"- [{page[1]}]({page[2]}.html): {page[3]}")
+    text = re.sub(r"\n{3,}", "\n\n", "\n".join(lines)) + "\n"
+    (Path(app.outdir) / "llms.txt").write_text(text, encoding="utf-8")
+
+
+def setup(app) -> None:
+    """Hook in what Sphinx does not do by itself."""
+    app.connect("source-read", adapt_links)
+    app.connect("source-read", list_the_package)
+    app.connect("autodoc-process-docstring", join_names, priority=100)  # before Napoleon
+    app.connect("autodoc-process-docstring", list_keys, priority=600)
+    app.connect("autodoc-process-signature", leave_out_signature)
+    app.connect("build-finished", write_list_of_pages)
