@@ -14,7 +14,7 @@ from ramsight.calibration.cached import cache_file
 from ramsight.calibration.identify import Estimate, Identification
 from ramsight.calibration.identify_report import WORDS
 from ramsight.calibration.identify_tuned import tuned
-from ramsight.control import loop
+from ramsight.control import driven, loop
 from ramsight.deploy import c_folder, fmu, fmu_model
 from ramsight.deploy.encoder import Settings, assembly, drive_map
 from ramsight.engine.cache import instructions
@@ -177,7 +177,7 @@ PLACES = {
         lambda _, unit, __: assembly.encoder_for(unit, drive_map(5, rated_torque=35.0), Settings(6)),
     ),
     "closed loop": (
-        loop,
+        driven,
         "kalman",
         lambda m, *_: loop.ClosedLoop(linked.build(m), linked.build(m), {"boom": 0.2, "bucket": 0.25}),
     ),

@@ -101,7 +101,7 @@ def test_a_position_that_nobody_knows_is_found_at_the_stops(name):
     assert np.abs(error[known]).max() < 0.02 * unit.cylinder.stroke
     assert np.abs(error[-1]) < 0.005 * unit.cylinder.stroke
     assert (np.abs(error) <= BAND * said["position_std"])[known].mean() >= 0.95
-    assert said["status"][-1] == Status.OK
+    assert said["status"][-1] in (Status.OK, Status.REFERENCE_DUE), "a leakage that nothing has taught may be another"
 
 
 @pytest.mark.parametrize("name", UNITS)

@@ -36,6 +36,7 @@ _MODEL = 0.1  # share of a torque by which a closed volume's equation may err
 _SETTLED = 0.5  # s
 _STEADY = 0.02  # change of the torque over what leakage makes of it; a pump against a closed valve has settled
 _FRICTION = 0.02  # of a torque, by the pumps' hydromechanical efficiency
+_WENT = 0.01  # share of the stroke, the motor turning one way, after which relief pressure is something that it met
 _UNSEEN_FLOW = 0.1  # share of the pump's flow that may move the piston although it seems to stand at relief pressure
 
 
@@ -129,6 +130,14 @@ def _relief(graph: SensorGraph, bank: Hypotheses, step: LoadStep, doubt: Any, co
     moved = ca.fmax(step.travel * way, _UNSEEN_FLOW * ca.fabs(pumped))
     missing, std = passed_share(doubt)
     still = ca.logic_or(contact.held, contact.touched)
+    # A piston that leaves a stop against oil that is still under pressure there is near relief, and goes all the same;
+    # one that went freely first has met something.
+    went = graph.state("went_freely")
+    turns_back = ca.logic_or(graph.motor_speed * graph.last_speed <= 0.0, still)
+    freely = ca.if_else(doubt > 0.0, went, went + ca.fabs(step.travel))
+    graph.becomes("went_freely", ca.if_else(turns_back, 0.0, freely))
+    met = went > _WENT * graph.parameters.symbol("stroke")
+    missing, std = ca.if_else(met, missing, 0.0), ca.if_else(met, std, doubt)
 
     def waits(name: str, newest: Any) -> tuple[Any, Any]:
         before = graph.state(name)

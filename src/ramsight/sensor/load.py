@@ -201,7 +201,10 @@ class LoadObserver:
         believed = ca.if_else(ca.fabs(missed) < friction, slowly, 1.0)
         taken = [k_initial * believed, k_walked * believed]
         travel_by, torque_by = self._follow(first, second, by_first, taken, corrected == asked, moves, goes)
-        give = ca.if_else(ca.logic_or(held, may_be_empty), self._give, ca.fabs(by_large[0]))
+        # At its limit a relief valve gives way in the model, and not the oil.
+        limited = ca.logic_or(ca.fmin(load, corrected) <= -self._pull, ca.fmax(load, corrected) >= self._relief_load)
+        other = ca.logic_or(held, ca.logic_or(may_be_empty, limited))
+        give = ca.if_else(other, self._give, ca.fabs(by_large[0]))
         graph.becomes("give", give)
         self._graph.becomes("expected_torque", second.torque)
         return LoadStep(

@@ -24,12 +24,12 @@ may also push it back."""
 def passed_share(doubt: Any) -> tuple[Any, Any]:
     """What of the pump's oil has passed a valve: mean and standard deviation over all of it [1].
 
-    A pressure near a setting may be a heavy load's; one at the setting is held there by the valve. That all of it has
-    passed is as probable as the square of `passing` for the deviation, which allows for a setting that is low, and as
-    its cube for the mean, which does not.
+    A pressure near a setting may be a heavy load's; one at the setting is held there by the valve. The mean counts from
+    the middle of the range on, where the valve is likelier than such a load. The deviation counts from its beginning,
+    with the square of `passing` for the probability that all of it has passed: the setting may be low.
     """
     probable = doubt**2
-    return doubt * probable, ca.sqrt(probable * (1.0 - probable) + (_PUSHED * probable) ** 2)
+    return ca.fmax(2.0 * doubt - 1.0, 0.0), ca.sqrt(probable * (1.0 - probable) + (_PUSHED * probable) ** 2)
 
 
 def passing(balance: Balance, z: Any, parameters: Any, speed: Any, tolerance: float) -> Any:
