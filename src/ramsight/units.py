@@ -113,6 +113,8 @@ _COMMA = re.compile(r"[+-]?\d+,\d+")
 _PER_MINUTE = frozenset(
     {"1/min", "min-1", "min^-1", "1/minute", "r/min", "U/min", "RPM", "tr/min", "giri/min", "Umdr/min"}
 )
+# "barg", "bar(g)", "bar_g", "psig", "kPa gauge"; and the same with an a, which is what pressures are here.
+_GAUGE = re.compile(r"(?P<unit>bar|mbar|psi|k?Pa|MPa)[ _]?\(?(?P<kind>[ga])(?:auge|bs|bsolute)?\)?")
 _TIDY = str.maketrans(
     {"−": "-", "·": " ", "⋅": " ", "²": "2", "³": "3", "⁻": "-", "¹": "1", "μ": "µ", "\u00a0": " ", "\u202f": " "}
 )
@@ -273,6 +275,10 @@ def parse(text: str | float, unit: str) -> float:
         raise DescriptionError(f"a unit is missing; expected {name_of(unit)}", value=text)
     if given in _PER_MINUTE and wanted.dimension == _known("rpm").dimension:
         given = "rpm"
+    if wanted.dimension == _known("Pa").dimension and (said := _of_gauge(given)) is not None:
+        given = said[0]
+        if said[1]:
+            _refuse_gauge(text, match[1], given)
     found = _unit(f"delta_{given}" if unit.startswith("delta_") else given)
     if found is None:
         raise DescriptionError(f"{given!r} is not a unit; expected {name_of(unit)}", value=text)
@@ -280,6 +286,27 @@ def parse(text: str | float, unit: str) -> float:
         raise DescriptionError(f"{given or 'no unit'!r} does not fit; expected {name_of(unit)}", value=text)
     _finite(float(match[1]), text, unit)
     return _finite(float(Decimal(match[1]) * found.factor + found.offset), text, unit)
+
+
+def _of_gauge(given: str) -> tuple[str, bool] | None:
+    """The unit of a pressure that is said to be gauge or absolute, and whether it is gauge; None if neither is said."""
+    match = _GAUGE.fullmatch(given)
+    return None if match is None else (match["unit"], match["kind"] == "g")
+
+
+def _refuse_gauge(text: str, number: str, bar: str) -> None:
+    """Say what to write in place of a gauge pressure.
+
+    Raises:
+        DescriptionError: always.
+    """
+    absolute = format_si(parse(f"{number} {bar}", "Pa") + to_si(1.0, "atm"), bar, 6)
+    plain = f"{number} {bar}"
+    raise DescriptionError(
+        f"is a gauge pressure; write the absolute one, {absolute!r}, or {plain!r} where it is a difference: a setting "
+        "above the tank's pressure, a pressure drop",
+        value=text,
+    )
 
 
 def _finite(number: float, text: object, unit: str) -> float:

@@ -105,6 +105,17 @@ class AssumedThermometer(Part):
     lag_std: Annotated[float, quantity("s", "standard deviation of that", least="0 s", most="1 h")] = 40.0
 
 
+class AssumedPressure(Part):
+    """Sensors of the chambers' pressures; a sensor takes them only where they are declared."""
+
+    std: Annotated[
+        float, quantity("bar", "noise of each, std; 0 where there are none", least="0 bar", most="100 bar")
+    ] = 0.0
+    lag: Annotated[float, quantity("ms", "by which they are behind the oil, first order", least="0 ms", most="1 s")] = (
+        0.0
+    )
+
+
 class AssumedStops(Part):
     """End stops, other contacts, switches and positions given by hand."""
 
@@ -147,3 +158,4 @@ class Assumptions(Part):
         AssumedThermometer()
     )
     stops: Annotated[AssumedStops, Field(description="end stops, other contacts and references")] = AssumedStops()
+    pressure: Annotated[AssumedPressure, Field(description="sensors of the chambers' pressures")] = AssumedPressure()

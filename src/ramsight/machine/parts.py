@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, ClassVar, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -173,6 +173,10 @@ class Load(Part):
     """What the cylinders move."""
 
     mass: Annotated[float, quantity("kg", "mass that moves with the rods", above="0 kg", most="1e6 kg")]
+    kind: Annotated[
+        Literal["force", "passive"],
+        Field(description="a force that also moves the rods, as a weight does, or one that only resists their motion"),
+    ] = "force"
     loads: Annotated[
         dict[str, Annotated[float, quantity("kN", "named load, at the rods", least="0 kN", most="1e5 kN")]],
         Field(description="named loads for tables and duty cycles", default_factory=dict),

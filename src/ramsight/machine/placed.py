@@ -98,6 +98,43 @@ class PlacedOrifice(Part):
         return self.rated_flow / math.sqrt(self.rated_pressure_drop)
 
 
+class PlacedDirectional(Part):
+    """Directional valve with a commanded spool: at 1 the pump feeds port_a, at -1 port_b; the other port returns."""
+
+    kind: Annotated[Literal["directional valve"], Field(description="kind of part")]
+    pump_port: Annotated[Node, Field(description="node of the line that feeds it")]
+    tank_port: Annotated[Node, Field(description="node that it returns to")]
+    port_a: Annotated[Node, Field(description="node that is fed at command 1")]
+    port_b: Annotated[Node, Field(description="node that is fed at command -1")]
+    rated_flow: Annotated[
+        float,
+        quantity("l/min", "flow at which rated_pressure_drop is given", above="0 l/min", most="10000 l/min"),
+    ]
+    rated_pressure_drop: Annotated[
+        float, quantity("bar", "pressure drop of one open edge at rated_flow", above="0 bar", most="100 bar")
+    ]
+    overlap: Annotated[
+        float,
+        quantity(
+            "1",
+            "share of the spool's way where an edge begins to open; negative: open in the middle",
+            least="-0.9",
+            most="0.9",
+        ),
+    ] = 0.0
+    switching_time: Annotated[
+        float,
+        quantity(
+            "ms", "until the spool has gone 95 % of a step, first order; 0 for at once", least="0 ms", most="10 s"
+        ),
+    ] = 0.0
+
+    @property
+    def flow_coefficient(self) -> float:
+        """Q/sqrt(dp) of one open edge [m3/s/sqrt(Pa)]."""
+        return self.rated_flow / math.sqrt(self.rated_pressure_drop)
+
+
 class PlacedAccumulator(Part):
     """Gas-loaded accumulator, or the reservoir of a closed circuit; at rest it has the tank's pressure."""
 
@@ -121,6 +158,7 @@ PLACED: tuple[type[Part], ...] = (
     PlacedHose,
     PlacedVolume,
     PlacedOrifice,
+    PlacedDirectional,
     PlacedAccumulator,
 )
 KINDS: dict[str, type[Part]] = {part.model_fields["kind"].annotation.__args__[0]: part for part in PLACED}  # type: ignore[union-attr]
@@ -140,14 +178,18 @@ AnyPlaced = Annotated[
     | Annotated[PlacedHose, Tag("@hose")]
     | Annotated[PlacedVolume, Tag("@volume")]
     | Annotated[PlacedOrifice, Tag("@orifice")]
+    | Annotated[PlacedDirectional, Tag("@directional valve")]
     | Annotated[PlacedAccumulator, Tag("@accumulator")],
     Discriminator(_tag),
 ]
 
 
+_PORTS = ("inlet", "outlet", "pilot", "node", "pump_port", "tank_port", "port_a", "port_b")
+
+
 def nodes_of(part: Part) -> tuple[str, ...]:
     """The nodes that a placed part names."""
-    return tuple(getattr(part, key) for key in ("inlet", "outlet", "pilot", "node") if hasattr(part, key))
+    return tuple(getattr(part, key) for key in _PORTS if hasattr(part, key))
 
 
 def has_volume(part: Part) -> bool:

@@ -53,6 +53,15 @@ class Pump(Part):
             "l/min", "by wear, at nominal_pressure, grows with its root, per chamber", least="0 l/min", most="100 l/min"
         ),
     ] = 0.0
+    viscous_drag: Annotated[
+        float,
+        quantity(
+            "N m s/rad",
+            "torque per pump speed at nominal_viscosity, per block",
+            least="0 N m s/rad",
+            most="10 N m s/rad",
+        ),
+    ] = 0.0
     losses: Annotated[
         Literal["analytic", "table"], Field(description="from the nominal point, or from efficiency_table")
     ] = "analytic"

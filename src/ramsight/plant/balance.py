@@ -16,7 +16,7 @@ stops are not in it; a piston that is held is a switch.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from typing import Any
@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.elimination import eliminate
-from ramsight.plant.circuit import Circuit
+from ramsight.plant.circuit import Circuit, command_of
 from ramsight.plant.cylinder import ATMOSPHERE
 from ramsight.plant.drive import IdealDrive
 from ramsight.plant.oil import Oil
@@ -51,11 +51,13 @@ class Solution:
     Attributes:
         z: states after it.
         torque: at the motor [N m].
+        stands: whether friction, or a load that only resists, keeps the piston where it is.
         balance: what was solved, for derivatives.
     """
 
     z: Any
     torque: Any
+    stands: Any
     _factors: Any
     _torque_by_z: Any
     _rate_by_load: Any
@@ -139,12 +141,17 @@ class Balance:
         ode = self.model.ode
         z, speed, load, p = ode.x, ode.u[0], ode.u[1], ode.p
         slope, stands, factors = ode.slope[0], ca.SX.sym("stands"), ca.SX.sym("factor", len(FACTORS))
-        friction = ca.SX.sym("friction")
+        # What friction gives, and the way in which a load that only resists does.
+        friction = ca.SX.sym("friction", 2)
         kept = ca.vertcat(*(symbol for symbol, _ in circuit.coefficients))
         expressions = [expression for _, expression in circuit.coefficients]
         velocity = self.states.index("velocity")
         rates = ca.vertsplit(ode.rhs)
-        slides = rates[velocity] - friction / self._parameter(p, "cylinder.mass")
+        resists = friction[0]
+        if self.unit.cylinder.passive:
+            rates[velocity] = ca.substitute(rates[velocity], load, 0.0)
+            resists = resists + friction[1] * load
+        slides = rates[velocity] - resists / self._parameter(p, "cylinder.mass")
         rates[velocity] = ca.if_else(stands, -_HELD * z[velocity], slides)
         rate = ca.substitute(ca.vertcat(*rates), ode.slope, ca.SX.zeros(2))
         torque = next(output.expression for output in ode.outputs if output.name == "motor_torque")
@@ -184,19 +191,27 @@ class Balance:
         return p[self.parameters.index(name)]
 
     def _resists(self, z: Any, load: Any, p: Any) -> tuple[Any, Any]:
-        """Whether friction keeps the piston where it is, and what it is where it slides [N].
+        """Whether friction keeps the piston where it is, and what it is where it slides [N], with its way.
 
         Friction is that of the cylinder's own law beyond its breakaway. At rest it is whatever is needed, up to that;
-        the force that it has to hold, and the way the piston last went, decide (an active set).
+        the force that it has to hold, and the way the piston last went, decide (an active set). A load that only
+        resists is friction beside it.
         """
         names = [field.name for field in fields(self.unit.cylinder) if f"cylinder.{field.name}" in self.parameters]
         cylinder = replace(self.unit.cylinder, **{n: self._parameter(p, f"cylinder.{n}") for n in names})
         velocity = z[self.states.index("velocity")]
         least = _BEYOND * cylinder.stribeck_velocity
-        most = cylinder.friction(ca.fmax(ca.fabs(velocity), least))
+        own = cylinder.friction(ca.fmax(ca.fabs(velocity), least))
+        if self.unit.cylinder.passive:
+            # It goes where the chambers press it, or not at all.
+            force = self.unit.lift_sign * self.force(z)
+            way = ca.sign(force)
+            stands = ca.fabs(force) + way * own * velocity / _SLIDES < own + load
+            return stands, ca.vertcat(way * own, way)
         force = self.unit.lift_sign * (self.force(z) - load)
-        decides = force + most * velocity / _SLIDES
-        return ca.fabs(decides) < most, ca.sign(decides) * most
+        decides = force + own * velocity / _SLIDES
+        way = ca.sign(decides)
+        return ca.fabs(decides) < own, ca.vertcat(way * own, way)
 
     def _with_factors(self, p: Any, factors: Any) -> Any:
         """The parameters with the factors on them; leakage does not grow with displacement."""
@@ -211,10 +226,12 @@ class Balance:
             *(changed.get(n.rsplit(".", 1)[-1], lambda v: v)(v) for n, v in zip(self.parameters, split, strict=True))
         )
 
-    def parameters_at(self, p: Any, temperature: Any) -> Any:
-        """The parameters with the oil's temperature [K] among them."""
+    def parameters_at(self, p: Any, temperature: Any, commands: Mapping[str, Any] | None = None) -> Any:
+        """The parameters with the oil's temperature [K] among them, and the commands to parts by their names."""
         entries = ca.vertsplit(ca.SX(p)) if not isinstance(p, list) else list(p)
         entries[self.parameters.index("oil_temperature")] = temperature
+        for name, value in (commands or {}).items():
+            entries[self.parameters.index(command_of(name))] = value
         return ca.vertcat(*entries)
 
     def oil_of(self, symbol: Callable[[str], Any]) -> Oil:
@@ -239,6 +256,12 @@ class Balance:
         c = self.unit.cylinder
         on_a, on_b = (z[self.states.index(f"pressure_{node}")] for node in (c.node_a, c.node_b))
         return self.unit.lift_sign * (c.area_a * on_a - c.area_b * on_b - ATMOSPHERE * (c.area_a - c.area_b))
+
+    def chambers(self, z: Any) -> dict[str, tuple[Any, str]]:
+        """Pressures of both chambers, by what to call them, each with its unit."""
+        c = self.unit.cylinder
+        nodes = {"pressure_a": c.node_a, "pressure_b": c.node_b}
+        return {name: (z[self.states.index(f"pressure_{node}")], "Pa") for name, node in nodes.items()}
 
     def possible(self, z: Any) -> Any:
         """The states without pressures below vacuum, to begin an iteration with."""
@@ -308,7 +331,7 @@ class Balance:
         loose = self._elimination.factor(entries, 1.0 / h)
         sliding = loose, *self._sensitive(z, mean_speed, load, p, theta, kept, held, friction)
         torque, torque_by_z, torque_by_factors = self._torque(z, speed, acceleration, p, theta)
-        return Solution(z, torque, factored, torque_by_z, by_load, torque_by_factors, sliding, self, h)
+        return Solution(z, torque, stuck, factored, torque_by_z, by_load, torque_by_factors, sliding, self, h)
 
 
 def without_friction(unit: Any) -> Any:

@@ -23,8 +23,15 @@ P = TypeVar("P", bound="Part")
 
 TANK = "tank"
 INPUTS = ("motor_speed", "load")
+COMMANDED = 1.0
+"""What a part is commanded to where nothing else is said."""
 _SPEED_TOLERANCE = 1e-4  # rad/s
 _PRESSURE_TOLERANCE = 10.0  # Pa; with this and 1e-6 of the value a position is right to 1e-6 m
+
+
+def command_of(part: str) -> str:
+    """Name of the parameter that is a part's command."""
+    return f"{part}.command"
 
 
 class Part(Protocol):
@@ -47,6 +54,7 @@ class CircuitModel:
         values: the parameters' values, in the order of `ode.parameters`; the oil's temperature is among them.
         nodes: the nodes that are volumes.
         losses, works: names of the energies that leave through losses and as work.
+        commands: parts that are commanded; the command is the parameter `name.command`.
     """
 
     ode: OdeModel
@@ -55,6 +63,7 @@ class CircuitModel:
     losses: tuple[str, ...]
     works: tuple[str, ...]
     tank_flows: tuple[str, ...]
+    commands: tuple[str, ...]
 
     def parameters(self, **changes: float) -> NDArray[np.float64]:
         """The parameters' values with some changed, by name with `__` for the dot."""
@@ -73,7 +82,7 @@ class Closed:
         motor_speed, motor_acceleration: symbols of the speed that the drive is asked for, and of its slope.
         parameters: the circuit's.
         outputs: further quantities.
-        nodes, losses, works, tank_flows: as in `CircuitModel`.
+        nodes, losses, works, tank_flows, commands: as in `CircuitModel`.
     """
 
     states: tuple[tuple[State, Any, Any], ...]
@@ -85,6 +94,7 @@ class Closed:
     losses: tuple[str, ...]
     works: tuple[str, ...]
     tank_flows: tuple[str, ...]
+    commands: tuple[str, ...]
 
 
 class Circuit:
@@ -107,6 +117,7 @@ class Circuit:
         self._stored: dict[str, Any] = {}
         self._tank_flow: dict[str, Any] = {}
         self._outputs: dict[str, Output] = {}
+        self._commands: list[str] = []
         self._torque: Any = 0.0
         self._motor_torque: Any = None
         self._command: Any = None
@@ -200,6 +211,11 @@ class Circuit:
             self._states["motor_speed"] = (State("motor_speed", "rad/s", _SPEED_TOLERANCE), self.motor_speed)
         return self._command, self.motor_speed
 
+    def command(self, name: str) -> Any:
+        """The command to a part, -1 to 1: a parameter that a duty or a log brings, `COMMANDED` without one."""
+        self._commands.append(name)
+        return self._parameters.add(command_of(name), COMMANDED)
+
     def motor(self, torque: Any) -> None:
         """Say which torque [N m] the motor gives where it is not simply what the shaft takes."""
         self._motor_torque = torque
@@ -273,6 +289,7 @@ class Circuit:
             losses=tuple(self._losses),
             works=tuple(self._works),
             tank_flows=tuple(self._tank_flow),
+            commands=tuple(self._commands),
         )
 
     def model(self, name: str, *, audited: bool) -> CircuitModel:
@@ -291,7 +308,15 @@ class Circuit:
             rhs=ca.vertcat(*rates),
             outputs=closed.outputs,
         )
-        return CircuitModel(ode, closed.parameters.values, closed.nodes, closed.losses, closed.works, closed.tank_flows)
+        return CircuitModel(
+            ode,
+            closed.parameters.values,
+            closed.nodes,
+            closed.losses,
+            closed.works,
+            closed.tank_flows,
+            closed.commands,
+        )
 
 
 def join(name: str, oil: Oil, tank_pressure: float, parts: Sequence[Part], *, audited: bool = False) -> CircuitModel:

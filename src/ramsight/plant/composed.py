@@ -15,6 +15,7 @@ from ramsight.plant import described
 from ramsight.plant.accumulator import Accumulator
 from ramsight.plant.circuit import Part
 from ramsight.plant.cylinder import Cylinder
+from ramsight.plant.directional import DirectionalValve
 from ramsight.plant.drive import Drive
 from ramsight.plant.hose import Volume
 from ramsight.plant.oil import Oil
@@ -127,6 +128,9 @@ def _part(name: str, spec: Described, lift_sign: int) -> Part:
             return Volume(name, spec.node, spec.volume)
         case placed.PlacedOrifice():
             return Orifice(name, spec.inlet, spec.outlet, spec.flow_coefficient)
+        case placed.PlacedDirectional():
+            ports = spec.pump_port, spec.tank_port, spec.port_a, spec.port_b
+            return DirectionalValve(name, *ports, spec.flow_coefficient, spec.overlap, spec.switching_time or None)
         case placed.PlacedAccumulator():
             return Accumulator(name, spec.node, spec.gas_volume, spec.precharge, spec.gas_exponent)
     raise TypeError(f"no part is made of {type(spec).__name__}")

@@ -11,6 +11,7 @@ import casadi as ca
 if TYPE_CHECKING:
     from ramsight.plant.circuit import Circuit
 
+_DEVELOPED = 10.0 * math.sqrt(2.0)  # Stribeck velocities over v_C, where Coulomb friction is developed
 ATMOSPHERE = 101325.0  # Pa, standard atmosphere (ISO 2533); acts on the rod's end
 
 
@@ -31,7 +32,7 @@ def friction_force(velocity: Any, coulomb: Any, breakaway: Any, viscous: Any, st
     """
     z = velocity / stribeck_velocity
     stribeck = math.sqrt(2.0 * math.e) * (breakaway - coulomb) * z * ca.exp(-z * z)
-    return stribeck + coulomb * ca.tanh(10.0 * math.sqrt(2.0) * z) + viscous * velocity
+    return stribeck + coulomb * ca.tanh(_DEVELOPED * z) + viscous * velocity
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,7 @@ class Cylinder:
         stop_damping: force of the stop grows by this share per speed of approach [s/m].
         seal_leak: leakage past the seals per pressure difference, times viscosity [m3/s/Pa m2/s]; none without it.
         load_sign: +1 if a positive load presses the piston in, -1 if it pulls it out.
+        passive: whether the load only resists, whichever way the piston moves.
     """
 
     name: str
@@ -71,6 +73,7 @@ class Cylinder:
     stop_damping: float
     load_sign: float
     seal_leak: float | None = None
+    passive: bool = False
 
     def area(self, side: str) -> Any:
         """Piston area on side "a" or "b", all cylinders together [m2]."""
@@ -94,7 +97,7 @@ class Cylinder:
         """Add the chambers, and a mass that moves with the rods under the load."""
         x = circuit.state("position", "m", 1e-11)
         v = circuit.state("velocity", "m/s", 1e-8)
-        load = self.load_sign * circuit.load
+        load = circuit.load * (ca.tanh(_DEVELOPED * v / self.stribeck_velocity) if self.passive else self.load_sign)
         circuit.derivative("position", v)
         circuit.derivative("velocity", (self.push(circuit, x, v) - load) / self.mass)
         circuit.work("load", load * v)

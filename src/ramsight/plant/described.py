@@ -63,6 +63,7 @@ def cylinder(unit: Unit) -> Cylinder:
         stop_stiffness=c.number * c.end_stop_stiffness,
         stop_damping=c.end_stop_damping / (c.end_stop_stiffness * _STOP_DEFORMATION),
         load_sign=float(unit.lift_sign),
+        passive=unit.load.kind == "passive",
         seal_leak=c.number * c.seal_leakage * _SEAL_POINT or None,
     )
 
@@ -84,6 +85,7 @@ def pump(spec: description.Pump, name: str, inlet: str, outlet: str) -> Pump:
         no_load_torque=spec.total_no_load_torque,
         threshold_speed=_THRESHOLD * spec.nominal_speed,
         orifice_leak=spec.orifice_conductance or None,
+        drag=spec.viscous_drag * spec.blocks or None,
         table=_table(spec),
     )
 

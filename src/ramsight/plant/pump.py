@@ -89,6 +89,8 @@ class Pump:
         orifice_leak: further leakage through worn edges, Q / sqrt(pressure rise) [m3/s/sqrt(Pa)]; none without it.
         table: measured losses; with it the nominal point and the no-load torque are not used.
         friction_factor: friction torque over that of the law or the table, for wear [1]; none without it.
+        drag: torque per speed that the oil in the gaps takes at the nominal viscosity [N m s/rad], beside eq. 7;
+            it goes with the viscosity (Wilson's law). None without it; a table has it in itself.
     """
 
     name: str
@@ -108,6 +110,7 @@ class Pump:
     orifice_leak: float | None = None
     table: LossTable | None = None
     friction_factor: float | None = None
+    drag: float | None = None
 
     @property
     def geared_displacement(self) -> Any:
@@ -158,7 +161,7 @@ class Pump:
         Args:
             speed: of the pump [rad/s].
             pressure_rise: [Pa].
-            viscosity: [m2/s]; only a table asks for it.
+            viscosity: [m2/s]; a table and the drag ask for it.
         """
         if self.table is not None:
             friction = self.table.friction(
@@ -167,6 +170,8 @@ class Pump:
         else:
             coefficient = friction_coefficient(self.displacement, self.hydromechanical_efficiency)
             friction = friction_torque(self.no_load_torque, coefficient, pressure_rise, speed, self.threshold_speed)
+            if self.drag is not None:
+                friction = friction + self.drag * speed * viscosity / self.nominal_viscosity
         return friction if self.friction_factor is None else self.friction_factor * friction
 
     def connect(self, circuit: Circuit) -> None:

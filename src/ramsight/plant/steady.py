@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Unit
 from ramsight.plant.cylinder import ATMOSPHERE
+from ramsight.plant.directional import DirectionalValve
 from ramsight.plant.pilot_check import PilotCheckValve
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit, opposite, pumped_into, side_nodes
@@ -204,7 +205,7 @@ def cautions(described: Unit, unit: HydraulicUnit) -> tuple[str, ...]:
     found = []
     values = derive(unit)
     rpm = 30.0 / math.pi
-    matched = not any(isinstance(part, PilotCheckValve) for part in unit.parts())
+    matched = not any(isinstance(part, PilotCheckValve | DirectionalValve) for part in unit.parts())
     if matched and values.geared_displacement_b > 0.0 and abs(values.mismatch) > 0.05:
         found.append(
             f"the geared flow ratio {values.geared_flow_ratio:.3f} is {values.mismatch:+.1%} off the area "

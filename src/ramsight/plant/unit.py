@@ -70,10 +70,10 @@ def reach(parts: Sequence[Part], start: str, through: str) -> frozenset[str]:
     Args:
         parts: the parts of a circuit.
         start: the node.
-        through: attribute that names the nodes that a part joins: "joins" for those with one pressure at rest,
-            "passage" for those between which oil passes in normal work.
+        through: attribute that names the nodes that a part joins, or groups of them: "joins" for those with one
+            pressure at rest, "passage" for those between which oil passes in normal work.
     """
-    groups = [set(getattr(part, through)) - {TANK} for part in parts if hasattr(part, through)]
+    groups = [group - {TANK} for part in parts if hasattr(part, through) for group in _groups(getattr(part, through))]
     found, grown = {start}, True
     while grown:
         before = len(found)
@@ -82,6 +82,11 @@ def reach(parts: Sequence[Part], start: str, through: str) -> frozenset[str]:
                 found |= group
         grown = len(found) > before
     return frozenset(found)
+
+
+def _groups(nodes: tuple[Any, ...]) -> list[set[str]]:
+    """Nodes that a part brings together: in one group, or, of a valve with several ways, in as many."""
+    return [set(nodes)] if all(isinstance(node, str) for node in nodes) else [set(group) for group in nodes]
 
 
 def opposite(side: str) -> str:
@@ -138,6 +143,8 @@ def rest_pressures(unit: HydraulicUnit, nodes: Sequence[str], load: float) -> di
     """Pressures [Pa] of the nodes at rest under a load [N], as in `initial_state`."""
     c = unit.cylinder
     pressure = dict.fromkeys(nodes, unit.tank_pressure)
+    if c.passive:  # what only resists holds the piston whatever the pressures are
+        return pressure
     force = unit.lift_sign * load + ATMOSPHERE * (c.area_a - c.area_b)
     on_a, on_b = c.area_a * unit.tank_pressure, c.area_b * unit.tank_pressure
     if force > on_a - on_b:

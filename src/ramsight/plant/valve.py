@@ -10,7 +10,8 @@ import casadi as ca
 if TYPE_CHECKING:
     from ramsight.plant.circuit import Circuit
 
-_SETTLED = 3.0  # time constants after which a first-order opening counts as done, 95 %
+SETTLED = 3.0
+"""Time constants after which a first-order opening counts as done, 95 %."""
 _LAMINAR = 2e3  # Pa; below about this difference an orifice's flow is laminar (linear), so its slope stays finite
 
 
@@ -156,7 +157,7 @@ class SafetyValve:
             if self.opening_time is not None:
                 state = f"opening_{self.name}"
                 asked, opening = opening, circuit.state(state, "1", 1e-6)
-                circuit.derivative(state, (asked - opening) * (_SETTLED / self.opening_time))
+                circuit.derivative(state, (asked - opening) * (SETTLED / self.opening_time))
             slope = self.slope(difference, opening)
             circuit.output(f"{self.name}.opening", "1", opening)
         else:

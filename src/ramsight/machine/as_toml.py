@@ -1,0 +1,44 @@
+"""A description as the TOML that it could have been read from."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from ramsight.machine.declare import Value, walk
+
+if TYPE_CHECKING:
+    from ramsight.machine.description import Machine
+
+
+def as_toml(machine: Machine, sources: Mapping[str, str]) -> Iterator[str]:
+    """Lines of a description, a table a part; defaults that nobody gave are left out.
+
+    Args:
+        machine: the description.
+        sources: where values come from, by their dotted paths.
+    """
+    tables: dict[str, list[str]] = {}
+    for value in walk(machine):
+        if value.given:
+            where, _, key = value.path.rpartition(".")
+            source, text = sources.get(value.path), _written(value)
+            line = text if source is None else f"{{ value = {text}, source = {_quoted(source)} }}"
+            tables.setdefault(where, []).append(f"{key} = {line}")
+    for where, lines in tables.items():
+        yield from ("", f"[{where}]") if where else ()
+        yield from lines
+
+
+def _written(value: Value) -> str:
+    if value.declared is None:
+        return str(value.value) if isinstance(value.value, int | float) else _quoted(value.value)
+    if value.declared.whole:
+        return str(value.value)
+    text = value.declared.show(value.value)
+    return _quoted(text) if value.declared.unit != "1" or "/" in text else text
+
+
+def _quoted(text: Any) -> str:
+    return json.dumps(str(text), ensure_ascii=False)

@@ -1,0 +1,77 @@
+"""A directional valve: which chamber the pump feeds is a command, from outside the circuit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import casadi as ca
+
+from ramsight.plant.valve import SETTLED, orifice_slope
+
+if TYPE_CHECKING:
+    from ramsight.plant.circuit import Circuit
+
+
+@dataclass(frozen=True)
+class DirectionalValve:
+    """A 4/2 or 4/3 directional valve, a spool whose position is commanded.
+
+    At +1 the pump's line feeds port A and port B returns; at -1 it feeds port B and port A returns; at 0 all four edges
+    are as its overlap leaves them.
+
+    Args:
+        name: of the part; its command is the circuit's parameter `name.command`.
+        pump_port, tank_port: nodes on the supply's side.
+        port_a, port_b: nodes on the cylinder's side.
+        conductance: Q_rated / sqrt(dp_rated) of one open edge [m3/s/sqrt(Pa)].
+        overlap: share of the spool's way from the middle at which an edge begins to open; negative, the edges are open
+            in the middle [1].
+        switching_time: until the spool has gone 95 % of a step, first order [s]; at once without it.
+    """
+
+    name: str
+    pump_port: str
+    tank_port: str
+    port_a: str
+    port_b: str
+    conductance: float
+    overlap: float
+    switching_time: float | None = None
+
+    @property
+    def passage(self) -> tuple[tuple[str, str], ...]:
+        """The nodes between which oil passes while the pump feeds port A."""
+        return ((self.pump_port, self.port_a), (self.port_b, self.tank_port))
+
+    joins = passage
+
+    def opening(self, spool: Any, way: float) -> Any:
+        """Opening of the edges that a spool beyond the middle uncovers one way, 0 to 1.
+
+        Args:
+            spool: its place, -1 to 1.
+            way: 1 for those that feed port A, -1 for those that feed port B.
+        """
+        return ca.fmin(ca.fmax((way * spool - self.overlap) / (1.0 - self.overlap), 0.0), 1.0)
+
+    def connect(self, circuit: Circuit) -> None:
+        """Add the flow over each of the four edges, with its throttling loss, and the spool as an output."""
+        spool = circuit.command(self.name)
+        if self.switching_time is not None:
+            state = f"spool_{self.name}"
+            asked, spool = spool, circuit.state(state, "1", 1e-6)
+            circuit.derivative(state, (asked - spool) * (SETTLED / self.switching_time))
+        circuit.output(f"{self.name}.spool", "1", spool)
+        edges = (
+            ("pa", self.pump_port, self.port_a, 1.0),
+            ("bt", self.port_b, self.tank_port, 1.0),
+            ("pb", self.pump_port, self.port_b, -1.0),
+            ("at", self.port_a, self.tank_port, -1.0),
+        )
+        for edge, source, target, way in edges:
+            difference = circuit.pressure(source) - circuit.pressure(target)
+            slope = self.opening(spool, way) * orifice_slope(self.conductance, difference)
+            flow = circuit.coefficient(slope) * difference
+            circuit.flow(f"{self.name}.{edge}", source, target, flow)
+            circuit.loss(f"{self.name}.{edge}.throttling", flow * difference)
