@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.logs.channels import is_command
+
 if TYPE_CHECKING:
     import xarray
 
@@ -17,7 +19,7 @@ _RPM = 2.0 * math.pi / 60.0
 
 @dataclass(frozen=True)
 class DriveReport:
-    """How a drive rounds and how noisy it is.
+    """How a drive rounds, how noisy it is, and by how much it is off.
 
     Args:
         speed_step: [rad/s]; default 1 rpm.
@@ -25,6 +27,8 @@ class DriveReport:
         torque_noise: standard deviation [N m].
         temperature_step: [K].
         temperature_noise: standard deviation [K].
+        torque_gain: reported torque over the true one [1].
+        temperature_offset: reported temperature less the true one [K].
         seed: of the noise; the same seed gives the same log.
     """
 
@@ -33,6 +37,8 @@ class DriveReport:
     torque_noise: float = 0.5
     temperature_step: float = 0.1
     temperature_noise: float = 0.2
+    torque_gain: float = 1.0
+    temperature_offset: float = 0.0
     seed: int = 0
 
 
@@ -44,7 +50,8 @@ def report(run: xarray.Dataset, how: DriveReport | None = None) -> xarray.Datase
         how: rounding and noise; by default that of a usual CANopen drive.
 
     Returns:
-        A Dataset over the same `time` with motor_speed, motor_torque and oil_temperature.
+        A Dataset over the same `time` with motor_speed, motor_torque and oil_temperature, and the commands to the
+        circuit's parts, if there are any.
     """
     how = how or DriveReport()
     random = np.random.default_rng(how.seed)
@@ -53,9 +60,11 @@ def report(run: xarray.Dataset, how: DriveReport | None = None) -> xarray.Datase
     def rounded(values: NDArray[np.float64], step: float) -> NDArray[np.float64]:
         return np.round(values / step) * step if step > 0.0 else values
 
-    torque = run["motor_torque"].values + how.torque_noise * random.standard_normal(count)
-    temperature = run["oil_temperature"].values + how.temperature_noise * random.standard_normal(count)
-    log = run[["motor_speed", "motor_torque", "oil_temperature"]].copy(deep=True)
+    torque = how.torque_gain * run["motor_torque"].values + how.torque_noise * random.standard_normal(count)
+    warmth = run["oil_temperature"].values + how.temperature_offset
+    temperature = warmth + how.temperature_noise * random.standard_normal(count)
+    commands = [name for name in run if is_command(str(name))]
+    log = run[["motor_speed", "motor_torque", "oil_temperature", *commands]].copy(deep=True)
     log["motor_speed"].values[:] = rounded(run["motor_speed"].values, how.speed_step)
     log["motor_torque"].values[:] = rounded(torque, how.torque_step)
     log["oil_temperature"].values[:] = rounded(temperature - 273.15, how.temperature_step) + 273.15

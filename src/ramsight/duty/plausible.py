@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.errors import warn_of_log
-from ramsight.logs.channel_map import ChannelMap, load_map, standard_map
+from ramsight.logs.channel_map import load_map
 from ramsight.logs.lines import file_name
+from ramsight.logs.mapped import ChannelMap, standard_map
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 
@@ -47,6 +48,7 @@ class Limits:
         load_sign: 1 if the load asks for positive torque, -1 if for negative.
         stroke: of the cylinder [m].
         travel: of the rod per motor angle, without leakage [m/rad].
+        longest: move over the stroke that may be: of a free one, or of one that ends against a stop [1].
     """
 
     max_speed: float
@@ -55,10 +57,16 @@ class Limits:
     load_sign: float
     stroke: float
     travel: float
+    longest: float
 
 
-def reportable(unit: HydraulicUnit) -> Limits:
-    """What the drive of a unit can report."""
+def reportable(unit: HydraulicUnit, *, against_stops: bool = False) -> Limits:
+    """What the drive of a unit can report.
+
+    Args:
+        unit: the unit.
+        against_stops: whether the rod is known to have been driven against its ends, so that moves are long.
+    """
     return Limits(
         unit.max_speed,
         limits_of(unit).side_torque,
@@ -66,6 +74,7 @@ def reportable(unit: HydraulicUnit) -> Limits:
         unit.lift_sign,
         unit.cylinder.stroke,
         abs(unit.travel_per_radian),
+        _FARTHEST if against_stops else _OVERTRAVEL,
     )
 
 
@@ -94,6 +103,23 @@ def watched(
             _warn(seen, reportable(unit), file_name(file), names, spelled, said)
         yield piece
     _warn(seen, reportable(unit), file_name(file), names, spelled, said)
+
+
+def implausible(
+    log: xarray.Dataset, unit: HydraulicUnit, channel_map: ChannelMap | None = None
+) -> tuple[tuple[str, str], ...]:
+    """What of a log that goes from end to end cannot be this machine's: the role of a channel, and what to say of it.
+
+    Args:
+        log: motor_speed [rad/s], motor_torque [N m] and oil_temperature [K] over time, whole.
+        unit: the unit that the drive turns.
+        channel_map: with which it was read, for the units of its channels.
+    """
+    known = channel_map or standard_map([])
+    seen = Seen()
+    seen.take(log, _MOVING * unit.max_speed)
+    limits = reportable(unit, against_stops=True)
+    return tuple(findings(seen, limits, {role: one.unit or "" for role, one in known.roles.items()}))
 
 
 def _warn(
@@ -212,7 +238,7 @@ def _other_speeds(peak: float, move: float, limits: Limits, unit: str) -> list[s
         for other, factor in _SPEEDS.items()
         if factor != now
         and _LIVELY <= peak * factor / now / limits.max_speed <= _OVERSPEED
-        and move * factor / now <= _OVERTRAVEL * limits.stroke
+        and move * factor / now <= limits.longest * limits.stroke
     ]
 
 

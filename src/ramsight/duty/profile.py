@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ramsight.engine.run import Segments
+from ramsight.plant.circuit import command_of
 
 Array = NDArray[np.float64]
 
@@ -65,6 +66,7 @@ class Duty:
         oil_temperature: [K].
         start_position: of the piston [m].
         end: when the duty ends [s]; by default at the last corner of the speed.
+        commands: to parts that are commanded, by their names, each held from corner to corner, -1 to 1 [1].
     """
 
     motor_speed: Profile
@@ -72,6 +74,7 @@ class Duty:
     oil_temperature: Profile
     start_position: float
     end: float | None = None
+    commands: Mapping[str, Profile] = field(default_factory=dict)
 
     @property
     def duration(self) -> float:
@@ -87,28 +90,39 @@ class Duty:
             _repeat(self.oil_temperature, period, times),
             self.start_position,
             end=period * times,
+            commands={name: _repeat_held(profile, period, times) for name, profile in self.commands.items()},
         )
 
     def corners(self) -> Array:
         """Times at which an input bends or the held temperature steps [s], from 0 to the end."""
-        bends = (self.motor_speed.time, self.load.time, held_corners(self.oil_temperature))
+        steps = (profile.time for profile in self.commands.values())
+        bends = (self.motor_speed.time, self.load.time, held_corners(self.oil_temperature), *steps)
         return all_corners(bends, self.duration)
 
-    def segments(self, parameters: Array, temperature_index: int) -> Segments:
+    def commanded(self, name: str, time: ArrayLike) -> Array:
+        """What a part is commanded to at the given times."""
+        profile = self.commands[name]
+        place = np.searchsorted(profile.time, np.asarray(time, dtype=np.float64), side="right") - 1
+        return np.asarray(profile.value[np.maximum(place, 0)])
+
+    def segments(self, parameters: Array, names: Sequence[str]) -> Segments:
         """The duty as the engine's segments.
 
         Args:
             parameters: of the model, shape (parameters,).
-            temperature_index: place of the oil temperature among them.
+            names: of the parameters; the oil's temperature and the parts' commands are among them.
         """
         corner = self.corners()
         inputs = np.column_stack([self.motor_speed(corner), self.load(corner)])
         slope = np.diff(inputs, axis=0) / np.diff(corner)[:, None]
-        middle = self.oil_temperature(0.5 * (corner[:-1] + corner[1:]))
+        middle = 0.5 * (corner[:-1] + corner[1:])
+        steps = {"oil_temperature": self.oil_temperature(middle)}
+        steps |= {command_of(name): self.commanded(name, middle) for name in self.commands}
         held = parameters[None].copy()
-        if np.ptp(middle) > 0.0:
+        if any(np.ptp(values) > 0.0 for values in steps.values()):
             held = np.repeat(held, len(middle), axis=0)
-        held[:, temperature_index] = middle[: len(held)]
+        for name, values in steps.items():
+            held[:, names.index(name)] = values[: len(held)]
         return Segments(corner[:-1], corner[1:], np.ascontiguousarray(inputs[:-1]), slope, held)
 
 
@@ -137,6 +151,12 @@ def _repeat(profile: Profile, period: float, times: int) -> Profile:
         raise ValueError("a duty can be repeated only if it ends with the values it began with")
     time = np.concatenate([corner[:-1] + k * period for k in range(times)] + [[times * period]])
     return Profile(time, np.concatenate([np.tile(value[:-1], times), value[-1:]]))
+
+
+def _repeat_held(profile: Profile, period: float, times: int) -> Profile:
+    inside = profile.time < period
+    time = np.concatenate([profile.time[inside] + k * period for k in range(times)])
+    return Profile(time, np.tile(profile.value[inside], times))
 
 
 def trapezoid_moves(moves: Sequence[tuple[float, float]], *, ramp: float, before: float, rest: float) -> Profile:

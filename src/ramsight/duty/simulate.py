@@ -12,8 +12,9 @@ from ramsight.duty.audit import audit
 from ramsight.duty.profile import Duty, Profile
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import DEFAULT_MAX_STEPS, DEFAULT_RTOL, integrate, outputs
-from ramsight.errors import DescriptionError, SimulationError
-from ramsight.plant.circuit import CircuitModel
+from ramsight.errors import DescriptionError, SimulationError, UnknownNameError
+from ramsight.logs.channels import column_of
+from ramsight.plant.circuit import COMMANDED, CircuitModel
 from ramsight.plant.unit import HydraulicUnit, circuit, initial_state
 
 if TYPE_CHECKING:
@@ -44,6 +45,17 @@ def check_temperature(unit: HydraulicUnit, temperature: Profile) -> None:
                 value=f"{value - 273.15:.6g} degC",
                 allowed=f"{low - 273.15:.6g} to {high - 273.15:.6g} degC",
             )
+
+
+def check_commands(model: CircuitModel, duty: Duty) -> None:
+    """Refuse commands to parts that take none.
+
+    Raises:
+        UnknownNameError: there is such a command.
+    """
+    for name in duty.commands:
+        if name not in model.commands:
+            raise UnknownNameError("commanded part", name, model.commands, where=model.ode.name)
 
 
 def simulate(
@@ -78,8 +90,9 @@ def simulate(
 
     check_temperature(unit, duty.oil_temperature)
     model = audited_circuit(unit)
+    check_commands(model, duty)
     ode = model.ode
-    segments = duty.segments(model.values, ode.parameters.index("oil_temperature"))
+    segments = duty.segments(model.values, ode.parameters)
     count = int(np.floor(duty.duration / sample_period + 1e-9)) + 1
     time = np.minimum(np.arange(count) * sample_period, duty.duration)
     start_load, start_speed = float(duty.load(0.0)), float(duty.motor_speed(0.0))
@@ -97,6 +110,9 @@ def simulate(
         "oil_temperature": ("K", "oil temperature", duty.oil_temperature(time)),
         "load": ("N", "load force, positive against lifting", duty.load(time)),
     }
+    for name in model.commands:
+        known = duty.commanded(name, time) if name in duty.commands else np.full(len(time), COMMANDED)
+        columns[column_of(name)] = ("1", f"command to {name}", known)
     for node in model.nodes:
         name = node.replace("chamber", "pressure") if node.startswith("chamber") else f"pressure_{node}"
         columns[name] = (

@@ -4,10 +4,40 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 if TYPE_CHECKING:
     import xarray
 
+_LONG = 0.1  # s beyond a limit that are worth a word
 _SHOWN = 1e-3  # share of the largest energy below which a line is left out
+
+
+def run_cautions(run: xarray.Dataset, max_torque: float, load_at_relief: float) -> tuple[str, ...]:
+    """What an engineer would look at twice in a run: torque that the motor does not have, a load that nothing holds.
+
+    Args:
+        run: a Dataset as `simulate` returns it.
+        max_torque: that the motor has [N m]; an ideal drive gives whatever is asked for.
+        load_at_relief: load that the relief valve carries [N].
+
+    Returns:
+        One sentence each; none if nothing stands out.
+    """
+    time, torque, load = run["time"].values, np.abs(run["motor_torque"].values), run["load"].values
+    period = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+    found, beyond = [], period * float(np.count_nonzero(torque > max_torque))
+    if beyond > _LONG:
+        found.append(
+            f"the motor would need up to {torque.max():.1f} N m, it has {max_torque:g} N m: {beyond:.1f} s of "
+            f"{time[-1]:.1f} s are beyond that, and a real drive would lag"
+        )
+    if load.max() > load_at_relief:
+        found.append(
+            f"the load, up to {load.max() / 1e3:.4g} kN, is more than the {load_at_relief / 1e3:.4g} kN that the "
+            "relief valve carries: what lifts it passes the valve, and where nothing else holds it the rod sinks"
+        )
+    return tuple(found)
 
 
 def run_summary(run: xarray.Dataset) -> str:

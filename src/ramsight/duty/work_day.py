@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from ramsight.duty.one_way import as_driven
 from ramsight.duty.profile import Duty, Profile, constant
 from ramsight.plant.unit import HydraulicUnit
 
@@ -72,10 +73,11 @@ def work_day(
         if random.random() < _LOAD_CHANGES:
             load += [(stopped + 0.5, load[-1][1]), (stopped + 0.5 + _LOAD_RAMP, float(random.uniform(*loads)))]
     corners = {round(t, 6): value for t, value in speed}
-    return Duty(
+    duty = Duty(
         Profile(list(corners), list(corners.values())),
         Profile([t for t, _ in load], [value for _, value in load]),
         constant(oil_temperature),
         start,
         end=speed[-1][0],
     )
+    return as_driven(unit, duty)

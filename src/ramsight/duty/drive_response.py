@@ -1,0 +1,158 @@
+"""How a drive follows its commands, and how late it reports: delays, bandwidth, acceleration and lost samples.
+
+The largest torque is not here: it is a servo's, in the plant (`ramsight.plant.drive.ServoDrive`), because what a motor
+reaches with it depends on its load.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+_RPM = 2.0 * math.pi / 60.0
+_DAMPING = math.sqrt(0.5)  # of a second order without a resonance (Butterworth): -3 dB at its natural frequency
+
+
+@dataclass(frozen=True)
+class DriveResponse:
+    """How a drive follows its commands; without a word of it, at once and exactly.
+
+    Args:
+        command_delay: from a command to the beginning of its effect [s].
+        report_delay: from a speed and a torque to their report [s].
+        bandwidth: of the speed loop, where it follows with 0.71 of the amplitude [Hz].
+        order: of the speed loop, 1 or 2.
+        acceleration: largest of the motor [rad/s2].
+        lost: share of the commands, and of the reports, that do not arrive [1].
+        deviation: largest error of the speed beyond that [rad/s]; by default what a speed loop of 0.8 N m s/rad gives
+            way by when a torque of 4 N m comes.
+        speed_noise: standard deviation of the reported speed [rad/s]; by default 2 rpm.
+        speed_step: in which the speed is reported [rad/s]; by default 1 rpm.
+        torque_repeats: share of the torque's samples that are the one before once more, while the motor turns [1]: much
+            where the report's steps are coarse beside its noise; without it, to be learned from the reports.
+
+    Raises:
+        ValueError: a value cannot be.
+
+    Example:
+        >>> lag = DriveResponse(command_delay=0.02, report_delay=0.02, bandwidth=10.0).lag
+        >>> f"{1e3 * lag:.1f} ms"
+        '55.9 ms'
+    """
+
+    command_delay: float = 0.0
+    report_delay: float = 0.0
+    bandwidth: float = math.inf
+    order: int = 1
+    acceleration: float = math.inf
+    lost: float = 0.0
+    deviation: float = 5.0
+    speed_noise: float = 2.0 * _RPM
+    speed_step: float = _RPM
+    torque_repeats: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("command_delay", "report_delay", "deviation", "speed_noise", "speed_step"):
+            if not 0.0 <= getattr(self, name) < math.inf:
+                raise ValueError(f"{name} {getattr(self, name):g}: expected 0 or more")
+        for name in ("bandwidth", "acceleration"):
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"{name} {getattr(self, name):g}: expected more than 0")
+        if self.order not in {1, 2}:
+            raise ValueError(f"order {self.order}: expected 1 or 2")
+        for name in ("lost", "torque_repeats"):
+            share = getattr(self, name)
+            if share is not None and not 0.0 <= share < 1.0:
+                raise ValueError(f"{name} {share:g}: expected a share, at least 0 and below 1")
+
+    @property
+    def frequency(self) -> float:
+        """The speed loop's natural frequency [rad/s]."""
+        return 2.0 * math.pi * self.bandwidth
+
+    @property
+    def lag(self) -> float:
+        """Time by which a report is behind a command that changes steadily [s]."""
+        share = 1.0 if self.order == 1 else 2.0 * _DAMPING
+        return self.command_delay + self.report_delay + share / self.frequency
+
+
+IDEAL = DriveResponse()
+"""A drive that follows at once and exactly, and reports at once."""
+
+
+class Delay:
+    """Values that come later, straight between samples.
+
+    Args:
+        delay: by which they do [s].
+        period: of the samples [s].
+        value: before the first.
+
+    Example:
+        >>> late = Delay(0.03, 0.02, 0.0)
+        >>> [late.step(value) for value in (1.0, 2.0, 3.0)]
+        [0.0, 0.5, 1.5]
+    """
+
+    def __init__(self, delay: float, period: float, value: float) -> None:
+        samples = delay / period
+        whole = math.floor(samples + 1e-9)
+        self._share = max(samples - whole, 0.0)
+        self._held = deque([value] * (whole + 2), maxlen=whole + 2)
+
+    def step(self, value: float) -> float:
+        """The value of a delay ago, given the newest."""
+        self._held.append(value)
+        return (1.0 - self._share) * self._held[1] + self._share * self._held[0]
+
+
+class Follower:
+    """A drive's speed loop, a sample at a time.
+
+    Args:
+        response: how it follows.
+        period: of the samples [s].
+        delayed: whether its commands are delayed; lost ones are not looked at here.
+
+    Attributes:
+        speed: of the motor at the newest sample [rad/s].
+
+    Example:
+        >>> drive = Follower(DriveResponse(bandwidth=10.0), 0.02)
+        >>> [round(drive.step(100.0), 1) for _ in range(4)]
+        [43.1, 83.8, 95.4, 98.7]
+    """
+
+    def __init__(self, response: DriveResponse, period: float, *, delayed: bool = True) -> None:
+        self.response, self.period, self.speed = response, period, 0.0
+        self._delay = Delay(response.command_delay if delayed else 0.0, period, 0.0)
+        self._before, self._slope = 0.0, 0.0
+
+    def step(self, command: float) -> float:
+        """The motor's speed at the next sample, where the command [rad/s] is reached evenly."""
+        asked = self._delay.step(command)
+        wanted, slope = self._filtered(asked) if math.isfinite(self.response.bandwidth) else (asked, 0.0)
+        most = self.response.acceleration * self.period
+        if abs(wanted - self.speed) > most:
+            slope = math.copysign(self.response.acceleration, wanted - self.speed)
+            wanted = self.speed + slope * self.period
+        self._before, self._slope, self.speed = asked, slope, wanted
+        return self.speed
+
+    def _filtered(self, asked: float) -> tuple[float, float]:
+        """Speed and its rate after a sample in which what is asked goes straight to its value: the exact solution."""
+        period, frequency = self.period, self.response.frequency
+        ramp = (asked - self._before) / period
+        if self.response.order == 1:
+            behind = ramp / frequency
+            rest = (self.speed - self._before + behind) * math.exp(-frequency * period)
+            return asked - behind + rest, ramp - frequency * rest
+        behind, decay = 2.0 * _DAMPING * ramp / frequency, _DAMPING * frequency
+        off, rate = self.speed - self._before + behind, self._slope - ramp
+        sine = (rate + decay * off) / decay  # decay and damped frequency are equal at this damping
+        swing, fading = decay * period, math.exp(-decay * period)
+        rest = fading * (off * math.cos(swing) + sine * math.sin(swing))
+        change = fading * decay * (sine * math.cos(swing) - off * math.sin(swing)) - decay * rest
+        return asked - behind + rest, ramp + change

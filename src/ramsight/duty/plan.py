@@ -1,0 +1,141 @@
+"""A duty move after move, as an operator works who watches the rod: each move ends about where it should."""
+
+from __future__ import annotations
+
+import math
+
+from ramsight.duty.one_way import as_driven
+from ramsight.duty.profile import Duty, Profile, constant
+from ramsight.errors import DescriptionError
+from ramsight.plant.holding import Holding
+from ramsight.plant.unit import HydraulicUnit
+
+LOAD_RAMP = 0.4  # s in which a load is put on
+BEYOND = (
+    0.1  # share of the stroke by which the command of a visit goes beyond the stop: what planning errs by, and more
+)
+_STILL = 0.6  # s of rest before and after a load is put on
+_LIFTS = 1.2  # speed of a lift, at least, over the one that only makes up for what leaks
+
+
+class Plan:
+    """Moves, rests and loads, one after the other.
+
+    The heights are estimates: what the pumps move less what leaks under the load. Oil that is compressed is left out.
+
+    Args:
+        unit: the unit that works, as it really is.
+        load: at first [N], positive against lifting.
+        oil_temperature: [K].
+        start_position: of the piston [m].
+
+    Attributes:
+        time: when the plan ends so far [s].
+        height: of the rod above the lowered end [m], about.
+        load: on the rods now [N].
+        temperature: of the oil [K].
+
+    Example:
+        >>> from ramsight import machine
+        >>> from ramsight.plant.build import build
+        >>> plan = Plan(build("boom", machine.load("mining-loader").unit("boom")), 200e3, 313.15, 0.1)
+        >>> plan.rest(1.0)
+        >>> plan.go(0.5, 100.0, ramp=0.5)
+        >>> round(plan.height, 3), round(plan.duty().duration, 1)
+        (0.5, 34.4)
+    """
+
+    def __init__(self, unit: HydraulicUnit, load: float, oil_temperature: float, start_position: float) -> None:
+        self.unit, self.load, self.time = unit, load, 0.0
+        self.height = start_position if unit.lift_sign > 0.0 else unit.cylinder.stroke - start_position
+        self._start, self.temperature, self._holding = start_position, oil_temperature, Holding(unit)
+        self._speeds, self._loads = [(0.0, 0.0)], [(0.0, load)]
+
+    @property
+    def leakage(self) -> float:
+        """Motor speed that only makes up for what leaks under the load, positive where it lifts [rad/s]."""
+        return self._holding.leakage(self.load, self.temperature)
+
+    def rest(self, duration: float) -> None:
+        """Let the motor stand for a time [s]; where the pump holds the load it sinks."""
+        self._corner(duration, 0.0)
+        if not self._holding.stands:
+            self._moved(-self.leakage * duration)
+
+    def put_on(self, load: float) -> None:
+        """Put another load [N] on at rest; the same load takes no time."""
+        if load == self.load:
+            return
+        self.rest(_STILL)
+        self._loads += [(self.time, self.load), (self.time + LOAD_RAMP, load)]
+        self.load = load
+        self.rest(LOAD_RAMP + _STILL)
+
+    def turn(self, speed: float, hold: float, *, ramp: float) -> None:
+        """Turn the motor.
+
+        Args:
+            speed: [rad/s], positive lifts.
+            hold: time at that speed [s].
+            ramp: time of each speed ramp [s].
+        """
+        for span, level in ((ramp, speed), (hold, speed), (ramp, 0.0)):
+            self._corner(span, level)
+        moved = speed * (hold + ramp) - self.leakage * (hold + 2.0 * ramp)
+        stands = self._holding.stands and speed > 0.0 and moved < 0.0
+        self._moved(0.0 if stands else moved)
+
+    def go(self, height: float, speed: float, *, ramp: float) -> None:
+        """Bring the rod to a height.
+
+        Args:
+            height: above the lowered end [m].
+            speed: of the motor, a magnitude [rad/s]; a short way is gone more slowly.
+            ramp: time of each speed ramp [s].
+
+        Raises:
+            DescriptionError: all that the pumps deliver at this speed leaks away under the load.
+        """
+        angle = (height - self.height) / self._holding.travel_per_radian(self.load)
+        leakage = self.leakage
+        wanted = angle + 2.0 * leakage * ramp  # what the ramps have to turn if there is nothing between them
+        signed = math.copysign(speed, wanted)
+        if angle > 0.0 and speed < _LIFTS * leakage:
+            raise DescriptionError(
+                f"does not lift {self.load / 1e3:.4g} kN: the pumps leak as much as they deliver",
+                key="speed",
+                value=f"{speed * 30.0 / math.pi:.4g} rpm",
+                allowed=f"{_LIFTS * leakage * 30.0 / math.pi:.4g} rpm and more",
+            )
+        if abs(wanted) <= speed * ramp:
+            self.turn(wanted / ramp, 0.0, ramp=ramp)
+        else:
+            self.turn(signed, (wanted - signed * ramp) / (signed - leakage), ramp=ramp)
+
+    def visit(self, *, raised: bool, speed: float, ramp: float) -> None:
+        """Go to an end stop and press on it.
+
+        Args:
+            raised: to the upper end, else the lower one.
+            speed: as `go`'s.
+            ramp: as `go`'s.
+        """
+        stroke = self.unit.cylinder.stroke
+        self.go((1.0 + BEYOND) * stroke if raised else -BEYOND * stroke, speed, ramp=ramp)
+        self.height = stroke if raised else 0.0
+
+    def duty(self) -> Duty:
+        """The plan as a duty."""
+        time, speed = zip(*self._speeds, strict=True)
+        load_time, load = zip(*self._loads, strict=True)
+        signed = [self.unit.lift_sign * value for value in speed]
+        duty = Duty(Profile(time, signed), Profile(load_time, load), constant(self.temperature), self._start)
+        return as_driven(self.unit, duty)
+
+    def _corner(self, span: float, speed: float) -> None:
+        if span > 0.0:
+            self.time += span
+            self._speeds.append((self.time, speed))
+
+    def _moved(self, angle: float) -> None:
+        self.height += angle * self._holding.travel_per_radian(self.load)
