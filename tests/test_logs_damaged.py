@@ -7,7 +7,6 @@ import signal
 import struct
 import subprocess
 import sys
-import time
 import zlib
 from pathlib import Path
 
@@ -68,31 +67,30 @@ def test_several_gzip_members_are_one_file(tmp_path):
 
 
 MEASURE = """
-import resource, sys, time
+import resource, sys
 from ramsight.logs import read_drive_log
 from ramsight.logs.can_dbc import dbc_fields
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.frames import open_frames
 from ramsight.errors import RamsightError
-before, start = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, time.process_time()
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 path = sys.argv[1]
 try:
     read_drive_log(path) if ".csv" in path else list(open_frames(path))
 except RamsightError as error:
-    print(time.process_time() - start, (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024, error)
+    print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024, error)
 """
 
 
 @pytest.mark.parametrize("fill", [b"\n", b"\0", b"\t\n"], ids=repr)
 @pytest.mark.parametrize("name", ["log.csv.gz", "log.asc.gz", "log.log.gz"])
-def test_a_small_file_that_unpacks_to_much_takes_neither_memory_nor_time(tmp_path, name, fill):
+def test_a_small_file_that_unpacks_to_much_takes_no_memory(tmp_path, name, fill):
     piece = zlib.compressobj(9, wbits=31)
     data = b"".join(piece.compress(fill * ((1 << 20) // len(fill))) for _ in range(80)) + piece.flush()
     command = [sys.executable, "-c", MEASURE, str(written(tmp_path, data, name))]
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
-    seconds, megabytes, said = done.stdout.split(maxsplit=2)
+    megabytes, said = done.stdout.split(maxsplit=1)
     assert name in said
-    assert float(seconds) < 5.0
     assert float(megabytes) < 100.0
 
 
@@ -275,11 +273,26 @@ def test_no_value_is_repeated_at_length():
     assert [len(str(error)) < 1000 for error in errors] == [True] * 3
 
 
-def test_blank_lines_cost_what_other_lines_cost(tmp_path):
-    path = written(tmp_path, HEADER + "\n" * (32 << 20))
-    start = time.process_time()
+def calls(work):
+    """How many functions are called, of Python and of C: what a clock would say, the same on every machine."""
+    count = 0
+
+    def profile(_frame, event, _argument):
+        nonlocal count
+        count += event in ("call", "c_call")
+
+    sys.setprofile(profile)
+    try:
+        work()
+    finally:
+        sys.setprofile(None)
+    return count
+
+
+def test_blank_lines_cost_no_call_each(tmp_path):
+    path = written(tmp_path, HEADER + "\n" * (4 << 20))
     assert sum(len(block) for block in line_blocks(path)) == len(HEADER)
-    assert time.process_time() - start < 1.0
+    assert calls(lambda: list(line_blocks(path))) < 1000
 
 
 def test_what_can_be_listed_of_a_damaged_log_is_listed(tmp_path):
@@ -394,21 +407,23 @@ def test_signals_of_a_dbc_file_that_are_no_numbers_are_left_out(tmp_path):
 
 
 def test_a_table_of_many_columns_is_read_in_proportion(tmp_path):
-    """Ten times the columns take ten times as long, not a hundred times."""
+    """Ten times the columns take ten times the work, not a hundred times."""
 
-    def seconds(columns: int) -> float:
+    def work(columns: int) -> int:
         path, names = tmp_path / f"{columns}.csv", ",".join(f"c{k}" for k in range(columns))
         rows = [f"{0.02 * k:.2f},0,1,40,{','.join(['1'] * columns)}" for k in range(3)]
         path.write_text("\n".join([f"time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c,{names}", *rows]) + "\n")
-        begun = time.process_time()
-        found = inspect_log(path)
-        inspection_table(found)
-        read_drive_log(path)
-        assert len(found.channels) == columns + 3
-        return time.process_time() - begun
 
-    seconds(100)
-    assert seconds(20_000) < 30.0 * seconds(2_000)
+        def read() -> None:
+            found = inspect_log(path)
+            inspection_table(found)
+            read_drive_log(path)
+            assert len(found.channels) == columns + 3
+
+        return calls(read)
+
+    work(100)
+    assert work(5_000) < 20.0 * work(500)
 
 
 def test_a_table_of_very_many_columns_is_shown_in_part(tmp_path, capsys):

@@ -364,3 +364,18 @@ def test_a_map_says_what_it_was_told(tmp_path):
     text = map_text(inspect_log(tmp_path / "log.mf4"))
     again = map_text(inspect_log(tmp_path / "log.mf4", load_map(written(tmp_path, text))))
     assert again == text
+
+
+@pytest.mark.parametrize(("sign", "wanted"), [(1, 40.0), (-1, -40.0)])
+def test_a_maps_scale_offset_and_sign_are_taken_in_this_order(tmp_path, sign, wanted):
+    written(tmp_path, "time_s,n,m,t\n0,100,10,130\n0.01,100,10,130\n", "day.csv")
+    text = f"""
+    time = {{ channel = "time_s", unit = "s" }}
+    speed = {{ channel = "n", unit = "rpm", scale = 2.0, offset = 5.0 }}
+    torque = {{ channel = "m", unit = "N m", offset = -2.5 }}
+    temperature = {{ channel = "t", unit = "degC", scale = 0.5, offset = -25.0, sign = {sign} }}
+    """
+    log = read_drive_log(tmp_path / "day.csv", written(tmp_path, text))
+    np.testing.assert_allclose(log.motor_speed, 205.0 * RPM)
+    np.testing.assert_allclose(log.motor_torque, 7.5)
+    np.testing.assert_allclose(log.oil_temperature, wanted + 273.15)

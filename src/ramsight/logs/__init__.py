@@ -6,8 +6,9 @@ reads it piece by piece, however long it is. A channel map says which channels o
 the position, to judge the sensor by afterwards.
 """
 
-from ramsight.logs.channel_map import ChannelMap, load_map
+from ramsight.logs.channel_map import load_map
 from ramsight.logs.drive import read_drive_log, write_drive_log
+from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.opening import open_log
 from ramsight.logs.truth import read_truth
 

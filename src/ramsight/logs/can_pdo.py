@@ -6,7 +6,7 @@ import re
 
 from ramsight.errors import DescriptionError
 from ramsight.logs.can_field import Field, little_endian
-from ramsight.logs.channel_map import ChannelMap
+from ramsight.logs.mapped import ChannelMap
 
 _BITS = {
     "BOOLEAN": 1, "INT8": 8, "INT16": 16, "INT24": 24, "INT32": 32, "INT64": 64,

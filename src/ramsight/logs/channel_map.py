@@ -6,137 +6,35 @@ writes a first one.
 
 from __future__ import annotations
 
+import math
 import tomllib
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from difflib import get_close_matches
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from ramsight.errors import DescriptionError
-from ramsight.logs.channels import MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPERATURE, REFERENCE, TIME
 from ramsight.logs.header import SEPARATORS, CsvForm
 from ramsight.logs.lines import file_name
-from ramsight.units import parse
+from ramsight.logs.map_keys import Keys
+from ramsight.logs.mapped import (
+    HOLD,
+    INSTEAD,
+    MEASURED,
+    ROLES,
+    SI,
+    ChannelMap,
+    Commanded,
+    Counted,
+    Mapped,
+    Motor,
+    Pdo,
+    Referenced,
+    to_si_of,
+)
 
-ROLES = {"speed": MOTOR_SPEED, "torque": MOTOR_TORQUE, "temperature": OIL_TEMPERATURE}
-"""Tables of a map, and what each becomes in the log."""
-
-SI = {"time": "s", "speed": "rad/s", "torque": "N m", "temperature": "K", "reference": "m"}
-HOLD = {"speed": 0.5, "torque": 0.5, "temperature": 60.0, "reference": 0.5}
-"""How long a value holds without a new one [s], unless the map says otherwise: a drive reports every few
-milliseconds, and oil does not change its temperature within a minute."""
+SHORTEST, LONGEST, USUAL_PERIOD = 8e-3, 0.1, 0.02
+"""Periods of samples that sensors work with, and one that drives usually have [s]."""
 
 EDGES = ("rising", "falling", "both")
-
-
-@dataclass(frozen=True)
-class Mapped:
-    """One source channel and what its numbers mean: ``sign * (scale * number + offset)`` in ``unit``.
-
-    Args:
-        channel: its name in the file, "" for a constant.
-        unit: of the number after scale and offset; None takes the file's.
-        sign: 1 or -1.
-        scale: factor.
-        offset: in `unit`.
-        rated: what 100 % is, in SI, where `unit` is percent or permille.
-        hold: how long a value holds [s].
-        constant: the value in SI where there is no channel.
-    """
-
-    channel: str
-    unit: str | None = None
-    sign: float = 1.0
-    scale: float = 1.0
-    offset: float = 0.0
-    rated: float | None = None
-    hold: float = 0.5
-    constant: float | None = None
-
-
-@dataclass(frozen=True)
-class Referenced:
-    """A channel that says where the piston is.
-
-    Args:
-        mapped: the channel: positions in its unit, or a switch if `position` is given.
-        position: where the piston is when the switch changes [m].
-        edge: which change it is: ``rising``, ``falling`` or ``both``.
-    """
-
-    mapped: Mapped
-    position: float | None = None
-    edge: str = "rising"
-
-
-@dataclass(frozen=True)
-class Pdo:
-    """A CANopen process data object.
-
-    Args:
-        cob_id: identifier of its frames.
-        objects: what is mapped into it, end to end: ``606Ch``, ``4602h:0Ch``, ``2010h:01 INT16``.
-    """
-
-    cob_id: int
-    objects: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class ChannelMap:
-    """Everything that a map says; made by `load_map` or `standard_map`.
-
-    Args:
-        file: where it was read, None for one made by the program.
-        time: clock column of a table.
-        roles: ``speed``, ``torque`` and ``temperature``.
-        references: none or some.
-        base: the role whose samples are the log's: ``speed`` or ``torque``; None takes the slower.
-        sparse: whether an empty cell of a table is no sample, rather than a missing value.
-        form: layout of a CSV file.
-        dbc: files that say what CAN frames mean.
-        pdos: CANopen mappings that do.
-        bus: the CAN channel to read; None reads all.
-        date: column of dates beside a clock column that is a time of day.
-    """
-
-    file: str | None = None
-    time: Mapped | None = None
-    roles: Mapping[str, Mapped] = field(default_factory=dict)
-    references: tuple[Referenced, ...] = ()
-    base: str | None = None
-    sparse: bool = False
-    form: CsvForm = field(default_factory=CsvForm)
-    dbc: tuple[Path, ...] = ()
-    pdos: tuple[Pdo, ...] = ()
-    bus: int | None = None
-    date: str | None = None
-
-    @property
-    def is_can(self) -> bool:
-        """Whether it says what CAN frames mean."""
-        return bool(self.dbc or self.pdos)
-
-    def channels(self) -> list[str]:
-        """The source channels that are needed, the clock not among them, each once."""
-        mapped = [*self.roles.values(), *(reference.mapped for reference in self.references)]
-        return list(dict.fromkeys(one.channel for one in mapped if one.channel))
-
-
-def standard_map(names: list[str]) -> ChannelMap:
-    """The map of a log whose channels have ramsight's own names.
-
-    Args:
-        names: the file's channels; a reference is mapped if it is among them.
-    """
-    roles = {
-        "speed": Mapped(MOTOR_SPEED.column, "rpm", hold=HOLD["speed"]),
-        "torque": Mapped(MOTOR_TORQUE.column, "N m", hold=HOLD["torque"]),
-        "temperature": Mapped(OIL_TEMPERATURE.column, "degC", hold=HOLD["temperature"]),
-    }
-    references = (Referenced(Mapped(REFERENCE.column, "m")),) if REFERENCE.column in names else ()
-    return ChannelMap(time=Mapped(TIME, "s"), roles=roles, references=references)
 
 
 def load_map(path: str | Path) -> ChannelMap:
@@ -172,40 +70,107 @@ def load_map(path: str | Path) -> ChannelMap:
         text = (error.strerror or str(error)) if isinstance(error, OSError) else str(error)
         said = text if isinstance(error, OSError) else f"is no TOML file: {text}"
         raise DescriptionError(said, file=file) from None
-    return _read_map(_Keys(table, file), Path(path).parent, file)
+    return _read_map(Keys(table, file), Path(path).parent, file)
 
 
-def _read_map(keys: _Keys, folder: Path, file: str) -> ChannelMap:
+def _read_map(keys: Keys, folder: Path, file: str) -> ChannelMap:
     if keys.take("format", int, 1) != 1:
         raise keys.wrong("format", "is of a later ramsight", "1")
     time = keys.table("time")
     date = None if time is None else time.take("date", str, None)
-    roles = {}
-    for role in ROLES:
-        part = keys.table(role)
-        if part is None:
-            raise DescriptionError(f"has no [{role}]; 'ramsight logs inspect' proposes one", file=file)
-        roles[role] = _mapped(part, role)
+    roles, angle, motor = _roles(keys, file)
     if not (roles["speed"].channel and roles["torque"].channel):
         raise DescriptionError("speed and torque need a channel, a constant is none", file=file)
     references = tuple(_referenced(part) for part in keys.tables("reference"))
-    align = keys.table("align") or _Keys({}, file)
+    align = keys.table("align") or Keys({}, file)
     base = align.choice("base", {"speed": "speed", "torque": "torque"}, None)
     empty = align.choice("empty", {"missing": False, "no sample": True}, False)
+    period = align.quantity("period", "s")
+    if period is not None and not SHORTEST <= period <= LONGEST:
+        raise align.wrong("period", "is none that a sensor works with", f"{SHORTEST * 1e3:g} to {LONGEST * 1e3:g} ms")
     align.end()
-    form = _form(keys.table("csv") or _Keys({}, file))
-    can = keys.table("can") or _Keys({}, file)
+    form = _form(keys.table("csv") or Keys({}, file))
+    can = keys.table("can") or Keys({}, file)
     named = can.take("dbc", (str, list), [])
     dbc = tuple(folder / str(name) for name in ([named] if isinstance(named, str) else named))
     pdos = tuple(_pdo(part) for part in can.tables("pdo"))
     bus = can.take("bus", int, None)
     can.end()
+    commands, measured = _commands(keys.table("command")), _measured(keys.table("measured"))
     keys.end()
     clock = None if time is None else _mapped(time, "time")
-    return ChannelMap(file, clock, roles, references, base, bool(empty), form, dbc, pdos, bus, date)
+    return ChannelMap(
+        file, clock, roles, references, base, bool(empty), form, dbc, pdos, bus, date, angle, motor, commands, measured,
+        USUAL_PERIOD if angle is not None and period is None else period,
+    )  # fmt: skip
 
 
-def _mapped(keys: _Keys, role: str, *, end: bool = True) -> Mapped:
+def _roles(keys: Keys, file: str) -> tuple[dict[str, Mapped], Counted | None, Motor | None]:
+    """The channels of speed, torque and temperature, and what stands in the place of the first two."""
+    roles: dict[str, Mapped] = {}
+    angle, motor = keys.table("angle"), keys.table("current")
+    given = {"speed": angle, "torque": motor}
+    for role in ROLES:
+        part = keys.table(role)
+        if part is not None and given.get(role) is not None:
+            other = next(name for name, instead in INSTEAD.items() if instead == role)
+            raise keys.wrong(role, f"and [{other}] are two for one", "one of the two")
+        if part is None and given.get(role) is None:
+            raise DescriptionError(f"has no [{role}]; 'ramsight logs inspect' proposes one", file=file)
+        if part is not None:
+            roles[role] = _mapped(part, role)
+    counted = stands_for = None
+    if angle is not None:
+        counted, roles["speed"] = _counted(angle)
+    if motor is not None:
+        stands_for, roles["torque"] = _motor(motor)
+    return roles, counted, stands_for
+
+
+def _counted(keys: Keys) -> tuple[Counted, Mapped]:
+    per_turn = keys.take("per_turn", (int, float), None)
+    if per_turn is None or per_turn <= 0:
+        raise keys.wrong("per_turn", "the numbers of a turn are needed", "4096, 360, ...")
+    return Counted(float(per_turn)), replace(_mapped(keys, "angle"), unit="rad/s")
+
+
+def _motor(keys: Keys) -> tuple[Motor, Mapped]:
+    constant = keys.quantity("torque_constant", "N m")
+    if constant is None or constant == 0.0:
+        raise keys.wrong("torque_constant", "the torque of one unit of the current is needed", '"0.05 N m"')
+    saturation = keys.take("saturation", (int, float), None)
+    if saturation is not None and saturation <= 0:
+        raise keys.wrong("saturation", "is a current beyond all that flow", "a number above 0")
+    motor = Motor(constant, None if saturation is None else float(saturation))
+    return motor, replace(_mapped(keys, "current"), unit="N m")
+
+
+def _commands(keys: Keys | None) -> dict[str, Commanded]:
+    """The channels that command parts of the circuit."""
+    found: dict[str, Commanded] = {}
+    if keys is None:
+        return found
+    for name in keys.names():
+        part = keys.table(name)
+        if part is not None:
+            least = part.take("least", (int, float), 0.0)
+            found[name] = Commanded(replace(_mapped(part, "command"), unit="1", hold=math.inf), float(least))
+    return found
+
+
+def _measured(keys: Keys | None) -> dict[str, Mapped]:
+    """The channels that only identification and judgement may see."""
+    found = {}
+    for name in MEASURED:
+        part = None if keys is None else keys.table(name)
+        if part is not None:
+            found[name] = _mapped(part, name)
+    if keys is not None:
+        keys.end()
+    return found
+
+
+def _mapped(keys: Keys, role: str, *, end: bool = True) -> Mapped:
     constant = keys.quantity("constant", SI[role]) if role == "temperature" else None
     channel = keys.take("channel", str, "")
     if bool(channel) == (constant is not None):
@@ -231,7 +196,7 @@ def _mapped(keys: _Keys, role: str, *, end: bool = True) -> Mapped:
     return Mapped(channel, unit, float(sign), float(scale), float(offset), rated, held, constant)
 
 
-def _referenced(keys: _Keys) -> Referenced:
+def _referenced(keys: Keys) -> Referenced:
     position = keys.quantity("position", "m")
     edge = keys.choice("edge", {name: name for name in EDGES}, "rising")
     mapped = _mapped(keys, "reference", end=False)
@@ -239,7 +204,7 @@ def _referenced(keys: _Keys) -> Referenced:
     return Referenced(mapped, position, str(edge))
 
 
-def _form(keys: _Keys) -> CsvForm:
+def _form(keys: Keys) -> CsvForm:
     line = keys.take("header_line", int, 1)
     if not 1 <= line <= 1000:
         raise keys.wrong("header_line", "is no line of a header", "1 to 1000")
@@ -261,7 +226,7 @@ def _form(keys: _Keys) -> CsvForm:
     return CsvForm(line, separator, encoding, first, decimal)
 
 
-def _pdo(keys: _Keys) -> Pdo:
+def _pdo(keys: Keys) -> Pdo:
     cob_id = keys.take("cob_id", int, None)
     if cob_id is None or not 0 < cob_id <= 0x1FFFFFFF:
         raise keys.wrong("cob_id", "is no identifier", "0x181 and such")
@@ -270,114 +235,3 @@ def _pdo(keys: _Keys) -> Pdo:
         raise keys.wrong("objects", "are the mapped objects, in order", '["606Ch", "6077h"] and such')
     keys.end()
     return Pdo(cob_id, tuple(objects))
-
-
-def to_si_of(
-    unit: str, role: str, rated: float | None, *, file: str | None = None, key: str | None = None
-) -> tuple[float, float]:
-    """Factor and offset from a unit to SI.
-
-    Args:
-        unit: for example ``1/min``, ``degC``, ``percent``.
-        role: ``time``, ``speed``, ``torque``, ``temperature`` or ``reference``.
-        rated: what 100 % is [SI], for a share.
-        file: where the unit stands, for the message.
-        key: its key there.
-
-    Raises:
-        DescriptionError: the unit is no unit of this quantity, or a share of nothing.
-
-    Example:
-        >>> to_si_of("permille", "torque", 35.0)
-        (0.035, 0.0)
-        >>> to_si_of("degC", "temperature", None)
-        (1.0, 273.15)
-    """
-    try:
-        if rated is not None:
-            return parse(f"1 {unit}", "1") * rated, 0.0
-        if role == "temperature":
-            offset = parse(f"0 {unit}", "K")
-            return round(parse(f"1000 {unit}", "K") - offset, 9) / 1000.0, offset
-        return parse(f"1 {unit}", SI[role]), 0.0
-    except DescriptionError as error:
-        hint = ""
-        if rated is None and role in ("speed", "torque") and _is_share(unit):
-            hint = "; a share needs what 100 % is: rated = ..."
-        raise DescriptionError(f"{error.message}{hint}", file=file, key=key, value=unit) from None
-
-
-def _is_share(unit: str) -> bool:
-    try:
-        parse(f"1 {unit}", "1")
-    except DescriptionError:
-        return False
-    return True
-
-
-class _Keys:
-    """A table of TOML whose keys are taken one by one; what is left over at the end is refused."""
-
-    def __init__(self, table: Mapping[str, Any], file: str, path: str = "") -> None:
-        self.file, self.path = file, path
-        self._left, self._known, self._given = dict(table), list[str](), dict(table)
-
-    def take(self, key: str, kind: type | tuple[type, ...], default: Any) -> Any:
-        """The value of a key, of this type."""
-        self._known.append(key)
-        value = self._left.pop(key, default)
-        if key in self._given and (not isinstance(value, kind) or isinstance(value, bool)):
-            kinds = kind if isinstance(kind, tuple) else (kind,)
-            words = {int: "a whole number", float: "a number", str: "a text", list: "a list", dict: "a table"}
-            raise self.wrong(key, "is of another kind", " or ".join(words[one] for one in kinds))
-        return value
-
-    def quantity(self, key: str, unit: str) -> float | None:
-        """The value of a key in SI, written with its unit."""
-        value = self.take(key, (str, int, float), None)
-        if value is None:
-            return None
-        try:
-            return parse(value, unit)
-        except DescriptionError as error:
-            raise self.wrong(key, error.message, None) from None
-
-    def choice(self, key: str, choices: Mapping[str, Any], default: Any) -> Any:
-        """What one of some words stands for."""
-        value = self.take(key, str, None)
-        if value is None:
-            return default
-        if value not in choices:
-            raise self.wrong(key, "is none of the choices", ", ".join(choices))
-        return choices[value]
-
-    def table(self, key: str) -> _Keys | None:
-        """A table under this one."""
-        value = self.take(key, dict, None)
-        return None if value is None else _Keys(value, self.file, f"{self.path}{key}.")
-
-    def tables(self, key: str) -> list[_Keys]:
-        """An array of tables under this one; one table is as good."""
-        value = self.take(key, (dict, list), [])
-        listed = [value] if isinstance(value, dict) else value
-        if not all(isinstance(one, dict) for one in listed):
-            raise self.wrong(key, "is of another kind", f"tables [[{key}]]")
-        return [_Keys(one, self.file, f"{self.path}{key}[{k}].") for k, one in enumerate(listed)]
-
-    def wrong(self, key: str, message: str, allowed: str | None) -> DescriptionError:
-        """The error for a key."""
-        return DescriptionError(
-            message, file=self.file, key=f"{self.path}{key}", value=self._given.get(key), allowed=allowed
-        )
-
-    def end(self) -> None:
-        """Refuse keys that nobody took."""
-        for key in self._left:
-            close = get_close_matches(key, self._known, n=1)
-            hint = f"; did you mean {close[0]!r}?" if close else ""
-            raise DescriptionError(
-                f"is not a key of a channel map{hint}",
-                file=self.file,
-                key=f"{self.path}{key}",
-                allowed=", ".join(self._known),
-            )

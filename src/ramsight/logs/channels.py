@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     import xarray
 
 TIME = "time_s"
+_COMMAND = "_command"
 
 
 @dataclass(frozen=True)
@@ -78,6 +79,26 @@ REFERENCE = Channel("reference_m", "reference", "m", "position that a reference 
 POSITION = Channel("position_m", "position", "m", "piston position, 0 = fully retracted")
 PRESSURE_A = Channel("pressure_a_pa", "pressure_a", "Pa", "absolute pressure in chamber A")
 PRESSURE_B = Channel("pressure_b_pa", "pressure_b", "Pa", "absolute pressure in chamber B")
+
+
+def column_of(part: str) -> str:
+    """Name of the command to a part in runs and logs."""
+    return f"{part}{_COMMAND}"
+
+
+def is_command(column: str) -> bool:
+    """Whether a column of a run or log is a command to a part."""
+    return column.endswith(_COMMAND)
+
+
+def part_of(column: str) -> str:
+    """The part whose command a column is.
+
+    Example:
+        >>> part_of(column_of("valve"))
+        'valve'
+    """
+    return column.removesuffix(_COMMAND)
 
 
 def as_dataset(columns: Mapping[str, NDArray[np.float64]], channels: Sequence[Channel]) -> xarray.Dataset:

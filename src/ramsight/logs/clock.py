@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ramsight.errors import DescriptionError
-from ramsight.logs.channel_map import ChannelMap
 from ramsight.logs.guess import epoch_unit, guess_clock, guess_date
+from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.source import TableSource
 from ramsight.logs.source_csv import CsvSource
 from ramsight.units import parse

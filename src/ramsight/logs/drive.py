@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.errors import LogError, OutputError
-from ramsight.logs.channel_map import ChannelMap
-from ramsight.logs.channels import MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPERATURE, REFERENCE, TIME
+from ramsight.logs.channels import MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPERATURE, REFERENCE, TIME, is_command
 from ramsight.logs.lines import Advance, file_name
+from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.opening import check_temperature, open_log
 from ramsight.output import open_table
 
@@ -117,6 +117,8 @@ def write_drive_log(log: xarray.Dataset, path: str | Path) -> None:
     for channel in (*CHANNELS, REFERENCE):
         if channel.name in log.variables:
             columns[channel.column] = channel.from_si(_finite(log[channel.name].values))
+    commands = [str(name) for name in log.data_vars if is_command(str(name))]
+    columns |= {name: _finite(log[name].values) for name in commands}
     if not np.isfinite(columns[TIME]).any():
         raise OutputError(f"{file}: has no samples")
     try:
@@ -124,7 +126,7 @@ def write_drive_log(log: xarray.Dataset, path: str | Path) -> None:
     except LogError as error:
         raise OutputError(str(error)) from None
     formats = {name: "%.15g" if name == TIME else "%.12g" for name in columns}
-    with open_table(path, formats=formats, units=_UNITS) as table:
+    with open_table(path, formats=formats, units=_UNITS | dict.fromkeys(commands, "1")) as table:
         table.append(columns)
 
 

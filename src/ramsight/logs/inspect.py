@@ -10,10 +10,11 @@ import numpy as np
 
 from ramsight.errors import LogError, warn_of_log
 from ramsight.logs.align import Samples
-from ramsight.logs.channel_map import ChannelMap, load_map
+from ramsight.logs.channel_map import load_map
 from ramsight.logs.clock import Clock, find_clock
 from ramsight.logs.guess import guess_form, guess_roles
 from ramsight.logs.lines import Advance
+from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.source import CSV, Offered, TableSource, open_source
 from ramsight.logs.source_can import CanSource
 from ramsight.logs.source_csv import CsvSource

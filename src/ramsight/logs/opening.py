@@ -2,19 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ramsight.errors import LogError
+from ramsight.errors import DescriptionError, LogError
 from ramsight.logs.align import Aligner, Array, Block, Switch
-from ramsight.logs.channel_map import ChannelMap, Mapped, load_map, standard_map, to_si_of
-from ramsight.logs.channels import MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPERATURE, REFERENCE, TIME
+from ramsight.logs.channel_map import load_map
+from ramsight.logs.channels import (
+    MOTOR_SPEED,
+    MOTOR_TORQUE,
+    OIL_TEMPERATURE,
+    REFERENCE,
+    TIME,
+    Channel,
+    as_dataset,
+    column_of,
+    is_command,
+)
 from ramsight.logs.falls import Falls
 from ramsight.logs.frames import open_frames
 from ramsight.logs.lines import Advance
+from ramsight.logs.mapped import MEASURED, ChannelMap, Mapped, Referenced, standard_map, to_si_of
+from ramsight.logs.resample import Resampler
 from ramsight.logs.source import CAN, CSV, Source, open_source
 from ramsight.logs.table import check_columns
 
@@ -79,7 +92,7 @@ def open_log(
         _check_standard(source, names)
         known = standard_map(names)
         source.clock = TIME
-    pieces = _regular(_columns(source, known), samples)
+    pieces = _regular(_resampled(_columns(source, known), known, source.file), samples)
     oil = known.roles["temperature"].channel
     yield from _as_datasets(pieces, source.file, oil, is_clock_watched=source.has_clock_watched)
 
@@ -102,31 +115,63 @@ def _check_standard(source: Source, names: list[str]) -> None:
         raise LogError(f"{text}; a channel map says which is which: ramsight logs inspect", file=source.file) from None
 
 
-def _columns(source: Source, known: ChannelMap) -> Iterator[dict[str, Array]]:
-    """Columns of the log in SI, of any length each."""
-    mapped = {role: one for role, one in known.roles.items() if one.channel}
-    to_si = {role: _converter(source, known, one, role) for role, one in mapped.items()}
+def read_measured(
+    path: str | Path, channel_map: ChannelMap | str | Path, *, advance: Advance | None = None
+) -> xarray.Dataset:
+    """What a log holds beside what a drive reports: the channels that its map names under `measured`.
+
+    For identification and judgement; a sensor's log, from `open_log`, never has them.
+
+    Args:
+        path: the file.
+        channel_map: with `measured.position`, `measured.pressure_a` or `measured.pressure_b`.
+        advance: told the share of the file that was read since the last call.
+
+    Returns:
+        Over the same ``time`` [s] as the log: ``position`` [m], ``pressure_a``, ``pressure_b`` [Pa], as far as named;
+        NaN where there is no number.
+
+    Raises:
+        LogError, UnknownNameError, DescriptionError: as `open_log`; or the map names nothing measured.
+    """
+    known = load_map(channel_map) if isinstance(channel_map, str | Path) else channel_map
+    if not known.measured:
+        raise DescriptionError("names nothing measured", file=known.file, key="measured", allowed=", ".join(MEASURED))
+    source = open_source(path, known, advance)
+    pieces = list(_resampled(_columns(source, known, known.measured), known, source.file))
+    columns = {name: np.concatenate([piece[name] for piece in pieces]) for name in ("time", *known.measured)}
+    channels = [replace(MEASURED[name], column=name, factor=1.0, offset=0.0) for name in known.measured]
+    return as_dataset(columns | {TIME: columns["time"]}, channels)
+
+
+def _columns(
+    source: Source, known: ChannelMap, measured: Mapping[str, Mapped] | None = None
+) -> Iterator[dict[str, Array]]:
+    """Columns of the log in SI, of any length each; with what was measured only if it is asked for."""
+    held = _held_channels(known, measured or {})
+    to_si = {name: _converter(source, known, one, role) for name, (role, one) in held.items()}
     references = {f"reference {k}": one for k, one in enumerate(known.references)}
     reference_si = {
         name: _converter(source, known, one.mapped, "reference") if one.position is None else (1.0, 0.0)
         for name, one in references.items()
     }
     switches = {name: Switch(one.position, one.edge) for name, one in references.items() if one.position is not None}
-    blocks = _by_role(source, known, mapped, switches)
+    blocks = _by_name(source, {name: one for name, (_, one) in held.items()}, references, switches)
     blocks, base = _with_base(blocks, known.base)
-    holds = {role: one.hold for role, one in mapped.items()}
+    holds = {name: one.hold for name, (_, one) in held.items()}
     aligner = Aligner(base, holds, {name: one.mapped.hold for name, one in references.items()})
+    constants = {_NAMES[role]: one.constant for role, one in known.roles.items() if not one.channel}
+    least = {column_of(name): one.least for name, one in known.commands.items()}
     count = 0
     for block in blocks:
         aligned = aligner.push(block)
         count += len(aligned["time"])
         columns = {"time": aligned["time"]}
-        for role, name in _NAMES.items():
-            if role in to_si:
-                factor, offset = to_si[role]
-                columns[name] = aligned[role] * factor + offset
-            else:
-                columns[name] = np.full(len(aligned["time"]), known.roles[role].constant)
+        columns |= {_NAMES.get(name, name): aligned[name] * factor + offset for name, (factor, offset) in to_si.items()}
+        columns |= {name: np.full(len(aligned["time"]), value) for name, value in constants.items()}
+        if known.motor is not None:
+            columns[MOTOR_TORQUE.name] = known.motor.torque(columns[MOTOR_TORQUE.name])
+        columns |= {name: _given(columns[name], value) for name, value in least.items()}
         if references:
             columns[REFERENCE.name] = np.full(len(aligned["time"]), np.nan)
             for name, (factor, offset) in reference_si.items():
@@ -134,9 +179,33 @@ def _columns(source: Source, known: ChannelMap) -> Iterator[dict[str, Array]]:
                 columns[REFERENCE.name][said] = aligned[name][said] * factor + offset
         yield columns
     if not count:
-        silent = [mapped[role].channel for role in aligner.silent]
+        silent = [held[name][1].channel for name in aligner.silent]
         what = f"has no samples of {', '.join(silent)}" if silent else "has no samples"
         raise LogError(what, file=source.file)
+
+
+def _held_channels(known: ChannelMap, measured: Mapping[str, Mapped]) -> dict[str, tuple[str, Mapped]]:
+    """What is held until its next sample comes, by role or by name: its role, which says its unit, and its channel."""
+    held = {role: (role, one) for role, one in known.roles.items() if one.channel}
+    held |= {column_of(name): ("command", one.mapped) for name, one in known.commands.items()}
+    return held | {name: (name, one) for name, one in measured.items()}
+
+
+def _given(values: Array, least: float) -> Array:
+    """Commands that are none are left to whoever holds the last one."""
+    return np.asarray(np.where(np.abs(values) < least, np.nan, values))
+
+
+def _resampled(columns: Iterator[dict[str, Array]], known: ChannelMap, file: str) -> Iterator[dict[str, Array]]:
+    """The columns at the map's period, if it has one."""
+    if known.period is None:
+        yield from columns
+        return
+    resampler = Resampler(known.period, file, known.angle, frozenset(column_of(name) for name in known.commands))
+    for block in columns:
+        made = resampler.push(block)
+        if len(made["time"]):
+            yield made
 
 
 def _converter(source: Source, known: ChannelMap, one: Mapped, role: str) -> tuple[float, float]:
@@ -149,13 +218,14 @@ def _converter(source: Source, known: ChannelMap, one: Mapped, role: str) -> tup
     return one.sign * one.scale * factor, one.sign * one.offset * factor + offset
 
 
-def _by_role(
-    source: Source, known: ChannelMap, mapped: dict[str, Mapped], switches: dict[str, Switch]
+def _by_name(
+    source: Source, held: dict[str, Mapped], references: dict[str, Referenced], switches: dict[str, Switch]
 ) -> Iterator[Block]:
-    """Blocks whose keys are roles and references in the place of the file's channels."""
-    events = {f"reference {k}": one.mapped.channel for k, one in enumerate(known.references)}
-    for block in source.blocks(known.channels()):
-        named = {role: block[one.channel] for role, one in mapped.items() if one.channel in block}
+    """Blocks whose keys are roles, names and references in the place of the file's channels."""
+    events = {name: one.mapped.channel for name, one in references.items()}
+    needed = [*(one.channel for one in held.values()), *events.values()]
+    for block in source.blocks(list(dict.fromkeys(needed))):
+        named = {name: block[one.channel] for name, one in held.items() if one.channel in block}
         for name, channel in events.items():
             if channel in block:
                 named[name] = switches[name].events(block[channel]) if name in switches else block[channel]
@@ -212,7 +282,7 @@ def _as_datasets(
         yield xarray.Dataset(
             {
                 channel.name: ("time", columns[channel.name], {"units": channel.units, "long_name": channel.long_name})
-                for channel in _DRIVE
+                for channel in (*_DRIVE, *_commanded(columns))
                 if channel.name in columns
             },
             coords={"time": ("time", columns["time"], {"units": "s", "long_name": "time"})},
@@ -221,6 +291,11 @@ def _as_datasets(
         raise LogError("has no time: not one sample has a number there", file=file)
     if clock is not None:
         clock.warn()
+
+
+def _commanded(columns: dict[str, Array]) -> list[Channel]:
+    """The commands among some columns."""
+    return [Channel(name, name, "1", name.replace("_", " ")) for name in columns if is_command(name)]
 
 
 def check_temperature(kelvin: Array, file: str, channel: str) -> None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from ramsight.logs.channel_map import HOLD, Mapped
 from ramsight.logs.clock import Clock
 from ramsight.logs.guess import USUAL, is_share
 from ramsight.logs.inspect import Inspection
+from ramsight.logs.mapped import HOLD, Mapped
 from ramsight.logs.source import CAN
 
 _SPARSE = 0.1  # share of empty cells from which they are no samples, rather than faults

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from ramsight.errors import LogError, UnknownNameError
 from ramsight.logs.align import Block, Samples
-from ramsight.logs.channel_map import ChannelMap
 from ramsight.logs.lines import Advance, check_file, file_name
+from ramsight.logs.mapped import ChannelMap
 
 CSV = (".csv", ".csv.gz", ".txt", ".txt.gz", ".tsv", ".tsv.gz")
 PARQUET = (".parquet", ".pq")
@@ -109,7 +109,7 @@ class TableSource(Source):
 
     def clocked(self) -> tuple[str, float]:
         """The clock column, and seconds for one of its units; "" if there is none and none is needed."""
-        from ramsight.logs.channel_map import to_si_of
+        from ramsight.logs.mapped import to_si_of
 
         if self.clock is None and not self.is_clock_needed:
             return "", 1.0

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from ramsight.errors import LogError
 from ramsight.logs.align import Block
-from ramsight.logs.channel_map import ChannelMap
 from ramsight.logs.lines import Advance, check_file, first_line
+from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.source import Offered, TableSource, needs, unit_in_name
 
 _ROWS = 1 << 16

@@ -1,0 +1,258 @@
+"""What a channel map says: which channels are what, and what their numbers mean."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ramsight.errors import DescriptionError
+from ramsight.logs.channels import (
+    MOTOR_SPEED,
+    MOTOR_TORQUE,
+    OIL_TEMPERATURE,
+    POSITION,
+    PRESSURE_A,
+    PRESSURE_B,
+    REFERENCE,
+    TIME,
+    is_command,
+    part_of,
+)
+from ramsight.logs.header import CsvForm
+from ramsight.units import parse
+
+ROLES = {"speed": MOTOR_SPEED, "torque": MOTOR_TORQUE, "temperature": OIL_TEMPERATURE}
+"""Tables of a map, and what each becomes in the log."""
+
+INSTEAD = {"angle": "speed", "current": "torque"}
+"""Tables of a map that stand in the place of another: a shaft's angle of its speed, a motor's current of its torque."""
+
+MEASURED = {"position": POSITION, "pressure_a": PRESSURE_A, "pressure_b": PRESSURE_B}
+"""What a map may name beside what a drive reports, under `measured`: for identification and judgement only."""
+
+SI = {
+    "time": "s", "speed": "rad/s", "torque": "N m", "temperature": "K", "reference": "m", "angle": "rad",
+    "current": "A", "command": "1", "position": "m", "pressure_a": "Pa", "pressure_b": "Pa",
+}  # fmt: skip
+
+HOLD = {"speed": 0.5, "torque": 0.5, "temperature": 60.0, "reference": 0.5}
+"""How long a value holds without a new one [s], unless the map says otherwise: a drive reports every few
+milliseconds, and oil does not change its temperature within a minute."""
+
+
+@dataclass(frozen=True)
+class Mapped:
+    """One source channel and what its numbers mean: ``sign * (scale * number + offset)`` in ``unit``.
+
+    Args:
+        channel: its name in the file, "" for a constant.
+        unit: of the number after scale and offset; None takes the file's.
+        sign: 1 or -1.
+        scale: factor.
+        offset: in `unit`.
+        rated: what 100 % is, in SI, where `unit` is percent or permille.
+        hold: how long a value holds [s].
+        constant: the value in SI where there is no channel.
+    """
+
+    channel: str
+    unit: str | None = None
+    sign: float = 1.0
+    scale: float = 1.0
+    offset: float = 0.0
+    rated: float | None = None
+    hold: float = 0.5
+    constant: float | None = None
+
+
+@dataclass(frozen=True)
+class Counted:
+    """A shaft's angle in place of its speed.
+
+    Args:
+        per_turn: numbers a turn, after scale and offset; the angle starts anew after each.
+    """
+
+    per_turn: float
+
+    def radians(self, numbers: NDArray[np.float64], last: float) -> NDArray[np.float64]:
+        """Angle without jumps [rad], from numbers of which the one before them was `last`, NaN if there was none.
+
+        Example:
+            >>> Counted(4096).radians(np.array([4000.0, 100.0]), math.nan).round(3).tolist()
+            [6.136, 6.437]
+        """
+        before = numbers[:1] if math.isnan(last) else np.array([last])
+        steps = np.diff(np.concatenate([before, numbers]))
+        steps -= self.per_turn * np.round(steps / self.per_turn)
+        return np.asarray((before[0] + np.cumsum(steps)) * (2.0 * math.pi / self.per_turn))
+
+
+@dataclass(frozen=True)
+class Motor:
+    """A motor's current in place of its torque: k i (1 - abs(i)/i_s).
+
+    Args:
+        torque_constant: k, torque per unit of the current [N m].
+        saturation: i_s, in the current's unit, at which a linear loss of torque by saturation would take all; None
+            for a motor without.
+    """
+
+    torque_constant: float
+    saturation: float | None = None
+
+    def torque(self, current: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Torque [N m] of a current in its unit."""
+        lost = 0.0 if self.saturation is None else np.abs(current) / self.saturation
+        return np.asarray(self.torque_constant * current * (1.0 - lost))
+
+
+@dataclass(frozen=True)
+class Commanded:
+    """The command to a part of the circuit, for example a directional valve: -1 to 1.
+
+    Args:
+        mapped: the channel.
+        least: a command smaller than this is none, and the last one holds.
+    """
+
+    mapped: Mapped
+    least: float = 0.0
+
+
+@dataclass(frozen=True)
+class Referenced:
+    """A channel that says where the piston is.
+
+    Args:
+        mapped: the channel: positions in its unit, or a switch if `position` is given.
+        position: where the piston is when the switch changes [m].
+        edge: which change it is: ``rising``, ``falling`` or ``both``.
+    """
+
+    mapped: Mapped
+    position: float | None = None
+    edge: str = "rising"
+
+
+@dataclass(frozen=True)
+class Pdo:
+    """A CANopen process data object.
+
+    Args:
+        cob_id: identifier of its frames.
+        objects: what is mapped into it, end to end: ``606Ch``, ``4602h:0Ch``, ``2010h:01 INT16``.
+    """
+
+    cob_id: int
+    objects: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class ChannelMap:
+    """Everything that a map says; made by `load_map` or `standard_map`.
+
+    Args:
+        file: where it was read, None for one made by the program.
+        time: clock column of a table.
+        roles: ``speed``, ``torque`` and ``temperature``.
+        references: none or some.
+        base: the role whose samples are the log's: ``speed`` or ``torque``; None takes the slower.
+        sparse: whether an empty cell of a table is no sample, rather than a missing value.
+        form: layout of a CSV file.
+        dbc: files that say what CAN frames mean.
+        pdos: CANopen mappings that do.
+        bus: the CAN channel to read; None reads all.
+        date: column of dates beside a clock column that is a time of day.
+        angle: how the channel of the role ``speed`` counts, where it is an angle.
+        motor: what the channel of the role ``torque`` is, where it is a current.
+        commands: to parts of the circuit, by their names.
+        measured: position and pressures, by their names in `MEASURED`; no sensor is given them.
+        period: of the log's samples, if they are made anew [s].
+    """
+
+    file: str | None = None
+    time: Mapped | None = None
+    roles: Mapping[str, Mapped] = field(default_factory=dict)
+    references: tuple[Referenced, ...] = ()
+    base: str | None = None
+    sparse: bool = False
+    form: CsvForm = field(default_factory=CsvForm)
+    dbc: tuple[Path, ...] = ()
+    pdos: tuple[Pdo, ...] = ()
+    bus: int | None = None
+    date: str | None = None
+    angle: Counted | None = None
+    motor: Motor | None = None
+    commands: Mapping[str, Commanded] = field(default_factory=dict)
+    measured: Mapping[str, Mapped] = field(default_factory=dict)
+    period: float | None = None
+
+    @property
+    def is_can(self) -> bool:
+        """Whether it says what CAN frames mean."""
+        return bool(self.dbc or self.pdos)
+
+
+def standard_map(names: list[str]) -> ChannelMap:
+    """The map of a log whose channels have ramsight's own names.
+
+    Args:
+        names: the file's channels; a reference and commands to parts, ``valve_command``, are mapped if among them.
+    """
+    roles = {
+        "speed": Mapped(MOTOR_SPEED.column, "rpm", hold=HOLD["speed"]),
+        "torque": Mapped(MOTOR_TORQUE.column, "N m", hold=HOLD["torque"]),
+        "temperature": Mapped(OIL_TEMPERATURE.column, "degC", hold=HOLD["temperature"]),
+    }
+    references = (Referenced(Mapped(REFERENCE.column, "m")),) if REFERENCE.column in names else ()
+    commands = {part_of(name): Commanded(Mapped(name, "1", hold=math.inf)) for name in names if is_command(name)}
+    return ChannelMap(time=Mapped(TIME, "s"), roles=roles, references=references, commands=commands)
+
+
+def to_si_of(
+    unit: str, role: str, rated: float | None, *, file: str | None = None, key: str | None = None
+) -> tuple[float, float]:
+    """Factor and offset from a unit to SI.
+
+    Args:
+        unit: for example ``1/min``, ``degC``, ``percent``.
+        role: ``time``, ``speed``, ``torque``, ``temperature`` or ``reference``.
+        rated: what 100 % is [SI], for a share.
+        file: where the unit stands, for the message.
+        key: its key there.
+
+    Raises:
+        DescriptionError: the unit is no unit of this quantity, or a share of nothing.
+
+    Example:
+        >>> to_si_of("permille", "torque", 35.0)
+        (0.035, 0.0)
+        >>> to_si_of("degC", "temperature", None)
+        (1.0, 273.15)
+    """
+    try:
+        if rated is not None:
+            return parse(f"1 {unit}", "1") * rated, 0.0
+        if role == "temperature":
+            offset = parse(f"0 {unit}", "K")
+            return round(parse(f"1000 {unit}", "K") - offset, 9) / 1000.0, offset
+        return parse(f"1 {unit}", SI[role]), 0.0
+    except DescriptionError as error:
+        hint = ""
+        if rated is None and role in ("speed", "torque") and _is_share(unit):
+            hint = "; a share needs what 100 % is: rated = ..."
+        raise DescriptionError(f"{error.message}{hint}", file=file, key=key, value=unit) from None
+
+
+def _is_share(unit: str) -> bool:
+    try:
+        parse(f"1 {unit}", "1")
+    except DescriptionError:
+        return False
+    return True

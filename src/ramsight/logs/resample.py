@@ -1,0 +1,107 @@
+"""Samples made anew at a drive's usual period, of a log that came faster, or with an angle in the place of a speed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ramsight.errors import LogError
+from ramsight.logs.align import Array
+from ramsight.logs.channels import MOTOR_SPEED, REFERENCE
+from ramsight.logs.mapped import Counted
+
+_START = 1e-9  # s; rounding of a clock in milliseconds
+
+
+class Resampler:
+    """Takes columns over time and gives them at equal distances; what it needs of earlier ones it keeps.
+
+    A sample is the mean over its period, half before and half after it. A speed that comes from an angle is the angle
+    of the period over its length, so that no revolution is lost. A command is the newest one, a reference is
+    taken by the sample after it.
+
+    Args:
+        period: of the new samples [s].
+        file: for messages.
+        angle: how the column of the speed counts an angle; None where it is a speed.
+        newest: columns whose newest value counts.
+    """
+
+    def __init__(self, period: float, file: str, angle: Counted | None, newest: frozenset[str]) -> None:
+        self._period, self._file, self._angle, self._newest = period, file, angle, newest
+        self._held: dict[str, Array] = {}
+        self._next: float | None = None
+        self._last_count = np.nan
+        self._turned = 0.0
+
+    def push(self, columns: dict[str, Array]) -> dict[str, Array]:
+        """Take columns, over `time` [s].
+
+        Returns:
+            The new samples that are complete, maybe none; speed [rad/s].
+
+        Raises:
+            LogError: time does not increase.
+        """
+        known = {name: column.copy() for name, column in columns.items()}
+        if self._angle is not None:
+            known[MOTOR_SPEED.name] = self._unwrapped(self._angle, known[MOTOR_SPEED.name])
+        held = {
+            name: np.concatenate([self._held[name], column]) if self._held else column for name, column in known.items()
+        }
+        time = held["time"]
+        if not len(time):
+            return held
+        back = ~(np.diff(time) > 0.0)
+        if back.any():
+            place = float(time[int(np.argmax(back)) + 1])
+            message = f"time has to increase where samples are made anew: it does not at {place:g} s"
+            raise LogError(message, file=self._file)
+        half = 0.5 * self._period
+        first = time[0] + half if self._next is None else self._next
+        count = max(int(np.floor((time[-1] - half - first) / self._period + _START)) + 1, 0)
+        at: Array = first + self._period * np.arange(count, dtype=np.float64)
+        self._next = first + self._period * count
+        made = {name: self._column(name, column, time, at) for name, column in held.items()}
+        keep = max(int(np.searchsorted(time, self._next - self._period - half)) - 1, 0)
+        self._held = {name: column[keep:] for name, column in held.items()}
+        return made | {"time": at}
+
+    def _unwrapped(self, angle_of: Counted, counts: Array) -> Array:
+        """Angle without jumps [rad], from where it was."""
+        if not len(counts):
+            return counts
+        begun = not np.isnan(self._last_count)
+        angle = angle_of.radians(counts, self._last_count)
+        start = angle_of.radians(np.array([self._last_count]), np.nan)[0] if begun else angle[0]
+        turned: Array = self._turned + (angle - start)
+        self._turned, self._last_count = float(turned[-1]), float(counts[-1])
+        return turned
+
+    def _column(self, name: str, column: Array, time: Array, at: Array) -> Array:
+        before, after = at - 0.5 * self._period, at + 0.5 * self._period
+        if name == MOTOR_SPEED.name and self._angle is not None:
+            return np.asarray((np.interp(after, time, column) - np.interp(before, time, column)) / self._period)
+        if name in self._newest:
+            return np.asarray(column[np.maximum(np.searchsorted(time, at + _START, side="right") - 1, 0)])
+        if name == REFERENCE.name:
+            return _last_known(column, time, at, self._period)
+        return _mean(column, time, before, after)
+
+
+def _mean(column: Array, time: Array, before: Array, after: Array) -> Array:
+    """Mean of the samples in each span, of those that are numbers; NaN where there are none."""
+    good = np.isfinite(column)
+    sums = np.concatenate([[0.0], np.cumsum(np.where(good, column, 0.0))])
+    counts = np.concatenate([[0], np.cumsum(good)])
+    low, high = np.searchsorted(time, before - _START), np.searchsorted(time, after - _START)
+    number = counts[high] - counts[low]
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.where(number > 0, (sums[high] - sums[low]) / np.maximum(number, 1), np.nan))
+
+
+def _last_known(column: Array, time: Array, at: Array, period: float) -> Array:
+    """The last number since the sample before, NaN where there is none."""
+    place = np.maximum.accumulate(np.where(np.isfinite(column), np.arange(len(column)), -1)) if len(column) else column
+    newest = place[np.maximum(np.searchsorted(time, at + _START, side="right") - 1, 0)].astype(int)
+    fresh = (newest >= 0) & (time[np.maximum(newest, 0)] > at - period + _START)
+    return np.where(fresh, column[np.maximum(newest, 0)], np.nan)
