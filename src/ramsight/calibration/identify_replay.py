@@ -178,7 +178,8 @@ def _with_wear(unit: HydraulicUnit) -> HydraulicUnit:
 @lru_cache(maxsize=16)
 def _written(unit: HydraulicUnit) -> tuple[Any, Array, Array]:
     """The recursion of a unit, the values of its parameters and its first state."""
-    graph, circuit, limits = SensorGraph(), balance(without_friction(unit)), limits_of(unit)
+    circuit, limits = balance(without_friction(unit)), limits_of(unit)
+    graph = SensorGraph(circuit.model.commands)
     graph.initially("position", 0.5 * unit.cylinder.stroke)
     graph.parameters.add("travel_per_radian", float(unit.travel_per_radian))
     factors = [graph.parameters.add(name, 1.0) for name in FACTORS]

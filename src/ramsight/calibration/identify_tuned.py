@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -13,7 +12,7 @@ from ramsight.calibration.identify import Identification, IdentifyError
 from ramsight.calibration.identify_report import WORDS, interval, summary
 from ramsight.calibration.uncertainty import rougher
 from ramsight.errors import DescriptionError
-from ramsight.machine.declare import Value, walk
+from ramsight.machine.as_toml import as_toml
 from ramsight.machine.description import Composed, DirectDriven, Unit
 from ramsight.machine.efficiencies import COLUMNS
 from ramsight.machine.parts import Hose, Pump
@@ -146,32 +145,5 @@ def tuned(machine: Machine, unit: str, found: Identification, log: str, truth: s
         *summary(found).splitlines(),
     ]
     lines = [f"# {' '.join(line.split())}" if n < 2 else f"# {line}" for n, line in enumerate(head)]
-    text = "\n".join([*lines, *_toml(changed, {**machine.sources, **sources})]) + "\n"
+    text = "\n".join([*lines, *as_toml(changed, {**machine.sources, **sources})]) + "\n"
     return Tuned(loads(text, "the tuned description"), text)
-
-
-def _toml(machine: Machine, sources: dict[str, str]) -> Iterator[str]:
-    """A description as TOML, a table a part; defaults that nobody gave are left out."""
-    tables: dict[str, list[str]] = {}
-    for value in walk(machine):
-        if value.given:
-            where, _, key = value.path.rpartition(".")
-            source, text = sources.get(value.path), _written(value)
-            line = text if source is None else f"{{ value = {text}, source = {_quoted(source)} }}"
-            tables.setdefault(where, []).append(f"{key} = {line}")
-    for where, lines in tables.items():
-        yield from ("", f"[{where}]") if where else ()
-        yield from lines
-
-
-def _written(value: Value) -> str:
-    if value.declared is None:
-        return str(value.value) if isinstance(value.value, int | float) else _quoted(value.value)
-    if value.declared.whole:
-        return str(value.value)
-    text = value.declared.show(value.value)
-    return _quoted(text) if value.declared.unit != "1" or "/" in text else text
-
-
-def _quoted(text: Any) -> str:
-    return json.dumps(str(text), ensure_ascii=False)

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ramsight.calibration.uncertainty import EFFICIENCY, NO_LOAD_TORQUE, rougher, with_friction_factor
 from ramsight.errors import RamsightError
 from ramsight.plant.balance import balance as balance_of
+from ramsight.plant.holding import held_by_valve, holding_valves
 from ramsight.plant.hose import Volume
 from ramsight.plant.limits import limits_of
 from ramsight.plant.pump import Pump
@@ -226,9 +227,15 @@ class ClosedPump:
         return abs(torque) / self.limits.torque * self.limits.pressure
 
     def settles(self, speed: float) -> float:
-        """Time constant with which the pressure settles [s]: the compressed oil over the leakage."""
+        """Time constant with which the pressure settles [s]: the compressed oil over the leakage.
+
+        Where the pump holds the load the piston stands on its upper stop, and its chamber is compressed too.
+        """
         unit, nodes = self.unit, reach(self.unit.parts(), self._pumped(), "joins")
         volume = sum(p.volume for p in unit.parts() if isinstance(p, Volume) and p.node in nodes)
+        if not (holding_valves(unit) or held_by_valve(unit)):
+            cylinder = unit.cylinder
+            volume += cylinder.dead_volume(unit.held) + cylinder.area(unit.held) * cylinder.stroke
         leak = self.limits.leak_velocity * float(unit.cylinder.area(unit.held)) / self.limits.pressure
         return float(volume) / unit.oil.bulk_modulus / leak
 

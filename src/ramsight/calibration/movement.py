@@ -165,7 +165,7 @@ def _run(
     start = 0.5 * (1.0 - way) * stroke + 0.2 * stroke * way
     speed = trapezoid_moves([(motor_speed, span)], ramp=_RAMP, before=0.0, rest=0.0)
     duty = Duty(speed, constant(load), constant(temperature), start, end=_RAMP + span)
-    segments = duty.segments(model.values, ode.parameters.index("oil_temperature"))
+    segments = duty.segments(model.values, ode.parameters)
     run = integrate(ode, initial_state(unit, model, start, load), segments, time)
     if run.outcome is not Outcome.DONE:
         raise SimulationError(f"{unit.name} at {load:.0f} N and {temperature - 273.15:.0f} degC: {run.message}")

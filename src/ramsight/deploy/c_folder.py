@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,9 +10,11 @@ from ramsight.deploy.c_sensor import golden_source, identifier_of, inputs_of, se
 from ramsight.deploy.compiler import Footprint, find_compiler, footprint, version
 from ramsight.deploy.golden import SAMPLES, faulty_day
 from ramsight.engine.recursion import replay
+from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
 from ramsight.output import check_folder, whole_folder
 from ramsight.plant.build import build
+from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.virtual_sensor import START_STD
 
@@ -74,15 +76,27 @@ def write_sensor(
     out = Path(out)
     check_folder(out)
     built = build(unit, machine.unit(unit))
+    if single and built.cylinder.passive:
+        raise DescriptionError(
+            "is not for floats: a piston that its load holds stands or goes by the last digits",
+            key=f"units.{unit}.load.kind",
+            value="passive",
+            allowed="doubles",
+        )
     sensor, prefix = kalman(built), f"ramsight_{identifier_of(unit)}"
-    rows, start = faulty_day(built, duration=45.0, every=30.0, seed=1)
+    rows, start = faulty_day(built, duration=45.0, every=30.0, seed=1, further=sensor.further)
     rows = rows[:SAMPLES]
     sensor.start(start)
     state = sensor.initial.copy()
     state[:] = [sensor.state[name] for name in sensor.recursion.state]
     said = replay(sensor.recursion, inputs_of(rows), sensor.parameters, state)[:, :5]
     source = golden_source(
-        sensor_source(sensor, built, prefix, machine.name, single=single), rows, said, start, START_STD
+        sensor_source(sensor, built, prefix, machine.name, single=single),
+        rows,
+        said,
+        start,
+        START_STD,
+        sensor.further,
     )
     advance(1)
     with whole_folder(out, _LAST) as draft:
@@ -90,7 +104,7 @@ def write_sensor(
             (draft / name).write_text(text, encoding="utf-8")
         found = find_compiler() if compiler is None else compiler
         measured = []
-        for floats, level in _BUILDS:
+        for floats, level in _builds(built):
             if found:
                 measured.append(footprint(found, draft, prefix, single=floats, optimised=level))
             advance(1)
@@ -116,6 +130,11 @@ def shown(footprints: tuple[Footprint, ...]) -> str:
         f"{f.saved} saved, {1e9 * f.step:.0f} ns a step"
         for f in footprints
     )
+
+
+def _builds(unit: HydraulicUnit) -> Iterator[tuple[bool, str]]:
+    """Builds that are measured; floats are not good enough where a load only resists."""
+    return (build for build in _BUILDS if not (build[0] and unit.cylinder.passive))
 
 
 def _table(measured: list[Footprint], compiler: str | None) -> str:

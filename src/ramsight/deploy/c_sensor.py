@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from string import Template
@@ -29,6 +29,8 @@ PLACES = ("position", "shown_position")
 CLOCKS = ("time", "clock")
 """States that are times; the step is given how far they are back. A sum of times stays a double too, or a timer of
 samples would end a sample early or late at its limit."""
+ROW = ("time [s]", "motor speed [rad/s]", "motor torque [N m]", "oil temperature [K]", "reference [m]")
+"""Columns of a row of samples; what else a sensor takes comes after them."""
 _SLOTS = "slots 2"
 """How the bytes of a slot are laid out; part of its identity."""
 _OTHER_STATUSES = 4
@@ -95,6 +97,7 @@ def sensor_source(
         "sensor.h",
         float=int(single),
         stroke=repr(unit.cylinder.stroke),
+        further="".join(_further(sensor, prefix)),
         statuses=_lines(f"{macro}_{s.name} = {int(s)}, /* {s.text} */" for s in Status),
         outputs=_lines(_outputs(sensor, prefix)),
         states=_lines(f"{'double' if name in wide else f'{prefix}_real'} {name};" for name in states),
@@ -107,6 +110,7 @@ def sensor_source(
         initial=_lines(
             f"s->{name} = {'' if name in wide else 'R'}({literal(values[name])});" for name in states if name in values
         ),
+        further="".join(f"  const real u_{name} = in->{name};\n" for name in sensor.further),
         relative=_lines(f"const wide x_{n} = s->{n} - in->time;" for n in states if n in CLOCKS),
         step=_lines(step),
         texts=_lines((f'case {macro}_{s.name}: return "{s.text}";' for s in Status), 4),
@@ -130,16 +134,23 @@ def sensor_source(
 
 
 def golden_source(
-    source: SensorSource, inputs: NDArray[np.float64], outputs: NDArray[np.float64], start: float, std: float
+    source: SensorSource,
+    inputs: NDArray[np.float64],
+    outputs: NDArray[np.float64],
+    start: float,
+    std: float,
+    further: Sequence[str] = (),
 ) -> SensorSource:
     """The same with golden samples and the program that runs them.
 
     Args:
         source: header and body.
-        inputs: time, motor speed, torque, oil temperature and reference (NaN: none), shape (samples, 5).
+        inputs: time, motor speed, torque, oil temperature, reference (NaN: none) and `further`, shape (samples, 5 and
+            more).
         outputs: position, standard deviation, velocity, load and status, shape (samples, 5).
         start: the position at the start [m].
         std: its standard deviation [m].
+        further: names of the columns after those of `ROW`.
     """
 
     def rows(name: str, table: NDArray[np.float64]) -> str:
@@ -150,13 +161,15 @@ def golden_source(
         f"/* A simulated log with faults in it, and what ramsight {__version__} says of it. */\n"
         f"#define GOLDEN {len(inputs)}\n"
         f"static const double golden_start = {literal(start)}, golden_std = {literal(std)}; /* m */\n"
-        "/* time [s], motor speed [rad/s], motor torque [N m], oil temperature [K], reference [m] */\n"
+        f"/* {', '.join((*ROW, *further))} */\n"
         f"{rows('golden_in', inputs)}"
         "/* position [m], its standard deviation [m], velocity [m/s], load [N], status */\n"
         f"{rows('golden_out', outputs)}"
     )
     p = source.prefix
-    program = template("sensor_test.c", p=p, P=p.upper(), other=_OTHER_STATUSES)
+    reads = "".join(f"    in.{name} = ({p}_real)sample[{k}];\n" for k, name in enumerate(further, len(ROW)))
+    resting = "".join(f"  in.{name} = ({p}_real)NAN;\n" for name in further)
+    program = template("sensor_test.c", p=p, P=p.upper(), other=_OTHER_STATUSES, further=reads, resting=resting)
     return SensorSource(p, {**source.files, f"{p}_golden.h": text, f"{p}_test.c": program})
 
 
@@ -242,7 +255,15 @@ def identifier_of(name: str) -> str:
 
 
 def inputs_of(rows: Any) -> NDArray[np.float64]:
-    """Samples with a reference or NaN, shape (samples, 5), as the recursion takes them, shape (samples, 6)."""
+    """Samples with a reference or NaN, shape (samples, 5 and more), as the recursion takes them: one column more."""
     rows = np.asarray(rows, dtype=np.float64)
     known = np.isfinite(rows[:, 4])
-    return np.ascontiguousarray(np.column_stack([rows[:, :4], np.where(known, rows[:, 4], 0.0), known]))
+    columns = [rows[:, :4], np.where(known, rows[:, 4], 0.0), known, rows[:, len(ROW) :]]
+    return np.ascontiguousarray(np.column_stack(columns))
+
+
+def _further(sensor: VirtualSensor, prefix: str) -> list[str]:
+    """What else a sample holds, a line each of the struct."""
+    notes = dict.fromkeys(sensor.commands, "command, -1 ... 1; NaN: as before")
+    notes |= dict.fromkeys(sensor.optional, "absolute [Pa]; NaN where it is not measured")
+    return [f"  {prefix}_real {name}; /* {notes[name]} */\n" for name in sensor.further]

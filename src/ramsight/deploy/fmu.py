@@ -8,6 +8,7 @@ import sys
 import tempfile
 import uuid
 import zipfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -40,7 +41,14 @@ class WrittenFmu:
 
 
 def write_fmu(
-    machine: Machine, unit: str, out: str | Path, *, what: str = "sensor", fmi: int = 2, compiler: str | None = None
+    machine: Machine,
+    unit: str,
+    out: str | Path,
+    *,
+    what: str = "sensor",
+    fmi: int = 2,
+    compiler: str | None = None,
+    named: Callable[[str], str] = str,
 ) -> WrittenFmu:
     """Write a co-simulation FMU of a unit's virtual sensor, or of the unit itself.
 
@@ -51,6 +59,7 @@ def write_fmu(
         what: ``sensor`` or ``plant``.
         fmi: 2 or 3.
         compiler: path of the C compiler; by default the one that is found. Without one the FMU has sources alone.
+        named: what errors call an argument.
 
     Raises:
         DescriptionError: there is no such sensor or version.
@@ -64,9 +73,11 @@ def write_fmu(
         ...     done.path.name, done.variables, done.binary
         ('boom.fmu', 23, None)
     """
-    for key, value, known in (("--what", what, WHAT), ("--fmi", fmi, VERSIONS)):
+    for key, value, known in (("what", what, WHAT), ("fmi", fmi, VERSIONS)):
         if value not in known:
-            raise DescriptionError("there is no such FMU", key=key, value=value, allowed=", ".join(map(str, known)))
+            raise DescriptionError(
+                "there is no such FMU", key=named(key), value=value, allowed=", ".join(map(str, known))
+            )
     out = Path(out)
     check_target(out, (".fmu",))
     model = _model(machine, unit, what)

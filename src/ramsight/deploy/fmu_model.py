@@ -14,12 +14,15 @@ from ramsight.engine.ode_module import pieces
 from ramsight.engine.run import DEFAULT_RTOL
 from ramsight.equation import OdeModel
 from ramsight.plant.balance import FACTORS
+from ramsight.plant.circuit import COMMANDED
 from ramsight.plant.cylinder import ATMOSPHERE
 from ramsight.plant.unit import HydraulicUnit, circuit, reach
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.virtual_sensor import START_STD
 
 _T0 = 313.15  # K
+_UNKNOWN = 1e10  # Pa; what no chamber has
+_NOTHING = "1e10 where it is not measured"
 
 
 @dataclass(frozen=True)
@@ -91,12 +94,14 @@ def sensor_model(unit: HydraulicUnit, prefix: str, machine: str) -> FmuModel:
         Variable("reference", "real", "input", "m", "position that is known, where reference_known", 0.0),
         Variable("start_position", "real", "parameter", "m", "position at the start, where start_known", 0.0),
         Variable("start_std", "real", "parameter", "m", "its standard deviation", START_STD),
+        *(Variable(n, "real", "input", "1", "command, -1 to 1", COMMANDED) for n in sensor.commands),
+        *(Variable(n, "real", "input", "Pa", f"{n.replace('_', ' ')}, {_NOTHING}", _UNKNOWN) for n in sensor.optional),
         *(Variable(n, "real", "output", _fmi_unit(sensor.units[n]), n.replace("_", " ")) for n in says),
         Variable("status", "status", "output", "", "what the position is worth"),
         Variable("reference_known", "truth", "input", "", "whether the reference counts at this sample", 0.0),
         Variable("start_known", "truth", "parameter", "", "whether the position at the start is known", 0.0),
     )
-    first = 7
+    first = 7 + len(sensor.further)
     macros = {name.upper(): k for k, name in enumerate(v.name for v in variables[:first]) if name != "time"}
     config = [f'#include "{prefix}.h"', *(f"#define {name} {k}" for name, k in macros.items())]
     config += ["#define REFERENCE_KNOWN 0", "#define START_KNOWN 1", f"typedef struct {{ {prefix} sensor; }} Memory;"]
@@ -107,6 +112,7 @@ def sensor_model(unit: HydraulicUnit, prefix: str, machine: str) -> FmuModel:
         causality=_letters(variables),
         stroke=f"{unit.cylinder.stroke:g}",
         starts="\n".join(_starts(variables)),
+        further="".join(f"  in.{name} = m->real[{name.upper()}];\n" for name in sensor.further),
         says="\n".join(f"  m->real[{first + k}] = out->{name};" for k, name in enumerate(says)),
         factors="\n".join(f"  out.{n}_factor = s->described_{k};" for k, n in enumerate(FACTORS, 1)),
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -37,7 +39,13 @@ def faults(at: float) -> list[Fault]:
 
 
 def faulty_day(
-    unit: HydraulicUnit, *, duration: float, every: float | None, seed: int, real: HydraulicUnit | None = None
+    unit: HydraulicUnit,
+    *,
+    duration: float,
+    every: float | None,
+    seed: int,
+    real: HydraulicUnit | None = None,
+    further: Sequence[str] = (),
 ) -> tuple[Array, float]:
     """A work day with a fault of each kind again and again, and a reference after each round.
 
@@ -47,16 +55,18 @@ def faulty_day(
         every: time from one round of faults to the next [s], at least 25; None for a day without faults.
         seed: of moves, loads and noise.
         real: the unit as it is; by default its data sheet.
+        further: what else the sensor takes, for columns after these: commands, and pressures without noise.
 
     Returns:
         Time [s], motor speed [rad/s], torque [N m], oil temperature [K] and reference (NaN: none) [m], shape
-        (samples, 5); and the position at the start [m].
+        (samples, 5 and more); and the position at the start [m].
     """
     force = limits_of(unit).load
     loads = (_LOADS[0] * force, _LOADS[1] * force)
     duty = work_day(unit, loads, _TEMPERATURE, duration=duration, visit_every=15.0, seed=seed)
     run = simulate(real or unit, duty)
-    log = report(run, DriveReport(seed=seed)).assign(sample=("time", np.arange(run.sizes["time"])))
+    log = report(run, DriveReport(seed=seed))
+    log = log.assign({name: run[name] for name in further}).assign(sample=("time", np.arange(run.sizes["time"])))
     known = np.full(run.sizes["time"], np.nan)
     for at in np.arange(8.0, duration - 25.0, every) if every else ():
         for fault in faults(float(at)):
@@ -65,5 +75,6 @@ def faulty_day(
         known[place] = run["position"].values[place]
         known[place + 100] = 0.5 * unit.cylinder.stroke  # most likely wrong, and to be refused
     names = ("time", "motor_speed", "motor_torque", "oil_temperature")
-    rows = np.column_stack([*(log[name].values for name in names), known[log["sample"].values]])
+    columns = [*(log[name].values for name in names), known[log["sample"].values]]
+    rows = np.column_stack([*columns, *(log[name].values for name in further)])
     return rows, duty.start_position

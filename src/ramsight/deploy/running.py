@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ramsight.deploy.c_sensor import SensorSource, template
+from ramsight.deploy.c_sensor import ROW, SensorSource, template
 from ramsight.deploy.compiler import STRICT, library
 from ramsight.sensor.virtual_sensor import VirtualSensor
 
@@ -36,7 +36,12 @@ class CompiledSensor:
     ) -> None:
         outputs = sensor.recursion.outputs
         copies = "\n".join(f"    *out++ = (double)said.{name};" for name in outputs)
-        files = {**source.files, "replay.c": template("sensor_replay.c", p=source.prefix, copies=copies)}
+        further = sensor.further
+        reads = "".join(f"    sample.{n} = ({source.prefix}_real)in[{k}];\n" for k, n in enumerate(further, len(ROW)))
+        replay = template(
+            "sensor_replay.c", p=source.prefix, copies=copies, further=reads, columns=len(ROW) + len(further)
+        )
+        files = {**source.files, "replay.c": replay}
         files = {name: text for name, text in files.items() if not name.endswith("_test.c")}
         self._outputs = len(outputs)
         with tempfile.TemporaryDirectory() as folder:
@@ -49,8 +54,8 @@ class CompiledSensor:
         """All outputs, shape (samples, outputs).
 
         Args:
-            rows: time [s], motor speed [rad/s], torque [N m], oil temperature [K], reference [m] or NaN; shape
-                (samples, 5).
+            rows: time [s], motor speed [rad/s], torque [N m], oil temperature [K], reference [m] or NaN, and what
+                else the sensor takes; shape (samples, 5 and more).
             start: position at first [m]; NaN if nobody knows.
             std: of it [m].
         """

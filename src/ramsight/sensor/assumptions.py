@@ -1,5 +1,12 @@
 """What a sensor assumes of drive, thermometer, machine and stops; a part of the description, and declared there."""
 
-from ramsight.machine.assumptions import AssumedDrive, AssumedMachine, AssumedStops, AssumedThermometer, Assumptions
+from ramsight.machine.assumptions import (
+    AssumedDrive,
+    AssumedMachine,
+    AssumedPressure,
+    AssumedStops,
+    AssumedThermometer,
+    Assumptions,
+)
 
-__all__ = ["AssumedDrive", "AssumedMachine", "AssumedStops", "AssumedThermometer", "Assumptions"]
+__all__ = ["AssumedDrive", "AssumedMachine", "AssumedPressure", "AssumedStops", "AssumedThermometer", "Assumptions"]

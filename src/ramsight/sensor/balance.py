@@ -31,17 +31,18 @@ def balance(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virt
     Returns:
         A sensor with position, velocity, load and status; it does not know its standard deviation (NaN).
     """
-    graph, limits, circuit = SensorGraph(), limits_of(unit), balance_of(unit)
+    assumed = assumptions or unit.assumptions
+    limits, circuit = limits_of(unit), balance_of(unit)
+    graph = SensorGraph(circuit.model.commands, pressures=assumed.pressure.std > 0.0)
     stroke = float(unit.cylinder.stroke)
     graph.initially("position", 0.5 * stroke)
     graph.parameters.add("travel_per_radian", float(unit.travel_per_radian))
-    assumed = assumptions or unit.assumptions
     observer = LoadObserver(graph, circuit, limits, assumed)
     step = observer.step([1.0] * len(FACTORS), 0.0)
     position = ca.fmin(ca.fmax(graph.position + step.travel, 0.0), stroke)
     velocity = ca.if_else(graph.elapsed > 0.0, step.travel / ca.fmax(graph.elapsed, 1e-6), 0.0)
     symbol, setting = graph.parameters.symbol, assumed.machine.relief
-    doubt = passing(circuit, step.z, lambda name: symbol(f"circuit.{name}"), graph.motor_speed, setting)
+    doubt = passing(circuit, step.z, lambda name: symbol(f"circuit.{name}"), graph.extending_speed, setting)
     away = ca.fmin(position, stroke - position) > _STOP_ZONE * stroke
     turning = graph.motor_speed != 0.0
     lost = graph.lost(ca.logic_and(doubt > _PASSES, ca.logic_and(turning, away)), graph.referenced)
@@ -49,4 +50,5 @@ def balance(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virt
     status = ca.if_else(extreme, float(Status.OUTSIDE_TEMPERATURE), float(Status.OK))
     status = ca.if_else(doubt > 0.0, float(Status.NEAR_RELIEF), status)
     status = ca.if_else(lost, float(Status.POSITION_LOST), status)
-    return graph.counting("balance", position=position, velocity=velocity, load=step.load, std=math.nan, status=status)
+    said = {"position": position, "velocity": velocity, "load": step.load, "std": math.nan, "status": status}
+    return graph.counting("balance", **said, more=circuit.chambers(step.z))

@@ -111,7 +111,7 @@ class ContactWatch:
             known: whether the position is known.
             relief: how likely oil passes a relief valve, 0 to 1.
         """
-        graph, w = self._graph, self._graph.motor_speed
+        graph, w = self._graph, self._graph.extending_speed
         sigma, moves = step.noise_travel, graph.elapsed > 0.0
         turns = ca.logic_and(ca.fabs(w) > _PUSHING, moves)
         # A load that has changed at rest is found in the first moments; the piston seems to stand meanwhile.

@@ -52,7 +52,8 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
         and the factors. It need not be told where the piston is: it says so until it knows.
     """
     assumed = assumptions or unit.assumptions
-    graph, limits, circuit = SensorGraph(), limits_of(unit), balance(unit)
+    limits, circuit = limits_of(unit), balance(unit)
+    graph = SensorGraph(circuit.model.commands, pressures=assumed.pressure.std > 0.0)
     stroke = float(unit.cylinder.stroke)
     graph.initially("position", 0.5 * stroke)
     graph.parameters.add("stop_stiffness", float(unit.cylinder.stop_stiffness))
@@ -73,7 +74,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
 
     nominal = graph.position + step.travel
     setting = assumed.machine.relief
-    doubt = passing(circuit, step.z, lambda name: symbol(f"circuit.{name}"), graph.motor_speed, setting)
+    doubt = passing(circuit, step.z, lambda name: symbol(f"circuit.{name}"), graph.extending_speed, setting)
     contact = watch.look(step, nominal, symbol("stroke"), ca.sqrt(bank.variance()), referenced, doubt)
     passed, pending = _relief(graph, bank, step, doubt, contact)
     _predict(graph, bank, step, travel_by, around, intake.drift + passed, leaking, assumed)
@@ -96,7 +97,9 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     graph.becomes(IS_REFERENCED, known)
     total = bank.variance()
     graph.becomes(VARIANCE, ca.fmax(total, 0.0))
-    unseen = unseen_load(graph, step, contact.held, assumed.machine.unseen_load * symbol("relief_load"))
+    # What only resists moves nothing at rest, however it changes.
+    unmoved = 1.0 if unit.cylinder.passive else contact.held
+    unseen = unseen_load(graph, step, unmoved, assumed.machine.unseen_load * symbol("relief_load"))
     # How much of what the oil carries the stop carries is not known while it is held.
     into = ca.if_else(contact.held, step.carried / symbol("stop_stiffness"), 0.0)
     std = ca.sqrt(bank.band() ** 2 + unseen**2 + into**2 + step.noise_travel**2) + pending
@@ -125,7 +128,7 @@ def _relief(graph: SensorGraph, bank: Hypotheses, step: LoadStep, doubt: Any, co
     What passed moved nothing, and the position goes back by what is expected of it. A piston that seems to stand may be
     on a stop, where all of the pump's oil passes the valve and none is missing.
     """
-    pumped = graph.angle * graph.parameters.symbol("travel_per_radian")
+    pumped = graph.extending_angle * graph.parameters.symbol("travel_per_radian")
     way = ca.sign(pumped)
     moved = ca.fmax(step.travel * way, _UNSEEN_FLOW * ca.fabs(pumped))
     missing, std = passed_share(doubt)
@@ -133,7 +136,8 @@ def _relief(graph: SensorGraph, bank: Hypotheses, step: LoadStep, doubt: Any, co
     # A piston that leaves a stop against oil that is still under pressure there is near relief, and goes all the same;
     # one that went freely first has met something.
     went = graph.state("went_freely")
-    turns_back = ca.logic_or(graph.motor_speed * graph.last_speed <= 0.0, still)
+    goes_back = graph.way * graph.motor_speed * graph.last_way * graph.last_speed <= 0.0
+    turns_back = ca.logic_or(goes_back, still)
     freely = ca.if_else(doubt > 0.0, went, went + ca.fabs(step.travel))
     graph.becomes("went_freely", ca.if_else(turns_back, 0.0, freely))
     met = went > _WENT * graph.parameters.symbol("stroke")
@@ -259,11 +263,7 @@ def _report(
     graph.becomes("velocity", velocity)
     deviation = std + intake.unseen + ca.fabs(wanted - shown_1)
 
-    c = circuit.unit.cylinder
-    nodes = {"a": c.node_a, "b": c.node_b}
-    more = {
-        f"pressure_{side}": (step.z[circuit.states.index(f"pressure_{node}")], "Pa") for side, node in nodes.items()
-    }
+    more = circuit.chambers(step.z)
     for name, (value, error) in zip(FACTORS, factors, strict=True):
         more[f"{name}_factor"] = (value, "1")
         more[f"{name}_factor_std"] = (error, "1")

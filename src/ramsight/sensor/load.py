@@ -24,6 +24,7 @@ import casadi as ca
 from ramsight.plant.balance import FACTORS, Balance, Solution
 from ramsight.plant.limits import Limits
 from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.pressures import MeasuredPressures
 from ramsight.sensor.pumping import one_sided
 from ramsight.sensor.virtual_sensor import SensorGraph
 
@@ -34,6 +35,7 @@ _GATE = 16.0  # a torque four standard deviations away is a load that jumped, no
 _STANDING = 1.0  # rad/s; friction of a motor slower than this has a sign that nobody knows
 _WITHIN = 0.2  # s; time constant for a torque that friction at standstill may explain
 _ROUGHER = 1.25  # friction of a usual pump over the described one
+_FIRST = 0.3  # of the load at relief pressure: standard deviation of one that has not been seen yet
 _NOTHING = 4.0  # standard deviations of the torque; a load that shows no more may be none
 
 
@@ -108,7 +110,9 @@ class LoadObserver:
         self._per_angle = graph.parameters.symbol("travel_per_radian")
         self._relief_load, self._relief_torque = add("relief_load", limits.load), add("relief_torque", limits.torque)
         self._sigma = assumptions.drive.torque * self._relief_torque
-        self._pull = add("relief_pull", limits.pull)
+        pull = add("relief_pull", limits.pull)
+        self._passive = bool(balance.unit.cylinder.passive)
+        self._least: Any = 0.0 if self._passive else -pull
         load = 0.5 * limits.load
         start = balance.at_rest(0.5 * balance.unit.cylinder.stroke, load)
         # Chambers have no volume beyond the ends; a position that is not known may be anywhere.
@@ -121,8 +125,11 @@ class LoadObserver:
         self.expected = graph.state("expected_torque")
         self._give = graph.state("give")
         self._bounce = math.pi * ca.sqrt(add("mass", balance.mass) * self._give)
-        self._walked = graph.state("load_variance")
-        self._initial = graph.state("first_load_variance", (0.3 * limits.load) ** 2)
+        # A load that only resists holds no oil under pressure before it is met: there is no first one to be found.
+        first = (_FIRST * limits.load) ** 2
+        self._walked = graph.state("load_variance", first if self._passive else 0.0)
+        self._initial = graph.state("first_load_variance", 0.0 if self._passive else first)
+        self._pressures = MeasuredPressures(graph, balance, assumptions) if graph.pressures else None
         self._slopes = {name: [graph.state(f"{state}_by_{name}") for state in self._names] for name in FACTORS}
 
     def step(self, factors: list[Any], held: Any) -> LoadStep:
@@ -137,8 +144,10 @@ class LoadObserver:
         h = ca.fmax(graph.elapsed, _SHORTEST)
         mean, w = 0.5 * (graph.last_speed + graph.motor_speed), graph.motor_speed
         acceleration = (w - graph.last_speed) / h
-        p = balance.parameters_at(self._p, graph.oil_temperature)
+        p = balance.parameters_at(self._p, graph.oil_temperature, graph.commands)
         before = ca.vertcat(*self._before)
+        if self._pressures is not None:
+            before = self._pressures.settled(before, h)
         load = self._load
 
         def solve(z0: Any, load: Any, guess: Any, iterations: int, speed: Any = mean) -> Solution:
@@ -181,10 +190,16 @@ class LoadObserver:
         share = ca.fmax(1.0, ca.fabs(gains[0] + gains[1]) * unit)
         k_initial, k_walked = (ca.if_else(held, 0.0, gain / share) for gain in gains)
 
+        if self._passive:
+            k_walked = ca.if_else(ca.logic_and(first.stands, surprise > 0.0), 0.0, k_walked)
         d_initial, d_walked = k_initial * surprise, k_walked * surprise
+        after_torque = (1.0 - k_walked * h_walked) * walked
+        if self._pressures is not None:
+            shown_load, after_torque = self._pressures.correction(first, by_large, after_torque, h)
+            d_walked = d_walked + ca.if_else(held, 0.0, shown_load)
         # No load beyond what relief valves carry: nothing would hold it, and the piston would run away in the model.
-        asked = load + d_initial + d_walked
-        corrected = ca.fmin(ca.fmax(asked, -self._pull), self._relief_load)
+        asked = self._binding(first, surprise) + d_initial + d_walked
+        corrected = ca.fmin(ca.fmax(asked, self._least), self._relief_load)
         z0 = before + by_first * d_initial
         guess = balance.possible(first.z + by_load * d_walked + by_initial * d_initial)
         second = solve(z0, corrected, guess, 2)
@@ -192,17 +207,19 @@ class LoadObserver:
         # Iterations that have not found an end leave nothing behind that cannot be.
         solved = balance.possible(balance.near(second.z, z0, mean, h))
         z = ca.if_else(moves, solved, before)
+        if self._pressures is not None:
+            self._pressures.close(z, second.stands, h)
         may_be_empty, empty = self._is_empty(z, corrected)
         goes = ca.logic_and(moves, ca.logic_not(empty))
         self._keep(z, ca.if_else(moves, corrected, load))
-        graph.becomes("load_variance", ca.if_else(moves, (1.0 - k_walked * h_walked) * walked, self._walked))
+        graph.becomes("load_variance", ca.if_else(moves, after_torque, self._walked))
         kept = ca.if_else(moves, (1.0 - k_initial * h_initial) * initial, self._initial)
         graph.becomes("first_load_variance", kept)
         believed = ca.if_else(ca.fabs(missed) < friction, slowly, 1.0)
         taken = [k_initial * believed, k_walked * believed]
         travel_by, torque_by = self._follow(first, second, by_first, taken, corrected == asked, moves, goes)
         # At its limit a relief valve gives way in the model, and not the oil.
-        limited = ca.logic_or(ca.fmin(load, corrected) <= -self._pull, ca.fmax(load, corrected) >= self._relief_load)
+        limited = ca.logic_or(ca.fmin(load, corrected) <= self._least, ca.fmax(load, corrected) >= self._relief_load)
         other = ca.logic_or(held, ca.logic_or(may_be_empty, limited))
         give = ca.if_else(other, self._give, ca.fabs(by_large[0]))
         graph.becomes("give", give)
@@ -238,6 +255,8 @@ class LoadObserver:
         the oil, and the pump draws from the tank. One that bounces on its oil comes back within half a period.
         """
         graph, balance = self._graph, self._balance
+        if self._passive:  # what only resists keeps the piston where it is
+            return 0.0, 0.0
         least = _NOTHING * self._assumptions.drive.torque * self._relief_load
         if not one_sided(balance):
             held = getattr(balance.unit.cylinder, f"node_{balance.unit.held}")
@@ -245,11 +264,23 @@ class LoadObserver:
             lost = z[balance.states.index(f"pressure_{held}")] < tank
             empty = ca.logic_and(lost, ca.fabs(balance.force(z)) < least)
             return empty, empty
-        none = ca.logic_and(load < least, balance.unit.lift_sign * graph.motor_speed <= 0.0)
+        none = ca.logic_and(load < least, balance.unit.lift_sign * graph.extending_speed <= 0.0)
         since = graph.state("empty_for")
         since_1 = ca.if_else(none, since + graph.elapsed, 0.0)
         graph.becomes("empty_for", since_1)
         return none, since_1 > self._bounce
+
+    def _binding(self, first: Solution, surprise: Any) -> Any:
+        """The load that a correction starts from [N].
+
+        A load that only resists is no larger than what the chambers press with, as far as a standing piston shows: one
+        that is believed to be larger gives way from there on when the torque says that the piston went, and a torque
+        that asks for more tells nothing of it.
+        """
+        if not self._passive:
+            return self._load
+        presses = ca.fmin(self._load, ca.fabs(self._balance.force(first.z)))
+        return ca.if_else(ca.logic_and(first.stands, surprise < 0.0), presses, self._load)
 
     def _holds(self, first: Solution) -> Any:
         """Whether the motor's torque holds the load, and no valve does.
@@ -258,7 +289,7 @@ class LoadObserver:
         would let the load grow and never shrink.
         """
         balance = self._balance
-        needed = balance.unit.lift_sign * self._per_angle * balance.force(first.z)
+        needed = self._graph.way * balance.unit.lift_sign * self._per_angle * balance.force(first.z)
         return ca.fabs(first.torque - needed) < (1.0 - SEEN_AT) * ca.fabs(needed) + self._sigma
 
     def _keep(self, z: Any, load: Any) -> None:

@@ -17,11 +17,14 @@ def delivers(balance: Balance, node: str, way: float) -> bool:
     Args:
         balance: of the unit.
         node: of the circuit.
-        way: +1 or -1, the sign of the motor's speed.
+        way: +1 or -1, the sign of the motor's speed, or of a directional valve's command: 1 extends.
     """
     place = balance.states.index(f"pressure_{node}")
     rest = balance.at_rest(0.5 * balance.unit.cylinder.stroke, 0.0)
-    p, speed, z = balance.parameters_at(balance.values, T40), way * _SLOW * balance.unit.max_speed, rest
+    # A motor that turns one way only fills either chamber as its valve is commanded.
+    commands = dict.fromkeys(balance.model.commands, way)
+    turns = 1.0 if commands else way
+    p, speed, z = balance.parameters_at(balance.values, T40, commands), turns * _SLOW * balance.unit.max_speed, rest
     for _ in range(_STEPS):
         z = balance.step(z, speed, speed, 0.0, 0.0, p, _STEP, held=1.0).z
     return bool(z[place] > rest[place])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.engine.recursion import Recursion, replay
-from ramsight.errors import RamsightError
+from ramsight.errors import LogError, RamsightError
+from ramsight.logs.channels import column_of, is_command
+from ramsight.plant.circuit import COMMANDED
 from ramsight.plant.symbols import Parameters
 from ramsight.sensor.status import Status
 
@@ -26,6 +28,9 @@ INPUTS = (*REPORTED, "reference", "reference_known")
 """What a step takes: what the drive reports, and a position known at that sample, if one is."""
 _RELIEF_PASSES = 0.1  # s; five samples of a usual drive, so that noise alone does not lose the position
 
+PRESSURES = ("pressure_a", "pressure_b")
+"""Further inputs of a unit whose description declares pressure sensors; no number where one shows nothing."""
+
 UNITS = {"position": "m", "position_std": "m", "velocity": "m/s", "load": "N", "status": "1"}
 OUTPUTS = tuple(UNITS)
 
@@ -37,6 +42,7 @@ VARIANCE = "covariance_00"
 START_STD = 1e-3  # m, of a position given by hand
 START_SLACK = 1e-3  # m by which it may lie outside the stroke: a stop gives way, and numbers are rounded
 _STROKE = "circuit.cylinder.stroke"
+_COMMANDS = 1.5  # a command beyond is none; from 1 to here it is rounded
 _LARGEST = 1e12  # of any output, in SI units
 _LARGEST_STATE = 1e30  # of any state, as in exported C: its square is a number, too
 
@@ -65,9 +71,14 @@ class Estimate:
 
 
 class SensorGraph:
-    """Collects the states of a sensor's step while its graph is written."""
+    """Collects the states of a sensor's step while its graph is written.
 
-    def __init__(self) -> None:
+    Args:
+        commands: commanded parts of the circuit, whose commands are inputs after `INPUTS`.
+        pressures: whether the chambers' pressures are inputs after those.
+    """
+
+    def __init__(self, commands: Sequence[str] = (), *, pressures: bool = False) -> None:
         self.parameters = Parameters()
         self._states: dict[str, tuple[Any, float]] = {}
         self._next: dict[str, Any] = {}
@@ -76,6 +87,9 @@ class SensorGraph:
         self.inputs = [ca.SX.sym(name) for name in INPUTS]
         self.time, self.motor_speed, self.motor_torque, self.oil_temperature = self.inputs[:4]
         self.reference, self.referenced = self.inputs[4:]
+        self.inputs += [ca.SX.sym(column_of(part)) for part in commands]
+        self.pressures = [ca.SX.sym(name) for name in PRESSURES] if pressures else []
+        self.inputs += self.pressures
         self.position = self.state("position")
         started, last_time, last_speed = self.state("started"), self.state("time"), self.state("motor_speed")
         self.elapsed = ca.if_else(started, ca.fmax(self.time - last_time, 0.0), 0.0)
@@ -84,6 +98,39 @@ class SensorGraph:
         self.becomes("started", 1.0)
         self.becomes("time", self.time)
         self.becomes("motor_speed", self.motor_speed)
+        self.commands = {part: self._command(column_of(part), k) for k, part in enumerate(commands, len(INPUTS))}
+        self.way, self.last_way = self._ways()
+
+    def _command(self, column: str, place: int) -> Any:
+        """A command, -1 to 1; the last one where there is none."""
+        given, last = self.inputs[place], self.state(column, COMMANDED)
+        value = ca.if_else(ca.fabs(given) <= _COMMANDS, ca.fmin(ca.fmax(given, -1.0), 1.0), last)
+        self.becomes(column, value)
+        return value
+
+    def _ways(self) -> tuple[Any, Any]:
+        """The way in which positive motor speed moves the piston, 1 extends, at this sample and at the last.
+
+        Where a directional valve chooses the chamber that the pump fills, its command says it.
+        """
+        way: Any = 1.0
+        for value in self.commands.values():
+            way = way * ca.if_else(value < 0.0, -1.0, 1.0)
+        if not self.commands:
+            return way, way
+        last = self.state("way", 1.0)
+        self.becomes("way", way)
+        return way, last
+
+    @property
+    def extending_speed(self) -> Any:
+        """Motor speed, positive where it extends the piston [rad/s]."""
+        return self.way * self.motor_speed
+
+    @property
+    def extending_angle(self) -> Any:
+        """Angle of the motor since the last sample, positive where it extends the piston [rad]."""
+        return self.way * self.angle
 
     def state(self, name: str, initial: float = 0.0) -> Any:
         """A new state's symbol."""
@@ -160,7 +207,7 @@ class SensorGraph:
             )
         recursion = Recursion(
             state=tuple(self._states),
-            inputs=INPUTS,
+            inputs=(*INPUTS, *(column_of(part) for part in self.commands), *(p.name() for p in self.pressures)),
             parameters=self.parameters.names,
             outputs=(*OUTPUTS, *more),
             x=ca.vertcat(*(symbol for symbol, _ in self._states.values())),
@@ -173,11 +220,21 @@ class SensorGraph:
         units = {**UNITS, **{name: unit for name, (_, unit) in more.items()}}
         return VirtualSensor(kind, recursion, self.parameters.values, initial, units)
 
-    def counting(self, kind: str, *, position: Any, velocity: Any, load: Any, std: Any, status: Any) -> VirtualSensor:
+    def counting(
+        self,
+        kind: str,
+        *,
+        position: Any,
+        velocity: Any,
+        load: Any,
+        std: Any,
+        status: Any,
+        more: Mapping[str, tuple[Any, str]] | None = None,
+    ) -> VirtualSensor:
         """Close the graph of a sensor that believes every reference: it takes the place of the position."""
         position = ca.if_else(self.referenced, self.reference, position)
         self.becomes("position", position)
-        return self.sensor(kind, position=position, velocity=velocity, load=load, std=std, status=status)
+        return self.sensor(kind, position=position, velocity=velocity, load=load, std=std, status=status, more=more)
 
 
 def _is_nan(value: Any) -> bool:
@@ -206,6 +263,21 @@ class VirtualSensor:
 
     def __post_init__(self) -> None:
         self._state = self.initial.copy()
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """Commands that it takes beside what a drive reports, named as in logs, for example `valve_command`."""
+        return tuple(name for name in self.further if is_command(name))
+
+    @property
+    def further(self) -> tuple[str, ...]:
+        """All inputs beside what a drive reports and a reference; the commands, then what is `optional`."""
+        return self.recursion.inputs[len(INPUTS) :]
+
+    @property
+    def optional(self) -> tuple[str, ...]:
+        """What it takes beside that where it is measured, the chambers' pressures of a unit with sensors for them."""
+        return tuple(name for name in self.further if not is_command(name))
 
     @property
     def stroke(self) -> float:
@@ -267,6 +339,7 @@ class VirtualSensor:
         motor_torque: float,
         oil_temperature: float,
         reference: float | None = None,
+        **others: float,
     ) -> Estimate:
         """Take one sample.
 
@@ -276,10 +349,19 @@ class VirtualSensor:
             motor_torque: [N m].
             oil_temperature: [K].
             reference: position known at this sample [m], from a switch or a stop; None or no finite number if none is.
+            others: commands to the circuit's commanded parts, -1 to 1, by their names in `commands`; one that is left
+                out, or NaN, is as before. And what is `optional`, in SI.
+
+        Raises:
+            ValueError: the sensor takes no such input.
         """
+        names = self.further
+        if unknown := set(others) - set(names):
+            raise ValueError(f"unknown input {min(unknown)!r} (known: {', '.join(names) or 'none'})")
         known = reference is not None and math.isfinite(reference)
         at = reference if known else 0.0
-        sample = np.array([[time, motor_speed, motor_torque, oil_temperature, at, known]], dtype=np.float64)
+        given = (others.get(name, math.nan) for name in names)
+        sample = np.array([[time, motor_speed, motor_torque, oil_temperature, at, known, *given]], dtype=np.float64)
         position, std, velocity, load, status = replay(self.recursion, sample, self.parameters, self._state)[0, :5]
         return Estimate(float(position), float(std), float(velocity), float(load), Status(int(status)))
 
@@ -287,8 +369,9 @@ class VirtualSensor:
         """Go through a drive log, from the position given to `start`.
 
         Args:
-            log: Dataset over `time` with motor_speed [rad/s], motor_torque [N m] and oil_temperature [K], and
-                perhaps reference [m], NaN where no position is known; whatever else it may hold is not looked at.
+            log: Dataset over `time` with motor_speed [rad/s], motor_torque [N m] and oil_temperature [K], with the
+                commands that the circuit takes, and perhaps reference [m], NaN where no position is known; whatever
+                else it may hold is not looked at.
             advance: called now and then with the number of samples done since the last call.
 
         Returns:
@@ -297,11 +380,7 @@ class VirtualSensor:
         """
         import xarray
 
-        columns: list[Any] = [log[name].values for name in REPORTED]
-        reference = log["reference"].values if "reference" in log else np.full(log.sizes["time"], np.nan)
-        known = np.isfinite(reference)
-        columns += [np.where(known, reference, 0.0), known]
-        inputs = np.ascontiguousarray(np.column_stack(columns), dtype=np.float64)
+        inputs = inputs_of(self, log)
         result = replay(self.recursion, inputs, self.parameters, self._state, advance=advance)
         data = {
             name: ("time", result[:, k], {"units": self.units[name], "long_name": name.replace("_", " ")})
@@ -315,6 +394,25 @@ class VirtualSensor:
             "meaning": "; ".join(f"{k}: {v}" for k, v in meanings.items()),
         }
         return tracked
+
+
+def inputs_of(sensor: VirtualSensor, log: xarray.Dataset) -> Array:
+    """A log as the inputs of a sensor's recursion, shape (samples, inputs).
+
+    Raises:
+        LogError: the log lacks a command that the circuit takes.
+    """
+    for name in sensor.commands:
+        if name not in log:
+            raise LogError("is missing: the circuit has a part that it commands", file="log", column=name)
+    columns: list[Any] = [log[name].values for name in REPORTED]
+    reference = log["reference"].values if "reference" in log else np.full(log.sizes["time"], np.nan)
+    known = np.isfinite(reference)
+    columns += [np.where(known, reference, 0.0), known]
+    columns += [log[name].values for name in sensor.commands]
+    unknown = np.full(log.sizes["time"], np.nan)
+    columns += [log[name].values if name in log else unknown for name in sensor.optional]
+    return np.ascontiguousarray(np.column_stack(columns), dtype=np.float64)
 
 
 def impossible(sensor: VirtualSensor, state: Mapping[str, float]) -> str:

@@ -97,7 +97,7 @@ ${relative}
   const real u_motor_speed = in->motor_speed;
   const real u_motor_torque = in->motor_torque;
   const real u_oil_temperature = in->oil_temperature;
-  const int f_reference = s->reference == s->reference;
+${further}  const int f_reference = s->reference == s->reference;
   const real u_reference = f_reference ? s->reference : R(0.0);
   const real u_reference_known = (real)f_reference;
 ${step}

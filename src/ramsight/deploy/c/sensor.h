@@ -58,7 +58,7 @@ typedef struct {
   ${p}_real motor_speed;      /* [rad/s], positive extends */
   ${p}_real motor_torque;     /* [N m] */
   ${p}_real oil_temperature;  /* [K] */
-} ${p}_inputs;
+${further}} ${p}_inputs;
 
 /* What the sensor says after a sample. */
 typedef struct {

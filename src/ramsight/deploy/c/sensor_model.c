@@ -37,7 +37,7 @@ const char *model_step(Model *m, double time, double step) {
   in.motor_speed = m->real[MOTOR_SPEED];
   in.motor_torque = m->real[MOTOR_TORQUE];
   in.oil_temperature = m->real[OIL_TEMPERATURE];
-  ${p}_reference(&m->memory.sensor, m->truth[REFERENCE_KNOWN] ? m->real[REFERENCE] : NAN);
+${further}  ${p}_reference(&m->memory.sensor, m->truth[REFERENCE_KNOWN] ? m->real[REFERENCE] : NAN);
   ${p}_step(&m->memory.sensor, &in, &out);
   say(m, &out);
   return NULL;

@@ -43,7 +43,7 @@ static findings run(${p} *sensor) {
     in.motor_speed = (${p}_real)sample[1];
     in.motor_torque = (${p}_real)sample[2];
     in.oil_temperature = (${p}_real)sample[3];
-    ${p}_reference(sensor, (${p}_real)sample[4]);
+${further}    ${p}_reference(sensor, (${p}_real)sample[4]);
     ${p}_step(sensor, &in, &out);
     compare(&found, (double)out.position, expected[0], 1);
     compare(&found, (double)out.position_std, expected[1], 1);
@@ -72,7 +72,7 @@ static int rest(${p} *sensor) {
   in.motor_speed = 0;
   in.motor_torque = (${p}_real)golden_in[0][2];
   in.oil_temperature = (${p}_real)golden_in[0][3];
-  for (int k = 0; k < 100; k++) {
+${resting}  for (int k = 0; k < 100; k++) {
     in.time = 0.02 * k;
     ${p}_step(sensor, &in, &out);
     const int slot = kept(sensor, 0);

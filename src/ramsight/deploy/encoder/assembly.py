@@ -11,7 +11,7 @@ from ramsight.deploy.encoder.encoder import Encoder, Settings
 from ramsight.deploy.encoder.listening import Listener
 from ramsight.deploy.encoder.parameters import SUFFIX, ParameterFile
 from ramsight.deploy.encoder.persistence import Persistence
-from ramsight.logs.channel_map import ChannelMap
+from ramsight.logs.mapped import ChannelMap
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
 

@@ -13,7 +13,7 @@ from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.logs.align import Samples, Switch
 from ramsight.logs.can_field import Field
 from ramsight.logs.can_pdo import pdo_fields
-from ramsight.logs.channel_map import HOLD, ChannelMap, Mapped, Pdo, to_si_of
+from ramsight.logs.mapped import HOLD, ChannelMap, Mapped, Pdo, to_si_of
 
 WRITTEN = "2100h"
 """The channel of the oil temperature that somebody writes into the encoder's own object."""

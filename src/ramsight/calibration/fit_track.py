@@ -1,0 +1,270 @@
+"""Values of a description from runs with a measured position: those with which the sensor's own track follows it.
+
+The volume-balance sensor is run along every log, from the first position that was measured; its equations are those of
+the description, so that a value that is found is one of a part. Least squares over the logarithms of the values, with
+what was known before as a prior,
+
+    min sum ((x(q) - x_m) / s_x)^2 + sum rho((p(q) - p_m) / s_p)^2 + sum (q / s_q)^2,
+
+the pressures where they were measured. Errors of a track last for a while, so samples count by how far apart they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ramsight.calibration.free_values import FreeValue, with_values
+from ramsight.calibration.identify_record import IdentifyError
+from ramsight.engine.recursion import replay
+from ramsight.errors import DescriptionError
+from ramsight.plant.build import build
+from ramsight.sensor.balance import balance
+from ramsight.sensor.virtual_sensor import VirtualSensor, inputs_of
+
+if TYPE_CHECKING:
+    import xarray
+
+    from ramsight.machine.description import Machine
+
+Array = NDArray[np.float64]
+
+EVALUATIONS = 60
+"""Evaluations of the model and its derivatives that a fit takes at most, both rounds together."""
+_POSITION, _POSITION_LASTS = 0.3e-3, 1.0  # m and s: what errors of a good track are, and how long they last
+_PRESSURE, _PRESSURE_LASTS = 4e5, 0.8  # Pa and s: the same of a pressure, with its sensor's noise and lag
+_FAR = 3.0  # standard deviations; a pressure that is farther away is of something that the model does not have
+_EVERY = 5  # samples between two that count; the others say the same
+_STEP = 0.05  # of a logarithm, to see which parameters of the equations follow a value
+_DIFFERENCE = 1e-3  # of a logarithm; active sets make the track rough below
+_GAIN, _BEND = 0.3, 0.1  # standard deviations: logarithm of a torque's gain, share lost at the largest torque
+
+
+@dataclass(frozen=True)
+class MeasuredRun:
+    """A run of a machine that has a position sensor.
+
+    Args:
+        name: for messages.
+        log: what the drive reported, and the commands that the circuit takes, over `time` [s].
+        measured: `position` [m] and maybe `pressure_a`, `pressure_b` [Pa] over the same `time`; NaN where unknown.
+    """
+
+    name: str
+    log: xarray.Dataset
+    measured: xarray.Dataset
+
+    @property
+    def start(self) -> float:
+        """First position that was measured [m]."""
+        known = self.measured["position"].values
+        return float(known[np.isfinite(known)][0])
+
+
+@dataclass(frozen=True)
+class Torque:
+    """What a reported torque is: gain t (1 - loss abs(t)).
+
+    Args:
+        gain: over what was reported [1].
+        loss: of the torque that a motor gives per current, by saturation, over the torque [1/(N m)].
+    """
+
+    gain: float = 1.0
+    loss: float = 0.0
+
+    def of(self, reported: Array) -> Array:
+        """The torque [N m] of a reported one."""
+        return np.asarray(self.gain * reported * (1.0 - self.loss * np.abs(reported)))
+
+
+@dataclass(frozen=True)
+class FittedValues:
+    """What was found.
+
+    Attributes:
+        machine: the description with the values that were found.
+        values: by their paths in the unit: the value, and the limits of its 95 % interval [SI].
+        told: those of them whose interval is less than half of what it was before.
+        torque: what the reported torque is, with the standard deviation of the logarithm of its gain in `torque_std`.
+        rms: of the position's errors over all runs [m], and of each, by name.
+        evaluations: that it took.
+    """
+
+    machine: Machine
+    values: dict[str, tuple[float, float, float]]
+    told: frozenset[str]
+    torque: Torque
+    torque_std: float
+    rms: float
+    rms_of: dict[str, float]
+    evaluations: int
+
+
+def fit_track(
+    machine: Machine,
+    unit: str,
+    runs: Sequence[MeasuredRun],
+    free: Sequence[FreeValue],
+    *,
+    advance: Callable[[float], object] | None = None,
+) -> FittedValues:
+    """Find values of a description from runs with a measured position.
+
+    Args:
+        machine: the description to begin with.
+        unit: the unit's name.
+        runs: all of the same machine; several loads and strokes tell values apart.
+        free: the values to be found, from `free_values`.
+        advance: called with the share of the work done since the last call.
+
+    Raises:
+        IdentifyError: there is no run, or one whose position was not measured.
+    """
+    from scipy.optimize import least_squares
+
+    if not runs:
+        raise IdentifyError("there is no run")
+    for run in runs:
+        if not np.isfinite(run.measured["position"].values).any():
+            raise IdentifyError(f"{run.name}: no position was measured")
+    change, evaluations = np.zeros(len(free) + 2), 0
+    model = _Model(machine, unit, runs, free)
+    for share in (2, 1):  # the second time around what the first has found
+        found = least_squares(
+            model.counted(advance),
+            change,
+            x_scale=model.prior,
+            diff_step=_DIFFERENCE,
+            max_nfev=EVALUATIONS // 3 * share,
+        )
+        change, evaluations = found.x, evaluations + int(found.nfev)
+        if share == 2:
+            model = _Model(machine, unit, runs, free, around=change)
+    return _fitted(model, change, found.jac, evaluations)
+
+
+class _Model:
+    """The sensor along all runs as a function of changes; its graph is compiled once."""
+
+    def __init__(
+        self,
+        machine: Machine,
+        unit: str,
+        runs: Sequence[MeasuredRun],
+        free: Sequence[FreeValue],
+        around: Array | None = None,
+    ) -> None:
+        self.machine, self.unit, self.runs, self.free = machine, unit, runs, free
+        self._around = np.zeros(len(free) + 2) if around is None else around
+        self._sensor = self.sensor(self._around)
+        self._follow = np.array([self._elasticity(k) for k in range(len(free))])
+        self._inputs = [inputs_of(self._sensor, run.log) for run in runs]
+        self._largest = max(float(np.nanmax(np.abs(inputs[:, 2]))) for inputs in self._inputs)
+        self.prior = np.array([*(one.std for one in free), _GAIN, _BEND])
+
+    def described(self, change: Array) -> Machine:
+        """The description after a change."""
+        values = {one.key: one.at(float(c)) for one, c in zip(self.free, change, strict=False)}
+        return with_values(self.machine, self.unit, values)
+
+    def sensor(self, change: Array) -> VirtualSensor:
+        """The sensor of the description after a change."""
+        return balance(build(self.unit, self.described(change).unit(self.unit)))
+
+    def torque(self, change: Array) -> Torque:
+        """What the reported torque is after a change."""
+        return Torque(float(np.exp(change[-2])), float(change[-1]) / self._largest)
+
+    def _elasticity(self, k: int) -> Array:
+        """How the logarithm of each parameter follows a value's: nearly every one by a power."""
+        more = self._around.copy()
+        more[k] += _STEP
+        try:
+            after = self.sensor(more).parameters
+        except DescriptionError:  # at the end of its range: the other way
+            more[k] -= 2.0 * _STEP
+            after = self.sensor(more).parameters
+        before = self._sensor.parameters
+        ratio = np.divide(after, before, out=np.ones_like(before), where=before != 0.0)
+        return np.asarray(np.log(np.where(ratio > 0.0, ratio, 1.0)) / (more[k] - self._around[k]))
+
+    def track(self, change: Array, k: int) -> Array:
+        """Outputs of the sensor along a run, shape (samples, outputs)."""
+        sensor, run = self._sensor, self.runs[k]
+        parameters = sensor.parameters * np.exp((change - self._around)[: len(self.free)] @ self._follow)
+        inputs = self._inputs[k].copy()
+        inputs[:, 2] = self.torque(change).of(inputs[:, 2])
+        sensor.start(run.start)
+        return replay(sensor.recursion, inputs, parameters, np.array(list(sensor.state.values())))
+
+    def errors(self, change: Array, k: int) -> Array:
+        """Of the position along a run [m]."""
+        return np.asarray(self.track(change, k)[:, 0] - self.runs[k].measured["position"].values)
+
+    def residuals(self, change: Array) -> Array:
+        """Everything that is to be small, over its standard deviation."""
+        parts = [change / self.prior]
+        names = self._sensor.recursion.outputs
+        for k, run in enumerate(self.runs):
+            said = self.track(change, k)
+            period = float(np.median(np.diff(run.log["time"].values))) * _EVERY
+            error = (said[:, 0] - run.measured["position"].values)[::_EVERY] / _POSITION
+            parts.append(np.nan_to_num(error) * np.sqrt(period / _POSITION_LASTS))
+            for name in ("pressure_a", "pressure_b"):
+                if name in run.measured:
+                    off = (said[:, names.index(name)] - run.measured[name].values)[::_EVERY] / _PRESSURE
+                    parts.append(_FAR * np.tanh(np.nan_to_num(off) / _FAR) * np.sqrt(period / _PRESSURE_LASTS))
+        return np.concatenate(parts)
+
+    def counted(self, advance: Callable[[float], object] | None) -> Callable[[Array], Array]:
+        """The residuals, with progress: an evaluation takes as many runs as there are values."""
+        share = 1.0 / (EVALUATIONS * (len(self.prior) + 1))
+
+        def call(change: Array) -> Array:
+            if advance is not None:
+                advance(share)
+            return self.residuals(change)
+
+        return call
+
+
+def _fitted(model: _Model, change: Array, jacobian: Array, evaluations: int) -> FittedValues:
+    """What a fit has found, with intervals from its curvature, widened where the residuals are larger than assumed."""
+    count = len(model.prior)
+    data = model.residuals(change)[count:]
+
+    worse = max(float(np.sum(data**2)) / max(_independent(model) - count, 1.0), 1.0)
+    information = jacobian[count:].T @ jacobian[count:] / max(worse, 1.0) + np.diag(model.prior**-2.0)
+    std = np.sqrt(np.diag(np.linalg.inv(information)))
+    values = {}
+    for one, c, s in zip(model.free, change, std, strict=False):
+        low, high = sorted((one.at(float(c - 1.96 * s)), one.at(float(c + 1.96 * s))))
+        values[one.key] = (one.at(float(c)), low, high)
+    told = frozenset(one.key for one, s in zip(model.free, std, strict=False) if s < 0.5 * one.std)
+    squares = {run.name: np.nanmean(model.errors(change, k) ** 2) for k, run in enumerate(model.runs)}
+    return FittedValues(
+        machine=model.described(change),
+        values=values,
+        told=told,
+        torque=model.torque(change),
+        torque_std=float(std[-2]),
+        rms=float(np.sqrt(np.mean(list(squares.values())))),
+        rms_of={name: float(np.sqrt(value)) for name, value in squares.items()},
+        evaluations=evaluations,
+    )
+
+
+def _independent(model: _Model) -> float:
+    """How many independent measurements all runs have."""
+    number = 0.0
+    for run in model.runs:
+        time = run.log["time"].values
+        length = float(time[-1] - time[0])
+        pressures = sum(name in run.measured for name in ("pressure_a", "pressure_b"))
+        number += length / _POSITION_LASTS + pressures * length / _PRESSURE_LASTS
+    return number

@@ -1,0 +1,81 @@
+"""Chambers' pressures that are measured, where a machine has sensors for them.
+
+While the piston goes they say the load, beside the torque; while it stands they say how much oil has leaked, which the
+load does not. A sensor's lag is followed: what it shows is held against what it would show of the believed pressure.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+
+from ramsight.plant.balance import Balance, Solution
+from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.virtual_sensor import PRESSURES, SensorGraph
+
+_SETTLES = 1.0  # s, within which the oil of a standing piston takes the pressure that is shown; errors are shorter
+_LARGEST = 1e9  # Pa; beyond, or no number, it is not measured
+
+
+class MeasuredPressures:
+    """Their states in a sensor's graph.
+
+    Args:
+        graph: whose inputs they are; gains states.
+        balance: of the unit.
+        assumptions: of the pressure sensors.
+    """
+
+    def __init__(self, graph: SensorGraph, balance: Balance, assumptions: Assumptions) -> None:
+        self._graph, self._balance, self._assumed = graph, balance, assumptions.pressure
+        cylinder = balance.unit.cylinder
+        self._place = [balance.states.index(f"pressure_{node}") for node in (cylinder.node_a, cylinder.node_b)]
+        self._shown = [graph.state(f"shown_{name}") for name in PRESSURES]
+        self._begun, self._stood = graph.state("pressures_begun"), graph.state("stood")
+        self._known = [ca.fabs(value) < _LARGEST for value in graph.pressures]
+
+    def settled(self, before: Any, h: Any) -> Any:
+        """The states before a sample, with the pressures of a piston that stands nearer to what is shown."""
+        values = ca.vertsplit(before)
+        share = h / (_SETTLES + h)
+        for k, place in enumerate(self._place):
+            missed = self._graph.pressures[k] - self._shown[k]
+            counts = ca.logic_and(ca.logic_and(self._known[k], self._stood), self._begun)
+            moved = ca.if_else(counts, share * missed, 0.0)
+            values[place] = values[place] + moved
+            self._shown[k] = self._shown[k] + moved
+        return ca.vertcat(*values)
+
+    def correction(self, solution: Solution, by_load: Any, variance: Any, h: Any) -> tuple[Any, Any]:
+        """What the pressures add to the load [N], and its variance after that [N2].
+
+        Args:
+            solution: of the step, under the load as believed before it.
+            by_load: how its states follow the load of a piston that goes.
+            variance: of the load.
+            h: the step [s].
+        """
+        c = self._balance.unit.cylinder
+        lag = h / (self._assumed.lag + h)
+        missed: Any = 0.0
+        slope: Any = 0.0
+        for k, (place, area) in enumerate(zip(self._place, (c.area_a, -c.area_b), strict=True)):
+            would = self._shown[k] + lag * (solution.z[place] - self._shown[k])
+            missed = missed + area * (self._graph.pressures[k] - would)
+            slope = slope + lag * area * by_load[place]
+        noise = (c.area_a**2 + c.area_b**2) * self._assumed.std**2
+        gain = variance * slope / (slope**2 * variance + noise)
+        counts = ca.logic_and(ca.logic_and(*self._known), ca.logic_and(self._begun, ca.logic_not(solution.stands)))
+        gain = ca.if_else(counts, gain, 0.0)
+        return gain * missed, (1.0 - gain * slope) * variance
+
+    def close(self, z: Any, stands: Any, h: Any) -> None:
+        """What the sensors show after the sample, and whether the piston stood."""
+        lag = h / (self._assumed.lag + h)
+        for k, (name, place) in enumerate(zip(PRESSURES, self._place, strict=True)):
+            first = ca.if_else(self._known[k], self._graph.pressures[k], z[place])
+            later = self._shown[k] + lag * (z[place] - self._shown[k])
+            self._graph.becomes(f"shown_{name}", ca.if_else(self._begun, later, first))
+        self._graph.becomes("pressures_begun", 1.0)
+        self._graph.becomes("stood", stands)
