@@ -9,17 +9,17 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from enum import Enum
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ramsight.control.position import Activity, Command, PositionControl
-from ramsight.control.trajectory import Limits
+from ramsight.control.activity import STOPS, Activity
+from ramsight.control.position import Command, PositionControl
+from ramsight.control.setting import Feedback, Setting
 from ramsight.duty.drive_report import DriveReport
-from ramsight.duty.live import Instant, LiveReport, Reported
+from ramsight.duty.live import Instant, Reported
+from ramsight.duty.live_drive import LiveDrive
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.hypotheses import DISPLACEMENT, LEAK
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
@@ -28,17 +28,11 @@ from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
 if TYPE_CHECKING:
     import xarray
 
-Fault = Callable[[str, Reported], Reported]
-"""What becomes of a unit's report on its way: unit and sample in, sample out."""
+Fault = Callable[[str, Reported], Reported | None]
+"""What becomes of a unit's report on its way: unit and sample in, sample out; nothing if it gets lost."""
+MotorFault = Callable[[str, float], float]
+"""What a unit's motor does in the place of what its drive lets it: unit and speed in, speed out [rad/s]."""
 _LONGEST = 600.0  # s, of one move; a control that has not ended by then is given up
-
-
-class Feedback(Enum):
-    """Where a control takes the position from."""
-
-    SENSOR = "virtual sensor"
-    TRUTH = "true position"
-    REAL = "position sensor with a noise of 0.5 mm"
 
 
 _REAL_NOISE = 0.5e-3  # m, standard deviation of a real position sensor
@@ -46,7 +40,11 @@ _REAL_NOISE = 0.5e-3  # m, standard deviation of a real position sensor
 
 @dataclass
 class Record:
-    """What happened to one unit, sample by sample."""
+    """What happened to one unit, sample by sample.
+
+    `command` is the speed that the plant was given, after whatever the drive made of the control's. Where a report was
+    lost, `reported` has the last one that arrived, with its own time.
+    """
 
     position: list[float] = field(default_factory=list)
     motor_torque: list[float] = field(default_factory=list)
@@ -55,31 +53,6 @@ class Record:
     target: list[float] = field(default_factory=list)
     activity: list[Activity] = field(default_factory=list)
     reported: list[Reported] = field(default_factory=list)
-
-
-@dataclass(frozen=True)
-class Setting:
-    """How a loop is set up; what all its units share.
-
-    Args:
-        known: whether the sensors are told where the pistons are; otherwise they have to be homed.
-        oil_temperature: [K].
-        temperature_offset: by which the thermometers read too much [K].
-        feedback: where the controls take the position from.
-        seed: of the drives' and the position sensors' noise.
-        assumptions: what the sensors assume of the machine; by default what each unit declares.
-        limits: of the units; by default `Limits.of`.
-        period: of the samples [s].
-    """
-
-    known: bool
-    oil_temperature: float
-    temperature_offset: float
-    feedback: Feedback
-    seed: int
-    assumptions: Assumptions | None
-    limits: Mapping[str, Limits] | None
-    period: float
 
 
 class DrivenUnits(ABC):
@@ -94,17 +67,19 @@ class DrivenUnits(ABC):
     def __init__(self, sheet: Sequence[HydraulicUnit], start_position: Mapping[str, float], setting: Setting) -> None:
         self.period, self.feedback = setting.period, setting.feedback
         self.fault: Fault | None = None
+        self.motor_fault: MotorFault | None = None
         self._oil_temperature, self._start = setting.oil_temperature, dict(start_position)
         self.units = tuple(unit.name for unit in sheet)
-        how = DriveReport(seed=setting.seed)
+        how, offset = DriveReport(seed=setting.seed), setting.temperature_offset
         self._drives = {
-            name: LiveReport(how, setting.temperature_offset, stream=k) for k, name in enumerate(self.units)
+            name: LiveDrive(setting.drive, self.period, how, offset, stream=k) for k, name in enumerate(self.units)
         }  # fmt: skip
+        self._given = dict.fromkeys(self.units, 0.0)
         self._noise = np.random.default_rng([setting.seed, len(self.units)])
         self.sensors: dict[str, VirtualSensor] = {unit.name: kalman(unit, setting.assumptions) for unit in sheet}
-        limits = setting.limits
+        limits, declared = setting.limits or {}, setting.declared or setting.drive
         self.controls = {
-            unit.name: PositionControl(unit, None if limits is None else limits[unit.name], period=self.period)
+            unit.name: PositionControl(unit, limits.get(unit.name), period=self.period, response=declared)
             for unit in sheet
         }
         for name, sensor in self.sensors.items():
@@ -136,7 +111,7 @@ class DrivenUnits(ABC):
     @property
     def stopped(self) -> bool:
         """Whether the machine has been stopped."""
-        return any(control.activity in _STOPS for control in self.controls.values())
+        return any(control.activity in STOPS for control in self.controls.values())
 
     def rest(self, time: float) -> None:
         """Let a time pass [s]."""
@@ -197,6 +172,13 @@ class DrivenUnits(ABC):
     def _believed(self, name: str) -> float:
         return self.records[name].estimate[-1].position
 
+    def _followed(self) -> dict[str, float]:
+        """Motor speeds at the next sample, which the drives make of the newest commands [rad/s], by unit."""
+        for name, command in self._commands.items():
+            speed = self._drives[name].follow(command.motor_speed)
+            self._given[name] = speed if self.motor_fault is None else self.motor_fault(name, speed)
+        return self._given
+
     def _decide(self) -> None:
         """Reports of this sample, what the sensors make of them, and the next commands."""
         now = self.now
@@ -206,32 +188,32 @@ class DrivenUnits(ABC):
         self.time.append(now.time)
 
     def _decide_for(self, name: str, now: Instant) -> None:
-        reported = self._drives[name].sample(
-            now.time, now.motor_speed[name], now.motor_torque[name], self._oil_temperature
-        )
-        if self.fault is not None:
-            reported = self.fault(name, reported)
         sensor, control, record = self.sensors[name], self.controls[name], self.records[name]
-        estimate = sensor.step(
-            reported.time,
-            reported.motor_speed,
-            reported.motor_torque,
-            reported.oil_temperature,
-            self._references.pop(name, math.nan),
-        )
-        used = self._fed_back(estimate, now.position[name])
-        learned = sensor.state
-        command = control.step(
-            used, reported, leak=learned[f"described_{LEAK}"], displacement=learned[f"described_{DISPLACEMENT}"]
-        )
+        reported = self._reported(name, now)
+        if reported is None:
+            estimate, reported, command = record.estimate[-1], record.reported[-1], control.step_unreported()
+        else:
+            reference = self._references.pop(name, math.nan)
+            values = reported.motor_speed, reported.motor_torque, reported.oil_temperature
+            estimate = sensor.step(reported.time, *values, reference)
+            learned = sensor.state
+            leak, displacement = learned[f"described_{LEAK}"], learned[f"described_{DISPLACEMENT}"]
+            used = self._fed_back(estimate, now.position[name])
+            command = control.step(used, reported, leak=leak, displacement=displacement)
         self._commands[name] = command
         record.position.append(now.position[name])
         record.motor_torque.append(now.motor_torque[name])
-        record.command.append(now.motor_speed[name])
+        record.command.append(self._given[name])
         record.estimate.append(estimate)
         record.target.append(control.target)
         record.activity.append(command.activity)
         record.reported.append(reported)
+
+    def _reported(self, name: str, now: Instant) -> Reported | None:
+        """What arrives of a drive's report."""
+        truth = now.motor_speed[name], now.motor_torque[name]
+        reported = self._drives[name].report(now.time, *truth, self._oil_temperature)
+        return reported if reported is None or self.fault is None else self.fault(name, reported)
 
     def _fed_back(self, estimate: Estimate, position: float) -> Estimate:
         if self.feedback is Feedback.SENSOR:
@@ -269,6 +251,3 @@ class DrivenUnits(ABC):
         found["status"].attrs = {"meaning": "; ".join(f"{int(status)}: {status.text}" for status in Status)}
         found.attrs = {"format": 1, "sensor": self.sensors[unit].kind}
         return found
-
-
-_STOPS = {Activity.STOPPING, Activity.STOPPED}

@@ -6,14 +6,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ramsight.control.driven import DrivenUnits, Feedback, Setting
-from ramsight.control.trajectory import Limits
+from ramsight.control.driven import DrivenUnits
+from ramsight.control.setting import Setting
 from ramsight.duty.linked import LinkedDuty
 from ramsight.duty.live import LinkedInstant, LiveMachine
 from ramsight.duty.profile import Profile, constant
-from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.plant.linked import LinkedMachine
-from ramsight.sensor.assumptions import Assumptions
 
 
 class ClosedLoop(DrivenUnits):
@@ -23,21 +21,14 @@ class ClosedLoop(DrivenUnits):
         actual: the machine as it is.
         sheet: the machine as its data sheets have it, which is all that sensors and controls know.
         start_position: of each unit's piston [m].
-        known: whether the sensors are told where the pistons are; otherwise they have to be homed.
+        setting: of the loop.
         payload: [kg].
-        oil_temperature: of all units [K].
-        temperature_offset: by which the thermometers read too much [K].
-        feedback: where the controls take the position from.
-        seed: of the drives' and the position sensors' noise.
-        assumptions: what the sensors assume of the machine; by default what each unit declares.
-        limits: of the units; by default `Limits.of`.
-        period: of the samples [s].
 
     Example:
         >>> from ramsight import machine
         >>> from ramsight.plant.linked import build
         >>> loader = build(machine.load("mining-loader"))
-        >>> loop = ClosedLoop(loader, loader, {"boom": 0.2, "bucket": 0.25}, known=True, payload=2000.0)
+        >>> loop = ClosedLoop(loader, loader, {"boom": 0.2, "bucket": 0.25}, Setting(known=True), payload=2000.0)
         >>> loop.go({"boom": 0.25, "bucket": 0.22})
         >>> all(abs(loop.now.position[name] - x) < 2e-3 for name, x in {"boom": 0.25, "bucket": 0.22}.items())
         True
@@ -48,21 +39,14 @@ class ClosedLoop(DrivenUnits):
         actual: LinkedMachine,
         sheet: LinkedMachine,
         start_position: Mapping[str, float],
+        setting: Setting | None = None,
         *,
-        known: bool = False,
         payload: float = 0.0,
-        oil_temperature: float = 313.15,
-        temperature_offset: float = 0.0,
-        feedback: Feedback = Feedback.SENSOR,
-        seed: int = 0,
-        assumptions: Assumptions | None = None,
-        limits: Mapping[str, Limits] | None = None,
-        period: float = SAMPLE_PERIOD,
     ) -> None:
-        shared = known, oil_temperature, temperature_offset, feedback, seed, assumptions, limits, period
-        super().__init__(sheet.units, start_position, Setting(*shared))
-        temperatures = {unit.name: oil_temperature for unit in actual.units}
-        self._plant = LiveMachine(actual, start_position, temperatures, payload, period)
+        how = setting or Setting()
+        super().__init__(sheet.units, start_position, how)
+        temperatures = {unit.name: how.oil_temperature for unit in actual.units}
+        self._plant = LiveMachine(actual, start_position, temperatures, payload, how.period)
         self.payloads: list[float] = []
         self.forces: list[tuple[float, float]] = []
         self.tips: list[tuple[float, float]] = []
@@ -88,9 +72,7 @@ class ClosedLoop(DrivenUnits):
         """
         self._payload = self._payload if payload is None else payload
         self._force = self._force if tip_force is None else tip_force
-        self._plant.advance(
-            {name: command.motor_speed for name, command in self._commands.items()}, self._payload, self._force
-        )
+        self._plant.advance(self._followed(), self._payload, self._force)
         self._decide()
 
     def load(

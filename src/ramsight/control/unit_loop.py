@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from ramsight.control.driven import DrivenUnits, Feedback, Setting
-from ramsight.control.trajectory import Limits
+from ramsight.control.driven import DrivenUnits
+from ramsight.control.setting import Setting
 from ramsight.duty.live import Instant, LiveUnit
 from ramsight.duty.profile import Duty, Profile, constant
-from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.assumptions import Assumptions
 
 
 class UnitLoop(DrivenUnits):
@@ -19,20 +17,13 @@ class UnitLoop(DrivenUnits):
         sheet: the unit as its data sheet has it, which is all that sensor and control know.
         start_position: of the piston [m].
         load: on it [N], constant or over time.
-        known: whether the sensor is told where the piston is; otherwise it has to be homed.
-        oil_temperature: [K].
-        temperature_offset: by which the thermometer reads too much [K].
-        feedback: where the control takes the position from.
-        seed: of the drive's and the position sensor's noise.
-        assumptions: what the sensor assumes of the machine; by default what the unit declares.
-        limits: of the unit; by default `Limits.of`.
-        period: of the samples [s].
+        setting: of the loop.
 
     Example:
         >>> from ramsight import machine
         >>> from ramsight.plant.build import build
         >>> ram = build("ram", machine.load("press").unit("ram"))
-        >>> loop = UnitLoop(ram, ram, 0.1, 100e3, known=True)
+        >>> loop = UnitLoop(ram, ram, 0.1, 100e3, Setting(known=True))
         >>> loop.go({"ram": 0.15})
         >>> abs(loop.now.position["ram"] - 0.15) < 1e-3
         True
@@ -48,22 +39,13 @@ class UnitLoop(DrivenUnits):
         sheet: HydraulicUnit,
         start_position: float,
         load: float | Profile = 0.0,
-        *,
-        known: bool = False,
-        oil_temperature: float = 313.15,
-        temperature_offset: float = 0.0,
-        feedback: Feedback = Feedback.SENSOR,
-        seed: int = 0,
-        assumptions: Assumptions | None = None,
-        limits: Limits | None = None,
-        period: float = SAMPLE_PERIOD,
+        setting: Setting | None = None,
     ) -> None:
-        own = None if limits is None else {sheet.name: limits}
-        shared = known, oil_temperature, temperature_offset, feedback, seed, assumptions, own, period
-        super().__init__([sheet], {sheet.name: start_position}, Setting(*shared))
+        how = setting or Setting()
+        super().__init__([sheet], {sheet.name: start_position}, how)
         self._name = sheet.name
         self._load = load if isinstance(load, Profile) else constant(load)
-        self._plant = LiveUnit(actual, start_position, float(self._load(0.0)), oil_temperature, period)
+        self._plant = LiveUnit(actual, start_position, float(self._load(0.0)), how.oil_temperature, how.period)
         self.loads: list[float] = []
         self._decide()
 
@@ -74,7 +56,7 @@ class UnitLoop(DrivenUnits):
 
     def step(self) -> None:
         """Go on to the next sample."""
-        self._plant.advance(self._commands[self._name].motor_speed, float(self._load(self.now.time + self.period)))
+        self._plant.advance(self._followed()[self._name], float(self._load(self.now.time + self.period)))
         self._decide()
 
     def load(self, load: float, time: float) -> None:

@@ -1,0 +1,65 @@
+"""A cylinder at rest, where a valve or the pump holds it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ramsight.control.activity import Activity
+from ramsight.control.actuation import Actuation
+from ramsight.control.doing import Doing, Now, Wish
+from ramsight.control.judging import Trust
+
+
+@dataclass(frozen=True)
+class OnStop:
+    """An end stop that the rod stands on.
+
+    Args:
+        end: its place [m].
+        felt: load on the way there, which the stop hides [N].
+    """
+
+    end: float
+    felt: float
+
+
+class Resting(Doing):
+    """Stand, or turn as slowly as leakage takes where the pump holds the load.
+
+    Args:
+        by: the cylinder's motor speeds, limits and tuning.
+        target: where it is held [m]; NaN: where it is when it is first trusted.
+        on_stop: the end stop that it stands on, if it does.
+    """
+
+    activity = Activity.RESTING
+
+    def __init__(self, by: Actuation, target: float = math.nan, on_stop: OnStop | None = None) -> None:
+        super().__init__(by)
+        self.target, self.on_stop = target, on_stop
+        self.without_position = math.isnan(target) or not by.holding.stands
+        self._place = target
+
+    def step(self, now: Now) -> Wish:
+        """Stand, or hold."""
+        return Wish(0.0 if self.by.holding.stands else self._held(now))
+
+    def _held(self, now: Now) -> float:
+        """As slowly as leakage takes, and back to where it is held once the rod has left the dead band.
+
+        On an end stop the sensor feels what presses on the stop: the load there is the one that was felt on the way.
+        What presses the rod to the stop, the stop carries.
+        """
+        if self.on_stop is not None:
+            towards_lowered = (self.on_stop.end > 0.0) != (self.by.unit.lift_sign > 0.0)
+            carried = towards_lowered == (self.on_stop.felt > 0.0)
+            return 0.0 if carried else self.by.turning(0.0, self.on_stop.felt)
+        velocity, tuning, most = 0.0, self.by.tuning, self.by.limits.landing_speed
+        if now.trust is not Trust.NONE:
+            if math.isnan(self._place):
+                self._place = now.estimate.position
+            away = self._place - now.estimate.position
+            beyond = math.copysign(max(abs(away) - tuning.dead_band, 0.0), away)
+            velocity = min(max(tuning.gain * beyond, -most), most)
+        return self.by.turning(velocity, now.estimate.load)

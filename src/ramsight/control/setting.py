@@ -1,0 +1,54 @@
+"""How a loop is set up."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+from ramsight.control.trajectory import Limits
+from ramsight.duty.drive_response import IDEAL, DriveResponse
+from ramsight.duty.simulate import SAMPLE_PERIOD
+from ramsight.plant.oil import T40
+from ramsight.sensor.assumptions import Assumptions
+
+
+class Feedback(Enum):
+    """Where a control takes the position from."""
+
+    SENSOR = "virtual sensor"
+    TRUTH = "true position"
+    REAL = "position sensor with a noise of 0.5 mm"
+
+
+@dataclass(frozen=True)
+class Setting:
+    """How a loop is set up; what all its units share.
+
+    Args:
+        known: whether the sensors are told where the pistons are; otherwise they have to be homed.
+        oil_temperature: [K].
+        temperature_offset: by which the thermometers read too much [K].
+        feedback: where the controls take the position from.
+        seed: of the drives' and the position sensors' noise.
+        assumptions: what the sensors assume of the machine; by default what each unit declares.
+        limits: by unit; by default `Limits.of`.
+        period: of the samples [s].
+        drive: how the drives follow their commands and report.
+        declared: how the controls take them to do that; by default as they do.
+
+    Example:
+        >>> Setting(known=True, period=0.01).oil_temperature
+        313.15
+    """
+
+    known: bool = False
+    oil_temperature: float = T40
+    temperature_offset: float = 0.0
+    feedback: Feedback = Feedback.SENSOR
+    seed: int = 0
+    assumptions: Assumptions | None = None
+    limits: Mapping[str, Limits] | None = None
+    period: float = SAMPLE_PERIOD
+    drive: DriveResponse = IDEAL
+    declared: DriveResponse | None = None

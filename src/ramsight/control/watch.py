@@ -1,0 +1,236 @@
+"""Whether a drive does as it is told: what it reports against what the declared drive would report.
+
+The declared drive follows the same commands in a model. Its speed may come at any time up to the declared delays, so
+a report has to lie between the least and the greatest of what commands and model had in that time, give or take the
+declared deviation and noise. A servo gives way to a load that changes: by (T - z)/k_p, where z, its integral, is the
+torque T behind a low pass of k_p/k_i, so that its own torque says by how much.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from enum import Enum
+from statistics import NormalDist
+
+from ramsight.duty.drive_response import Delay, DriveResponse, Follower
+from ramsight.duty.live import Reported
+from ramsight.plant.drive import ServoDrive
+from ramsight.plant.limits import limits_of
+from ramsight.plant.unit import HydraulicUnit
+
+FALSE_ALARMS = 1.0 / 3.6e6  # 1/s: one in a thousand hours of each kind, which is half a year of a machine's work
+NOTICED = 0.08  # s, in which a motor that does not obey is noticed: with the stopping time less than 0.3 s
+_STALLED = 1.0  # s at the torque limit without a turn: a pump presses a chamber to relief pressure in a tenth of it
+_STANDS = 1.0  # rad/s, below which a motor at its limit does not turn
+_MOVED = (
+    2.0  # steps of the reported speed by which the model has to move past a report that stands: one may be rounding
+)
+_KNOWN_AFTER = 3.0  # repeats that are taken to have been seen before any: of rare events, with 95 % (rule of three)
+
+
+class Verdict(Enum):
+    """What a drive is doing with its commands; the text is what a control says of it."""
+
+    OBEYS = ""
+    SLOW = "the drive follows more slowly than declared"
+    AT_LIMIT = "the drive is at its torque limit"
+    STALLED = "the drive is stalled at its torque limit"
+    DISOBEYS = "the motor does not turn as commanded"
+    STUCK = "the reported motor speed is stuck"
+    TORQUE_STUCK = "the reported motor torque is stuck"
+    SILENT = "no report of the drive arrives"
+
+    @property
+    def stops(self) -> bool:
+        """Whether a cylinder may not go on with such a drive."""
+        return self not in {Verdict.OBEYS, Verdict.SLOW, Verdict.AT_LIMIT}
+
+
+def runs(share: float, period: float) -> int:
+    """Samples in a row, of which each is met by chance with this share, that are rarer than `FALSE_ALARMS`.
+
+    Args:
+        share: chance of one sample [1].
+        period: of the samples [s].
+
+    Example:
+        >>> runs(0.0, 0.02), runs(0.05, 0.02), runs(0.2, 0.02)
+        (1, 7, 12)
+    """
+    if share <= 0.0:
+        return 1
+    return max(math.ceil(math.log(FALSE_ALARMS * period) / math.log(share)), 1)
+
+
+class DriveWatch:
+    """Looks at a drive, a sample at a time.
+
+    Args:
+        unit: whose drive it is, as its data sheet has it.
+        response: how the drive is declared to follow.
+        period: of the samples [s].
+
+    Attributes:
+        pending: angle that was commanded and is not to be seen in the reports yet [rad].
+        late: samples by which a report may be behind its command.
+
+    Example:
+        >>> from ramsight import machine
+        >>> from ramsight.plant.build import build
+        >>> boom = build("boom", machine.load("mining-loader").unit("boom"))
+        >>> watch = DriveWatch(boom, DriveResponse(), 0.02)
+        >>> for k in range(8):
+        ...     watch.command(50.0)
+        ...     said = watch.look(Reported(0.02 * k, 0.0, 20.0 + k, 313.15))
+        >>> said
+        <Verdict.STUCK: 'the reported motor speed is stuck'>
+    """
+
+    def __init__(self, unit: HydraulicUnit, response: DriveResponse, period: float) -> None:
+        self.response, self.period, self.pending = response, period, 0.0
+        drive = unit.drive
+        self._servo = drive if isinstance(drive, ServoDrive) else None
+        self._torque_noise = unit.assumptions.drive.torque * limits_of(unit).torque
+        lost = runs(response.lost, period) if response.lost > 0.0 else 0
+        self.late = math.ceil((response.command_delay + response.report_delay) / period - 1e-9) + lost
+        self._patience = self.late + max(self.late // 3, 2)  # beyond which a late drive is no drive that obeys
+        self._in_a_row = max(math.floor(NOTICED / period + 1e-9), 1)
+        self._missing_at_most = max(lost, self._in_a_row)
+        chance = (FALSE_ALARMS * period) ** (1.0 / self._in_a_row)
+        self._allowed = response.deviation + NormalDist().inv_cdf(1.0 - chance) * response.speed_noise
+        self._model, self._reporting = Follower(response, period, delayed=False), Follower(response, period)
+        self._delay = Delay(response.report_delay, period, 0.0)
+        self._speeds = deque([0.0] * (self._patience + 1), maxlen=self._patience + 1)
+        self._asked = deque(self._speeds, maxlen=self._patience + 1)
+        self._commanded = self._integral = 0.0
+        self._speed = self._torque = math.nan
+        self._seen, self._repeated = 0, 0
+        self.begin()
+
+    def begin(self) -> None:
+        """Look anew, after a stop."""
+        self._off = self._slow = self._missing = self._repeats = self._limited = 0
+        self._stalled_for = 0.0
+        self._forget()
+
+    def _forget(self) -> None:
+        """Count anew how long a speed has been reported unchanged, and what the model did meanwhile."""
+        self._same = self._gone = 0
+        self._began, self._side = (0.0, 0.0), 0.0
+
+    def command(self, speed: float) -> None:
+        """What the drive was asked for: the speed at the next sample [rad/s]."""
+        self._commanded = speed
+
+    def missed(self) -> Verdict:
+        """At a sample whose report has not arrived."""
+        self._advance()
+        self._missing += 1
+        return Verdict.SILENT if self._missing > self._missing_at_most else Verdict.OBEYS
+
+    def look(self, reported: Reported) -> Verdict:
+        """At a report; a value that is no number is the sensor's to judge."""
+        self._missing = 0
+        self._advance()
+        speed, torque = reported.motor_speed, reported.motor_torque
+        if not (math.isfinite(speed) and math.isfinite(torque)):
+            return Verdict.OBEYS
+        gives = self._gives_way(torque)
+        low, high = self._range(self.late, gives)
+        missing = low - speed if speed < low else high - speed if speed > high else 0.0
+        slept, stuck = self._slept(speed), self._torque_sticks(torque, speed)
+        self._speed, self._torque = speed, torque
+        if self._at_limit(torque, missing):
+            return Verdict.STALLED if self._stalls(speed) else Verdict.AT_LIMIT
+        self._stalled_for = 0.0
+        if missing == 0.0:
+            self._off = 0
+        elif self._disobeys(speed, gives):
+            return Verdict.STUCK if self._same >= self._in_a_row else Verdict.DISOBEYS
+        if slept:
+            return Verdict.STUCK
+        if stuck:
+            return Verdict.TORQUE_STUCK
+        self._slow = self._slow + 1 if missing != 0.0 else 0
+        return Verdict.SLOW if self._slow >= self._in_a_row else Verdict.OBEYS
+
+    def _advance(self) -> None:
+        """The declared drive's next sample."""
+        self._asked.append(self._commanded)
+        self._speeds.append(self._model.step(self._commanded))
+        shown = self._delay.step(self._reporting.step(self._commanded))
+        self.pending += (self._commanded - shown) * self.period
+
+    def _gives_way(self, torque: float) -> float:
+        """Speed by which a servo is below its reference, as its torque has it [rad/s]."""
+        if self._servo is None:
+            return 0.0
+        off = torque - self._integral
+        gain = self._servo.integral_gain / self._servo.proportional_gain
+        self._integral += (1.0 - math.exp(-gain * self.period)) * off
+        return off / self._servo.proportional_gain
+
+    def _range(self, late: int, gives: float) -> tuple[float, float]:
+        """Least and greatest speed that a drive could report that is up to so many samples late [rad/s].
+
+        It may also be quicker than declared, down to one that does at once as it is told.
+        """
+        speeds = [speeds[-1 - k] for k in range(late + 1) for speeds in (self._speeds, self._asked)]
+        return min(speeds) - max(gives, 0.0) - self._allowed, max(speeds) - min(gives, 0.0) + self._allowed
+
+    def _disobeys(self, speed: float, gives: float) -> bool:
+        low, high = self._range(self._patience, gives)
+        self._off = 0 if low <= speed <= high else self._off + 1
+        return self._off >= self._in_a_row
+
+    def _slept(self, speed: float) -> bool:
+        """Whether the speed has been reported unchanged while all that must have been reported by now went elsewhere.
+
+        Commands tremble with the sensor's noise, and a servo does not follow that: model and command have to leave, to
+        one side, what they were on average when the report began to stand.
+        """
+        if speed != self._speed:
+            self._forget()
+            return False
+        self._same += 1
+        model, asked, seen = self._speeds[-1 - self.late], self._asked[-1 - self.late], self._same - self.late
+        if 0 < seen <= self._in_a_row:
+            self._began = self._began[0] + model / self._in_a_row, self._began[1] + asked / self._in_a_row
+        elif seen > 0:
+            off, least = (model - self._began[0], asked - self._began[1]), _MOVED * self.response.speed_step
+            side = 1.0 if min(off) > least else -1.0 if max(off) < -least else 0.0
+            self._gone, self._side = (self._gone + 1 if side == self._side else 1), side
+        return self._side != 0.0 and self._gone >= self._in_a_row
+
+    def _torque_sticks(self, torque: float, speed: float) -> bool:
+        """Whether a torque repeats more often than its noise lets it, while the motor turns.
+
+        How often it does is declared, or learned from repeats that ended: of a coarse torque it is often.
+        """
+        if abs(speed) < _STANDS or math.isnan(self._torque):
+            self._repeats = 0
+            return False
+        if torque == self._torque:
+            self._repeats += 1
+        else:
+            self._seen, self._repeated = self._seen + 1 + self._repeats, self._repeated + self._repeats
+            self._repeats = 0
+        learned = (self._repeated + _KNOWN_AFTER) / (self._seen + _KNOWN_AFTER)
+        share = self.response.torque_repeats if self.response.torque_repeats is not None else learned
+        return share < 1.0 and self._repeats >= runs(share, self.period)
+
+    def _at_limit(self, torque: float, missing: float) -> bool:
+        """Whether the drive has no torque for the speed that is missing, or had none just now."""
+        if self._servo is None:
+            return False
+        if abs(torque) >= self._servo.max_torque - 3.0 * self._torque_noise:
+            self._limited = self._patience + self._in_a_row
+            self._forget()  # a motor at its limit keeps its speed, whatever the command
+        else:
+            self._limited = max(self._limited - 1, 0)
+        return self._limited > 0 and missing != 0.0
+
+    def _stalls(self, speed: float) -> bool:
+        self._stalled_for = self._stalled_for + self.period if abs(speed) < _STANDS else 0.0
+        return self._stalled_for > _STALLED

@@ -1,0 +1,169 @@
+"""What a motor speed does with a cylinder: leakage in both directions, what was learned of it, valves, and landings."""
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import pytest
+
+from ramsight.control.activity import Activity
+from ramsight.control.actuation import Actuation
+from ramsight.control.position import PositionControl
+from ramsight.control.trajectory import Limits
+from ramsight.control.tuning import Tuning
+from ramsight.duty.drive_response import DriveResponse
+from ramsight.duty.live import LiveUnit, Reported
+from ramsight.machine.assumptions import AssumedMachine, Assumptions
+from ramsight.plant.limits import limits_of
+from ramsight.sensor.status import Status
+from ramsight.sensor.virtual_sensor import Estimate
+
+from .plant_bench import UNITS
+
+DT, WARM, LOAD = 0.02, 313.15, 200e3
+BOOM, RAM = UNITS["mining-loader boom"], UNITS["press ram"]
+
+
+def actuation(unit, **changes):
+    return Actuation(unit, Limits.of(unit), Tuning(), **changes)
+
+
+def measured(unit, speed, load):
+    """Velocity of the true rod from its middle under a load, its motor turning steadily for a while [m/s]."""
+    live = LiveUnit(unit, 0.5 * unit.cylinder.stroke, load)
+    for _ in range(60):
+        before = live.now.position[unit.name]
+        live.advance(speed, load)
+    return (live.now.position[unit.name] - before) / DT
+
+
+@pytest.mark.parametrize("name", ["mining-loader boom", "press ram", "eha-test-bench axis"])
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_the_rod_goes_as_fast_as_is_asked_for_lifting_and_lowering(name, direction):
+    """Lowered, the load presses oil through the pump beside what it delivers: the motor has to turn that much less."""
+    unit = UNITS[name]
+    by, pace, load = actuation(unit), 0.3 * Limits.of(unit).speed, 0.4 * limits_of(unit).load
+    found = measured(unit, by.moving(pace, direction, load), load)
+    assert found == pytest.approx(direction * pace, rel=0.03)
+    assert abs(by.leakage(load)) > 0.05 * abs(by.moving(pace, direction, load))
+
+
+def test_what_was_learned_of_the_machine_is_used():
+    plain, learned = actuation(BOOM), actuation(BOOM)
+    learned.leak, learned.displacement = 1.3, 0.98
+    assert learned.leakage(LOAD) == pytest.approx(1.3 * plain.leakage(LOAD))
+    turns = plain.turning(0.01, LOAD) - plain.leakage(LOAD)
+    assert learned.turning(0.01, LOAD) == pytest.approx(turns / 0.98 + 1.3 * plain.leakage(LOAD))
+
+
+def test_a_control_goes_by_what_its_sensor_has_learned():
+    speeds = []
+    for leak in (1.0, 1.3):
+        control, speed = PositionControl(BOOM), 0.0
+        control.move_to(0.6)
+        for k in range(40):
+            there = Estimate(0.1 + 1e-4 * k, 1e-4, 0.0, LOAD, Status.OK)
+            speed = control.step(there, Reported(k * DT, speed, k, WARM), leak=leak).motor_speed
+        speeds.append(speed)
+    expected = 0.3 * actuation(BOOM).leakage(LOAD)
+    assert speeds[1] - speeds[0] == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_trajectory_is_no_faster_than_the_motor_beside_the_leakage():
+    for unit in (BOOM, RAM):
+        by, fast = actuation(unit), 0.9 * unit.max_speed
+        reach = by.reachable(LOAD)
+        assert abs(by.turning(reach, LOAD)) == pytest.approx(fast)
+        assert by.reachable(2.0 * LOAD) < reach
+        control = PositionControl(unit, Limits(1.0, 2.0, 0.1, 0.02))
+        control.move_to(0.39)
+        for k in range(100):
+            x = control._doing.trajectory.position if k > 1 else 0.05
+            control.step(Estimate(x, 1e-4, 0.0, LOAD, Status.OK), Reported(k * DT, control._speed, k, WARM))
+            if control._doing.trajectory.velocity > 0.9 * reach:
+                break
+        assert control.activity is Activity.MOVING
+        for k in range(20):
+            x = control._doing.trajectory.position
+            control.step(Estimate(x, 1e-4, 0.0, LOAD, Status.OK), Reported(9.0 + k * DT, control._speed, k, WARM))
+            if control._doing.trajectory.position > 0.3:
+                break
+            assert control._doing.trajectory.velocity <= reach + 1e-12
+
+
+def landed(control, off, samples):
+    """A control sent to 0.3 m whose rod rests `off` from it whenever it has landed; what it does, sample by sample."""
+    control.move_to(0.3)
+    found, speed = [], 0.0
+    for k in range(samples):
+        x = 0.3 if k and control.activity is Activity.MOVING and found[-1] is Activity.MOVING else 0.3 + off
+        speed = control.step(Estimate(x, 1e-4, 0.0, LOAD, Status.OK), Reported(k * DT, speed, k, WARM)).motor_speed
+        found.append(control.activity)
+    return found
+
+
+def test_a_target_that_was_missed_is_sought_anew_but_not_for_ever():
+    tuning = Tuning()
+    near = landed(PositionControl(BOOM), 0.8 * tuning.renewing, 200)
+    assert near[-1] is Activity.RESTING
+    sought = [now for before, now in pairwise(near) if now is Activity.MOVING is not before]
+    assert sought == []
+    control = PositionControl(BOOM)
+    missed = landed(control, 2.0 * tuning.renewing, 2000)
+    sought = [now for before, now in pairwise(missed) if now is Activity.MOVING is not before]
+    assert len(sought) == tuning.tries
+    assert missed[-1] is Activity.RESTING
+
+
+@pytest.mark.parametrize("name", ["mining-loader boom", "press ram", "mining-loader bucket"])
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_the_way_to_standstill_is_what_the_rod_goes(name, direction):
+    unit, by = UNITS[name], actuation(UNITS[name])
+    load = LOAD if name != "mining-loader bucket" else 76e3
+    live, speed = LiveUnit(unit, 0.25, load), by.moving(0.4 * Limits.of(unit).speed, direction, load)
+    for _ in range(60):
+        live.advance(speed, load)
+    begins, left, stands = live.now.position[unit.name], speed, unit.lift_sign * by.leakage(load)
+    goal = 0.0 if by.holding.valves else stands
+    while left != goal:
+        left = max(left - 12.0, goal) if left > goal else min(left + 12.0, goal)
+        live.advance(left, load)
+    for _ in range(10):
+        live.advance(goal, load)
+    way = direction * (live.now.position[unit.name] - begins)
+    rate = 0.4 * Limits.of(unit).speed
+    assert by.to_stand(speed, direction, load) - 0.5 * DT * rate == pytest.approx(way, abs=0.2 * way + 5e-5)
+
+
+def test_what_is_on_its_way_is_the_angle_less_what_leaks_meanwhile():
+    late = actuation(BOOM, response=DriveResponse(report_delay=0.1))
+    speed = 100.0
+    way = late.on_its_way(speed * 0.1, speed, LOAD)
+    velocity = (speed - late.leakage(LOAD)) * late.holding.travel_per_radian(LOAD)
+    assert way == pytest.approx(velocity * 0.1)
+    assert late.on_its_way(0.0, speed, LOAD) == 0.0
+    assert math.isfinite(late.on_its_way(1.0, speed, math.nan))
+    assert actuation(BOOM).on_its_way(1.0, speed, LOAD) == 0.0
+
+
+def test_no_more_is_asked_of_a_motor_than_it_is_declared_to_do():
+    assert actuation(BOOM).slope == Tuning().motor_acceleration
+    assert actuation(BOOM, response=DriveResponse(acceleration=200.0)).slope == 200.0
+
+
+def test_a_leak_test_stays_below_the_load_of_a_pump_that_leaks_less_than_it_is_taken_for():
+    assert Tuning.leak_test_share(BOOM) == pytest.approx(1.0 - 2.6 * BOOM.assumptions.machine.leak)
+    sure = replace(BOOM, assumptions=Assumptions(machine=AssumedMachine(leak=0.03)))
+    assert Tuning.leak_test_share(sure) > Tuning.leak_test_share(BOOM)
+    unsure = replace(BOOM, assumptions=Assumptions(machine=AssumedMachine(leak=0.5)))
+    assert Tuning.leak_test_share(unsure) == pytest.approx(0.2)
+
+
+def test_a_rod_that_is_lowered_behind_a_valve_stands_as_soon_as_the_motor_does():
+    by = actuation(BOOM)
+    velocity = by.leakage(LOAD) * by.holding.travel_per_radian(LOAD)
+    assert by.to_stand(0.0, -1.0, LOAD) == pytest.approx(0.5 * DT * velocity)
+    assert by.to_stand(by.leakage(LOAD), 1.0, LOAD) == pytest.approx(0.0)
+    held = actuation(RAM)
+    assert held.to_stand(held.leakage(LOAD), -1.0, LOAD) == pytest.approx(0.0)
+    assert held.to_stand(0.0, -1.0, LOAD) > 0.5 * DT * held.leakage(LOAD) * held.holding.travel_per_radian(LOAD)
