@@ -1,4 +1,4 @@
-"""Writes the tables of docs/kalman.md from study.json, between their marks: python study/pages.py."""
+"""Writes the tables of docs/kalman.md and docs/control.md from study.json: python evaluation/pages.py."""
 
 from __future__ import annotations
 
@@ -9,10 +9,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import drive_control
+import unit_control
+
 from ramsight.output import atomic_path
 
 ROOT = Path(__file__).parents[1]
-PAGE = ROOT / "docs" / "kalman.md"
+PAGE, CONTROL_PAGE = ROOT / "docs" / "kalman.md", ROOT / "docs" / "control.md"
 INPUTS = {"motor_speed": "motor speed", "motor_torque": "motor torque", "oil_temperature": "oil temperature"}
 
 
@@ -95,20 +98,31 @@ TABLES: dict[str, Callable[[Any], list[str]]] = {
 }
 
 
+CONTROL_TABLES: dict[str, tuple[str, Callable[[Any], list[str]]]] = {
+    "unit_control": ("unit_control", unit_control.table),
+    "lost": ("unit_control", unit_control.fault_table),
+    "drives": ("drive_control", drive_control.table),
+    "drive_faults": ("drive_control", drive_control.fault_table),
+    "drive_loader": ("drive_control", drive_control.loader_table),
+}
+"""The tables of docs/control.md by their marks: whose figures, and how they are written."""
+
+
+def put(page: Path, tables: dict[str, list[str]]) -> None:
+    """Put rows between their marks."""
+    text = page.read_text()
+    for name, rows in tables.items():
+        marked = re.compile(rf"(<!-- {name} -->\n).*?(<!-- end of {name} -->)", flags=re.DOTALL)
+        text = marked.sub(lambda match, rows=rows: f"{match[1]}\n" + "\n".join(rows) + f"\n\n{match[2]}", text)
+    with atomic_path(page) as draft:
+        draft.write_text(text)
+
+
 def main() -> None:
     """Put each table between its marks."""
     found = json.loads((ROOT / "study.json").read_text())
-    page = PAGE.read_text()
-    for name, table in TABLES.items():
-        marked = re.compile(rf"(<!-- {name} -->\n).*?(<!-- end of {name} -->)", flags=re.DOTALL)
-        text = "\n".join(table(found[name]))
-        page = marked.sub(lambda match, text=text: f"{match[1]}\n{text}\n\n{match[2]}", page)
-    with atomic_path(PAGE) as draft:
-        draft.write_text(page)
-
-
-if __name__ == "__main__":
-    main()
+    put(PAGE, {name: table(found[name]) for name, table in TABLES.items()})
+    put(CONTROL_PAGE, {name: table(found[study]) for name, (study, table) in CONTROL_TABLES.items()})
 
 
 def identified(found: dict[str, dict[str, dict[str, float]]]) -> list[str]:
@@ -124,3 +138,7 @@ def _held(entry: dict[str, float]) -> str:
     if not entry["told"]:
         return "–"
     return f"{entry['held']} of {entry['told']}, ± {entry['half_width']:.4f}"
+
+
+if __name__ == "__main__":
+    main()

@@ -14,8 +14,9 @@ from itertools import product
 import numpy as np
 
 from ramsight import machine
-from ramsight.control.driven import Feedback
 from ramsight.control.loop import ClosedLoop
+from ramsight.control.setting import Feedback, Setting
+from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.live import Reported
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.linkage import holding_forces, joints, tip
@@ -86,6 +87,7 @@ def arrivals(
     targets: int = TARGETS,
     assumptions: Assumptions | None = None,
     leak_test: bool = False,
+    drive: DriveResponse = IDEAL,
 ) -> list[Arrival]:
     """Load the machine, reference it, send it from target to target; anew for each payload.
 
@@ -93,15 +95,10 @@ def arrivals(
     """
     found: list[Arrival] = []
     for series, payload in enumerate(PAYLOADS):
-        loop = ClosedLoop(
-            actual,
-            sheet,
-            START,
-            temperature_offset=offset,
-            feedback=feedback,
-            seed=len(PAYLOADS) * seed + series,
-            assumptions=assumptions,
-        )
+        number = len(PAYLOADS) * seed + series
+        shared = {"temperature_offset": offset, "feedback": feedback, "assumptions": assumptions}
+        setting = Setting(seed=number, drive=drive, **shared)
+        loop = ClosedLoop(actual, sheet, START, setting)
         loop.load(payload, 2.0)
         visit(loop, references, leak_test)
         random = np.random.default_rng([seed, series])
@@ -166,7 +163,7 @@ def broken(sheet: LinkedMachine, kind: str, *, seed: int = 0) -> dict[str, float
         [s]; `fault_to_standstill` [s]; `travelled`: way of the boom's rod from the fault on [m]; `reason`; `goes_on`, 1
         if the machine arrived all the same.
     """
-    loop = ClosedLoop(sheet, sheet, START, known=True, payload=3000.0, seed=seed)
+    loop = ClosedLoop(sheet, sheet, START, Setting(known=True, seed=seed), payload=3000.0)
     loop.rest(RESTED_FOR)
     loop.send({"boom": 0.6, "bucket": 0.3})
     loop.rest(LIFTED_FOR)

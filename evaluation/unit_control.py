@@ -6,19 +6,16 @@ minute at rest, and a torque that is lost in mid-move. All by the truth; the see
 
 from __future__ import annotations
 
-import json
 import math
-import re
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from circuits import CIRCUITS, catalogued
 
+from ramsight.control.setting import Setting
 from ramsight.control.unit_loop import UnitLoop
-from ramsight.output import atomic_path
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 
@@ -31,7 +28,7 @@ _STEP, _SETTLED, _RESTED = 0.5, 3.0, 60.0  # s
 
 def homed(unit: HydraulicUnit, load: float, seed: int) -> UnitLoop:
     """A loop that has visited the lowered end, the lifted one and the lowered one again."""
-    loop = UnitLoop(unit, unit, _START * unit.cylinder.stroke, load, seed=seed)
+    loop = UnitLoop(unit, unit, _START * unit.cylinder.stroke, load, Setting(seed=seed))
     for lifted in (False, True, False):
         loop.home(unit.name, lifted=lifted)
     return loop
@@ -69,7 +66,7 @@ def _gone(loop: UnitLoop, name: str, what: Callable[[], object], then: float) ->
 def lost(unit: HydraulicUnit, seed: int = 0) -> dict[str, float]:
     """The torque is lost in mid-move: time until the motor stands [s], and the rod's way in it and in a second more."""
     name, stroke, load = unit.name, float(unit.cylinder.stroke), _LOAD * limits_of(unit).load
-    loop = UnitLoop(unit, unit, 0.5 * stroke, load, known=True, seed=seed)
+    loop = UnitLoop(unit, unit, 0.5 * stroke, load, Setting(known=True, seed=seed))
     loop.rest(1.0)
     loop.send({name: (0.5 + 0.4 * unit.lift_sign) * stroke})
     loop.rest(0.9)
@@ -142,21 +139,3 @@ def fault_table(found: dict[str, dict[str, Any]]) -> list[str]:
 
 def _mm(value: float | None) -> str:
     return "–" if value is None else f"{1e3 * value:.2f}"
-
-
-PAGE = Path(__file__).parent.parent / "docs" / "control.md"
-
-
-def main() -> None:
-    """Put the figures of study.json between the marks of docs/control.md."""
-    found = json.loads(PAGE.parents[1].joinpath("study.json").read_text())["unit_control"]
-    page = PAGE.read_text()
-    for name, rows in (("unit_control", table(found)), ("lost", fault_table(found))):
-        marked = re.compile(rf"(<!-- {name} -->\n).*?(<!-- end of {name} -->)", flags=re.DOTALL)
-        page = marked.sub(lambda match, rows=rows: f"{match[1]}\n" + "\n".join(rows) + f"\n\n{match[2]}", page)
-    with atomic_path(PAGE) as draft:
-        draft.write_text(page)
-
-
-if __name__ == "__main__":
-    main()

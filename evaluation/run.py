@@ -1,4 +1,4 @@
-"""Runs the studies that the docs quote and writes their figures: python study/run.py --out study.json [--only NAME].
+"""Runs the studies that the docs quote and writes their figures: python evaluation/run.py --out study.json [--only X].
 
 The real-oil study needs the data of the UCI repository (see docs/identify.md) in a folder that is given by --data or
 by RAMSIGHT_DATA; without it its figures in the file stay as they are.
@@ -11,6 +11,7 @@ import json
 import os
 from pathlib import Path
 
+import drive_control
 import faults
 import identify_coverage
 import loader_control
@@ -33,6 +34,7 @@ STUDIES = (
     "faults",
     "loader_control",
     "unit_control",
+    "drive_control",
 )
 
 
@@ -77,6 +79,9 @@ def main() -> None:
     if "unit_control" in given.only:
         with progress(unit_control.runs(), "driving every circuit") as bar:
             found["unit_control"] = unit_control.study(bar.advance)
+    if "drive_control" in given.only:
+        with progress(drive_control.runs(), "driving with every drive") as bar:
+            found["drive_control"] = drive_control.study(bar.advance)
     with atomic_path(given.out) as draft:
         draft.write_text(json.dumps(found, indent=2) + "\n")
     print(json.dumps(found, indent=2))

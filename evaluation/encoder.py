@@ -4,7 +4,7 @@
 that knows the EDS file and CiA 406, and nothing else, listens. Prints what goes over the bus; the figures go into a
 JSON file that docs/encoder.md quotes.
 
-    python study/encoder.py --out study/encoder.json
+    python evaluation/encoder.py --out evaluation/encoder.json
 """
 
 from __future__ import annotations

@@ -1,0 +1,200 @@
+"""ramsight on a real actuator: identified on some runs, judged on others.
+
+    python evaluation/eha_rig.py --fit FOLDER --judge FOLDER --out FILE.json
+
+The runs are those of a laboratory actuator (public repository ivliev123/Electro-Hydraulic-Actuator), a file each, with
+the columns that `rig.toml` names. From the runs in the first folder the values of `eha-valve-rig` are found as
+`ramsight identify` finds them; every run in the second folder is tracked with them from its first position, from the
+shaft's angle, the motor's current and the valve's command alone, and once more with the chambers' pressures.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from dataclasses import replace
+from datetime import date
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import ramsight
+from ramsight.calibration.fit_report import motor_with
+from ramsight.calibration.fit_track import FittedValues, MeasuredRun
+from ramsight.logs import read_drive_log
+from ramsight.logs.channel_map import load_map
+from ramsight.logs.mapped import ChannelMap
+from ramsight.logs.opening import read_measured
+from ramsight.output import atomic_path
+from ramsight.progress import progress
+
+HERE = Path(__file__).parent
+MAP = HERE / "rig.toml"
+MACHINE, UNIT = "eha-valve-rig", "axis"
+SIGNALS = {"angle_current": False, "angle_current_pressure": True}
+PRESSURES = ("pressure_a", "pressure_b")
+START_STD = "0.1 mm"
+_STILL = 0.5e-3  # m/s; slower, the piston stands
+_RESTS, _MOVES = 0.5, 2e-3  # s and m; shorter rests and moves are none
+_JUMP = 20e-3  # m; from one sample to the next only a glitch of the position's sensor goes so far
+
+
+def main() -> None:
+    """Fit, judge, write."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--fit", type=Path, required=True, help="folder with the runs to identify from")
+    parser.add_argument("--judge", type=Path, required=True, help="folder with the runs to judge")
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--figures", type=Path, default=None, help="folder for figures of the judged runs")
+    given = parser.parse_args()
+    known = load_map(MAP)
+    result: dict[str, Any] = {"date": date.today().isoformat(), "machine": MACHINE, "fit": {}, "runs": {}, "all": {}}
+    drawn = {}
+    for name, pressures in SIGNALS.items():
+        fitted = ramsight.identify_values(
+            MACHINE, [given_pressures(run, pressures) for run in runs_in(given.fit, known)], unit=UNIT, progress=True
+        )
+        tuned = _with_torque(known, fitted)
+        judged = [given_pressures(run, pressures) for run in runs_in(given.judge, tuned)]
+        with progress(len(judged), f"judging, {name.replace('_', ' ')}") as bar:
+            drawn[name] = [(run, tracked(fitted, run, bar.advance)) for run in judged]
+        rows = {run.name: errors(track, run) for run, track in drawn[name]}
+        result["fit"][name] = described(fitted, tuned)
+        result["all"][name] = overall(list(rows.values()))
+        for run_name, row in rows.items():
+            result["runs"].setdefault(run_name, {})[name] = row
+    with atomic_path(given.out) as draft:
+        draft.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    if given.figures is not None:
+        from eha_rig_figure import draw
+
+        draw(drawn, given.figures)
+    print(json.dumps(result["all"], indent=1))
+
+
+def given_pressures(run: MeasuredRun, pressures: bool) -> MeasuredRun:
+    """The run as the sensor is given it: with the chambers' pressures in its log, or without."""
+    if not pressures:
+        return run
+    return replace(run, log=run.log.assign({name: run.measured[name] for name in PRESSURES if name in run.measured}))
+
+
+def described(fitted: FittedValues, tuned: ChannelMap) -> dict[str, Any]:
+    """What was identified."""
+    values = {
+        key: {"value": value, "low": low, "high": high, "told": key in fitted.told}
+        for key, (value, low, high) in fitted.values.items()
+    }
+    motor = tuned.motor
+    return {
+        "runs": sorted(fitted.rms_of),
+        "rms_mm": fitted.rms * 1e3,
+        "values": values,
+        "torque_constant": None if motor is None else motor.torque_constant,
+        "saturation": None if motor is None else motor.saturation,
+    }
+
+
+def runs_in(folder: Path, known: ChannelMap) -> list[MeasuredRun]:
+    """All runs of a folder, glitches of the position's sensor taken out."""
+    files = sorted(file for file in folder.iterdir() if file.name.endswith((".csv", ".csv.gz")))
+    if not files:
+        raise SystemExit(f"{folder}: there are no runs")
+    return [MeasuredRun(file.name, read_drive_log(file, known), cleaned(read_measured(file, known))) for file in files]
+
+
+def cleaned(measured: Any) -> Any:
+    """The measured position without glitches: what comes after a jump that no piston makes, until it is back."""
+    result = measured.copy(deep=True)
+    position = result["position"].values
+    last = position[np.isfinite(position)][0]
+    limit = 0.1 * float(np.median(np.diff(result["time"].values))) / 0.02 * _JUMP
+    for k, value in enumerate(position):
+        if np.isfinite(value) and abs(value - last) > max(limit, 2e-3):
+            position[k] = np.nan
+        elif np.isfinite(value):
+            last = value
+    return result
+
+
+def _with_torque(known: ChannelMap, fitted: FittedValues) -> ChannelMap:
+    """The map with the torque of the current that was found."""
+    return replace(known, motor=None if known.motor is None else motor_with(known.motor, fitted.torque))
+
+
+def tracked(fitted: FittedValues, run: MeasuredRun, advance: Any) -> Any:
+    """The run as the sensor tracks it from its first position."""
+    track = ramsight.track(fitted.machine, run.log, unit=UNIT, sensor="kalman", start=run.start, start_std=START_STD)
+    advance()
+    return track
+
+
+def errors(track: Any, run: MeasuredRun) -> dict[str, Any]:
+    """Figures of a track against the measured position."""
+    true = run.measured["position"].values
+    good = np.isfinite(true)
+    error = (track["position"].values - true)[good]
+    std, status = track["position_std"].values[good], track["status"].values[good]
+    time = run.log["time"].values
+    ends = [float((track["position"].values - true)[k] * 1e3) for k in ends_of_moves(time, true)]
+    wrong = (np.abs(error) > 4.0 * std) & (status < 20)
+    return {
+        "ends_mm": ends,
+        "largest_end_mm": max((abs(end) for end in ends), default=None),
+        "largest_mm": float(np.abs(error).max() * 1e3),
+        "rms_mm": float(np.sqrt(np.mean(error**2)) * 1e3),
+        "coverage_95": float(np.mean(np.abs(error) < 1.96 * std)),
+        "median_std_mm": float(np.median(std) * 1e3),
+        "ok_beyond_4_std_longest_s": longest(wrong, float(np.median(np.diff(time)))),
+        "samples": int(good.sum()),
+    }
+
+
+def ends_of_moves(time: Any, true: Any) -> list[int]:
+    """Samples at which the piston has come to rest after a move."""
+    filled = np.interp(time, time[np.isfinite(true)], true[np.isfinite(true)])
+    period = float(np.median(np.diff(time)))
+    wide = max(round(0.1 / period), 1)
+    speed = np.abs(filled[wide:] - filled[:-wide]) / (wide * period)
+    still = np.concatenate([speed < _STILL, np.ones(wide, dtype=bool)])
+    ends, rest, place = [], 0, filled[0]
+    needed = round(_RESTS / period)
+    for k, stands in enumerate(still):
+        rest = rest + 1 if stands else 0
+        if rest == needed and abs(filled[k] - place) > _MOVES:
+            place = filled[k]
+            if np.isfinite(true[k]):
+                ends.append(k)
+    return ends
+
+
+def longest(condition: Any, period: float) -> float:
+    """The longest stretch for which a condition holds [s]."""
+    best = run = 0
+    for holds in condition:
+        run = run + 1 if holds else 0
+        best = max(best, run)
+    return best * period
+
+
+def overall(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """The same figures over all runs."""
+    samples = np.array([row["samples"] for row in rows], dtype=float)
+    ends = np.abs(np.concatenate([row["ends_mm"] for row in rows]))
+    return {
+        "largest_end_mm": float(ends.max()),
+        "p95_end_mm": float(np.quantile(ends, 0.95)),
+        "largest_mm": max(row["largest_mm"] for row in rows),
+        "rms_mm": float(np.sqrt(np.average([row["rms_mm"] ** 2 for row in rows], weights=samples))),
+        "largest_rms_mm": max(row["rms_mm"] for row in rows),
+        "coverage_95": float(np.average([row["coverage_95"] for row in rows], weights=samples)),
+        "least_coverage_95": min(row["coverage_95"] for row in rows),
+        "ok_beyond_4_std_longest_s": max(row["ok_beyond_4_std_longest_s"] for row in rows),
+        "moves": len(ends),
+        "samples": int(samples.sum()),
+    }
+
+
+if __name__ == "__main__":
+    main()
