@@ -17,11 +17,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ramsight.api.calibrating import identify, leak_test
+    from ramsight.api.calibrating import identify, identify_values, leak_test
+    from ramsight.api.commissioning import commission
+    from ramsight.api.duties import duty_for, lift_lower
     from ramsight.api.exporting import export_c, export_fmu
     from ramsight.api.machines import build, catalogue, load_machine
     from ramsight.api.plotting import plot
-    from ramsight.api.simulating import drive_report, lift_lower, simulate
+    from ramsight.api.simulating import drive_report, simulate
     from ramsight.api.simulating_many import simulate_many
     from ramsight.api.tracking import open_log, read_log, sensor_for, track
     from ramsight.calibration.identify_record import IdentifyError
@@ -69,10 +71,13 @@ __all__ = [
     "build",
     "casadi_model",
     "catalogue",
+    "commission",
     "drive_report",
+    "duty_for",
     "export_c",
     "export_fmu",
     "identify",
+    "identify_values",
     "leak_test",
     "lift_lower",
     "load_machine",
@@ -87,11 +92,13 @@ __all__ = [
 
 if not TYPE_CHECKING:  # so that a type checker sees the imports above, and knows every other name for a mistake
     _HOMES = {
-        "api.calibrating": ("identify", "leak_test"),
+        "api.calibrating": ("identify", "identify_values", "leak_test"),
+        "api.commissioning": ("commission",),
+        "api.duties": ("duty_for", "lift_lower"),
         "api.exporting": ("export_c", "export_fmu"),
         "api.machines": ("build", "catalogue", "load_machine"),
         "api.plotting": ("plot",),
-        "api.simulating": ("drive_report", "lift_lower", "simulate"),
+        "api.simulating": ("drive_report", "simulate"),
         "api.simulating_many": ("simulate_many",),
         "api.tracking": ("open_log", "read_log", "sensor_for", "track"),
         "calibration.identify_record": ("IdentifyError",),

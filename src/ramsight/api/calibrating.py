@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ramsight.api.given import checked, truth_of
-from ramsight.api.machines import AnyUnit, build
+from ramsight.api.machines import AnyMachine, AnyUnit, build, load_machine, only_unit
+from ramsight.calibration.fit_track import FittedValues, MeasuredRun, fit_track
+from ramsight.calibration.free_values import free_values
 from ramsight.calibration.identify import EVALUATIONS, Identification
 from ramsight.calibration.identify import identify as identify_built
 from ramsight.calibration.leakage import LeakTest
 from ramsight.calibration.leakage import leak_test as leak_test_built
 from ramsight.duty.plausible import watched
+from ramsight.errors import DescriptionError
 from ramsight.logs import read_drive_log
+from ramsight.logs.mapped import ChannelMap
+from ramsight.logs.opening import read_measured
+from ramsight.machine.description import Composed
 from ramsight.progress import progress as progress_bar
 
 if TYPE_CHECKING:
@@ -92,3 +99,55 @@ def identify(
     recorded = next(watched([recorded], built, name))
     with progress_bar(EVALUATIONS, "identifying") as bar:
         return identify_built(built, recorded, known, advance=bar.advance if progress else None)
+
+
+def identify_values(
+    machine: AnyMachine,
+    runs: Iterable[str | Path | MeasuredRun],
+    channel_map: ChannelMap | str | Path | None = None,
+    *,
+    unit: str | None = None,
+    progress: bool = False,
+) -> FittedValues:
+    """Find the values of a description from runs with a measured position: those with which the sensor follows it.
+
+    For a machine that nobody has data sheets of: sizes, losses, elasticities, valves and friction, each of its part, as
+    far as the runs tell them; and the gain of the torque, where a current stands for it. The circuit has to be one of
+    parts.
+
+    Args:
+        machine: the description to begin with, its name or file.
+        runs: log files of a position sensor's runs, several loads and strokes; or what they hold.
+        channel_map: of the files, with ``measured.position`` and, if there are any, the chambers' pressures.
+        unit: name of the unit, if the machine has several.
+        progress: show a bar on a terminal.
+
+    Returns:
+        The description with the values that were found, `machine`; the values with their 95 % intervals [SI]; what the
+        reported torque is; the errors of the position that are left [m].
+
+    Raises:
+        DescriptionError: the machine or the map cannot be read, or the unit's circuit is not one of parts.
+        IdentifyError: there is no run, or one whose position was not measured.
+        LogError: a log cannot be read.
+
+    Example:
+        >>> import ramsight
+        >>> found = ramsight.identify_values("eha-valve-rig", [], unit="axis")
+        Traceback (most recent call last):
+        ramsight.calibration.identify_record.IdentifyError: there is no run
+    """
+    described = load_machine(machine)
+    name = unit or only_unit(described)
+    parts = described.unit(name)
+    if not isinstance(parts, Composed):
+        raise DescriptionError("values are found of circuits of parts; of this one, see identify", key=f"units.{name}")
+    read = [run if isinstance(run, MeasuredRun) else _measured_run(run, channel_map) for run in runs]
+    with progress_bar(1.0, "identifying") as bar:
+        return fit_track(described, name, read, free_values(parts), advance=bar.advance if progress else None)
+
+
+def _measured_run(path: str | Path, channel_map: ChannelMap | str | Path | None) -> MeasuredRun:
+    if channel_map is None:
+        raise DescriptionError("a map has to name the measured position", key="channel_map")
+    return MeasuredRun(Path(path).name, read_drive_log(path, channel_map), read_measured(path, channel_map))

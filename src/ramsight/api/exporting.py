@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable
 from pathlib import Path
 
 from ramsight.api.machines import AnyMachine, load_machine, only_unit
-from ramsight.deploy.c_folder import WrittenSensor, write_sensor
-from ramsight.deploy.fmu import VERSIONS, WHAT, WrittenFmu, write_fmu
-from ramsight.errors import DescriptionError
+from ramsight.deploy.c_folder import STEPS, WrittenSensor, write_sensor
+from ramsight.deploy.fmu import WrittenFmu, write_fmu
+from ramsight.machine.description import Machine
+from ramsight.progress import progress as progress_bar
 
 
 def export_c(
-    machine: AnyMachine, unit: str | None = None, *, out: str | Path, single: bool = False, compiler: str | None = None
+    machine: AnyMachine,
+    unit: str | None = None,
+    *,
+    out: str | Path,
+    single: bool = False,
+    compiler: str | None = None,
+    progress: bool = False,
 ) -> WrittenSensor:
     """Write the kalman sensor of a unit as C99 for an electronic control unit.
 
@@ -22,6 +29,7 @@ def export_c(
         out: the folder; made if it is not there, files of an earlier export are replaced.
         single: floats in place of doubles.
         compiler: path of the C compiler that measures it; by default the one that is found, "" for none.
+        progress: show a bar on a terminal if it takes long.
 
     Returns:
         The folder, the names of its files, the compiler, and what it takes of memory [bytes] and time [s].
@@ -38,8 +46,10 @@ def export_c(
         >>> "ramsight_boom.c" in done.files
         True
     """
-    described = load_machine(machine)
-    return write_sensor(described, unit or only_unit(described), out, single=single, compiler=compiler)
+    described, name = _unit_of(machine, unit)
+    with progress_bar(STEPS, "exporting") as bar:
+        advance = bar.advance if progress else lambda count: None
+        return write_sensor(described, name, out, single=single, compiler=compiler, advance=advance)
 
 
 def export_fmu(
@@ -50,6 +60,7 @@ def export_fmu(
     what: str = "sensor",
     fmi: int = 2,
     compiler: str | None = None,
+    named: Callable[[str], str] = str,
 ) -> WrittenFmu:
     """Write a co-simulation FMU of a unit's kalman sensor, or of the unit itself.
 
@@ -60,6 +71,7 @@ def export_fmu(
         what: ``sensor`` or ``plant``.
         fmi: 2 or 3.
         compiler: path of the C compiler; by default the one that is found. Without one, "", it has sources alone.
+        named: what errors call an argument.
 
     Returns:
         The file, its number of variables, and the platform of its binary.
@@ -76,17 +88,11 @@ def export_fmu(
         >>> done.path.name, done.variables > 20
         ('boom.fmu', True)
     """
-    _check("what", what, WHAT)
-    _check("fmi", fmi, VERSIONS)
+    described, name = _unit_of(machine, unit)
+    return write_fmu(described, name, out, what=what, fmi=fmi, compiler=compiler, named=named)
+
+
+def _unit_of(machine: AnyMachine, unit: str | None) -> tuple[Machine, str]:
+    """The description, and the name of the unit that is meant."""
     described = load_machine(machine)
-    return write_fmu(described, unit or only_unit(described), out, what=what, fmi=fmi, compiler=compiler)
-
-
-def _check(name: str, value: object, known: Iterable[object]) -> None:
-    """Refuse what there is no FMU of.
-
-    Raises:
-        DescriptionError: names argument, value and what there is.
-    """
-    if value not in known:
-        raise DescriptionError("there is no such FMU", key=name, value=value, allowed=", ".join(map(str, known)))
+    return described, unit or only_unit(described)

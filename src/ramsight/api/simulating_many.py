@@ -10,7 +10,7 @@ import numpy as np
 
 from ramsight.api.machines import AnyUnit, build
 from ramsight.duty import Duty
-from ramsight.duty.simulate import check_temperature
+from ramsight.duty.simulate import check_commands, check_temperature
 from ramsight.engine.batch import Job, Summaries, batches
 from ramsight.engine.cache import instructions
 from ramsight.engine.outcome import Outcome
@@ -111,7 +111,6 @@ def _jobs(
     units: Sequence[HydraulicUnit], models: Sequence[CircuitModel], duties: Iterable[Duty], described: list[Described]
 ) -> Iterator[Job]:
     """The runs, all units through a duty before the next; what each duty is goes into `described`."""
-    place = models[0].ode.parameters.index("oil_temperature")
     for duty in duties:
         if not isinstance(duty, Duty):
             raise DescriptionError("is no duty", key="duties", value=duty, allowed="what ramsight.lift_lower makes")
@@ -119,8 +118,9 @@ def _jobs(
         described.append((load, kelvin, duty.start_position, duty.duration))
         for unit, model in zip(units, models, strict=True):
             check_temperature(unit, duty.oil_temperature)
+            check_commands(model, duty)
             initial = initial_state(unit, model, duty.start_position, load, speed)
-            yield Job(initial, duty.segments(model.values, place))
+            yield Job(initial, duty.segments(model.values, model.ode.parameters))
 
 
 def _dataset(

@@ -20,9 +20,8 @@ from ramsight.plant.unit import HydraulicUnit
 from ramsight.progress import progress as progress_bar
 from ramsight.sensor.persistence import StateFile, said
 from ramsight.sensor.virtual_sensor import REPORTED, START_STD, VirtualSensor
-from ramsight.study.errors import position_errors
+from ramsight.study.errors import PositionErrors, position_errors
 from ramsight.study.pieces import Pieces, track_pieces
-from ramsight.study.tracking import error_summary
 from ramsight.units import argument, format_si
 
 if TYPE_CHECKING:
@@ -125,10 +124,10 @@ def track(
         progress: show a bar on a terminal if it takes long.
 
     Returns:
-        Over `time` [s], shape (samples,): `position` [m], `position_std` [m], `velocity` [m/s], `load` [N], `status`
-        (numbers of `Status`), what else the sensor says, and the log itself. With a truth also `true_position` [m] and
-        `error` [m], NaN where the truth does not reach, and in the attributes `error_largest`, `error_p95` and
-        `error_final`, magnitudes in m, over `error_samples` samples.
+        Over `time` [s], shape (samples,): `position` and `position_std` [m], NaN while the sensor is not referenced,
+        `velocity` [m/s], `load` [N], `status` (numbers of `Status`), what else the sensor says, and the log itself.
+        With a truth also `true_position` [m] and `error` [m], NaN where either is unknown, and in the attributes
+        `error_largest`, `error_p95` and `error_final`, magnitudes in m, over `error_samples` samples.
 
     Raises:
         DescriptionError: a quantity cannot be read or is outside the stroke; names argument, value and range.
@@ -146,9 +145,7 @@ def track(
         (True, 'm')
     """
     built = build(machine, unit)
-    stroke = format_si(built.cylinder.stroke, "mm")
-    position = None if start is None else argument(start, "m", "start", least="0 mm", most=stroke)
-    std = argument(start_std, "m", "start_std", least="0.01 mm", most=stroke)
+    position, std = start_of(built, start, start_std)
     true = None if truth is None else truth_of(truth)
     done = follow(
         built,
@@ -169,6 +166,25 @@ def track(
     whole = done.track.assign(reported)
     whole.attrs |= {"kind": "track", "unit": built.name}
     return whole if true is None else judged(whole, true)
+
+
+def start_of(
+    unit: HydraulicUnit, start: Quantity | None, start_std: Quantity, named: Callable[[str], str] = str
+) -> tuple[float | None, float]:
+    """Where a piston is said to be at first, and the standard deviation of that [m].
+
+    Args:
+        unit: whose stroke is the limit.
+        start: [m], or text with a unit; None if nobody knows.
+        start_std: its standard deviation [m], or text with a unit.
+        named: what errors call an argument.
+
+    Raises:
+        DescriptionError: one of them cannot be read or is outside the stroke.
+    """
+    stroke = format_si(unit.cylinder.stroke, "mm")
+    position = None if start is None else argument(start, "m", named("start"), least="0 mm", most=stroke)
+    return position, argument(start_std, "m", named("start_std"), least="0.01 mm", most=stroke)
 
 
 def follow(
@@ -232,25 +248,35 @@ def judged(tracked: xarray.Dataset, truth: xarray.Dataset) -> xarray.Dataset:
     Raises:
         ComparisonError: the two have no time in common.
     """
-    found = position_errors(*(part[name].values for part in (tracked, truth) for name in ("time", "position")))
+    found = errors_of(tracked, truth)
     known = np.interp(tracked["time"].values, truth["time"].values, truth["position"].values, left=np.nan, right=np.nan)
     result = tracked.assign(
         true_position=("time", known, {"units": "m", "long_name": "true position"}),
         error=("time", tracked["position"].values - known, {"units": "m", "long_name": "error of the position"}),
     )
-    result.attrs |= {"error_largest": found.largest, "error_p95": found.p95, "error_final": found.final}
-    result.attrs |= {"error_samples": found.samples}
+    figures = (np.nan, np.nan, np.nan, 0)
+    if found is not None:
+        figures = (found.largest, found.p95, found.final, found.samples)
+    names = ("error_largest", "error_p95", "error_final", "error_samples")
+    result.attrs |= dict(zip(names, figures, strict=True))
     return result
 
 
-def error_text(tracked: xarray.Dataset, truth: xarray.Dataset) -> str:
-    """One line on the errors of a track, in mm, and how many samples they rest on.
+def errors_of(tracked: xarray.Dataset, truth: xarray.Dataset) -> PositionErrors | None:
+    """The errors of a track; None if it has no position where the truth is known.
+
+    Args:
+        tracked: with `position` [m] over `time` [s], NaN where there is none.
+        truth: with `position` [m] over `time` [s], increasing.
 
     Raises:
         ComparisonError: the two have no time in common.
     """
-    compared = position_errors(*(part[name].values for part in (tracked, truth) for name in ("time", "position")))
-    return f"{error_summary(tracked, truth)}; over {compared.samples} of {tracked.sizes['time']} samples"
+    time, known = tracked["time"].values, truth["time"].values
+    common = (time >= known[0]) & (time <= known[-1])
+    if common.any() and np.isnan(tracked["position"].values[common]).all():
+        return None
+    return position_errors(time, tracked["position"].values, known, truth["position"].values)
 
 
 def _pieces(
@@ -267,4 +293,4 @@ def _pieces(
     return (checked(piece, _NO_FILE) for piece in pieces), _NO_FILE
 
 
-__all__ = ["follow", "judged", "open_log", "read_log", "sensor_for", "track"]
+__all__ = ["errors_of", "follow", "judged", "open_log", "read_log", "sensor_for", "start_of", "track"]

@@ -68,10 +68,18 @@ def leaktest(
 
 def identify(
     machine: Machine,
-    log: DriveLog,
+    logs: Annotated[list[Path], typer.Argument(help="Drive log; several with a map that names a measured position.")],
     unit: DrivenUnit,
-    truth: Annotated[Path, typer.Option(help="Its measured position: time_s and position_m, .csv or .csv.gz.")],
+    truth: Annotated[
+        Path | None, typer.Option(help="Its measured position: time_s and position_m, .csv or .csv.gz.")
+    ] = None,
+    channel_map: Annotated[
+        Path | None, typer.Option("--map", help="Which channels are what, the measured position among them: .toml.")
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="The tuned machine's description: .toml.")] = None,
+    map_out: Annotated[
+        Path | None, typer.Option(help="The map with the torque of a current as it was found: .toml.")
+    ] = None,
 ) -> None:
     """Find how a machine differs from its data sheet, with a position sensor put on for a day.
 
@@ -86,8 +94,20 @@ def identify(
     from displacement. End stops and relief are left out by themselves. Nothing but time_s and position_m is used of
     the truth. The tuned description goes wherever a machine goes: check, track, ...
 
+    With a map in place of --truth it finds the values of the description themselves, for a machine that nobody has data
+    sheets of: sizes, losses, elasticities, valves, friction, and the torque of a motor's current. It takes runs of a
+    circuit of parts under several loads, with the position, and maybe the chambers' pressures, in the same files.
+
     Example: ramsight identify mining-loader log.csv.gz --unit boom --truth position.csv --out tuned.toml
+
+    Example: ramsight identify eha-valve-rig run*.csv.gz --unit axis --map rig.toml --out rig-tuned.toml
     """
+    if channel_map is not None:
+        _identify_values(machine, logs, unit, channel_map, out, map_out)
+        return
+    if truth is None or len(logs) != 1:
+        raise typer.BadParameter("one log with --truth, or logs with a --map that names the measured position")
+    (log,) = logs
     from ramsight.api.calibrating import identify as identify_unit
     from ramsight.calibration.identify_report import summary
     from ramsight.calibration.identify_tuned import tuned
@@ -104,3 +124,38 @@ def identify(
             draft.write_text(text, encoding="utf-8")
     typer.echo(summary(found))
     say_written(out)
+
+
+def _identify_values(
+    machine: str, logs: list[Path], unit: str, channel_map: Path, out: Path | None, map_out: Path | None
+) -> None:
+    """Find the values of a description, and write what was asked for."""
+    from ramsight.api.calibrating import identify_values
+    from ramsight.calibration.fit_report import described, map_with, values_summary
+    from ramsight.logs.channel_map import load_map
+    from ramsight.machine import load as load_machine
+    from ramsight.output import atomic_path, check_apart, check_target
+
+    for target in (out, map_out):
+        check_target(target, (".toml",))
+    read: dict[str, str | Path | None] = {"the machine": machine, "--map": channel_map}
+    read |= {f"log {k}": log for k, log in enumerate(logs, 1)}
+    check_apart(read, {"--out": out, "--map-out": map_out})
+    known = load_map(channel_map)
+    if map_out is not None and known.motor is None:
+        raise typer.BadParameter("--map-out is for a map with a [current]")
+    description = load_machine(machine)
+    found = identify_values(description, logs, known, unit=unit, progress=True)
+    if out is not None:
+        with atomic_path(out) as draft:
+            draft.write_text(described(found, unit, description, _named(logs)), encoding="utf-8")
+    if map_out is not None:
+        text = map_with(channel_map.read_text(encoding="utf-8"), known, found.torque)
+        with atomic_path(map_out) as draft:
+            draft.write_text(text, encoding="utf-8")
+    typer.echo(values_summary(found, unit))
+    say_written(out, map_out)
+
+
+def _named(logs: list[Path]) -> str:
+    return logs[0].name if len(logs) == 1 else f"{len(logs)} logs, {logs[0].name} to {logs[-1].name}"

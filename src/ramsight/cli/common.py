@@ -18,6 +18,11 @@ def group(**options: Any) -> typer.Typer:
     return typer.Typer(rich_markup_mode=None, context_settings={"help_option_names": ["-h", "--help"]}, **options)
 
 
+def option(argument: str) -> str:
+    """What messages call an argument of a function: ``--oil-temperature`` of ``oil_temperature``."""
+    return f"--{argument.replace('_', '-')}"
+
+
 def say_written(*paths: Path | None) -> None:
     """Say which files were written; None was not asked for."""
     for path in paths:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import Machine, SensedUnit
+from ramsight.cli.common import Machine, SensedUnit, option
 
 
 def export_c(
@@ -24,12 +24,10 @@ def export_c(
 
     Example: ramsight export c mining-loader --unit boom --out boom-c
     """
-    from ramsight.deploy.c_folder import STEPS, shown, write_sensor
-    from ramsight.machine import load as load_machine
-    from ramsight.progress import progress
+    from ramsight.api.exporting import export_c as export_unit
+    from ramsight.deploy.c_folder import shown
 
-    with progress(STEPS, "exporting") as bar:
-        done = write_sensor(load_machine(machine), unit, out, single=single, advance=bar.advance)
+    done = export_unit(machine, unit, out=out, single=single, progress=True)
     typer.echo(
         shown(done.footprints) if done.footprints else "no C compiler was found: nothing was compiled or measured"
     )
@@ -51,9 +49,8 @@ def export_fmu(
 
     Example: ramsight export fmu mining-loader --unit boom --what plant --fmi 3 --out boom.fmu
     """
-    from ramsight.deploy.fmu import write_fmu
-    from ramsight.machine import load as load_machine
+    from ramsight.api.exporting import export_fmu as export_unit
 
-    done = write_fmu(load_machine(machine), unit, out, what=what, fmi=fmi)
+    done = export_unit(machine, unit, out=out, what=what, fmi=fmi, named=option)
     binary = f"sources and a binary for {done.binary}" if done.binary else "sources alone: no C compiler was found"
     typer.echo(f"{out}: written; FMI {fmi}.0 co-simulation, {done.variables} variables, {binary}")

@@ -42,6 +42,9 @@ def loader(
     references: Annotated[
         int, typer.Option(min=1, max=9, help="Visits of each unit to an end stop before it works; three teach it.")
     ] = 1,
+    drive_delay: Annotated[
+        str, typer.Option(help="By which the drives are late, with commands and with reports each: '40 ms'.")
+    ] = "0 ms",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the drives' noise.")] = 0,
 ) -> None:
     """Let a loader work without position sensors, and show how well it goes.
@@ -77,6 +80,7 @@ def loader(
         temperature_offset=temperature_offset,
         references=references,
         seed=seed,
+        delay=parse_option(drive_delay, "s", "--drive-delay", least="0 s", most="0.5 s"),
     )
     with progress(2.0, "working") as bar:
         done = work(built, options, advance=bar.advance)

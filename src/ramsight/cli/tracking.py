@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import DrivenUnit, Machine, say_written
+from ramsight.cli.common import DrivenUnit, Machine, option, say_written
 
 
 def logs_inspect(
@@ -88,32 +88,16 @@ def track(
 
     Example: ramsight track mining-loader log.csv.gz --unit boom --start "100 mm" --out track.csv
     """
-    from ramsight.api.machines import load_machine
-    from ramsight.api.tracking import error_text, follow
+    from ramsight.api.machines import build, load_machine
+    from ramsight.api.tracking import errors_of, follow, start_of
     from ramsight.logs import read_truth
-    from ramsight.output import DATASET_FILES, check_apart, check_installed, check_state, check_target
-    from ramsight.plant.build import build
     from ramsight.study.figures import tracked_figure
-    from ramsight.units import format_si, parse_option
+    from ramsight.study.tracking import error_text
 
-    check_target(out, DATASET_FILES)
-    if out is not None:
-        check_installed(out)
-    check_target(figure, (".png", ".svg", ".pdf"))
-    read: dict[str, str | Path | None] = {
-        "the machine": machine,
-        "the log": log,
-        "--sensor": sensor,
-        "--map": channel_map,
-        "--truth": truth,
-    }
-    check_apart(read, {"--out": out, "--figure": figure, "--state": state})
-    check_state(state)
+    _check_files(machine, log, sensor, channel_map, truth, out, figure, state)
     description = load_machine(machine)
-    built = build(unit, description.unit(unit))
-    stroke = format_si(built.cylinder.stroke, "mm")
-    position = None if start is None else parse_option(start, "m", "--start", least="0 mm", most=stroke)
-    std = parse_option(start_std, "m", "--start-std", least="0.01 mm", most=stroke)
+    built = build(description, unit)
+    position, std = start_of(built, start, start_std, named=option)
     true = None if truth is None else read_truth(truth)
     done = follow(
         built,
@@ -129,11 +113,38 @@ def track(
         progress=True,
         say=typer.echo,
     )
-    errors = None if true is None or done.track is None else error_text(done.track, true)
     if figure is not None and done.track is not None and done.log is not None:
         title = f"{description.title or description.name}, {unit}: {log.name}"
         tracked_figure(done.log, done.track, true, title, figure)
     typer.echo(done.summary)
-    if errors is not None:
-        typer.echo(errors)
+    if true is not None and done.track is not None:
+        typer.echo(error_text(errors_of(done.track, true), done.track.sizes["time"]))
     say_written(out, figure, state)
+
+
+def _check_files(
+    machine: str,
+    log: Path,
+    sensor: str,
+    channel_map: Path | None,
+    truth: Path | None,
+    out: Path | None,
+    figure: Path | None,
+    state: Path | None,
+) -> None:
+    """Refuse what cannot be written, or would be written over what is read, before any work is done."""
+    from ramsight.output import DATASET_FILES, check_apart, check_installed, check_state, check_target
+
+    check_target(out, DATASET_FILES)
+    if out is not None:
+        check_installed(out)
+    check_target(figure, (".png", ".svg", ".pdf"))
+    read: dict[str, str | Path | None] = {
+        "the machine": machine,
+        "the log": log,
+        "--sensor": sensor,
+        "--map": channel_map,
+        "--truth": truth,
+    }
+    check_apart(read, {"--out": out, "--figure": figure, "--state": state})
+    check_state(state)

@@ -6,7 +6,17 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli import bus, calibration, exporting, machines, simulation, studies, tracking
+from ramsight.cli import (
+    bus,
+    calibration,
+    commissioning,
+    demonstration,
+    exporting,
+    machines,
+    simulation,
+    studies,
+    tracking,
+)
 from ramsight.cli.common import group
 
 app = group(name="ramsight", no_args_is_help=True, pretty_exceptions_enable=False)
@@ -28,11 +38,12 @@ def ramsight(
 ) -> None:
     """Where the piston of a hydraulic cylinder is, without a position sensor.
 
-    A machine is a TOML file or a name in the catalogue. Begin with: ramsight check mining-loader
+    A machine is a TOML file or a name in the catalogue. Begin with: ramsight demo
     """
 
 
 for verb in (
+    demonstration.demo,
     machines.check,
     machines.new,
     simulation.simulate,
@@ -41,6 +52,7 @@ for verb in (
     studies.paper,
     calibration.leaktest,
     calibration.identify,
+    commissioning.commission,
     studies.loader,
     bus.encoder,
 ):

@@ -15,6 +15,17 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 ESTIMATE, TRUTH, ERROR, DOUBT = "#c8401e", "#1f2a36", "#2a6f97", "#e9b44c"
+_SHADES = {
+    int(one) // 10: (one.validity, colour)
+    for one, colour in (
+        (Status.REFERENCE_DUE, DOUBT),
+        (Status.NOT_REFERENCED, "#8a94a0"),
+        (Status.INPUT_LOST, ESTIMATE),
+    )
+}
+"""Name and colour of each validity that is not ok."""
+
+_LEAST = 1e-3  # mm; smaller errors stand there on the logarithmic scale
 _STYLE = {
     "font.size": 9,
     "axes.spines.top": False,
@@ -51,10 +62,10 @@ def tracked_figure(
 
 
 def draw_track(log: xarray.Dataset, tracked: xarray.Dataset, truth: xarray.Dataset | None, title: str) -> Figure:
-    """The picture of `tracked_figure`, a `matplotlib.figure.Figure`.
+    """The picture of `tracked_figure`, a `matplotlib.figure.Figure`: a panel a quantity, so that each has its scale.
 
     Args:
-        log: with motor_speed [rad/s] and motor_torque [N m].
+        log: with motor_speed [rad/s], motor_torque [N m] and oil_temperature [K].
         tracked: with position, position_std [m] and status.
         truth: with `position` [m], or None.
         title: above the picture.
@@ -62,43 +73,49 @@ def draw_track(log: xarray.Dataset, tracked: xarray.Dataset, truth: xarray.Datas
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    time = tracked["time"].values
+    time, band = tracked["time"].values, 1.96e3 * tracked["position_std"].values
+    has_band = bool(np.isfinite(band).any())  # the volume balance states none
     with mpl.rc_context(_STYLE):  # type: ignore[arg-type]
-        rows = 4 if truth is not None else 3
-        heights = [2.2, 1.2, 1.0, 1.0] if truth is not None else [2.2, 1.0, 1.0]
-        figure = Figure(figsize=(7.2, 1.2 + 1.35 * rows), layout="constrained")
-        axes = figure.subplots(rows, 1, sharex=True, height_ratios=heights)
+        heights = [2.4, *[1.2] * ((truth is not None) + has_band), 0.8, 0.8, 0.6]
+        figure = Figure(figsize=(7.2, 1.2 + 1.05 * sum(heights)), layout="constrained")
+        axes = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
         position = axes[0]
         if truth is not None:
             position.plot(truth["time"], 1e3 * truth["position"], color=TRUTH, lw=2.4, label="true position")
-        position.plot(
-            time, 1e3 * tracked["position"], color=ESTIMATE, lw=1.1, label=f"{tracked.attrs['sensor']} sensor"
-        )
-        band = 1.96e3 * tracked["position_std"].values
-        if np.isfinite(band).any():
-            middle = 1e3 * tracked["position"].values
-            position.fill_between(
-                time, middle - band, middle + band, color=ESTIMATE, alpha=0.15, lw=0, label="95 % band"
-            )
-        _shade(position, time, tracked["status"].values)
-        position.set_ylabel("position [mm]")
-        position.legend(loc="best")
-        position.set_title(title, loc="left", fontweight="bold")
+        estimate = 1e3 * tracked["position"].values
+        position.plot(time, estimate, color=ESTIMATE, lw=1.1, label=f"{tracked.attrs['sensor']} sensor")
+        position.set_ylabel("position\n[mm]")
+        error = None
         if truth is not None:
-            error = 1e3 * (tracked["position"].values - np.interp(time, truth["time"], truth["position"]))
-            if np.isfinite(band).any():
-                axes[1].fill_between(time, -band, band, color=ESTIMATE, alpha=0.15, lw=0)
-                axes[1].set_ylim(*_reach(error, band))
+            error = estimate - 1e3 * np.interp(time, truth["time"], truth["position"], left=np.nan, right=np.nan)
             axes[1].plot(time, error, color=ERROR, lw=1.0)
             axes[1].axhline(0.0, color=TRUTH, lw=0.6)
-            axes[1].set_ylabel("error [mm]")
-        _draw_drive(axes[-2:], log)
+            axes[1].set_ylabel("error\n[mm]")
+        if has_band:
+            draw_band(axes[-4], time, band, error)
+        draw_drive(axes[-3:], log)
+        for one in axes[:-3]:
+            shade_status(one, time, tracked["status"].values)
+        position.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=5, borderaxespad=0.0)
+        figure.suptitle(title, x=0.01, ha="left", fontsize=10, fontweight="bold")
         figure.align_ylabels()
     return figure
 
 
+def draw_band(axes: Any, time: Any, band: Any, error: Any) -> None:
+    """Draw half of the 95 % band [mm], and the magnitude of the error if it is known, on one logarithmic scale."""
+    if error is not None:
+        axes.plot(time, np.maximum(np.abs(error), _LEAST), color=ERROR, lw=0.8, label="error")
+    axes.plot(time, band, color=ESTIMATE, lw=1.1, label="95 % band")
+    axes.set_yscale("log")
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.set_ylabel("band ±\n[mm]")
+    if error is not None:
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.0, fontsize=7)
+
+
 def draw_run(run: xarray.Dataset, title: str) -> Figure:
-    """A picture of a simulated run: position, chamber pressures, motor speed and torque.
+    """A picture of a simulated run: position, chamber pressures, motor speed, torque and oil temperature.
 
     Args:
         run: a Dataset as `ramsight.duty.simulate` returns it.
@@ -108,8 +125,8 @@ def draw_run(run: xarray.Dataset, title: str) -> Figure:
     from matplotlib.figure import Figure
 
     with mpl.rc_context(_STYLE):  # type: ignore[arg-type]
-        figure = Figure(figsize=(7.2, 6.6), layout="constrained")
-        axes = figure.subplots(4, 1, sharex=True, height_ratios=[2.2, 1.2, 1.0, 1.0])
+        figure = Figure(figsize=(7.2, 7.2), layout="constrained")
+        axes = figure.subplots(5, 1, sharex=True, height_ratios=[2.2, 1.2, 0.9, 0.9, 0.7])
         axes[0].plot(run["time"], 1e3 * run["position"], color=TRUTH, lw=1.6)
         axes[0].set_ylabel("position [mm]")
         axes[0].set_title(title, loc="left", fontweight="bold")
@@ -118,30 +135,28 @@ def draw_run(run: xarray.Dataset, title: str) -> Figure:
                 axes[1].plot(run["time"], run[name] / 1e5, color=color, lw=1.0, label=f"chamber {name[-1].upper()}")
         axes[1].set_ylabel("pressure\n[bar]")
         axes[1].legend(loc="best")
-        _draw_drive(axes[-2:], run)
+        draw_drive(axes[-3:], run)
         figure.align_ylabels()
     return figure
 
 
-def _draw_drive(axes: Any, log: xarray.Dataset) -> None:
-    """Draw what the drive reported, into two axes."""
+def draw_drive(axes: Any, log: xarray.Dataset) -> None:
+    """Draw what the drive reported, into three axes."""
     axes[0].plot(log["time"], log["motor_speed"].values * 60 / (2 * np.pi), color=TRUTH, lw=1.0)
-    axes[0].set_ylabel("motor speed\n[rpm]")
+    axes[0].set_ylabel("speed\n[rpm]")
     axes[1].plot(log["time"], log["motor_torque"], color=TRUTH, lw=0.6)
-    axes[1].set_ylabel("motor torque\n[N m]")
-    axes[1].set_xlabel("time [s]")
+    axes[1].set_ylabel("torque\n[N m]")
+    axes[2].plot(log["time"], log["oil_temperature"].values - 273.15, color=TRUTH, lw=0.6)
+    axes[2].set_ylabel("oil\n[°C]")
+    axes[2].set_xlabel("time [s]")
 
 
-def _reach(error: Any, band: Any) -> tuple[float, float]:
-    """Limits that show the error whole, and the band where it is not much wider."""
-    reach = 1.1 * max(float(np.nanmax(np.abs(error))), min(float(np.nanmax(band)), 3.0 * float(np.nanmedian(band))))
-    return -reach, reach
-
-
-def _shade(axes: Any, time: Any, status: Any) -> None:
-    """Mark where the sensor is not sure."""
-    doubt = np.concatenate([[False], status != Status.OK, [False]])
-    edges = np.flatnonzero(np.diff(doubt.astype(int)))
-    for k, (first, last) in enumerate(zip(edges[::2], edges[1::2], strict=True)):
-        label = "not sure" if k == 0 else None
-        axes.axvspan(time[first], time[min(last, len(time) - 1)], color=DOUBT, alpha=0.3, lw=0, label=label)
+def shade_status(axes: Any, time: Any, status: Any) -> None:
+    """Mark where the status is not ok, a colour for each validity."""
+    validity = np.asarray(status) // 10
+    for level, (name, colour) in _SHADES.items():
+        there = np.concatenate([[False], validity == level, [False]])
+        edges = np.flatnonzero(np.diff(there.astype(int)))
+        for k, (first, last) in enumerate(zip(edges[::2], edges[1::2], strict=True)):
+            label = name if k == 0 else None
+            axes.axvspan(time[first], time[min(last, len(time) - 1)], color=colour, alpha=0.25, lw=0, label=label)

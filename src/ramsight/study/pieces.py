@@ -28,7 +28,7 @@ class Pieces:
     Args:
         summary: a few lines on the track.
         track: position [m], position_std [m] and status over time, or all that the sensor says, if it was kept.
-        log: motor_speed [rad/s] and motor_torque [N m] over time, or all of it, if it was kept.
+        log: motor_speed [rad/s], motor_torque [N m] and oil_temperature [K] over time, or all of it, if it was kept.
     """
 
     summary: str
@@ -37,7 +37,7 @@ class Pieces:
 
 
 _TRACK = ("position", "position_std", "status")
-_LOG = ("motor_speed", "motor_torque")
+_LOG = ("motor_speed", "motor_torque", "oil_temperature")
 
 
 def track_pieces(
@@ -67,7 +67,7 @@ def track_pieces(
     tally, track, log = Tally(), _Kept(None if all_of_it else _TRACK), _Kept(None if all_of_it else _LOG)
     with nullcontext() if out is None else open_dataset(out, variables=_TRACK, words=words) as writer:
         for piece in pieces:
-            tracked = sensor.track(piece)
+            tracked = as_said(sensor.track(piece))
             tally.append(tracked)
             if writer is not None:
                 writer.append(tracked)
@@ -76,6 +76,18 @@ def track_pieces(
             if keep_log:
                 log.append(piece)
     return Pieces(tally.text, track.whole(), log.whole())
+
+
+def as_said(tracked: xarray.Dataset) -> xarray.Dataset:
+    """A track without a position, NaN, where the sensor is not referenced: what it has there is no estimate.
+
+    Args:
+        tracked: with position, position_std [m] and status over time.
+    """
+    nowhere = tracked["status"] == int(Status.NOT_REFERENCED)
+    if not bool(nowhere.any()):
+        return tracked
+    return tracked.assign({name: tracked[name].where(~nowhere) for name in ("position", "position_std")})
 
 
 class _Kept:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ramsight.sensor.status import Status
-from ramsight.study.errors import position_errors
+from ramsight.study.errors import PositionErrors
 
 if TYPE_CHECKING:
     import xarray
@@ -34,9 +34,10 @@ class Tally:
     @property
     def text(self) -> str:
         """One line on where the piston is now, and one on each doubt."""
+        first, last = (_millimetres(self._position[k]) for k in (0, -1))
         lines = [
             f"{self._sensor} sensor: {self._samples} samples over {self._time[-1] - self._time[0]:.1f} s, "
-            f"position {1e3 * self._position[0]:.1f} mm at first, {1e3 * self._position[-1]:.1f} mm at last"
+            f"position {first} at first, {last} at last"
         ]
         for code, count in sorted(self._counts.items()):
             if code != Status.OK:
@@ -44,16 +45,21 @@ class Tally:
         return "\n".join(lines)
 
 
-def error_summary(tracked: xarray.Dataset, truth: xarray.Dataset) -> str:
-    """The largest, the 95th-percentile and the final error in mm.
+def _millimetres(position: float) -> str:
+    return f"{1e3 * position:.1f} mm" if np.isfinite(position) else "unknown"
 
-    Raises:
-        ComparisonError: the two have no time in common.
+
+def error_text(found: PositionErrors | None, samples: int) -> str:
+    """One line on the errors of a track, in mm, and how many samples they rest on.
+
+    Args:
+        found: the errors; None if the track has no position where the truth is known.
+        samples: of the track.
     """
-    found = position_errors(
-        tracked["time"].values, tracked["position"].values, truth["time"].values, truth["position"].values
-    )
+    if found is None:
+        return f"error against the truth: none to be had, 0 of {samples} samples have a position where it is known"
+    final = f"{1e3 * found.final:.3f} mm" if np.isfinite(found.final) else "unknown"
     return (
-        f"error: largest {1e3 * found.largest:.3f} mm, 95 % within {1e3 * found.p95:.3f} mm, "
-        f"final {1e3 * found.final:.3f} mm"
+        f"error against the truth: largest {1e3 * found.largest:.3f} mm, 95 % within {1e3 * found.p95:.3f} mm, "
+        f"final {final}; over {found.samples} of {samples} samples"
     )

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ramsight.control.loop import ClosedLoop
+from ramsight.control.setting import Setting
+from ramsight.duty.drive_response import DriveResponse
 from ramsight.duty.linked import simulate_linked
 from ramsight.duty.loading import PHASES, Phase
 from ramsight.errors import DescriptionError
@@ -37,6 +39,7 @@ class Options:
         temperature_offset: by which the thermometers read too much [K].
         references: visits of each unit to an end stop before the work; after the second one the sensor has learned.
         seed: of the drives' noise.
+        delay: by which the drives are late, with commands and with reports each [s]; the controls know it.
     """
 
     payload: float | None = None
@@ -45,6 +48,7 @@ class Options:
     temperature_offset: float = 0.0
     references: int = 1
     seed: int = 0
+    delay: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -131,14 +135,13 @@ def work(sheet: LinkedMachine, options: Options, *, advance: Callable[[float], o
     actual = replace(
         sheet, units=tuple(built.apply(unit) if isinstance(unit, DdhUnit) else unit for unit in sheet.units)
     )  # fmt: skip
-    loop = ClosedLoop(
-        actual,
-        sheet,
-        start,
+    setting = Setting(
         oil_temperature=options.oil_temperature,
         temperature_offset=options.temperature_offset,
         seed=options.seed,
+        drive=DriveResponse(command_delay=options.delay, report_delay=options.delay),
     )
+    loop = ClosedLoop(actual, sheet, start, setting)
     phases = [("reference boom", 0.0)]
     for k in range(options.references):
         loop.home("boom", lifted=k % 2 == 1)

@@ -1,0 +1,96 @@
+"""What a unit can have: which sensors, tests, controls and exports, and what keeps it from more."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from importlib.util import find_spec
+
+from ramsight.api.machines import AnyUnit, build
+from ramsight.deploy.compiler import find_compiler
+from ramsight.duty.commissioning import leak_test_speeds, usual_loads
+from ramsight.plant.holding import Holding, held_by_valve
+from ramsight.plant.unit import HydraulicUnit
+from ramsight.plant.valve import ReliefValve
+
+_WARM = 313.15  # K
+_FAST = 1.0  # rad/s; what turns more slowly is not looked at as a leak test
+
+
+@dataclass(frozen=True)
+class Ability:
+    """Something that a unit can have, or not.
+
+    Args:
+        what: for example ``leak test``.
+        can: whether it can, at least in part.
+        how: how, or why not, in words.
+    """
+
+    what: str
+    can: bool
+    how: str
+
+
+def abilities(machine: AnyUnit, *, unit: str | None = None) -> tuple[Ability, ...]:
+    """What a unit can have, from its parts and from what is installed here.
+
+    Args:
+        machine: the unit, or what `build` makes one of.
+        unit: name of the unit, if the machine has several.
+
+    Example:
+        >>> for one in abilities("press")[:3]:
+        ...     print(one.what, one.can, one.how)
+        sensors True kalman, balance, table; kalman finds the position by itself at the end stops
+        leak test True on the upper stop, for the pump holds the load: 42, 73 rpm at 40 °C, half a minute each
+        identify True all but stiffness: the load sinks at rest, so that nobody sees the oil give way
+    """
+    built = build(machine, unit)
+    holding = Holding(built)
+    return (_sensors(built), _leak_test(built, holding), _identify(built), _control(holding), *_exports())
+
+
+def _sensors(unit: HydraulicUnit) -> Ability:
+    how = "kalman, balance, table; kalman finds the position by itself at the end stops"
+    if not any(isinstance(part, ReliefValve) for part in unit.parts()):
+        how += "; without a relief valve no limit of the load is known to it"
+    return Ability("sensors", True, how)
+
+
+def _leak_test(unit: HydraulicUnit, holding: Holding) -> Ability:
+    speeds = leak_test_speeds(unit, usual_loads(unit), _WARM)
+    if min(speeds) < _FAST:
+        rpm = f"{min(speeds) * 30.0 / math.pi:.1f} rpm"
+        return Ability(
+            "leak test", False, f"so little leaks that the motor would have to turn at {rpm}, slower than it can"
+        )
+    rpm = ", ".join(f"{speed * 30.0 / math.pi:.0f}" for speed in speeds)
+    if holding.stands:
+        return Ability("leak test", True, f"against the closed valve: {rpm} rpm at 40 °C under a high load, 8 s each")
+    how = f"on the upper stop, for the pump holds the load: {rpm} rpm at 40 °C, half a minute each"
+    return Ability("leak test", True, how)
+
+
+def _identify(unit: HydraulicUnit) -> Ability:
+    if held_by_valve(unit):
+        return Ability("identify", True, "leakage, displacement, stiffness, friction, efficiency of the pumps")
+    return Ability("identify", True, "all but stiffness: the load sinks at rest, so that nobody sees the oil give way")
+
+
+def _control(holding: Holding) -> Ability:
+    if holding.stands:
+        return Ability("control", True, "a valve holds the load at rest, the motor stands")
+    return Ability(
+        "control", True, "the motor has to turn at rest for what leaks; once a report is lost the load sinks"
+    )
+
+
+def _exports() -> tuple[Ability, ...]:
+    """Exports work for every circuit; what is installed here decides the rest."""
+    compiled = find_compiler() is not None
+    how = "C99 and FMU of the sensor, FMU of the plant"
+    export = how if compiled else f"{how}; no C compiler here: nothing is measured, FMUs hold sources alone"
+    missing = [name for name in ("canopen", "can") if find_spec(name) is None]
+    encoder = "a position sensor on CANopen" if not missing else 'needs pip install "ramsight[can]"'
+    return Ability("export", True, export), Ability("encoder", not missing, encoder)

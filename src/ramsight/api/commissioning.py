@@ -1,0 +1,100 @@
+"""The commissioning of a machine, judged from a log."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ramsight.api.given import checked, truth_of
+from ramsight.api.machines import AnyUnit, build
+from ramsight.api.tracking import AnyMap, read_log, track
+from ramsight.logs.channel_map import load_map
+from ramsight.logs.mapped import ChannelMap
+from ramsight.progress import progress as progress_bar
+from ramsight.study.commissioning.walk import STEPS, Commissioning, walk
+from ramsight.study.errors import ComparisonError
+
+if TYPE_CHECKING:
+    import xarray
+
+
+def commission(
+    machine: AnyUnit,
+    log: str | Path | xarray.Dataset,
+    truth: str | Path | xarray.Dataset | None = None,
+    *,
+    unit: str | None = None,
+    channel_map: AnyMap | None = None,
+    progress: bool = False,
+) -> Commissioning:
+    """Judge a machine's commissioning from the log of its drive.
+
+    Looked at in order: samples; units and signs against what the machine can do; leak test; end stops; what the sensor
+    learned, and how sure it is; and, if the position was measured, the sensor's errors and the data sheet's. The rest
+    is not judged where units or signs are wrong.
+
+    Args:
+        machine: the unit as its data sheet has it, or what `build` makes one of.
+        log: a file (as `read_log` takes), or a log: `motor_speed` [rad/s], `motor_torque` [N m] and `oil_temperature`
+            [K] over `time` [s].
+        truth: measured position, if there is one: a file with ``time_s`` and ``position_m``, or a Dataset with
+            `position` [m] over `time` [s], on the log's clock.
+        unit: name of the unit, if the machine has several.
+        channel_map: of a file, as `read_log`'s.
+        progress: show a bar on a terminal if it takes long.
+
+    Returns:
+        `verdict`, `reasons`, the `findings` of all checks in order, each with `check`, `verdict`, `found` and `remedy`,
+        and what they rest on: `track`, `leak_test`, `identification`.
+
+    Raises:
+        LogError: log or truth cannot be read, or lack a variable.
+        ComparisonError: log and truth have no time in common.
+
+    Example:
+        >>> import ramsight
+        >>> boom = ramsight.build("mining-loader", "boom")
+        >>> run = ramsight.simulate(boom, "commissioning", as_built=ramsight.AsBuilt(leak=1.1))
+        >>> done = ramsight.commission(boom, ramsight.drive_report(run))
+        >>> done.verdict.value, round(done.leak_test.factor, 1)
+        ('passed', 1.1)
+    """
+    built = build(machine, unit)
+    known = load_map(channel_map) if isinstance(channel_map, str | Path) else channel_map
+    recorded = read_log(log, known) if isinstance(log, str | Path) else checked(log, "log")
+    true = None if truth is None else truth_of(truth)
+    if true is not None:
+        _check_common(recorded, true)
+
+    def track_of(given: xarray.Dataset) -> xarray.Dataset:
+        return track(built, given, truth=true)
+
+    with progress_bar(STEPS, "commissioning") as bar:
+        advance = bar.advance if progress else lambda count: None
+        return walk(built, recorded, track_of, true, known, advance)
+
+
+def channels_of(channel_map: ChannelMap) -> list[tuple[str, str, str, str]]:
+    """Of each role its channel, unit and sign, as text.
+
+    Args:
+        channel_map: with which a log was read.
+    """
+    return [
+        (role, one.channel or "constant", one.unit or "as the file says", f"{one.sign:+g}")
+        for role, one in channel_map.roles.items()
+    ]
+
+
+def _check_common(log: xarray.Dataset, truth: xarray.Dataset) -> None:
+    time, known = log["time"].values, truth["time"].values
+    if np.nanmax(time) < known[0] or np.nanmin(time) > known[-1]:
+        raise ComparisonError(
+            f"the log ({np.nanmin(time):g} to {np.nanmax(time):g} s) and the truth ({known[0]:g} to {known[-1]:g} s) "
+            "have no time in common"
+        )
+
+
+__all__ = ["channels_of", "commission"]

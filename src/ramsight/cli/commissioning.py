@@ -1,0 +1,65 @@
+"""The verb that judges a commissioning."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ramsight.cli.common import DrivenUnit, Machine, say_written
+
+
+def commission(
+    machine: Machine,
+    log: Annotated[Path, typer.Argument(help="Drive log: CSV, Parquet, MF4, BLF, ASC or candump, by its suffix.")],
+    unit: DrivenUnit,
+    truth: Annotated[Path | None, typer.Option(help="Its measured position, if there is one: .csv or .csv.gz.")] = None,
+    channel_map: Annotated[
+        Path | None,
+        typer.Option("--map", help="Which of the log's channels are what: a TOML file of 'ramsight logs inspect'."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="The report to sign, one page that needs no other file: .html.")
+    ] = None,
+) -> None:
+    """Judge the commissioning of a machine from the log of its drive.
+
+    Looks, in this order, at the samples, at units and signs against what the machine can do, for a leak test and for
+    visits to both end stops, at what the kalman sensor learned and how sure it is; and, where the position was measured
+    (--truth), at its errors and at the data sheet against what is identified. Says of each check: passed, look twice
+    (with what to do), failed. Where units or signs are wrong the rest is not judged. Exit code 1 if one failed.
+
+    Rehearse it: ramsight simulate MACHINE --unit U --duty commissioning --log log.csv --truth position.csv
+
+    Example: ramsight commission mining-loader log.csv --unit boom --truth position.csv --out report.html
+    """
+    from ramsight.api.commissioning import channels_of
+    from ramsight.api.commissioning import commission as commission_unit
+    from ramsight.api.machines import load_machine
+    from ramsight.logs.channel_map import load_map
+    from ramsight.logs.mapped import standard_map
+    from ramsight.output import atomic_path, check_apart, check_target
+    from ramsight.study.commissioning.finding import Verdict
+    from ramsight.study.commissioning.page import commissioning_page
+
+    check_target(out, (".html",))
+    read: dict[str, str | Path | None] = {
+        "the machine": machine,
+        "the log": log,
+        "--map": channel_map,
+        "--truth": truth,
+    }
+    check_apart(read, {"--out": out})
+    described = load_machine(machine)
+    known = standard_map([]) if channel_map is None else load_map(channel_map)
+    done = commission_unit(described, log, truth, unit=unit, channel_map=channel_map, progress=True)
+    if out is not None:
+        title = f"{described.title or described.name}, {unit}"
+        text = commissioning_page(done, title, log.name, channels_of(known))
+        with atomic_path(out) as draft:
+            draft.write_text(text, encoding="utf-8")
+    typer.echo(done.text)
+    say_written(out)
+    if done.verdict is Verdict.FAILED:
+        raise typer.Exit(1)

@@ -1,0 +1,80 @@
+"""Whether a log is one: its samples, its units and signs, its leak test."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ramsight.calibration.leakage import LeakTest, LeakTestError, leak_test
+from ramsight.duty.plausible import implausible
+from ramsight.logs.mapped import ChannelMap
+from ramsight.plant.unit import HydraulicUnit
+from ramsight.study.commissioning.finding import Finding, Verdict
+
+if TYPE_CHECKING:
+    import xarray
+
+_CHANNELS = ("motor_speed", "motor_torque", "oil_temperature")
+_SHORTEST = 60.0  # s; a unit cannot meet both ends and lift some loads in less
+_BAD = 0.01  # share of samples that may have no value, or no place in time
+_GAP = 1.0  # s; a motor that turns moves a rod by centimetres meanwhile
+_NORMAL = 1.96
+_UNUSUAL = 2.0  # standard deviations that the sensor assumes, from which a machine is far from its description
+
+
+def faultless(log: xarray.Dataset) -> xarray.Dataset:
+    """The log without samples that lack a value or whose time does not increase."""
+    whole = np.isfinite(log["time"].values)
+    for name in _CHANNELS:
+        whole &= np.isfinite(log[name].values)
+    kept = log.isel(time=np.flatnonzero(whole))
+    time = kept["time"].values
+    later = time > np.concatenate([[-np.inf], np.maximum.accumulate(time)])[:-1]
+    return kept.isel(time=np.flatnonzero(later))
+
+
+def samples(log: xarray.Dataset) -> Finding:
+    """How many samples there are, how far apart, and how many are of no use."""
+    count, good = log.sizes["time"], faultless(log)
+    time = good["time"].values
+    if len(time) < 2:
+        return Finding("samples", Verdict.FAILED, f"{count} samples, none of use", "log speed, torque and temperature")
+    steps = np.diff(time)
+    bad, gap, lasts = 1.0 - len(time) / count, float(steps.max()), float(time[-1] - time[0])
+    found = (
+        f"{count} over {lasts:.0f} s, every {1e3 * float(np.median(steps)):.3g} ms, longest gap {gap:.3g} s, "
+        f"{100 * bad:.2g} % without a value or out of order"
+    )
+    if lasts < _SHORTEST:
+        return Finding("samples", Verdict.DOUBT, found, f"work the unit for {_SHORTEST:.0f} s and more")
+    if bad > _BAD or gap > _GAP:
+        return Finding("samples", Verdict.DOUBT, found, "find out why the logger loses samples")
+    return Finding("samples", Verdict.PASSED, found)
+
+
+def units_and_signs(log: xarray.Dataset, unit: HydraulicUnit, channel_map: ChannelMap | None) -> list[Finding]:
+    """Whether time, speed, torque and temperature can be this machine's."""
+    wrong = implausible(log, unit, channel_map)
+    if not wrong:
+        found = "time, speed, torque and oil temperature are within what this machine can do, lifting takes more torque"
+        return [Finding("units and signs", Verdict.PASSED, f"{found} than lowering")]
+    remedy = "correct the channel map (unit, sign, scale) and log or read it anew"
+    return [Finding(f"units and signs of {role}", Verdict.FAILED, text, remedy) for role, text in wrong]
+
+
+def leakage(unit: HydraulicUnit, log: xarray.Dataset) -> tuple[Finding, LeakTest | None]:
+    """Whether there is a leak test, and what it says of the pumps."""
+    try:
+        test = leak_test(unit, log)
+    except LeakTestError as error:
+        return Finding("leak test", Verdict.DOUBT, str(error), "rehearse it: ramsight simulate --duty leak-test"), None
+    half, assumed = _NORMAL * test.std, unit.assumptions.machine.leak
+    found = f"leakage {test.factor:.3f} ± {half:.3f} of the data sheet, from {len(test.stretches)} stretches"
+    if abs(test.factor - 1.0) - half > _UNUSUAL * assumed:
+        remedy = (
+            f"the sensor assumes 1 ± {_UNUSUAL * assumed:.2g}: check oil grade and thermometer, then describe the "
+            "pump as it is (ramsight identify), or widen assumptions.machine.leak"
+        )
+        return Finding("leak test", Verdict.DOUBT, found, remedy), test
+    return Finding("leak test", Verdict.PASSED, found), test

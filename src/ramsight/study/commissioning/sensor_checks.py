@@ -1,0 +1,126 @@
+"""What the sensor makes of a log: the end stops it met, what it learned, how sure it is, and whether that is true."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ramsight.plant.unit import HydraulicUnit
+from ramsight.sensor.mode import Mode
+from ramsight.sensor.status import Status
+from ramsight.study.commissioning.finding import Finding, Verdict
+
+if TYPE_CHECKING:
+    import xarray
+
+_AT_END = 0.02  # share of the stroke within which a contact is one with the end
+_LONG = 0.2  # s that a contact lasts at least
+_APART = 5.0  # s between two visits
+_INVALID = 0.01  # share of samples that may be invalid
+_BAND = 1.96  # standard deviations that hold 95 % of a normal distribution
+_HOLDS, _FAILS = (
+    0.9,
+    0.5,
+)  # shares of samples within that band: errors stay for a while, so 0.95 is not asked of one log
+_LEARNED = (("leak", "leakage"), ("displacement", "displacement"), ("compliance", "compliance"))
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Visits that the sensor saw.
+
+    Attributes:
+        retracted, extended: of the two ends.
+        elsewhere: of something between them.
+    """
+
+    retracted: int
+    extended: int
+    elsewhere: int
+
+
+def contacts(track: xarray.Dataset, stroke: float) -> Contacts:
+    """Count the visits to the ends that a track of the kalman sensor shows.
+
+    Args:
+        track: with `mode`, `position` [m], NaN where it is unknown, over `time` [s].
+        stroke: of the cylinder [m].
+    """
+    time, mode, position = (track[name].values for name in ("time", "mode", "position"))
+    counts = {"retracted": 0, "extended": 0, "elsewhere": 0}
+    for held, end, name in ((Mode.HELD_RETRACTING, 0.0, "retracted"), (Mode.HELD_EXTENDING, stroke, "extended")):
+        there = np.concatenate([[False], mode == int(held), [False]])
+        edges, last = np.flatnonzero(np.diff(there.astype(int))), -np.inf
+        for first, after in zip(edges[::2], edges[1::2], strict=True):
+            begins, ends = float(time[first]), float(time[after - 1])
+            if ends - begins < _LONG or begins - last < _APART:
+                continue
+            last, at = ends, position[after - 1]
+            counts[name if abs(at - end) < _AT_END * stroke else "elsewhere"] += bool(np.isfinite(at))
+    return Contacts(**counts)
+
+
+def stops(track: xarray.Dataset, unit: HydraulicUnit) -> Finding:
+    """Whether the unit was at both ends."""
+    seen = contacts(track, unit.cylinder.stroke)
+    found = f"visits to the retracted end: {seen.retracted}, to the extended end: {seen.extended}"
+    if seen.elsewhere:
+        found += f"; contacts between them: {seen.elsewhere}"
+    if not seen.retracted and not seen.extended:
+        return Finding("end stops", Verdict.FAILED, found, "drive against both ends: without them nothing is known")
+    if not (seen.retracted and seen.extended) or seen.retracted + seen.extended < 3:
+        remedy = "three visits, both ends among them, tell position, leakage and displacement"
+        return Finding("end stops", Verdict.DOUBT, found, remedy)
+    if seen.elsewhere:
+        return Finding("end stops", Verdict.DOUBT, found, "look for what stops the rod, or check the stroke")
+    return Finding("end stops", Verdict.PASSED, found)
+
+
+def learned(track: xarray.Dataset) -> Finding:
+    """What the sensor learned of the machine; nothing is wrong with that by itself."""
+    factors = [
+        f"{words} {float(track[f'{name}_factor'][-1]):.3f} ± {_BAND * float(track[f'{name}_factor_std'][-1]):.3f}"
+        for name, words in _LEARNED
+    ]
+    return Finding("learned by the sensor", Verdict.PASSED, f"{', '.join(factors)} of the data sheet")
+
+
+def confidence(track: xarray.Dataset, motor_stands: bool) -> Finding:
+    """How sure the sensor is in the end, and whether it called the inputs invalid."""
+    status = track["status"].values
+    wrong = status > int(Status.TOO_UNCERTAIN)  # an input; a position that is not sure enough yet is another matter
+    last, invalid = Status(int(status[-1])), float(np.mean(wrong))
+    found = f"in the end {last.text}"
+    if last.validity in ("not referenced", "invalid"):
+        return Finding("sensor", Verdict.FAILED, found, "drive against an end stop, and look at the log's inputs")
+    found += f", ± {_BAND * 1e3 * float(track['position_std'][-1]):.1f} mm (95 %)"
+    if invalid > _INVALID:
+        codes, counts = np.unique(status[wrong], return_counts=True)
+        why = Status(int(codes[np.argmax(counts)])).text
+        return Finding("sensor", Verdict.DOUBT, f"{found}; {100 * invalid:.2g} % of the samples {why}", "find out why")
+    if not motor_stands:
+        return Finding("sensor", Verdict.DOUBT, f"{found}; the motor turns at the end of the log", "end at rest")
+    return Finding("sensor", Verdict.PASSED, found)
+
+
+def truth(track: xarray.Dataset) -> Finding:
+    """Whether the position is as wrong as the sensor says.
+
+    Args:
+        track: with `error` and `position_std` [m].
+    """
+    error, std = np.abs(track["error"].values), track["position_std"].values
+    known = np.isfinite(error) & np.isfinite(std)
+    if not known.any():
+        return Finding("truth", Verdict.OPEN, "no sample has both an estimate and a true position")
+    within = float(np.mean(error[known] <= _BAND * std[known]))
+    found = (
+        f"95 % of the errors within {1e3 * float(np.percentile(error[known], 95.0)):.2f} mm, largest "
+        f"{1e3 * float(error[known].max()):.2f} mm; the 95 % band holds {100 * within:.1f} % of {known.sum()} samples"
+    )
+    if within >= _HOLDS:
+        return Finding("truth", Verdict.PASSED, found)
+    verdict = Verdict.DOUBT if within >= _FAILS else Verdict.FAILED
+    return Finding("truth", verdict, found, "describe the machine as it was identified, or widen the assumptions")

@@ -1,0 +1,118 @@
+"""The walk through a log, check after check."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ramsight.calibration.identify import EVALUATIONS, Identification, identify
+from ramsight.calibration.identify_record import IdentifyError
+from ramsight.calibration.leakage import LeakTest
+from ramsight.logs.mapped import ChannelMap
+from ramsight.plant.unit import HydraulicUnit
+from ramsight.study.commissioning import log_checks, sensor_checks
+from ramsight.study.commissioning.finding import Finding, Verdict
+from ramsight.study.commissioning.sheet_checks import identified
+
+if TYPE_CHECKING:
+    import xarray
+
+STEPS = EVALUATIONS + 2
+"""How often `advance` is called, at most."""
+
+_STANDING = 0.2  # rad/s; two steps of a drive that reports whole rpm
+_LATER = ("leak test", "end stops", "sensor", "data sheet")
+
+
+@dataclass(frozen=True)
+class Commissioning:
+    """What was found of a log.
+
+    Attributes:
+        unit: name of the unit.
+        findings: of each check, in order.
+        log: what was judged.
+        track: what the kalman sensor made of it, with the error where the truth is known; None if it was not asked.
+        leak_test: what the leak test said, if there was one.
+        identification: what was identified, if the position was given.
+    """
+
+    unit: str
+    findings: tuple[Finding, ...]
+    log: xarray.Dataset
+    track: xarray.Dataset | None = None
+    leak_test: LeakTest | None = None
+    identification: Identification | None = None
+
+    @property
+    def verdict(self) -> Verdict:
+        """The worst of the findings; what was not judged is none."""
+        verdicts = {finding.verdict for finding in self.findings}
+        return next((one for one in (Verdict.FAILED, Verdict.DOUBT) if one in verdicts), Verdict.PASSED)
+
+    @property
+    def reasons(self) -> tuple[Finding, ...]:
+        """The findings that are not passed."""
+        return tuple(finding for finding in self.findings if finding.verdict in (Verdict.FAILED, Verdict.DOUBT))
+
+    @property
+    def text(self) -> str:
+        """The findings and the verdict, a line each."""
+        words = {
+            Verdict.PASSED: "commissioned",
+            Verdict.DOUBT: f"commissioned with {len(self.reasons)} reservations",
+            Verdict.FAILED: "not commissioned",
+        }
+        return "\n".join([*(finding.text for finding in self.findings), f"{self.unit}: {words[self.verdict]}"])
+
+
+def walk(
+    unit: HydraulicUnit,
+    log: xarray.Dataset,
+    track_of: Callable[[xarray.Dataset], xarray.Dataset],
+    truth: xarray.Dataset | None = None,
+    channel_map: ChannelMap | None = None,
+    advance: Callable[[float], object] = lambda count: None,
+) -> Commissioning:
+    """Look at a log, check after check; where units or signs are wrong the rest is not judged.
+
+    Args:
+        unit: as its data sheet has it.
+        log: motor_speed [rad/s], motor_torque [N m] and oil_temperature [K] over time.
+        track_of: gives the track of a log by the kalman sensor, which was not told where the rod is; with `error` [m]
+            if there is a truth.
+        truth: measured `position` [m] over time, if there is one.
+        channel_map: with which the log was read.
+        advance: told how many of `STEPS` are done.
+    """
+    first = [log_checks.samples(log), *log_checks.units_and_signs(log, unit, channel_map)]
+    if any(finding.verdict is Verdict.FAILED for finding in first):
+        why = "the log cannot be this machine's as it is read"
+        return Commissioning(unit.name, (*first, *(Finding(one, Verdict.OPEN, why) for one in _LATER)), log)
+    good = log_checks.faultless(log)
+    leaks, test = log_checks.leakage(unit, good)
+    advance(1)
+    track = track_of(log)
+    stands = abs(float(good["motor_speed"].values[-1])) < _STANDING
+    found = [*first, leaks, sensor_checks.stops(track, unit), sensor_checks.learned(track)]
+    found.append(sensor_checks.confidence(track, stands))
+    advance(1)
+    if truth is None:
+        found.append(Finding("data sheet", Verdict.OPEN, "no measured position was given"))
+        return Commissioning(unit.name, tuple(found), log, track, test)
+    found.append(sensor_checks.truth(track))
+    sheet, identification = _sheet(unit, good, truth, advance)
+    return Commissioning(unit.name, (*found, *sheet), log, track, test, identification)
+
+
+def _sheet(
+    unit: HydraulicUnit, log: xarray.Dataset, truth: xarray.Dataset, advance: Callable[[float], object]
+) -> tuple[list[Finding], Identification | None]:
+    try:
+        identification = identify(unit, log, truth, advance=advance)
+    except IdentifyError as error:
+        return [
+            Finding("data sheet", Verdict.DOUBT, str(error), "lift and lower several loads, some seconds each")
+        ], None
+    return identified(unit, identification), identification
