@@ -1,11 +1,13 @@
 # A fresh machine needs Python 3.11 or newer, pip and make; everything else is fetched into .venv at pinned versions.
 #   make test    the tests            make lint    style and types
-#   make demo    track a recorded log and draw it, into demo/
+#   make demo    a recorded work day: the sensor finds its position and learns; leaves demo/demo.png
 #   make bench   speed against C, scipy and CVODES: bench.json and its figures; needs gcc, takes some minutes
 #   make study   what the docs quote of studies: study.json; takes some minutes, real oil needs data (RAMSIGHT_DATA=folder)
-#   make fuzz     damaged files, states and slots, hostile frames, killed writers: fuzz.json; takes a quarter to half an hour
+#   make fuzz    damaged files, states and slots, hostile frames, killed writers: fuzz.json; takes a quarter to half an hour
 #   make docs    the pages of docs/ and the Python reference as a site, to be read offline: build/site/index.html
 #   make pins    renew the pinned versions
+#   make package the wheel and the sdist, checked, installed without extras and tried on every Python that is here; minutes
+#   make clean   away with everything that is made
 # Another interpreter: make test PYTHON=python3.13
 
 PYTHON ?= python3
@@ -17,9 +19,12 @@ DOCS_PINS := requirements/docs.txt
 DOCS_INSTALLED := $(VENV)/docs.stamp
 SITE := build/site
 PYTEST_ARGS ?= -n 2 --dist loadfile
-TRACE := tests/traces/boom_441kN_40C
 
-.PHONY: demo test lint bench study fuzz docs pins clean
+.DEFAULT_GOAL := help
+.PHONY: help demo test lint bench study fuzz docs package pins clean
+
+help:
+	@sed -n 's/^#   make/make/p' $(firstword $(MAKEFILE_LIST))
 
 $(INSTALLED): pyproject.toml $(PINS)
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "ramsight needs Python 3.11 or newer")'
@@ -30,8 +35,7 @@ $(INSTALLED): pyproject.toml $(PINS)
 
 demo: $(INSTALLED)
 	mkdir -p demo
-	$(BIN)/ramsight track mining-loader $(TRACE).csv.gz --unit boom --start "100 mm" \
-	  --truth $(TRACE)_truth.csv.gz --out demo/track.csv --figure demo/track.png
+	$(BIN)/ramsight demo --out demo/demo.png
 
 test: $(INSTALLED)
 	$(BIN)/python -m pytest $(PYTEST_ARGS)
@@ -40,6 +44,7 @@ lint: $(INSTALLED)
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
+	MYPYPATH=src $(BIN)/mypy --strict examples/typed.py
 
 bench: $(INSTALLED)
 	$(BIN)/python bench/run.py --out bench.json
@@ -47,8 +52,8 @@ bench: $(INSTALLED)
 	$(BIN)/python bench/figures.py bench.json docs/images
 
 study: $(INSTALLED)
-	$(BIN)/python study/run.py --out study.json
-	$(BIN)/python study/pages.py
+	$(BIN)/python evaluation/run.py --out study.json
+	$(BIN)/python evaluation/pages.py
 
 fuzz: $(INSTALLED)
 	$(BIN)/python fuzz/run.py --out fuzz.json
@@ -63,6 +68,11 @@ docs: $(DOCS_INSTALLED)
 	rm -rf $(SITE)
 	$(BIN)/python -m sphinx -q -W --keep-going -n -E -b html -d build/doctrees docs $(SITE)
 	$(BIN)/python docs/check.py $(SITE)
+
+package: $(INSTALLED)
+	rm -rf dist
+	$(BIN)/python -m hatchling build -d dist
+	$(BIN)/python package/check.py dist
 
 # What pip would install now, a line each: for the package, its development tools and the backend that builds it; and what the
 # site needs beside that.

@@ -24,7 +24,7 @@ from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.ddh import build
 from ramsight.sensor.kalman import kalman
 
-sys.path.append(str(Path(__file__).parents[1] / "study"))
+sys.path.append(str(Path(__file__).parents[1] / "evaluation"))
 import work_days
 
 DAY = 360.0  # s

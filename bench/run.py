@@ -53,7 +53,7 @@ SCALE = np.array(
 def job(load, kelvin, cycles=1, start=None):
     """Lift-lower cycles of the boom."""
     duty = lift_lower(UNIT, load, kelvin, cycles=cycles, start_position=start)
-    segments = duty.segments(MODEL.values, ODE.parameters.index("oil_temperature"))
+    segments = duty.segments(MODEL.values, ODE.parameters)
     return Job(initial_state(UNIT, MODEL, duty.start_position, load), segments)
 
 

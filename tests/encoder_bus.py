@@ -13,7 +13,7 @@ from ramsight import machine
 from ramsight.deploy.encoder import Encoder, Frame, Settings, drive_map, encoder_for
 from ramsight.deploy.encoder.drive import PlayedDrive
 from ramsight.deploy.encoder.eds import NAME
-from ramsight.logs.channel_map import ChannelMap
+from ramsight.logs.mapped import ChannelMap
 from ramsight.plant.ddh import DdhUnit, build
 
 EDS = Path(ramsight.deploy.encoder.__file__).parent / NAME

@@ -14,7 +14,7 @@ from ramsight.plant.limits import limits_of
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.contact import ContactWatch
 from ramsight.sensor.load import LoadObserver
-from ramsight.sensor.virtual_sensor import REPORTED, SensorGraph
+from ramsight.sensor.virtual_sensor import SensorGraph, inputs_of
 
 from .plant_bench import UNITS
 
@@ -40,9 +40,7 @@ class Stepped:
     def track(self, log):
         """Go on through a log; every output of the sensor over its samples, and every state as `state_<name>`."""
         count = log.sizes["time"]
-        columns = [log[name].values for name in REPORTED]
-        at = log["reference"].values if "reference" in log else np.full(count, np.nan)
-        inputs = np.column_stack([*columns, np.nan_to_num(at), np.isfinite(at)])
+        inputs = inputs_of(self.sensor, log)
         recursion = self.sensor.recursion
         states, out = np.empty((count, self.state.size)), np.empty((count, len(recursion.outputs)))
         buffer, run = self._function.buffer()

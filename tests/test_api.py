@@ -67,7 +67,7 @@ def test_a_number_is_si_and_text_has_its_unit(boom, run):
     [
         ({"load": "60"}, ("load", "'60'", "a unit is missing", "kN")),
         ({"load": "60 kg"}, ("load", "'60 kg'", "force")),
-        ({"load": [1e3]}, ("load", "force")),
+        ({"load": {1e3}}, ("load", "force")),
         ({"load": float("nan")}, ("load", "nan N", "out of range", "10000 kN")),
         ({"oil_temperature": 40}, ("oil_temperature", "40 K", "degC")),
         ({"start": 120}, ("start", "120 m", "0 mm to 700 mm")),
@@ -115,6 +115,23 @@ def test_a_track_is_judged_by_the_truth(boom, run):
     assert set(track["mode"].values) <= set(ramsight.Mode)
 
 
+def test_there_is_no_position_while_the_sensor_is_not_referenced(boom, run):
+    lost = ramsight.track(boom, ramsight.drive_report(run), truth=run)
+    assert (lost["status"] == ramsight.Status.NOT_REFERENCED).all()
+    for name in ("position", "position_std", "error"):
+        assert np.isnan(lost[name]).all()
+    assert lost.attrs["error_samples"] == 0
+    visits = ramsight.simulate(boom, load="200 kN", visits=1)
+    found = ramsight.track(boom, ramsight.drive_report(visits), truth=visits)
+    nowhere = found["status"] == ramsight.Status.NOT_REFERENCED
+    assert 0 < int(nowhere.sum()) < found.sizes["time"]
+    np.testing.assert_array_equal(np.isnan(found["position"]), nowhere)
+    assert found.attrs["error_samples"] == int((~nowhere).sum())
+    assert found.attrs["error_largest"] < 5e-3
+    grey = [patch.get_label() for patch in ramsight.plot(found).axes[0].patches]
+    assert "not referenced" in grey
+
+
 def test_a_file_and_its_pieces_give_one_track(boom):
     file = TRACES / "boom_441kN_40C.csv.gz"
     whole = ramsight.track(boom, file, "100 mm")
@@ -131,7 +148,7 @@ def test_a_track_says_what_the_verb_says(boom, tmp_path):
         check=True, capture_output=True, text=True,
     )  # fmt: skip
     track = ramsight.track(boom, file, "100 mm", truth)
-    assert f"error: largest {1e3 * track.attrs['error_largest']:.3f} mm" in done.stdout
+    assert f"error against the truth: largest {1e3 * track.attrs['error_largest']:.3f} mm" in done.stdout
     with xarray.open_dataset(out) as written:
         np.testing.assert_array_equal(written["position"], track["position"])
 
@@ -193,9 +210,13 @@ def test_many_runs_refuse_what_cannot_be_run(boom):
 
 def test_a_plot_is_drawn_of_runs_and_tracks_alone(boom, run, tmp_path):
     track = ramsight.track(boom, ramsight.drive_report(run), "120 mm", run)
-    assert len(ramsight.plot(run, tmp_path / "run.svg").axes) == 4
-    assert len(ramsight.plot(track, tmp_path / "track.png").axes) == 4
-    assert len(ramsight.plot(ramsight.track(boom, run, "120 mm")).axes) == 3
+    assert len(ramsight.plot(run, tmp_path / "run.svg").axes) == 5
+    panels = [axes.get_ylabel().split("\n")[0] for axes in ramsight.plot(track, tmp_path / "track.png").axes]
+    assert panels == ["position", "error", "band ±", "speed", "torque", "oil"]
+    panels = [axes.get_ylabel().split("\n")[0] for axes in ramsight.plot(ramsight.track(boom, run, "120 mm")).axes]
+    assert panels == ["position", "band ±", "speed", "torque", "oil"]
+    plain = ramsight.plot(ramsight.track(boom, run, "120 mm", sensor="balance"))
+    assert [axes.get_ylabel().split("\n")[0] for axes in plain.axes] == ["position", "speed", "torque", "oil"]
     assert (tmp_path / "run.svg").exists()
     assert (tmp_path / "track.png").exists()
     with pytest.raises(ramsight.DescriptionError, match="neither a run nor a track"):

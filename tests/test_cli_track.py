@@ -171,3 +171,31 @@ def test_simulations_repeat_to_the_last_bit(tmp_path):
     assert (tmp_path / "one.csv").read_bytes() == (tmp_path / "two.csv").read_bytes()
     speed = np.loadtxt(tmp_path / "one.csv", delimiter=",", skiprows=1)[:, 1]
     assert speed.min() < -1400  # the bucket lifts by retracting
+
+
+def test_a_rod_that_nobody_has_seen_has_no_position(simulated, tmp_path):
+    folder, _ = simulated
+    done = ramsight(
+        "track", "mining-loader", folder / "log.csv.gz", "--unit", "boom", "--truth", folder / "truth.csv",
+        "--out", "track.csv", cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    said = done.stdout.splitlines()
+    assert "position unknown at first, unknown at last" in said[0]
+    assert said[-2].startswith("error against the truth: none to be had, 0 of 1001 samples")
+    rows = (tmp_path / "track.csv").read_text().splitlines()
+    assert {row.partition(",")[2] for row in rows[1:]} == {",,not referenced"}
+
+
+def test_a_load_and_a_torque_beyond_the_limits_are_said(tmp_path):
+    of = ("simulate", "mining-loader", "--unit", "boom")
+    done = ramsight(*of, "--load", "600 kN", "--hold", "1 s", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "look twice: the load, up to 600 kN, is more than the 535 kN" in done.stdout
+    fits = ramsight(*of, "--load", "441 kN", "--hold", "1 s", cwd=tmp_path)
+    assert "look twice" not in fits.stdout
+    assert ramsight("new", "weak.toml", "--circuit", "ddh", "--minimal", cwd=tmp_path).returncode == 0
+    weak = tmp_path / "weak.toml"
+    weak.write_text(weak.read_text().replace('"90 N m"', '"60 N m"'))
+    done = ramsight("simulate", "weak.toml", "--unit", "boom", "--load", "441 kN", "--hold", "1 s", cwd=tmp_path)
+    assert "it has 60 N m" in done.stdout

@@ -2,17 +2,19 @@
 
 import math
 from dataclasses import replace
-from time import process_time
 
 import numpy as np
 import pytest
 
 from ramsight import machine
-from ramsight.control.driven import Feedback
+from ramsight.control.activity import Activity
 from ramsight.control.judging import Trust, may_home, trust
 from ramsight.control.loop import ClosedLoop
-from ramsight.control.position import STOPPING_TIME, Activity, PositionControl
+from ramsight.control.position import PositionControl
+from ramsight.control.setting import Feedback, Setting
+from ramsight.control.stopping import STOPPING_TIME
 from ramsight.control.trajectory import Limits, Trajectory
+from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.linked import simulate_linked
 from ramsight.duty.live import LiveMachine, Reported
 from ramsight.plant.as_built import AsBuilt
@@ -27,7 +29,7 @@ DT = 0.02
 
 
 def loop(**changes):
-    return ClosedLoop(LOADER, LOADER, START, **({"known": True, "payload": 3000.0} | changes))
+    return ClosedLoop(LOADER, LOADER, START, Setting(known=True, **changes), payload=3000.0)
 
 
 def off(run, targets):
@@ -122,7 +124,8 @@ def test_uncertainty_slows_and_silence_is_no_trust():
     ("reports", "why"),
     [
         (lambda k, w: Reported(k * DT, 0.3 * w, 20.0, 313.15), "as commanded"),
-        (lambda k, w: Reported(k * DT, w if k < 30 else 61.0, 20.0, 313.15), "stuck|as commanded"),
+        # A report that leaps; one that is stuck is in the tests of the watch.
+        (lambda k, w: Reported(k * DT, w if k < 30 else 61.0, 20.0, 313.15), "as commanded"),
     ],
 )
 def test_a_drive_that_does_not_do_as_told_is_noticed(reports, why):
@@ -130,9 +133,7 @@ def test_a_drive_that_does_not_do_as_told_is_noticed(reports, why):
     control.move_to(0.6)
     commands = drive(control, [here(0.1 + 0.02 * k * DT) for k in range(120)], reports)
     assert commands[-1].activity is Activity.STOPPED
-    import re
-
-    assert re.search(why, commands[-1].reason)
+    assert why in commands[-1].reason
 
 
 def test_a_rod_that_stays_behind_and_targets_outside_are_refused():
@@ -219,7 +220,7 @@ def test_home_references_a_machine_that_does_not_know_where_it_is():
 
 def test_a_leak_test_moves_no_rod_and_teaches_the_leakage_of_the_boom():
     actual = replace(LOADER, units=tuple(AsBuilt(leak=1.2).apply(unit) for unit in LOADER.units))
-    run = ClosedLoop(actual, LOADER, START, known=True, payload=5000.0)
+    run = ClosedLoop(actual, LOADER, START, Setting(known=True), payload=5000.0)
     run.go({"boom": 0.21, "bucket": 0.24})
     before = dict(run.now.position)
     run.leak_test()
@@ -228,6 +229,42 @@ def test_a_leak_test_moves_no_rod_and_teaches_the_leakage_of_the_boom():
     assert run.sensors["boom"].state["described_1"] == pytest.approx(1.2, rel=0.03)
     # The bucket's other chamber stays open to its pump: what its torque shows is never leakage alone.
     assert run.sensors["bucket"].state["described_covariance_11"] > 0.1**2
+
+
+@pytest.mark.parametrize(
+    ("drive", "declared"),
+    [
+        (DriveResponse(report_delay=0.02), IDEAL),
+        (DriveResponse(report_delay=0.1), None),
+        (DriveResponse(command_delay=0.06, report_delay=0.04, bandwidth=10.0, order=2, lost=0.02), None),
+    ],
+    ids=["one sample, undeclared", "five samples", "late, slow and lossy"],
+)
+def test_the_loader_goes_where_it_is_sent_with_drives_that_are_not_perfect(drive, declared):
+    run = loop(drive=drive, declared=declared)
+    for targets in ({"boom": 0.28, "bucket": 0.18}, {"boom": 0.23, "bucket": 0.22}):
+        run.go(targets)
+        assert not run.stopped, run.reasons
+        assert off(run, targets) < 1e-3
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.06])
+@pytest.mark.parametrize("stands", [True, False], ids=["motor stands", "speed stuck"])
+def test_a_drive_that_fails_in_mid_lift_stops_the_whole_machine_within_the_latency(delay, stands):
+    run = loop(drive=DriveResponse(command_delay=delay, report_delay=delay))
+    run.send({"boom": 0.5, "bucket": 0.3})
+    run.rest(0.4)
+    last = run.records["boom"].reported[-1]
+    if stands:
+        run.motor_fault = lambda unit, speed: 0.0 if unit == "boom" else speed
+    else:
+        run.fault = lambda unit, now: replace(now, motor_speed=last.motor_speed) if unit == "boom" else now
+    run.rest(0.3 + 2.0 * delay)
+    assert run.now.motor_speed == {"boom": 0.0, "bucket": 0.0}
+    assert run.reasons["boom"] == (
+        "the motor does not turn as commanded" if stands else "the reported motor speed is stuck"
+    )
+    assert run.reasons["bucket"].startswith("boom: ")
 
 
 @pytest.mark.parametrize("broken", ["motor_torque", "motor_speed", "time"])
@@ -256,14 +293,21 @@ def test_a_thermometer_that_breaks_only_slows_it_down():
     assert off(run, {"boom": 0.23, "bucket": 0.24}) < 2e-3
 
 
-def test_a_live_machine_at_rest_stays_and_the_loop_is_fast():
+def test_a_force_on_the_tip_reaches_the_live_machine():
+    def load(force):
+        live = LiveMachine(LOADER, START, {"boom": 313.15, "bucket": 313.15}, 3000.0)
+        for _ in range(25):
+            now = live.advance({"boom": 0.0, "bucket": 0.0}, 3000.0, force)
+        return now.position["boom"]
+
+    free = load((0.0, 0.0))
+    assert load((0.0, -50e3)) < free - 1e-4  # pressed down, the boom's oil gives way
+    assert load((0.0, 30e3)) > free + 1e-4
+
+
+def test_a_live_machine_at_rest_stays():
     live = LiveMachine(LOADER, START, {"boom": 313.15, "bucket": 313.15}, 3000.0)
     for _ in range(50):
         now = live.advance({"boom": 0.0, "bucket": 0.0}, 3000.0)
     assert now.time == pytest.approx(1.0)
     assert max(abs(now.position[name] - x) for name, x in START.items()) < 1e-3
-    run = loop()
-    run.send({"boom": 0.4, "bucket": 0.2})
-    begun = process_time()
-    run.rest(4.0)
-    assert 4.0 / (process_time() - begun) > 20.0

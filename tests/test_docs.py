@@ -74,20 +74,30 @@ def test_the_performance_page_quotes_the_benchmark():
 
 
 def test_the_page_of_the_kalman_sensor_quotes_the_study(monkeypatch):
-    monkeypatch.syspath_prepend(ROOT / "study")
+    monkeypatch.syspath_prepend(ROOT / "evaluation")
     pages = importlib.import_module("pages")
     found, page = json.loads((ROOT / "study.json").read_text()), (ROOT / "docs" / "kalman.md").read_text()
     for name, table in pages.TABLES.items():
         assert "\n".join(table(found[name])) in page
 
 
+def test_the_page_of_the_real_actuator_quotes_what_was_measured(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "evaluation")
+    page = importlib.import_module("eha_rig_page")
+    assert "\n".join(page.table(*page.read())) in (ROOT / "docs" / "validation.md").read_text()
+
+
 def test_the_page_of_the_control_quotes_the_study_and_its_python_runs(monkeypatch):
-    monkeypatch.syspath_prepend(ROOT / "study")
+    monkeypatch.syspath_prepend(ROOT / "evaluation")
     study = importlib.import_module("unit_control")
     found, page = json.loads((ROOT / "study.json").read_text())["unit_control"], (ROOT / "docs/control.md").read_text()
     for rows in (study.table(found), study.fault_table(found)):
         assert "\n".join(rows) in page
     assert all(row["standstill"] <= 0.3 for row in found.values())
+    drives, tables = json.loads((ROOT / "study.json").read_text())["drive_control"], importlib.import_module("pages")
+    for name, (study_name, rows) in tables.CONTROL_TABLES.items():
+        if study_name == "drive_control":
+            assert "\n".join(rows(drives)) in page, name
     (block,) = re.findall(r"```python\n(.*?)```", page, flags=re.DOTALL)
     names = {}
     exec(block, names)
@@ -128,11 +138,25 @@ def test_the_site_takes_nothing_from_another_host():
     assert "intersphinx" not in settings
 
 
-@pytest.mark.parametrize("page", [*(f"docs/{page}" for page in PAGES), "README.md", "CHANGELOG.md"])
+@pytest.mark.parametrize("page", [*(f"docs/{page}" for page in PAGES), "README.md", "CHANGELOG.md", "CONTRIBUTING.md"])
 def test_relative_links_lead_to_files_of_the_repository(page):
     text = re.sub(r"```.*?```", "", (ROOT / page).read_text(), flags=re.DOTALL)
     named = [link for link in re.findall(r"\]\(([^)#]+?)(?:#[^)]*)?\)", text) if "://" not in link]
     assert [link for link in named if not ((ROOT / page).parent / link).exists()] == []
+
+
+def test_the_map_of_changes_names_files_targets_and_tests_that_are_there():
+    text = (ROOT / "CONTRIBUTING.md").read_text()
+    named = [
+        one for one in re.findall(r"`([\w./*]+\.(?:py|toml)|[\w/]+/)`", text) if one != "dist/"
+    ]  # made when packed
+    assert len(named) > 50
+    folders = (ROOT, ROOT / "src" / "ramsight", ROOT / "tests")
+    assert [one for one in named if not any(list(folder.glob(one)) for folder in folders)] == []
+    made = set(re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(), flags=re.MULTILINE))
+    assert set(re.findall(r"`make (\w+)", text)) <= made
+    listed = re.findall(r"^#.* make (\w+)", (ROOT / "Makefile").read_text(), flags=re.MULTILINE)
+    assert made - set(listed) <= {"help"}, "make help does not list it"
 
 
 def test_getting_started_runs_as_it_stands(monkeypatch, tmp_path, capsys):

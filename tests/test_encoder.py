@@ -860,7 +860,7 @@ def test_the_page_has_the_tables_of_the_code():
 
 
 def test_the_page_quotes_what_was_measured():
-    found = json.loads((ROOT / "study" / "encoder.json").read_text())
+    found = json.loads((ROOT / "evaluation" / "encoder.json").read_text())
     page = (ROOT / "docs" / "encoder.md").read_text(encoding="utf-8")
     for bus in ("virtual", "udp_multicast"):
         for name in ("pdo", "heartbeat"):
@@ -868,3 +868,14 @@ def test_the_page_quotes_what_was_measured():
             assert row in page
     assert re.search(r"FFFFFF7F", page)
     assert DUE in [fault.warning for fault in Fault]
+
+
+def test_a_maps_scale_offset_and_sign_reach_the_encoders_samples():
+    from ramsight.deploy.encoder.listening import _Channel
+    from ramsight.logs.mapped import Mapped
+
+    for sign, wanted in ((1.0, 205.0), (-1.0, -205.0)):
+        channel = _Channel(Mapped("n", "rpm", sign=sign, scale=2.0, offset=5.0), np.pi / 30.0, 0.0)
+        channel.take(100.0, 0.5, 0.6)
+        assert channel.value == pytest.approx(wanted * np.pi / 30.0)
+        assert (channel.sent, channel.at, channel.fresh) == (0.5, 0.6, True)

@@ -23,7 +23,7 @@ MODEL = circuit(UNIT)
 
 
 def job(duty):
-    segments = duty.segments(MODEL.values, MODEL.ode.parameters.index("oil_temperature"))
+    segments = duty.segments(MODEL.values, MODEL.ode.parameters)
     return Job(initial_state(UNIT, MODEL, duty.start_position, float(duty.load(0.0))), segments)
 
 
@@ -71,7 +71,7 @@ def test_other_circuits_and_options_run_in_lanes_too(name, unit, changes):
     runs = []
     for k in range(9):
         duty = lift_lower(built, 9e3 + 1.5e3 * k, 300.0 + 3.0 * k, hold=0.4)
-        segments = duty.segments(model.values, model.ode.parameters.index("oil_temperature"))
+        segments = duty.segments(model.values, model.ode.parameters)
         start = initial_state(built, model, duty.start_position, float(duty.load(0.0)))
         runs.append(Job(start, segments))
     (found,) = batches(model.ode, runs)

@@ -19,6 +19,7 @@ import ramsight
 EXAMPLES = sorted((Path(__file__).parent.parent / "examples").glob("*.py"))
 SAYS = {
     "own_part.py": r"sink \d+\.\d mm in a cycle; energy closes to \d\.\de-\d\d %",
+    "typed.py": r"^\d+\.\d mm$",
     "linearise.py": r"oscillation: \d+\.\d Hz, damping ratio 0\.\d+\n.*\nthey differ by 0\.\d+ %",
 }
 

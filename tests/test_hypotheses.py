@@ -329,9 +329,9 @@ def test_a_step_spreads_the_position_by_what_its_derivatives_say(bank):
     expected = step @ before @ step.T
     expected[0, 0] += machine.walk**2 * 0.25 + 4e-8
     assert after[0] == pytest.approx(expected[0], rel=1e-9)
-    assert after[LEAK, LEAK] - before[LEAK, LEAK] == pytest.approx(machine.leak_walk**2 * PERIOD, rel=1e-6)
+    assert after[LEAK, LEAK] - before[LEAK, LEAK] == pytest.approx(machine.leak_walk**2 * PERIOD, rel=1e-6, abs=0.0)
     grown = after[DISPLACEMENT, DISPLACEMENT] - before[DISPLACEMENT, DISPLACEMENT]
-    assert grown == pytest.approx(machine.displacement_walk**2 * PERIOD, rel=1e-3)
+    assert grown == pytest.approx(machine.displacement_walk**2 * PERIOD, rel=1e-3, abs=0.0)
     grown = after[COMPLIANCE, COMPLIANCE] - before[COMPLIANCE, COMPLIANCE]
     assert grown == pytest.approx(machine.compliance_walk**2 * PERIOD, rel=1e-3)
     bank.go(grows=2e-3, leak=0.1)

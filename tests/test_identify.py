@@ -29,13 +29,13 @@ DATA_SHEET = {
 
 @pytest.fixture(scope="module")
 def coverage():
-    sys.path.insert(0, str(ROOT / "study"))
+    sys.path.insert(0, str(ROOT / "evaluation"))
     try:
         import identify_coverage
 
         yield identify_coverage
     finally:
-        sys.path.remove(str(ROOT / "study"))
+        sys.path.remove(str(ROOT / "evaluation"))
 
 
 def found_of(case):
@@ -209,9 +209,10 @@ def test_the_tuned_description_is_the_machine_that_was_found(rough):
     made, how = build("bucket", new.machine.unit("bucket")), found.deviation
     for side in ("a", "b"):
         pump, sheet = getattr(made, side).pump, getattr(unit, side).pump
-        assert pump.displacement == pytest.approx(how.displacement * sheet.displacement)
-        assert pump.leak_coefficient(32e-6, 872.0) == pytest.approx(how.leak * sheet.leak_coefficient(32e-6, 872.0))
-        assert (pump.orifice_leak or 0.0) == pytest.approx(how.orifice * orifice_at_one(sheet))
+        assert pump.displacement == pytest.approx(how.displacement * sheet.displacement, rel=1e-6, abs=0.0)
+        leak, was = (part.leak_coefficient(32e-6, 872.0) for part in (pump, sheet))
+        assert leak == pytest.approx(how.leak * was, rel=1e-6, abs=0.0)
+        assert (pump.orifice_leak or 0.0) == pytest.approx(how.orifice * orifice_at_one(sheet), rel=1e-6, abs=0.0)
         assert pump.hydromechanical_efficiency == pytest.approx(sheet.hydromechanical_efficiency + how.efficiency)
     assert made.oil.bulk_modulus == pytest.approx(unit.oil.bulk_modulus / how.compliance)
     assert made.cylinder.coulomb_friction == pytest.approx(
@@ -241,7 +242,7 @@ def test_a_running_mean_keeps_straight_lines():
 
 
 def test_the_page_quotes_the_studies(monkeypatch):
-    monkeypatch.syspath_prepend(ROOT / "study")
+    monkeypatch.syspath_prepend(ROOT / "evaluation")
     pages = importlib.import_module("pages")
     found, page = json.loads((ROOT / "study.json").read_text()), (ROOT / "docs" / "identify.md").read_text()
     real, machines = found["real_oil"], found["identify"]

@@ -192,11 +192,27 @@ def test_the_pages_mechanism_is_the_catalogues_and_its_python_runs():
     assert names["loop"].now.position["boom"] == pytest.approx(0.4, abs=3e-3)
 
 
-def test_a_mechanism_is_drawn_to_scale(tmp_path):
+def test_a_mechanism_is_drawn_to_scale(tmp_path, monkeypatch):
+    from matplotlib.figure import Figure
+
+    from ramsight.plant.linkage import joints, tip
     from ramsight.study.loader.drawing import mechanism_figure
 
-    mechanism_figure(LOADER, tmp_path / "loader.png")
-    assert (tmp_path / "loader.png").read_bytes().startswith(b"\x89PNG")
+    drawn, written = [], Figure.savefig
+
+    def seen(figure, *where, **how):
+        drawn.append(figure)
+        written(figure, *where, **how)
+
+    monkeypatch.setattr(Figure, "savefig", seen)
+    middle = [0.5 * unit.cylinder.stroke for unit in LOADER.units]
+    mechanism_figure(LOADER, tmp_path / "loader.png", ghosts=[])
+    (axes,) = drawn[0].axes
+    assert axes.get_aspect() == 1.0
+    way = next(line for line in axes.lines if line.get_linestyle() == ":").get_xydata()
+    ends = [[x, *middle[1:]] for x in (0.0, LOADER.units[0].cylinder.stroke)]
+    for point, at in zip(way[[0, -1]], ends, strict=True):  # the tip's way, from end to end of the boom's stroke
+        np.testing.assert_allclose(point, tip(LOADER.mechanism, joints(LOADER.mechanism, at)), atol=1e-6)
 
 
 def test_an_animation_shows_truth_and_estimate_and_needs_no_other_file(cycle, tmp_path):

@@ -4,7 +4,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 
 import pytest
 
@@ -142,13 +141,11 @@ def test_drafts_of_other_machines_and_other_results_stay(tmp_path):
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs a device that is full")
 def test_a_full_standard_output_is_named_and_nothing_else_is(tmp_path):
-    start = time.monotonic()
     with open("/dev/full", "w") as full:
         command = [sys.executable, "-m", "ramsight.cli", "catalog"]
-        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False, timeout=60)
     assert done.returncode == 2
     assert done.stderr == "error: standard output: No space left on device\n"
-    assert time.monotonic() - start < 20
 
 
 FULL = """

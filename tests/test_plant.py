@@ -61,7 +61,7 @@ def test_a_cycle_agrees_with_radau_within_a_micrometre(name, load, celsius):
     unit = UNITS[name]
     duty = lift_lower(unit, load, celsius + 273.15)
     model = circuit(unit)
-    segments = duty.segments(model.values, model.ode.parameters.index("oil_temperature"))
+    segments = duty.segments(model.values, model.ode.parameters)
     times = np.append(np.arange(0.0, duty.duration - 1e-9, 0.05), duty.duration)
     initial = initial_state(unit, model, duty.start_position, load)
     ours = integrate(model.ode, initial, segments, times).state
@@ -76,7 +76,7 @@ def test_an_audited_run_is_the_plain_one():
     plain, audited = circuit(unit), circuit(unit, audited=True)
     runs = []
     for model in (plain, audited):
-        segments = duty.segments(model.values, model.ode.parameters.index("oil_temperature"))
+        segments = duty.segments(model.values, model.ode.parameters)
         initial = initial_state(unit, model, duty.start_position, 200e3)
         runs.append(integrate(model.ode, initial, segments, np.array([duty.duration])).state[0, :8])
     np.testing.assert_allclose(*runs, rtol=1e-9, atol=1e-12)
@@ -174,7 +174,7 @@ def switchings(unit, load, celsius):
     """Accepted steps of a cycle, and how often each valve opened or shut along them."""
     duty = lift_lower(unit, load, celsius + 273.15)
     model = circuit(unit)
-    segments = duty.segments(model.values, model.ode.parameters.index("oil_temperature"))
+    segments = duty.segments(model.values, model.ode.parameters)
     initial = initial_state(unit, model, duty.start_position, load)
     run = integrate(model.ode, initial, segments, np.array([duty.duration]), record_steps=True)
     found = outputs(model.ode, segments, run.step_time, run.step_state)
@@ -228,7 +228,7 @@ def test_a_pump_never_creates_power(speed, rise, viscosity):
 
 def test_a_temperature_that_changes_is_held_in_small_pieces():
     duty = Duty(constant(0.0), constant(1e5), Profile([0.0, 10.0], [300.0, 310.0]), 0.1, end=10.0)
-    segments = duty.segments(np.zeros(3), 1)
+    segments = duty.segments(np.zeros(3), ("other", "oil_temperature", "another"))
     assert np.diff(segments.parameters[:, 1]).max() <= 0.0501
     assert segments.parameters[0, 1] == pytest.approx(300.0, abs=0.03)
 

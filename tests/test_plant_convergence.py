@@ -108,7 +108,7 @@ BOOM = build("boom", machine.load("mining-loader").unit("boom"))
 def plant_run(duty, **options):
     model = circuit(BOOM)
     ode = model.ode
-    segments = duty.segments(model.values, ode.parameters.index("oil_temperature"))
+    segments = duty.segments(model.values, ode.parameters)
     start = initial_state(BOOM, model, duty.start_position, float(duty.load(0.0)))
     run = integrate(ode, start, segments, np.array([duty.duration]), **options)
     return run, run.state[-1, ode.state_index("position")]
@@ -119,7 +119,7 @@ def test_the_plants_order_at_constant_steps_is_four_where_its_laws_are_smooth():
     ode = model.ode
     # Lifting at a speed that swings; valves stay where they are.
     way_in = Duty(Profile([0.0, 0.5, 2.0], [0.0, 100.0, 100.0]), constant(3e5), constant(313.15), 0.2)
-    segments = way_in.segments(model.values, ode.parameters.index("oil_temperature"))
+    segments = way_in.segments(model.values, ode.parameters)
     lifting = integrate(ode, initial_state(BOOM, model, 0.2, 3e5), segments, np.array([2.0]), rtol=1e-10).state[-1]
     swing = Segments(np.array([0.0]), np.array([0.4]), np.array([[100.0, 3e5]]), np.array([[100.0, 5e4]]),
                      model.values[None])  # fmt: skip

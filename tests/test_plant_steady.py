@@ -94,10 +94,10 @@ def test_load_at_relief(units):
 )
 def test_pump_coefficients(units, unit, pump, leak, friction):
     part = getattr(units[unit], pump[-1]).pump
-    assert part.leak_coefficient(32e-6, 872.0) == pytest.approx(leak, rel=2e-4)
-    assert part.leak_coefficient(32e-6, 436.0) == pytest.approx(2 * leak, rel=2e-4)
+    assert part.leak_coefficient(32e-6, 872.0) == pytest.approx(leak, rel=2e-4, abs=0.0)
+    assert part.leak_coefficient(32e-6, 436.0) == pytest.approx(2 * leak, rel=2e-4, abs=0.0)
     found = friction_coefficient(part.displacement, part.hydromechanical_efficiency)
-    assert found == pytest.approx(friction, rel=2e-4)
+    assert found == pytest.approx(friction, rel=2e-4, abs=0.0)
 
 
 def test_viscosity_follows_walther(units):

@@ -11,7 +11,7 @@ import pytest
 from ramsight.duty.plausible import reportable, watched
 from ramsight.errors import LogWarning
 from ramsight.logs import open_log, read_drive_log, write_drive_log
-from ramsight.logs.channel_map import standard_map
+from ramsight.logs.mapped import standard_map
 from ramsight.machine import load
 from ramsight.plant.ddh import build
 

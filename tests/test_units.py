@@ -52,6 +52,9 @@ WRITTEN = [
     (0.9, "1", 0.9),
     ("0.9", "1", 0.9),
     (2, "1", 2.0),
+    ("5 bara", "Pa", 5e5),
+    ("5 bar(a)", "Pa", 5e5),
+    ("100 psia", "Pa", 689475.7293168361),
 ]
 
 
@@ -168,3 +171,22 @@ def test_pint_is_asked_only_when_a_text_is_read():
         "u.parse('3 bar', 'Pa'); assert 'pint' in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize(
+    ("text", "absolute", "plain"),
+    [
+        ("4 barg", "5.01325 bar", "4 bar"),
+        ("4 bar(g)", "5.01325 bar", "4 bar"),
+        ("4 bar_g", "5.01325 bar", "4 bar"),
+        ("4 bar gauge", "5.01325 bar", "4 bar"),
+        ("0 psig", "14.6959 psi", "0 psi"),
+        ("250 kPag", "351.325 kPa", "250 kPa"),
+        ("1.5 MPa(g)", "1.60133 MPa", "1.5 MPa"),
+    ],
+)
+def test_a_gauge_pressure_is_refused_with_what_to_write(text, absolute, plain):
+    with pytest.raises(DescriptionError) as error:
+        units.parse(text, "Pa")
+    assert f"write the absolute one, {absolute!r}, or {plain!r} where it is a difference" in str(error.value)
+    units.parse(absolute, "Pa")

@@ -1,0 +1,111 @@
+"""The package as others get it: what is in wheel and sdist, and whether it works where nothing else is.
+
+    python package/check.py dist
+
+Looks into both files, then installs the wheel without extras into a fresh environment of each Python that is here, from
+3.11 to 3.13, and runs the demonstration and some work there, in an empty folder.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tarfile
+import tempfile
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).parent.parent
+VERSIONS = ("3.11", "3.12", "3.13")
+LARGEST_WHEEL = 1_000_000  # bytes
+NEEDED = (
+    "ramsight/py.typed",
+    "ramsight/machine/catalogue/machines/mining-loader.toml",
+    "ramsight/deploy/c/sensor.c",
+    "ramsight/deploy/encoder/ramsight-encoder.eds",
+    "ramsight/study/demo/workday.csv.gz",
+    "ramsight/study/demo/workday_truth.csv.gz",
+)
+SDIST_TOO = ("pyproject.toml", "README.md", "LICENSE", "CHANGELOG.md", "Makefile", "tests/conftest.py", "docs/index.md")
+
+
+def main(folder: Path) -> None:
+    """Check what was built; ends with an error where something is wrong."""
+    (wheel,), (sdist,) = (sorted(folder.glob(pattern)) for pattern in ("*.whl", "*.tar.gz"))
+    check_files(wheel, sdist)
+    found = list(interpreters())
+    if not found:
+        sys.exit("no Python to install into")
+    for version, python in found:
+        print(f"Python {version}: {python}", flush=True)
+        with tempfile.TemporaryDirectory() as place:
+            installed(python, wheel, Path(place))
+
+
+def check_files(wheel: Path, sdist: Path) -> None:
+    """Refuse a wheel or an sdist that lacks something, or has what is not its own."""
+    with zipfile.ZipFile(wheel) as archive:
+        names = set(archive.namelist())
+        (metadata,) = (archive.read(name).decode() for name in names if name.endswith(".dist-info/METADATA"))
+    with tarfile.open(sdist) as archive:
+        packed = {name.partition("/")[2] for name in archive.getnames()}
+    missing = [name for name in NEEDED if name not in names or f"src/{name}" not in packed]
+    missing += [name for name in SDIST_TOO if name not in packed]
+    foreign = [name for name in names if not name.startswith("ramsight") or "__pycache__" in name]
+    sources = {f"{path.relative_to(ROOT / 'src')}" for path in (ROOT / "src" / "ramsight").rglob("*.py")}
+    missing += sorted(sources - names)
+    if missing or foreign:
+        sys.exit(f"missing: {', '.join(missing) or 'nothing'}; foreign: {', '.join(foreign) or 'nothing'}")
+    if wheel.stat().st_size > LARGEST_WHEEL:
+        sys.exit(f"{wheel.name} has {wheel.stat().st_size} bytes, at most {LARGEST_WHEEL} are wanted")
+    for words in ("Requires-Python: >=3.11", "License-Expression: MIT", "Description-Content-Type: text/markdown"):
+        if words not in metadata:
+            sys.exit(f"the wheel's metadata lacks {words!r}")
+    print(f"{wheel.name}: {len(names)} files, {wheel.stat().st_size // 1000} kB; {sdist.name}: {len(packed)} files")
+
+
+def interpreters() -> Iterator[tuple[str, str]]:
+    """Each version that is here, once: on the path, or where pyenv keeps them."""
+    pyenv = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv"))
+    for version in VERSIONS:
+        name = f"python{version}"
+        kept = sorted(str(path) for path in pyenv.glob(f"versions/{version}.*/bin/{name}"))
+        for python in filter(None, (shutil.which(name), *kept)):
+            done = subprocess.run([python, "-c", ""], capture_output=True, check=False)
+            if done.returncode == 0:
+                yield version, python
+                break
+
+
+def installed(python: str, wheel: Path, place: Path) -> None:
+    """Install a wheel into a fresh environment in a folder, and work with it there."""
+    environment = {
+        name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "RAMSIGHT", "MYPY"))
+    }
+    environment["RAMSIGHT_CACHE"] = str(place / "cache")
+
+    def run(*command: str | Path) -> str:
+        done = subprocess.run(
+            [str(word) for word in command], cwd=place, env=environment, capture_output=True, text=True, check=False
+        )
+        if done.returncode:
+            sys.exit(f"{' '.join(map(str, command))}\n{done.stdout}{done.stderr}")
+        return done.stdout
+
+    run(python, "-m", "venv", place / "env")
+    binaries = place / "env" / "bin"
+    pip = (binaries / "python", "-m", "pip", "--disable-pip-version-check", "-q")
+    run(*pip, "install", "--constraint", ROOT / "requirements" / "dev.txt", wheel.resolve())
+    run(*pip, "check")
+    work = place / "work"
+    work.mkdir()
+    print(run(binaries / "ramsight", "demo", "--out", work / "demo.png"), end="", flush=True)
+    shutil.copy(Path(__file__).with_name("smoke.py"), work)
+    print(run(binaries / "python", "-I", work / "smoke.py"), end="", flush=True)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

@@ -1,0 +1,196 @@
+"""A commissioning is judged: what is right passes, what cannot be this machine's log is refused with the reason."""
+
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import xarray
+
+import ramsight
+from ramsight.duty.lift_lower import lift_lower
+from ramsight.logs import write_drive_log
+from ramsight.sensor.mode import Mode
+from ramsight.study.commissioning import log_checks, sensor_checks, sheet_checks
+from ramsight.study.commissioning.finding import Finding, Verdict
+from ramsight.study.commissioning.walk import Commissioning
+
+AS_BUILT = ramsight.AsBuilt(leak=1.15, displacement=0.998, stiffness=0.9, friction=1.2)
+
+
+@pytest.fixture(scope="module")
+def boom():
+    return ramsight.build("mining-loader", "boom")
+
+
+@pytest.fixture(scope="module")
+def rehearsed(boom):
+    run = ramsight.simulate(boom, "commissioning", as_built=AS_BUILT)
+    return ramsight.drive_report(run), run
+
+
+def verdicts(done):
+    return {finding.check: finding.verdict for finding in done.findings}
+
+
+def test_a_rehearsal_passes_with_and_without_a_measured_position(boom, rehearsed):
+    log, run = rehearsed
+    done = ramsight.commission(boom, log, run[["position"]])
+    assert done.verdict is Verdict.PASSED
+    assert done.reasons == ()
+    assert done.text.splitlines()[-1] == "boom: commissioned"
+    assert done.leak_test.factor == pytest.approx(1.15, abs=0.03)
+    assert done.identification.factors["displacement"].value == pytest.approx(0.998, abs=1e-3)
+    blind = ramsight.commission(boom, log)
+    assert blind.verdict is Verdict.PASSED
+    assert verdicts(blind)["data sheet"] is Verdict.OPEN
+    assert "truth" not in verdicts(blind)
+
+
+WRONG = {
+    "speed in rad/s": ({"motor_speed": np.pi / 30.0}, "units and signs of speed", "rad/s"),
+    "torque with the other sign": ({"motor_torque": -1.0}, "units and signs of torque", "sign"),
+    "torque in per cent": ({"motor_torque": 4.0}, "units and signs of torque", "percent"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_a_log_in_the_wrong_unit_or_sign_is_refused_and_the_rest_not_judged(boom, rehearsed, name):
+    factors, check, word = WRONG[name]
+    log = rehearsed[0].copy(deep=True)
+    for variable, factor in factors.items():
+        log[variable] = log[variable] * factor
+    done = ramsight.commission(boom, log, rehearsed[1])
+    assert done.verdict is Verdict.FAILED
+    assert verdicts(done)[check] is Verdict.FAILED
+    assert word in next(finding.found for finding in done.findings if finding.check == check)
+    assert {verdicts(done)[one] for one in ("leak test", "end stops", "sensor", "data sheet")} == {Verdict.OPEN}
+    assert done.track is None
+    assert done.text.splitlines()[-1] == "boom: not commissioned"
+
+
+def test_a_log_without_leak_test_and_stops_is_not_enough(boom):
+    run = ramsight.simulate(boom, lift_lower(boom, [129e3, 441e3], 313.15, cycles=2))
+    done = ramsight.commission(boom, ramsight.drive_report(run))
+    found = verdicts(done)
+    assert (found["leak test"], found["end stops"], found["sensor"]) == (Verdict.DOUBT, Verdict.FAILED, Verdict.FAILED)
+    assert done.verdict is Verdict.FAILED
+    assert "ramsight simulate --duty leak-test" in done.text
+
+
+def test_a_machine_far_from_its_data_sheet_is_worth_a_second_look(boom):
+    far = ramsight.AsBuilt(leak=1.6, displacement=0.985)
+    run = ramsight.simulate(boom, "commissioning", as_built=far)
+    done = ramsight.commission(boom, ramsight.drive_report(run), run)
+    found = verdicts(done)
+    for check in ("leak test", "data sheet, leak factor", "data sheet, displacement factor"):
+        assert found[check] is Verdict.DOUBT
+    assert found["data sheet, pump efficiency"] is Verdict.PASSED
+    assert "reservations" in done.text
+
+
+def drive_log(time, **values):
+    columns = {"motor_speed": 0.0, "motor_torque": 0.0, "oil_temperature": 313.15} | values
+    return xarray.Dataset(
+        {name: ("time", np.broadcast_to(value, len(time)).astype(float)) for name, value in columns.items()},
+        coords={"time": time},
+    )
+
+
+def test_samples_that_are_missing_or_out_of_order_are_counted_and_left_out():
+    time = np.arange(0.0, 100.0, 0.02)
+    assert log_checks.samples(drive_log(time)).verdict is Verdict.PASSED
+    assert log_checks.samples(drive_log(time[:500])).verdict is Verdict.DOUBT
+    torque = np.zeros(len(time))
+    torque[:200] = np.nan
+    holes = drive_log(time, motor_torque=torque)
+    assert log_checks.samples(holes).verdict is Verdict.DOUBT
+    assert log_checks.faultless(holes).sizes["time"] == len(time) - 200
+    back = time.copy()
+    back[1000:1003] = 0.0
+    kept = log_checks.faultless(drive_log(back))["time"].values
+    assert len(kept) == len(time) - 3
+    assert (np.diff(kept) > 0.0).all()
+    gap = np.delete(time, slice(1000, 1100))
+    assert log_checks.samples(drive_log(gap)).verdict is Verdict.DOUBT
+    assert log_checks.samples(drive_log(time, motor_torque=np.nan)).verdict is Verdict.FAILED
+
+
+def track_of(*runs):
+    """A track whose modes are these: (mode, seconds, position)."""
+    mode = np.concatenate([np.full(int(seconds / 0.02), int(kind)) for kind, seconds, _ in runs])
+    position = np.concatenate([np.full(int(seconds / 0.02), at) for _, seconds, at in runs])
+    time = 0.02 * np.arange(len(mode))
+    data = {"mode": ("time", mode), "position": ("time", position)}
+    return xarray.Dataset(data, coords={"time": time})
+
+
+def test_visits_are_counted_once_and_by_where_they_are(boom):
+    moves = (Mode.MOVING, 10.0, 0.3)
+    track = track_of(
+        moves, (Mode.HELD_RETRACTING, 1.0, 0.001), (Mode.LEAVING, 1.0, 0.0), (Mode.HELD_RETRACTING, 1.0, 0.0),
+        moves, (Mode.HELD_EXTENDING, 0.1, 0.7), moves, (Mode.HELD_EXTENDING, 1.0, 0.7), moves,
+        (Mode.HELD_EXTENDING, 1.0, 0.4), moves, (Mode.HELD_RETRACTING, 1.0, np.nan), moves,
+    )  # fmt: skip
+    seen = sensor_checks.contacts(track, 0.7)
+    assert (seen.retracted, seen.extended, seen.elsewhere) == (1, 1, 1)
+    assert sensor_checks.stops(track, boom).verdict is Verdict.DOUBT
+    both = track_of(*[moves, (Mode.HELD_RETRACTING, 1.0, 0.0), moves, (Mode.HELD_EXTENDING, 1.0, 0.7)] * 2)
+    assert sensor_checks.stops(both, boom).verdict is Verdict.PASSED
+    assert sensor_checks.stops(track_of(moves), boom).verdict is Verdict.FAILED
+
+
+@pytest.mark.parametrize(
+    ("scale", "verdict"), [(0.5, Verdict.PASSED), (1.3, Verdict.DOUBT), (4.0, Verdict.FAILED), (np.nan, Verdict.OPEN)]
+)
+def test_errors_are_judged_by_the_band(scale, verdict):
+    error = scale * 1e-3 * np.random.default_rng(1).standard_normal(5000)
+    data = {"error": ("time", error), "position_std": ("time", np.full(5000, 1e-3))}
+    assert sensor_checks.truth(xarray.Dataset(data, coords={"time": np.arange(5000.0)})).verdict is verdict
+
+
+def test_a_factor_is_doubtful_where_its_whole_interval_is_beyond_what_is_expected():
+    from ramsight.calibration.identify import Estimate
+
+    def verdict(low, high, told=True):
+        return sheet_checks._factor("leak", Estimate((low + high) / 2, low, high, told), 1.0, 0.3).verdict
+
+    assert verdict(1.2, 1.4) is Verdict.PASSED
+    assert verdict(1.31, 1.4) is Verdict.DOUBT
+    assert verdict(0.5, 0.69) is Verdict.DOUBT
+    assert verdict(1.31, 1.4, told=False) is Verdict.OPEN
+
+
+def test_the_worst_finding_is_the_verdict():
+    def whole(*kinds):
+        return Commissioning("x", tuple(Finding("a", kind, "b") for kind in kinds), drive_log(np.arange(2.0))).verdict
+
+    assert whole(Verdict.PASSED, Verdict.OPEN) is Verdict.PASSED
+    assert whole(Verdict.PASSED, Verdict.DOUBT) is Verdict.DOUBT
+    assert whole(Verdict.DOUBT, Verdict.FAILED, Verdict.PASSED) is Verdict.FAILED
+
+
+def run(*arguments, cwd):
+    command = [sys.executable, "-m", "ramsight.cli", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, check=False)
+
+
+def test_the_verb_writes_one_page_to_sign_and_its_exit_code_tells(boom, rehearsed, tmp_path):
+    log, _ = rehearsed
+    write_drive_log(log, tmp_path / "log.csv.gz")
+    of = ("--unit", "boom", "--out", "report.html")
+    done = run("commission", "mining-loader", "log.csv.gz", *of, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "boom: commissioned" in done.stdout
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert page.count("data:image/png;base64,") == 1
+    assert [link for link in re.findall(r'(?:src|href)="([^"]*)"', page) if not link.startswith("data:")] == []
+    assert "url(" not in page
+    for words in ("Signature", "motor_speed_rpm", "leak test", "Track"):
+        assert words in page
+    write_drive_log(log.assign(motor_torque=-log["motor_torque"]), tmp_path / "log.csv.gz")
+    refused = run("commission", "mining-loader", "log.csv.gz", *of, cwd=tmp_path)
+    assert refused.returncode == 1
+    assert "boom: not commissioned" in refused.stdout
+    assert "must not be relied on" in (tmp_path / "report.html").read_text(encoding="utf-8")
