@@ -50,5 +50,12 @@ def balance(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virt
     status = ca.if_else(extreme, float(Status.OUTSIDE_TEMPERATURE), float(Status.OK))
     status = ca.if_else(doubt > 0.0, float(Status.NEAR_RELIEF), status)
     status = ca.if_else(lost, float(Status.POSITION_LOST), status)
-    said = {"position": position, "velocity": velocity, "load": step.load, "std": math.nan, "status": status}
-    return graph.counting("balance", **said, more=circuit.chambers(step.z))
+    return graph.counting(
+        "balance",
+        position=position,
+        velocity=velocity,
+        load=step.load,
+        std=math.nan,
+        status=status,
+        more=circuit.chambers(step.z),
+    )

@@ -136,7 +136,7 @@ def _relief(graph: SensorGraph, bank: Hypotheses, step: LoadStep, doubt: Any, co
     # A piston that leaves a stop against oil that is still under pressure there is near relief, and goes all the same;
     # one that went freely first has met something.
     went = graph.state("went_freely")
-    goes_back = graph.way * graph.motor_speed * graph.last_way * graph.last_speed <= 0.0
+    goes_back = graph.extending_speed * graph.last_extending_speed <= 0.0
     turns_back = ca.logic_or(goes_back, still)
     freely = ca.if_else(doubt > 0.0, went, went + ca.fabs(step.travel))
     graph.becomes("went_freely", ca.if_else(turns_back, 0.0, freely))

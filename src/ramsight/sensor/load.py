@@ -93,6 +93,16 @@ def _beyond(value: Any, limit: Any) -> Any:
     return ca.sign(value) * ca.fmax(ca.fabs(value) - limit, 0.0)
 
 
+@dataclass(frozen=True)
+class _Gains:
+    """Of the torque's surprise on the first load and on the load that walked, and their variances before it [N2]."""
+
+    initial: Any
+    walked: Any
+    initial_variance: Any
+    walked_variance: Any
+
+
 class LoadObserver:
     """States of the observer in a sensor's graph.
 
@@ -140,7 +150,6 @@ class LoadObserver:
             held: whether the piston is held where it is.
         """
         graph, balance = self._graph, self._balance
-        machine = self._assumptions.machine
         h = ca.fmax(graph.elapsed, _SHORTEST)
         mean, w = 0.5 * (graph.last_speed + graph.motor_speed), graph.motor_speed
         acceleration = (w - graph.last_speed) / h
@@ -163,37 +172,10 @@ class LoadObserver:
         h_walked, h_initial = first.torque_by(by_large), first.torque_by(by_initial)
         noise2, friction = self._noise(first, early.torque - first.torque, p, h)
         missed = graph.motor_torque - first.torque
-        beyond = _beyond(missed, friction)
-        # Friction at standstill may have either sign, so what lies within it is still the likeliest, and taken slowly.
-        unit = self._per_angle
-        shown = ca.logic_and(friction > 0.0, ca.fabs(h_walked) > SEEN_AT * unit)
-        shown = ca.logic_and(shown, self._holds(first))
-        slowly = ca.if_else(shown, ca.fmin(h / _WITHIN, 1.0), 0.0)
-        # A first load there is nothing to go on with.
-        unknown = h_initial**2 * self._initial
-        first_share = unknown / (unknown + h_walked**2 * self._walked + noise2)
-        slowly = ca.fmax(slowly, ca.if_else(shown, first_share, 0.0))
-        surprise = beyond + slowly * (missed - beyond)
-        walked = self._walked + (machine.load_walk * self._relief_load) ** 2 * h / (
-            1.0 + self._initial * unit**2 / self._sigma**2
-        )
-        initial = self._initial
-        total = h_initial**2 * initial + h_walked**2 * walked + noise2
-        # A load that jumps: as much uncertainty as explains the torque, on whichever of the two is larger.
-        anew = initial > walked
-        most = ca.if_else(anew, h_initial, h_walked)
-        jumps = ca.logic_and(surprise**2 > _GATE * total, ca.fabs(most) > SEEN_AT * unit)
-        more = ca.if_else(jumps, (surprise**2 / _GATE - total) / ca.fmax(most**2, (SEEN_AT * unit) ** 2), 0.0)
-        initial, walked = initial + ca.if_else(anew, more, 0.0), walked + ca.if_else(anew, 0.0, more)
-        total = h_initial**2 * initial + h_walked**2 * walked + noise2
-        gains = [h_initial * initial / total, h_walked * walked / total]
-        share = ca.fmax(1.0, ca.fabs(gains[0] + gains[1]) * unit)
-        k_initial, k_walked = (ca.if_else(held, 0.0, gain / share) for gain in gains)
-
-        if self._passive:
-            k_walked = ca.if_else(ca.logic_and(first.stands, surprise > 0.0), 0.0, k_walked)
-        d_initial, d_walked = k_initial * surprise, k_walked * surprise
-        after_torque = (1.0 - k_walked * h_walked) * walked
+        surprise, slowly = self._surprise(first, missed, h_walked, h_initial, noise2, friction, h)
+        gains = self._gains(first, surprise, h_walked, h_initial, noise2, held, h)
+        d_initial, d_walked = gains.initial * surprise, gains.walked * surprise
+        after_torque = (1.0 - gains.walked * h_walked) * gains.walked_variance
         if self._pressures is not None:
             shown_load, after_torque = self._pressures.correction(first, by_large, after_torque, h)
             d_walked = d_walked + ca.if_else(held, 0.0, shown_load)
@@ -213,10 +195,10 @@ class LoadObserver:
         goes = ca.logic_and(moves, ca.logic_not(empty))
         self._keep(z, ca.if_else(moves, corrected, load))
         graph.becomes("load_variance", ca.if_else(moves, after_torque, self._walked))
-        kept = ca.if_else(moves, (1.0 - k_initial * h_initial) * initial, self._initial)
+        kept = ca.if_else(moves, (1.0 - gains.initial * h_initial) * gains.initial_variance, self._initial)
         graph.becomes("first_load_variance", kept)
         believed = ca.if_else(ca.fabs(missed) < friction, slowly, 1.0)
-        taken = [k_initial * believed, k_walked * believed]
+        taken = [gains.initial * believed, gains.walked * believed]
         travel_by, torque_by = self._follow(first, second, by_first, taken, corrected == asked, moves, goes)
         # At its limit a relief valve gives way in the model, and not the oil.
         limited = ca.logic_or(ca.fmin(load, corrected) <= self._least, ca.fmax(load, corrected) >= self._relief_load)
@@ -233,19 +215,60 @@ class LoadObserver:
             change=second.torque - self.expected,
             noise=ca.sqrt(noise2),
             friction=friction,
-            noise_travel=give * self._sigma / unit,
+            noise_travel=give * self._sigma / self._per_angle,
             give=give,
             bounce=self._bounce,
-            seen=ca.fmin(ca.fabs(h_walked) / unit, 1.0),
+            seen=ca.fmin(ca.fabs(h_walked) / self._per_angle, 1.0),
             load=ca.if_else(moves, corrected, load),
             asked=asked,
-            load_std=ca.sqrt(ca.fmax(walked + initial, 0.0)),
+            load_std=ca.sqrt(ca.fmax(gains.walked_variance + gains.initial_variance, 0.0)),
             carried=balance.force(z),
             empty=empty,
             torque=second.torque,
             z=z,
             velocity=z[1],
         )
+
+    def _surprise(
+        self, first: Solution, missed: Any, h_walked: Any, h_initial: Any, noise2: Any, friction: Any, h: Any
+    ) -> tuple[Any, Any]:
+        """What a torque says beside what was expected [N m], and the share of it that is taken within friction.
+
+        Friction at standstill may have either sign, so what lies within it is still the likeliest, and taken slowly. A
+        first load there is nothing to go on with.
+        """
+        shown = ca.logic_and(friction > 0.0, ca.fabs(h_walked) > SEEN_AT * self._per_angle)
+        shown = ca.logic_and(shown, self._holds(first))
+        slowly = ca.if_else(shown, ca.fmin(h / _WITHIN, 1.0), 0.0)
+        unknown = h_initial**2 * self._initial
+        first_share = unknown / (unknown + h_walked**2 * self._walked + noise2)
+        slowly = ca.fmax(slowly, ca.if_else(shown, first_share, 0.0))
+        beyond = _beyond(missed, friction)
+        return beyond + slowly * (missed - beyond), slowly
+
+    def _gains(
+        self, first: Solution, surprise: Any, h_walked: Any, h_initial: Any, noise2: Any, held: Any, h: Any
+    ) -> _Gains:
+        """How much of the surprise the first load takes, and how much the load that walked."""
+        unit = self._per_angle
+        walked = self._walked + (self._assumptions.machine.load_walk * self._relief_load) ** 2 * h / (
+            1.0 + self._initial * unit**2 / self._sigma**2
+        )
+        initial = self._initial
+        total = h_initial**2 * initial + h_walked**2 * walked + noise2
+        # A load that jumps: as much uncertainty as explains the torque, on whichever of the two is larger.
+        anew = initial > walked
+        most = ca.if_else(anew, h_initial, h_walked)
+        jumps = ca.logic_and(surprise**2 > _GATE * total, ca.fabs(most) > SEEN_AT * unit)
+        more = ca.if_else(jumps, (surprise**2 / _GATE - total) / ca.fmax(most**2, (SEEN_AT * unit) ** 2), 0.0)
+        initial, walked = initial + ca.if_else(anew, more, 0.0), walked + ca.if_else(anew, 0.0, more)
+        total = h_initial**2 * initial + h_walked**2 * walked + noise2
+        gains = [h_initial * initial / total, h_walked * walked / total]
+        share = ca.fmax(1.0, ca.fabs(gains[0] + gains[1]) * unit)
+        k_initial, k_walked = (ca.if_else(held, 0.0, gain / share) for gain in gains)
+        if self._passive:
+            k_walked = ca.if_else(ca.logic_and(first.stands, surprise > 0.0), 0.0, k_walked)
+        return _Gains(k_initial, k_walked, initial, walked)
 
     def _is_empty(self, z: Any, load: Any) -> tuple[Any, Any]:
         """Whether oil may give the piston no force, and whether it surely gives none.

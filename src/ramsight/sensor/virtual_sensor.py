@@ -98,34 +98,29 @@ class SensorGraph:
         self.becomes("started", 1.0)
         self.becomes("time", self.time)
         self.becomes("motor_speed", self.motor_speed)
-        self.commands = {part: self._command(column_of(part), k) for k, part in enumerate(commands, len(INPUTS))}
-        self.way, self.last_way = self._ways()
+        last_commands = [self.state(column_of(part), COMMANDED) for part in commands]
+        places = range(len(INPUTS), len(INPUTS) + len(commands))
+        self.commands = {
+            part: self._command(self.inputs[place], last)
+            for part, place, last in zip(commands, places, last_commands, strict=True)
+        }
+        self.way, self.last_way = _way(list(self.commands.values())), _way(last_commands)
 
-    def _command(self, column: str, place: int) -> Any:
+    def _command(self, given: Any, last: Any) -> Any:
         """A command, -1 to 1; the last one where there is none."""
-        given, last = self.inputs[place], self.state(column, COMMANDED)
         value = ca.if_else(ca.fabs(given) <= _COMMANDS, ca.fmin(ca.fmax(given, -1.0), 1.0), last)
-        self.becomes(column, value)
+        self.becomes(last.name(), value)
         return value
-
-    def _ways(self) -> tuple[Any, Any]:
-        """The way in which positive motor speed moves the piston, 1 extends, at this sample and at the last.
-
-        Where a directional valve chooses the chamber that the pump fills, its command says it.
-        """
-        way: Any = 1.0
-        for value in self.commands.values():
-            way = way * ca.if_else(value < 0.0, -1.0, 1.0)
-        if not self.commands:
-            return way, way
-        last = self.state("way", 1.0)
-        self.becomes("way", way)
-        return way, last
 
     @property
     def extending_speed(self) -> Any:
         """Motor speed, positive where it extends the piston [rad/s]."""
         return self.way * self.motor_speed
+
+    @property
+    def last_extending_speed(self) -> Any:
+        """The same at the last sample [rad/s]."""
+        return self.last_way * self.last_speed
 
     @property
     def extending_angle(self) -> Any:
@@ -207,7 +202,7 @@ class SensorGraph:
             )
         recursion = Recursion(
             state=tuple(self._states),
-            inputs=(*INPUTS, *(column_of(part) for part in self.commands), *(p.name() for p in self.pressures)),
+            inputs=tuple(symbol.name() for symbol in self.inputs),
             parameters=self.parameters.names,
             outputs=(*OUTPUTS, *more),
             x=ca.vertcat(*(symbol for symbol, _ in self._states.values())),
@@ -220,21 +215,28 @@ class SensorGraph:
         units = {**UNITS, **{name: unit for name, (_, unit) in more.items()}}
         return VirtualSensor(kind, recursion, self.parameters.values, initial, units)
 
-    def counting(
-        self,
-        kind: str,
-        *,
-        position: Any,
-        velocity: Any,
-        load: Any,
-        std: Any,
-        status: Any,
-        more: Mapping[str, tuple[Any, str]] | None = None,
-    ) -> VirtualSensor:
-        """Close the graph of a sensor that believes every reference: it takes the place of the position."""
+    def counting(self, kind: str, *, position: Any, **said: Any) -> VirtualSensor:
+        """Close the graph of a sensor that believes every reference: it takes the place of the position.
+
+        Args:
+            kind: the sensor's name.
+            position: after a sample without a reference [m].
+            said: the rest, as `sensor` takes it.
+        """
         position = ca.if_else(self.referenced, self.reference, position)
         self.becomes("position", position)
-        return self.sensor(kind, position=position, velocity=velocity, load=load, std=std, status=status, more=more)
+        return self.sensor(kind, position=position, **said)
+
+
+def _way(commands: list[Any]) -> Any:
+    """The way in which positive motor speed moves the piston, 1 extends.
+
+    Where a directional valve chooses the chamber that the pump fills, its command says it.
+    """
+    way: Any = 1.0
+    for value in commands:
+        way = way * ca.if_else(value < 0.0, -1.0, 1.0)
+    return way
 
 
 def _is_nan(value: Any) -> bool:
