@@ -26,18 +26,19 @@ from ramsight.logs import read_drive_log
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.opening import read_measured
+from ramsight.normal import TWO_SIDED_95
 from ramsight.output import atomic_path
 from ramsight.progress import progress
+from ramsight.sensor.virtual_sensor import PRESSURES
 
 HERE = Path(__file__).parent
 MAP = HERE / "rig.toml"
 MACHINE, UNIT = "eha-valve-rig", "axis"
 SIGNALS = {"angle_current": False, "angle_current_pressure": True}
-PRESSURES = ("pressure_a", "pressure_b")
 START_STD = "0.1 mm"
 _STILL = 0.5e-3  # m/s; slower, the piston stands
 _RESTS, _MOVES = 0.5, 2e-3  # s and m; shorter rests and moves are none
-_JUMP = 20e-3  # m; from one sample to the next only a glitch of the position's sensor goes so far
+_JUMP = 2e-3  # m; from one sample to the next only a glitch of the position's sensor goes so far
 
 
 def main() -> None:
@@ -50,10 +51,10 @@ def main() -> None:
     given = parser.parse_args()
     known = load_map(MAP)
     result: dict[str, Any] = {"date": date.today().isoformat(), "machine": MACHINE, "fit": {}, "runs": {}, "all": {}}
-    drawn = {}
+    drawn, recorded = {}, runs_in(given.fit, known)
     for name, pressures in SIGNALS.items():
         fitted = ramsight.identify_values(
-            MACHINE, [given_pressures(run, pressures) for run in runs_in(given.fit, known)], unit=UNIT, progress=True
+            MACHINE, [given_pressures(run, pressures) for run in recorded], unit=UNIT, progress=True
         )
         tuned = _with_torque(known, fitted)
         judged = [given_pressures(run, pressures) for run in runs_in(given.judge, tuned)]
@@ -109,9 +110,8 @@ def cleaned(measured: Any) -> Any:
     result = measured.copy(deep=True)
     position = result["position"].values
     last = position[np.isfinite(position)][0]
-    limit = 0.1 * float(np.median(np.diff(result["time"].values))) / 0.02 * _JUMP
     for k, value in enumerate(position):
-        if np.isfinite(value) and abs(value - last) > max(limit, 2e-3):
+        if np.isfinite(value) and abs(value - last) > _JUMP:
             position[k] = np.nan
         elif np.isfinite(value):
             last = value
@@ -144,7 +144,7 @@ def errors(track: Any, run: MeasuredRun) -> dict[str, Any]:
         "largest_end_mm": max((abs(end) for end in ends), default=None),
         "largest_mm": float(np.abs(error).max() * 1e3),
         "rms_mm": float(np.sqrt(np.mean(error**2)) * 1e3),
-        "coverage_95": float(np.mean(np.abs(error) < 1.96 * std)),
+        "coverage_95": float(np.mean(np.abs(error) < TWO_SIDED_95 * std)),
         "median_std_mm": float(np.median(std) * 1e3),
         "ok_beyond_4_std_longest_s": longest(wrong, float(np.median(np.diff(time)))),
         "samples": int(good.sum()),

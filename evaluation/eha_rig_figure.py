@@ -7,6 +7,8 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 
+from ramsight.normal import TWO_SIDED_95
+
 COLUMNS = 4
 _TRUE, _SAID, _BAND = "#222222", "#1f6fb2", "#a9cbe8"
 
@@ -48,7 +50,7 @@ def _run(above: Any, below: Any, run: Any, track: Any) -> None:
     above.plot(time, true, color=_TRUE, lw=2.0, label="measured")
     above.plot(time, said, color=_SAID, lw=1.0, label="estimated")
     above.set_title(run.name.partition(".")[0].replace("_", ", "), fontsize=9)
-    below.fill_between(time, -1.96 * std, 1.96 * std, color=_BAND, lw=0, label="95 % band")
+    below.fill_between(time, -TWO_SIDED_95 * std, TWO_SIDED_95 * std, color=_BAND, lw=0, label="95 % band")
     below.plot(time, said - true, color=_TRUE, lw=0.8)
     below.set_ylim(-3, 3)
     for axis in (above, below):

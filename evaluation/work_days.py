@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ramsight import machine
 from ramsight.duty import DriveReport, report, simulate
 from ramsight.duty.work_day import work_day
+from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.ddh import DdhUnit, build
 from ramsight.sensor.kalman import kalman
@@ -24,7 +25,6 @@ from ramsight.study.errors import stop_visits, turning_for
 
 LOADS = {"boom": (100e3, 370e3), "bucket": (20e3, 140e3)}  # N
 _STARTS = 0.5  # s after the motor has started, from when on the position counts
-_BAND = 1.96
 _PASSES = 1e-7  # m3/s
 _JUST_NOW = 50  # samples
 _GENTLE = (Status.OK, Status.REFERENCE_DUE, Status.NEAR_RELIEF, Status.TOO_UNCERTAIN)
@@ -81,7 +81,7 @@ def study(machines: int, advance: Callable[[int], object]) -> dict[str, dict[str
             std, status = track["position_std"].values, track["status"].values
             time = day.log["time"].values
             stops = stop_visits(time, day.position, unit.cylinder.stroke)
-            inside += int((error <= _BAND * std).sum())
+            inside += int((error <= TWO_SIDED_95 * std).sum())
             wrong += int(((status == Status.OK) & (error > 4.0 * std)).sum())
             samples, hours = samples + len(time), hours + (time[-1] - time[0]) / 3600.0
             begins = np.flatnonzero(np.diff(np.concatenate([[False], ~np.isin(status, _GENTLE)]).astype(int)) == 1)

@@ -14,7 +14,7 @@ from ramsight.plant.limits import limits_of
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.contact import ContactWatch
 from ramsight.sensor.load import LoadObserver
-from ramsight.sensor.virtual_sensor import SensorGraph, inputs_of
+from ramsight.sensor.virtual_sensor import SensorGraph, log_inputs
 
 from .plant_bench import UNITS
 
@@ -40,7 +40,7 @@ class Stepped:
     def track(self, log):
         """Go on through a log; every output of the sensor over its samples, and every state as `state_<name>`."""
         count = log.sizes["time"]
-        inputs = inputs_of(self.sensor, log)
+        inputs = log_inputs(self.sensor, log)
         recursion = self.sensor.recursion
         states, out = np.empty((count, self.state.size)), np.empty((count, len(recursion.outputs)))
         buffer, run = self._function.buffer()

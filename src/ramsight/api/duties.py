@@ -9,7 +9,7 @@ from ramsight.api.machines import AnyUnit, build
 from ramsight.duty import Duty
 from ramsight.duty import lift_lower as cycles_of
 from ramsight.duty.commissioning import commissioning, leak_test_duty, usual_loads
-from ramsight.duty.lift_lower import RAMP, SPEED, above_lowered_end
+from ramsight.duty.lift_lower import RAMP, SPEED, START, above_lowered_end
 from ramsight.duty.table import read_duty
 from ramsight.duty.work_day import work_day
 from ramsight.errors import DescriptionError
@@ -20,7 +20,6 @@ Quantity = float | str
 Loads = Quantity | Sequence[Quantity]
 TEMPERATURE = 313.15  # K
 DAY = 360.0  # s
-_START = 0.2  # share of the stroke above the lowered end
 _LIFT_LOWER = {"load", "speed", "ramp", "hold", "start", "cycles", "visits"}
 _TAKES = {
     "lift-lower": _LIFT_LOWER,
@@ -161,7 +160,7 @@ def duty_for(
     reader = _Reader(build(machine, unit), named)
     built, kelvin, begin = reader.unit, reader.temperature(oil_temperature), reader.start(start)
     if str(kind) not in _TAKES:
-        return read_duty(kind, built, kelvin, above_lowered_end(built, _START) if begin is None else begin)
+        return read_duty(kind, built, kelvin, above_lowered_end(built, START) if begin is None else begin)
     loads = usual_loads(built) if load is None else reader.loads(load)
     if kind == "work-day":
         lasts = DAY if duration is None else reader.read(duration, "s", "duration", "1 s", "24 h")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from ramsight.machine.as_toml import as_toml
 from ramsight.machine.declare import Quantity, walk
 from ramsight.machine.reading import loads
+from ramsight.normal import TWO_SIDED_95
 
 if TYPE_CHECKING:
     from ramsight.calibration.fit_track import FittedValues, Torque
@@ -27,7 +28,7 @@ def values_summary(found: FittedValues, unit: str) -> str:
         lines.append(
             f"{key:{width}}  {_short(declared, value)}  ({_short(declared, low)} to {_short(declared, high)}){note}"
         )
-    error = math.expm1(1.96 * found.torque_std) * 100.0
+    error = math.expm1(TWO_SIDED_95 * found.torque_std) * 100.0
     lines.append(f"{'torque':{width}}  {found.torque.gain:.4g} of the reported one (within {error:.1f} %)")
     if found.torque.loss:
         lines.append(f"{'':{width}}  less {found.torque.loss * 100.0:.3g} % per N m of it, by the motor's saturation")

@@ -22,9 +22,10 @@ from ramsight.calibration.free_values import FreeValue, with_values
 from ramsight.calibration.identify_record import IdentifyError
 from ramsight.engine.recursion import replay
 from ramsight.errors import DescriptionError
+from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.build import build
 from ramsight.sensor.balance import balance
-from ramsight.sensor.virtual_sensor import VirtualSensor, inputs_of
+from ramsight.sensor.virtual_sensor import PRESSURES, VirtualSensor, log_inputs
 
 if TYPE_CHECKING:
     import xarray
@@ -163,7 +164,7 @@ class _Model:
         self._around = np.zeros(len(free) + 2) if around is None else around
         self._sensor = self.sensor(self._around)
         self._follow = np.array([self._elasticity(k) for k in range(len(free))])
-        self._inputs = [inputs_of(self._sensor, run.log) for run in runs]
+        self._inputs = [log_inputs(self._sensor, run.log) for run in runs]
         self._largest = max(float(np.nanmax(np.abs(inputs[:, 2]))) for inputs in self._inputs)
         self.prior = np.array([*(one.std for one in free), _GAIN, _BEND])
 
@@ -215,7 +216,7 @@ class _Model:
             period = float(np.median(np.diff(run.log["time"].values))) * _EVERY
             error = (said[:, 0] - run.measured["position"].values)[::_EVERY] / _POSITION
             parts.append(np.nan_to_num(error) * np.sqrt(period / _POSITION_LASTS))
-            for name in ("pressure_a", "pressure_b"):
+            for name in PRESSURES:
                 if name in run.measured:
                     off = (said[:, names.index(name)] - run.measured[name].values)[::_EVERY] / _PRESSURE
                     parts.append(_FAR * np.tanh(np.nan_to_num(off) / _FAR) * np.sqrt(period / _PRESSURE_LASTS))
@@ -243,7 +244,7 @@ def _fitted(model: _Model, change: Array, jacobian: Array, evaluations: int) -> 
     std = np.sqrt(np.diag(np.linalg.inv(information)))
     values = {}
     for one, c, s in zip(model.free, change, std, strict=False):
-        low, high = sorted((one.at(float(c - 1.96 * s)), one.at(float(c + 1.96 * s))))
+        low, high = sorted((one.at(float(c - TWO_SIDED_95 * s)), one.at(float(c + TWO_SIDED_95 * s))))
         values[one.key] = (one.at(float(c)), low, high)
     told = frozenset(one.key for one, s in zip(model.free, std, strict=False) if s < 0.5 * one.std)
     squares = {run.name: np.nanmean(model.errors(change, k) ** 2) for k, run in enumerate(model.runs)}
@@ -265,6 +266,6 @@ def _independent(model: _Model) -> float:
     for run in model.runs:
         time = run.log["time"].values
         length = float(time[-1] - time[0])
-        pressures = sum(name in run.measured for name in ("pressure_a", "pressure_b"))
+        pressures = sum(name in run.measured for name in PRESSURES)
         number += length / _POSITION_LASTS + pressures * length / _PRESSURE_LASTS
     return number

@@ -18,12 +18,11 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.valve import orifice_flow
 
 Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
-
-_NORMAL = 1.959964  # two-sided 95 % of the normal distribution
 
 
 def root(pressure_rise: ArrayLike) -> Array:
@@ -140,7 +139,7 @@ def student(freedom: float) -> float:
         >>> round(student(10.0), 2), round(student(float("inf")), 2)
         (2.23, 1.96)
     """
-    z, n = _NORMAL, max(freedom, 3.0)
+    z, n = TWO_SIDED_95, max(freedom, 3.0)
     terms = (
         (z**3 + z) / 4.0,
         (5.0 * z**5 + 16.0 * z**3 + 3.0 * z) / 96.0,

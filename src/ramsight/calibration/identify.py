@@ -16,6 +16,7 @@ from ramsight.calibration.identify_moves import Moves, find_moves, going
 from ramsight.calibration.identify_record import IdentifyError, Record, recorded
 from ramsight.calibration.identify_replay import Circuit, Deviation, Run
 from ramsight.calibration.uncertainty import EFFICIENCY
+from ramsight.normal import TWO_SIDED_95
 
 if TYPE_CHECKING:
     import xarray
@@ -30,7 +31,6 @@ FACTORS = ("leak", "orifice", "displacement", "stiffness", "friction", "efficien
 EVALUATIONS = 160.0
 """About how often the circuit is run, for a progress bar."""
 _ROUNDS = 2  # of the balance with the efficiency that friction told; the first is near the last
-_NORMAL = 1.96  # standard deviations of a 95 % interval
 
 
 @dataclass(frozen=True)
@@ -159,7 +159,7 @@ def _fit(problem: BalanceProblem, base: Deviation) -> tuple[BalanceFit, Friction
     for _ in range(_ROUNDS):
         if "efficiency" not in friction.told:
             break
-        problem.efficiency_std = min(EFFICIENCY, friction.half_width["efficiency"] / _NORMAL)
+        problem.efficiency_std = min(EFFICIENCY, friction.half_width["efficiency"] / TWO_SIDED_95)
         start = replace(balance.deviation, efficiency=friction.value["efficiency"])
         balance = fit_balance(problem, start, balance.free)
         friction = fit_friction(problem, balance.deviation, groups, separate=True)

@@ -14,6 +14,7 @@ from ramsight.calibration.identify_moves import Moves
 from ramsight.calibration.identify_record import Record
 from ramsight.calibration.identify_replay import Circuit, Deviation, Run
 from ramsight.calibration.uncertainty import EFFICIENCY, NO_LOAD_TORQUE
+from ramsight.normal import TWO_SIDED_95
 
 Array = NDArray[np.float64]
 Places = NDArray[np.int64]
@@ -26,7 +27,6 @@ _UNTOLD = ("displacement", "compliance", "delay")
 _ENOUGH_RUNS = 8  # moves from which their scatter can be taken for the uncertainty
 _ROUNDS = 10
 _CONVERGED = 1e-2  # of a standard deviation
-_NORMAL = 1.96  # standard deviations of a 95 % interval
 _TORQUE_ZERO = 1e-3  # share of the largest torque of a log, [G]
 _MODEL = {"displacement": 3e-4, "compliance": 1e-2}  # [G]; what the balance itself is good for, as volumes are known
 _TURN = 7e-5  # share of the stroke, [G]; what happens while a valve opens; the independent simulator's make that much
@@ -148,7 +148,9 @@ class BalanceProblem:
         no_load = self.column(how, "no_load", NO_LOAD_TORQUE, d) * NO_LOAD_TORQUE
         turns = (moves.lifting[1:].astype(float) - moves.lifting[:-1])[self.joined] * _TURN * stroke
         untold = [
-            self.column(how, name, _STEPS[name], d) * LIMITS[name] / _NORMAL for name in _UNTOLD if name not in free
+            self.column(how, name, _STEPS[name], d) * LIMITS[name] / TWO_SIDED_95
+            for name in _UNTOLD
+            if name not in free
         ]
         return np.column_stack([zero, efficiency, no_load, np.maximum(turns, 0.0), np.minimum(turns, 0.0), *untold])
 
@@ -226,5 +228,5 @@ def _half_widths(
     d = problem.differences(problem.run(how))
     effects = (whiten @ problem.systematic(how, names, d)).T
     shifts = np.array([np.linalg.lstsq(design, effect, rcond=None)[0] for effect in effects])
-    half = np.hypot(student(freedom) * std, _NORMAL * np.sqrt((shifts**2).sum(axis=0)))
+    half = np.hypot(student(freedom) * std, TWO_SIDED_95 * np.sqrt((shifts**2).sum(axis=0)))
     return np.asarray(np.hypot(half, [_MODEL.get(name, 0.0) for name in names]))

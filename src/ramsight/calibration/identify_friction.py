@@ -26,6 +26,7 @@ from ramsight.calibration.identify_moves import Moves, moved_at_rest
 from ramsight.calibration.identify_record import Record
 from ramsight.calibration.identify_replay import Deviation, Run
 from ramsight.calibration.uncertainty import EFFICIENCY, NO_LOAD_TORQUE
+from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.unit import HydraulicUnit
 
 Array = NDArray[np.float64]
@@ -39,7 +40,6 @@ FEWEST_LOADS = 3
 _STEPS = {"efficiency": -0.01, "no_load": 0.1}
 _DESCRIBED = {"efficiency": EFFICIENCY, "no_load": NO_LOAD_TORQUE}
 _ENOUGH_RUNS = 8  # moves from which their scatter can be taken for the uncertainty
-_NORMAL = 1.96  # standard deviations of a 95 % interval
 _MOST = 3.0  # factor up to which a difference of force between moves may be friction
 _ALIKE = 0.15  # by which friction from one reversal may be off that of most others, and
 _APART = 0.1  # share of the largest load by which two have to differ to give a slope
@@ -118,14 +118,14 @@ def fit_friction(problem: BalanceProblem, how: Deviation, groups: Places, separa
         separate = loads >= FEWEST_LOADS and both.half["efficiency"] <= LIMITS["efficiency"]
     solved = both if separate else _solve(forces, [])
     half, no_load = solved.half["friction"], solved.shift["no_load"]
-    half = math.hypot(half, _NORMAL * solved.shift.get("efficiency", 0.0))
+    half = math.hypot(half, TWO_SIDED_95 * solved.shift.get("efficiency", 0.0))
     told = {"efficiency"} if separate else set()
     if half < LIMITS["friction"] and solved.value["friction"] > 0.0:
         told.add("friction")
     found = {name: value for name, value in solved.value.items() if name in told}
     if separate:
         found["efficiency"] += how.efficiency
-    width = {"friction": math.hypot(half, _NORMAL * no_load), "efficiency": both.half["efficiency"]}
+    width = {"friction": math.hypot(half, TWO_SIDED_95 * no_load), "efficiency": both.half["efficiency"]}
     if loads < FEWEST_LOADS:
         width["efficiency"] = inf
     return FrictionFit(as_described | found, width, frozenset(told), loads, no_load, half)

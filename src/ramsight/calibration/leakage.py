@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ramsight.calibration.uncertainty import EFFICIENCY, NO_LOAD_TORQUE, rougher, with_friction_factor
 from ramsight.errors import RamsightError
+from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.balance import balance as balance_of
 from ramsight.plant.holding import held_by_valve, holding_valves
 from ramsight.plant.hose import Volume
@@ -292,7 +293,7 @@ def _load_pressure(unit: HydraulicUnit, log: xarray.Dataset) -> float | None:
 def leak_test_summary(test: LeakTest) -> str:
     """The leak factor with its uncertainty, and what it rests on, as lines of text."""
     lines = [
-        f"leak factor {test.factor:.3f} ± {1.96 * test.std:.3f} "
+        f"leak factor {test.factor:.3f} ± {TWO_SIDED_95 * test.std:.3f} "
         "(95 %: scatter of the torque, rounding of the speed, and the pumps' described losses)",
         f"  {test.per_kelvin:+.3f} for each K that the oil is warmer than reported, "
         f"{test.per_torque:+.3f} for each % that the torque is larger",

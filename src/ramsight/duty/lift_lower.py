@@ -13,7 +13,7 @@ SPEED = 157.07963267948966  # rad/s = 1500 rpm, near the pumps' nominal 1450 rpm
 _BEFORE, _REST = 1.0, 1.5  # s
 _LONGEST_HOLD = 6.4  # s; makes the boom's cycle 20 s long
 _SHARE_OF_STROKE = 0.45  # how far a move may go without leakage
-_START = 0.2  # share of the stroke above the lowered end
+START = 0.2  # share of the stroke above the lowered end
 
 
 def lift_lower(
@@ -50,7 +50,7 @@ def lift_lower(
     """
     stroke = unit.cylinder.stroke
     loads = [float(load)] if isinstance(load, int | float) else [float(one) for one in load]
-    start = above_lowered_end(unit, _START) if start_position is None else start_position
+    start = above_lowered_end(unit, START) if start_position is None else start_position
     if hold is None:
         hold = min(_LONGEST_HOLD, max(0.0, _SHARE_OF_STROKE * stroke / (motor_speed * unit.travel_per_radian) - ramp))
     plan = Plan(unit, loads[0], oil_temperature, start)

@@ -22,6 +22,7 @@ from typing import Any
 
 import casadi as ca
 
+from ramsight.normal import ONE_SIDED_95, TWO_SIDED_95
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.uncertainty import Covariance
 from ramsight.sensor.virtual_sensor import SensorGraph
@@ -31,7 +32,7 @@ _WRONG = NAMES.index("wrong")
 POSITION, LEAK, DISPLACEMENT, COMPLIANCE, LAG, EXPONENT, LOW, TOP = range(8)
 BOUNDS = ((0.3, 4.0), (0.97, 1.03), (0.4, 2.5))
 """What the factors are kept within [1]."""
-_OUTSIDE, _ONE_SIDED, _TWO_SIDED = 0.05, 1.645, 1.960  # of a normal distribution: 95 % within
+_OUTSIDE = 0.05  # share of the truth that the band may miss
 _TAUGHT = 1e-3  # of the leakage's variance, as little as ever remains
 _NEVER = 1e9  # a logarithm that no likelihood reaches
 _LEAST = -12.0  # natural logarithm of the least weight over the largest, so that a hypothesis can come back
@@ -358,7 +359,7 @@ class Hypotheses:
         for w, h in zip(self._probabilities(), self.all, strict=True):
             std = ca.sqrt(ca.fmax(h.covariance[POSITION, POSITION], 0.0))
             counts = ca.fmin(ca.fmax(2.0 * w / _OUTSIDE - 1.0, 0.0), 1.0)
-            wide = ca.fmax(wide, counts * (ca.fabs(h.mean[POSITION]) + _ONE_SIDED * std) / _TWO_SIDED)
+            wide = ca.fmax(wide, counts * (ca.fabs(h.mean[POSITION]) + ONE_SIDED_95 * std) / TWO_SIDED_95)
         return wide
 
     def untaught(self) -> Any:

@@ -382,7 +382,7 @@ class VirtualSensor:
         """
         import xarray
 
-        inputs = inputs_of(self, log)
+        inputs = log_inputs(self, log)
         result = replay(self.recursion, inputs, self.parameters, self._state, advance=advance)
         data = {
             name: ("time", result[:, k], {"units": self.units[name], "long_name": name.replace("_", " ")})
@@ -398,7 +398,7 @@ class VirtualSensor:
         return tracked
 
 
-def inputs_of(sensor: VirtualSensor, log: xarray.Dataset) -> Array:
+def log_inputs(sensor: VirtualSensor, log: xarray.Dataset) -> Array:
     """A log as the inputs of a sensor's recursion, shape (samples, inputs).
 
     Raises:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ramsight.normal import TWO_SIDED_95
 from ramsight.output import atomic_path
 from ramsight.sensor.status import Status
 
@@ -73,7 +74,7 @@ def draw_track(log: xarray.Dataset, tracked: xarray.Dataset, truth: xarray.Datas
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    time, band = tracked["time"].values, 1.96e3 * tracked["position_std"].values
+    time, band = tracked["time"].values, 1e3 * TWO_SIDED_95 * tracked["position_std"].values
     has_band = bool(np.isfinite(band).any())  # the volume balance states none
     with mpl.rc_context(_STYLE):  # type: ignore[arg-type]
         heights = [2.4, *[1.2] * ((truth is not None) + has_band), 0.8, 0.8, 0.6]

@@ -8,10 +8,10 @@ import numpy as np
 import xarray
 from numpy.typing import NDArray
 
+from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.status import Status
 from ramsight.study.errors import stop_visits, turning_for
 
-_BAND = 1.96  # standard deviations that hold 95 % of a normal distribution
 _WRONG, _LEAST = 4.0, 1e-3  # standard deviations and m from which a position that is said to be ok is wrong
 _STARTS = 0.5  # s after the motor has started, from when on an error counts
 _APART = 5.0  # s between two visits to a stop
@@ -75,7 +75,7 @@ def judge(
         largest=float(of.max()),
         ok_p95=float(np.percentile(said, 95.0)),
         ok_largest=float(said.max()),
-        coverage=float((error <= _BAND * std)[off].mean()),
+        coverage=float((error <= TWO_SIDED_95 * std)[off].mean()),
         wrong_and_ok=float((ok & (error > _WRONG * std) & (error > _LEAST)).mean()),
         ok=float(ok.mean()),
         std=float(np.median(std[turns])) if turns.any() else float("nan"),

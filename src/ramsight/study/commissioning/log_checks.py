@@ -9,24 +9,24 @@ import numpy as np
 from ramsight.calibration.leakage import LeakTest, LeakTestError, leak_test
 from ramsight.duty.plausible import implausible
 from ramsight.logs.mapped import ChannelMap
+from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.unit import HydraulicUnit
+from ramsight.sensor.virtual_sensor import REPORTED
 from ramsight.study.commissioning.finding import Finding, Verdict
 
 if TYPE_CHECKING:
     import xarray
 
-_CHANNELS = ("motor_speed", "motor_torque", "oil_temperature")
 _SHORTEST = 60.0  # s; a unit cannot meet both ends and lift some loads in less
 _BAD = 0.01  # share of samples that may have no value, or no place in time
 _GAP = 1.0  # s; a motor that turns moves a rod by centimetres meanwhile
-_NORMAL = 1.96
 _UNUSUAL = 2.0  # standard deviations that the sensor assumes, from which a machine is far from its description
 
 
 def faultless(log: xarray.Dataset) -> xarray.Dataset:
     """The log without samples that lack a value or whose time does not increase."""
     whole = np.isfinite(log["time"].values)
-    for name in _CHANNELS:
+    for name in REPORTED[1:]:
         whole &= np.isfinite(log[name].values)
     kept = log.isel(time=np.flatnonzero(whole))
     time = kept["time"].values
@@ -69,7 +69,7 @@ def leakage(unit: HydraulicUnit, log: xarray.Dataset) -> tuple[Finding, LeakTest
         test = leak_test(unit, log)
     except LeakTestError as error:
         return Finding("leak test", Verdict.DOUBT, str(error), "rehearse it: ramsight simulate --duty leak-test"), None
-    half, assumed = _NORMAL * test.std, unit.assumptions.machine.leak
+    half, assumed = TWO_SIDED_95 * test.std, unit.assumptions.machine.leak
     found = f"leakage {test.factor:.3f} ± {half:.3f} of the data sheet, from {len(test.stretches)} stretches"
     if abs(test.factor - 1.0) - half > _UNUSUAL * assumed:
         remedy = (

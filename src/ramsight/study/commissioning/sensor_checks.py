@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.mode import Mode
 from ramsight.sensor.status import Status
@@ -19,7 +20,6 @@ _AT_END = 0.02  # share of the stroke within which a contact is one with the end
 _LONG = 0.2  # s that a contact lasts at least
 _APART = 5.0  # s between two visits
 _INVALID = 0.01  # share of samples that may be invalid
-_BAND = 1.96  # standard deviations that hold 95 % of a normal distribution
 _HOLDS, _FAILS = (
     0.9,
     0.5,
@@ -80,8 +80,9 @@ def stops(track: xarray.Dataset, unit: HydraulicUnit) -> Finding:
 
 def learned(track: xarray.Dataset) -> Finding:
     """What the sensor learned of the machine; nothing is wrong with that by itself."""
+    last = track.isel(time=-1)
     factors = [
-        f"{words} {float(track[f'{name}_factor'][-1]):.3f} ± {_BAND * float(track[f'{name}_factor_std'][-1]):.3f}"
+        f"{words} {float(last[f'{name}_factor']):.3f} ± {TWO_SIDED_95 * float(last[f'{name}_factor_std']):.3f}"
         for name, words in _LEARNED
     ]
     return Finding("learned by the sensor", Verdict.PASSED, f"{', '.join(factors)} of the data sheet")
@@ -95,7 +96,7 @@ def confidence(track: xarray.Dataset, motor_stands: bool) -> Finding:
     found = f"in the end {last.text}"
     if last.validity in ("not referenced", "invalid"):
         return Finding("sensor", Verdict.FAILED, found, "drive against an end stop, and look at the log's inputs")
-    found += f", ± {_BAND * 1e3 * float(track['position_std'][-1]):.1f} mm (95 %)"
+    found += f", ± {TWO_SIDED_95 * 1e3 * float(track['position_std'][-1]):.1f} mm (95 %)"
     if invalid > _INVALID:
         codes, counts = np.unique(status[wrong], return_counts=True)
         why = Status(int(codes[np.argmax(counts)])).text
@@ -115,7 +116,7 @@ def truth(track: xarray.Dataset) -> Finding:
     known = np.isfinite(error) & np.isfinite(std)
     if not known.any():
         return Finding("truth", Verdict.OPEN, "no sample has both an estimate and a true position")
-    within = float(np.mean(error[known] <= _BAND * std[known]))
+    within = float(np.mean(error[known] <= TWO_SIDED_95 * std[known]))
     found = (
         f"95 % of the errors within {1e3 * float(np.percentile(error[known], 95.0)):.2f} mm, largest "
         f"{1e3 * float(error[known].max()):.2f} mm; the 95 % band holds {100 * within:.1f} % of {known.sum()} samples"

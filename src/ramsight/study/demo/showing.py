@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ramsight.normal import TWO_SIDED_95
 from ramsight.study.demo import AS_BUILT
 from ramsight.study.errors import stop_visits
 from ramsight.study.figures import _STYLE, ERROR, ESTIMATE, TRUTH, draw_band, draw_drive, save, shade_status
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 
 _TAUGHT = 3  # visits to an end stop after which the sensor is judged
 _SETTLES = 3.0  # s after a visit
-_NORMAL = 1.96
 _SHEET = "#8a94a0"
 _LEARNED = (("leak", "leakage"), ("displacement", "displacement"))
 
@@ -57,7 +57,7 @@ class Shown:
         when = float(self.sensor["time"].values[np.argmax(found)])
         factors = [
             f"{words} {float(self.sensor[f'{name}_factor'][-1]):.3f} ± "
-            f"{_NORMAL * float(self.sensor[f'{name}_factor_std'][-1]):.3f} (it is {AS_BUILT[name]:g})"
+            f"{TWO_SIDED_95 * float(self.sensor[f'{name}_factor_std'][-1]):.3f} (it is {AS_BUILT[name]:g})"
             for name, words in _LEARNED
         ]
         return "\n".join(
@@ -95,7 +95,7 @@ def draw(shown: Shown) -> Figure:
     axes[1].plot(time, 1e3 * sensor["error"], color=ERROR, lw=1.2)
     axes[1].axhline(0.0, color=TRUTH, lw=0.6)
     axes[1].set_ylabel("errors\n[mm]")
-    draw_band(axes[2], time, _NORMAL * 1e3 * sensor["position_std"].values, 1e3 * sensor["error"].values)
+    draw_band(axes[2], time, TWO_SIDED_95 * 1e3 * sensor["position_std"].values, 1e3 * sensor["error"].values)
     for panel, (name, words) in zip(axes[3:5], _LEARNED, strict=True):
         _learned(panel, sensor, name, words)
     draw_drive(axes[5:], sensor)
@@ -110,7 +110,7 @@ def draw(shown: Shown) -> Figure:
 def _learned(axes: Any, sensor: xarray.Dataset, name: str, words: str) -> None:
     """Draw a factor over time with its 95 % band, and what it is in truth."""
     time, value = sensor["time"].values, sensor[f"{name}_factor"].values
-    half = _NORMAL * sensor[f"{name}_factor_std"].values
+    half = TWO_SIDED_95 * sensor[f"{name}_factor_std"].values
     axes.fill_between(time, value - half, value + half, color=ESTIMATE, alpha=0.2, lw=0)
     axes.plot(time, value, color=ESTIMATE, lw=1.2)
     axes.axhline(AS_BUILT[name], color=TRUTH, lw=1.0, ls="--", label="what it is")

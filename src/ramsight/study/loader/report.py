@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ramsight import __version__
+from ramsight.normal import TWO_SIDED_95
 from ramsight.output import whole_folder
 from ramsight.study.figures import _STYLE, DOUBT, ERROR, ESTIMATE, TRUTH, save
 from ramsight.study.loader.animation import write_animation
@@ -77,7 +78,7 @@ def _unit(axes: Any, work: Work, name: str) -> None:
     axes[0].plot(time, known, color=ESTIMATE, lw=1.0, label="virtual sensor")
     axes[0].set_title(name, loc="left")
     axes[0].legend(loc="best")
-    error, band = known - true, 1.96e3 * track["position_std"].values
+    error, band = known - true, 1e3 * TWO_SIDED_95 * track["position_std"].values
     band = np.where(np.isfinite(known), band, np.nan)
     axes[1].fill_between(time, -band, band, color=ESTIMATE, alpha=0.15, lw=0, label="sensor's 95 % band")
     axes[1].plot(time, error, color=ERROR, lw=1.0, label="sensor less truth")

@@ -14,6 +14,7 @@ from ramsight.duty.drive_response import DriveResponse
 from ramsight.duty.linked import simulate_linked
 from ramsight.duty.loading import PHASES, Phase
 from ramsight.errors import DescriptionError
+from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.ddh import DdhUnit
 from ramsight.plant.linkage import joints, tip
@@ -81,7 +82,7 @@ class Work:
         found["phases"] = [{"name": name, "begins": begins} for name, begins in self.phases]
         for name in UNITS:
             error = self._error(name)[working]
-            band = 1.96 * self.tracks[name]["position_std"].values[working]
+            band = TWO_SIDED_95 * self.tracks[name]["position_std"].values[working]
             missed = [off[name] for _, off in self.arrivals if name in off]
             found[name] = {
                 "sensor_error_largest": float(np.abs(error).max()),
