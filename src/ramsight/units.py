@@ -101,6 +101,7 @@ _KNOWN = {
     "m3/s": ("volume flow", "100 l/min"),
     "m/rad": ("travel per revolution", "0.85 mm/rev"),
     "rad": ("angle", "30 deg"),
+    "rad/sqrt(s)": ("random walk of an angle", "0.05 deg/sqrt(h)"),
     "rad/s": ("angular speed", "1450 rpm"),
     "rad/s2": ("angular acceleration", "200 rad/s2"),
     "s": ("time", "20 ms"),

@@ -84,7 +84,7 @@ def build(machine: AnyUnit, unit: str | None = None) -> HydraulicUnit:
     if isinstance(machine, str | Path | Machine):
         description = load_machine(machine)
         name = only_unit(description) if unit is None else unit
-        return build_described(name, description.unit(name))
+        return build_described(name, description.unit(name), description.linkage)
     if isinstance(machine, Unit):
         return build_described("unit" if unit is None else unit, machine)
     if not hasattr(machine, "parts"):

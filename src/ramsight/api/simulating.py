@@ -12,6 +12,7 @@ from ramsight.api.machines import AnyUnit, build
 from ramsight.duty import DriveReport, Duty
 from ramsight.duty import report as report_of
 from ramsight.duty import simulate as run_of
+from ramsight.duty.link_report import declared_link
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.engine.run import DEFAULT_RTOL
 from ramsight.errors import DescriptionError
@@ -107,7 +108,9 @@ def simulate(
 
 def drive_report(
     run: xarray.Dataset,
+    machine: AnyUnit | None = None,
     *,
+    unit: str | None = None,
     seed: int = 0,
     speed_step: Quantity = "1 rpm",
     torque_step: Quantity = "0.0625 N m",
@@ -122,6 +125,9 @@ def drive_report(
 
     Args:
         run: of `simulate`.
+        machine: the unit that ran. Where its description declares a sensor of the angle of the body that the cylinder
+            turns (``assumptions.link_angle``), the log has the angle, with errors drawn from what is declared.
+        unit: name of the unit, if the machine has several.
         seed: of the noise; the same seed gives the same log.
         speed_step: of the motor speed [rad/s]; 0 for none.
         torque_step: of the motor torque [N m]; 0 for none.
@@ -134,7 +140,7 @@ def drive_report(
 
     Returns:
         Over the run's `time` [s], shape (samples,): `motor_speed` [rad/s], `motor_torque` [N m] and
-        `oil_temperature` [K]; a drive log like those of `read_log`.
+        `oil_temperature` [K], perhaps `link_angle` [rad]; a drive log like those of `read_log`.
 
     Raises:
         DescriptionError: a quantity cannot be read or is out of range.
@@ -158,6 +164,7 @@ def drive_report(
         temperature_noise=read(temperature_noise, "delta_K", "temperature_noise", "0 K", "100 K"),
         torque_gain=read(torque_gain, "1", "torque_gain", "0.1", "10"),
         temperature_offset=read(temperature_offset, "delta_K", "temperature_offset", "-100 K", "100 K"),
+        link=None if machine is None else declared_link(build(machine, unit), seed),
         seed=seed,
     )
     return report_of(checked(run, "run"), how)

@@ -175,7 +175,7 @@ class _Model:
 
     def sensor(self, change: Array) -> VirtualSensor:
         """The sensor of the description after a change."""
-        return balance(build(self.unit, self.described(change).unit(self.unit)))
+        return balance(build(self.unit, self.described(change).unit(self.unit), self.machine.linkage))
 
     def torque(self, change: Array) -> Torque:
         """What the reported torque is after a change."""

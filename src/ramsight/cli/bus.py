@@ -66,7 +66,8 @@ def encoder(
         else parse_option(rated_torque, "N m", "--rated-torque", least="0.01 N m", most="1e5 N m")
     )
     settings = Settings(node_id, drive_node, serial, overrides(hold, within))
-    built = build(unit, load_machine(machine).unit(unit))
+    described = load_machine(machine)
+    built = build(unit, described.unit(unit), described.linkage)
     meanings = drive_map(drive_node, objects.split(","), rated) if channel_map is None else load_map(channel_map)
     ready = encoder_for(built, meanings, settings, state, aside=True)
     if eds is not None:

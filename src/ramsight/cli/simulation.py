@@ -105,6 +105,7 @@ def simulate(
     )
     report = drive_report(
         run,
+        built,
         seed=seed,
         speed_step=speed_step,
         torque_step=torque_step,

@@ -75,7 +75,7 @@ def write_sensor(
     """
     out = Path(out)
     check_folder(out)
-    built = build(unit, machine.unit(unit))
+    built = build(unit, machine.unit(unit), machine.linkage)
     if single and built.cylinder.passive:
         raise DescriptionError(
             "is not for floats: a piston that its load holds stands or goes by the last digits",

@@ -22,7 +22,7 @@ from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.hypotheses import LEARNED
 from ramsight.sensor.persistence import CHANGED, CREEPING, DOUBTED, RESTING, SETTLING, TURNING
 from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import START_SLACK, VirtualSensor, is_variance
+from ramsight.sensor.virtual_sensor import MEASURED, START_SLACK, VirtualSensor, is_variance
 
 PLACES = ("position", "shown_position")
 """States that grow by little at a time; they stay doubles where reals are floats."""
@@ -127,7 +127,7 @@ def sensor_source(
         doubt=DOUBTED,
         settling=SETTLING,
         variances=_lines(f"if (s->{name} < R(0.0)) return 0;" for name in states if is_variance(name)),
-        learned=_lines(f"to->{name} = from->{name};" for name in LEARNED),
+        learned=_lines(f"to->{name} = from->{name};" for name in LEARNED if name in sensor.recursion.state),
         **common,
     )
     return SensorSource(prefix, {f"{prefix}.h": header, f"{prefix}.c": body})
@@ -265,5 +265,7 @@ def inputs_of(rows: Any) -> NDArray[np.float64]:
 def _further(sensor: VirtualSensor, prefix: str) -> list[str]:
     """What else a sample holds, a line each of the struct."""
     notes = dict.fromkeys(sensor.commands, "command, -1 ... 1; NaN: as before")
-    notes |= dict.fromkeys(sensor.optional, "absolute [Pa]; NaN where it is not measured")
+    notes |= {
+        name: f"{MEASURED[name][1]} [{MEASURED[name][0]}]; NaN where it is not measured" for name in sensor.optional
+    }
     return [f"  {prefix}_real {name}; /* {notes[name]} */\n" for name in sensor.further]

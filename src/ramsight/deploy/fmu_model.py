@@ -18,10 +18,10 @@ from ramsight.plant.circuit import COMMANDED
 from ramsight.plant.cylinder import ATMOSPHERE
 from ramsight.plant.unit import HydraulicUnit, circuit, reach
 from ramsight.sensor.kalman import kalman
-from ramsight.sensor.virtual_sensor import START_STD
+from ramsight.sensor.virtual_sensor import MEASURED, START_STD
 
 _T0 = 313.15  # K
-_UNKNOWN = 1e10  # Pa; what no chamber has
+_UNKNOWN = 1e10  # what no pressure in Pa and no angle in rad is
 _NOTHING = "1e10 where it is not measured"
 
 
@@ -95,7 +95,10 @@ def sensor_model(unit: HydraulicUnit, prefix: str, machine: str) -> FmuModel:
         Variable("start_position", "real", "parameter", "m", "position at the start, where start_known", 0.0),
         Variable("start_std", "real", "parameter", "m", "its standard deviation", START_STD),
         *(Variable(n, "real", "input", "1", "command, -1 to 1", COMMANDED) for n in sensor.commands),
-        *(Variable(n, "real", "input", "Pa", f"{n.replace('_', ' ')}, {_NOTHING}", _UNKNOWN) for n in sensor.optional),
+        *(
+            Variable(n, "real", "input", MEASURED[n][0], f"{n.replace('_', ' ')}, {_NOTHING}", _UNKNOWN)
+            for n in sensor.optional
+        ),
         *(Variable(n, "real", "output", _fmi_unit(sensor.units[n]), n.replace("_", " ")) for n in says),
         Variable("status", "status", "output", "", "what the position is worth"),
         Variable("reference_known", "truth", "input", "", "whether the reference counts at this sample", 0.0),

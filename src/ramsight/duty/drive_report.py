@@ -1,4 +1,4 @@
-"""What a drive reports of a run: sampled, in steps, with noise, and nothing but speed, torque and temperature."""
+"""What a drive reports of a run, in steps and with noise: speed, torque, temperature, and no truth."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.logs.channels import is_command
+from ramsight.duty.link_report import LinkReport
+from ramsight.logs.channels import LINK_ANGLE, is_command
 
 if TYPE_CHECKING:
     import xarray
@@ -29,6 +30,7 @@ class DriveReport:
         temperature_noise: standard deviation [K].
         torque_gain: reported torque over the true one [1].
         temperature_offset: reported temperature less the true one [K].
+        link: how a sensor of the moved body's angle is; None where there is none.
         seed: of the noise; the same seed gives the same log.
     """
 
@@ -39,6 +41,7 @@ class DriveReport:
     temperature_noise: float = 0.2
     torque_gain: float = 1.0
     temperature_offset: float = 0.0
+    link: LinkReport | None = None
     seed: int = 0
 
 
@@ -50,8 +53,8 @@ def report(run: xarray.Dataset, how: DriveReport | None = None) -> xarray.Datase
         how: rounding and noise; by default that of a usual CANopen drive.
 
     Returns:
-        A Dataset over the same `time` with motor_speed, motor_torque and oil_temperature, and the commands to the
-        circuit's parts, if there are any.
+        A Dataset over the same `time` with motor_speed, motor_torque and oil_temperature, the commands to the
+        circuit's parts, and the link's angle, if there are any.
     """
     how = how or DriveReport()
     random = np.random.default_rng(how.seed)
@@ -68,5 +71,8 @@ def report(run: xarray.Dataset, how: DriveReport | None = None) -> xarray.Datase
     log["motor_speed"].values[:] = rounded(run["motor_speed"].values, how.speed_step)
     log["motor_torque"].values[:] = rounded(torque, how.torque_step)
     log["oil_temperature"].values[:] = rounded(temperature - 273.15, how.temperature_step) + 273.15
+    if how.link is not None:
+        angle = how.link.reported(run["time"].values, run["position"].values)
+        log[LINK_ANGLE.name] = ("time", angle, {"units": LINK_ANGLE.units, "long_name": LINK_ANGLE.long_name})
     log.attrs = {"format": 1, "kind": "drive log"}
     return log

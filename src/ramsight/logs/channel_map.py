@@ -16,6 +16,7 @@ from ramsight.logs.header import SEPARATORS, CsvForm
 from ramsight.logs.lines import file_name
 from ramsight.logs.map_keys import Keys
 from ramsight.logs.mapped import (
+    FURTHER,
     HOLD,
     INSTEAD,
     MEASURED,
@@ -97,11 +98,13 @@ def _read_map(keys: Keys, folder: Path, file: str) -> ChannelMap:
     bus = can.take("bus", int, None)
     can.end()
     commands, measured = _commands(keys.table("command")), _measured(keys.table("measured"))
+    tables = {name: keys.table(name) for name in FURTHER}
+    further = {name: _mapped(table, name) for name, table in tables.items() if table is not None}
     keys.end()
     clock = None if time is None else _mapped(time, "time")
     return ChannelMap(
-        file, clock, roles, references, base, bool(empty), form, dbc, pdos, bus, date, angle, motor, commands, measured,
-        USUAL_PERIOD if angle is not None and period is None else period,
+        file, clock, roles, references, base, bool(empty), form, dbc, pdos, bus, date, angle, motor, commands, further,
+        measured, USUAL_PERIOD if angle is not None and period is None else period,
     )  # fmt: skip
 
 

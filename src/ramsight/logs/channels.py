@@ -79,6 +79,13 @@ REFERENCE = Channel("reference_m", "reference", "m", "position that a reference 
 POSITION = Channel("position_m", "position", "m", "piston position, 0 = fully retracted")
 PRESSURE_A = Channel("pressure_a_pa", "pressure_a", "Pa", "absolute pressure in chamber A")
 PRESSURE_B = Channel("pressure_b_pa", "pressure_b", "Pa", "absolute pressure in chamber B")
+LINK_ANGLE = Channel(
+    "link_angle_deg",
+    "link_angle",
+    "rad",
+    "angle of the body that the cylinder turns, against what it hangs on, 0 as drawn",
+    factor=math.pi / 180.0,
+)
 
 
 def column_of(part: str) -> str:

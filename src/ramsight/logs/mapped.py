@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ramsight.errors import DescriptionError
 from ramsight.logs.channels import (
+    LINK_ANGLE,
     MOTOR_SPEED,
     MOTOR_TORQUE,
     OIL_TEMPERATURE,
@@ -35,9 +36,13 @@ INSTEAD = {"angle": "speed", "current": "torque"}
 MEASURED = {"position": POSITION, "pressure_a": PRESSURE_A, "pressure_b": PRESSURE_B}
 """What a map may name beside what a drive reports, under `measured`: for identification and judgement only."""
 
+FURTHER = {"link_angle": LINK_ANGLE, "pressure_a": PRESSURE_A, "pressure_b": PRESSURE_B}
+"""Tables of a map, and columns of a log, that a sensor takes where its machine declares them."""
+
 SI = {
     "time": "s", "speed": "rad/s", "torque": "N m", "temperature": "K", "reference": "m", "angle": "rad",
     "current": "A", "command": "1", "position": "m", "pressure_a": "Pa", "pressure_b": "Pa",
+    "link_angle": "rad",
 }  # fmt: skip
 
 HOLD = {"speed": 0.5, "torque": 0.5, "temperature": 60.0, "reference": 0.5}
@@ -172,6 +177,7 @@ class ChannelMap:
         angle: how the channel of the role ``speed`` counts, where it is an angle.
         motor: what the channel of the role ``torque`` is, where it is a current.
         commands: to parts of the circuit, by their names.
+        further: what else a sensor may be given, by their names in `FURTHER`.
         measured: position and pressures, by their names in `MEASURED`; no sensor is given them.
         period: of the log's samples, if they are made anew [s].
     """
@@ -190,6 +196,7 @@ class ChannelMap:
     angle: Counted | None = None
     motor: Motor | None = None
     commands: Mapping[str, Commanded] = field(default_factory=dict)
+    further: Mapping[str, Mapped] = field(default_factory=dict)
     measured: Mapping[str, Mapped] = field(default_factory=dict)
     period: float | None = None
 
@@ -203,7 +210,8 @@ def standard_map(names: list[str]) -> ChannelMap:
     """The map of a log whose channels have ramsight's own names.
 
     Args:
-        names: the file's channels; a reference and commands to parts, ``valve_command``, are mapped if among them.
+        names: the file's channels; a reference, commands to parts, ``valve_command``, and what is in `FURTHER` are
+            mapped if among them.
     """
     roles = {
         "speed": Mapped(MOTOR_SPEED.column, "rpm", hold=HOLD["speed"]),
@@ -212,7 +220,13 @@ def standard_map(names: list[str]) -> ChannelMap:
     }
     references = (Referenced(Mapped(REFERENCE.column, "m")),) if REFERENCE.column in names else ()
     commands = {part_of(name): Commanded(Mapped(name, "1", hold=math.inf)) for name in names if is_command(name)}
-    return ChannelMap(time=Mapped(TIME, "s"), roles=roles, references=references, commands=commands)
+    units = {"rad": "deg", "Pa": "Pa"}
+    further = {
+        name: Mapped(channel.column, units[channel.units])
+        for name, channel in FURTHER.items()
+        if channel.column in names
+    }
+    return ChannelMap(time=Mapped(TIME, "s"), roles=roles, references=references, commands=commands, further=further)
 
 
 def to_si_of(
@@ -222,7 +236,7 @@ def to_si_of(
 
     Args:
         unit: for example ``1/min``, ``degC``, ``percent``.
-        role: ``time``, ``speed``, ``torque``, ``temperature`` or ``reference``.
+        role: a key of `SI`.
         rated: what 100 % is [SI], for a share.
         file: where the unit stands, for the message.
         key: its key there.

@@ -26,7 +26,7 @@ from ramsight.logs.channels import (
 from ramsight.logs.falls import Falls
 from ramsight.logs.frames import open_frames
 from ramsight.logs.lines import Advance
-from ramsight.logs.mapped import MEASURED, ChannelMap, Mapped, Referenced, standard_map, to_si_of
+from ramsight.logs.mapped import FURTHER, MEASURED, ChannelMap, Mapped, Referenced, standard_map, to_si_of
 from ramsight.logs.resample import Resampler
 from ramsight.logs.source import CAN, CSV, Source, open_source
 from ramsight.logs.table import check_columns
@@ -66,7 +66,8 @@ def open_log(
 
     Yields:
         Over ``time`` [s]: ``motor_speed`` [rad/s], ``motor_torque`` [N m], ``oil_temperature`` [K], NaN where the
-        log has no number, and ``reference`` [m] if there are any, NaN where none is known. Time is as in the file:
+        log has no number, and ``reference`` [m] if there are any, NaN where none is known; commands to parts, and
+        ``link_angle`` [rad], ``pressure_a`` and ``pressure_b`` [Pa] where the log has them. Time is as in the file:
         it may repeat or jump.
 
     Raises:
@@ -188,7 +189,7 @@ def _held_channels(known: ChannelMap, measured: Mapping[str, Mapped]) -> dict[st
     """What is held until its next sample comes, by role or by name: its role, which says its unit, and its channel."""
     held = {role: (role, one) for role, one in known.roles.items() if one.channel}
     held |= {column_of(name): ("command", one.mapped) for name, one in known.commands.items()}
-    return held | {name: (name, one) for name, one in measured.items()}
+    return held | {name: (name, one) for name, one in [*known.further.items(), *measured.items()]}
 
 
 def _given(values: Array, least: float) -> Array:
@@ -282,7 +283,7 @@ def _as_datasets(
         yield xarray.Dataset(
             {
                 channel.name: ("time", columns[channel.name], {"units": channel.units, "long_name": channel.long_name})
-                for channel in (*_DRIVE, *_commanded(columns))
+                for channel in (*_DRIVE, *_commanded(columns), *FURTHER.values())
                 if channel.name in columns
             },
             coords={"time": ("time", columns["time"], {"units": "s", "long_name": "time"})},

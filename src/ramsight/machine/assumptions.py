@@ -7,6 +7,7 @@ better says so; what is not said stays as it is here. The ranges are those withi
 
 from __future__ import annotations
 
+import math
 from typing import Annotated
 
 from pydantic import Field
@@ -147,6 +148,31 @@ class AssumedStops(Part):
     ] = 1e-3
 
 
+class AssumedLinkAngle(Part):
+    """Sensor of the angle of the body that the cylinder turns: an inclinometer on it, and one on what it hangs on.
+
+    A sensor takes it only where it is declared. The defaults are of usual inclinometers on machines that shake.
+    """
+
+    std: Annotated[
+        float,
+        quantity("deg", "noise, vibration and acceleration, std; 0 where there is none", least="0 deg", most="20 deg"),
+    ] = 0.0
+    # Data sheets of inclinometers for mobile machines: 0.1 ... 0.5 degrees over all; mounting and zero are in it.
+    offset: Annotated[float, quantity("deg", "error that stays, std", least="0 deg", most="20 deg")] = math.radians(0.2)
+    # Data sheets: 0.005 ... 0.02 degrees a kelvin, of a sensor that warms by some 10 K an hour.
+    drift: Annotated[
+        float, quantity("deg/sqrt(h)", "change of that in time, std", least="0 deg/sqrt(h)", most="20 deg/sqrt(h)")
+    ] = math.radians(0.05) / 60.0
+    correlation: Annotated[
+        float, quantity("s", "for which vibration and acceleration stay what they are", least="10 ms", most="1 min")
+    ] = 0.5
+    lag: Annotated[
+        float,
+        quantity("ms", "by which it is behind the body, mean; filters of inclinometers", least="0 ms", most="5 s"),
+    ] = 0.0
+
+
 class Assumptions(Part):
     """What a sensor assumes, all of it together."""
 
@@ -159,3 +185,4 @@ class Assumptions(Part):
     )
     stops: Annotated[AssumedStops, Field(description="end stops, other contacts and references")] = AssumedStops()
     pressure: Annotated[AssumedPressure, Field(description="sensors of the chambers' pressures")] = AssumedPressure()
+    link_angle: Annotated[AssumedLinkAngle, Field(description="sensor of the moved body's angle")] = AssumedLinkAngle()

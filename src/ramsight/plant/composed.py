@@ -18,6 +18,7 @@ from ramsight.plant.cylinder import Cylinder
 from ramsight.plant.directional import DirectionalValve
 from ramsight.plant.drive import Drive
 from ramsight.plant.hose import Volume
+from ramsight.plant.linkage.lever import Lever
 from ramsight.plant.oil import Oil
 from ramsight.plant.pilot_check import PilotCheckValve
 from ramsight.plant.unit import pumped_into
@@ -37,6 +38,7 @@ class ComposedUnit:
         max_speed: highest motor speed [rad/s].
         others: all further parts; add your own with `dataclasses.replace`.
         assumptions: what a sensor assumes of it; no law uses them.
+        lever: what the angle of the body that the cylinder turns says of its position; None where it says nothing.
     """
 
     name: str
@@ -49,6 +51,7 @@ class ComposedUnit:
     others: tuple[Part, ...]
     # Not in the text: tables made from simulated runs are kept by it, and know no assumptions.
     assumptions: Assumptions = field(default=Assumptions(), repr=False)
+    lever: Lever | None = field(default=None, repr=False)
 
     def mapped(self, change: Callable[[Any], Any]) -> ComposedUnit:
         """The unit with every further part replaced by what `change` makes of it."""

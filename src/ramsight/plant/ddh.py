@@ -20,6 +20,7 @@ from ramsight.plant.circuit import TANK, Part
 from ramsight.plant.cylinder import Cylinder
 from ramsight.plant.drive import Drive
 from ramsight.plant.hose import Hose, Volume
+from ramsight.plant.linkage.lever import Lever
 from ramsight.plant.oil import Oil
 from ramsight.plant.pump import Pump
 from ramsight.plant.valve import CheckValve, ReliefValve, SafetyValve
@@ -53,6 +54,7 @@ class DdhUnit:
         held: the commanded safety valve's side, "a" or "b".
         extra: further parts, for example your own, added with `dataclasses.replace`.
         assumptions: what a sensor assumes of it; no law uses them.
+        lever: what the angle of the body that the cylinder turns says of its position; None where it says nothing.
     """
 
     name: str
@@ -67,6 +69,7 @@ class DdhUnit:
     extra: tuple[Part, ...] = ()
     # Not in the text: tables made from simulated runs are kept by it, and know no assumptions.
     assumptions: Assumptions = field(default=Assumptions(), repr=False)
+    lever: Lever | None = field(default=None, repr=False)
 
     @property
     def held(self) -> str:

@@ -96,7 +96,7 @@ def build(machine: Machine) -> LinkedMachine:
     """
     if machine.linkage is None:
         raise DescriptionError("is missing: the machine has no mechanism", file=machine.origin or None, key="linkage")
-    units = tuple(build_unit(name, machine.unit(name)) for name in machine.linkage.cylinders)
+    units = tuple(build_unit(name, machine.unit(name), machine.linkage) for name in machine.linkage.cylinders)
     return LinkedMachine(machine.name, units, build_mechanism(machine.linkage))
 
 

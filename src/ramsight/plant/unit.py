@@ -12,6 +12,7 @@ from ramsight.machine.assumptions import Assumptions
 from ramsight.plant.circuit import TANK, CircuitModel, Part, join
 from ramsight.plant.cylinder import ATMOSPHERE, Cylinder
 from ramsight.plant.drive import Drive
+from ramsight.plant.linkage.lever import Lever
 from ramsight.plant.oil import Oil
 from ramsight.plant.pump import Pump
 
@@ -29,6 +30,7 @@ class HydraulicUnit(Protocol):
         held: the side that holds the load, "a" or "b".
         max_speed: highest motor speed [rad/s].
         assumptions: what a sensor assumes of it; no law uses them.
+        lever: what the angle of the body that the cylinder turns says of its position; None where it says nothing.
     """
 
     @property
@@ -50,6 +52,8 @@ class HydraulicUnit(Protocol):
     def max_speed(self) -> float: ...  # noqa: D102
     @property
     def assumptions(self) -> Assumptions: ...  # noqa: D102
+    @property
+    def lever(self) -> Lever | None: ...  # noqa: D102
 
     def __hash__(self) -> int: ...
 

@@ -2,6 +2,7 @@
 
 from ramsight.machine.assumptions import (
     AssumedDrive,
+    AssumedLinkAngle,
     AssumedMachine,
     AssumedPressure,
     AssumedStops,
@@ -9,4 +10,12 @@ from ramsight.machine.assumptions import (
     Assumptions,
 )
 
-__all__ = ["AssumedDrive", "AssumedMachine", "AssumedPressure", "AssumedStops", "AssumedThermometer", "Assumptions"]
+__all__ = [
+    "AssumedDrive",
+    "AssumedLinkAngle",
+    "AssumedMachine",
+    "AssumedPressure",
+    "AssumedStops",
+    "AssumedThermometer",
+    "Assumptions",
+]

@@ -13,6 +13,7 @@ from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.judgement import COLDEST, HOTTEST
 from ramsight.sensor.load import LoadObserver
+from ramsight.sensor.pressures import measured_pressures
 from ramsight.sensor.relief import passing
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import SensorGraph, VirtualSensor
@@ -33,7 +34,7 @@ def balance(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virt
     """
     assumed = assumptions or unit.assumptions
     limits, circuit = limits_of(unit), balance_of(unit)
-    graph = SensorGraph(circuit.model.commands, pressures=assumed.pressure.std > 0.0)
+    graph = SensorGraph(circuit.model.commands, measured_pressures(assumed))
     stroke = float(unit.cylinder.stroke)
     graph.initially("position", 0.5 * stroke)
     graph.parameters.add("travel_per_radian", float(unit.travel_per_radian))

@@ -17,6 +17,7 @@ and the position is found anew. The position said is that of the likeliest, its 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,7 +30,7 @@ from ramsight.sensor.virtual_sensor import SensorGraph
 
 NAMES = ("described", "low", "top", "wrong")
 _WRONG = NAMES.index("wrong")
-POSITION, LEAK, DISPLACEMENT, COMPLIANCE, LAG, EXPONENT, LOW, TOP = range(8)
+POSITION, LEAK, DISPLACEMENT, COMPLIANCE, LAG, EXPONENT, LOW, TOP, OFFSET = range(9)
 BOUNDS = ((0.3, 4.0), (0.97, 1.03), (0.4, 2.5))
 """What the factors are kept within [1]."""
 _OUTSIDE = 0.05  # share of the truth that the band may miss
@@ -42,12 +43,13 @@ LEARNED = tuple(
     f"{name}_{what}"
     for name in NAMES
     for what in (
-        *range(LEAK, TOP + 1),
-        *(f"covariance_{i}{j}" for i in range(LEAK, TOP + 1) for j in range(i, TOP + 1)),
+        *range(LEAK, OFFSET + 1),
+        *(f"covariance_{i}{j}" for i in range(LEAK, OFFSET + 1) for j in range(i, OFFSET + 1)),
         "weight",
     )
 )
-"""The states that know the machine; all others say where the piston is, or of which pressures."""
+"""The states that know the machine, as far as a sensor has them; all others say where the piston is, or of which
+pressures."""
 
 
 @dataclass
@@ -55,7 +57,8 @@ class Hypothesis:
     """One hypothesis: its means as expressions, its covariance, its weight.
 
     Attributes:
-        mean: position over the nominal one [m], factors [1], lag [s], places of the ends over the described ones [m].
+        mean: position over the nominal one [m], factors [1], lag [s], places of the ends over the described ones [m],
+            error of the link's angle [rad] where there is one.
         covariance: of these.
         weight: natural logarithm of its probability, but for a common term.
     """
@@ -99,6 +102,7 @@ class Hypotheses:
         known: whether a position is known at all.
         first: whether this is the first sample.
         start_variance: of the position at the start [m2].
+        with_link: whether the angle of the body that the cylinder turns is measured.
     """
 
     def __init__(
@@ -110,8 +114,9 @@ class Hypotheses:
         known: Any,
         first: Any,
         start_variance: Any,
+        with_link: bool = False,
     ) -> None:
-        self._graph, self._assumptions = graph, assumptions
+        self._graph, self._assumptions, self._with_link = graph, assumptions, with_link
         self._stroke = graph.parameters.add("stroke", stroke)
         machine, stops, lag = assumptions.machine, assumptions.stops, assumptions.thermometer
         priors = {
@@ -124,16 +129,26 @@ class Hypotheses:
         self._others = ((LEAK, machine.other_leak**2), (EXPONENT, machine.other_exponent**2))
         self.all: list[Hypothesis] = []
         for name, (probability, low, top) in priors.items():
-            means = (0.0, 1.0, 1.0, 1.0, lag.lag, 0.0, 0.0, 0.0)
+            means = (0.0, 1.0, 1.0, 1.0, lag.lag, 0.0, 0.0, 0.0, 0.0)[: self._size]
             mean = [graph.state(f"{name}_{k}", value) for k, value in enumerate(means)]
             factors = (machine.leak, machine.displacement, machine.compliance)
-            std = (0.0, *factors, lag.lag_std, machine.leak_exponent, low * stroke, top * stroke)
-            covariance = Covariance(graph, std, prefix=f"{name}_")
+            prior = (0.0, *factors, lag.lag_std, machine.leak_exponent, low * stroke, top * stroke)
+            std = (*prior, assumptions.link_angle.offset)
+            covariance = Covariance(graph, std[: self._size], prefix=f"{name}_")
             least = ca.if_else(known, start_variance, self._unknown**2) if name != "wrong" else self._unknown**2
             covariance.raise_to(POSITION, ca.if_else(first, least, 0.0))
             weight = graph.state(f"{name}_weight", math.log(probability))
             self.all.append(Hypothesis(mean, covariance, weight))
         self._adapt = graph.state("innovations")  # their mean square over the expected one, less 1
+
+    @property
+    def _size(self) -> int:
+        return OFFSET + 1 if self._with_link else OFFSET
+
+    def _row(self, by: list[Any], rest: Sequence[Any] = ()) -> list[Any]:
+        """Derivatives of something with respect to the position, factors and lag (`by`) and what comes after them."""
+        row = [*by, *rest, *(0.0 for _ in range(OFFSET))]
+        return row[: self._size]
 
     def _probabilities(self) -> list[Any]:
         largest = self._largest()
@@ -174,12 +189,12 @@ class Hypotheses:
         machine, dt = self._assumptions.machine, self._graph.elapsed
         adapt = 1.0 + ca.fmax(self._adapt, 0.0)
         walk = [machine.leak_walk**2 * dt * adapt + leak**2, machine.displacement_walk**2 * dt]
-        walk += [machine.compliance_walk**2 * dt, 0.0, 0.0, 0.0, 0.0]
+        walk += [machine.compliance_walk**2 * dt, 0.0, 0.0, 0.0, 0.0, self._assumptions.link_angle.drift**2 * dt]
         along = machine.walk**2 * ca.fabs(travel) + noise
         for h in self.all:
             other = zip(travel_by, h.mean[LEAK:LOW], around, strict=True)
             h.mean[POSITION] = h.mean[POSITION] + sum(by * (mine - used) for by, mine, used in other)
-            h.covariance.predict([0.0, *travel_by, 0.0, 0.0], [along, *walk])
+            h.covariance.predict(self._row([0.0, *travel_by]), [along, *walk][: self._size])
             h.covariance.grow(grows)
 
     def shift(self, by: Any) -> None:
@@ -205,7 +220,7 @@ class Hypotheses:
             leak: whether it tells the leakage.
             compliance: whether it tells the compliance.
         """
-        full = [0.0, *row, 0.0, 0.0]
+        full = self._row([0.0, *row])
         before = self._kept()
         for h in self.all:
             own = sum(by * (m - used) for by, m, used in zip(row, h.mean[LEAK:LOW], around, strict=True))
@@ -230,9 +245,18 @@ class Hypotheses:
             h.mean[k] = ca.fmin(ca.fmax(h.mean[k], least), most)
 
     def measure(
-        self, place: Any, nominal: Any, low: Any, top: Any, variance: Any, arrived: Any, doubt: Any, use: Any
+        self,
+        place: Any,
+        nominal: Any,
+        low: Any,
+        top: Any,
+        variance: Any,
+        arrived: Any,
+        doubt: Any,
+        use: Any,
+        by_offset: Any = 0.0,
     ) -> Measured:
-        """Take a contact or a reference.
+        """Take a contact, a reference or an angle.
 
         Args:
             place: where it is by the description [m].
@@ -243,8 +267,9 @@ class Hypotheses:
             arrived: variance of the nominal position just there [m2]; the piston is at the place all the same.
             doubt: probability that it is neither an end nor a reference.
             use: whether there is one.
+            by_offset: how the place follows the error of the link's angle [m/rad].
         """
-        row = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -low, -top]
+        row = self._row([1.0, 0.0, 0.0, 0.0, 0.0, 0.0], (-low, -top, by_offset))
         chance = ca.log(doubt / self._stroke)  # of its density, were it anywhere in the stroke
         used, normal, likelihoods = [], [], []
         self._normalise()
@@ -252,6 +277,8 @@ class Hypotheses:
         for h in self.all:
             m = h.mean
             innovation = place + low * m[LOW] + top * m[TOP] - (nominal + m[POSITION])
+            if self._with_link:
+                innovation = innovation - by_offset * m[OFFSET]
             innovation2 = innovation**2
             own = variance + arrived
             rare = ca.log(self._assumptions.machine.leaks_otherwise * ca.fmax(self._untaught(h), _TAUGHT))
@@ -264,7 +291,7 @@ class Hypotheses:
             fits = likelihood > chance
             h.covariance.add(POSITION, ca.if_else(fits, arrived, 0.0))
             h.weight = h.weight + ca.fmax(likelihood, chance)
-            corrected = [POSITION, LEAK, DISPLACEMENT, LAG, EXPONENT, LOW, TOP]
+            corrected = [POSITION, LEAK, DISPLACEMENT, LAG, EXPONENT, LOW, TOP, OFFSET]
             self._correct(h, h.covariance.update(row, innovation, variance, fits, only=corrected))
             used.append(fits)
             normal.append(innovation2 / total)

@@ -13,8 +13,10 @@ from typing import Any
 
 import casadi as ca
 
+from ramsight.errors import DescriptionError
 from ramsight.plant.balance import FACTORS, Balance, balance
 from ramsight.plant.limits import limits_of
+from ramsight.plant.linkage.lever import Lever
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.contact import Contact, ContactWatch
@@ -22,10 +24,12 @@ from ramsight.sensor.hypotheses import LEAK, Hypotheses, Measured
 from ramsight.sensor.intake import Intake, take_in
 from ramsight.sensor.judgement import Relief, judge
 from ramsight.sensor.leaking import Leaking
+from ramsight.sensor.link_angle import LinkAngle
 from ramsight.sensor.load import LoadObserver, LoadStep
+from ramsight.sensor.pressures import measured_pressures
 from ramsight.sensor.relief import passed_share, passing
 from ramsight.sensor.resting import unseen_load
-from ramsight.sensor.virtual_sensor import IS_REFERENCED, VARIANCE, SensorGraph, VirtualSensor
+from ramsight.sensor.virtual_sensor import IS_REFERENCED, LINK_ANGLE, VARIANCE, SensorGraph, VirtualSensor
 
 _VELOCITY_SMOOTHING = 0.1  # s
 _FASTEST = 1.1  # share of the velocity at the highest motor speed that no correction exceeds
@@ -53,7 +57,9 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     """
     assumed = assumptions or unit.assumptions
     limits, circuit = limits_of(unit), balance(unit)
-    graph = SensorGraph(circuit.model.commands, pressures=assumed.pressure.std > 0.0)
+    lever = _lever(unit, assumed)
+    angles = () if lever is None else (LINK_ANGLE,)
+    graph = SensorGraph(circuit.model.commands, (*measured_pressures(assumed), *angles))
     stroke = float(unit.cylinder.stroke)
     graph.initially("position", 0.5 * stroke)
     graph.parameters.add("stop_stiffness", float(unit.cylinder.stop_stiffness))
@@ -65,7 +71,10 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     viscosity = circuit.oil_of(lambda name: symbol(f"circuit.{name}")).viscosity
     leaking = Leaking(graph, viscosity, first, observer.expected / symbol("relief_torque"))
     watch = ContactWatch(graph, float(unit.lift_sign))
-    bank = Hypotheses(graph, stroke, assumed, known=referenced, first=first, start_variance=variance)
+    link = None if lever is None else LinkAngle(graph, lever, assumed)
+    bank = Hypotheses(
+        graph, stroke, assumed, known=referenced, first=first, start_variance=variance, with_link=link is not None
+    )
 
     around = bank.means()
     learned = (around[0], *around[3:])
@@ -80,7 +89,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     _predict(graph, bank, step, travel_by, around, intake.drift + passed, leaking, assumed)
     observer.release(contact.released, step.carried)
     _torque(graph, bank, step, contact, torque_by, around)
-    measured = _measure(graph, bank, step, contact, nominal, assumed)
+    measured = _measure(graph, bank, step, contact, nominal, assumed, link, referenced)
     # A stop gives way; what it gives back once the piston is let go is travel.
     given_way = contact.pressed / symbol("stop_stiffness")
     begins = ca.if_else(contact.touched, contact.place, nominal + ca.if_else(contact.released, given_way, 0.0))
@@ -120,6 +129,16 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     factors = [(after[k], bank.factor_std(k + LEAK)) for k in range(len(FACTORS))]
     bank.close()
     return _report(graph, step, intake, position, std, code, factors, measured.taken, contact, circuit)
+
+
+def _lever(unit: HydraulicUnit, assumed: Assumptions) -> Lever | None:
+    """What a declared sensor of the link's angle says of the position."""
+    if assumed.link_angle.std == 0.0:
+        return None
+    if unit.lever is None:
+        text = "needs a mechanism in which the cylinder turns a body, pinned to it and to what the body hangs on"
+        raise DescriptionError(text, key=f"units.{unit.name}.assumptions.link_angle.std", value=assumed.link_angle.std)
+    return unit.lever
 
 
 def _relief(graph: SensorGraph, bank: Hypotheses, step: LoadStep, doubt: Any, contact: Contact) -> tuple[Any, Any]:
@@ -208,8 +227,10 @@ def _measure(
     contact: Contact,
     nominal: Any,
     assumed: Assumptions,
+    link: LinkAngle | None,
+    known: Any,
 ) -> Measured:
-    """References and contacts, one a sample: a reference goes before a contact."""
+    """References, contacts and angles, one a sample: a reference goes before a contact, and that before an angle."""
     stroke, stops = graph.parameters.symbol("stroke"), assumed.stops
     given = graph.referenced
     by_contact = ca.logic_and(contact.anew, ca.logic_not(given))
@@ -219,15 +240,24 @@ def _measure(
     given_way = (step.carried / graph.parameters.symbol("stop_stiffness")) ** 2
     own = (stops.contact * stroke) ** 2 + given_way
     arrived = ca.if_else(by_contact, late**2 + contact.doubt**2, 0.0)
+    place = ca.if_else(given, graph.reference, ca.if_else(top, stroke, 0.0))
+    variance = ca.if_else(given, stops.reference**2, own)
+    use, by_offset = ca.logic_or(given, contact.anew), 0.0
+    elsewhere = ca.logic_not(by_contact)
+    if link is not None:
+        angle = link.look(step, known, use)
+        place, variance = ca.if_else(angle.use, angle.place, place), ca.if_else(angle.use, angle.variance, variance)
+        use, by_offset = ca.logic_or(use, angle.use), ca.if_else(angle.use, angle.by_offset, 0.0)
     return bank.measure(
-        ca.if_else(given, graph.reference, ca.if_else(top, stroke, 0.0)),
-        ca.if_else(given, nominal, contact.place),
+        place,
+        ca.if_else(elsewhere, nominal, contact.place),
         ca.logic_and(by_contact, ca.logic_not(top)),
         ca.logic_and(by_contact, top),
-        ca.if_else(given, stops.reference**2, own),
+        variance,
         arrived,
-        ca.if_else(given, stops.lies, stops.obstacle),
-        ca.logic_or(given, contact.anew),
+        ca.if_else(elsewhere, stops.lies, stops.obstacle),
+        use,
+        by_offset,
     )
 
 

@@ -26,7 +26,7 @@ from ramsight.plant.limits import Limits
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.pressures import MeasuredPressures
 from ramsight.sensor.pumping import one_sided
-from ramsight.sensor.virtual_sensor import SensorGraph
+from ramsight.sensor.virtual_sensor import PRESSURES, SensorGraph
 
 SEEN_AT = 0.5
 """Share of what virtual work says that a torque shows of a load, from which the pump holds it and the load is seen."""
@@ -139,7 +139,7 @@ class LoadObserver:
         first = (_FIRST * limits.load) ** 2
         self._walked = graph.state("load_variance", first if self._passive else 0.0)
         self._initial = graph.state("first_load_variance", 0.0 if self._passive else first)
-        self._pressures = MeasuredPressures(graph, balance, assumptions) if graph.pressures else None
+        self._pressures = MeasuredPressures(graph, balance, assumptions) if PRESSURES[0] in graph.measured else None
         self._slopes = {name: [graph.state(f"{state}_by_{name}") for state in self._names] for name in FACTORS}
 
     def step(self, factors: list[Any], held: Any) -> LoadStep:

@@ -18,6 +18,11 @@ _SETTLES = 1.0  # s, within which the oil of a standing piston takes the pressur
 _LARGEST = 1e9  # Pa; beyond, or no number, it is not measured
 
 
+def measured_pressures(assumptions: Assumptions) -> tuple[str, ...]:
+    """The pressures that a sensor is given: both or none."""
+    return PRESSURES if assumptions.pressure.std > 0.0 else ()
+
+
 class MeasuredPressures:
     """Their states in a sensor's graph.
 
@@ -33,14 +38,15 @@ class MeasuredPressures:
         self._place = [balance.states.index(f"pressure_{node}") for node in (cylinder.node_a, cylinder.node_b)]
         self._shown = [graph.state(f"shown_{name}") for name in PRESSURES]
         self._begun, self._stood = graph.state("pressures_begun"), graph.state("stood")
-        self._known = [ca.fabs(value) < _LARGEST for value in graph.pressures]
+        self._measured = [graph.measured[name] for name in PRESSURES]
+        self._known = [ca.fabs(value) < _LARGEST for value in self._measured]
 
     def settled(self, before: Any, h: Any) -> Any:
         """The states before a sample, with the pressures of a piston that stands nearer to what is shown."""
         values = ca.vertsplit(before)
         share = h / (_SETTLES + h)
         for k, place in enumerate(self._place):
-            missed = self._graph.pressures[k] - self._shown[k]
+            missed = self._measured[k] - self._shown[k]
             counts = ca.logic_and(ca.logic_and(self._known[k], self._stood), self._begun)
             moved = ca.if_else(counts, share * missed, 0.0)
             values[place] = values[place] + moved
@@ -62,7 +68,7 @@ class MeasuredPressures:
         slope: Any = 0.0
         for k, (place, area) in enumerate(zip(self._place, (c.area_a, -c.area_b), strict=True)):
             would = self._shown[k] + lag * (solution.z[place] - self._shown[k])
-            missed = missed + area * (self._graph.pressures[k] - would)
+            missed = missed + area * (self._measured[k] - would)
             slope = slope + lag * area * by_load[place]
         noise = (c.area_a**2 + c.area_b**2) * self._assumed.std**2
         gain = variance * slope / (slope**2 * variance + noise)
@@ -74,7 +80,7 @@ class MeasuredPressures:
         """What the sensors show after the sample, and whether the piston stood."""
         lag = h / (self._assumed.lag + h)
         for k, (name, place) in enumerate(zip(PRESSURES, self._place, strict=True)):
-            first = ca.if_else(self._known[k], self._graph.pressures[k], z[place])
+            first = ca.if_else(self._known[k], self._measured[k], z[place])
             later = self._shown[k] + lag * (z[place] - self._shown[k])
             self._graph.becomes(f"shown_{name}", ca.if_else(self._begun, later, first))
         self._graph.becomes("pressures_begun", 1.0)

@@ -29,6 +29,12 @@ INPUTS = (*REPORTED, "reference", "reference_known")
 _RELIEF_PASSES = 0.1  # s; five samples of a usual drive, so that noise alone does not lose the position
 
 PRESSURES = ("pressure_a", "pressure_b")
+LINK_ANGLE = "link_angle"
+MEASURED = {
+    **dict.fromkeys(PRESSURES, ("Pa", "absolute")),
+    LINK_ANGLE: ("rad", "of the body that the cylinder turns, against what it hangs on, 0 as drawn"),
+}
+"""Inputs that a sensor takes where they are measured: unit, and what they are."""
 """Further inputs of a unit whose description declares pressure sensors; no number where one shows nothing."""
 
 UNITS = {"position": "m", "position_std": "m", "velocity": "m/s", "load": "N", "status": "1"}
@@ -75,10 +81,10 @@ class SensorGraph:
 
     Args:
         commands: commanded parts of the circuit, whose commands are inputs after `INPUTS`.
-        pressures: whether the chambers' pressures are inputs after those.
+        measured: what else is an input after those, `PRESSURES` or `LINK_ANGLE`.
     """
 
-    def __init__(self, commands: Sequence[str] = (), *, pressures: bool = False) -> None:
+    def __init__(self, commands: Sequence[str] = (), measured: Sequence[str] = ()) -> None:
         self.parameters = Parameters()
         self._states: dict[str, tuple[Any, float]] = {}
         self._next: dict[str, Any] = {}
@@ -88,8 +94,8 @@ class SensorGraph:
         self.time, self.motor_speed, self.motor_torque, self.oil_temperature = self.inputs[:4]
         self.reference, self.referenced = self.inputs[4:]
         self.inputs += [ca.SX.sym(column_of(part)) for part in commands]
-        self.pressures = [ca.SX.sym(name) for name in PRESSURES] if pressures else []
-        self.inputs += self.pressures
+        self.measured = {name: ca.SX.sym(name) for name in measured}
+        self.inputs += self.measured.values()
         self.position = self.state("position")
         started, last_time, last_speed = self.state("started"), self.state("time"), self.state("motor_speed")
         self.elapsed = ca.if_else(started, ca.fmax(self.time - last_time, 0.0), 0.0)

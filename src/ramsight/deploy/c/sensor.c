@@ -18,6 +18,8 @@ typedef double wide;
 #define LOG logf
 #define TANH tanhf
 #define POW powf
+#define SIN sinf
+#define COS cosf
 #define ABS fabsf
 #else
 #define SQRT sqrt
@@ -25,6 +27,8 @@ typedef double wide;
 #define LOG log
 #define TANH tanh
 #define POW pow
+#define SIN sin
+#define COS cos
 #define ABS fabs
 #endif
 

@@ -1,0 +1,65 @@
+"""What a sensor of the angle of the body that a cylinder turns reports of a run."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ramsight.plant.linkage.lever import Lever
+from ramsight.plant.unit import HydraulicUnit
+
+_OTHER = 0x616E676C  # apart from the drive's noise of the same seed
+
+
+@dataclass(frozen=True)
+class LinkReport:
+    """How a sensor of the moved body's angle is.
+
+    Args:
+        lever: what the angle says of the position.
+        offset: of the angle [rad].
+        noise: of vibration and acceleration, standard deviation [rad].
+        correlation: for which it stays what it is [s].
+        lag: of the first order [s].
+        step: [rad].
+        seed: of the noise; the same seed gives the same angles.
+    """
+
+    lever: Lever
+    offset: float = 0.0
+    noise: float = 0.0
+    correlation: float = 0.5
+    lag: float = 0.0
+    step: float = math.radians(0.01)
+    seed: int = 0
+
+    def reported(self, time: NDArray[np.float64], position: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Angles [rad] at times [s], of positions [m], shape (samples,)."""
+        random = np.random.default_rng(self.seed)
+        angle = np.asarray(self.lever.angle(position))
+        shown, shaken = float(angle[0]), self.noise * float(random.standard_normal())
+        result = np.empty_like(angle)
+        steps = np.diff(time, prepend=time[0])
+        for k, (dt, noise) in enumerate(zip(steps, random.standard_normal(len(time)), strict=True)):
+            shown += (1.0 - math.exp(-dt / self.lag) if self.lag > 0.0 else 1.0) * (float(angle[k]) - shown)
+            kept = math.exp(-dt / self.correlation)
+            shaken = kept * shaken + self.noise * math.sqrt(1.0 - kept**2) * float(noise)
+            result[k] = shown + shaken + self.offset
+        return np.asarray(np.round(result / self.step) * self.step if self.step > 0.0 else result)
+
+
+def declared_link(unit: HydraulicUnit, seed: int) -> LinkReport | None:
+    """The sensor that a unit declares, with an offset drawn from what is declared; None if it declares none.
+
+    Args:
+        unit: the unit.
+        seed: of offset and noise; the same seed gives the same sensor.
+    """
+    assumed = unit.assumptions.link_angle
+    if assumed.std == 0.0 or unit.lever is None:
+        return None
+    offset = assumed.offset * float(np.random.default_rng([seed, _OTHER]).standard_normal())
+    return LinkReport(unit.lever, offset, assumed.std, assumed.correlation, assumed.lag, seed=seed)
