@@ -121,11 +121,7 @@ def test_wear_and_seals_lose_travel():
 
 
 def test_a_hose_with_inertia_and_turbulence_moves_the_rod_alike():
-    for changes in (
-        {"hose.segments": 4},
-        {"hose.regime": "turbulent"},
-        {"hose.segments": 2, "hose.regime": "turbulent"},
-    ):
+    for changes in ({"hose.segments": 2}, {"hose.regime": "turbulent"}):
         run = run_of(changes)
         assert float(abs(run["position"] - PLAIN["position"]).max()) < 0.5e-3
 

@@ -115,7 +115,6 @@ OPTIONS = {
         unit, cylinder=replace(unit.cylinder, seal_leak=0.15 * leak_of(unit) * float(unit.oil.viscosity(313.15)))
     ),
     "much free air": lambda unit: replace(unit, oil=replace(unit.oil, air=0.02, polytropic=1.4)),
-    "free air": lambda unit: replace(unit, oil=replace(unit.oil, air=0.005, polytropic=1.4)),
     "thicker oil under pressure": lambda unit: replace(unit, oil=replace(unit.oil, pressure_viscosity=2e-8)),
     "thermal expansion": lambda unit: replace(unit, oil=replace(unit.oil, expansion=7e-4)),
     "leakage like an orifice's": lambda unit: pumps(unit, lambda p: replace(p, orifice_leak=0.3 * orifice_at_one(p))),

@@ -59,7 +59,7 @@ def radau(model, initial, segments, times):
 @pytest.mark.parametrize(("name", "load", "celsius"), [("boom", 441e3, 40.0), ("bucket", 162e3, 60.0)])
 def test_a_cycle_agrees_with_radau_within_a_micrometre(name, load, celsius):
     unit = UNITS[name]
-    duty = lift_lower(unit, load, celsius + 273.15)
+    duty = lift_lower(unit, load, celsius + 273.15, hold=0.6)
     model = circuit(unit)
     segments = duty.segments(model.values, model.ode.parameters)
     times = np.append(np.arange(0.0, duty.duration - 1e-9, 0.05), duty.duration)

@@ -19,7 +19,7 @@ from ramsight.deploy.c_function import PLAIN, Term, as_kind, literal, number, st
 from ramsight.engine.cache import hold
 from ramsight.engine.recursion import Recursion
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.hypotheses import LEARNED
+from ramsight.sensor.hypotheses import learned
 from ramsight.sensor.persistence import CHANGED, CREEPING, DOUBTED, RESTING, SETTLING, TURNING
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import MEASURED, START_SLACK, VirtualSensor, is_variance
@@ -127,7 +127,7 @@ def sensor_source(
         doubt=DOUBTED,
         settling=SETTLING,
         variances=_lines(f"if (s->{name} < R(0.0)) return 0;" for name in states if is_variance(name)),
-        learned=_lines(f"to->{name} = from->{name};" for name in LEARNED if name in sensor.recursion.state),
+        learned=_lines(f"to->{name} = from->{name};" for name in learned(sensor.recursion.state)),
         **common,
     )
     return SensorSource(prefix, {f"{prefix}.h": header, f"{prefix}.c": body})

@@ -17,7 +17,7 @@ and the position is found anew. The position said is that of the likeliest, its 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -39,7 +39,7 @@ _NEVER = 1e9  # a logarithm that no likelihood reaches
 _LEAST = -12.0  # natural logarithm of the least weight over the largest, so that a hypothesis can come back
 _ADAPTS = 0.2  # share of the newest reference in the mean of the normalised innovations
 _MOST = 25.0  # of a normalised innovation; a larger one is none of a walk
-LEARNED = tuple(
+_LEARNED = frozenset(
     f"{name}_{what}"
     for name in NAMES
     for what in (
@@ -48,8 +48,11 @@ LEARNED = tuple(
         "weight",
     )
 )
-"""The states that know the machine, as far as a sensor has them; all others say where the piston is, or of which
-pressures."""
+
+
+def learned(states: Iterable[str]) -> tuple[str, ...]:
+    """Those of a sensor's states that know the machine; all others say where the piston is, or of which pressures."""
+    return tuple(name for name in states if name in _LEARNED)
 
 
 @dataclass

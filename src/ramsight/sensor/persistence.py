@@ -18,7 +18,7 @@ from pathlib import Path
 
 from ramsight.errors import OutputError, RamsightError
 from ramsight.output import flush_folder
-from ramsight.sensor.hypotheses import LEARNED
+from ramsight.sensor.hypotheses import learned
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import IS_REFERENCED, VirtualSensor, impossible
 
@@ -214,7 +214,7 @@ def _complete(slots: Slots) -> bool:
 def forgotten(sensor: VirtualSensor, state: Mapping[str, float]) -> dict[str, float]:
     """A state that knows the machine as before, but not where the piston is."""
     fresh = dict(zip(sensor.recursion.state, sensor.initial.tolist(), strict=True))
-    known = {**fresh, **{name: state[name] for name in LEARNED if name in fresh}}
+    known = {**fresh, **{name: state[name] for name in learned(fresh)}}
     return fresh if impossible(sensor, known) else known
 
 
