@@ -1,5 +1,6 @@
 # A fresh machine needs Python 3.11 or newer, pip and make; everything else is fetched into .venv at pinned versions.
-#   make test    the tests            make lint    style and types
+#   make test    the tests, minutes   make lint    style and types
+#   make test-slow  the other tests: every circuit, hostile frames, what the pages show, compilers with sanitizers
 #   make demo    a recorded work day: the sensor finds its position and learns; leaves demo/demo.png
 #   make bench   speed against C, scipy and CVODES: bench.json and its figures; needs gcc, takes some minutes
 #   make study   what the docs quote of studies: study.json; takes some minutes, real oil needs data (RAMSIGHT_DATA=folder)
@@ -21,7 +22,7 @@ SITE := build/site
 PYTEST_ARGS ?= -n 2 --dist loadfile
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint bench study fuzz docs package pins clean
+.PHONY: help demo test test-slow lint bench study fuzz docs package pins clean
 
 help:
 	@sed -n 's/^#   make/make/p' $(firstword $(MAKEFILE_LIST))
@@ -38,7 +39,10 @@ demo: $(INSTALLED)
 	$(BIN)/ramsight demo --out demo/demo.png
 
 test: $(INSTALLED)
-	$(BIN)/python -m pytest $(PYTEST_ARGS)
+	$(BIN)/python -m pytest -m "not slow" $(PYTEST_ARGS)
+
+test-slow: $(INSTALLED)
+	$(BIN)/python -m pytest -m slow $(PYTEST_ARGS)
 
 lint: $(INSTALLED)
 	$(BIN)/ruff check

@@ -1,4 +1,4 @@
-"""The boom with what a real machine adds: each effect alone and all of them together, judged by the data sheet's sensor.
+"""The boom with what a real machine adds: each effect alone and all together, judged by the data sheet's sensor.
 
 The plant has an effect, the sensor's description has not. A day is a person's kind of work with an end stop every two
 minutes; the long days go from a cold start to warm oil over four hours. The seed decides everything.
@@ -113,7 +113,9 @@ def day(keys: tuple[str, ...], seed: int, *, duration: float, visits: float, lin
         duty = replace(duty, oil_temperature=Profile(after, WARM + (COLD - WARM) * np.exp(-after / constant)))
     run = simulate(real, duty)
     errors = random.normal(0.0, 0.5 * LINK), 0.5 * LINK
-    angle = LinkReport(sheet.lever, offset=float(errors[0]), noise=errors[1], seed=seed) if link and sheet.lever else None
+    angle = (
+        LinkReport(sheet.lever, offset=float(errors[0]), noise=errors[1], seed=seed) if link and sheet.lever else None
+    )
     log = report(run, DriveReport(seed=seed, link=angle))
     for effect in effects:
         effect.reported(log, random)
@@ -121,7 +123,9 @@ def day(keys: tuple[str, ...], seed: int, *, duration: float, visits: float, lin
     sensor = kalman(sheet, sheet.assumptions.replace(declared))
     sensor.start(duty.start_position)
     track = sensor.track(log)
-    return judge(track, log["motor_speed"].values, run["position"].values, sheet.cylinder.stroke, after=0 if link else 3)
+    return judge(
+        track, log["motor_speed"].values, run["position"].values, sheet.cylinder.stroke, after=0 if link else 3
+    )
 
 
 def figures(days: list[Judged]) -> dict[str, float]:

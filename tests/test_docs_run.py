@@ -12,6 +12,8 @@ from typer.testing import CliRunner
 
 from ramsight.cli import app
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parent.parent
 TRACES = ROOT / "tests" / "traces"
 PAGES = ["README.md", *sorted(f"docs/{page.name}" for page in (ROOT / "docs").glob("*.md"))]

@@ -9,6 +9,8 @@ import pytest
 from ramsight.control.stopping import STOPPING_TIME
 from ramsight.sensor.status import Status
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parent.parent
 HARD = "all but the torque"
 

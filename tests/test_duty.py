@@ -120,12 +120,14 @@ def test_wear_and_seals_lose_travel():
     assert leaky.attrs["energy.cylinder.seal"] > 0.0
 
 
+@pytest.mark.slow
 def test_a_hose_with_inertia_and_turbulence_moves_the_rod_alike():
     for changes in ({"hose.segments": 2}, {"hose.regime": "turbulent"}):
         run = run_of(changes)
         assert float(abs(run["position"] - PLAIN["position"]).max()) < 0.5e-3
 
 
+@pytest.mark.slow
 def test_a_safety_valve_that_takes_its_time_delays_the_lowering():
     slow = run_of({"safety_valve.opening_time": "200 ms"})
     delay = PLAIN["position"].values - slow["position"].values
@@ -151,6 +153,7 @@ def table_text():
 TABLE = table_text()
 
 
+@pytest.mark.slow
 def test_a_described_table_of_the_data_sheet_moves_the_rod_like_the_analytic_law():
     run = run_of({"pump_a.losses": "table", "pump_a.efficiency_table": TABLE})
     assert float(abs(run["position"] - PLAIN["position"]).max()) < 1e-5

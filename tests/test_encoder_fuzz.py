@@ -4,6 +4,7 @@ import math
 import struct
 from itertools import pairwise
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -11,6 +12,8 @@ from ramsight.deploy.encoder import Frame
 from ramsight.deploy.encoder.frame import EXTENDED
 
 from .encoder_bus import DRIVE, FAULT, NODE, WARM, Master, boom, encoder, sample
+
+pytestmark = pytest.mark.slow
 
 IDENTIFIERS = (
     0x180 + DRIVE, 0x180 + DRIVE, 0x180 + DRIVE, 0x600 + NODE, 0x600 + NODE, 0x000, 0x080, 0x700 + DRIVE,

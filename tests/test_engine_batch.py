@@ -58,6 +58,7 @@ def test_runs_may_differ_in_corners_and_temperature():
         np.testing.assert_allclose(found.final[k], alone.state[0], rtol=1e-12, atol=1e-15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "unit", "changes"),
     [
@@ -156,6 +157,7 @@ def spoil(file, how):
     file.write_bytes(b"" if how == "empty" else content)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "how"), [("*.o", "empty"), ("*.o", "flip")])
 def test_a_damaged_cache_is_made_again(cached, kind, how):
     folder, expected = cached
@@ -166,12 +168,14 @@ def test_a_damaged_cache_is_made_again(cached, kind, how):
     assert answer(child(folder)) == expected
 
 
+@pytest.mark.slow
 def test_a_cache_that_cannot_be_written_is_done_without(cached, tmp_path):
     blocked = tmp_path / "file"
     blocked.write_text("not a folder")
     assert answer(child(blocked / "below", TMPDIR=str(tmp_path))) == cached[1]
 
 
+@pytest.mark.slow
 def test_lanes_are_right_without_wide_registers(tmp_path, cached):
     modest = answer(child(tmp_path, "batch", NUMBA_CPU_NAME="x86-64", NUMBA_CPU_FEATURES="+sse2"))
     here = answer(child(cached[0], "batch"))

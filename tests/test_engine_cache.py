@@ -194,6 +194,7 @@ def test_machine_code_of_somebody_else_is_made_again(tmp_path):
     assert file.stat().st_uid == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", [0, 20, 60, -1])
 def test_damaged_machine_code_is_made_again(tmp_path, place):
     folder = tmp_path / "cache"

@@ -109,6 +109,7 @@ def test_not_even_nan_everywhere_makes_a_position_of_nan(exported, compiled):
     np.testing.assert_allclose(found, by_python(sensor, rows, start))
 
 
+@pytest.mark.slow
 def test_sanitizers_find_nothing_and_the_golden_samples_pass(tmp_path):
     done = write_sensor(LOADER, "boom", tmp_path / "boom", compiler="")
     options = ["-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-DROUNDS=2"]
@@ -359,6 +360,7 @@ def test_the_same_machine_gives_the_same_bytes(tmp_path):
         assert (one.folder / name).read_bytes() == (other.folder / name).read_bytes()
 
 
+@pytest.mark.slow
 def test_a_step_takes_a_few_microseconds_and_two_pages_of_stack(tmp_path):
     done = write_sensor(LOADER, "boom", tmp_path / "boom", compiler="")
     found = footprint(COMPILER, done.folder, "ramsight_boom", single=False, optimised="-O2")
@@ -408,6 +410,7 @@ def test_places_that_cannot_be_are_refused(tmp_path):
     assert [file.name for file in tmp_path.iterdir()] == ["file"]
 
 
+@pytest.mark.slow
 def test_the_verb_exports_what_it_says(tmp_path, monkeypatch):
     out = tmp_path / "boom"
     done = CliRunner().invoke(app, ["export", "c", "mining-loader", "--unit", "boom", "--out", str(out), "--float"])

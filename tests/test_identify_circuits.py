@@ -24,6 +24,8 @@ from ramsight.plant.unit import HydraulicUnit, side_nodes
 
 from .plant_bench import UNITS, table_of
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parent.parent
 sys.path.insert(0, str(ROOT / "evaluation"))
 try:

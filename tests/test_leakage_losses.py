@@ -54,6 +54,7 @@ def test_the_interval_holds_losses_that_are_not_as_described(losses):
     assert BAND * found.std < 0.08  # an interval that says nothing would hold anything
 
 
+@pytest.mark.slow
 def test_a_loss_table_is_the_law_of_the_leak_test():
     """A machine that is its table has the factor 1 of it, not the 1.2 of the nominal point."""
     unit = with_pumps(BOOM, tabulated)

@@ -14,6 +14,8 @@ from ramsight.plant.linkage import angles, holding_forces, joints, motion, tip
 
 from .linkages import DESCRIPTIONS, MECHANISMS, grid, mujoco_xml
 
+pytestmark = pytest.mark.slow
+
 mujoco = pytest.importorskip("mujoco")
 
 PAYLOAD = 1500.0

@@ -119,6 +119,7 @@ def study():
         sys.path.remove(str(ROOT / "evaluation"))
 
 
+@pytest.mark.slow
 def test_targets_are_met_and_faults_stop_the_machine(study):
     found = study.summed(study.arrivals(LOADER, LOADER, references=1, targets=3, assumptions=study.KNOWN))
     assert found["targets"] == 3

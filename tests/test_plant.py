@@ -56,6 +56,7 @@ def radau(model, initial, segments, times):
     return np.vstack([*rows, state])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "load", "celsius"), [("boom", 441e3, 40.0), ("bucket", 162e3, 60.0)])
 def test_a_cycle_agrees_with_radau_within_a_micrometre(name, load, celsius):
     unit = UNITS[name]

@@ -168,6 +168,7 @@ def run(*arguments, cwd):
     return done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["boom", "forklift"])
 def test_what_is_rehearsed_passes_through_the_other_verbs(name, tmp_path):
     machine, unit = UNITS[name]

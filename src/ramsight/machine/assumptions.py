@@ -38,7 +38,7 @@ class AssumedMachine(Part):
     """How far the machine may be from its description, and how that changes."""
 
     leak: Annotated[float, quantity("%", "of a new machine's leakage, std", least="0.1 %", most="200 %")] = 0.16
-    # Of gear and piston pumps: ± 1.5 % of the data sheet, two standard deviations. The sensor keeps the factor within 3 %.
+    # Pumps are within ± 1.5 % of their data sheets, two standard deviations. The sensor keeps the factor within 3 %.
     displacement: Annotated[
         float, quantity("%", "of a new machine's displacement, std", least="0.01 %", most="3 %")
     ] = 0.0075
