@@ -70,6 +70,13 @@ PARTS = {
     "volume": Volume("volume", "in", 3e-4),
     "accumulator": Accumulator("accumulator", "in", 1e-3, 2e5, 1.3),
     "relief valve": ReliefValve("valve", "in", "out", 210e5, 3.3e-9),
+    "relief valve that leaks": ReliefValve("valve", "in", "out", 210e5, 3.3e-9, closed_leak=1e-17),
+    "check valve that leaks": CheckValve("valve", "in", "out", 0.5e5, 3.8e-6, closed_leak=1e-17),
+    "pilot check valve that leaks": PilotCheckValve(
+        "valve", "in", "out", "pilot", 0.3e5, 1.2e-6, 3.5, closed_leak=1e-17
+    ),
+    "safety valve that leaks": replace(SAFETY, closed_leak=1e-17),
+    "directional valve that leaks": DirectionalValve("valve", "in", TANK, "out", "pilot", 1e-6, 0.1, closed_leak=1e-17),
     "check valve": CheckValve("valve", "in", "out", 0.5e5, 3.8e-6),
     "check valve without spring": CheckValve("valve", "in", "out", 0.0, 3.8e-6),
     "pilot check valve": PilotCheckValve("valve", "in", "out", "pilot", 0.3e5, 1.2e-6, 3.5),

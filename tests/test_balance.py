@@ -448,6 +448,9 @@ OPTIONS = {
     ),
     "viscosity under pressure": lambda unit: replace(unit, oil=replace(unit.oil, pressure_viscosity=1.8e-8)),
     "seals that leak": lambda unit: replace(unit, cylinder=replace(unit.cylinder, seal_leak=2e-18 * 32e-6 * 1e5)),
+    "closed valves that leak": lambda unit: unit.mapped(
+        lambda part: replace(part, closed_leak=1e-18) if hasattr(part, "closed_leak") else part
+    ),
     "an orifice across the pump": lambda unit: with_part(unit, Orifice("short", *across(unit), 2e-9)),
     "a part of one's own": lambda unit: with_part(unit, Drain("drain", *across(unit), 2e-11)),
 }

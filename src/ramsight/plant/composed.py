@@ -117,6 +117,7 @@ def _part(name: str, spec: Described, lift_sign: int) -> Part:
                 spec.cracking_pressure,
                 spec.flow_coefficient,
                 spec.pilot_ratio,
+                described.closed_leak(spec.closed_leakage),
             )
         case placed.PlacedSafety():
             return described.safety_valve(
@@ -130,7 +131,14 @@ def _part(name: str, spec: Described, lift_sign: int) -> Part:
             return Orifice(name, spec.inlet, spec.outlet, spec.flow_coefficient)
         case placed.PlacedDirectional():
             ports = spec.pump_port, spec.tank_port, spec.port_a, spec.port_b
-            return DirectionalValve(name, *ports, spec.flow_coefficient, spec.overlap, spec.switching_time or None)
+            return DirectionalValve(
+                name,
+                *ports,
+                spec.flow_coefficient,
+                spec.overlap,
+                spec.switching_time or None,
+                described.closed_leak(spec.closed_leakage),
+            )
         case placed.PlacedAccumulator():
             return Accumulator(name, spec.node, spec.gas_volume, spec.precharge, spec.gas_exponent)
     raise TypeError(f"no part is made of {type(spec).__name__}")

@@ -16,6 +16,12 @@ from ramsight.plant.valve import CheckValve, ReliefValve, SafetyValve
 _STOP_DEFORMATION = 1e-3  # m, deformation at which a stop's damping is given
 _THRESHOLD = 0.01  # friction is fully developed at this share of the nominal speed, [G]
 _SEAL_POINT = 46e-6 / 100e5  # m2/s over Pa, where the seals' leakage is given
+_CLOSED_POINT = 46e-6 / 250e5  # the same of closed valves: data sheets test them near their highest pressure
+
+
+def closed_leak(flow: float) -> float | None:
+    """Leakage of a closed valve over pressure, times viscosity [m3/s/Pa m2/s], from the described flow [m3/s]."""
+    return flow * _CLOSED_POINT or None
 
 
 def oil(spec: description.Oil) -> Oil:
@@ -99,12 +105,16 @@ def _table(spec: description.Pump) -> LossTable | None:
 
 def relief_valve(spec: description.ReliefValve, name: str, inlet: str, outlet: str) -> ReliefValve:
     """The relief valve of a description between two nodes."""
-    return ReliefValve(name, inlet, outlet, spec.setting, spec.rated_flow / spec.override_pressure)
+    return ReliefValve(
+        name, inlet, outlet, spec.setting, spec.rated_flow / spec.override_pressure, closed_leak(spec.closed_leakage)
+    )
 
 
 def check_valve(spec: description.AnticavitationValve, name: str, inlet: str, outlet: str) -> CheckValve:
     """The check valve of a description between two nodes."""
-    return CheckValve(name, inlet, outlet, spec.cracking_pressure, spec.flow_coefficient)
+    return CheckValve(
+        name, inlet, outlet, spec.cracking_pressure, spec.flow_coefficient, closed_leak(spec.closed_leakage)
+    )
 
 
 def safety_valve(
@@ -119,6 +129,7 @@ def safety_valve(
         -lift_sign * spec.opening_speed,
         opening_time=(spec.opening_time or None) if commanded else None,
         commanded=commanded,
+        closed_leak=closed_leak(spec.closed_leakage),
     )
 
 

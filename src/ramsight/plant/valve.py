@@ -31,6 +31,17 @@ def orifice_flow(conductance: Any, pressure_difference: Any) -> Any:
     return orifice_slope(conductance, pressure_difference) * pressure_difference
 
 
+def seat_flow(leak: Any, viscosity: Any, pressure_difference: Any) -> Any:
+    """Flow past a closed seat or spool [m3/s], a laminar gap: k dp / nu.
+
+    Args:
+        leak: k, flow per pressure difference times viscosity [m3/s/Pa m2/s].
+        viscosity: kinematic [m2/s].
+        pressure_difference: [Pa].
+    """
+    return leak / viscosity * pressure_difference
+
+
 @dataclass(frozen=True)
 class ReliefValve:
     """Opens at its setting; the flow then grows linearly with the pressure.
@@ -40,6 +51,7 @@ class ReliefValve:
         inlet, outlet: nodes.
         setting: pressure difference at which it opens [Pa].
         conductance: flow per pressure above the setting [m3/s/Pa].
+        closed_leak: past the closed valve per pressure difference, times viscosity [m3/s/Pa m2/s]; none without it.
     """
 
     name: str
@@ -47,11 +59,14 @@ class ReliefValve:
     outlet: str
     setting: float
     conductance: float
+    closed_leak: float | None = None
 
     def connect(self, circuit: Circuit) -> None:
         """Add the flow and its throttling loss."""
         difference = circuit.pressure(self.inlet) - circuit.pressure(self.outlet)
         flow = self.conductance * ca.fmax(difference - self.setting, 0.0)
+        if self.closed_leak is not None:
+            flow = flow + seat_flow(self.closed_leak, circuit.viscosity, difference)
         circuit.flow(self.name, self.inlet, self.outlet, flow)
         circuit.loss(f"{self.name}.throttling", flow * difference)
 
@@ -65,6 +80,7 @@ class CheckValve:
         inlet, outlet: nodes; oil passes from inlet to outlet only.
         cracking_pressure: pressure difference at which it opens [Pa].
         conductance: Q / sqrt(pressure difference above cracking) [m3/s/sqrt(Pa)].
+        closed_leak: past the closed valve per pressure difference, times viscosity [m3/s/Pa m2/s]; none without it.
     """
 
     name: str
@@ -72,6 +88,7 @@ class CheckValve:
     outlet: str
     cracking_pressure: float
     conductance: float
+    closed_leak: float | None = None
 
     def connect(self, circuit: Circuit) -> None:
         """Add the flow and its throttling loss."""
@@ -81,6 +98,8 @@ class CheckValve:
         opening = ca.fmin(ca.fmax(beyond / _LAMINAR, 0.0), 1.0)
         slope = circuit.coefficient(opening * orifice_slope(self.conductance, beyond))
         flow = slope * beyond
+        if self.closed_leak is not None:
+            flow = flow + seat_flow(self.closed_leak, circuit.viscosity, difference)
         circuit.flow(self.name, self.inlet, self.outlet, flow)
         circuit.loss(f"{self.name}.throttling", flow * difference)
 
@@ -125,6 +144,7 @@ class SafetyValve:
             open at twice this speed.
         opening_time: until it is 95 % open after a step of the command, first order [s]; at once without it.
         commanded: false for a valve that is held open all the time.
+        closed_leak: past the closed valve per pressure difference, times viscosity [m3/s/Pa m2/s]; none without it.
     """
 
     name: str
@@ -134,6 +154,7 @@ class SafetyValve:
     opening_speed: float
     opening_time: float | None = None
     commanded: bool = True
+    closed_leak: float | None = None
 
     @property
     def passage(self) -> tuple[str, ...]:
@@ -163,5 +184,7 @@ class SafetyValve:
         else:
             slope = orifice_slope(self.conductance, difference)
         flow = circuit.coefficient(slope) * difference
+        if self.closed_leak is not None:
+            flow = flow + seat_flow(self.closed_leak, circuit.viscosity, difference)
         circuit.flow(self.name, self.pump_side, self.cylinder_side, flow)
         circuit.loss(f"{self.name}.throttling", flow * difference)

@@ -1,0 +1,79 @@
+"""What a real machine adds: each option as it is described, how far it moves the boom, and that the sensor has it."""
+
+import numpy as np
+import pytest
+
+from ramsight import machine
+from ramsight.duty import Duty, Profile, report, simulate
+from ramsight.duty.profile import constant
+from ramsight.plant.build import build
+from ramsight.sensor.balance import balance as balance_sensor
+
+from .interpreted import interpret
+from .plant_bench import UNITS
+from .sensor_bench import WARM, Stepped, quiet
+
+BOOM = UNITS["mining-loader boom"]
+LOADER = machine.load("mining-loader").unit("boom")
+HIGH = 441e3
+HOUR = 3600.0
+CLOSES = 1e-5  # what the energy and volume audit may leave
+
+
+@pytest.fixture(autouse=True)
+def without_compiling(monkeypatch):
+    monkeypatch.setattr("ramsight.engine.run.compile_ode", interpret)
+
+
+def described(changes):
+    """The boom with values of its description changed."""
+    return build("boom", LOADER.replace(changes))
+
+
+def resting(unit, duration, *, load=HIGH, temperature=None, position=0.4, period=1.0):
+    """A run with the motor at rest."""
+    duty = Duty(Profile([0.0, duration], [0.0, 0.0]), constant(load), temperature or constant(WARM), position)
+    return simulate(unit, duty, sample_period=period)
+
+
+def lifted_to_rest(unit, duration, *, temperature=None, load=HIGH):
+    """A short lift, so that the load is seen, and a rest under it."""
+    speed = Profile([0.0, 0.5, 1.0, 3.0, 3.5, duration], [0.0, 0.0, 60.0, 60.0, 0.0, 0.0])
+    duty = Duty(speed, constant(load), temperature or constant(WARM), 0.3)
+    return simulate(unit, duty, sample_period=0.05)
+
+
+def closes(run):
+    """Whether the audit of a run closes: what is missing, of all that was turned over, also where no shaft turned."""
+    shaft = max(run.attrs["energy.shaft_given"] + run.attrs["energy.shaft_taken"], 1e-9)
+    turned_over = sum(abs(value) for key, value in run.attrs.items() if key.startswith("energy."))
+    energy = abs(run.attrs["energy_residual"]) * shaft / turned_over
+    return energy < CLOSES and abs(run.attrs["volume_residual"]) < CLOSES
+
+
+def followed(unit, run):
+    """Errors of the balance of the unit's data sheet along a run, told the truth at its beginning [m]."""
+    sensor = Stepped(balance_sensor(unit))
+    sensor.start(float(run["position"][0]))
+    return sensor.track(report(run, quiet(unit)))["position"] - run["position"].values
+
+
+# Closed valves that leak -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("leakage", "least", "most"), [("0.3 ml/min", 0.4e-3, 0.9e-3), ("10 ml/min", 15e-3, 30e-3)])
+def test_a_load_on_a_valve_that_leaks_sinks_by_millimetres_in_an_hour(leakage, least, most):
+    unit = described({"safety_valve.closed_leakage": leakage})
+    run = resting(unit, HOUR, period=10.0)
+    sunk = float(run["position"][0] - run["position"][-1])
+    still = resting(BOOM, HOUR, period=10.0)
+    assert abs(float(still["position"][0] - still["position"][-1])) < 0.2e-3
+    assert least < sunk < most
+    assert closes(run)
+
+
+def test_the_sensor_sinks_with_a_load_on_a_valve_that_leaks():
+    unit = described({"safety_valve.closed_leakage": "200 ml/min"})
+    run = lifted_to_rest(unit, 60.0)
+    assert np.abs(followed(unit, run)).max() < 0.5e-3
+    assert np.abs(followed(BOOM, run)).max() > 5e-3, "nobody would miss it"
