@@ -71,6 +71,10 @@ PARTS = {
     "accumulator": Accumulator("accumulator", "in", 1e-3, 2e5, 1.3),
     "relief valve": ReliefValve("valve", "in", "out", 210e5, 3.3e-9),
     "relief valve that leaks": ReliefValve("valve", "in", "out", 210e5, 3.3e-9, closed_leak=1e-17),
+    "relief valve whose pilot leaks": ReliefValve(
+        "valve", "in", "out", 210e5, 3.3e-9, pilot_flow=1e-5, pilot_opens=0.85
+    ),
+    "relief valve that reseats lower": ReliefValve("valve", "in", "out", 210e5, 3.3e-9, reseats=0.95),
     "check valve that leaks": CheckValve("valve", "in", "out", 0.5e5, 3.8e-6, closed_leak=1e-17),
     "pilot check valve that leaks": PilotCheckValve(
         "valve", "in", "out", "pilot", 0.3e5, 1.2e-6, 3.5, closed_leak=1e-17
@@ -167,6 +171,8 @@ def _random(name, rng, count):
     ranges = {"position": (-1e-3, 0.701), "velocity": (-0.5, 0.5), "motor_speed": (-400.0, 400.0)}
     if name.startswith("flow"):
         return rng.uniform(-2e-3, 2e-3, count)
+    if name.startswith("felt"):
+        return rng.uniform(0.0, 4e7, count)
     if name.startswith("opening"):
         return rng.uniform(0.0, 1.0, count)
     if name.startswith("spool"):

@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 from ramsight import machine
-from ramsight.duty import Duty, Profile, report, simulate
+from ramsight.duty import Duty, Profile, lift_lower, report, simulate
 from ramsight.duty.profile import constant
+from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build
 from ramsight.sensor.balance import balance as balance_sensor
+from ramsight.sensor.status import Status
 
 from .interpreted import interpret
 from .plant_bench import UNITS
@@ -51,11 +53,16 @@ def closes(run):
     return energy < CLOSES and abs(run.attrs["volume_residual"]) < CLOSES
 
 
-def followed(unit, run):
-    """Errors of the balance of the unit's data sheet along a run, told the truth at its beginning [m]."""
+def told(unit, run):
+    """What the balance of a unit's description says of a run, given the position at its beginning."""
     sensor = Stepped(balance_sensor(unit))
     sensor.start(float(run["position"][0]))
-    return sensor.track(report(run, quiet(unit)))["position"] - run["position"].values
+    return sensor.track(report(run, quiet(unit)))
+
+
+def followed(unit, run):
+    """Errors of that [m]."""
+    return told(unit, run)["position"] - run["position"].values
 
 
 # Closed valves that leak -------------------------------------------------------------------------------------------
@@ -77,3 +84,56 @@ def test_the_sensor_sinks_with_a_load_on_a_valve_that_leaks():
     run = lifted_to_rest(unit, 60.0)
     assert np.abs(followed(unit, run)).max() < 0.5e-3
     assert np.abs(followed(BOOM, run)).max() > 5e-3, "nobody would miss it"
+
+
+# Relief valves -----------------------------------------------------------------------------------------------------
+
+
+def lifting(unit, load, *, period=0.02):
+    """A cycle of lifting and lowering."""
+    return simulate(unit, lift_lower(unit, load, WARM), sample_period=period)
+
+
+def apart(run, other):
+    """How far two runs are apart at most [m]."""
+    return float(np.abs(run["position"].values - other["position"].values).max())
+
+
+def test_a_relief_valve_that_is_set_low_lets_a_heavy_load_stand():
+    plain = lifting(BOOM, 500e3)
+    low = lifting(AsBuilt(relief=0.93).apply(BOOM), 500e3)
+    assert 0.09 < apart(plain, low) < 0.15
+    assert closes(low)
+    assert apart(lifting(BOOM, HIGH), lifting(AsBuilt(relief=0.93).apply(BOOM), HIGH)) == 0.0
+
+
+def test_a_pilot_that_leaks_costs_travel_near_the_setting_and_is_in_the_sensor():
+    unit = described({"relief_valve.pilot_leakage": "1 l/min"})
+    run = lifting(unit, 490e3)
+    assert 3e-3 < apart(run, lifting(BOOM, 490e3)) < 6e-3
+    assert apart(lifting(unit, 400e3), lifting(BOOM, 400e3)) < 1e-8
+    assert closes(run)
+    assert np.abs(followed(unit, run)).max() < 0.5e-3
+    assert np.abs(followed(BOOM, run)).max() > 3e-3
+
+
+def overloaded(unit):
+    """A lift in which the load is too heavy for a while, and then as heavy as the valve still carries."""
+    speed = Profile([0.0, 0.5, 1.0, 5.0, 5.5, 6.0], [0.0, 0.0, 100.0, 100.0, 0.0, 0.0])
+    load = Profile([0.0, 2.0, 2.2, 2.5, 2.7, 6.0], [490e3, 490e3, 545e3, 545e3, 490e3, 490e3])
+    return simulate(unit, Duty(speed, load, constant(WARM), 0.2), sample_period=0.02)
+
+
+def test_a_relief_valve_with_hysteresis_stays_open_until_the_pressure_has_fallen():
+    unit = described({"relief_valve.reseats": "90 %"})
+    plain, run = overloaded(BOOM), overloaded(unit)
+    after, before = (int(np.searchsorted(run["time"], t)) for t in (4.0, 1.9))
+    assert plain["relief_a_flow"][after] == 0.0
+    assert run["relief_a_flow"][before] == 0.0
+    assert run["relief_a_flow"][after] > 1e-4
+    assert apart(plain, run) > 20e-3
+    assert closes(run)
+    assert apart(lifting(unit, HIGH), lifting(BOOM, HIGH)) < 1e-6
+    said = told(unit, run)
+    open_valve = run["relief_a_flow"].values > 1e-5
+    assert (said["status"][open_valve] != Status.OK).mean() > 0.99, "what passes it, nobody can say"

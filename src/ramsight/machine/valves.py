@@ -29,6 +29,18 @@ class ReliefValve(Part):
         float, quantity("bar", "rise above the setting at rated_flow", above="0 bar", most="200 bar")
     ]
     closed_leakage: ClosedLeakage = 0.0
+    pilot_leakage: Annotated[
+        float,
+        quantity("l/min", "of the pilot at the setting and beyond; 0 for none", least="0 l/min", most="100 l/min"),
+    ] = 0.0
+    # Where the pilot's cone begins to leave its seat; direct acting valves have none.
+    pilot_opens: Annotated[
+        float, quantity("%", "share of the setting from which the pilot leaks", above="10 %", below="100 %")
+    ] = 0.85
+    reseats: Annotated[
+        float,
+        quantity("%", "share of the setting where it shuts again; 100 % for none", above="10 %", most="100 %"),
+    ] = 1.0
 
 
 class AnticavitationValve(Part):

@@ -105,8 +105,17 @@ def _table(spec: description.Pump) -> LossTable | None:
 
 def relief_valve(spec: description.ReliefValve, name: str, inlet: str, outlet: str) -> ReliefValve:
     """The relief valve of a description between two nodes."""
+    pilot = spec.pilot_leakage > 0.0
     return ReliefValve(
-        name, inlet, outlet, spec.setting, spec.rated_flow / spec.override_pressure, closed_leak(spec.closed_leakage)
+        name,
+        inlet,
+        outlet,
+        spec.setting,
+        spec.rated_flow / spec.override_pressure,
+        closed_leak=closed_leak(spec.closed_leakage),
+        pilot_flow=spec.pilot_leakage if pilot else None,
+        pilot_opens=spec.pilot_opens if pilot else None,
+        reseats=spec.reseats if spec.reseats < 1.0 else None,
     )
 
 
