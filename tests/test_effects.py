@@ -86,6 +86,39 @@ def test_the_sensor_sinks_with_a_load_on_a_valve_that_leaks():
     assert np.abs(followed(BOOM, run)).max() > 5e-3, "nobody would miss it"
 
 
+# Oil that is shut in and changes its temperature ---------------------------------------------------------------------
+
+
+def cooling(celsius, per_hour=10.0, first=40.0):
+    """An oil temperature that falls by so much, so fast [degC]."""
+    return Profile([0.0, 5.0, 5.0 + HOUR * celsius / per_hour], [first + 273.15] * 2 + [first + 273.15 - celsius])
+
+
+@pytest.mark.parametrize(("position", "least", "most"), [(0.3, 2.5e-3, 3.2e-3), (0.65, 4.8e-3, 5.6e-3)])
+def test_a_load_on_oil_that_cools_sinks_by_millimetres_per_ten_kelvin(position, least, most):
+    unit = described({"oil.thermal_expansion": "7e-4 1/K"})
+    run = resting(unit, HOUR + 5.0, temperature=cooling(10.0), position=position, period=10.0)
+    assert least < run["position"][0] - run["position"][-1] < most
+    assert closes(run)
+    assert run.attrs["energy.expansion"] > 0.0, "the load presses on oil that gives way"
+    back = Profile([0.0, 600.0], [303.15, 313.15])
+    assert least < np.ptp(resting(unit, 600.0, temperature=back, position=position)["position"].values) < most
+
+
+def test_oil_that_cannot_give_way_gains_seven_bar_per_kelvin():
+    unit = described({"oil.thermal_expansion": "7e-4 1/K"})
+    run = resting(unit, 600.0, temperature=Profile([0.0, 600.0], [313.15, 323.15]), position=unit.cylinder.stroke)
+    assert np.ptp(run["position"].values) < 0.2e-3, "it stands on its stop"
+    assert 5.5e5 < (run["pressure_a"][-1] - run["pressure_a"][0]) / 10.0 < 8e5
+
+
+def test_the_sensor_sinks_with_oil_that_cools():
+    unit = described({"oil.thermal_expansion": "7e-4 1/K"})
+    run = lifted_to_rest(unit, 600.0, temperature=cooling(10.0, per_hour=60.0))
+    assert np.abs(followed(unit, run)).max() < 0.5e-3
+    assert np.abs(followed(BOOM, run)).max() > 2e-3, "nobody would miss it"
+
+
 # Relief valves -----------------------------------------------------------------------------------------------------
 
 

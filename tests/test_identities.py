@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ramsight.plant.circuit import TANK, join
+from ramsight.plant.circuit import EXPANSION, TANK, WARMING, join
 from ramsight.plant.cylinder import friction_force
 from ramsight.plant.hose import Hose
 from ramsight.plant.oil import T40, T100, aerated_bulk_modulus, thermal_density
@@ -51,13 +51,18 @@ def identity(sentence):
     return enter
 
 
+def warming(b):
+    """Oil that warms up by 0.05 K/s, where that does anything."""
+    return {WARMING: 0.05} if WARMING in b.model.ode.parameters else {}
+
+
 @identity("power in is power out, what is lost, and what is stored")
 def energy(name):
     b = bench(name)
     total = 0
     for temperature in (263.15, 313.15, 363.15):
         x, u, slope = b.states(seed=int(temperature))
-        found = b.at(x, u, slope, oil_temperature=temperature)
+        found = b.at(x, u, slope, oil_temperature=temperature, **warming(b))
         shaft = found["d energy.shaft_given"] - found["d energy.shaft_taken"]
         out = sum((found[f"d energy.{work}"] for work in b.model.works), np.zeros(x.shape[1]))
         lost = sum(b.losses(found).values(), np.zeros(x.shape[1]))
@@ -79,12 +84,13 @@ def energy(name):
 def volume(name):
     b = bench(name)
     x, u, slope = b.states(seed=1)
-    found = b.at(x, u, slope)
+    found = b.at(x, u, slope, **warming(b))
     pressed = sum(found[f"capacity_{n}"] * found[f"d pressure_{n}"] for n in b.model.nodes)
     drawn = sum((found[f"d volume.{n}"] for n in b.model.tank_flows), np.zeros(x.shape[1]))
     speed = found.get("velocity", np.zeros(x.shape[1]))
     areas = [b.model.values[b.model.ode.parameters.index(f"cylinder.area_{s}")] for s in "ab"] if "velocity" in found else (0, 0)  # fmt: skip  # noqa: E501
-    np.testing.assert_allclose(pressed + (areas[0] - areas[1]) * speed, drawn, atol=1e-9)
+    gained = found.get(f"d {EXPANSION}", 0.0)
+    np.testing.assert_allclose(pressed + (areas[0] - areas[1]) * speed, drawn + gained, atol=1e-9)
     return x.shape[1]
 
 
