@@ -170,3 +170,52 @@ def test_a_relief_valve_with_hysteresis_stays_open_until_the_pressure_has_fallen
     said = told(unit, run)
     open_valve = run["relief_a_flow"].values > 1e-5
     assert (said["status"][open_valve] != Status.OK).mean() > 0.99, "what passes it, nobody can say"
+
+
+# End cushions ------------------------------------------------------------------------------------------------------
+
+CUSHIONS = {
+    "cylinder.cushion_length_a": "25 mm",
+    "cylinder.cushion_length_b": "25 mm",
+    "cylinder.cushion_plunger_a": "60 mm",
+    "cylinder.cushion_plunger_b": "95 mm",
+    "cylinder.cushion_flow": "3 l/min",
+}
+
+
+def to_the_end(unit, way, *, load=258e3, speed=157.0):
+    """From 70 mm before the end of lifting (1) or lowering (-1) into its stop."""
+    held = 0.1 / (speed * unit.travel_per_radian)
+    profile = Profile(np.cumsum([0.0, 0.5, 0.3, held, 0.3, 0.9]), way * speed * np.array([0, 0, 1, 1, 0, 0]))
+    start = unit.cylinder.stroke - 0.07 if way > 0 else 0.07
+    return simulate(unit, Duty(profile, constant(load), constant(WARM), start), sample_period=0.02)
+
+
+@pytest.mark.parametrize(("way", "least", "most"), [(1.0, 3e-3, 7e-3), (-1.0, 5e-3, 11e-3)])
+def test_a_cushion_makes_a_piston_come_late_to_its_stop_and_is_in_the_sensor(way, least, most):
+    unit = described(CUSHIONS)
+    run, plain = to_the_end(unit, way), to_the_end(BOOM, way)
+    assert least < apart(run, plain) < most
+    assert abs(float(run["position"][-1] - plain["position"][-1])) < 0.1e-3, "it comes to the same end"
+    assert closes(run)
+    assert run.attrs["energy.cylinder.cushion"] > 0.0
+    before = np.abs(run["position"].values - (unit.cylinder.stroke if way > 0 else 0.0)) > 1e-3
+    before &= np.arange(before.size) < np.argmin(before)
+    open_valve = run["relief_a_flow"].values > 1e-5
+    before &= ~np.logical_or.accumulate(open_valve)
+    assert np.abs(followed(unit, run)[before]).max() < 0.5e-3
+    inside = before & (np.abs(run["position"].values - 0.5 * unit.cylinder.stroke) > 0.5 * unit.cylinder.stroke - 0.015)
+    assert inside.sum() > 10, "well into the cushion"
+
+
+def test_a_cushion_only_slows_down():
+    cylinder = described(CUSHIONS).cylinder
+    ends = {-1.0: (0.0, 0.01, 0.024), 1.0: (cylinder.stroke, cylinder.stroke - 0.01)}
+    for way, places in ends.items():
+        for place in places:
+            assert way * float(cylinder.cushion(place, way * 0.05)) < 0.0
+            assert float(cylinder.cushion(place, -way * 0.05)) == 0.0
+    assert float(cylinder.cushion(0.3, 0.1)) == float(cylinder.cushion(0.026, -0.1)) == 0.0
+    # A needle valve passes its rated flow at 100 bar: two cylinders, the piston around the plunger.
+    speed = 2.0 * 3e-3 / 60.0 / float(cylinder.cushion_area_a)
+    assert float(cylinder.cushion(0.0, -speed)) == pytest.approx(100e5 * float(cylinder.cushion_area_a), rel=1e-9)

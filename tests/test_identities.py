@@ -160,6 +160,9 @@ SWITCHES = {
         for w in (-150.0, -20.0, 0.0, 20.0, 150.0, 420.0)
     ],
     "cylinder": [{"position": x, "velocity": v} for x in (0.0, 0.7) for v in (-0.1, 0.0, 0.1)],
+    "cylinder with cushions": [
+        {"position": x, "velocity": v} for x in (0.0, 0.025, 0.68, 0.7) for v in (-0.1, 0.0, 0.1)
+    ],
     "accumulator": [{"pressure_in": 2e5}],
     "servo drive": [{"motor_torque_integral": t, "motor_speed": 0.0} for t in (-90.0, 90.0)],
     "ideal drive": [{"motor_speed": 0.0}],

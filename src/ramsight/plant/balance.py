@@ -268,10 +268,13 @@ class Balance:
         return np.asarray(change / _LOAD_STEP)
 
     def force(self, z: Any) -> Any:
-        """Load that the chambers' pressures carry [N], positive against lifting."""
+        """Load that the oil's pressures carry, those of cushions among them [N], positive against lifting."""
         c = self.unit.cylinder
         on_a, on_b = (z[self.states.index(f"pressure_{node}")] for node in (c.node_a, c.node_b))
-        return self.unit.lift_sign * (c.area_a * on_a - c.area_b * on_b - ATMOSPHERE * (c.area_a - c.area_b))
+        pressed = c.area_a * on_a - c.area_b * on_b - ATMOSPHERE * (c.area_a - c.area_b)
+        if c.cushion_conductance is not None:
+            pressed = pressed + c.cushion(z[0], z[self.states.index("velocity")])
+        return self.unit.lift_sign * pressed
 
     def chambers(self, z: Any) -> dict[str, tuple[Any, str]]:
         """Pressures of both chambers, by what to call them, each with its unit."""

@@ -15,6 +15,7 @@ from ramsight.plant.valve import CheckValve, ReliefValve, SafetyValve
 
 _STOP_DEFORMATION = 1e-3  # m, deformation at which a stop's damping is given
 _THRESHOLD = 0.01  # friction is fully developed at this share of the nominal speed, [G]
+_NEEDLE_POINT = 100e5  # Pa, where the flow of a cushion's needle valve is given
 _SEAL_POINT = 46e-6 / 100e5  # m2/s over Pa, where the seals' leakage is given
 _CLOSED_POINT = 46e-6 / 250e5  # the same of closed valves: data sheets test them near their highest pressure
 
@@ -52,6 +53,7 @@ def drive(spec: description.Drive) -> Drive:
 def cylinder(unit: Unit) -> Cylinder:
     """The cylinders of a described unit with the mass that they move."""
     c = unit.cylinder
+    cushioned = c.cushion_length_a > 0.0 or c.cushion_length_b > 0.0
     return Cylinder(
         name="cylinder",
         node_a="chamber_a",
@@ -70,6 +72,11 @@ def cylinder(unit: Unit) -> Cylinder:
         stop_damping=c.end_stop_damping / (c.end_stop_stiffness * _STOP_DEFORMATION),
         load_sign=float(unit.lift_sign),
         passive=unit.load.kind == "passive",
+        cushion_length_a=c.cushion_length_a or None,
+        cushion_length_b=c.cushion_length_b or None,
+        cushion_area_a=c.cushion_area_a if c.cushion_length_a else None,
+        cushion_area_b=c.cushion_area_b if c.cushion_length_b else None,
+        cushion_conductance=c.number * c.cushion_flow / _NEEDLE_POINT**0.5 if cushioned else None,
         seal_leak=c.number * c.seal_leakage * _SEAL_POINT or None,
     )
 
