@@ -63,6 +63,7 @@ PARTS = {
     "pump by table": TABULATED,
     "pump from the tank": replace(PUMP, inlet=TANK),
     "pump with viscous drag": replace(PUMP, drag=0.02),
+    "pump that compresses its oil": replace(PUMP, compressed=0.02),
     "hose": HOSE,
     "hose turning turbulent": replace(HOSE, turbulent=True, diameter=8e-3),
     "hose with inertia": replace(HOSE, segments=3),
@@ -116,6 +117,12 @@ WHOLE = {
     # A motor that turns one way and a load that only resists: what other tests ask of units does not hold for it.
     "eha-valve-rig axis": built.build("axis", machine.load("eha-valve-rig").unit("axis")),
     "loader with every option of the oil": replace(UNITS["mining-loader boom"], oil=FULL_OIL),
+    "loader with every option of the oil, compressed in its pumps": replace(
+        UNITS["mining-loader boom"].mapped(
+            lambda part: replace(part, compressed=0.02) if isinstance(part, Pump) else part
+        ),
+        oil=FULL_OIL,
+    ),
     "loader with a servo": replace(UNITS["mining-loader boom"], drive=PARTS["servo drive"]),
 }
 #: parts of a circuit whose equations stand elsewhere, and why they are not on the bench

@@ -454,6 +454,13 @@ OPTIONS = {
     "pilots that leak": lambda unit: unit.mapped(
         lambda part: replace(part, pilot_flow=2e-5, pilot_opens=0.2) if isinstance(part, ReliefValve) else part
     ),
+    "oil that pumps compress": lambda unit: unit.mapped(
+        lambda part: replace(part, compressed=0.02) if isinstance(part, Pump) else part
+    ),
+    "air that pumps draw": lambda unit: replace(
+        unit.mapped(lambda part: replace(part, compressed=0.02) if isinstance(part, Pump) else part),
+        oil=replace(unit.oil, air=0.01, polytropic=1.4),
+    ),
     "an orifice across the pump": lambda unit: with_part(unit, Orifice("short", *across(unit), 2e-9)),
     "a part of one's own": lambda unit: with_part(unit, Drain("drain", *across(unit), 2e-11)),
 }

@@ -1,11 +1,16 @@
 """What a real machine adds: each option as it is described, how far it moves the boom, and that the sensor has it."""
 
+import math
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
 from ramsight import machine
 from ramsight.duty import Duty, Profile, lift_lower, report, simulate
 from ramsight.duty.profile import constant
+from ramsight.errors import DescriptionError
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build
 from ramsight.sensor.balance import balance as balance_sensor
@@ -219,3 +224,68 @@ def test_a_cushion_only_slows_down():
     # A needle valve passes its rated flow at 100 bar: two cylinders, the piston around the plunger.
     speed = 2.0 * 3e-3 / 60.0 / float(cylinder.cushion_area_a)
     assert float(cylinder.cushion(0.0, -speed)) == pytest.approx(100e5 * float(cylinder.cushion_area_a), rel=1e-9)
+
+
+# Oil that the pumps compress, and air that they draw ---------------------------------------------------------------
+
+IN_IT, BESIDE = ({f"pump_{side}.compression": f"{how} efficiency" for side in "ab"} for how in ("in", "beside"))
+AIR = {"oil.free_air": "1 %"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "least", "most"),
+    [(IN_IT, 2e-3, 3.5e-3), (BESIDE, -3e-3, -1.5e-3), (BESIDE | AIR, -3.5e-3, -2.3e-3)],
+    ids=["compression in the efficiency", "compression beside it", "air"],
+)
+def test_what_pumps_do_to_their_oil_moves_a_lift_and_is_in_the_sensor(changes, least, most):
+    unit = described(changes)
+    run, plain = lifting(unit, HIGH), lifting(BOOM, HIGH)
+    top = int(np.argmax(plain["position"].values))
+    assert least < float((run["position"] - plain["position"])[top]) < most
+    assert closes(run)
+    assert np.abs(followed(unit, run)).max() < 0.5e-3
+    assert np.abs(followed(BOOM, run)).max() > 1.5e-3, "nobody would miss it"
+
+
+@pytest.mark.parametrize("air", [None, 0.01])
+@pytest.mark.parametrize("speed", [-120.0, 150.0])
+@pytest.mark.parametrize(("inlet", "outlet"), [(4e5, 200e5), (250e5, 4e5), (2e5, 2e5)])
+def test_a_pump_gives_the_mass_that_it_takes_and_loses_no_power_from_nowhere(speed, inlet, outlet, air):
+    oil = replace(BOOM.oil, air=air, polytropic=1.4 if air else None)
+    pump = replace(BOOM.a.pump, compressed=0.02)
+    volumes = float(oil.specific_volume(inlet)), float(oil.specific_volume(outlet))
+    leak = float(pump.leakage(speed, outlet - inlet, 32e-6, 872.0))
+    drawn, delivered = (float(flow) for flow in pump.flows(speed, leak, volumes))
+    assert drawn / volumes[0] == pytest.approx(delivered / volumes[1], rel=1e-12)
+    assert abs(delivered - drawn) > 0.0 or inlet == outlet
+    # The shaft gives no less than the enthalpy that the oil gains, the integral of its volume over the pressure.
+    enthalpy, _ = quad(lambda p: float(oil.specific_volume(p)), inlet, outlet)
+    moved = pump.displacement * speed / (volumes[0] if speed > 0 else volumes[1])
+    assert pump.displacement * speed * (outlet - inlet) >= moved * enthalpy - 1e-9
+
+
+def test_a_pump_has_the_efficiency_of_its_data_sheet_whichever_way_it_was_measured():
+    oil, spec = LOADER.oil, LOADER.pump_a
+    for changes, at_outlet in ((IN_IT, 1.0), (BESIDE, math.exp(-spec.nominal_pressure / oil.bulk_modulus))):
+        pump, unit = described(changes).a.pump, described(changes)
+        volumes = tuple(unit.oil.specific_volume(p) for p in (0.0, spec.nominal_pressure))
+        leak = pump.leakage(spec.nominal_speed, spec.nominal_pressure, spec.nominal_viscosity, spec.nominal_density)
+        _, delivered = pump.flows(spec.nominal_speed, leak, volumes)
+        ideal = pump.displacement * spec.nominal_speed
+        expected = spec.volumetric_efficiency - (1.0 - at_outlet)
+        assert float(delivered) / ideal == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_table_measured_at_the_outlet_has_the_compression_in_it():
+    rows = "\n".join(f"{p}, {w}, 46, {0.99 - p / 5000}, 0.9" for p in (50, 250) for w in (500, 3000))
+    header = "pressure_bar, speed_rpm, viscosity_mm2s, volumetric_efficiency, hydromechanical_efficiency\n"
+    table = {"pump_a.losses": "table", "pump_a.efficiency_table": header + rows}
+    with_it, without = (described(table | changes).a.pump for changes in (IN_IT, BESIDE))
+    less = float(without.leakage(100.0, 250e5, 46e-6, 872.0) - with_it.leakage(100.0, 250e5, 46e-6, 872.0))
+    share = 1.0 - math.exp(-250e5 / BOOM.oil.bulk_modulus)
+    assert less == pytest.approx(share * with_it.displacement * 100.0, rel=1e-9)
+
+
+def test_an_efficiency_that_leaves_no_room_for_the_compression_is_refused():
+    with pytest.raises(DescriptionError, match=r"pump_a.compression = .*more than a volumetric efficiency of 0.99"):
+        described(IN_IT | {"pump_a.volumetric_efficiency": 0.99})

@@ -153,6 +153,10 @@ SWITCHES = {
     "orifice": [{"pressure_in": 50e5, "pressure_out": 50e5}],
     "hose turning turbulent": [{"pressure_in": p, "pressure_out": 4e5} for p in (4e5, 16.68e5, 30e5, 66.98e5)],
     "pump": [{"pressure_in": 4e5, "pressure_out": 4e5, "motor_speed": w} for w in (-100.0, 0.0, 100.0)],
+    "pump that compresses its oil": [
+        {"pressure_in": 4e5, "pressure_out": 4e5, "motor_speed": w} for w in (-100.0, 100.0)
+    ]
+    + [{"pressure_in": 4e5, "pressure_out": 4e5, "motor_speed": w} for w in (-100.0, 100.0)],
     "pump worn like an orifice": [{"pressure_in": 4e5, "pressure_out": 4e5, "motor_speed": 0.0}],
     "pump by table": [
         {"pressure_in": 4e5, "pressure_out": 4e5 + rise, "motor_speed": w * 41 / 28}

@@ -151,7 +151,7 @@ class Cylinder(Part):
         quantity(
             "l/min", "through a cushion's needle valve at 100 bar, per cylinder", above="0 l/min", most="1000 l/min"
         ),
-    ] = 1.0
+    ] = 5e-5
 
     @model_validator(mode="after")
     def _holds_together(self) -> Self:

@@ -62,6 +62,14 @@ class Pump(Part):
             most="10 N m s/rad",
         ),
     ] = 0.0
+    # Flow at the outlet's density is what ISO 4409 takes the volumetric efficiency from.
+    compression: Annotated[
+        Literal["none", "in efficiency", "beside efficiency"],
+        Field(
+            description="of the pumped oil: left out, or with the volumetric efficiency measured by the flow at the "
+            "outlet, which has it in it, or by that at low pressure, which has not"
+        ),
+    ] = "none"
     losses: Annotated[
         Literal["analytic", "table"], Field(description="from the nominal point, or from efficiency_table")
     ] = "analytic"
@@ -78,6 +86,10 @@ class Pump(Part):
         if self.losses == "table":
             read_efficiencies(self.efficiency_table)
         return self
+
+    def compressed(self, pressure: float, bulk_modulus: float) -> float:
+        """Share of a flow that its efficiency has as compression at a pressure rise [1]; both in Pa."""
+        return -math.expm1(-pressure / bulk_modulus) if self.compression == "in efficiency" else 0.0
 
     @property
     def orifice_conductance(self) -> float:

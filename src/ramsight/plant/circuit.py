@@ -179,14 +179,24 @@ class Circuit:
             self._net[node] = self._volume[node] = self._growth[node] = self._wall[node] = 0.0
         return self._pressure[node]
 
-    def flow(self, name: str, source: str, target: str, flow: Any) -> None:
-        """Volume flow [m3/s] of part `name` from one node to another."""
-        for node, sign in ((source, -1.0), (target, 1.0)):
+    def flow(self, name: str, source: str, target: str, flow: Any, *, arriving: Any = None) -> None:
+        """Add a volume flow from one node to another.
+
+        Args:
+            name: of the part.
+            source: node that it leaves.
+            target: node that it comes to.
+            flow: that leaves the source [m3/s].
+            arriving: volume flow that comes to the target, where its density is another one [m3/s]; the same without.
+        """
+        if arriving is not None:
+            self._expansion += arriving - flow
+        for node, sign, moved in ((source, -1.0, flow), (target, 1.0, flow if arriving is None else arriving)):
             self.pressure(node)
             if node == TANK:
-                self._tank_flow[name] = self._tank_flow.get(name, 0.0) - sign * flow
+                self._tank_flow[name] = self._tank_flow.get(name, 0.0) - sign * moved
             else:
-                self._net[node] += sign * flow
+                self._net[node] += sign * moved
         self.output(f"{name}.flow", "m3/s", flow)
 
     def volume(self, node: str, volume: Any, rate: Any = 0.0) -> None:
@@ -282,7 +292,7 @@ class Circuit:
             shaft = motor_torque * self.motor_speed
             integrals["energy.shaft_given"] = ("J", ca.fmax(shaft, 0.0))
             integrals["energy.shaft_taken"] = ("J", ca.fmax(-shaft, 0.0))
-            if self._warming is not None:
+            if not isinstance(self._expansion, float):
                 integrals[EXPANSION] = ("m3", self._expansion)
             integrals |= {f"volume.{key}": ("m3", flow) for key, flow in self._tank_flow.items()}
             moved = self._tank_flow or self._growth  # a closed circuit has no tank: what the pistons displace

@@ -88,7 +88,7 @@ def build(name: str, unit: Composed) -> ComposedUnit:
         lift_sign=float(unit.lift_sign),
         max_speed=unit.drive.max_speed,
         assumptions=unit.assumptions,
-        others=tuple(_part(key, part, unit.lift_sign) for key, part in unit.parts.items()),
+        others=tuple(_part(key, part, unit) for key, part in unit.parts.items()),
     )
     if not pumped_into(built, built.held) * unit.lift_sign > 0.0:
         raise DescriptionError(
@@ -99,11 +99,11 @@ def build(name: str, unit: Composed) -> ComposedUnit:
     return built
 
 
-def _part(name: str, spec: Described, lift_sign: int) -> Part:
+def _part(name: str, spec: Described, unit: Composed) -> Part:
     """The part of a description."""
     match spec:
         case placed.PlacedPump():
-            return described.pump(spec, name, spec.inlet, spec.outlet)
+            return described.pump(spec, name, spec.inlet, spec.outlet, unit.oil.bulk_modulus)
         case placed.PlacedRelief():
             return described.relief_valve(spec, name, spec.inlet, spec.outlet)
         case placed.PlacedCheck():
@@ -121,7 +121,7 @@ def _part(name: str, spec: Described, lift_sign: int) -> Part:
             )
         case placed.PlacedSafety():
             return described.safety_valve(
-                spec, name, spec.inlet, spec.outlet, float(lift_sign), spec.opens == "lowering"
+                spec, name, spec.inlet, spec.outlet, float(unit.lift_sign), spec.opens == "lowering"
             )
         case placed.PlacedHose():
             return described.hose(spec, name, spec.inlet, spec.outlet)

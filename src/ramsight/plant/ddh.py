@@ -131,7 +131,7 @@ def _side(name: str, unit: DirectDriven, pump: PumpDescription) -> Side:
     manifold, line, chamber = f"manifold_{name}", f"line_{name}", f"chamber_{name}"
     inlet, outlet = (TANK, manifold) if name == "a" else (manifold, TANK)
     return Side(
-        pump=described.pump(pump, f"pump_{name}", inlet, outlet),
+        pump=described.pump(pump, f"pump_{name}", inlet, outlet, unit.oil.bulk_modulus),
         manifold=Volume(manifold, manifold, unit.manifold.volume),
         relief=described.relief_valve(unit.relief_valve, f"relief_{name}", manifold, TANK),
         anticavitation=described.check_valve(unit.anticavitation_valve, f"anticavitation_{name}", TANK, manifold),

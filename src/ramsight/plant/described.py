@@ -81,8 +81,8 @@ def cylinder(unit: Unit) -> Cylinder:
     )
 
 
-def pump(spec: description.Pump, name: str, inlet: str, outlet: str) -> Pump:
-    """The pump of a description between two nodes."""
+def pump(spec: description.Pump, name: str, inlet: str, outlet: str, bulk_modulus: float) -> Pump:
+    """The pump of a description between two nodes; the oil's modulus [Pa] says what of its losses is compression."""
     return Pump(
         name=name,
         inlet=inlet,
@@ -99,15 +99,21 @@ def pump(spec: description.Pump, name: str, inlet: str, outlet: str) -> Pump:
         threshold_speed=_THRESHOLD * spec.nominal_speed,
         orifice_leak=spec.orifice_conductance or None,
         drag=spec.viscous_drag * spec.blocks or None,
-        table=_table(spec),
+        table=_table(spec, bulk_modulus),
+        compressed=None if spec.compression == "none" else spec.compressed(spec.nominal_pressure, bulk_modulus),
     )
 
 
-def _table(spec: description.Pump) -> LossTable | None:
+def _table(spec: description.Pump, bulk_modulus: float) -> LossTable | None:
     if spec.losses != "table":
         return None
     found = read_efficiencies(spec.efficiency_table)
-    return LossTable(found.pressure, found.speed, found.viscosity, found.volumetric, found.hydromechanical)
+    shares = [spec.compressed(pressure, bulk_modulus) for pressure in found.pressure]
+    leaks = tuple(
+        tuple(tuple(value + share for value, share in zip(row, shares, strict=True)) for row in page)
+        for page in found.volumetric
+    )
+    return LossTable(found.pressure, found.speed, found.viscosity, leaks, found.hydromechanical)
 
 
 def relief_valve(spec: description.ReliefValve, name: str, inlet: str, outlet: str) -> ReliefValve:

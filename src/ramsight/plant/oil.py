@@ -87,6 +87,16 @@ def trapped_expansion(temperature: Any, expansion: Any) -> Any:
     return expansion / (1.0 - expansion * (temperature - T15)) - _STEEL
 
 
+def free_air(pressure: Any, air: Any, polytropic: Any) -> Any:
+    """Volume of free air at a pressure above 0.02 bar, over that of the oil [1]: a (p_0/p)^(1/n); arguments as next.
+
+    Example:
+        >>> [round(float(free_air(p, 0.01, 1.4)), 4) for p in (1e5, 4e5)]
+        [0.0101, 0.0037]
+    """
+    return air * ca.exp(ca.log(_P0 / pressure) / polytropic)
+
+
 def aerated_bulk_modulus(pressure: Any, bulk_modulus: Any, air: Any, polytropic: Any) -> Any:
     """Bulk modulus [Pa] of oil with free air in it; collapses at low pressure.
 
@@ -107,7 +117,7 @@ def aerated_bulk_modulus(pressure: Any, bulk_modulus: Any, air: Any, polytropic:
         [14, 450, 1163]
     """
     p = ca.fmax(pressure, _FLOOR)
-    gas = air * ca.exp(ca.log(_P0 / p) / polytropic)
+    gas = free_air(p, air, polytropic)
     return (1.0 + gas) / (1.0 / bulk_modulus + gas / (polytropic * p))
 
 
@@ -174,6 +184,11 @@ class Oil:
         if self.air is None or self.polytropic is None:
             return self.bulk_modulus
         return aerated_bulk_modulus(pressure, self.bulk_modulus, self.air, self.polytropic)
+
+    def specific_volume(self, pressure: Any) -> Any:
+        """Volume of the oil with its air at an absolute pressure [Pa], over that of the oil at atmospheric pressure."""
+        volume = ca.exp((_P0 - pressure) / self.bulk_modulus)
+        return volume if self.air is None else volume + free_air(ca.fmax(pressure, _FLOOR), self.air, self.polytropic)
 
     def thickening(self, pressure: Any) -> Any:
         """Viscosity at an absolute pressure [Pa] over that at atmospheric pressure [1]."""

@@ -89,6 +89,8 @@ class Pump:
         orifice_leak: further leakage through worn edges, Q / sqrt(pressure rise) [m3/s/sqrt(Pa)]; none without it.
         table: measured losses; with it the nominal point and the no-load torque are not used.
         friction_factor: friction torque over that of the law or the table, for wear [1]; none without it.
+        compressed: share of the nominal flow that the nominal efficiency has as the oil's compression [1]; with it oil
+            is drawn with the density of one side and delivered with that of the other. Without it volume is kept.
         drag: torque per speed that the oil in the gaps takes at the nominal viscosity [N m s/rad], beside eq. 7;
             it goes with the viscosity (Wilson's law). None without it; a table has it in itself.
     """
@@ -111,6 +113,7 @@ class Pump:
     table: LossTable | None = None
     friction_factor: float | None = None
     drag: float | None = None
+    compressed: float | None = None
 
     @property
     def geared_displacement(self) -> Any:
@@ -119,9 +122,10 @@ class Pump:
 
     def leak_coefficient(self, viscosity: Any, density: Any) -> Any:
         """K_HP [m3/s/Pa] with this oil, eq. 10."""
+        kept = self.volumetric_efficiency
         return self.leak_factor * leak_coefficient(
             self.displacement,
-            self.volumetric_efficiency,
+            kept if self.compressed is None else kept + self.compressed,
             self.nominal_speed,
             self.nominal_pressure,
             self.nominal_viscosity,
@@ -148,8 +152,30 @@ class Pump:
         return leak
 
     def flow(self, speed: Any, pressure_rise: Any, viscosity: Any, density: Any) -> Any:
-        """Volume flow from inlet to outlet [m3/s], eqs 3 and 9, at a pump speed [rad/s] and pressure rise [Pa]."""
+        """Volume flow from inlet to outlet [m3/s], eqs 3 and 9, at a pump speed [rad/s] and pressure rise [Pa].
+
+        Of oil that keeps its volume; else `flows` has what is drawn and what is delivered.
+        """
         return self.displacement * speed - self.leakage(speed, pressure_rise, viscosity, density)
+
+    def flows(self, speed: Any, leakage: Any, volumes: tuple[Any, Any]) -> tuple[Any, Any]:
+        """Volume flows that leave the inlet and that come to the outlet [m3/s]; their masses are the same.
+
+        Its chambers fill on the side that it draws from, with that side's density. What leaks has the density of the
+        side with the higher pressure, where efficiencies are measured.
+
+        Args:
+            speed: of the pump [rad/s].
+            leakage: [m3/s].
+            volumes: specific volumes at inlet and outlet, in any unit.
+        """
+        if self.compressed is None:
+            flow = self.displacement * speed - leakage
+            return flow, flow
+        at_inlet, at_outlet = volumes
+        filled = ca.if_else(speed > 0.0, at_inlet, at_outlet)
+        mass = self.displacement * speed / filled - leakage / ca.fmin(at_inlet, at_outlet)
+        return mass * at_inlet, mass * at_outlet
 
     def torque(self, speed: Any, pressure_rise: Any, viscosity: Any = None) -> Any:
         """Torque at the pump's own shaft [N m], eqs 4, 7 and 8; arguments as `friction`."""
@@ -184,7 +210,14 @@ class Pump:
             viscosity = viscosity * circuit.oil.thickening(0.5 * (inlet + outlet))
         leak = self.leakage(speed, rise, viscosity, circuit.density)
         friction = self.friction(speed, rise, circuit.viscosity)
-        circuit.flow(self.name, self.inlet, self.outlet, self.displacement * speed - leak)
+        if self.compressed is None:
+            circuit.flow(self.name, self.inlet, self.outlet, self.displacement * speed - leak)
+        else:
+            volumes = circuit.oil.specific_volume(inlet), circuit.oil.specific_volume(outlet)
+            drawn, delivered = self.flows(speed, leak, volumes)
+            circuit.flow(self.name, self.inlet, self.outlet, drawn, arriving=delivered)
+            given = self.displacement * speed * rise - leak * rise
+            circuit.work(f"{self.name}.compression", given - (delivered * outlet - drawn * inlet))
         circuit.shaft_torque(self.belt * (self.displacement * rise + friction))
         circuit.loss(f"{self.name}.leakage", leak * rise)
         circuit.loss(f"{self.name}.friction", friction * speed)

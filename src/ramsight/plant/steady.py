@@ -175,18 +175,27 @@ def _steady(
     cylinder = unit.cylinder
     pressure = velocity = 0.0
 
+    def ends(pump: Pump) -> tuple[float, float]:
+        there = [pressure if node in held else low if node in unloaded else tank for node in (pump.inlet, pump.outlet)]
+        return there[0], there[1]
+
     def rise(pump: Pump) -> float:
-        ends = (pump.outlet, pump.inlet)
-        above = [pressure if node in held else low if node in unloaded else tank for node in ends]
-        return above[0] - above[1]
+        inlet, outlet = ends(pump)
+        return outlet - inlet
+
+    def into_held(pump: Pump) -> float:
+        speed = pump.belt * turning
+        leakage = pump.leakage(speed, rise(pump), viscosity, density)
+        inlet, outlet = ends(pump)
+        drawn, delivered = pump.flows(
+            speed, leakage, (unit.oil.specific_volume(inlet), unit.oil.specific_volume(outlet))
+        )
+        return float((pump.outlet in held) * delivered - (pump.inlet in held) * drawn)
 
     for _ in range(_ROUNDS):
         friction = direction * (cylinder.coulomb_friction + cylinder.viscous_friction * abs(velocity))
         pressure = (force + low * other + friction) / area
-        into = sum(
-            ((p.outlet in held) - (p.inlet in held)) * float(p.flow(p.belt * turning, rise(p), viscosity, density))
-            for p in pumps
-        )
+        into = sum(into_held(p) for p in pumps)
         velocity = unit.lift_sign * (1.0 if unit.held == "a" else -1.0) * into / area
     torque = sum(p.belt * float(p.torque(p.belt * turning, rise(p), viscosity)) for p in pumps)
     return pressure, torque, abs(velocity)
