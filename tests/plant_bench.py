@@ -64,6 +64,8 @@ PARTS = {
     "pump from the tank": replace(PUMP, inlet=TANK),
     "pump with viscous drag": replace(PUMP, drag=0.02),
     "pump that compresses its oil": replace(PUMP, compressed=0.02),
+    "pump with hydrodynamic drag": replace(PUMP, drag=0.02, hydrodynamic_drag=3e-5),
+    "pump on a belt that loses and creeps": replace(PUMP, belt_loss=0.03, belt_creep=0.01),
     "hose": HOSE,
     "hose turning turbulent": replace(HOSE, turbulent=True, diameter=8e-3),
     "hose with inertia": replace(HOSE, segments=3),

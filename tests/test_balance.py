@@ -461,6 +461,9 @@ OPTIONS = {
         unit.mapped(lambda part: replace(part, compressed=0.02) if isinstance(part, Pump) else part),
         oil=replace(unit.oil, air=0.01, polytropic=1.4),
     ),
+    "belts that lose and creep": lambda unit: unit.mapped(
+        lambda part: replace(part, belt_loss=0.03, belt_creep=0.01) if isinstance(part, Pump) else part
+    ),
     "an orifice across the pump": lambda unit: with_part(unit, Orifice("short", *across(unit), 2e-9)),
     "a part of one's own": lambda unit: with_part(unit, Drain("drain", *across(unit), 2e-11)),
 }

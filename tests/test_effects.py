@@ -289,3 +289,52 @@ def test_a_table_measured_at_the_outlet_has_the_compression_in_it():
 def test_an_efficiency_that_leaves_no_room_for_the_compression_is_refused():
     with pytest.raises(DescriptionError, match=r"pump_a.compression = .*more than a volumetric efficiency of 0.99"):
         described(IN_IT | {"pump_a.volumetric_efficiency": 0.99})
+
+
+# Torque losses and belts -------------------------------------------------------------------------------------------
+
+
+def of_both_pumps(**values):
+    """Values of both pumps' descriptions."""
+    return {f"pump_{side}.{key}": value for side in "ab" for key, value in values.items()}
+
+
+@pytest.mark.parametrize("celsius", [0.0, 40.0])
+def test_drag_is_torque_and_no_travel_and_is_in_the_sensor(celsius):
+    # Wilson's law with C_v = 1.5e5: C_v D nu rho for a block of two chambers.
+    drag = 1.5e5 * LOADER.pump_a.displacement_per_rad / 2.0 * 46e-6 * 872.0
+    unit = described(of_both_pumps(viscous_drag=drag, hydrodynamic_drag=2e-5))
+    duty = lift_lower(unit, 258e3, 273.15 + celsius)
+    run, plain = (simulate(which, duty, sample_period=0.02) for which in (unit, BOOM))
+    assert apart(run, plain) < 1e-6
+    assert closes(run)
+    lifting_now = int(np.searchsorted(run["time"], 4.0))
+    more = float((run["motor_torque"] - plain["motor_torque"])[lifting_now])
+    speed = float(run["motor_speed"][lifting_now])
+    thickness = float(unit.oil.viscosity(273.15 + celsius)) / 46e-6
+    expected = sum(
+        p.belt * (p.blocks * (drag * p.belt * speed * thickness + 2e-5 * (p.belt * speed) ** 2))
+        for p in (LOADER.pump_a, LOADER.pump_b)
+    )
+    assert more == pytest.approx(expected, rel=1e-4)
+    said, without = told(unit, run), told(BOOM, run)
+    assert said["load"][lifting_now] == pytest.approx(258e3, rel=0.01)
+    assert without["load"][lifting_now] > (360e3 if celsius == 0.0 else 270e3), "friction read as a load"
+    assert np.abs(said["position"] - run["position"].values).max() < 0.5e-3
+
+
+def test_a_belt_that_creeps_costs_travel_and_one_that_loses_costs_torque():
+    creeps, loses = (
+        described(of_both_pumps(**change)) for change in ({"belt_creep": 0.01}, {"belt_efficiency": 0.975})
+    )
+    plain, crept, lost = (lifting(which, 258e3) for which in (BOOM, creeps, loses))
+    assert -2e-3 < float((crept["position"] - plain["position"])[-1]) < -0.8e-3
+    assert apart(lost, plain) < 1e-6
+    up, down = (int(np.searchsorted(plain["time"], t)) for t in (4.0, 13.0))
+    ratio = (lost["motor_torque"] / plain["motor_torque"]).values
+    assert ratio[up] == pytest.approx(1.025, abs=2e-3)
+    assert ratio[down] == pytest.approx(0.975, abs=6e-3), "of a load that drives, less comes to the motor"
+    for unit, run in ((creeps, crept), (loses, lost)):
+        assert closes(run)
+        assert np.abs(followed(unit, run)).max() < 0.5e-3
+    assert np.abs(followed(BOOM, crept)).max() > 1e-3

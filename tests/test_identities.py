@@ -157,6 +157,9 @@ SWITCHES = {
         {"pressure_in": 4e5, "pressure_out": 4e5, "motor_speed": w} for w in (-100.0, 100.0)
     ]
     + [{"pressure_in": 4e5, "pressure_out": 4e5, "motor_speed": w} for w in (-100.0, 100.0)],
+    "pump on a belt that loses and creeps": [
+        {"pressure_in": 4e5, "pressure_out": p, "motor_speed": w} for p in (4e5, 200e5) for w in (-100.0, 0.0, 100.0)
+    ],
     "pump worn like an orifice": [{"pressure_in": 4e5, "pressure_out": 4e5, "motor_speed": 0.0}],
     "pump by table": [
         {"pressure_in": 4e5, "pressure_out": 4e5 + rise, "motor_speed": w * 41 / 28}

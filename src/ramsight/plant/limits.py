@@ -46,7 +46,7 @@ def limits_of(unit: HydraulicUnit) -> Limits:
     pumps = [part for part in parts if isinstance(part, Pump)]
     viscosity, density = float(unit.oil.viscosity(T40)), float(unit.oil.density_at(T40))
     leak = sum(abs(float(p.leakage(0.0, pressure, viscosity, density))) for p in pumps)
-    needed = [abs(p.belt * float(p.torque(p.nominal_speed, pressure, viscosity))) for p in pumps]
+    needed = [abs(float(p.shaft_torque(p.nominal_speed, pressure, viscosity))) for p in pumps]
     return Limits(
         pressure=float(pressure),
         load=float(pressure) * area,

@@ -186,6 +186,7 @@ def _steady(
     def into_held(pump: Pump) -> float:
         speed = pump.belt * turning
         leakage = pump.leakage(speed, rise(pump), viscosity, density)
+        speed = pump.driven_speed(speed, pump.torque(speed, rise(pump), viscosity))
         inlet, outlet = ends(pump)
         drawn, delivered = pump.flows(
             speed, leakage, (unit.oil.specific_volume(inlet), unit.oil.specific_volume(outlet))
@@ -197,7 +198,7 @@ def _steady(
         pressure = (force + low * other + friction) / area
         into = sum(into_held(p) for p in pumps)
         velocity = unit.lift_sign * (1.0 if unit.held == "a" else -1.0) * into / area
-    torque = sum(p.belt * float(p.torque(p.belt * turning, rise(p), viscosity)) for p in pumps)
+    torque = sum(float(p.shaft_torque(p.belt * turning, rise(p), viscosity)) for p in pumps)
     return pressure, torque, abs(velocity)
 
 
