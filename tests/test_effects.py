@@ -13,6 +13,8 @@ from ramsight.duty.profile import constant
 from ramsight.errors import DescriptionError
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build
+from ramsight.plant.limits import limits_of
+from ramsight.plant.steady import cautions, derive
 from ramsight.sensor.balance import balance as balance_sensor
 from ramsight.sensor.status import Status
 
@@ -338,3 +340,43 @@ def test_a_belt_that_creeps_costs_travel_and_one_that_loses_costs_torque():
         assert closes(run)
         assert np.abs(followed(unit, run)).max() < 0.5e-3
     assert np.abs(followed(BOOM, crept)).max() > 1e-3
+
+
+# Relief valves of the cylinder's ports -----------------------------------------------------------------------------
+
+PORTS = {"port_relief_valve": {"setting": "230 bar", "rated_flow": "100 l/min", "override_pressure": "5 bar"}}
+
+
+def shocked(unit, peak=700e3):
+    """A load at rest that a shock makes heavier for a third of a second."""
+    load = Profile([0.0, 1.0, 1.1, 1.3, 1.4, 4.0], [HIGH, HIGH, peak, peak, HIGH, HIGH])
+    return simulate(unit, Duty(Profile([0.0, 4.0], [0.0, 0.0]), load, constant(WARM), 0.4), sample_period=0.01)
+
+
+def test_a_shock_at_rest_leaves_a_mark_where_a_port_has_a_relief_valve():
+    unit = described(PORTS)
+    run, plain = shocked(unit), shocked(BOOM)
+    assert run["position"][-1] < plain["position"][-1] - 10e-3
+    assert plain["position"][-1] > 0.4 - 2e-3, "a locked cylinder comes back, but for friction"
+    assert run["pressure_a"].max() < plain["pressure_a"].max() - 10e5
+    assert closes(run)
+    assert apart(lifting(unit, HIGH), lifting(BOOM, HIGH)) < 1e-8
+
+
+def test_port_relief_valves_change_nothing_of_what_the_pumps_can_do():
+    assert limits_of(described(PORTS)) == limits_of(BOOM)
+    assert derive(described(PORTS)) == derive(BOOM)
+    low = LOADER.replace(PORTS | {"port_relief_valve.setting": "200 bar"})
+    assert any("port_relief_a of the cylinder opens at 200 bar" in text for text in cautions(low, build("boom", low)))
+
+
+def test_an_optional_part_may_name_a_model_and_is_checked_like_every_part():
+    there = '[units.boom.port_relief_valve]\nmodel = "DB10P-01"\nsetting = "240 bar"\n\n[units.boom.load]'
+    text = machine.template().replace("[units.boom.load]", there)
+    valve = machine.loads(text).unit("boom").port_relief_valve
+    assert (valve.setting, valve.override_pressure) == (240e5, 5e5)
+    assert machine.loads(machine.template(machine.loads(text))).unit("boom").port_relief_valve == valve
+    with pytest.raises(
+        DescriptionError, match=r"units.boom.port_relief_valve.seting: unknown key; did you mean 'setting'"
+    ):
+        machine.loads(text.replace('model = "DB10P-01"\nsetting', 'model = "DB10P-01"\nseting'))

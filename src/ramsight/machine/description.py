@@ -122,6 +122,10 @@ class DirectDriven(Unit):
     relief_valve: ReliefValve
     anticavitation_valve: AnticavitationValve
     safety_valve: SafetyValve
+    port_relief_valve: Annotated[
+        ReliefValve | None,
+        Field(description="relief valves of the cylinder's ports, from chamber to tank behind the safety valves"),
+    ] = None
 
     @model_validator(mode="after")
     def _hose_is_softer_than_oil(self) -> Self:

@@ -123,8 +123,17 @@ def build(name: str, unit: Unit) -> DdhUnit:
         b=_side("b", unit, unit.pump_b),
         lift_sign=lift_sign,
         max_speed=unit.drive.max_speed,
+        extra=_port_reliefs(unit),
         assumptions=unit.assumptions,
     )
+
+
+def _port_reliefs(unit: DirectDriven) -> tuple[Part, ...]:
+    """Relief valves of both chambers, where the machine has them."""
+    spec = unit.port_relief_valve
+    if spec is None:
+        return ()
+    return tuple(described.relief_valve(spec, f"port_relief_{side}", f"chamber_{side}", TANK) for side in "ab")
 
 
 def _side(name: str, unit: DirectDriven, pump: PumpDescription) -> Side:
