@@ -63,6 +63,9 @@ PARTS = {
     "pump by table": TABULATED,
     "pump from the tank": replace(PUMP, inlet=TANK),
     "pump with viscous drag": replace(PUMP, drag=0.02),
+    "pump that compresses its oil": replace(PUMP, compressed=0.02),
+    "pump with hydrodynamic drag": replace(PUMP, drag=0.02, hydrodynamic_drag=3e-5),
+    "pump on a belt that loses and creeps": replace(PUMP, belt_loss=0.03, belt_creep=0.01),
     "hose": HOSE,
     "hose turning turbulent": replace(HOSE, turbulent=True, diameter=8e-3),
     "hose with inertia": replace(HOSE, segments=3),
@@ -70,6 +73,17 @@ PARTS = {
     "volume": Volume("volume", "in", 3e-4),
     "accumulator": Accumulator("accumulator", "in", 1e-3, 2e5, 1.3),
     "relief valve": ReliefValve("valve", "in", "out", 210e5, 3.3e-9),
+    "relief valve that leaks": ReliefValve("valve", "in", "out", 210e5, 3.3e-9, closed_leak=1e-17),
+    "relief valve whose pilot leaks": ReliefValve(
+        "valve", "in", "out", 210e5, 3.3e-9, pilot_flow=1e-5, pilot_opens=0.85
+    ),
+    "relief valve that reseats lower": ReliefValve("valve", "in", "out", 210e5, 3.3e-9, reseats=0.95),
+    "check valve that leaks": CheckValve("valve", "in", "out", 0.5e5, 3.8e-6, closed_leak=1e-17),
+    "pilot check valve that leaks": PilotCheckValve(
+        "valve", "in", "out", "pilot", 0.3e5, 1.2e-6, 3.5, closed_leak=1e-17
+    ),
+    "safety valve that leaks": replace(SAFETY, closed_leak=1e-17),
+    "directional valve that leaks": DirectionalValve("valve", "in", TANK, "out", "pilot", 1e-6, 0.1, closed_leak=1e-17),
     "check valve": CheckValve("valve", "in", "out", 0.5e5, 3.8e-6),
     "check valve without spring": CheckValve("valve", "in", "out", 0.0, 3.8e-6),
     "pilot check valve": PilotCheckValve("valve", "in", "out", "pilot", 0.3e5, 1.2e-6, 3.5),
@@ -82,6 +96,14 @@ PARTS = {
     "cylinder": CYLINDER,
     "cylinder under a load that resists": replace(CYLINDER, passive=True),
     "cylinder that leaks": replace(CYLINDER, seal_leak=1e-18),
+    "cylinder with cushions": replace(
+        CYLINDER,
+        cushion_length_a=25e-3,
+        cushion_length_b=20e-3,
+        cushion_area_a=0.02,
+        cushion_area_b=0.01,
+        cushion_conductance=1e-7,
+    ),
     "double-rod cylinder": replace(CYLINDER, area_b=CYLINDER.area_a),
     "ideal drive": IdealDrive("drive", 0.008),
     "servo drive": ServoDrive("drive", 0.008, 0.8, 16.0, 90.0),
@@ -97,6 +119,12 @@ WHOLE = {
     # A motor that turns one way and a load that only resists: what other tests ask of units does not hold for it.
     "eha-valve-rig axis": built.build("axis", machine.load("eha-valve-rig").unit("axis")),
     "loader with every option of the oil": replace(UNITS["mining-loader boom"], oil=FULL_OIL),
+    "loader with every option of the oil, compressed in its pumps": replace(
+        UNITS["mining-loader boom"].mapped(
+            lambda part: replace(part, compressed=0.02) if isinstance(part, Pump) else part
+        ),
+        oil=FULL_OIL,
+    ),
     "loader with a servo": replace(UNITS["mining-loader boom"], drive=PARTS["servo drive"]),
 }
 #: parts of a circuit whose equations stand elsewhere, and why they are not on the bench
@@ -160,6 +188,8 @@ def _random(name, rng, count):
     ranges = {"position": (-1e-3, 0.701), "velocity": (-0.5, 0.5), "motor_speed": (-400.0, 400.0)}
     if name.startswith("flow"):
         return rng.uniform(-2e-3, 2e-3, count)
+    if name.startswith("felt"):
+        return rng.uniform(0.0, 4e7, count)
     if name.startswith("opening"):
         return rng.uniform(0.0, 1.0, count)
     if name.startswith("spool"):

@@ -17,7 +17,7 @@ from ramsight.plant.limits import limits_of
 from ramsight.plant.model import casadi_model
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import pumped_into, side_nodes
-from ramsight.plant.valve import Orifice
+from ramsight.plant.valve import Orifice, ReliefValve
 
 from .plant_bench import UNITS, table_of
 
@@ -448,6 +448,22 @@ OPTIONS = {
     ),
     "viscosity under pressure": lambda unit: replace(unit, oil=replace(unit.oil, pressure_viscosity=1.8e-8)),
     "seals that leak": lambda unit: replace(unit, cylinder=replace(unit.cylinder, seal_leak=2e-18 * 32e-6 * 1e5)),
+    "closed valves that leak": lambda unit: unit.mapped(
+        lambda part: replace(part, closed_leak=1e-18) if hasattr(part, "closed_leak") else part
+    ),
+    "pilots that leak": lambda unit: unit.mapped(
+        lambda part: replace(part, pilot_flow=2e-5, pilot_opens=0.2) if isinstance(part, ReliefValve) else part
+    ),
+    "oil that pumps compress": lambda unit: unit.mapped(
+        lambda part: replace(part, compressed=0.02) if isinstance(part, Pump) else part
+    ),
+    "air that pumps draw": lambda unit: replace(
+        unit.mapped(lambda part: replace(part, compressed=0.02) if isinstance(part, Pump) else part),
+        oil=replace(unit.oil, air=0.01, polytropic=1.4),
+    ),
+    "belts that lose and creep": lambda unit: unit.mapped(
+        lambda part: replace(part, belt_loss=0.03, belt_creep=0.01) if isinstance(part, Pump) else part
+    ),
     "an orifice across the pump": lambda unit: with_part(unit, Orifice("short", *across(unit), 2e-9)),
     "a part of one's own": lambda unit: with_part(unit, Drain("drain", *across(unit), 2e-11)),
 }

@@ -119,6 +119,7 @@ OPTIONS = {
     "much free air": lambda unit: replace(unit, oil=replace(unit.oil, air=0.02, polytropic=1.4)),
     "thicker oil under pressure": lambda unit: replace(unit, oil=replace(unit.oil, pressure_viscosity=2e-8)),
     "thermal expansion": lambda unit: replace(unit, oil=replace(unit.oil, expansion=7e-4)),
+    "oil that pumps compress": lambda unit: pumps(unit, lambda p: replace(p, compressed=0.02)),
     "leakage like an orifice's": lambda unit: pumps(unit, lambda p: replace(p, orifice_leak=0.3 * orifice_at_one(p))),
     "a part of one's own": lambda unit: replace(
         unit, extra=(Drain("drain", next(iter(side_nodes(unit, "a") - {"chamber_a", "line_a"})), 0.15 * leak_of(unit)),)

@@ -17,6 +17,7 @@ from ramsight.machine.description import Composed, DirectDriven, Unit
 from ramsight.machine.efficiencies import COLUMNS
 from ramsight.machine.parts import Hose, Pump
 from ramsight.machine.reading import loads
+from ramsight.units import to_si
 
 if TYPE_CHECKING:
     from ramsight.machine.description import Machine
@@ -43,8 +44,10 @@ def changes(machine: Machine, unit: str, found: Identification) -> dict[str, tup
         before = machine.source_of(f"{path}.{key}")
         result[f"{path}.{key}"] = (value, f"[identified] {words}" + (f"; was: {before}" if before else ""))
 
+    stiffness = factors["stiffness"].value if factors["stiffness"].told else 1.0
+    moduli_of_oil = described.oil.bulk_modulus, stiffness * described.oil.bulk_modulus
     for name, pump in _placed(described, Pump).items():
-        for key, value, told in _pump(pump, found):
+        for key, value, told in _pump(pump, found, moduli_of_oil):
             put(f"{name}.{key}", value, *told)
     if factors["friction"].told:
         names = ["coulomb_friction", "breakaway_friction", "viscous_friction"]
@@ -52,7 +55,6 @@ def changes(machine: Machine, unit: str, found: Identification) -> dict[str, tup
         for name in names if factors["friction"].value < 1.0 else reversed(names):
             put(f"cylinder.{name}", factors["friction"].value * getattr(described.cylinder, name), "friction")
     if factors["stiffness"].told:
-        stiffness = factors["stiffness"].value
         moduli = [
             (f"{n}.effective_bulk_modulus", h.effective_bulk_modulus) for n, h in _placed(described, Hose).items()
         ]
@@ -74,7 +76,15 @@ def _placed(unit: Unit, kind: type) -> dict[str, Any]:
     return {name: part for name, part in named.items() if isinstance(part, kind)}
 
 
-def _pump(pump: Pump, found: Identification) -> Iterator[tuple[str, float | str, tuple[str, ...]]]:
+def _left(pump: Pump, efficiency: float, pressure: float, lost: float, moduli: tuple[float, float]) -> float:
+    """Volumetric efficiency with `lost` times the leakage, and what of it is the oil's compression before and after."""
+    before, after = (pump.compressed(pressure, modulus) for modulus in moduli)
+    return 1.0 - after - lost * (1.0 - before - efficiency)
+
+
+def _pump(
+    pump: Pump, found: Identification, moduli: tuple[float, float]
+) -> Iterator[tuple[str, float | str, tuple[str, ...]]]:
     """Keys and values of a pump that change, and the factors that they rest on."""
     leak, orifice, size, rough = (found.factors[n] for n in ("leak", "orifice", "displacement", "efficiency"))
     if size.told:
@@ -84,10 +94,10 @@ def _pump(pump: Pump, found: Identification) -> Iterator[tuple[str, float | str,
     if pump.losses == "table":
         if leak.told or size.told or rough.told:
             friction = rougher(pump.hydromechanical_efficiency, rough.value)
-            yield "efficiency_table", _table(pump, lost, friction), ("leak", "displacement", "efficiency")
+            yield "efficiency_table", _table(pump, lost, friction, moduli), ("leak", "displacement", "efficiency")
     else:
         if leak.told or size.told:
-            left = 1.0 - lost * (1.0 - pump.volumetric_efficiency)
+            left = _left(pump, pump.volumetric_efficiency, pump.nominal_pressure, lost, moduli)
             yield "volumetric_efficiency", left, ("leak", "displacement")
         if rough.told:
             yield "hydromechanical_efficiency", pump.hydromechanical_efficiency + rough.value, ("efficiency",)
@@ -96,12 +106,12 @@ def _pump(pump: Pump, found: Identification) -> Iterator[tuple[str, float | str,
         yield "orifice_leakage", orifice.value * nominal, ("orifice",)
 
 
-def _table(pump: Pump, leak: float, friction: float) -> str:
+def _table(pump: Pump, leak: float, friction: float, moduli: tuple[float, float]) -> str:
     """A pump's table of efficiencies with other losses, as CSV."""
     lines = [line for line in csv.reader(io.StringIO(pump.efficiency_table.strip()), skipinitialspace=True) if line]
     rows = [",".join(COLUMNS)]
     for line in lines[1:]:
-        volumetric = 1.0 - leak * (1.0 - float(line[3]))
+        volumetric = _left(pump, float(line[3]), to_si(float(line[0]), "bar"), leak, moduli)
         hydromechanical = 1.0 / (1.0 + friction * (1.0 / float(line[4]) - 1.0))
         rows.append(",".join([*(cell.strip() for cell in line[:3]), f"{volumetric:.9g}", f"{hydromechanical:.9g}"]))
     return "\n".join(rows)

@@ -48,6 +48,7 @@ def simulate(
     displacement: Annotated[float, typer.Option(min=0.5, max=2.0, help="Their displacement over it.")] = 1.0,
     stiffness: Annotated[float, typer.Option(min=0.1, max=10.0, help="Of oil and hoses, over it.")] = 1.0,
     friction: Annotated[float, typer.Option(min=0.0, max=10.0, help="Of the cylinder, over it.")] = 1.0,
+    relief: Annotated[float, typer.Option(min=0.5, max=1.5, help="Settings of the relief valves, over it.")] = 1.0,
     torque_gain: Annotated[
         float, typer.Option(min=0.1, max=10.0, help="Torque that the drive reports over the true one.")
     ] = 1.0,
@@ -88,7 +89,7 @@ def simulate(
     run = run_unit(
         built,
         duty,
-        as_built=AsBuilt(leak, displacement, stiffness, friction),
+        as_built=AsBuilt(leak, displacement, stiffness, friction, relief),
         load=load or None,
         oil_temperature=oil_temperature,
         speed=speed,

@@ -14,7 +14,7 @@ import numpy as np
 
 from ramsight.engine.run import Array, Segments, Trajectory, outputs
 from ramsight.equation import OdeModel
-from ramsight.plant.circuit import CircuitModel
+from ramsight.plant.circuit import EXPANSION, CircuitModel
 
 if TYPE_CHECKING:
     from ramsight.plant.linked import LinkedModel
@@ -134,7 +134,8 @@ def _balances(
     shaft = given - taken
     rest = shaft - sum(works.values()) - sum(losses.values()) - sum(stored.values())
     grown = sum(float(own[f"volume_{node}"][-1] - own[f"volume_{node}"][0]) for node in audited.nodes)
-    missing = drawn - grown - compressed_volume
+    expands = any(state.name == f"{prefix}{EXPANSION}" for state in ode.states)
+    missing = drawn - grown - compressed_volume + (total(EXPANSION) if expands else 0.0)
     energies = {
         "energy.shaft": shaft,
         "energy.shaft_given": given,

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ramsight.duty.audit import audit_linked
-from ramsight.duty.profile import Array, Profile, all_corners, constant, held_corners
+from ramsight.duty.profile import Array, Profile, all_corners, constant, held_corners, rates
 from ramsight.duty.simulate import SAMPLE_PERIOD, check_temperature
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import DEFAULT_MAX_STEPS, DEFAULT_RTOL, Segments, integrate, outputs
 from ramsight.errors import SimulationError
+from ramsight.plant.circuit import WARMING
 from ramsight.plant.linkage import angles
 from ramsight.plant.linked import LinkedMachine, LinkedModel, linked_model, start_state
 
@@ -78,6 +79,9 @@ class LinkedDuty:
         parameters = np.tile(model.values, (len(middle) if np.any(np.ptp(held, axis=0) > 0.0) else 1, 1))
         for unit, column in zip(units, held.T, strict=True):
             parameters[:, model.ode.parameters.index(f"{unit}.oil_temperature")] = column[: len(parameters)]
+            if (warming := f"{unit}.{WARMING}") in model.ode.parameters:
+                change = rates(self.oil_temperature[unit], corner)
+                parameters[:, model.ode.parameters.index(warming)] = change[: len(parameters)]
         return Segments(corner[:-1], corner[1:], np.ascontiguousarray(inputs[:-1]), slope, parameters)
 
 

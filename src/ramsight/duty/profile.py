@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ramsight.engine.run import Segments
-from ramsight.plant.circuit import command_of
+from ramsight.plant.circuit import WARMING, command_of
 
 Array = NDArray[np.float64]
 
@@ -117,6 +117,8 @@ class Duty:
         slope = np.diff(inputs, axis=0) / np.diff(corner)[:, None]
         middle = 0.5 * (corner[:-1] + corner[1:])
         steps = {"oil_temperature": self.oil_temperature(middle)}
+        if WARMING in names:
+            steps[WARMING] = rates(self.oil_temperature, corner)
         steps |= {command_of(name): self.commanded(name, middle) for name in self.commands}
         held = parameters[None].copy()
         if any(np.ptp(values) > 0.0 for values in steps.values()):
@@ -124,6 +126,11 @@ class Duty:
         for name, values in steps.items():
             held[:, names.index(name)] = values[: len(held)]
         return Segments(corner[:-1], corner[1:], np.ascontiguousarray(inputs[:-1]), slope, held)
+
+
+def rates(profile: Profile, corner: Array) -> Array:
+    """How fast a quantity changes from corner to corner [its unit per second], shape (corners - 1,)."""
+    return np.asarray(np.diff(profile(corner)) / np.diff(corner))
 
 
 def held_corners(temperature: Profile) -> Array:

@@ -9,7 +9,7 @@ from typing import Any, TypeVar, get_args
 from pydantic import BaseModel, Tag, ValidationError
 
 from ramsight.errors import DescriptionError
-from ramsight.machine.declare import Part, declaration, explain
+from ramsight.machine.declare import Part, declaration, explain, part_class
 from ramsight.units import name_of
 
 P = TypeVar("P", bound=Part)
@@ -104,7 +104,7 @@ def _field_at(model: type[BaseModel], location: list[str]) -> tuple[type[BaseMod
             steps.pop(0)
             if not steps:
                 field = None
-        holder = inner if isinstance(inner, type) and issubclass(inner, BaseModel) else None
+        holder = part_class(inner)
     return holder, field
 
 

@@ -6,7 +6,7 @@ import operator
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic.fields import FieldInfo
@@ -226,6 +226,14 @@ Model = Annotated[str | None, Field(description="name of a catalogue entry that 
 def declaration(field: FieldInfo) -> Quantity | None:
     """Return the declaration of a field, or `None` if it holds words or a table."""
     return next((item for item in field.metadata if isinstance(item, Quantity)), None)
+
+
+def part_class(annotation: Any) -> type[Part] | None:
+    """The class of parts that a field holds, be the part optional or not; `None` if it holds something else."""
+    for kind in (annotation, *get_args(annotation)):
+        if isinstance(kind, type) and issubclass(kind, Part):
+            return kind
+    return None
 
 
 def explain(field: FieldInfo) -> str:

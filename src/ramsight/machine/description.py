@@ -13,6 +13,7 @@ from ramsight.errors import UnknownNameError
 from ramsight.machine import catalogue
 from ramsight.machine.assumptions import Assumptions
 from ramsight.machine.declare import Part, refuse
+from ramsight.machine.efficiencies import read_efficiencies
 from ramsight.machine.linkage import Linkage
 from ramsight.machine.parts import (
     AnticavitationValve,
@@ -77,6 +78,29 @@ class Unit(Part):
         """Settings of all relief valves [Pa]."""
         return ()
 
+    @model_validator(mode="after")
+    def _compression_fits_the_efficiency(self) -> Self:
+        for name, pump in self.pumps.items():
+            table = read_efficiencies(pump.efficiency_table) if pump.losses == "table" else None
+            point = (pump.nominal_pressure,), (((pump.volumetric_efficiency,),),)
+            pressures, pages = point if table is None else (table.pressure, table.volumetric)
+            for row in (row for page in pages for row in page):
+                for pressure, efficiency in zip(pressures, row, strict=True):
+                    most = 1.0 - pump.compressed(pressure, self.oil.bulk_modulus)
+                    if efficiency > most:
+                        raise refuse(
+                            f"{self._path_of(name)}.compression",
+                            pump.compression,
+                            f"the oil's compression at {pressure / 1e5:g} bar is more than a volumetric efficiency "
+                            f"of {efficiency:g} leaves for it",
+                            f'an efficiency of at most {most:.4f}, or "beside efficiency"',
+                        )
+        return self
+
+    def _path_of(self, pump: str) -> str:
+        """Where the description has a pump of `pumps`."""
+        return pump
+
     def _check_hose(self, key: str, hose: Hose) -> None:
         if hose.effective_bulk_modulus > self.oil.bulk_modulus:
             raise refuse(
@@ -98,6 +122,10 @@ class DirectDriven(Unit):
     relief_valve: ReliefValve
     anticavitation_valve: AnticavitationValve
     safety_valve: SafetyValve
+    port_relief_valve: Annotated[
+        ReliefValve | None,
+        Field(description="relief valves of the cylinder's ports, from chamber to tank behind the safety valves"),
+    ] = None
 
     @model_validator(mode="after")
     def _hose_is_softer_than_oil(self) -> Self:
@@ -113,6 +141,9 @@ class DirectDriven(Unit):
     def pumps(self) -> dict[str, Pump]:
         """The pumps by what to call them."""
         return {"pump A": self.pump_a, "pump B": self.pump_b}
+
+    def _path_of(self, pump: str) -> str:
+        return pump.lower().replace(" ", "_")
 
     @property
     def relief_settings(self) -> tuple[float, ...]:
@@ -152,6 +183,9 @@ class Composed(Unit):
     def pumps(self) -> dict[str, Pump]:
         """The pumps by what to call them."""
         return {name: part for name, part in self.parts.items() if isinstance(part, Pump)}
+
+    def _path_of(self, pump: str) -> str:
+        return f"parts.{pump}"
 
     @property
     def relief_settings(self) -> tuple[float, ...]:

@@ -133,14 +133,39 @@ class Cylinder(Part):
         ),
     ] = 0.0
 
+    cushion_length_a: Annotated[
+        float,
+        quantity("mm", "end cushion of side A, before the rod is in; 0 for none", least="0 mm", most="200 mm"),
+    ] = 0.0
+    cushion_length_b: Annotated[
+        float,
+        quantity("mm", "end cushion of side B, before the rod is out; 0 for none", least="0 mm", most="200 mm"),
+    ] = 0.0
+    cushion_plunger_a: Annotated[float, quantity("mm", "diameter of side A's plunger", least="0 mm", below="1 m")] = 0.0
+    cushion_plunger_b: Annotated[
+        float,
+        quantity("mm", "diameter of side B's plunger, around the rod; 0 for the rod's", least="0 mm", below="1 m"),
+    ] = 0.0
+    cushion_flow: Annotated[
+        float,
+        quantity(
+            "l/min", "through a cushion's needle valve at 100 bar, per cylinder", above="0 l/min", most="1000 l/min"
+        ),
+    ] = 5e-5
+
     @model_validator(mode="after")
     def _holds_together(self) -> Self:
-        for key, rod, least in (("rod", self.rod, "above 0 mm"), ("rod_a", self.rod_a, "at least 0 mm")):
+        for key, rod, least in (
+            ("rod", self.rod, "above 0 mm"),
+            ("rod_a", self.rod_a, "at least 0 mm"),
+            ("cushion_plunger_a", self.cushion_plunger_a, "at least 0 mm"),
+            ("cushion_plunger_b", self.cushion_plunger_b, "at least 0 mm"),
+        ):
             if rod >= self.bore:
                 raise refuse(
                     key,
                     f"{rod * 1e3:g} mm",
-                    "the rod does not fit into the bore",
+                    f"the {'plunger' if 'plunger' in key else 'rod'} does not fit into the bore",
                     f"{least}, below {self.bore * 1e3:g} mm",
                 )
         if self.breakaway_friction < self.coulomb_friction:
@@ -161,6 +186,16 @@ class Cylinder(Part):
     def area_b(self) -> float:
         """Annulus area on the B (rod) side, all cylinders together [m2]."""
         return self.number * math.pi / 4 * (self.bore**2 - self.rod**2)
+
+    @property
+    def cushion_area_a(self) -> float:
+        """Piston area around the plunger, or a second rod, of side A's cushion, all cylinders together [m2]."""
+        return self.number * math.pi / 4 * (self.bore**2 - max(self.cushion_plunger_a, self.rod_a) ** 2)
+
+    @property
+    def cushion_area_b(self) -> float:
+        """The same of side B [m2]."""
+        return self.number * math.pi / 4 * (self.bore**2 - max(self.cushion_plunger_b, self.rod) ** 2)
 
 
 class Tank(Part):

@@ -128,6 +128,10 @@ class PlacedDirectional(Part):
             "ms", "until the spool has gone 95 % of a step, first order; 0 for at once", least="0 ms", most="10 s"
         ),
     ] = 0.0
+    closed_leakage: Annotated[
+        float,
+        quantity("ml/min", "past each edge at 250 bar, 46 mm2/s; 0 for none", least="0 ml/min", most="10000 ml/min"),
+    ] = 0.0
 
     @property
     def flow_coefficient(self) -> float:

@@ -62,6 +62,31 @@ class Pump(Part):
             most="10 N m s/rad",
         ),
     ] = 0.0
+    hydrodynamic_drag: Annotated[
+        float,
+        quantity(
+            "N m s2/rad2",
+            "torque per squared pump speed, per block",
+            least="0 N m s2/rad2",
+            most="0.1 N m s2/rad2",
+        ),
+    ] = 0.0
+    # Tooth belts pass on 97 to 98 % of the torque, V-belts 95 to 97 %; a V-belt creeps by 0.5 to 1 %, a tooth belt not.
+    belt_efficiency: Annotated[
+        float, quantity("%", "torque that the belt passes on, either way", above="50 %", most="100 %")
+    ] = 1.0
+    belt_creep: Annotated[
+        float,
+        quantity("%", "by which it falls behind its ratio at nominal_pressure's torque", least="0 %", most="10 %"),
+    ] = 0.0
+    # Flow at the outlet's density is what ISO 4409 takes the volumetric efficiency from.
+    compression: Annotated[
+        Literal["none", "in efficiency", "beside efficiency"],
+        Field(
+            description="of the pumped oil: left out, or with the volumetric efficiency measured by the flow at the "
+            "outlet, which has it in it, or by that at low pressure, which has not"
+        ),
+    ] = "none"
     losses: Annotated[
         Literal["analytic", "table"], Field(description="from the nominal point, or from efficiency_table")
     ] = "analytic"
@@ -78,6 +103,10 @@ class Pump(Part):
         if self.losses == "table":
             read_efficiencies(self.efficiency_table)
         return self
+
+    def compressed(self, pressure: float, bulk_modulus: float) -> float:
+        """Share of a flow that its efficiency has as compression at a pressure rise [1]; both in Pa."""
+        return -math.expm1(-pressure / bulk_modulus) if self.compression == "in efficiency" else 0.0
 
     @property
     def orifice_conductance(self) -> float:

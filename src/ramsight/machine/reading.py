@@ -10,7 +10,7 @@ from typing import Any
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.machine import catalogue
 from ramsight.machine.checking import validate
-from ramsight.machine.declare import FROM_FILE, Part
+from ramsight.machine.declare import FROM_FILE, Part, part_class
 from ramsight.machine.description import FORMAT, IN_FULL, Composed, DirectDriven, Machine, circuits
 from ramsight.machine.parts import PARTS
 from ramsight.machine.placed import KINDS
@@ -124,8 +124,8 @@ def _resolve(unit: dict[str, Any], path: str, sources: dict[str, str], file: str
             "unknown choice", file=file, key=f"{path}.circuit", value=circuit, allowed=", ".join(known)
         )
     for key, field in (Composed if composed else DirectDriven).model_fields.items():
-        part = field.annotation
-        if key in resolved and isinstance(part, type) and issubclass(part, Part):
+        part = part_class(field.annotation)
+        if key in resolved and part is not None:
             resolved[key] = _from_model(resolved[key], part.family, f"{path}.{key}", sources, file)
     if composed and isinstance(resolved.get("parts", {}), dict) and ("parts" in resolved or circuit != IN_FULL):
         resolved["parts"] = _parts(resolved, path, sources, file)

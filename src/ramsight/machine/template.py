@@ -10,7 +10,7 @@ from pydantic.fields import FieldInfo
 
 from ramsight.machine import catalogue
 from ramsight.machine.assumptions import Assumptions
-from ramsight.machine.declare import Part, Quantity, declaration, explain
+from ramsight.machine.declare import Part, Quantity, declaration, explain, part_class
 from ramsight.machine.description import Composed, DirectDriven, Machine, Unit
 from ramsight.machine.linkage import Linkage
 from ramsight.machine.placed import PLACED
@@ -69,7 +69,7 @@ def _unit_lines(name: str, unit: Unit) -> list[str]:
     lines = ["", _comment(_first_sentence(unit)), f"[units.{name}]"]
     for key, field in type(unit).model_fields.items():
         value = getattr(unit, key)
-        if not isinstance(value, Part | dict):
+        if value is not None and not isinstance(value, Part | dict):
             lines.append(_line(key, value, _with_choices(field)))
     for key, part, given in tables:
         if not isinstance(part, Assumptions):
@@ -192,8 +192,8 @@ def json_schema() -> dict[str, Any]:
     for unit in (DirectDriven, Composed):
         properties = schema["$defs"][unit.__name__]["properties"]
         for key, field in properties.items():
-            part = unit.model_fields[key].annotation
-            if isinstance(part, type) and issubclass(part, Part) and part.family:
+            part = part_class(unit.model_fields[key].annotation)
+            if part is not None and part.family:
                 names = [entry.name for entry in catalogue.entries() if entry.kind == part.family]
                 properties[key] = {"anyOf": [field, {"enum": names}]} if names else field
     return schema

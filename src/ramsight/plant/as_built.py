@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 from ramsight.plant.hose import Hose
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit
+from ramsight.plant.valve import ReliefValve
 
 U = TypeVar("U", bound=HydraulicUnit)
 
@@ -21,12 +22,14 @@ class AsBuilt:
         displacement: of both pumps [1].
         stiffness: bulk modulus of the oil, and of oil and hose wall together [1].
         friction: Coulomb, breakaway and viscous friction of the cylinder [1].
+        relief: settings of the relief valves [1]; they are adjusted by hand, and springs settle: to 5 or 7 %.
     """
 
     leak: float = 1.0
     displacement: float = 1.0
     stiffness: float = 1.0
     friction: float = 1.0
+    relief: float = 1.0
 
     def apply(self, unit: U) -> U:
         """The unit's parts with these factors.
@@ -59,6 +62,8 @@ class AsBuilt:
                 displacement=part.displacement * self.displacement,
                 leak_factor=part.leak_factor * self.leak / self.displacement,
             )
+        if isinstance(part, ReliefValve):
+            return replace(part, setting=part.setting * self.relief)
         if isinstance(part, Hose):
             return replace(part, bulk_modulus=part.bulk_modulus * self.stiffness)
         return part

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.elimination import eliminate
-from ramsight.plant.circuit import Circuit, command_of
+from ramsight.plant.circuit import WARMING, Circuit, command_of
 from ramsight.plant.cylinder import ATMOSPHERE
 from ramsight.plant.drive import IdealDrive
 from ramsight.plant.oil import Oil
@@ -226,10 +226,26 @@ class Balance:
             *(changed.get(n.rsplit(".", 1)[-1], lambda v: v)(v) for n, v in zip(self.parameters, split, strict=True))
         )
 
-    def parameters_at(self, p: Any, temperature: Any, commands: Mapping[str, Any] | None = None) -> Any:
-        """The parameters with the oil's temperature [K] among them, and the commands to parts by their names."""
+    @property
+    def expands(self) -> bool:
+        """Whether the oil's volume follows its temperature."""
+        return WARMING in self.parameters
+
+    def parameters_at(
+        self, p: Any, temperature: Any, commands: Mapping[str, Any] | None = None, *, warming: Any = 0.0
+    ) -> Any:
+        """The parameters with what changes among them.
+
+        Args:
+            p: the parameters.
+            temperature: of the oil [K].
+            commands: to parts, by their names.
+            warming: rate of the oil's temperature [K/s]; used where the oil expands.
+        """
         entries = ca.vertsplit(ca.SX(p)) if not isinstance(p, list) else list(p)
         entries[self.parameters.index("oil_temperature")] = temperature
+        if self.expands:
+            entries[self.parameters.index(WARMING)] = warming
         for name, value in (commands or {}).items():
             entries[self.parameters.index(command_of(name))] = value
         return ca.vertcat(*entries)
@@ -252,10 +268,13 @@ class Balance:
         return np.asarray(change / _LOAD_STEP)
 
     def force(self, z: Any) -> Any:
-        """Load that the chambers' pressures carry [N], positive against lifting."""
+        """Load that the oil's pressures carry, those of cushions among them [N], positive against lifting."""
         c = self.unit.cylinder
         on_a, on_b = (z[self.states.index(f"pressure_{node}")] for node in (c.node_a, c.node_b))
-        return self.unit.lift_sign * (c.area_a * on_a - c.area_b * on_b - ATMOSPHERE * (c.area_a - c.area_b))
+        pressed = c.area_a * on_a - c.area_b * on_b - ATMOSPHERE * (c.area_a - c.area_b)
+        if c.cushion_conductance is not None:
+            pressed = pressed + c.cushion(z[0], z[self.states.index("velocity")])
+        return self.unit.lift_sign * pressed
 
     def chambers(self, z: Any) -> dict[str, tuple[Any, str]]:
         """Pressures of both chambers, by what to call them, each with its unit."""

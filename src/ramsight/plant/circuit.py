@@ -23,8 +23,12 @@ P = TypeVar("P", bound="Part")
 
 TANK = "tank"
 INPUTS = ("motor_speed", "load")
+WARMING = "oil_temperature_rate"
+"""Name of the parameter that says how fast the oil warms up [K/s], where its expansion is described."""
 COMMANDED = 1.0
 """What a part is commanded to where nothing else is said."""
+EXPANSION = "volume.expansion"
+"""Name of the integral of the volume that oil gains without being drawn from the tank [m3], where there is any."""
 _SPEED_TOLERANCE = 1e-4  # rad/s
 _PRESSURE_TOLERANCE = 10.0  # Pa; with this and 1e-6 of the value a position is right to 1e-6 m
 
@@ -116,6 +120,7 @@ class Circuit:
         self._works: list[str] = []
         self._stored: dict[str, Any] = {}
         self._tank_flow: dict[str, Any] = {}
+        self._expansion: Any = 0.0
         self._outputs: dict[str, Output] = {}
         self._commands: list[str] = []
         self._torque: Any = 0.0
@@ -126,6 +131,7 @@ class Circuit:
         self.motor_acceleration, self._load_rate = ca.SX.sym("motor_acceleration"), ca.SX.sym("load_rate")
         self.oil: Any = self._parameters.symbolic("oil", oil)
         self.oil_temperature = self._parameters.add("oil_temperature", 313.15)
+        self._warming = None if oil.expansion is None else self._parameters.add(WARMING, 0.0)
         self.viscosity = self.oil.viscosity(self.oil_temperature)
         self.density = self.oil.density_at(self.oil_temperature)
         self._pressure[TANK] = self._parameters.add("tank.pressure", tank_pressure)
@@ -173,14 +179,24 @@ class Circuit:
             self._net[node] = self._volume[node] = self._growth[node] = self._wall[node] = 0.0
         return self._pressure[node]
 
-    def flow(self, name: str, source: str, target: str, flow: Any) -> None:
-        """Volume flow [m3/s] of part `name` from one node to another."""
-        for node, sign in ((source, -1.0), (target, 1.0)):
+    def flow(self, name: str, source: str, target: str, flow: Any, *, arriving: Any = None) -> None:
+        """Add a volume flow from one node to another.
+
+        Args:
+            name: of the part.
+            source: node that it leaves.
+            target: node that it comes to.
+            flow: that leaves the source [m3/s].
+            arriving: volume flow that comes to the target, where its density is another one [m3/s]; the same without.
+        """
+        if arriving is not None:
+            self._expansion += arriving - flow
+        for node, sign, moved in ((source, -1.0, flow), (target, 1.0, flow if arriving is None else arriving)):
             self.pressure(node)
             if node == TANK:
-                self._tank_flow[name] = self._tank_flow.get(name, 0.0) - sign * flow
+                self._tank_flow[name] = self._tank_flow.get(name, 0.0) - sign * moved
             else:
-                self._net[node] += sign * flow
+                self._net[node] += sign * moved
         self.output(f"{name}.flow", "m3/s", flow)
 
     def volume(self, node: str, volume: Any, rate: Any = 0.0) -> None:
@@ -237,7 +253,8 @@ class Circuit:
     def work(self, name: str, power: Any) -> None:
         """Power given to the outside [W]."""
         self._powers[name] = power
-        self._works.append(name)
+        if name not in self._works:
+            self._works.append(name)
 
     def stored(self, name: str, energy: Any) -> None:
         """Energy kept in the circuit [J], a function of states and inputs."""
@@ -263,7 +280,10 @@ class Circuit:
             capacity = self._volume[node] / modulus + self._wall[node]
             self.output(f"capacity_{node}", "m3/Pa", capacity)
             self.output(f"volume_{node}", "m3", self._volume[node])
-            self.derivative(f"pressure_{node}", (self._net[node] - self._growth[node]) / capacity)
+            gained = self._net[node] - self._growth[node]
+            if self._warming is not None:
+                gained = gained + self._warms_up(node)
+            self.derivative(f"pressure_{node}", gained / capacity)
         motor_torque = self._torque if self._motor_torque is None else self._motor_torque
         self.output("motor_torque", "N m", motor_torque)
         states = [(state, symbol, self._derivatives[name]) for name, (state, symbol) in self._states.items()]
@@ -272,6 +292,8 @@ class Circuit:
             shaft = motor_torque * self.motor_speed
             integrals["energy.shaft_given"] = ("J", ca.fmax(shaft, 0.0))
             integrals["energy.shaft_taken"] = ("J", ca.fmax(-shaft, 0.0))
+            if not isinstance(self._expansion, float):
+                integrals[EXPANSION] = ("m3", self._expansion)
             integrals |= {f"volume.{key}": ("m3", flow) for key, flow in self._tank_flow.items()}
             moved = self._tank_flow or self._growth  # a closed circuit has no tank: what the pistons displace
             integrals["volume.exchanged"] = ("m3", sum(ca.fabs(flow) for flow in moved.values()))
@@ -291,6 +313,13 @@ class Circuit:
             tank_flows=tuple(self._tank_flow),
             commands=tuple(self._commands),
         )
+
+    def _warms_up(self, node: str) -> Any:
+        """Volume that a node's oil gains by its temperature's change [m3/s]; what it presses is work of the heat."""
+        rate = self.oil.trapped_expansion(self.oil_temperature) * self._volume[node] * self._warming
+        self._expansion += rate
+        self.work("expansion", self._powers.get("expansion", 0.0) - self._pressure[node] * rate)
+        return rate
 
     def model(self, name: str, *, audited: bool) -> CircuitModel:
         """The circuit as an equation; arguments as `close`, and a name for messages."""

@@ -91,7 +91,7 @@ def build(name: str, unit: Composed) -> ComposedUnit:
         lift_sign=float(unit.lift_sign),
         max_speed=unit.drive.max_speed,
         assumptions=unit.assumptions,
-        others=tuple(_part(key, part, unit.lift_sign) for key, part in unit.parts.items()),
+        others=tuple(_part(key, part, unit) for key, part in unit.parts.items()),
     )
     if not pumped_into(built, built.held) * unit.lift_sign > 0.0:
         raise DescriptionError(
@@ -102,11 +102,11 @@ def build(name: str, unit: Composed) -> ComposedUnit:
     return built
 
 
-def _part(name: str, spec: Described, lift_sign: int) -> Part:
+def _part(name: str, spec: Described, unit: Composed) -> Part:
     """The part of a description."""
     match spec:
         case placed.PlacedPump():
-            return described.pump(spec, name, spec.inlet, spec.outlet)
+            return described.pump(spec, name, spec.inlet, spec.outlet, unit.oil.bulk_modulus)
         case placed.PlacedRelief():
             return described.relief_valve(spec, name, spec.inlet, spec.outlet)
         case placed.PlacedCheck():
@@ -120,10 +120,11 @@ def _part(name: str, spec: Described, lift_sign: int) -> Part:
                 spec.cracking_pressure,
                 spec.flow_coefficient,
                 spec.pilot_ratio,
+                described.closed_leak(spec.closed_leakage),
             )
         case placed.PlacedSafety():
             return described.safety_valve(
-                spec, name, spec.inlet, spec.outlet, float(lift_sign), spec.opens == "lowering"
+                spec, name, spec.inlet, spec.outlet, float(unit.lift_sign), spec.opens == "lowering"
             )
         case placed.PlacedHose():
             return described.hose(spec, name, spec.inlet, spec.outlet)
@@ -133,7 +134,14 @@ def _part(name: str, spec: Described, lift_sign: int) -> Part:
             return Orifice(name, spec.inlet, spec.outlet, spec.flow_coefficient)
         case placed.PlacedDirectional():
             ports = spec.pump_port, spec.tank_port, spec.port_a, spec.port_b
-            return DirectionalValve(name, *ports, spec.flow_coefficient, spec.overlap, spec.switching_time or None)
+            return DirectionalValve(
+                name,
+                *ports,
+                spec.flow_coefficient,
+                spec.overlap,
+                spec.switching_time or None,
+                described.closed_leak(spec.closed_leakage),
+            )
         case placed.PlacedAccumulator():
             return Accumulator(name, spec.node, spec.gas_volume, spec.precharge, spec.gas_exponent)
     raise TypeError(f"no part is made of {type(spec).__name__}")

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
+from ramsight.plant.cushion import cushion_force
+
 if TYPE_CHECKING:
     from ramsight.plant.circuit import Circuit
 
@@ -53,6 +55,9 @@ class Cylinder:
         stop_damping: force of the stop grows by this share per speed of approach [s/m].
         seal_leak: leakage past the seals per pressure difference, times viscosity [m3/s/Pa m2/s]; none without it.
         load_sign: +1 if a positive load presses the piston in, -1 if it pulls it out.
+        cushion_length_a, cushion_length_b: of the end cushions at position 0 and at the stroke [m]; none without.
+        cushion_area_a, cushion_area_b: of the pistons around their plungers, all cylinders together [m2].
+        cushion_conductance: of their needle valves, all cylinders together [m3/s/sqrt(Pa)].
         passive: whether the load only resists, whichever way the piston moves.
     """
 
@@ -73,6 +78,11 @@ class Cylinder:
     stop_damping: float
     load_sign: float
     seal_leak: float | None = None
+    cushion_length_a: float | None = None
+    cushion_length_b: float | None = None
+    cushion_area_a: float | None = None
+    cushion_area_b: float | None = None
+    cushion_conductance: float | None = None
     passive: bool = False
 
     def area(self, side: str) -> Any:
@@ -132,4 +142,20 @@ class Cylinder:
             leak = self.seal_leak / circuit.viscosity * (p_a - p_b)
             circuit.flow(f"{self.name}.seal", self.node_a, self.node_b, leak)
             circuit.loss(f"{self.name}.seal", leak * (p_a - p_b))
-        return self.area_a * p_a - self.area_b * p_b - ambient - friction + stop - damping
+        force = self.area_a * p_a - self.area_b * p_b - ambient - friction + stop - damping
+        if self.cushion_conductance is not None:
+            cushions = self.cushion(x, v)
+            circuit.loss(f"{self.name}.cushion", -cushions * v)
+            force = force + cushions
+        return force
+
+    def cushion(self, position: Any, velocity: Any) -> Any:
+        """Force of the end cushions [N], positive extends, at a position [m] and a velocity [m/s]."""
+        force: Any = 0.0
+        if self.cushion_length_a is not None:
+            ends = self.cushion_length_a, self.cushion_area_a, self.cushion_conductance
+            force = force + cushion_force(position, -velocity, *ends)
+        if self.cushion_length_b is not None:
+            ends = self.cushion_length_b, self.cushion_area_b, self.cushion_conductance
+            force = force - cushion_force(self.stroke - position, velocity, *ends)
+        return force

@@ -126,15 +126,24 @@ def build(name: str, unit: Unit) -> DdhUnit:
         b=_side("b", unit, unit.pump_b),
         lift_sign=lift_sign,
         max_speed=unit.drive.max_speed,
+        extra=_port_reliefs(unit),
         assumptions=unit.assumptions,
     )
+
+
+def _port_reliefs(unit: DirectDriven) -> tuple[Part, ...]:
+    """Relief valves of both chambers, where the machine has them."""
+    spec = unit.port_relief_valve
+    if spec is None:
+        return ()
+    return tuple(described.relief_valve(spec, f"port_relief_{side}", f"chamber_{side}", TANK) for side in "ab")
 
 
 def _side(name: str, unit: DirectDriven, pump: PumpDescription) -> Side:
     manifold, line, chamber = f"manifold_{name}", f"line_{name}", f"chamber_{name}"
     inlet, outlet = (TANK, manifold) if name == "a" else (manifold, TANK)
     return Side(
-        pump=described.pump(pump, f"pump_{name}", inlet, outlet),
+        pump=described.pump(pump, f"pump_{name}", inlet, outlet, unit.oil.bulk_modulus),
         manifold=Volume(manifold, manifold, unit.manifold.volume),
         relief=described.relief_valve(unit.relief_valve, f"relief_{name}", manifold, TANK),
         anticavitation=described.check_valve(unit.anticavitation_valve, f"anticavitation_{name}", TANK, manifold),

@@ -15,7 +15,14 @@ from ramsight.plant.valve import CheckValve, ReliefValve, SafetyValve
 
 _STOP_DEFORMATION = 1e-3  # m, deformation at which a stop's damping is given
 _THRESHOLD = 0.01  # friction is fully developed at this share of the nominal speed, [G]
+_NEEDLE_POINT = 100e5  # Pa, where the flow of a cushion's needle valve is given
 _SEAL_POINT = 46e-6 / 100e5  # m2/s over Pa, where the seals' leakage is given
+_CLOSED_POINT = 46e-6 / 250e5  # the same of closed valves: data sheets test them near their highest pressure
+
+
+def closed_leak(flow: float) -> float | None:
+    """Leakage of a closed valve over pressure, times viscosity [m3/s/Pa m2/s], from the described flow [m3/s]."""
+    return flow * _CLOSED_POINT or None
 
 
 def oil(spec: description.Oil) -> Oil:
@@ -46,6 +53,7 @@ def drive(spec: description.Drive) -> Drive:
 def cylinder(unit: Unit) -> Cylinder:
     """The cylinders of a described unit with the mass that they move."""
     c = unit.cylinder
+    cushioned = c.cushion_length_a > 0.0 or c.cushion_length_b > 0.0
     return Cylinder(
         name="cylinder",
         node_a="chamber_a",
@@ -64,12 +72,17 @@ def cylinder(unit: Unit) -> Cylinder:
         stop_damping=c.end_stop_damping / (c.end_stop_stiffness * _STOP_DEFORMATION),
         load_sign=float(unit.lift_sign),
         passive=unit.load.kind == "passive",
+        cushion_length_a=c.cushion_length_a or None,
+        cushion_length_b=c.cushion_length_b or None,
+        cushion_area_a=c.cushion_area_a if c.cushion_length_a else None,
+        cushion_area_b=c.cushion_area_b if c.cushion_length_b else None,
+        cushion_conductance=c.number * c.cushion_flow / _NEEDLE_POINT**0.5 if cushioned else None,
         seal_leak=c.number * c.seal_leakage * _SEAL_POINT or None,
     )
 
 
-def pump(spec: description.Pump, name: str, inlet: str, outlet: str) -> Pump:
-    """The pump of a description between two nodes."""
+def pump(spec: description.Pump, name: str, inlet: str, outlet: str, bulk_modulus: float) -> Pump:
+    """The pump of a description between two nodes; the oil's modulus [Pa] says what of its losses is compression."""
     return Pump(
         name=name,
         inlet=inlet,
@@ -86,25 +99,47 @@ def pump(spec: description.Pump, name: str, inlet: str, outlet: str) -> Pump:
         threshold_speed=_THRESHOLD * spec.nominal_speed,
         orifice_leak=spec.orifice_conductance or None,
         drag=spec.viscous_drag * spec.blocks or None,
-        table=_table(spec),
+        hydrodynamic_drag=spec.hydrodynamic_drag * spec.blocks or None,
+        belt_loss=1.0 - spec.belt_efficiency or None,
+        belt_creep=spec.belt_creep or None,
+        table=_table(spec, bulk_modulus),
+        compressed=None if spec.compression == "none" else spec.compressed(spec.nominal_pressure, bulk_modulus),
     )
 
 
-def _table(spec: description.Pump) -> LossTable | None:
+def _table(spec: description.Pump, bulk_modulus: float) -> LossTable | None:
     if spec.losses != "table":
         return None
     found = read_efficiencies(spec.efficiency_table)
-    return LossTable(found.pressure, found.speed, found.viscosity, found.volumetric, found.hydromechanical)
+    shares = [spec.compressed(pressure, bulk_modulus) for pressure in found.pressure]
+    leaks = tuple(
+        tuple(tuple(value + share for value, share in zip(row, shares, strict=True)) for row in page)
+        for page in found.volumetric
+    )
+    return LossTable(found.pressure, found.speed, found.viscosity, leaks, found.hydromechanical)
 
 
 def relief_valve(spec: description.ReliefValve, name: str, inlet: str, outlet: str) -> ReliefValve:
     """The relief valve of a description between two nodes."""
-    return ReliefValve(name, inlet, outlet, spec.setting, spec.rated_flow / spec.override_pressure)
+    pilot = spec.pilot_leakage > 0.0
+    return ReliefValve(
+        name,
+        inlet,
+        outlet,
+        spec.setting,
+        spec.rated_flow / spec.override_pressure,
+        closed_leak=closed_leak(spec.closed_leakage),
+        pilot_flow=spec.pilot_leakage if pilot else None,
+        pilot_opens=spec.pilot_opens if pilot else None,
+        reseats=spec.reseats if spec.reseats < 1.0 else None,
+    )
 
 
 def check_valve(spec: description.AnticavitationValve, name: str, inlet: str, outlet: str) -> CheckValve:
     """The check valve of a description between two nodes."""
-    return CheckValve(name, inlet, outlet, spec.cracking_pressure, spec.flow_coefficient)
+    return CheckValve(
+        name, inlet, outlet, spec.cracking_pressure, spec.flow_coefficient, closed_leak(spec.closed_leakage)
+    )
 
 
 def safety_valve(
@@ -119,6 +154,7 @@ def safety_valve(
         -lift_sign * spec.opening_speed,
         opening_time=(spec.opening_time or None) if commanded else None,
         commanded=commanded,
+        closed_leak=closed_leak(spec.closed_leakage),
     )
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
-from ramsight.plant.valve import SETTLED, orifice_slope
+from ramsight.plant.valve import SETTLED, orifice_slope, seat_flow
 
 if TYPE_CHECKING:
     from ramsight.plant.circuit import Circuit
@@ -28,6 +28,8 @@ class DirectionalValve:
         overlap: share of the spool's way from the middle at which an edge begins to open; negative, the edges are open
             in the middle [1].
         switching_time: until the spool has gone 95 % of a step, first order [s]; at once without it.
+        closed_leak: past the spool at each edge per pressure difference, times viscosity [m3/s/Pa m2/s]; none without
+            it.
     """
 
     name: str
@@ -38,6 +40,7 @@ class DirectionalValve:
     conductance: float
     overlap: float
     switching_time: float | None = None
+    closed_leak: float | None = None
 
     @property
     def passage(self) -> tuple[tuple[str, str], ...]:
@@ -73,5 +76,7 @@ class DirectionalValve:
             difference = circuit.pressure(source) - circuit.pressure(target)
             slope = self.opening(spool, way) * orifice_slope(self.conductance, difference)
             flow = circuit.coefficient(slope) * difference
+            if self.closed_leak is not None:
+                flow = flow + seat_flow(self.closed_leak, circuit.viscosity, difference)
             circuit.flow(f"{self.name}.{edge}", source, target, flow)
             circuit.loss(f"{self.name}.{edge}.throttling", flow * difference)

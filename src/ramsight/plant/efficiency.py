@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import cast
 
@@ -40,6 +41,8 @@ class Efficiency:
 def efficiency(pump: Pump, pressure: ArrayLike, speed: float, viscosity: float, density: float = 872.0) -> Efficiency:
     """Efficiencies of a pump over pressure at one speed and viscosity: eta_v = Q/(D w), eta_hm = D dp/T.
 
+    Of oil that keeps its volume.
+
     Args:
         pump: the pump.
         pressure: pressure rises above zero [Pa], shape (n,).
@@ -72,4 +75,4 @@ def catalogue_pump(name: str, **given: object) -> Pump:
         given: other values, as in a description: `chambers=2`.
     """
     spec = cast(PumpDescription, from_catalogue("pump", name, **{"belt": 1.0, **given}))
-    return described.pump(spec, "pump", "tank", "port")
+    return described.pump(spec, "pump", "tank", "port", math.inf)

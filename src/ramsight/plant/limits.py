@@ -37,16 +37,22 @@ class Limits:
     max_speed: float
 
 
+def pump_reliefs(unit: HydraulicUnit) -> tuple[ReliefValve, ...]:
+    """Relief valves that limit what the pumps press; those of a cylinder's ports open beyond what pumps can do."""
+    reliefs = tuple(part for part in unit.parts() if isinstance(part, ReliefValve))
+    pressed = {node for part in unit.parts() if isinstance(part, Pump) for node in (part.inlet, part.outlet)}
+    return tuple(valve for valve in reliefs if valve.inlet in pressed) or reliefs
+
+
 def limits_of(unit: HydraulicUnit) -> Limits:
     """The limits of a unit, from its parts."""
     parts = unit.parts()
-    settings = [part.setting for part in parts if isinstance(part, ReliefValve)]
-    pressure = max(settings, default=_UNLIMITED)
+    pressure = max((valve.setting for valve in pump_reliefs(unit)), default=_UNLIMITED)
     area = float(unit.cylinder.area(unit.held))
     pumps = [part for part in parts if isinstance(part, Pump)]
     viscosity, density = float(unit.oil.viscosity(T40)), float(unit.oil.density_at(T40))
     leak = sum(abs(float(p.leakage(0.0, pressure, viscosity, density))) for p in pumps)
-    needed = [abs(p.belt * float(p.torque(p.nominal_speed, pressure, viscosity))) for p in pumps]
+    needed = [abs(float(p.shaft_torque(p.nominal_speed, pressure, viscosity))) for p in pumps]
     return Limits(
         pressure=float(pressure),
         load=float(pressure) * area,

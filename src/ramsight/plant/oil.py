@@ -13,6 +13,7 @@ _MM2 = 1e-6  # m2
 T40, T100 = 313.15, 373.15  # K, the temperatures at which data sheets give viscosity
 T15 = 288.15  # K, the temperature at which they give density
 _P0 = 101325.0  # Pa, standard atmosphere
+_STEEL = 3.0 * 11.7e-6  # 1/K, thermal expansion of a steel barrel's volume; DIN EN 10088 and its kind, 20 to 100 degC
 _FLOOR = 2e3  # Pa; about the pressure at which an oil gives off vapour and air, [G]
 
 
@@ -72,6 +73,30 @@ def thermal_density(temperature: Any, density: Any, expansion: Any) -> Any:
     return density * (1.0 - expansion * (temperature - T15))
 
 
+def trapped_expansion(temperature: Any, expansion: Any) -> Any:
+    """Volume that oil gains over that of the steel around it, per kelvin [1/K]: a/(1 - a (T - 15 degC)) - 3 alpha.
+
+    Args:
+        temperature: [K].
+        expansion: a of `thermal_density` [1/K].
+
+    Example:
+        >>> f"{trapped_expansion(313.15, 7e-4):.2e}"
+        '6.77e-04'
+    """
+    return expansion / (1.0 - expansion * (temperature - T15)) - _STEEL
+
+
+def free_air(pressure: Any, air: Any, polytropic: Any) -> Any:
+    """Volume of free air at a pressure above 0.02 bar, over that of the oil [1]: a (p_0/p)^(1/n); arguments as next.
+
+    Example:
+        >>> [round(float(free_air(p, 0.01, 1.4)), 4) for p in (1e5, 4e5)]
+        [0.0101, 0.0037]
+    """
+    return air * ca.exp(ca.log(_P0 / pressure) / polytropic)
+
+
 def aerated_bulk_modulus(pressure: Any, bulk_modulus: Any, air: Any, polytropic: Any) -> Any:
     """Bulk modulus [Pa] of oil with free air in it; collapses at low pressure.
 
@@ -92,7 +117,7 @@ def aerated_bulk_modulus(pressure: Any, bulk_modulus: Any, air: Any, polytropic:
         [14, 450, 1163]
     """
     p = ca.fmax(pressure, _FLOOR)
-    gas = air * ca.exp(ca.log(_P0 / p) / polytropic)
+    gas = free_air(p, air, polytropic)
     return (1.0 + gas) / (1.0 / bulk_modulus + gas / (polytropic * p))
 
 
@@ -120,7 +145,8 @@ class Oil:
         walther_a, walther_b: constants of the Walther equation [1].
         density: at 15 degC [kg/m3].
         bulk_modulus: of the oil itself [Pa].
-        expansion: thermal [1/K]; without it density is constant, as in the paper.
+        expansion: thermal [1/K]; without it density is constant, as in the paper, and oil that is shut in keeps its
+            volume whatever its temperature does.
         air: free air at atmospheric pressure over oil [1].
         polytropic: exponent of that air [1].
         pressure_viscosity: Barus coefficient, acts on the pumps' leakage [1/Pa].
@@ -149,11 +175,20 @@ class Oil:
             return self.density
         return thermal_density(temperature, self.density, self.expansion)
 
+    def trapped_expansion(self, temperature: Any) -> Any:
+        """Volume that it gains over its walls per kelvin at a temperature [K], 0 without expansion [1/K]."""
+        return 0.0 if self.expansion is None else trapped_expansion(temperature, self.expansion)
+
     def bulk_modulus_at(self, pressure: Any) -> Any:
         """Bulk modulus [Pa] of the oil with its air at an absolute pressure [Pa]."""
         if self.air is None or self.polytropic is None:
             return self.bulk_modulus
         return aerated_bulk_modulus(pressure, self.bulk_modulus, self.air, self.polytropic)
+
+    def specific_volume(self, pressure: Any) -> Any:
+        """Volume of the oil with its air at an absolute pressure [Pa], over that of the oil at atmospheric pressure."""
+        volume = ca.exp((_P0 - pressure) / self.bulk_modulus)
+        return volume if self.air is None else volume + free_air(ca.fmax(pressure, _FLOOR), self.air, self.polytropic)
 
     def thickening(self, pressure: Any) -> Any:
         """Viscosity at an absolute pressure [Pa] over that at atmospheric pressure [1]."""

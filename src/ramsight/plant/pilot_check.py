@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
-from ramsight.plant.valve import orifice_slope
+from ramsight.plant.valve import orifice_slope, seat_flow
 
 if TYPE_CHECKING:
     from ramsight.plant.circuit import Circuit
@@ -30,6 +30,7 @@ class PilotCheckValve:
         cracking_pressure: of the free direction, and of the spring [Pa].
         conductance: Q / sqrt(pressure difference) when open [m3/s/sqrt(Pa)].
         pilot_ratio: area of the pilot piston over that of the seat [1].
+        closed_leak: past the closed valve per pressure difference, times viscosity [m3/s/Pa m2/s]; none without it.
     """
 
     name: str
@@ -39,6 +40,7 @@ class PilotCheckValve:
     cracking_pressure: float
     conductance: float
     pilot_ratio: float
+    closed_leak: float | None = None
 
     def opening(self, inlet: Any, outlet: Any, pilot: Any) -> Any:
         """How far the pilot holds it open, 0 to 1, at absolute pressures [Pa]."""
@@ -75,6 +77,8 @@ class PilotCheckValve:
         """Add the flow, its throttling loss and the opening as an output."""
         inlet, outlet, pilot = (circuit.pressure(node) for node in (self.inlet, self.outlet, self.pilot))
         flow = self.flow(inlet, outlet, pilot, circuit.coefficient)
+        if self.closed_leak is not None:
+            flow = flow + seat_flow(self.closed_leak, circuit.viscosity, inlet - outlet)
         circuit.flow(self.name, self.inlet, self.outlet, flow)
         circuit.loss(f"{self.name}.throttling", flow * (inlet - outlet))
         circuit.output(f"{self.name}.opening", "1", self.opening(inlet, outlet, pilot))

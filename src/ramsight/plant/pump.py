@@ -89,6 +89,13 @@ class Pump:
         orifice_leak: further leakage through worn edges, Q / sqrt(pressure rise) [m3/s/sqrt(Pa)]; none without it.
         table: measured losses; with it the nominal point and the no-load torque are not used.
         friction_factor: friction torque over that of the law or the table, for wear [1]; none without it.
+        hydrodynamic_drag: torque per squared speed that the oil's inertia takes [N m s2/rad2], beside eq. 7 and the
+            drag (Schlösser's fourth term). None without it.
+        belt_loss: share of the pump's torque that the belt loses [1]; none without it.
+        belt_creep: share of its speed by which the pump falls behind the belt's ratio at the nominal pressure's torque,
+            the belt stretching with what it pulls [1]; none without it.
+        compressed: share of the nominal flow that the nominal efficiency has as the oil's compression [1]; with it oil
+            is drawn with the density of one side and delivered with that of the other. Without it volume is kept.
         drag: torque per speed that the oil in the gaps takes at the nominal viscosity [N m s/rad], beside eq. 7;
             it goes with the viscosity (Wilson's law). None without it; a table has it in itself.
     """
@@ -111,6 +118,10 @@ class Pump:
     table: LossTable | None = None
     friction_factor: float | None = None
     drag: float | None = None
+    compressed: float | None = None
+    hydrodynamic_drag: float | None = None
+    belt_loss: float | None = None
+    belt_creep: float | None = None
 
     @property
     def geared_displacement(self) -> Any:
@@ -119,9 +130,10 @@ class Pump:
 
     def leak_coefficient(self, viscosity: Any, density: Any) -> Any:
         """K_HP [m3/s/Pa] with this oil, eq. 10."""
+        kept = self.volumetric_efficiency
         return self.leak_factor * leak_coefficient(
             self.displacement,
-            self.volumetric_efficiency,
+            kept if self.compressed is None else kept + self.compressed,
             self.nominal_speed,
             self.nominal_pressure,
             self.nominal_viscosity,
@@ -148,8 +160,30 @@ class Pump:
         return leak
 
     def flow(self, speed: Any, pressure_rise: Any, viscosity: Any, density: Any) -> Any:
-        """Volume flow from inlet to outlet [m3/s], eqs 3 and 9, at a pump speed [rad/s] and pressure rise [Pa]."""
+        """Volume flow from inlet to outlet [m3/s], eqs 3 and 9, at a pump speed [rad/s] and pressure rise [Pa].
+
+        Of oil that keeps its volume; else `flows` has what is drawn and what is delivered.
+        """
         return self.displacement * speed - self.leakage(speed, pressure_rise, viscosity, density)
+
+    def flows(self, speed: Any, leakage: Any, volumes: tuple[Any, Any]) -> tuple[Any, Any]:
+        """Volume flows that leave the inlet and that come to the outlet [m3/s]; their masses are the same.
+
+        Its chambers fill on the side that it draws from, with that side's density. What leaks has the density of the
+        side with the higher pressure, where efficiencies are measured.
+
+        Args:
+            speed: of the pump [rad/s].
+            leakage: [m3/s].
+            volumes: specific volumes at inlet and outlet, in any unit.
+        """
+        if self.compressed is None:
+            flow = self.displacement * speed - leakage
+            return flow, flow
+        at_inlet, at_outlet = volumes
+        filled = ca.if_else(speed > 0.0, at_inlet, at_outlet)
+        mass = self.displacement * speed / filled - leakage / ca.fmin(at_inlet, at_outlet)
+        return mass * at_inlet, mass * at_outlet
 
     def torque(self, speed: Any, pressure_rise: Any, viscosity: Any = None) -> Any:
         """Torque at the pump's own shaft [N m], eqs 4, 7 and 8; arguments as `friction`."""
@@ -162,6 +196,9 @@ class Pump:
             speed: of the pump [rad/s].
             pressure_rise: [Pa].
             viscosity: [m2/s]; a table and the drag ask for it.
+
+        Source: Coulomb, viscous and hydrodynamic terms beside a constant one, as W. M. J. Schlösser, Hydraulic Power
+        Transmission 7 (1961), and W. E. Wilson, Trans. ASME 68 (1946) 115, have them.
         """
         if self.table is not None:
             friction = self.table.friction(
@@ -172,6 +209,8 @@ class Pump:
             friction = friction_torque(self.no_load_torque, coefficient, pressure_rise, speed, self.threshold_speed)
             if self.drag is not None:
                 friction = friction + self.drag * speed * viscosity / self.nominal_viscosity
+            if self.hydrodynamic_drag is not None:
+                friction = friction + self.hydrodynamic_drag * speed * ca.fabs(speed)
         return friction if self.friction_factor is None else self.friction_factor * friction
 
     def connect(self, circuit: Circuit) -> None:
@@ -184,7 +223,51 @@ class Pump:
             viscosity = viscosity * circuit.oil.thickening(0.5 * (inlet + outlet))
         leak = self.leakage(speed, rise, viscosity, circuit.density)
         friction = self.friction(speed, rise, circuit.viscosity)
-        circuit.flow(self.name, self.inlet, self.outlet, self.displacement * speed - leak)
-        circuit.shaft_torque(self.belt * (self.displacement * rise + friction))
+        if self.belt_loss is None and self.belt_creep is None:
+            circuit.shaft_torque(self.belt * (self.displacement * rise + friction))
+        else:
+            torque = self.displacement * rise + friction
+            lost, driven = self.belt_torque(speed, torque), self.driven_speed(speed, torque)
+            circuit.shaft_torque(self.belt * (torque + lost))
+            circuit.loss(f"{self.name}.belt", lost * speed + torque * (speed - driven))
+            speed = driven
+        if self.compressed is None:
+            circuit.flow(self.name, self.inlet, self.outlet, self.displacement * speed - leak)
+        else:
+            volumes = circuit.oil.specific_volume(inlet), circuit.oil.specific_volume(outlet)
+            drawn, delivered = self.flows(speed, leak, volumes)
+            circuit.flow(self.name, self.inlet, self.outlet, drawn, arriving=delivered)
+            given = self.displacement * speed * rise - leak * rise
+            circuit.work(f"{self.name}.compression", given - (delivered * outlet - drawn * inlet))
         circuit.loss(f"{self.name}.leakage", leak * rise)
         circuit.loss(f"{self.name}.friction", friction * speed)
+
+    def shaft_torque(self, speed: Any, pressure_rise: Any, viscosity: Any = None) -> Any:
+        """Torque at the motor's shaft [N m], the belt's loss in it; arguments as `friction`."""
+        torque = self.torque(speed, pressure_rise, viscosity)
+        return self.belt * (torque if self.belt_loss is None else torque + self.belt_torque(speed, torque))
+
+    def belt_torque(self, speed: Any, torque: Any) -> Any:
+        """Torque that the belt loses, at the pump's shaft and against its rotation [N m].
+
+        Args:
+            speed: of the pump by the belt's ratio [rad/s].
+            torque: of the pump [N m]; positive where the motor drives it forwards.
+        """
+        if self.belt_loss is None:
+            return 0.0
+        return self.belt_loss * ca.fabs(torque) * ca.tanh(4.0 * speed / self.threshold_speed)
+
+    def driven_speed(self, speed: Any, torque: Any) -> Any:
+        """Speed of the pump behind the belt [rad/s]: it lags where the motor drives, and leads where the load does.
+
+        A belt is longer where it pulls, so less runs onto the driven pulley than off the driving one (elastic creep),
+        in proportion to the torque.
+
+        Args:
+            speed: by the belt's ratio [rad/s].
+            torque: of the pump [N m].
+        """
+        if self.belt_creep is None:
+            return speed
+        return speed - self.belt_creep * ca.fabs(speed) * torque / (self.displacement * self.nominal_pressure)

@@ -9,6 +9,7 @@ from ramsight.errors import DescriptionError
 from ramsight.machine.description import Unit
 from ramsight.plant.cylinder import ATMOSPHERE
 from ramsight.plant.directional import DirectionalValve
+from ramsight.plant.limits import pump_reliefs
 from ramsight.plant.pilot_check import PilotCheckValve
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit, opposite, pumped_into, side_nodes
@@ -86,7 +87,7 @@ def derive(unit: HydraulicUnit) -> Derived:
     area_a, area_b = cylinder.area_a, cylinder.area_b
     geared_a, geared_b = pumped_into(unit, "a"), -pumped_into(unit, "b")
     nodes = side_nodes(unit, unit.held)
-    reliefs = [p.setting for p in unit.parts() if isinstance(p, ReliefValve) and p.inlet in nodes]
+    reliefs = [valve.setting for valve in pump_reliefs(unit) if valve.inlet in nodes]
     relief = min(reliefs, default=math.inf) + unit.tank_pressure
     at_relief = relief * held - unit.tank_pressure * other - unit.lift_sign * ATMOSPHERE * (area_a - area_b)
     return Derived(
@@ -175,20 +176,30 @@ def _steady(
     cylinder = unit.cylinder
     pressure = velocity = 0.0
 
+    def ends(pump: Pump) -> tuple[float, float]:
+        there = [pressure if node in held else low if node in unloaded else tank for node in (pump.inlet, pump.outlet)]
+        return there[0], there[1]
+
     def rise(pump: Pump) -> float:
-        ends = (pump.outlet, pump.inlet)
-        above = [pressure if node in held else low if node in unloaded else tank for node in ends]
-        return above[0] - above[1]
+        inlet, outlet = ends(pump)
+        return outlet - inlet
+
+    def into_held(pump: Pump) -> float:
+        speed = pump.belt * turning
+        leakage = pump.leakage(speed, rise(pump), viscosity, density)
+        speed = pump.driven_speed(speed, pump.torque(speed, rise(pump), viscosity))
+        inlet, outlet = ends(pump)
+        drawn, delivered = pump.flows(
+            speed, leakage, (unit.oil.specific_volume(inlet), unit.oil.specific_volume(outlet))
+        )
+        return float((pump.outlet in held) * delivered - (pump.inlet in held) * drawn)
 
     for _ in range(_ROUNDS):
         friction = direction * (cylinder.coulomb_friction + cylinder.viscous_friction * abs(velocity))
         pressure = (force + low * other + friction) / area
-        into = sum(
-            ((p.outlet in held) - (p.inlet in held)) * float(p.flow(p.belt * turning, rise(p), viscosity, density))
-            for p in pumps
-        )
+        into = sum(into_held(p) for p in pumps)
         velocity = unit.lift_sign * (1.0 if unit.held == "a" else -1.0) * into / area
-    torque = sum(p.belt * float(p.torque(p.belt * turning, rise(p), viscosity)) for p in pumps)
+    torque = sum(float(p.shaft_torque(p.belt * turning, rise(p), viscosity)) for p in pumps)
     return pressure, torque, abs(velocity)
 
 
@@ -223,6 +234,14 @@ def cautions(described: Unit, unit: HydraulicUnit) -> tuple[str, ...]:
                 f"at the motor's highest speed {name} turns {fastest * rpm:.0f} rpm, it allows "
                 f"{pump.max_speed * rpm:.0f} rpm"
             )
+    pumped = pump_reliefs(unit)
+    highest = max((valve.setting for valve in pumped), default=0.0)
+    found.extend(
+        f"the relief valve {valve.name} of the cylinder opens at {valve.setting / 1e5:g} bar, before those of the pumps "
+        f"at {highest / 1e5:g} bar"
+        for valve in unit.parts()
+        if isinstance(valve, ReliefValve) and valve not in pumped and valve.setting <= highest
+    )
     for name, load in described.load.loads.items():
         if load > values.load_at_relief_after_friction:
             found.append(f"load {name} ({load / 1e3:g} kN) is more than the relief valve lets the unit lift")

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
 SETTLED = 3.0
 """Time constants after which a first-order opening counts as done, 95 %."""
+_POPPET = 0.03  # s, until a relief valve's poppet has followed, 95 %; data sheets say 20 to 80 ms
 _LAMINAR = 2e3  # Pa; below about this difference an orifice's flow is laminar (linear), so its slope stays finite
 
 
@@ -31,6 +32,17 @@ def orifice_flow(conductance: Any, pressure_difference: Any) -> Any:
     return orifice_slope(conductance, pressure_difference) * pressure_difference
 
 
+def seat_flow(leak: Any, viscosity: Any, pressure_difference: Any) -> Any:
+    """Flow past a closed seat or spool [m3/s], a laminar gap: k dp / nu.
+
+    Args:
+        leak: k, flow per pressure difference times viscosity [m3/s/Pa m2/s].
+        viscosity: kinematic [m2/s].
+        pressure_difference: [Pa].
+    """
+    return leak / viscosity * pressure_difference
+
+
 @dataclass(frozen=True)
 class ReliefValve:
     """Opens at its setting; the flow then grows linearly with the pressure.
@@ -40,6 +52,10 @@ class ReliefValve:
         inlet, outlet: nodes.
         setting: pressure difference at which it opens [Pa].
         conductance: flow per pressure above the setting [m3/s/Pa].
+        closed_leak: past the closed valve per pressure difference, times viscosity [m3/s/Pa m2/s]; none without it.
+        pilot_flow: of its pilot at the setting and beyond [m3/s]; none without it.
+        pilot_opens: share of the setting from which the pilot's flow grows [1].
+        reseats: share of the setting at which it shuts again [1]; at the setting without it.
     """
 
     name: str
@@ -47,13 +63,36 @@ class ReliefValve:
     outlet: str
     setting: float
     conductance: float
+    closed_leak: float | None = None
+    pilot_flow: float | None = None
+    pilot_opens: float | None = None
+    reseats: float | None = None
 
     def connect(self, circuit: Circuit) -> None:
         """Add the flow and its throttling loss."""
         difference = circuit.pressure(self.inlet) - circuit.pressure(self.outlet)
-        flow = self.conductance * ca.fmax(difference - self.setting, 0.0)
+        flow = self.conductance * ca.fmax(self._felt(circuit, difference) - self.setting, 0.0)
+        if self.closed_leak is not None:
+            flow = flow + seat_flow(self.closed_leak, circuit.viscosity, difference)
+        if self.pilot_flow is not None and self.pilot_opens is not None:
+            beyond = (difference / self.setting - self.pilot_opens) / (1.0 - self.pilot_opens)
+            flow = flow + self.pilot_flow * ca.fmin(ca.fmax(beyond, 0.0), 1.0)
         circuit.flow(self.name, self.inlet, self.outlet, flow)
         circuit.loss(f"{self.name}.throttling", flow * difference)
+
+    def _felt(self, circuit: Circuit, difference: Any) -> Any:
+        """Pressure difference that the poppet follows [Pa]: with hysteresis it lags behind one that falls.
+
+        Friction holds it where it is until the difference has fallen by what lies between setting and reseating (a play
+        of that width), so a valve that has opened shuts there, and passes more on the way down than on the way up.
+        """
+        if self.reseats is None:
+            return difference
+        state = f"felt_{self.name}"
+        felt, play = circuit.state(state, "Pa", 10.0), (1.0 - self.reseats) * self.setting
+        follows = ca.fmax(difference - felt, 0.0) + ca.fmin(difference + play - felt, 0.0)
+        circuit.derivative(state, follows * (SETTLED / _POPPET))
+        return ca.fmin(felt, difference + play)
 
 
 @dataclass(frozen=True)
@@ -65,6 +104,7 @@ class CheckValve:
         inlet, outlet: nodes; oil passes from inlet to outlet only.
         cracking_pressure: pressure difference at which it opens [Pa].
         conductance: Q / sqrt(pressure difference above cracking) [m3/s/sqrt(Pa)].
+        closed_leak: past the closed valve per pressure difference, times viscosity [m3/s/Pa m2/s]; none without it.
     """
 
     name: str
@@ -72,6 +112,7 @@ class CheckValve:
     outlet: str
     cracking_pressure: float
     conductance: float
+    closed_leak: float | None = None
 
     def connect(self, circuit: Circuit) -> None:
         """Add the flow and its throttling loss."""
@@ -81,6 +122,8 @@ class CheckValve:
         opening = ca.fmin(ca.fmax(beyond / _LAMINAR, 0.0), 1.0)
         slope = circuit.coefficient(opening * orifice_slope(self.conductance, beyond))
         flow = slope * beyond
+        if self.closed_leak is not None:
+            flow = flow + seat_flow(self.closed_leak, circuit.viscosity, difference)
         circuit.flow(self.name, self.inlet, self.outlet, flow)
         circuit.loss(f"{self.name}.throttling", flow * difference)
 
@@ -125,6 +168,7 @@ class SafetyValve:
             open at twice this speed.
         opening_time: until it is 95 % open after a step of the command, first order [s]; at once without it.
         commanded: false for a valve that is held open all the time.
+        closed_leak: past the closed valve per pressure difference, times viscosity [m3/s/Pa m2/s]; none without it.
     """
 
     name: str
@@ -134,6 +178,7 @@ class SafetyValve:
     opening_speed: float
     opening_time: float | None = None
     commanded: bool = True
+    closed_leak: float | None = None
 
     @property
     def passage(self) -> tuple[str, ...]:
@@ -163,5 +208,7 @@ class SafetyValve:
         else:
             slope = orifice_slope(self.conductance, difference)
         flow = circuit.coefficient(slope) * difference
+        if self.closed_leak is not None:
+            flow = flow + seat_flow(self.closed_leak, circuit.viscosity, difference)
         circuit.flow(self.name, self.pump_side, self.cylinder_side, flow)
         circuit.loss(f"{self.name}.throttling", flow * difference)

@@ -27,6 +27,7 @@ from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.pressures import MeasuredPressures
 from ramsight.sensor.pumping import one_sided
 from ramsight.sensor.virtual_sensor import PRESSURES, SensorGraph
+from ramsight.sensor.warming import warming_of
 
 SEEN_AT = 0.5
 """Share of what virtual work says that a torque shows of a load, from which the pump holds it and the load is seen."""
@@ -153,7 +154,8 @@ class LoadObserver:
         h = ca.fmax(graph.elapsed, _SHORTEST)
         mean, w = 0.5 * (graph.last_speed + graph.motor_speed), graph.motor_speed
         acceleration = (w - graph.last_speed) / h
-        p = balance.parameters_at(self._p, graph.oil_temperature, graph.commands)
+        warming = warming_of(graph) if balance.expands else 0.0
+        p = balance.parameters_at(self._p, graph.oil_temperature, graph.commands, warming=warming)
         before = ca.vertcat(*self._before)
         if self._pressures is not None:
             before = self._pressures.settled(before, h)

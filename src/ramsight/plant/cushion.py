@@ -1,0 +1,32 @@
+"""The end cushion of a cylinder: a plunger that closes the port before the end, so that oil leaves through a gap."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+
+
+def cushion_force(left: Any, approach: Any, length: Any, area: Any, conductance: Any) -> Any:
+    """Force that slows a piston down before its end [N], A (s A v/K)^2 with s = 1 - left/length.
+
+    The way out narrows in proportion to the depth s of a tapered plunger, from an open port to the needle valve; the
+    oil under it has the pressure (s Q/K)^2 above the chamber's. On the way back a check valve lets it in.
+
+    Args:
+        left: way that is left to the end [m].
+        approach: velocity towards the end [m/s].
+        length: of the cushion [m].
+        area: of the piston around the plunger [m2].
+        conductance: K at the end, Q/sqrt(dp) of the needle valve [m3/s/sqrt(Pa)].
+
+    Source: turbulent throttle with an area that falls linearly, as in H. Murrenhoff, Grundlagen der Fluidtechnik, part
+    1; the oil's compression in the small volume under the plunger is left out.
+
+    Example:
+        >>> [round(float(cushion_force(left, 0.05, 0.02, 0.01, 1e-7)) / 1e3) for left in (0.02, 0.01, 0.0)]
+        [0, 62, 250]
+    """
+    depth = ca.fmin(ca.fmax(1.0 - left / length, 0.0), 1.0)
+    flow = depth * area * ca.fmax(approach, 0.0)
+    return area * (flow / conductance) ** 2

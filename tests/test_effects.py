@@ -1,0 +1,382 @@
+"""What a real machine adds: each option as it is described, how far it moves the boom, and that the sensor has it."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from ramsight import machine
+from ramsight.duty import Duty, Profile, lift_lower, report, simulate
+from ramsight.duty.profile import constant
+from ramsight.errors import DescriptionError
+from ramsight.plant.as_built import AsBuilt
+from ramsight.plant.build import build
+from ramsight.plant.limits import limits_of
+from ramsight.plant.steady import cautions, derive
+from ramsight.sensor.balance import balance as balance_sensor
+from ramsight.sensor.status import Status
+
+from .interpreted import interpret
+from .plant_bench import UNITS
+from .sensor_bench import WARM, Stepped, quiet
+
+BOOM = UNITS["mining-loader boom"]
+LOADER = machine.load("mining-loader").unit("boom")
+HIGH = 441e3
+HOUR = 3600.0
+CLOSES = 1e-5  # what the energy and volume audit may leave
+
+
+@pytest.fixture(autouse=True)
+def without_compiling(monkeypatch):
+    monkeypatch.setattr("ramsight.engine.run.compile_ode", interpret)
+
+
+def described(changes):
+    """The boom with values of its description changed."""
+    return build("boom", LOADER.replace(changes))
+
+
+def resting(unit, duration, *, load=HIGH, temperature=None, position=0.4, period=1.0):
+    """A run with the motor at rest."""
+    duty = Duty(Profile([0.0, duration], [0.0, 0.0]), constant(load), temperature or constant(WARM), position)
+    return simulate(unit, duty, sample_period=period)
+
+
+def lifted_to_rest(unit, duration, *, temperature=None, load=HIGH):
+    """A short lift, so that the load is seen, and a rest under it."""
+    speed = Profile([0.0, 0.5, 1.0, 3.0, 3.5, duration], [0.0, 0.0, 60.0, 60.0, 0.0, 0.0])
+    duty = Duty(speed, constant(load), temperature or constant(WARM), 0.3)
+    return simulate(unit, duty, sample_period=0.05)
+
+
+def closes(run):
+    """Whether the audit of a run closes: what is missing, of all that was turned over, also where no shaft turned."""
+    shaft = max(run.attrs["energy.shaft_given"] + run.attrs["energy.shaft_taken"], 1e-9)
+    turned_over = sum(abs(value) for key, value in run.attrs.items() if key.startswith("energy."))
+    energy = abs(run.attrs["energy_residual"]) * shaft / turned_over
+    return energy < CLOSES and abs(run.attrs["volume_residual"]) < CLOSES
+
+
+def told(unit, run):
+    """What the balance of a unit's description says of a run, given the position at its beginning."""
+    sensor = Stepped(balance_sensor(unit))
+    sensor.start(float(run["position"][0]))
+    return sensor.track(report(run, quiet(unit)))
+
+
+def followed(unit, run):
+    """Errors of that [m]."""
+    return told(unit, run)["position"] - run["position"].values
+
+
+# Closed valves that leak -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("leakage", "least", "most"), [("0.3 ml/min", 0.4e-3, 0.9e-3), ("10 ml/min", 15e-3, 30e-3)])
+def test_a_load_on_a_valve_that_leaks_sinks_by_millimetres_in_an_hour(leakage, least, most):
+    unit = described({"safety_valve.closed_leakage": leakage})
+    run = resting(unit, HOUR, period=10.0)
+    sunk = float(run["position"][0] - run["position"][-1])
+    still = resting(BOOM, HOUR, period=10.0)
+    assert abs(float(still["position"][0] - still["position"][-1])) < 0.2e-3
+    assert least < sunk < most
+    assert closes(run)
+
+
+def test_the_sensor_sinks_with_a_load_on_a_valve_that_leaks():
+    unit = described({"safety_valve.closed_leakage": "200 ml/min"})
+    run = lifted_to_rest(unit, 60.0)
+    assert np.abs(followed(unit, run)).max() < 0.5e-3
+    assert np.abs(followed(BOOM, run)).max() > 5e-3, "nobody would miss it"
+
+
+# Oil that is shut in and changes its temperature ---------------------------------------------------------------------
+
+
+def cooling(celsius, per_hour=10.0, first=40.0):
+    """An oil temperature that falls by so much, so fast [degC]."""
+    return Profile([0.0, 5.0, 5.0 + HOUR * celsius / per_hour], [first + 273.15] * 2 + [first + 273.15 - celsius])
+
+
+@pytest.mark.parametrize(("position", "least", "most"), [(0.3, 2.5e-3, 3.2e-3), (0.65, 4.8e-3, 5.6e-3)])
+def test_a_load_on_oil_that_cools_sinks_by_millimetres_per_ten_kelvin(position, least, most):
+    unit = described({"oil.thermal_expansion": "7e-4 1/K"})
+    run = resting(unit, HOUR + 5.0, temperature=cooling(10.0), position=position, period=10.0)
+    assert least < run["position"][0] - run["position"][-1] < most
+    assert closes(run)
+    assert run.attrs["energy.expansion"] > 0.0, "the load presses on oil that gives way"
+    back = Profile([0.0, 600.0], [303.15, 313.15])
+    assert least < np.ptp(resting(unit, 600.0, temperature=back, position=position)["position"].values) < most
+
+
+def test_oil_that_cannot_give_way_gains_seven_bar_per_kelvin():
+    unit = described({"oil.thermal_expansion": "7e-4 1/K"})
+    run = resting(unit, 600.0, temperature=Profile([0.0, 600.0], [313.15, 323.15]), position=unit.cylinder.stroke)
+    assert np.ptp(run["position"].values) < 0.2e-3, "it stands on its stop"
+    assert 5.5e5 < (run["pressure_a"][-1] - run["pressure_a"][0]) / 10.0 < 8e5
+
+
+def test_the_sensor_sinks_with_oil_that_cools():
+    unit = described({"oil.thermal_expansion": "7e-4 1/K"})
+    run = lifted_to_rest(unit, 600.0, temperature=cooling(10.0, per_hour=60.0))
+    assert np.abs(followed(unit, run)).max() < 0.5e-3
+    assert np.abs(followed(BOOM, run)).max() > 2e-3, "nobody would miss it"
+
+
+# Relief valves -----------------------------------------------------------------------------------------------------
+
+
+def lifting(unit, load, *, period=0.02):
+    """A cycle of lifting and lowering."""
+    return simulate(unit, lift_lower(unit, load, WARM), sample_period=period)
+
+
+def apart(run, other):
+    """How far two runs are apart at most [m]."""
+    return float(np.abs(run["position"].values - other["position"].values).max())
+
+
+def test_a_relief_valve_that_is_set_low_lets_a_heavy_load_stand():
+    plain = lifting(BOOM, 500e3)
+    low = lifting(AsBuilt(relief=0.93).apply(BOOM), 500e3)
+    assert 0.09 < apart(plain, low) < 0.15
+    assert closes(low)
+    assert apart(lifting(BOOM, HIGH), lifting(AsBuilt(relief=0.93).apply(BOOM), HIGH)) == 0.0
+
+
+def test_a_pilot_that_leaks_costs_travel_near_the_setting_and_is_in_the_sensor():
+    unit = described({"relief_valve.pilot_leakage": "1 l/min"})
+    run = lifting(unit, 490e3)
+    assert 3e-3 < apart(run, lifting(BOOM, 490e3)) < 6e-3
+    assert apart(lifting(unit, 400e3), lifting(BOOM, 400e3)) < 1e-8
+    assert closes(run)
+    assert np.abs(followed(unit, run)).max() < 0.5e-3
+    assert np.abs(followed(BOOM, run)).max() > 3e-3
+
+
+def overloaded(unit):
+    """A lift in which the load is too heavy for a while, and then as heavy as the valve still carries."""
+    speed = Profile([0.0, 0.5, 1.0, 5.0, 5.5, 6.0], [0.0, 0.0, 100.0, 100.0, 0.0, 0.0])
+    load = Profile([0.0, 2.0, 2.2, 2.5, 2.7, 6.0], [490e3, 490e3, 545e3, 545e3, 490e3, 490e3])
+    return simulate(unit, Duty(speed, load, constant(WARM), 0.2), sample_period=0.02)
+
+
+def test_a_relief_valve_with_hysteresis_stays_open_until_the_pressure_has_fallen():
+    unit = described({"relief_valve.reseats": "90 %"})
+    plain, run = overloaded(BOOM), overloaded(unit)
+    after, before = (int(np.searchsorted(run["time"], t)) for t in (4.0, 1.9))
+    assert plain["relief_a_flow"][after] == 0.0
+    assert run["relief_a_flow"][before] == 0.0
+    assert run["relief_a_flow"][after] > 1e-4
+    assert apart(plain, run) > 20e-3
+    assert closes(run)
+    assert apart(lifting(unit, HIGH), lifting(BOOM, HIGH)) < 1e-6
+    said = told(unit, run)
+    open_valve = run["relief_a_flow"].values > 1e-5
+    assert (said["status"][open_valve] != Status.OK).mean() > 0.99, "what passes it, nobody can say"
+
+
+# End cushions ------------------------------------------------------------------------------------------------------
+
+CUSHIONS = {
+    "cylinder.cushion_length_a": "25 mm",
+    "cylinder.cushion_length_b": "25 mm",
+    "cylinder.cushion_plunger_a": "60 mm",
+    "cylinder.cushion_plunger_b": "95 mm",
+    "cylinder.cushion_flow": "3 l/min",
+}
+
+
+def to_the_end(unit, way, *, load=258e3, speed=157.0):
+    """From 70 mm before the end of lifting (1) or lowering (-1) into its stop."""
+    held = 0.1 / (speed * unit.travel_per_radian)
+    profile = Profile(np.cumsum([0.0, 0.5, 0.3, held, 0.3, 0.9]), way * speed * np.array([0, 0, 1, 1, 0, 0]))
+    start = unit.cylinder.stroke - 0.07 if way > 0 else 0.07
+    return simulate(unit, Duty(profile, constant(load), constant(WARM), start), sample_period=0.02)
+
+
+@pytest.mark.parametrize(("way", "least", "most"), [(1.0, 3e-3, 7e-3), (-1.0, 5e-3, 11e-3)])
+def test_a_cushion_makes_a_piston_come_late_to_its_stop_and_is_in_the_sensor(way, least, most):
+    unit = described(CUSHIONS)
+    run, plain = to_the_end(unit, way), to_the_end(BOOM, way)
+    assert least < apart(run, plain) < most
+    assert abs(float(run["position"][-1] - plain["position"][-1])) < 0.1e-3, "it comes to the same end"
+    assert closes(run)
+    assert run.attrs["energy.cylinder.cushion"] > 0.0
+    before = np.abs(run["position"].values - (unit.cylinder.stroke if way > 0 else 0.0)) > 1e-3
+    before &= np.arange(before.size) < np.argmin(before)
+    open_valve = run["relief_a_flow"].values > 1e-5
+    before &= ~np.logical_or.accumulate(open_valve)
+    assert np.abs(followed(unit, run)[before]).max() < 0.5e-3
+    inside = before & (np.abs(run["position"].values - 0.5 * unit.cylinder.stroke) > 0.5 * unit.cylinder.stroke - 0.015)
+    assert inside.sum() > 10, "well into the cushion"
+
+
+def test_a_cushion_only_slows_down():
+    cylinder = described(CUSHIONS).cylinder
+    ends = {-1.0: (0.0, 0.01, 0.024), 1.0: (cylinder.stroke, cylinder.stroke - 0.01)}
+    for way, places in ends.items():
+        for place in places:
+            assert way * float(cylinder.cushion(place, way * 0.05)) < 0.0
+            assert float(cylinder.cushion(place, -way * 0.05)) == 0.0
+    assert float(cylinder.cushion(0.3, 0.1)) == float(cylinder.cushion(0.026, -0.1)) == 0.0
+    # A needle valve passes its rated flow at 100 bar: two cylinders, the piston around the plunger.
+    speed = 2.0 * 3e-3 / 60.0 / float(cylinder.cushion_area_a)
+    assert float(cylinder.cushion(0.0, -speed)) == pytest.approx(100e5 * float(cylinder.cushion_area_a), rel=1e-9)
+
+
+# Oil that the pumps compress, and air that they draw ---------------------------------------------------------------
+
+IN_IT, BESIDE = ({f"pump_{side}.compression": f"{how} efficiency" for side in "ab"} for how in ("in", "beside"))
+AIR = {"oil.free_air": "1 %"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "least", "most"),
+    [(IN_IT, 2e-3, 3.5e-3), (BESIDE, -3e-3, -1.5e-3), (BESIDE | AIR, -3.5e-3, -2.3e-3)],
+    ids=["compression in the efficiency", "compression beside it", "air"],
+)
+def test_what_pumps_do_to_their_oil_moves_a_lift_and_is_in_the_sensor(changes, least, most):
+    unit = described(changes)
+    run, plain = lifting(unit, HIGH), lifting(BOOM, HIGH)
+    top = int(np.argmax(plain["position"].values))
+    assert least < float((run["position"] - plain["position"])[top]) < most
+    assert closes(run)
+    assert np.abs(followed(unit, run)).max() < 0.5e-3
+    assert np.abs(followed(BOOM, run)).max() > 1.5e-3, "nobody would miss it"
+
+
+@pytest.mark.parametrize("air", [None, 0.01])
+@pytest.mark.parametrize("speed", [-120.0, 150.0])
+@pytest.mark.parametrize(("inlet", "outlet"), [(4e5, 200e5), (250e5, 4e5), (2e5, 2e5)])
+def test_a_pump_gives_the_mass_that_it_takes_and_loses_no_power_from_nowhere(speed, inlet, outlet, air):
+    oil = replace(BOOM.oil, air=air, polytropic=1.4 if air else None)
+    pump = replace(BOOM.a.pump, compressed=0.02)
+    volumes = float(oil.specific_volume(inlet)), float(oil.specific_volume(outlet))
+    leak = float(pump.leakage(speed, outlet - inlet, 32e-6, 872.0))
+    drawn, delivered = (float(flow) for flow in pump.flows(speed, leak, volumes))
+    assert drawn / volumes[0] == pytest.approx(delivered / volumes[1], rel=1e-12)
+    assert abs(delivered - drawn) > 0.0 or inlet == outlet
+    # The shaft gives no less than the enthalpy that the oil gains, the integral of its volume over the pressure.
+    enthalpy, _ = quad(lambda p: float(oil.specific_volume(p)), inlet, outlet)
+    moved = pump.displacement * speed / (volumes[0] if speed > 0 else volumes[1])
+    assert pump.displacement * speed * (outlet - inlet) >= moved * enthalpy - 1e-9
+
+
+def test_a_pump_has_the_efficiency_of_its_data_sheet_whichever_way_it_was_measured():
+    oil, spec = LOADER.oil, LOADER.pump_a
+    for changes, at_outlet in ((IN_IT, 1.0), (BESIDE, math.exp(-spec.nominal_pressure / oil.bulk_modulus))):
+        pump, unit = described(changes).a.pump, described(changes)
+        volumes = tuple(unit.oil.specific_volume(p) for p in (0.0, spec.nominal_pressure))
+        leak = pump.leakage(spec.nominal_speed, spec.nominal_pressure, spec.nominal_viscosity, spec.nominal_density)
+        _, delivered = pump.flows(spec.nominal_speed, leak, volumes)
+        ideal = pump.displacement * spec.nominal_speed
+        expected = spec.volumetric_efficiency - (1.0 - at_outlet)
+        assert float(delivered) / ideal == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_table_measured_at_the_outlet_has_the_compression_in_it():
+    rows = "\n".join(f"{p}, {w}, 46, {0.99 - p / 5000}, 0.9" for p in (50, 250) for w in (500, 3000))
+    header = "pressure_bar, speed_rpm, viscosity_mm2s, volumetric_efficiency, hydromechanical_efficiency\n"
+    table = {"pump_a.losses": "table", "pump_a.efficiency_table": header + rows}
+    with_it, without = (described(table | changes).a.pump for changes in (IN_IT, BESIDE))
+    less = float(without.leakage(100.0, 250e5, 46e-6, 872.0) - with_it.leakage(100.0, 250e5, 46e-6, 872.0))
+    share = 1.0 - math.exp(-250e5 / BOOM.oil.bulk_modulus)
+    assert less == pytest.approx(share * with_it.displacement * 100.0, rel=1e-9)
+
+
+def test_an_efficiency_that_leaves_no_room_for_the_compression_is_refused():
+    with pytest.raises(DescriptionError, match=r"pump_a.compression = .*more than a volumetric efficiency of 0.99"):
+        described(IN_IT | {"pump_a.volumetric_efficiency": 0.99})
+
+
+# Torque losses and belts -------------------------------------------------------------------------------------------
+
+
+def of_both_pumps(**values):
+    """Values of both pumps' descriptions."""
+    return {f"pump_{side}.{key}": value for side in "ab" for key, value in values.items()}
+
+
+@pytest.mark.parametrize("celsius", [0.0, 40.0])
+def test_drag_is_torque_and_no_travel_and_is_in_the_sensor(celsius):
+    # Wilson's law with C_v = 1.5e5: C_v D nu rho for a block of two chambers.
+    drag = 1.5e5 * LOADER.pump_a.displacement_per_rad / 2.0 * 46e-6 * 872.0
+    unit = described(of_both_pumps(viscous_drag=drag, hydrodynamic_drag=2e-5))
+    duty = lift_lower(unit, 258e3, 273.15 + celsius)
+    run, plain = (simulate(which, duty, sample_period=0.02) for which in (unit, BOOM))
+    assert apart(run, plain) < 1e-6
+    assert closes(run)
+    lifting_now = int(np.searchsorted(run["time"], 4.0))
+    more = float((run["motor_torque"] - plain["motor_torque"])[lifting_now])
+    speed = float(run["motor_speed"][lifting_now])
+    thickness = float(unit.oil.viscosity(273.15 + celsius)) / 46e-6
+    expected = sum(
+        p.belt * (p.blocks * (drag * p.belt * speed * thickness + 2e-5 * (p.belt * speed) ** 2))
+        for p in (LOADER.pump_a, LOADER.pump_b)
+    )
+    assert more == pytest.approx(expected, rel=1e-4)
+    said, without = told(unit, run), told(BOOM, run)
+    assert said["load"][lifting_now] == pytest.approx(258e3, rel=0.01)
+    assert without["load"][lifting_now] > (360e3 if celsius == 0.0 else 270e3), "friction read as a load"
+    assert np.abs(said["position"] - run["position"].values).max() < 0.5e-3
+
+
+def test_a_belt_that_creeps_costs_travel_and_one_that_loses_costs_torque():
+    creeps, loses = (
+        described(of_both_pumps(**change)) for change in ({"belt_creep": 0.01}, {"belt_efficiency": 0.975})
+    )
+    plain, crept, lost = (lifting(which, 258e3) for which in (BOOM, creeps, loses))
+    assert -2e-3 < float((crept["position"] - plain["position"])[-1]) < -0.8e-3
+    assert apart(lost, plain) < 1e-6
+    up, down = (int(np.searchsorted(plain["time"], t)) for t in (4.0, 13.0))
+    ratio = (lost["motor_torque"] / plain["motor_torque"]).values
+    assert ratio[up] == pytest.approx(1.025, abs=2e-3)
+    assert ratio[down] == pytest.approx(0.975, abs=6e-3), "of a load that drives, less comes to the motor"
+    for unit, run in ((creeps, crept), (loses, lost)):
+        assert closes(run)
+        assert np.abs(followed(unit, run)).max() < 0.5e-3
+    assert np.abs(followed(BOOM, crept)).max() > 1e-3
+
+
+# Relief valves of the cylinder's ports -----------------------------------------------------------------------------
+
+PORTS = {"port_relief_valve": {"setting": "230 bar", "rated_flow": "100 l/min", "override_pressure": "5 bar"}}
+
+
+def shocked(unit, peak=700e3):
+    """A load at rest that a shock makes heavier for a third of a second."""
+    load = Profile([0.0, 1.0, 1.1, 1.3, 1.4, 4.0], [HIGH, HIGH, peak, peak, HIGH, HIGH])
+    return simulate(unit, Duty(Profile([0.0, 4.0], [0.0, 0.0]), load, constant(WARM), 0.4), sample_period=0.01)
+
+
+def test_a_shock_at_rest_leaves_a_mark_where_a_port_has_a_relief_valve():
+    unit = described(PORTS)
+    run, plain = shocked(unit), shocked(BOOM)
+    assert run["position"][-1] < plain["position"][-1] - 10e-3
+    assert plain["position"][-1] > 0.4 - 2e-3, "a locked cylinder comes back, but for friction"
+    assert run["pressure_a"].max() < plain["pressure_a"].max() - 10e5
+    assert closes(run)
+    assert apart(lifting(unit, HIGH), lifting(BOOM, HIGH)) < 1e-8
+
+
+def test_port_relief_valves_change_nothing_of_what_the_pumps_can_do():
+    assert limits_of(described(PORTS)) == limits_of(BOOM)
+    assert derive(described(PORTS)) == derive(BOOM)
+    low = LOADER.replace(PORTS | {"port_relief_valve.setting": "200 bar"})
+    assert any("port_relief_a of the cylinder opens at 200 bar" in text for text in cautions(low, build("boom", low)))
+
+
+def test_an_optional_part_may_name_a_model_and_is_checked_like_every_part():
+    there = '[units.boom.port_relief_valve]\nmodel = "DB10P-01"\nsetting = "240 bar"\n\n[units.boom.load]'
+    text = machine.template().replace("[units.boom.load]", there)
+    valve = machine.loads(text).unit("boom").port_relief_valve
+    assert (valve.setting, valve.override_pressure) == (240e5, 5e5)
+    assert machine.loads(machine.template(machine.loads(text))).unit("boom").port_relief_valve == valve
+    with pytest.raises(
+        DescriptionError, match=r"units.boom.port_relief_valve.seting: unknown key; did you mean 'setting'"
+    ):
+        machine.loads(text.replace('model = "DB10P-01"\nsetting', 'model = "DB10P-01"\nseting'))
