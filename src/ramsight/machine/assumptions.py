@@ -86,6 +86,15 @@ class AssumedMachine(Part):
         float,
         quantity("%", "change at rest, where nothing shows it, over the same, std", least="0.1 %", most="200 %"),
     ] = 0.25
+    # Worn poppets and checks let 2 to 10 ml/min pass at 250 bar, new ones 5 drops a minute.
+    closed_leakage: Annotated[
+        float,
+        quantity("ml/min", "past closed valves at 250 bar, unknown, std", least="0 ml/min", most="10000 ml/min"),
+    ] = 5e-6 / 60.0
+    # Oil in a cylinder is neither in the tank nor as warm, and a hose expands otherwise than steel.
+    expansion: Annotated[
+        float, quantity("%", "of the change of the volume of oil that is shut in, by its temperature, std", least="0 %")
+    ] = 0.3
     # Steps and delays of the reported speed.
     walk: Annotated[
         float,

@@ -11,18 +11,17 @@ from ramsight.plant.hose import Hose
 from ramsight.plant.loss_table import LossTable
 from ramsight.plant.oil import T40, T100, Oil, walther_constants
 from ramsight.plant.pump import Pump
-from ramsight.plant.valve import CheckValve, ReliefValve, SafetyValve
+from ramsight.plant.valve import CLOSED_POINT, CheckValve, ReliefValve, SafetyValve
 
 _STOP_DEFORMATION = 1e-3  # m, deformation at which a stop's damping is given
 _THRESHOLD = 0.01  # friction is fully developed at this share of the nominal speed, [G]
 _NEEDLE_POINT = 100e5  # Pa, where the flow of a cushion's needle valve is given
 _SEAL_POINT = 46e-6 / 100e5  # m2/s over Pa, where the seals' leakage is given
-_CLOSED_POINT = 46e-6 / 250e5  # the same of closed valves: data sheets test them near their highest pressure
 
 
 def closed_leak(flow: float) -> float | None:
     """Leakage of a closed valve over pressure, times viscosity [m3/s/Pa m2/s], from the described flow [m3/s]."""
-    return flow * _CLOSED_POINT or None
+    return flow * CLOSED_POINT or None
 
 
 def oil(spec: description.Oil) -> Oil:

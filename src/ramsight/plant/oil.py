@@ -56,6 +56,10 @@ def walther_constants(t1: float, nu1: float, t2: float, nu2: float) -> tuple[flo
     return w1 + b * math.log10(t1), b
 
 
+MINERAL_EXPANSION = 7e-4
+"""Thermal expansion of mineral oil [1/K], a of `thermal_density`; data sheets of hydraulic oils say 6.5 to 7.5e-4."""
+
+
 def thermal_density(temperature: Any, density: Any, expansion: Any) -> Any:
     """Density [kg/m3] at a temperature: rho (1 - a (T - 15 degC)).
 

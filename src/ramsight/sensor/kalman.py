@@ -26,9 +26,10 @@ from ramsight.sensor.judgement import Relief, judge
 from ramsight.sensor.leaking import Leaking
 from ramsight.sensor.link_angle import LinkAngle
 from ramsight.sensor.load import LoadObserver, LoadStep
+from ramsight.sensor.mode import Mode, is_in
 from ramsight.sensor.pressures import measured_pressures
 from ramsight.sensor.relief import passed_share, passing
-from ramsight.sensor.resting import unseen_load
+from ramsight.sensor.resting import creep, unseen_load
 from ramsight.sensor.virtual_sensor import IS_REFERENCED, LINK_ANGLE, VARIANCE, SensorGraph, VirtualSensor
 
 _VELOCITY_SMOOTHING = 0.1  # s
@@ -86,7 +87,10 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     doubt = passing(circuit, step.z, lambda name: symbol(f"circuit.{name}"), graph.extending_speed, setting)
     contact = watch.look(step, nominal, symbol("stroke"), ca.sqrt(bank.variance()), referenced, doubt)
     passed, pending = _relief(graph, bank, step, doubt, contact)
-    _predict(graph, bank, step, travel_by, around, intake.drift + passed, leaking, assumed)
+    creeps = creep(graph, step, unit, symbol("relief_load"), viscosity(graph.oil_temperature), assumed.machine)
+    rests = is_in(contact.mode, (Mode.RESTING_ON_VALVE,))
+    grows = intake.drift + passed + ca.if_else(rests, creeps, 0.0)
+    _predict(graph, bank, step, travel_by, around, grows, leaking, assumed)
     observer.release(contact.released, step.carried)
     _torque(graph, bank, step, contact, torque_by, around)
     measured = _measure(graph, bank, step, contact, nominal, assumed, link, referenced)

@@ -65,6 +65,7 @@ class LoadStep:
         torque: as expected after the correction [N m].
         z: the circuit's states.
         velocity: of the piston [m/s].
+        warming: of the oil [K/s].
     """
 
     travel: Any
@@ -87,6 +88,7 @@ class LoadStep:
     torque: Any
     z: Any
     velocity: Any
+    warming: Any
 
 
 def _beyond(value: Any, limit: Any) -> Any:
@@ -154,7 +156,7 @@ class LoadObserver:
         h = ca.fmax(graph.elapsed, _SHORTEST)
         mean, w = 0.5 * (graph.last_speed + graph.motor_speed), graph.motor_speed
         acceleration = (w - graph.last_speed) / h
-        warming = warming_of(graph) if balance.expands else 0.0
+        warming = warming_of(graph)
         p = balance.parameters_at(self._p, graph.oil_temperature, graph.commands, warming=warming)
         before = ca.vertcat(*self._before)
         if self._pressures is not None:
@@ -229,6 +231,7 @@ class LoadObserver:
             torque=second.torque,
             z=z,
             velocity=z[1],
+            warming=warming,
         )
 
     def _surprise(

@@ -1,17 +1,50 @@
-"""A load that changes at rest moves the rod by what the oil gives way, and nothing tells the sensor."""
+"""What moves a rod at rest, and nothing tells the sensor: a load that changes, valves that leak, oil that cools."""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import casadi as ca
 
+from ramsight.plant.limits import limits_of
+from ramsight.plant.oil import MINERAL_EXPANSION, trapped_expansion
+from ramsight.plant.unit import HydraulicUnit
+from ramsight.plant.valve import CLOSED_POINT
+from ramsight.sensor.assumptions import AssumedMachine
 from ramsight.sensor.load import SEEN_AT, LoadStep
 from ramsight.sensor.virtual_sensor import SensorGraph
 
 _FIRST_LOOK = 0.3  # s after the torque shows the load again, when it is known
 _LEARNING = 1.0 / 6.0  # share of the newest load change in their mean square
 _TURNING = 1.0  # rad/s
+
+
+def creep(
+    graph: SensorGraph, step: LoadStep, unit: HydraulicUnit, relief_load: Any, viscosity: Any, machine: AssumedMachine
+) -> Any:
+    """By how much the position's standard deviation grows while a closed valve holds the load [m].
+
+    Closed valves leak by a rate that nobody knows and that stays, and the oil that is shut in changes its volume with
+    its temperature, by more than is described or, where nothing is described, as mineral oil does. Both errors go one
+    way all the time, so deviations are added up and not their squares.
+
+    Args:
+        graph: the sensor's graph.
+        step: of the load observer.
+        unit: the unit.
+        relief_load: that the relief valves carry [N].
+        viscosity: of the oil [m2/s].
+        machine: how far it may be from its description.
+    """
+    area = float(unit.cylinder.area(unit.held))
+    pressure = limits_of(unit).pressure * ca.fmin(ca.fabs(step.load) / relief_load, 1.0)
+    leaks = machine.closed_leakage * CLOSED_POINT * pressure / viscosity / area * graph.elapsed
+    height = graph.position if unit.held == "a" else unit.cylinder.stroke - graph.position
+    dead = float(getattr(unit.cylinder, f"dead_volume_{unit.held}")) / area
+    per_kelvin = trapped_expansion(graph.oil_temperature, MINERAL_EXPANSION) * (ca.fmax(height, 0.0) + dead)
+    share = machine.expansion if unit.oil.expansion is not None else math.hypot(1.0, machine.expansion)
+    return leaks + share * per_kelvin * ca.fabs(step.warming) * graph.elapsed
 
 
 def unseen_load(graph: SensorGraph, step: LoadStep, held: Any, expected: Any) -> Any:
