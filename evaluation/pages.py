@@ -10,12 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import drive_control
+import real_machine
 import unit_control
 
 from ramsight.output import atomic_path
 
 ROOT = Path(__file__).parents[1]
 PAGE, CONTROL_PAGE = ROOT / "docs" / "kalman.md", ROOT / "docs" / "control.md"
+VALIDATION_PAGE = ROOT / "docs" / "validation.md"
 INPUTS = {"motor_speed": "motor speed", "motor_torque": "motor torque", "oil_temperature": "oil temperature"}
 
 
@@ -122,6 +124,7 @@ def main() -> None:
     """Put each table between its marks."""
     found = json.loads((ROOT / "study.json").read_text())
     put(PAGE, {name: table(found[name]) for name, table in TABLES.items()})
+    put(VALIDATION_PAGE, {"real_machine": real_machine.table(found["real_machine"])})
     put(CONTROL_PAGE, {name: table(found[study]) for name, (study, table) in CONTROL_TABLES.items()})
 
 

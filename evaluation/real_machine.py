@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import xarray
+from numpy.typing import NDArray
 
 from ramsight import machine
 from ramsight.duty import DriveReport, Duty, Profile, report, simulate
@@ -27,6 +28,7 @@ from ramsight.sensor.kalman import kalman
 from ramsight.study.judging import Judged, judge
 
 UNIT = "boom"
+DAYS = 6
 LOADS = (100e3, 370e3)  # N
 HEAVY = (100e3, 500e3)  # N; the relief valve's setting is 531 kN
 DAY, LONG_DAY = 1200.0, 4.0 * 3600.0  # s
@@ -35,8 +37,19 @@ COLD, WARM = 288.15, 323.15  # K, of a day's oil
 COLD_START, WARMING = 2400.0, 600.0  # s, time constants of the oil's warming: of a long day, and of a short one
 NIGHT, COOLS = 8.0 * 3600.0, 7200.0  # s
 LINK = math.radians(0.2)  # of an inclinometer, all its errors together
+Array = NDArray[np.float64]
 Draw = Callable[[np.random.Generator], dict[str, Any]]
 Spoil = Callable[[xarray.Dataset, np.random.Generator], None]
+
+
+@dataclass(frozen=True)
+class Day:
+    """A day as the sensor saw it, and as it was: track, motor speed [rad/s], true position and stroke [m]."""
+
+    track: xarray.Dataset
+    motor_speed: Array
+    position: Array
+    stroke: float
 
 
 @dataclass(frozen=True)
@@ -170,8 +183,8 @@ def _oil(time_constant: float, end: float) -> Profile:
     return Profile(after, WARM + (COLD - WARM) * np.exp(-after / time_constant))
 
 
-def day(keys: tuple[str, ...], seed: int, *, duration: float, visits: float, told: bool, link: bool = False) -> Judged:
-    """One machine's day with these effects, judged after three stops, or from its start with an inclinometer.
+def tracked(keys: tuple[str, ...], seed: int, *, duration: float, visits: float, told: bool, link: bool = False) -> Day:
+    """One machine's day with these effects.
 
     Args:
         keys: of the effects; with several the machine is not its data sheet either, and the oil warms.
@@ -187,7 +200,7 @@ def day(keys: tuple[str, ...], seed: int, *, duration: float, visits: float, tol
     for effect in effects:
         changes |= effect.drawn(random)
     if len(effects) > 1:
-        changes |= {"leak": random.normal(1.0, 0.15), "displacement": random.normal(1.0, 0.0075)}
+        changes |= {"leak": random.normal(1.0, 0.15), "displacement": random.normal(1.0, 0.006)}
         changes |= {"stiffness": random.uniform(0.7, 1.3), "friction": random.uniform(0.6, 1.4)}
     usual = {key: value for effect in effects for key, value in effect.usual.items()} if told else {}
     sheet, real = _unit(usual), _unit(changes)
@@ -207,8 +220,13 @@ def day(keys: tuple[str, ...], seed: int, *, duration: float, visits: float, tol
     sensor = kalman(sheet, sheet.assumptions.replace(declared))
     sensor.start(duty.start_position)
     track = sensor.track(log)
-    after = 0 if link else 3
-    return judge(track, log["motor_speed"].values, run["position"].values, sheet.cylinder.stroke, after=after)
+    return Day(track, log["motor_speed"].values, run["position"].values, float(sheet.cylinder.stroke))
+
+
+def day(keys: tuple[str, ...], seed: int, *, link: bool = False, **how: Any) -> Judged:
+    """The same, judged after three stops, or from its start with an inclinometer."""
+    one = tracked(keys, seed, link=link, **how)
+    return judge(one.track, one.motor_speed, one.position, one.stroke, after=0 if link else 3)
 
 
 def figures(days: list[Judged]) -> dict[str, float]:
@@ -282,3 +300,24 @@ def study(days: int, advance: Callable[[int], object]) -> dict[str, Any]:
             "ok": float(np.mean([one["status"] == 0.0 for one in nights])),
         }
     return found
+
+
+def table(found: dict[str, Any]) -> list[str]:
+    """The table of docs/validation.md."""
+    head = ["| effect | sensor's description | 95 % within: median, worst day | largest | band | ok beyond 4 σ | ok |"]
+    rows = [*head, "|---|---|---|---|---|---|---|"]
+    for key, kinds in found["alone"].items():
+        for kind, row in kinds.items():
+            said = "has it" if kind == "told" else "–" if key == "none" else "does not know it"
+            rows.append(_row(EFFECTS[key].title, said, row))
+    together = {"stops": "all, a stop every 2 min", "link": "all, inclinometer, a stop every 30 min"}
+    for key, title in together.items():
+        rows.append(_row(f"**{title}**", "usual values", found["together"][key]))
+    return rows
+
+
+def _row(title: str, said: str, row: dict[str, float]) -> str:
+    return (
+        f"| {title} | {said} | {row['p95_mm']:.1f}, {row['p95_worst_mm']:.1f} mm | {row['largest_mm']:.1f} mm "
+        f"| {100 * row['band']:.0f} % | {100 * row['wrong_and_ok']:.2f} % | {100 * row['ok']:.0f} % |"
+    )

@@ -15,6 +15,7 @@ import drive_control
 import faults
 import identify_coverage
 import loader_control
+import real_machine
 import real_oil
 import recorded
 import structure
@@ -35,6 +36,7 @@ STUDIES = (
     "loader_control",
     "unit_control",
     "drive_control",
+    "real_machine",
 )
 
 
@@ -82,6 +84,9 @@ def main() -> None:
     if "drive_control" in given.only:
         with progress(drive_control.runs(), "driving with every drive") as bar:
             found["drive_control"] = drive_control.study(bar.advance)
+    if "real_machine" in given.only:
+        with progress(real_machine.runs(real_machine.DAYS), "days of real machines") as bar:
+            found["real_machine"] = real_machine.study(real_machine.DAYS, bar.advance)
     with atomic_path(given.out) as draft:
         draft.write_text(json.dumps(found, indent=2) + "\n")
     print(json.dumps(found, indent=2))

@@ -75,7 +75,7 @@ def load_observer(unit, factors=None, *, watches=False, assumptions=None):
     believed = factors or [1.0] * len(FACTORS)
     more = {}
     if watches:
-        watch = ContactWatch(graph, float(unit.lift_sign))
+        watch = ContactWatch(graph, float(unit.lift_sign), unit.assumptions.stops)
         step = observer.step(believed, watch.held)
         contact = watch.look(step, graph.position + step.travel, stroke, ca.SX(2e-3), ca.SX(1.0), ca.SX(0.0))
         observer.release(contact.released, step.carried)

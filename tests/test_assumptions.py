@@ -31,6 +31,7 @@ from ramsight.sensor.status import Status
 from .sensor_bench import Stepped, cycle
 
 FIELDS = {assumed.path: assumed for assumed in machine.walk(Assumptions())}
+PLACES_OF_STOPS = ("stops.retracted", "stops.extended")
 CIRCUITS = {"boom": "mining-loader", "axis": "eha-test-bench", "ram": "press"}
 
 
@@ -47,7 +48,8 @@ def load(unit, declared):
 
 
 def built(unit, declared):
-    return build(unit, load(unit, declared).unit(unit))
+    described = load(unit, declared)
+    return build(unit, described.unit(unit), described.linkage)
 
 
 def bound(path, which):
@@ -57,9 +59,12 @@ def bound(path, which):
 
 
 def written(path, share):
-    """A value that is this share of the way from the lowest to the highest: as TOML, and in SI."""
+    """A value that is this share of the way from the lowest to the highest: as TOML, and in SI.
+
+    Stops have to leave something of the stroke.
+    """
     declared = FIELDS[path].declared
-    least, most = bound(path, "least"), bound(path, "most")
+    least, most = bound(path, "least"), 0.1 if path in PLACES_OF_STOPS else bound(path, "most")
     text = declared.show(least + share * (most - least))
     return f'"{text}"', declared.read(text, from_file=True)
 
@@ -75,7 +80,9 @@ def same_graph(one, other):
 
 
 def test_every_number_of_the_assumptions_can_be_declared():
-    assert {path.split(".")[0] for path in FIELDS} == {"drive", "machine", "thermometer", "stops", "pressure"}
+    assert {path.split(".")[0] for path in FIELDS} == {
+        "drive", "machine", "thermometer", "stops", "pressure", "link_angle"
+    }  # fmt: skip
     assert all(assumed.declared and not assumed.given for assumed in FIELDS.values())
 
 
@@ -93,8 +100,10 @@ def test_all_values_together_reach_the_unit():
 
 @pytest.mark.parametrize("path", FIELDS)
 def test_a_declared_value_changes_the_sensor(path):
-    # Sensors of pressure are taken where their noise is declared.
+    # Sensors of pressure and of the link's angle are taken where their noise is declared.
     beside = {"pressure.std": '"5 bar"'} if path == "pressure.lag" else {}
+    if path.startswith("link_angle.") and path != "link_angle.std":
+        beside = {"link_angle.std": '"0.2 deg"'}
     changed = {**beside, path: written(path, 0.4)[0]}
     assert not same_graph(kalman(built("boom", changed)), kalman(built("boom", beside)))
 
@@ -122,7 +131,7 @@ def test_a_coarse_torque_makes_the_position_less_sure():
 
 @pytest.mark.parametrize("which", ["least", "most"])
 def test_a_sensor_holds_to_the_ends_of_every_range(which):
-    unit = built("boom", {path: f'"{getattr(FIELDS[path].declared, which)}"' for path in FIELDS})
+    unit = built("boom", {path: written(path, {"least": 0.0, "most": 1.0}[which])[0] for path in FIELDS})
     run, log = cycle(built("boom", {}))
     sensor = Stepped(kalman(unit))
     sensor.start(float(run["position"][0]))
@@ -146,6 +155,11 @@ REFUSED = [
     ({"stops.undeclared": '"50 %"'}, "stops.undeclared = '50 %': out of range", "at most 45 %"),
     ({"stop.std": '"1 %"'}, "stop: unknown key", "did you mean 'stops'?"),
 ]
+
+
+def test_stops_that_leave_nothing_of_the_stroke_are_refused():
+    with pytest.raises(DescriptionError, match=r"stops\.retracted = .*nothing of the stroke.*less than 700 mm"):
+        load("boom", {"stops.retracted": '"400 mm"', "stops.extended": '"300 mm"'})
 
 
 @pytest.mark.parametrize(("declared", "start", "words"), REFUSED, ids=range(len(REFUSED)))

@@ -59,3 +59,22 @@ def test_the_band_of_every_day_holds(judged, name):
 @pytest.mark.parametrize("name", CASES)
 def test_no_day_is_wrong_and_ok(judged, name):
     assert judged(name).wrong_and_ok < 0.005
+
+
+def test_ground_that_is_declared_is_a_stop_like_any_other():
+    """The boom meets the ground 35 mm before the cylinder's end."""
+    name = "person_boom_ground_stop"
+    unit = build("boom", machine.load("mining-loader").unit("boom"))
+    sensor = kalman(unit, unit.assumptions.replace({"stops.retracted": 0.035}))
+    log, truth = read_drive_log(FOLDER / f"{name}.csv.gz"), read_truth(FOLDER / f"{name}_truth.csv.gz")
+    position = np.interp(log["time"], truth["time"], truth["position"])
+    sensor.start(float(position[0]))
+    track = sensor.track(log)
+    met = np.flatnonzero(np.diff((position < 0.0351).astype(int)) == 1)
+    error = np.abs(track["position"].values - position)[met[2] :]
+    turns = np.abs(log["motor_speed"].values)[met[2] :] > 1.0
+    assert np.percentile(error[turns], 95) < 2e-3
+    found = judge(track, log["motor_speed"].values, position, unit.cylinder.stroke)
+    assert found.coverage > 0.93
+    assert found.wrong_and_ok < 0.005
+    assert found.ok > 0.4

@@ -10,6 +10,7 @@ import xarray
 from ramsight.plant.balance import balance
 from ramsight.plant.limits import limits_of
 from ramsight.plant.valve import ReliefValve
+from ramsight.sensor.assumptions import AssumedStops
 from ramsight.sensor.contact import Contact, ContactWatch
 from ramsight.sensor.intake import Intake
 from ramsight.sensor.judgement import Relief, judge
@@ -326,7 +327,7 @@ def holding(request):
 
     def write(graph, x):
         graph.parameters.add("circuit.cylinder.coulomb_friction", 500.0)
-        watch = ContactWatch(graph, request.param)
+        watch = ContactWatch(graph, request.param, AssumedStops())
         step = made(LoadStep, **{name: x[name] for name in HELD})
         return watch.look(step, 0.3, 0.7, 1e-3, 1.0, 0.0).released
 

@@ -38,10 +38,10 @@ class AssumedMachine(Part):
     """How far the machine may be from its description, and how that changes."""
 
     leak: Annotated[float, quantity("%", "of a new machine's leakage, std", least="0.1 %", most="200 %")] = 0.16
-    # Pumps are within ± 1.5 % of their data sheets, two standard deviations. The sensor keeps the factor within 3 %.
+    # 99 of 100 pumps are within ± 1.5 % of their data sheets. The sensor keeps the factor itself within 3 %.
     displacement: Annotated[
         float, quantity("%", "of a new machine's displacement, std", least="0.01 %", most="3 %")
-    ] = 0.0075
+    ] = 0.006
     compliance: Annotated[
         float, quantity("%", "of a new machine's compliance of oil and hoses, std", least="0.1 %", most="100 %")
     ] = 0.25
@@ -93,7 +93,8 @@ class AssumedMachine(Part):
     ] = 5e-6 / 60.0
     # Oil in a cylinder is neither in the tank nor as warm, and a hose expands otherwise than steel.
     expansion: Annotated[
-        float, quantity("%", "of the change of the volume of oil that is shut in, by its temperature, std", least="0 %")
+        float,
+        quantity("%", "of oil's change of volume by temperature where it is shut in, std", least="0 %", most="300 %"),
     ] = 0.3
     # Steps and delays of the reported speed.
     walk: Annotated[
@@ -129,6 +130,13 @@ class AssumedPressure(Part):
 class AssumedStops(Part):
     """End stops, other contacts, switches and positions given by hand."""
 
+    # A frame, a rack or the ground may stop the machine before the cylinder's end does.
+    retracted: Annotated[
+        float, quantity("mm", "from the cylinder's retracted end to what stops it there", least="0 mm", most="10 m")
+    ] = 0.0
+    extended: Annotated[
+        float, quantity("mm", "from what stops it there to the cylinder's extended end", least="0 mm", most="10 m")
+    ] = 0.0
     std: Annotated[
         float, quantity("%", "of a stop's place as described, over the stroke, std", least="0.001 %", most="10 %")
     ] = 3e-4

@@ -79,6 +79,16 @@ class Unit(Part):
         return ()
 
     @model_validator(mode="after")
+    def _stops_leave_a_way(self) -> Self:
+        stops, stroke = self.assumptions.stops, self.cylinder.stroke
+        for key in ("retracted", "extended"):
+            if getattr(stops, key) and stops.retracted + stops.extended >= stroke:
+                shown = f"{1e3 * getattr(stops, key):g} mm"
+                text = "the machine's stops leave nothing of the stroke"
+                raise refuse(f"assumptions.stops.{key}", shown, text, f"both together less than {1e3 * stroke:g} mm")
+        return self
+
+    @model_validator(mode="after")
     def _compression_fits_the_efficiency(self) -> Self:
         for name, pump in self.pumps.items():
             table = read_efficiencies(pump.efficiency_table) if pump.losses == "table" else None

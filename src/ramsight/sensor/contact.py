@@ -25,6 +25,7 @@ from typing import Any
 
 import casadi as ca
 
+from ramsight.sensor.assumptions import AssumedStops
 from ramsight.sensor.load import SEEN_AT, LoadStep
 from ramsight.sensor.mode import HELD, Mode, is_in, next_mode
 from ramsight.sensor.virtual_sensor import SensorGraph
@@ -82,10 +83,11 @@ class ContactWatch:
     Args:
         graph: gains states.
         lift_sign: +1 if extension lifts the load, -1 if retraction does.
+        stops: where the machine's stops are.
     """
 
-    def __init__(self, graph: SensorGraph, lift_sign: float) -> None:
-        self._graph, self._lift = graph, lift_sign
+    def __init__(self, graph: SensorGraph, lift_sign: float, stops: AssumedStops) -> None:
+        self._graph, self._lift, self._stops = graph, lift_sign, stops
         self._kept_for, self._stood = graph.state("torque_kept_for"), graph.state("stands_for")
         self._sank = graph.state("sank")
         self._mode = graph.state("mode")
@@ -134,15 +136,16 @@ class ContactWatch:
         # At an end a relief valve soon takes all that the pump delivers; nowhere else is that sure.
         before = position - step.travel  # where this sample went is as doubtful as the flow
         settled = self._settles(step, before)
-        ahead = ca.if_else(way > 0.0, stroke - before, before)
+        low, top = self._stops.retracted, stroke - self._stops.extended
+        ahead = ca.if_else(way > 0.0, top - before, before - low)
         ends = ca.logic_and(known, ahead < _NEAR * std + _NEAR_LEAST * stroke)
         over = ca.logic_and(ca.logic_and(turns, relief > _OVER), ca.logic_and(ends, ca.logic_not(self.held)))
         sunk = ca.logic_and(sinks, self._sank)
         touched = ca.logic_or(in_vain, ca.logic_or(sunk, over))
         graph.becomes("sank", sinks)
         # Oil that decompresses at an end: a piston that has stood there is about to leave.
-        behind = ca.if_else(way > 0.0, self._anchor, stroke - self._anchor)
-        nearer = behind < stroke - behind
+        behind = ca.if_else(way > 0.0, self._anchor - low, top - self._anchor)
+        nearer = behind < top - low - behind
         leaving = ca.logic_and(ca.logic_and(known, nearer), behind < _NEAR * std + _NEAR_LEAST * stroke)
         keeps = ca.logic_or(stands, ca.logic_not(graph.elapsed > 0.0))
         graph.becomes("delivered_in_vain", ca.if_else(ca.logic_and(keeps, ca.logic_not(touched)), delivered, 0.0))

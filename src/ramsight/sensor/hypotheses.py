@@ -60,7 +60,7 @@ class Hypothesis:
     """One hypothesis: its means as expressions, its covariance, its weight.
 
     Attributes:
-        mean: position over the nominal one [m], factors [1], lag [s], places of the ends over the described ones [m],
+        mean: position over the nominal one [m], factors [1], lag [s], places of the stops over the cylinder's ends [m],
             error of the link's angle [rad] where there is one.
         covariance: of these.
         weight: natural logarithm of its probability, but for a common term.
@@ -132,7 +132,7 @@ class Hypotheses:
         self._others = ((LEAK, machine.other_leak**2), (EXPONENT, machine.other_exponent**2))
         self.all: list[Hypothesis] = []
         for name, (probability, low, top) in priors.items():
-            means = (0.0, 1.0, 1.0, 1.0, lag.lag, 0.0, 0.0, 0.0, 0.0)[: self._size]
+            means = (0.0, 1.0, 1.0, 1.0, lag.lag, 0.0, stops.retracted, -stops.extended, 0.0)[: self._size]
             mean = [graph.state(f"{name}_{k}", value) for k, value in enumerate(means)]
             factors = (machine.leak, machine.displacement, machine.compliance)
             prior = (0.0, *factors, lag.lag_std, machine.leak_exponent, low * stroke, top * stroke)

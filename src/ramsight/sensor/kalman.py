@@ -71,7 +71,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     symbol = graph.parameters.symbol
     viscosity = circuit.oil_of(lambda name: symbol(f"circuit.{name}")).viscosity
     leaking = Leaking(graph, viscosity, first, observer.expected / symbol("relief_torque"))
-    watch = ContactWatch(graph, float(unit.lift_sign))
+    watch = ContactWatch(graph, float(unit.lift_sign), assumed.stops)
     link = None if lever is None else LinkAngle(graph, lever, assumed)
     bank = Hypotheses(
         graph, stroke, assumed, known=referenced, first=first, start_variance=variance, with_link=link is not None
