@@ -8,8 +8,9 @@ import pytest
 from scipy.integrate import quad
 
 from ramsight import machine
-from ramsight.duty import Duty, Profile, lift_lower, report, simulate
+from ramsight.duty import DriveReport, Duty, Magnets, Profile, lift_lower, report, simulate
 from ramsight.duty.profile import constant
+from ramsight.duty.warming import Warming, warmed
 from ramsight.errors import DescriptionError
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build
@@ -380,3 +381,72 @@ def test_an_optional_part_may_name_a_model_and_is_checked_like_every_part():
         DescriptionError, match=r"units.boom.port_relief_valve.seting: unknown key; did you mean 'setting'"
     ):
         machine.loads(text.replace('model = "DB10P-01"\nsetting', 'model = "DB10P-01"\nseting'))
+
+
+# Magnets, and oil that warms up by its losses ----------------------------------------------------------------------
+
+
+def test_warm_magnets_make_a_drive_report_too_much_torque():
+    run, quiet_report = lifting(BOOM, HIGH), DriveReport(torque_noise=0.0, torque_step=0.0)
+    cold = report(run, quiet_report)["motor_torque"].values
+    np.testing.assert_allclose(cold, run["motor_torque"].values)
+    magnets = Magnets(torque=60.0, first=60.0)
+    warm = report(run, replace(quiet_report, magnets=magnets))["motor_torque"].values
+    turning = np.abs(cold) > 10.0
+    np.testing.assert_allclose(warm[turning] / cold[turning], 1.0 / (1.0 - 1.1e-3 * 60.0), rtol=2e-3)
+    load = followed_load(run, magnets)
+    assert load > 1.05 * HIGH, "the torque's gain is read as a load"
+
+
+def followed_load(run, magnets):
+    """The load that the sensor reads of a lift with such magnets [N]."""
+    sensor = Stepped(balance_sensor(BOOM))
+    sensor.start(float(run["position"][0]))
+    said = sensor.track(report(run, replace(quiet(BOOM), magnets=magnets)))
+    return said["load"][int(np.searchsorted(run["time"], 4.0))]
+
+
+def test_magnets_come_to_their_rise_under_their_torque_and_cool_without():
+    time = np.linspace(0.0, 36000.0, 3601)
+    magnets = Magnets(torque=40.0, rise=70.0, time_constant=1800.0)
+    assert magnets.warmth(time, np.full(time.size, -40.0))[-1] == pytest.approx(70.0, rel=1e-6)
+    assert magnets.warmth(time, np.full(time.size, 20.0))[-1] == pytest.approx(17.5, rel=1e-6)
+    cools = replace(magnets, first=50.0).warmth(time, np.zeros(time.size))
+    np.testing.assert_allclose(cools, 50.0 * np.exp(-time / 1800.0), rtol=1e-9)
+
+
+SMALL = Warming(case=500.0, tank=2000.0, case_to_tank=100.0)
+LIFT = Duty(Profile([0.0, 0.2, 0.4, 4.0], [0.0, 0.0, 157.0, 157.0]), constant(HIGH), constant(293.15), 0.2)
+
+
+def test_losses_warm_up_the_case_first_and_then_the_tank():
+    run = warmed(BOOM, LIFT, SMALL, sample_period=0.1)
+    case, tank = run["pump_temperature"].values, run["oil_temperature"].values
+    assert case[0] == tank[0] == 293.15
+    assert case[-1] > tank[-1] + 3.0 > 293.15 + 3.0
+    assert np.all(np.diff(case) > -1e-9)
+    assert apart(run, simulate(BOOM, LIFT, sample_period=0.1)) > 0.1e-3, "thin oil leaks more"
+    assert closes(run)
+    log = report(run, replace(quiet(BOOM), temperature_noise=0.0))
+    assert np.abs(log["oil_temperature"].values - tank).max() < 0.06, "a thermometer sees the tank"
+
+
+def test_heat_goes_into_case_tank_and_air_and_nowhere_else():
+    time = np.linspace(0.0, 4000.0, 4001)
+    how = Warming(ambient=283.15)
+    into_case, into_tank = 900.0 * time, 100.0 * time
+    found = how.temperatures(time, into_case, into_tank, 293.15)
+    stored = how.case * (found[:, 0] - 293.15) + how.tank * (found[:, 1] - 293.15)
+    air = how.case_to_air * (found[:, 0] - 283.15) + how.tank_to_air * (found[:, 1] - 283.15)
+    lost = np.concatenate([[0.0], np.cumsum(0.5 * (air[1:] + air[:-1]))])
+    np.testing.assert_allclose(stored + lost, into_case + into_tank, rtol=1e-9, atol=1e-6)
+    late = np.linspace(0.0, 4e4, 4001)
+    settled = how.temperatures(late, 900.0 * late, 100.0 * late, 293.15)
+    case, tank = settled[-1]
+    assert how.case_to_tank * (case - tank) + how.case_to_air * (case - how.ambient) == pytest.approx(900.0, rel=1e-6)
+
+
+def test_a_unit_that_would_burn_its_oil_is_refused(monkeypatch):
+    monkeypatch.setattr("ramsight.duty.warming._ROUNDS", 1)
+    with pytest.raises(DescriptionError, match="the data of the oil tellus-t-32 do not reach so far"):
+        warmed(BOOM, LIFT, Warming(case=2.0, tank=20.0), sample_period=0.1)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from ramsight.api.duties import TEMPERATURE, Loads, Quantity, duty_for
 from ramsight.api.given import checked
 from ramsight.api.machines import AnyUnit, build
-from ramsight.duty import DriveReport, Duty
+from ramsight.duty import DriveReport, Duty, Magnets
 from ramsight.duty import report as report_of
 from ramsight.duty import simulate as run_of
 from ramsight.duty.simulate import SAMPLE_PERIOD
@@ -116,6 +116,7 @@ def drive_report(
     temperature_noise: Quantity = "0.2 K",
     torque_gain: Quantity = 1.0,
     temperature_offset: Quantity = "0 K",
+    magnets: Magnets | None = None,
     named: Callable[[str], str] = str,
 ) -> xarray.Dataset:
     """What a drive logs of a simulated run: sampled, in steps, with noise, and off if it is to be.
@@ -130,6 +131,7 @@ def drive_report(
         temperature_noise: its standard deviation [K].
         torque_gain: reported torque over the true one [1], 0.1 to 10.
         temperature_offset: reported temperature less the true one [K].
+        magnets: of the motor, if their warming up changes its torque constant.
         named: what errors call an argument.
 
     Returns:
@@ -158,6 +160,7 @@ def drive_report(
         temperature_noise=read(temperature_noise, "delta_K", "temperature_noise", "0 K", "100 K"),
         torque_gain=read(torque_gain, "1", "torque_gain", "0.1", "10"),
         temperature_offset=read(temperature_offset, "delta_K", "temperature_offset", "-100 K", "100 K"),
+        magnets=magnets,
         seed=seed,
     )
     return report_of(checked(run, "run"), how)
