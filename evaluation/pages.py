@@ -1,4 +1,4 @@
-"""Writes the tables of docs/kalman.md and docs/control.md from study.json: python evaluation/pages.py."""
+"""Writes the tables of docs/kalman.md, control.md and plant.md from study.json: python evaluation/pages.py."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import drive_control
+import effects
 import unit_control
 
 from ramsight.output import atomic_path
 
 ROOT = Path(__file__).parents[1]
-PAGE, CONTROL_PAGE = ROOT / "docs" / "kalman.md", ROOT / "docs" / "control.md"
+PAGE, CONTROL_PAGE, PLANT_PAGE = (ROOT / "docs" / name for name in ("kalman.md", "control.md", "plant.md"))
 INPUTS = {"motor_speed": "motor speed", "motor_torque": "motor torque", "oil_temperature": "oil temperature"}
 
 
@@ -122,6 +123,7 @@ def main() -> None:
     """Put each table between its marks."""
     found = json.loads((ROOT / "study.json").read_text())
     put(PAGE, {name: table(found[name]) for name, table in TABLES.items()})
+    put(PLANT_PAGE, {"effects": effects.table(found["effects"])})
     put(CONTROL_PAGE, {name: table(found[study]) for name, (study, table) in CONTROL_TABLES.items()})
 
 

@@ -12,6 +12,7 @@ import os
 from pathlib import Path
 
 import drive_control
+import effects
 import faults
 import identify_coverage
 import loader_control
@@ -35,6 +36,7 @@ STUDIES = (
     "loader_control",
     "unit_control",
     "drive_control",
+    "effects",
 )
 
 
@@ -82,6 +84,9 @@ def main() -> None:
     if "drive_control" in given.only:
         with progress(drive_control.runs(), "driving with every drive") as bar:
             found["drive_control"] = drive_control.study(bar.advance)
+    if "effects" in given.only:
+        with progress(len(effects.EFFECTS), "effects of a real machine") as bar:
+            found["effects"] = effects.study(bar.advance)
     with atomic_path(given.out) as draft:
         draft.write_text(json.dumps(found, indent=2) + "\n")
     print(json.dumps(found, indent=2))

@@ -1,7 +1,10 @@
 """What a real machine adds: each option as it is described, how far it moves the boom, and that the sensor has it."""
 
 import math
+import re
+import tomllib
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,12 +20,14 @@ from ramsight.plant.build import build
 from ramsight.plant.limits import limits_of
 from ramsight.plant.steady import cautions, derive
 from ramsight.sensor.balance import balance as balance_sensor
+from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 
 from .interpreted import interpret
 from .plant_bench import UNITS
 from .sensor_bench import WARM, Stepped, quiet
 
+ROOT = Path(__file__).parents[1]
 BOOM = UNITS["mining-loader boom"]
 LOADER = machine.load("mining-loader").unit("boom")
 HIGH = 441e3
@@ -450,3 +455,48 @@ def test_a_unit_that_would_burn_its_oil_is_refused(monkeypatch):
     monkeypatch.setattr("ramsight.duty.warming._ROUNDS", 1)
     with pytest.raises(DescriptionError, match="the data of the oil tellus-t-32 do not reach so far"):
         warmed(BOOM, LIFT, Warming(case=2.0, tank=20.0), sample_period=0.1)
+
+
+# All of it together ------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def real():
+    """The boom with everything that docs/plant.md gives an example of."""
+    page = (ROOT / "docs" / "plant.md").read_text()
+    (block,) = re.findall(r"<!-- a real boom -->\n```toml\n(.*?)```", page, flags=re.DOTALL)
+    changes = {}
+    for part, values in tomllib.loads(block)["units"]["boom"].items():
+        given = {key: value["value"] for key, value in values.items()}
+        optional = getattr(LOADER, part) is None
+        changes |= {part: given} if optional else {f"{part}.{key}": value for key, value in given.items()}
+        assert all(value["source"] for value in values.values())
+    return described(changes)
+
+
+def test_all_effects_together_close_their_balances_and_the_sensors_follow(real):
+    run = lifting(real, HIGH)
+    assert closes(run)
+    assert apart(run, lifting(BOOM, HIGH)) > 3e-3
+    assert np.abs(followed(real, run)).max() < 0.5e-3
+    sensor = Stepped(kalman(real))
+    sensor.start(float(run["position"][0]))
+    said = sensor.track(report(run, quiet(real)))
+    error = said["position"] - run["position"].values
+    assert np.abs(error).max() < 0.5e-3
+    assert (np.abs(error) <= 1.96 * said["position_std"]).mean() >= 0.95
+    assert np.isin(said["status"], [Status.OK, Status.REFERENCE_DUE]).all()
+
+
+def test_options_that_are_there_with_nothing_in_them_are_the_plain_plant():
+    nothing = {"compressed": None, "drag": 0.0, "hydrodynamic_drag": 0.0, "belt_loss": 0.0, "belt_creep": 0.0}
+    others = {"closed_leak": 0.0, "pilot_flow": 0.0}
+
+    def empty(part):
+        values = {key: value for key, value in (nothing | others).items() if hasattr(part, key)}
+        if "pilot_flow" in values:
+            values["pilot_opens"] = 0.85
+        return replace(part, **values)
+
+    unit = BOOM.mapped(empty)
+    assert apart(lifting(unit, HIGH), lifting(BOOM, HIGH)) < 1e-9
