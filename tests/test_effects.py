@@ -12,12 +12,14 @@ from scipy.integrate import quad
 
 from ramsight import machine
 from ramsight.duty import DriveReport, Duty, Magnets, Profile, lift_lower, report, simulate
+from ramsight.duty.linked import LinkedDuty, simulate_linked
 from ramsight.duty.profile import constant
 from ramsight.duty.warming import Warming, warmed
 from ramsight.errors import DescriptionError
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build
 from ramsight.plant.limits import limits_of
+from ramsight.plant.linked import build as linked
 from ramsight.plant.steady import cautions, derive
 from ramsight.sensor.balance import balance as balance_sensor
 from ramsight.sensor.kalman import kalman
@@ -460,9 +462,8 @@ def test_a_unit_that_would_burn_its_oil_is_refused(monkeypatch):
 # All of it together ------------------------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
-def real():
-    """The boom with everything that docs/plant.md gives an example of."""
+def given_by_the_page():
+    """Everything that docs/plant.md gives an example of, by its path in the unit."""
     page = (ROOT / "docs" / "plant.md").read_text()
     (block,) = re.findall(r"<!-- a real boom -->\n```toml\n(.*?)```", page, flags=re.DOTALL)
     changes = {}
@@ -471,7 +472,13 @@ def real():
         optional = getattr(LOADER, part) is None
         changes |= {part: given} if optional else {f"{part}.{key}": value for key, value in given.items()}
         assert all(value["source"] for value in values.values())
-    return described(changes)
+    return changes
+
+
+@pytest.fixture(scope="module")
+def real():
+    """The boom with all of it."""
+    return described(given_by_the_page())
 
 
 def test_all_effects_together_close_their_balances_and_the_sensors_follow(real):
@@ -500,3 +507,20 @@ def test_options_that_are_there_with_nothing_in_them_are_the_plain_plant():
 
     unit = BOOM.mapped(empty)
     assert apart(lifting(unit, HIGH), lifting(BOOM, HIGH)) < 1e-9
+
+
+def test_all_effects_are_in_a_machine_with_a_mechanism_too():
+    loader = machine.load("mining-loader")
+    changed = loader.replace({f"units.boom.{key}": value for key, value in given_by_the_page().items()})
+    speeds = {
+        "boom": Profile([0.0, 0.2, 0.5, 1.5, 1.8, 3.0], [0.0, 0.0, 100.0, 100.0, 0.0, 0.0]),
+        "bucket": constant(0.0),
+    }
+    temperatures = {"boom": Profile([0.0, 3.0], [313.15, 314.15]), "bucket": constant(WARM)}
+    duty = LinkedDuty(speeds, temperatures, {"boom": 0.3, "bucket": 0.3}, payload=constant(5000.0))
+    run, plain = (simulate_linked(linked(which), duty, sample_period=0.1) for which in (changed, loader))
+    assert abs(run.attrs["energy_residual"]) < CLOSES
+    assert abs(run.attrs["volume_residual"]) < CLOSES
+    assert run.attrs["boom.energy.expansion"] != 0.0
+    assert "boom.energy.expansion" not in plain.attrs
+    assert abs(float(run["boom_position"][-1] - plain["boom_position"][-1])) > 0.1e-3

@@ -125,12 +125,13 @@ def warmed(
 
 def heats(unit: Any, done: Ran) -> tuple[Array, Array]:
     """Heat into the pumps' cases and into the other oil since the beginning [J], at the samples of a run."""
-    pumps = tuple(part.name for part in unit.parts() if isinstance(part, Pump))
+    pumps = [part.name for part in unit.parts() if isinstance(part, Pump)]
+    of_pumps = {f"{pump}{loss}" for pump in pumps for loss in _INTO_CASE}
     ode, state = done.model.ode, done.trajectory.state
     into_case, into_oil = np.zeros(len(state)), np.zeros(len(state))
     for name in done.model.losses:
         energy = state[:, ode.state_index(f"energy.{name}")]
-        if name.startswith(pumps) and name.endswith(_INTO_CASE):
+        if name in of_pumps:
             into_case += energy
         elif name.endswith(_INTO_OIL):
             into_oil += energy
