@@ -6,17 +6,20 @@ import tomllib
 from dataclasses import replace
 from pathlib import Path
 
+import casadi as ca
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
 from ramsight import machine
+from ramsight.calibration.identify_tuned import _left as efficiency_left
 from ramsight.duty import DriveReport, Duty, Magnets, Profile, lift_lower, report, simulate
 from ramsight.duty.linked import LinkedDuty, simulate_linked
 from ramsight.duty.profile import constant
 from ramsight.duty.warming import Warming, warmed
 from ramsight.errors import DescriptionError
 from ramsight.plant.as_built import AsBuilt
+from ramsight.plant.balance import balance, without_friction
 from ramsight.plant.build import build
 from ramsight.plant.limits import limits_of
 from ramsight.plant.linked import build as linked
@@ -223,6 +226,18 @@ def test_a_cushion_makes_a_piston_come_late_to_its_stop_and_is_in_the_sensor(way
     assert inside.sum() > 10, "well into the cushion"
 
 
+def test_what_a_cushion_carries_is_load_that_the_oil_carries():
+    unit = described(CUSHIONS)
+    found, load = balance(without_friction(unit)), 258e3
+    p, z = found.parameters_at(list(found.values), WARM), found.at_rest(0.01, load)
+    for _ in range(60):
+        z[0] = 0.01
+        z = np.array(ca.DM(found.step(z, -157.0, -157.0, 0.0, load, p, 0.02, iterations=4).z))[:, 0]
+    carried = unit.cylinder.area_a * (z[found.states.index("pressure_chamber_a")] - 4e5)
+    assert carried < 0.8 * load, "the cushion has its share"
+    assert float(found.force(z)) == pytest.approx(load, rel=2e-3)
+
+
 def test_a_cushion_only_slows_down():
     cylinder = described(CUSHIONS).cylinder
     ends = {-1.0: (0.0, 0.01, 0.024), 1.0: (cylinder.stroke, cylinder.stroke - 0.01)}
@@ -294,6 +309,17 @@ def test_a_table_measured_at_the_outlet_has_the_compression_in_it():
     less = float(without.leakage(100.0, 250e5, 46e-6, 872.0) - with_it.leakage(100.0, 250e5, 46e-6, 872.0))
     share = 1.0 - math.exp(-250e5 / BOOM.oil.bulk_modulus)
     assert less == pytest.approx(share * with_it.displacement * 100.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("changes", [IN_IT, BESIDE, {}], ids=["in it", "beside", "none"])
+def test_leakage_that_was_identified_is_written_as_the_efficiency_that_has_it(changes):
+    unit, stiffness, lost = LOADER.replace(changes), 0.8, 1.2
+    moduli = unit.oil.bulk_modulus, stiffness * unit.oil.bulk_modulus
+    pump = unit.pump_a
+    left = efficiency_left(pump, pump.volumetric_efficiency, pump.nominal_pressure, lost, moduli)
+    new = {"pump_a.volumetric_efficiency": left, "oil.bulk_modulus": moduli[1], "hose.effective_bulk_modulus": 0.5e9}
+    before, after = (build("boom", which).a.pump.leak_coefficient(32e-6, 872.0) for which in (unit, unit.replace(new)))
+    assert after == pytest.approx(lost * before, rel=1e-9)
 
 
 def test_an_efficiency_that_leaves_no_room_for_the_compression_is_refused():
