@@ -1,4 +1,4 @@
-"""Writes the tables of docs/kalman.md and docs/control.md from study.json: python evaluation/pages.py."""
+"""Writes the tables of docs/kalman.md, control.md and plant.md from study.json: python evaluation/pages.py."""
 
 from __future__ import annotations
 
@@ -10,14 +10,16 @@ from pathlib import Path
 from typing import Any
 
 import drive_control
+import effects
 import real_machine
 import unit_control
 
 from ramsight.output import atomic_path
 
 ROOT = Path(__file__).parents[1]
-PAGE, CONTROL_PAGE = ROOT / "docs" / "kalman.md", ROOT / "docs" / "control.md"
-VALIDATION_PAGE = ROOT / "docs" / "validation.md"
+PAGE, CONTROL_PAGE, PLANT_PAGE, VALIDATION_PAGE = (
+    ROOT / "docs" / f"{name}.md" for name in ("kalman", "control", "plant", "validation")
+)
 INPUTS = {"motor_speed": "motor speed", "motor_torque": "motor torque", "oil_temperature": "oil temperature"}
 
 
@@ -125,6 +127,7 @@ def main() -> None:
     found = json.loads((ROOT / "study.json").read_text())
     put(PAGE, {name: table(found[name]) for name, table in TABLES.items()})
     put(VALIDATION_PAGE, {"real_machine": real_machine.table(found["real_machine"])})
+    put(PLANT_PAGE, {"effects": effects.table(found["effects"])})
     put(CONTROL_PAGE, {name: table(found[study]) for name, (study, table) in CONTROL_TABLES.items()})
 
 

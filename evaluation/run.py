@@ -12,6 +12,7 @@ import os
 from pathlib import Path
 
 import drive_control
+import effects
 import faults
 import identify_coverage
 import loader_control
@@ -37,6 +38,7 @@ STUDIES = (
     "unit_control",
     "drive_control",
     "real_machine",
+    "effects",
 )
 
 
@@ -87,6 +89,9 @@ def main() -> None:
     if "real_machine" in given.only:
         with progress(real_machine.runs(real_machine.DAYS), "days of real machines") as bar:
             found["real_machine"] = real_machine.study(real_machine.DAYS, bar.advance)
+    if "effects" in given.only:
+        with progress(len(effects.EFFECTS), "effects of a real machine") as bar:
+            found["effects"] = effects.study(bar.advance)
     with atomic_path(given.out) as draft:
         draft.write_text(json.dumps(found, indent=2) + "\n")
     print(json.dumps(found, indent=2))

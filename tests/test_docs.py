@@ -81,6 +81,14 @@ def test_the_page_of_the_kalman_sensor_quotes_the_study(monkeypatch):
         assert "\n".join(table(found[name])) in page
 
 
+def test_the_page_of_the_plant_quotes_what_each_effect_moves(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "evaluation")
+    effects = importlib.import_module("effects")
+    found = json.loads((ROOT / "study.json").read_text())["effects"]
+    assert "\n".join(effects.table(found)) in (ROOT / "docs" / "plant.md").read_text()
+    assert [row["name"] for row in found] == [effect.name for effect in effects.EFFECTS]
+
+
 def test_the_page_of_the_real_actuator_quotes_what_was_measured(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     page = importlib.import_module("eha_rig_page")

@@ -1,27 +1,38 @@
 """What a real machine adds: each option as it is described, how far it moves the boom, and that the sensor has it."""
 
 import math
+import re
+import tomllib
 from dataclasses import replace
+from pathlib import Path
 
+import casadi as ca
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
 from ramsight import machine
-from ramsight.duty import Duty, Profile, lift_lower, report, simulate
+from ramsight.calibration.identify_tuned import _left as efficiency_left
+from ramsight.duty import DriveReport, Duty, Magnets, Profile, lift_lower, report, simulate
+from ramsight.duty.linked import LinkedDuty, simulate_linked
 from ramsight.duty.profile import constant
+from ramsight.duty.warming import Warming, warmed
 from ramsight.errors import DescriptionError
 from ramsight.plant.as_built import AsBuilt
+from ramsight.plant.balance import balance, without_friction
 from ramsight.plant.build import build
 from ramsight.plant.limits import limits_of
+from ramsight.plant.linked import build as linked
 from ramsight.plant.steady import cautions, derive
 from ramsight.sensor.balance import balance as balance_sensor
+from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 
 from .interpreted import interpret
 from .plant_bench import UNITS
 from .sensor_bench import WARM, Stepped, quiet
 
+ROOT = Path(__file__).parents[1]
 BOOM = UNITS["mining-loader boom"]
 LOADER = machine.load("mining-loader").unit("boom")
 HIGH = 441e3
@@ -215,6 +226,18 @@ def test_a_cushion_makes_a_piston_come_late_to_its_stop_and_is_in_the_sensor(way
     assert inside.sum() > 10, "well into the cushion"
 
 
+def test_what_a_cushion_carries_is_load_that_the_oil_carries():
+    unit = described(CUSHIONS)
+    found, load = balance(without_friction(unit)), 258e3
+    p, z = found.parameters_at(list(found.values), WARM), found.at_rest(0.01, load)
+    for _ in range(60):
+        z[0] = 0.01
+        z = np.array(ca.DM(found.step(z, -157.0, -157.0, 0.0, load, p, 0.02, iterations=4).z))[:, 0]
+    carried = unit.cylinder.area_a * (z[found.states.index("pressure_chamber_a")] - 4e5)
+    assert carried < 0.8 * load, "the cushion has its share"
+    assert float(found.force(z)) == pytest.approx(load, rel=2e-3)
+
+
 def test_a_cushion_only_slows_down():
     cylinder = described(CUSHIONS).cylinder
     ends = {-1.0: (0.0, 0.01, 0.024), 1.0: (cylinder.stroke, cylinder.stroke - 0.01)}
@@ -286,6 +309,17 @@ def test_a_table_measured_at_the_outlet_has_the_compression_in_it():
     less = float(without.leakage(100.0, 250e5, 46e-6, 872.0) - with_it.leakage(100.0, 250e5, 46e-6, 872.0))
     share = 1.0 - math.exp(-250e5 / BOOM.oil.bulk_modulus)
     assert less == pytest.approx(share * with_it.displacement * 100.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("changes", [IN_IT, BESIDE, {}], ids=["in it", "beside", "none"])
+def test_leakage_that_was_identified_is_written_as_the_efficiency_that_has_it(changes):
+    unit, stiffness, lost = LOADER.replace(changes), 0.8, 1.2
+    moduli = unit.oil.bulk_modulus, stiffness * unit.oil.bulk_modulus
+    pump = unit.pump_a
+    left = efficiency_left(pump, pump.volumetric_efficiency, pump.nominal_pressure, lost, moduli)
+    new = {"pump_a.volumetric_efficiency": left, "oil.bulk_modulus": moduli[1], "hose.effective_bulk_modulus": 0.5e9}
+    before, after = (build("boom", which).a.pump.leak_coefficient(32e-6, 872.0) for which in (unit, unit.replace(new)))
+    assert after == pytest.approx(lost * before, rel=1e-9)
 
 
 def test_an_efficiency_that_leaves_no_room_for_the_compression_is_refused():
@@ -380,3 +414,139 @@ def test_an_optional_part_may_name_a_model_and_is_checked_like_every_part():
         DescriptionError, match=r"units.boom.port_relief_valve.seting: unknown key; did you mean 'setting'"
     ):
         machine.loads(text.replace('model = "DB10P-01"\nsetting', 'model = "DB10P-01"\nseting'))
+
+
+# Magnets, and oil that warms up by its losses ----------------------------------------------------------------------
+
+
+def test_warm_magnets_make_a_drive_report_too_much_torque():
+    run, quiet_report = lifting(BOOM, HIGH), DriveReport(torque_noise=0.0, torque_step=0.0)
+    cold = report(run, quiet_report)["motor_torque"].values
+    np.testing.assert_allclose(cold, run["motor_torque"].values)
+    magnets = Magnets(torque=60.0, first=60.0)
+    warm = report(run, replace(quiet_report, magnets=magnets))["motor_torque"].values
+    turning = np.abs(cold) > 10.0
+    np.testing.assert_allclose(warm[turning] / cold[turning], 1.0 / (1.0 - 1.1e-3 * 60.0), rtol=2e-3)
+    load = followed_load(run, magnets)
+    assert load > 1.05 * HIGH, "the torque's gain is read as a load"
+
+
+def followed_load(run, magnets):
+    """The load that the sensor reads of a lift with such magnets [N]."""
+    sensor = Stepped(balance_sensor(BOOM))
+    sensor.start(float(run["position"][0]))
+    said = sensor.track(report(run, replace(quiet(BOOM), magnets=magnets)))
+    return said["load"][int(np.searchsorted(run["time"], 4.0))]
+
+
+def test_magnets_come_to_their_rise_under_their_torque_and_cool_without():
+    time = np.linspace(0.0, 36000.0, 3601)
+    magnets = Magnets(torque=40.0, rise=70.0, time_constant=1800.0)
+    assert magnets.warmth(time, np.full(time.size, -40.0))[-1] == pytest.approx(70.0, rel=1e-6)
+    assert magnets.warmth(time, np.full(time.size, 20.0))[-1] == pytest.approx(17.5, rel=1e-6)
+    cools = replace(magnets, first=50.0).warmth(time, np.zeros(time.size))
+    np.testing.assert_allclose(cools, 50.0 * np.exp(-time / 1800.0), rtol=1e-9)
+
+
+SMALL = Warming(case=500.0, tank=2000.0, case_to_tank=100.0)
+LIFT = Duty(Profile([0.0, 0.2, 0.4, 4.0], [0.0, 0.0, 157.0, 157.0]), constant(HIGH), constant(293.15), 0.2)
+
+
+def test_losses_warm_up_the_case_first_and_then_the_tank():
+    run = warmed(BOOM, LIFT, SMALL, sample_period=0.1)
+    case, tank = run["pump_temperature"].values, run["oil_temperature"].values
+    assert case[0] == tank[0] == 293.15
+    assert case[-1] > tank[-1] + 3.0 > 293.15 + 3.0
+    assert np.all(np.diff(case) > -1e-9)
+    assert apart(run, simulate(BOOM, LIFT, sample_period=0.1)) > 0.1e-3, "thin oil leaks more"
+    assert closes(run)
+    log = report(run, replace(quiet(BOOM), temperature_noise=0.0))
+    assert np.abs(log["oil_temperature"].values - tank).max() < 0.06, "a thermometer sees the tank"
+
+
+def test_heat_goes_into_case_tank_and_air_and_nowhere_else():
+    time = np.linspace(0.0, 4000.0, 4001)
+    how = Warming(ambient=283.15)
+    into_case, into_tank = 900.0 * time, 100.0 * time
+    found = how.temperatures(time, into_case, into_tank, 293.15)
+    stored = how.case * (found[:, 0] - 293.15) + how.tank * (found[:, 1] - 293.15)
+    air = how.case_to_air * (found[:, 0] - 283.15) + how.tank_to_air * (found[:, 1] - 283.15)
+    lost = np.concatenate([[0.0], np.cumsum(0.5 * (air[1:] + air[:-1]))])
+    np.testing.assert_allclose(stored + lost, into_case + into_tank, rtol=1e-9, atol=1e-6)
+    late = np.linspace(0.0, 4e4, 4001)
+    settled = how.temperatures(late, 900.0 * late, 100.0 * late, 293.15)
+    case, tank = settled[-1]
+    assert how.case_to_tank * (case - tank) + how.case_to_air * (case - how.ambient) == pytest.approx(900.0, rel=1e-6)
+
+
+def test_a_unit_that_would_burn_its_oil_is_refused(monkeypatch):
+    monkeypatch.setattr("ramsight.duty.warming._ROUNDS", 1)
+    with pytest.raises(DescriptionError, match="the data of the oil tellus-t-32 do not reach so far"):
+        warmed(BOOM, LIFT, Warming(case=2.0, tank=20.0), sample_period=0.1)
+
+
+# All of it together ------------------------------------------------------------------------------------------------
+
+
+def given_by_the_page():
+    """Everything that docs/plant.md gives an example of, by its path in the unit."""
+    page = (ROOT / "docs" / "plant.md").read_text()
+    (block,) = re.findall(r"<!-- a real boom -->\n```toml\n(.*?)```", page, flags=re.DOTALL)
+    changes = {}
+    for part, values in tomllib.loads(block)["units"]["boom"].items():
+        given = {key: value["value"] for key, value in values.items()}
+        optional = getattr(LOADER, part) is None
+        changes |= {part: given} if optional else {f"{part}.{key}": value for key, value in given.items()}
+        assert all(value["source"] for value in values.values())
+    return changes
+
+
+@pytest.fixture(scope="module")
+def real():
+    """The boom with all of it."""
+    return described(given_by_the_page())
+
+
+def test_all_effects_together_close_their_balances_and_the_sensors_follow(real):
+    run = lifting(real, HIGH)
+    assert closes(run)
+    assert apart(run, lifting(BOOM, HIGH)) > 3e-3
+    assert np.abs(followed(real, run)).max() < 0.5e-3
+    sensor = Stepped(kalman(real))
+    sensor.start(float(run["position"][0]))
+    said = sensor.track(report(run, quiet(real)))
+    error = said["position"] - run["position"].values
+    assert np.abs(error).max() < 0.5e-3
+    assert (np.abs(error) <= 1.96 * said["position_std"]).mean() >= 0.95
+    assert np.isin(said["status"], [Status.OK, Status.REFERENCE_DUE]).all()
+
+
+def test_options_that_are_there_with_nothing_in_them_are_the_plain_plant():
+    nothing = {"compressed": None, "drag": 0.0, "hydrodynamic_drag": 0.0, "belt_loss": 0.0, "belt_creep": 0.0}
+    others = {"closed_leak": 0.0, "pilot_flow": 0.0}
+
+    def empty(part):
+        values = {key: value for key, value in (nothing | others).items() if hasattr(part, key)}
+        if "pilot_flow" in values:
+            values["pilot_opens"] = 0.85
+        return replace(part, **values)
+
+    unit = BOOM.mapped(empty)
+    assert apart(lifting(unit, HIGH), lifting(BOOM, HIGH)) < 1e-9
+
+
+def test_all_effects_are_in_a_machine_with_a_mechanism_too():
+    loader = machine.load("mining-loader")
+    changed = loader.replace({f"units.boom.{key}": value for key, value in given_by_the_page().items()})
+    speeds = {
+        "boom": Profile([0.0, 0.2, 0.5, 1.5, 1.8, 3.0], [0.0, 0.0, 100.0, 100.0, 0.0, 0.0]),
+        "bucket": constant(0.0),
+    }
+    temperatures = {"boom": Profile([0.0, 3.0], [313.15, 314.15]), "bucket": constant(WARM)}
+    duty = LinkedDuty(speeds, temperatures, {"boom": 0.3, "bucket": 0.3}, payload=constant(5000.0))
+    run, plain = (simulate_linked(linked(which), duty, sample_period=0.1) for which in (changed, loader))
+    assert abs(run.attrs["energy_residual"]) < CLOSES
+    assert abs(run.attrs["volume_residual"]) < CLOSES
+    assert run.attrs["boom.energy.expansion"] != 0.0
+    assert "boom.energy.expansion" not in plain.attrs
+    assert abs(float(run["boom_position"][-1] - plain["boom_position"][-1])) > 0.1e-3

@@ -64,7 +64,9 @@ def test_the_toml_of_the_plants_page_is_read():
     from ramsight.machine.efficiencies import read_efficiencies
 
     text = (EXAMPLES[0].parent.parent / "docs" / "plant.md").read_text(encoding="utf-8")
-    table, circuit = (tomllib.loads(textwrap.dedent(block)) for block in re.findall(r"```toml\n(.*?)```", text, re.S))
+    table, circuit, _ = (
+        tomllib.loads(textwrap.dedent(block)) for block in re.findall(r"```toml\n(.*?)```", text, re.S)
+    )
     assert read_efficiencies(table["efficiency_table"]).pressure == (50e5, 250e5)
     press = machine.load("press").unit("ram")
     for name, part in circuit["units"]["ram"]["parts"].items():

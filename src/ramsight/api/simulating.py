@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from ramsight.api.duties import TEMPERATURE, Loads, Quantity, duty_for
 from ramsight.api.given import checked
 from ramsight.api.machines import AnyUnit, build
-from ramsight.duty import DriveReport, Duty
+from ramsight.duty import DriveReport, Duty, Magnets
 from ramsight.duty import report as report_of
 from ramsight.duty import simulate as run_of
 from ramsight.duty.link_report import declared_link
@@ -119,6 +119,7 @@ def drive_report(
     temperature_noise: Quantity = "0.2 K",
     torque_gain: Quantity = 1.0,
     temperature_offset: Quantity = "0 K",
+    magnets: Magnets | None = None,
     named: Callable[[str], str] = str,
 ) -> xarray.Dataset:
     """What a drive logs of a simulated run: sampled, in steps, with noise, and off if it is to be.
@@ -136,6 +137,7 @@ def drive_report(
         temperature_noise: its standard deviation [K].
         torque_gain: reported torque over the true one [1], 0.1 to 10.
         temperature_offset: reported temperature less the true one [K].
+        magnets: of the motor, if their warming up changes its torque constant.
         named: what errors call an argument.
 
     Returns:
@@ -165,6 +167,7 @@ def drive_report(
         torque_gain=read(torque_gain, "1", "torque_gain", "0.1", "10"),
         temperature_offset=read(temperature_offset, "delta_K", "temperature_offset", "-100 K", "100 K"),
         link=None if machine is None else declared_link(build(machine, unit), seed),
+        magnets=magnets,
         seed=seed,
     )
     return report_of(checked(run, "run"), how)

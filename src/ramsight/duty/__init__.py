@@ -1,8 +1,8 @@
 """What it does: speed, load and temperature over time, the run that follows, and what a drive reports of it."""
 
-from ramsight.duty.drive_report import DriveReport, report
+from ramsight.duty.drive_report import DriveReport, Magnets, report
 from ramsight.duty.lift_lower import lift_lower
 from ramsight.duty.profile import Duty, Profile
 from ramsight.duty.simulate import simulate
 
-__all__ = ["DriveReport", "Duty", "Profile", "lift_lower", "report", "simulate"]
+__all__ = ["DriveReport", "Duty", "Magnets", "Profile", "lift_lower", "report", "simulate"]

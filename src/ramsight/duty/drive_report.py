@@ -19,6 +19,50 @@ _RPM = 2.0 * math.pi / 60.0
 
 
 @dataclass(frozen=True)
+class Magnets:
+    """Permanent magnets that warm up: the torque of a current falls, and a drive that does not know reports too much.
+
+    Their warmth follows the losses in the windings, which go with the torque squared, d theta/dt = (rise (tau/tau_0)^2
+    - theta)/T, and the torque constant is k_0 (1 + c theta). What is reported is the current times k_0.
+
+    Args:
+        torque: tau_0, at which `rise` is reached in the end [N m].
+        rise: of the magnets over the temperature for which the drive knows its torque constant [K].
+        time_constant: T, of motors of some kW 20 to 60 min [s].
+        coefficient: c [1/K]; of neodymium magnets -0.09 to -0.12 %/K, of ferrite -0.2 %/K.
+        first: warmth at the beginning [K].
+
+    Source: reversible temperature coefficients of the remanence as magnet makers' data sheets give them.
+
+    Example:
+        >>> warm = Magnets(torque=40.0).warmth(np.array([0.0, 1800.0, 1e6]), np.array([40.0, 40.0, 40.0]))
+        >>> [round(float(kelvin), 1) for kelvin in warm]
+        [0.0, 37.9, 60.0]
+    """
+
+    torque: float
+    rise: float = 60.0
+    time_constant: float = 1800.0
+    coefficient: float = -1.1e-3
+    first: float = 0.0
+
+    def warmth(self, time: NDArray[np.float64], torque: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Warmth [K] at times [s] under the torques since the times before [N m], shape (times,)."""
+        warmth = np.empty(len(time))
+        now = self.first
+        for k in range(len(time)):
+            if k:
+                aim = self.rise * (0.5 * (torque[k - 1] + torque[k]) / self.torque) ** 2
+                now = aim + (now - aim) * math.exp(-(time[k] - time[k - 1]) / self.time_constant)
+            warmth[k] = now
+        return warmth
+
+    def gain(self, time: NDArray[np.float64], torque: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Reported torque over the true one [1]; arguments as `warmth`."""
+        return np.asarray(1.0 / (1.0 + self.coefficient * self.warmth(time, torque)))
+
+
+@dataclass(frozen=True)
 class DriveReport:
     """How a drive rounds, how noisy it is, and by how much it is off.
 
@@ -31,6 +75,7 @@ class DriveReport:
         torque_gain: reported torque over the true one [1].
         temperature_offset: reported temperature less the true one [K].
         link: how a sensor of the moved body's angle is; None where there is none.
+        magnets: of the motor, if their warming up changes its torque constant.
         seed: of the noise; the same seed gives the same log.
     """
 
@@ -42,6 +87,7 @@ class DriveReport:
     torque_gain: float = 1.0
     temperature_offset: float = 0.0
     link: LinkReport | None = None
+    magnets: Magnets | None = None
     seed: int = 0
 
 
@@ -63,7 +109,10 @@ def report(run: xarray.Dataset, how: DriveReport | None = None) -> xarray.Datase
     def rounded(values: NDArray[np.float64], step: float) -> NDArray[np.float64]:
         return np.round(values / step) * step if step > 0.0 else values
 
-    torque = how.torque_gain * run["motor_torque"].values + how.torque_noise * random.standard_normal(count)
+    gain: float | NDArray[np.float64] = how.torque_gain
+    if how.magnets is not None:
+        gain = gain * how.magnets.gain(run["time"].values, run["motor_torque"].values)
+    torque = gain * run["motor_torque"].values + how.torque_noise * random.standard_normal(count)
     warmth = run["oil_temperature"].values + how.temperature_offset
     temperature = warmth + how.temperature_noise * random.standard_normal(count)
     commands = [name for name in run if is_command(str(name))]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -11,7 +12,7 @@ import numpy as np
 from ramsight.duty.audit import audit
 from ramsight.duty.profile import Duty, Profile
 from ramsight.engine.outcome import Outcome
-from ramsight.engine.run import DEFAULT_MAX_STEPS, DEFAULT_RTOL, integrate, outputs
+from ramsight.engine.run import DEFAULT_MAX_STEPS, DEFAULT_RTOL, Segments, Trajectory, integrate, outputs
 from ramsight.errors import DescriptionError, SimulationError, UnknownNameError
 from ramsight.logs.channels import column_of
 from ramsight.plant.circuit import COMMANDED, CircuitModel
@@ -86,8 +87,29 @@ def simulate(
         DescriptionError: the duty's oil temperature is outside the range that the oil's data hold for.
         SimulationError: if the run does not reach its end; the text says where and what to do.
     """
-    import xarray
+    done = ran(unit, duty, sample_period=sample_period, rtol=rtol, max_steps=max_steps, advance=advance)
+    return labelled(unit, duty, done)
 
+
+@dataclass(frozen=True)
+class Ran:
+    """A run before it is labelled: the model, its inputs and what came out of them at the samples."""
+
+    model: CircuitModel
+    segments: Segments
+    trajectory: Trajectory
+
+
+def ran(
+    unit: HydraulicUnit,
+    duty: Duty,
+    *,
+    sample_period: float = SAMPLE_PERIOD,
+    rtol: float = DEFAULT_RTOL,
+    max_steps: int = DEFAULT_MAX_STEPS,
+    advance: Callable[[float], object] | None = None,
+) -> Ran:
+    """Run a unit through a duty; arguments and errors as `simulate`."""
     check_temperature(unit, duty.oil_temperature)
     model = audited_circuit(unit)
     check_commands(model, duty)
@@ -100,6 +122,15 @@ def simulate(
     run = integrate(ode, initial, segments, time, rtol=rtol, max_steps=max_steps, record_steps=True, advance=advance)
     if run.outcome is not Outcome.DONE:
         raise SimulationError(f"{ode.name}: {run.message}")
+    return Ran(model, segments, run)
+
+
+def labelled(unit: HydraulicUnit, duty: Duty, done: Ran) -> xarray.Dataset:
+    """A run as a Dataset, with its audit; as `simulate` returns it."""
+    import xarray
+
+    model, segments, run = done.model, done.segments, done.trajectory
+    ode, time = model.ode, run.time
     speed = duty.motor_speed(time)
     if any(state.name == "motor_speed" for state in ode.states):
         speed = run.state[:, ode.state_index("motor_speed")]  # a servo's own, the duty's is its reference

@@ -75,6 +75,9 @@ def _unit_lines(name: str, unit: Unit) -> list[str]:
         if not isinstance(part, Assumptions):
             about = given or type(unit).model_fields[key].description or _first_sentence(part)
             lines += ["", _comment(about), f"[units.{name}.{key}]", *_part_lines(part)]
+    for key, field in type(unit).model_fields.items():
+        if getattr(unit, key) is None and part_class(field.annotation) is not None:
+            lines += ["", _comment(field.description or ""), f"# [units.{name}.{key}]"]
     for key, part in unit.assumptions:
         lines += ["", _comment(_first_sentence(part)), f"[units.{name}.assumptions.{key}]"]
         lines += _part_lines(part, defaults_off=True)

@@ -10,8 +10,8 @@ import casadi as ca
 def cushion_force(left: Any, approach: Any, length: Any, area: Any, conductance: Any) -> Any:
     """Force that slows a piston down before its end [N], A (s A v/K)^2 with s = 1 - left/length.
 
-    The way out narrows in proportion to the depth s of a tapered plunger, from an open port to the needle valve; the
-    oil under it has the pressure (s Q/K)^2 above the chamber's. On the way back a check valve lets it in.
+    The way out narrows with the depth s of a tapered plunger, from an open port to the needle valve, with a conductance
+    of K/s: the oil under it has the pressure (s Q/K)^2 above the chamber's. On the way back a check valve lets it in.
 
     Args:
         left: way that is left to the end [m].
@@ -20,8 +20,8 @@ def cushion_force(left: Any, approach: Any, length: Any, area: Any, conductance:
         area: of the piston around the plunger [m2].
         conductance: K at the end, Q/sqrt(dp) of the needle valve [m3/s/sqrt(Pa)].
 
-    Source: turbulent throttle with an area that falls linearly, as in H. Murrenhoff, Grundlagen der Fluidtechnik, part
-    1; the oil's compression in the small volume under the plunger is left out.
+    Source: the orifice equation; how the gap narrows is chosen so that the force sets in without a step. The oil's
+    compression in the small volume under the plunger is left out.
 
     Example:
         >>> [round(float(cushion_force(left, 0.05, 0.02, 0.01, 1e-7)) / 1e3) for left in (0.02, 0.01, 0.0)]

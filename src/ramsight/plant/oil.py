@@ -96,7 +96,7 @@ def free_air(pressure: Any, air: Any, polytropic: Any) -> Any:
 
     Example:
         >>> [round(float(free_air(p, 0.01, 1.4)), 4) for p in (1e5, 4e5)]
-        [0.0101, 0.0037]
+        [0.0101, 0.0038]
     """
     return air * ca.exp(ca.log(_P0 / pressure) / polytropic)
 

@@ -237,8 +237,8 @@ def cautions(described: Unit, unit: HydraulicUnit) -> tuple[str, ...]:
     pumped = pump_reliefs(unit)
     highest = max((valve.setting for valve in pumped), default=0.0)
     found.extend(
-        f"the relief valve {valve.name} of the cylinder opens at {valve.setting / 1e5:g} bar, before those of the pumps "
-        f"at {highest / 1e5:g} bar"
+        f"the relief valve {valve.name} of the cylinder opens at {valve.setting / 1e5:g} bar, before those of the "
+        f"pumps at {highest / 1e5:g} bar"
         for valve in unit.parts()
         if isinstance(valve, ReliefValve) and valve not in pumped and valve.setting <= highest
     )
