@@ -20,14 +20,19 @@ def _in_place(function):
     for k, array in enumerate(own):
         buffer.set_res(k, memoryview(array))
     over = [inputs.index(name.removesuffix("_new")) if name.endswith("_new") else None for name in outputs]
+    places = range(len(inputs))
     fresh = [k for k, place in enumerate(over) if place is None]
 
+    given = [None] * len(inputs)  # kept, so that no other array gets its place in memory
+
     def call(*arrays):
-        for k in range(len(inputs)):
-            buffer.set_arg(k, memoryview(np.ascontiguousarray(arrays[k])))
+        for k in places:
+            if arrays[k] is not given[k]:
+                given[k] = arrays[k]
+                buffer.set_arg(k, memoryview(arrays[k]))
         run()
         for place, array in zip(fresh, arrays[len(inputs) :], strict=True):
-            array[...] = own[place].reshape(array.shape)
+            array[:] = own[place]
         for k, place in enumerate(over):
             if place is not None:
                 arrays[place][...] = own[k]
