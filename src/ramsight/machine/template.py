@@ -14,6 +14,7 @@ from ramsight.machine.declare import Part, Quantity, declaration, explain
 from ramsight.machine.description import Composed, DirectDriven, Machine, Unit
 from ramsight.machine.linkage import Linkage
 from ramsight.machine.placed import PLACED
+from ramsight.machine.tolerances import Tolerances
 
 _WIDTH = 118
 _FIRST = ("kind", "inlet", "outlet", "pilot", "node")  # what says where a part is stands before its values
@@ -24,6 +25,8 @@ Write every value with its unit; any unit of the right kind will do (mm, in, bar
 Beside each value stand its meaning and the allowed range. A value may carry its source:
 
     bore = { value = "127 mm", source = "drawing 4711" }
+
+and its tolerance, "127 mm ± 0.1 mm", which `ramsight datasheet` draws machines from.
 
 A part that names a model takes from the catalogue (ramsight catalog) what is commented out here.
 Write a value to override the catalogue's, or drop the model and write them all.
@@ -72,7 +75,7 @@ def _unit_lines(name: str, unit: Unit) -> list[str]:
         if not isinstance(value, Part | dict):
             lines.append(_line(key, value, _with_choices(field)))
     for key, part, given in tables:
-        if not isinstance(part, Assumptions):
+        if not isinstance(part, Assumptions | Tolerances):
             about = given or type(unit).model_fields[key].description or _first_sentence(part)
             lines += ["", _comment(about), f"[units.{name}.{key}]", *_part_lines(part)]
     for key, part in unit.assumptions:
