@@ -36,7 +36,7 @@ SHAPES: Mapping[str, tuple[tuple[str, int], ...]] = {
     "inside": (("references", len(AFTER)),),
     "profile": (("direction", 2), ("place", PLACES), ("moment", 3)),
     "ageing": (("age", AGES), ("moment", 3)),
-    "validity": (("validity", 4),),
+    "statuses": (("validity", 4),),
     "ok_beyond_4_std": (),
     "visits": (),
     "duration": (),
@@ -44,7 +44,7 @@ SHAPES: Mapping[str, tuple[tuple[str, int], ...]] = {
     "first_error": (),
 }
 """What is kept of each machine, and over which dimensions."""
-COUNTS = ("errors", "samples", "inside", "validity", "ok_beyond_4_std", "visits")
+COUNTS = ("errors", "samples", "inside", "statuses", "ok_beyond_4_std", "visits")
 """Of these, what is counted."""
 
 UNITS = {
@@ -105,7 +105,7 @@ def measures(track: Track) -> dict[str, Array | float]:
     found["profile"] = _profile(track, error, known & (came > 0))
     last = np.concatenate([[np.nan], visits])[came]
     found["ageing"] = _ageing(size, time - last, known & (came > 0))
-    found["validity"] = np.bincount(np.clip(track.status // 10, 0, 3), minlength=4).astype(float)
+    found["statuses"] = np.bincount(np.clip(track.status // 10, 0, 3), minlength=4).astype(float)
     found["ok_beyond_4_std"] = float(((track.status == Status.OK) & (size > 4.0 * track.std)).sum())
     found["visits"], found["duration"] = float(len(visits)), float(time[-1] - time[0])
     return found

@@ -95,14 +95,16 @@ class Bench:
     @property
     def virtual(self) -> VirtualSensor:
         """The sensor."""
-        found: VirtualSensor = self._once("virtual", lambda: sensor_for(self.sheet, self.sensor))
+        found: VirtualSensor = self._once("virtual", lambda: sensor_for(self.nominal, self.sensor))
         return found
 
 
 @lru_cache(maxsize=8)
 def bench_of(toml: str, unit: str, work: Work, sensor: str) -> Bench:
-    """The bench of a study, the same object for the same one."""
-    return Bench(toml, unit, work, sensor)
+    """The bench of a study, the same object for the same one, with everything compiled."""
+    made = Bench(toml, unit, work, sensor)
+    work_through(made, Order((0,), (), np.zeros((1, 0)), common=0))
+    return made
 
 
 @dataclass(frozen=True)
@@ -114,7 +116,7 @@ class Order:
         names: of what varies.
         values: shape (machines, quantities) [SI].
         seed: of the study; with a number it decides a machine's duty and noise.
-        common: whether all have the duty and the noise of machine 0.
+        common: number of the machine whose duty and noise all have; None if each has its own.
         moments: times at which the signed error is kept [s], shape (moments,).
     """
 
@@ -122,12 +124,13 @@ class Order:
     names: Sequence[str]
     values: Array
     seed: int = 0
-    common: bool = False
+    common: int | None = None
     moments: Array = field(default_factory=lambda: np.zeros(0))
 
     def seed_of(self, number: int) -> int:
         """Of a machine's duty and noise."""
-        return int(np.random.SeedSequence([self.seed, 0 if self.common else number]).generate_state(1, np.uint64)[0] >> 1)
+        own = number if self.common is None else self.common
+        return int(np.random.SeedSequence([self.seed, own]).generate_state(1, np.uint64)[0] >> 1)
 
 
 @dataclass(frozen=True)
@@ -140,6 +143,7 @@ class Run:
         true: position [m].
         inputs: of the sensor, shape (samples, inputs).
         start: position that the sensor is told [m].
+        true_signals: motor speed [rad/s], motor torque [N m] and oil temperature [K] as they are.
     """
 
     drawn: Drawn
@@ -147,6 +151,7 @@ class Run:
     true: Array
     inputs: Array
     start: float
+    true_signals: tuple[Array, Array, Array]
 
     def track(self, bench: Bench, sensor: VirtualSensor | None = None, *, told: bool = True) -> Track:
         """What a sensor makes of it.
@@ -156,7 +161,7 @@ class Run:
             sensor: another one than the study's.
             told: whether it is told where it is; of one that is not, only as much is tracked as shows when it knows.
         """
-        virtual = sensor or bench.virtual
+        virtual = replace(sensor or bench.virtual)  # with a state of its own: others may be tracked beside it
         virtual.start(self.start if told else None)
         state = np.array(list(virtual.state.values()))
         rows = self.inputs
@@ -254,7 +259,8 @@ def _reported(
     compile_outputs(bench.torque).sample_outputs(state, np.ascontiguousarray(u), slope, segments.parameters, held, torque)
     names = [one.name for one in ode.states]
     speed = state[:, names.index("motor_speed")] if "motor_speed" in names else duty.motor_speed(time)
-    reports = drawn.reported(time, speed, torque[:, 0], duty.oil_temperature(time), seed)
+    signals = speed, torque[:, 0], duty.oil_temperature(time)
+    reports = drawn.reported(time, *signals, seed)
     none = np.zeros(len(time))
     columns = [time, *reports, none, none]
     columns += [duty.commanded(name.removesuffix("_command"), time) for name in bench.virtual.commands]
@@ -262,4 +268,4 @@ def _reported(
     true = state[:, names.index("position")]
     told = duty.start_position + drawn.values.get("start", 0.0)
     inputs = np.ascontiguousarray(np.column_stack(columns))
-    return Run(drawn, time, true, inputs, min(max(told, 0.0), float(bench.sheet.cylinder.stroke)))
+    return Run(drawn, time, true, inputs, min(max(told, 0.0), float(bench.sheet.cylinder.stroke)), signals)

@@ -1,0 +1,136 @@
+"""The error budget: Sobol's indices on runs of their own, and the linear budget beside them.
+
+All machines of the budget do the same duty with the same noise, so that what differs between them is what they were drawn from.
+The errors that count are those of every second after the third reference.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ramsight.study.datasheet.linear import Linear, linear_budget, nominal_run
+from ramsight.study.datasheet.measuring import AFTER, SETTLED, Track
+from ramsight.study.datasheet.plan import Plan
+from ramsight.study.datasheet.running import run
+from ramsight.study.datasheet.sobol import Indices, indices
+from ramsight.study.datasheet.working import Run
+
+if TYPE_CHECKING:
+    import xarray
+
+Array = NDArray[np.float64]
+
+_DAYS = 8  # days that are looked at for one with references enough
+_EVERY = 1.0  # s, at which an error counts
+_ENOUGH = 60  # moments of a day with references enough
+
+
+@dataclass(frozen=True)
+class Budget:
+    """The error budget of a study.
+
+    Attributes:
+        names: of what varies.
+        indices: Sobol's, of the errors at the moments.
+        linear: what each quantity makes of the error by itself.
+        std: of the error over the machines, root of its mean square over the moments [m].
+        failed: machines of the budget that could not be simulated, whose error counts as the mean of the others'.
+        moments: how many.
+    """
+
+    names: tuple[str, ...]
+    indices: Indices
+    linear: Linear
+    std: float
+    failed: int
+    moments: int
+
+    @property
+    def agreement(self) -> float:
+        """Largest difference between a first-order index and the linear budget's share [1]."""
+        return float(np.abs(self.indices.first - self.linear.shares).max())
+
+    def dataset(self) -> xarray.Dataset:
+        """All of it over `quantity`: shares [1], and effects of one standard deviation [m]."""
+        import xarray
+
+        shares = {
+            "first": self.indices.first, "first_half": self.indices.first_half, "total": self.indices.total,
+            "total_half": self.indices.total_half, "linear_share": self.linear.shares,
+        }  # fmt: skip
+        data: dict[str, Any] = {name: ("quantity", values, {"units": "1"}) for name, values in shares.items()}
+        data["linear"] = ("quantity", self.linear.rms, {"units": "m"})
+        attributes = {"kind": "error budget", "runs": self.indices.runs, "error_std": self.std, "moments": self.moments}
+        return xarray.Dataset(data, {"quantity": list(self.names)}, attributes)
+
+
+def budget_plan(plan: Plan, base: int) -> Plan:
+    """The runs that a budget of a study needs.
+
+    Args:
+        plan: the study.
+        base: base points of the design, a power of two; runs are so many times the quantities and two.
+    """
+    common, found = 0, None
+    for number in range(_DAYS):
+        one = nominal_run(plan.bench, plan.quantities, number, plan.seed).run
+        if found is None or len(_visits(one)) > len(_visits(found)):
+            common, found = number, one
+        if len(_visits(one)) > AFTER[-1] and len(_moments(one)) > _ENOUGH:
+            break
+    assert found is not None
+    moments = tuple(round(float(moment), 3) for moment in _moments(found))
+    count = base * (len(plan.quantities) + 2)
+    return replace(plan, correlations=(), count=count, common=common, moments=moments, saltelli=base)
+
+
+def budget(
+    plan: Plan,
+    base: int,
+    path: Path | None,
+    *,
+    client: Any = None,
+    threads: int | None = None,
+    advance: Callable[[int], object] = lambda machines: None,
+) -> Budget:
+    """The error budget of a study; correlations are left out of it, because an index has a meaning without them.
+
+    Args:
+        plan: the study.
+        base: as `budget_plan`'s.
+        path: folder of its store; None keeps everything in memory.
+        client: of Dask distributed; None for the threads of this process.
+        threads: how many.
+        advance: called with the number of machines that are done since the last call.
+    """
+    own = budget_plan(plan, base)
+    found = run(own, path, client=client, threads=threads, advance=advance)
+    error = found["moment_error"].values
+    bad = ~np.isfinite(error).all(axis=1)
+    error = np.where(bad[:, None], error[~bad].mean(axis=0), error)
+    common, moments = own.common or 0, np.array(own.moments)
+    return Budget(
+        names=plan.names,
+        indices=indices(len(plan.quantities), error, plan.seed),
+        linear=linear_budget(plan.bench, plan.quantities, moments, common, plan.seed),
+        std=float(np.sqrt(error.var(axis=0).mean())),
+        failed=int(bad.sum()),
+        moments=len(moments),
+    )
+
+
+def _visits(one: Run) -> Array:
+    return Track(one.time, one.true, one.true, np.zeros(0, np.int64), one.true, one.stroke).visits
+
+
+def _moments(one: Run) -> Array:
+    """Every second after the third reference; of a duty with fewer, after the last one; without any, all of it."""
+    visits = _visits(one)
+    after = visits[min(len(visits), AFTER[-1]) - 1] + SETTLED if len(visits) else 0.0
+    return np.arange(np.ceil(after), one.time[-1], _EVERY)
