@@ -41,11 +41,10 @@ class DriveReport:
     temperature_offset: float = 0.0
     seed: int = 0
 
-
     def of(
         self, speed: NDArray[np.float64], torque: NDArray[np.float64], temperature: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Reported motor speed [rad/s], motor torque [N m] and oil temperature [K] of true ones, each of shape (samples,)."""
+        """Reported motor speed [rad/s], torque [N m] and oil temperature [K] of true ones, each (samples,)."""
         random = np.random.default_rng(self.seed)
         torque = self.torque_gain * torque + self.torque_noise * random.standard_normal(len(torque))
         temperature = temperature + self.temperature_offset
@@ -73,11 +72,11 @@ def report(run: xarray.Dataset, how: DriveReport | None = None) -> xarray.Datase
         circuit's parts, if there are any.
     """
     how = how or DriveReport()
-    speed, torque, temperature = how.of(*(run[name].values for name in ("motor_speed", "motor_torque", "oil_temperature")))
+    names = ("motor_speed", "motor_torque", "oil_temperature")
+    reported = how.of(*(run[name].values for name in names))
     commands = [name for name in run if is_command(str(name))]
-    log = run[["motor_speed", "motor_torque", "oil_temperature", *commands]].copy(deep=True)
-    log["motor_speed"].values[:] = speed
-    log["motor_torque"].values[:] = torque
-    log["oil_temperature"].values[:] = temperature
+    log = run[[*names, *commands]].copy(deep=True)
+    for name, values in zip(names, reported, strict=True):
+        log[name].values[:] = values
     log.attrs = {"format": 1, "kind": "drive log"}
     return log

@@ -15,8 +15,21 @@ IDLE, EMPTY = -1, -2
 
 
 def integrate_lanes(
-    corners, values, slopes, parameters, segment_of, rtol, atol, max_steps, states, least, most, ended,
-    period, sample_of, samples,
+    corners,
+    values,
+    slopes,
+    parameters,
+    segment_of,
+    rtol,
+    atol,
+    max_steps,
+    states,
+    least,
+    most,
+    ended,
+    period,
+    sample_of,
+    samples,
 ):
     """Integrate runs to their ends, keeping the final state, the extremes of every state, and samples if there is room.
 

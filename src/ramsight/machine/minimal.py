@@ -9,10 +9,10 @@ from typing import Any
 from ramsight.errors import UnknownNameError
 from ramsight.machine import catalogue
 from ramsight.machine.assumptions import Assumptions
-from ramsight.machine.tolerances import Tolerances
 from ramsight.machine.declare import Part, declaration, explain
 from ramsight.machine.description import Composed, Machine, Unit, circuits
 from ramsight.machine.reading import load
+from ramsight.machine.tolerances import Tolerances
 
 _HEAD = """\
 # {name}: the values are those of {of}; replace them by yours, then: ramsight check FILE

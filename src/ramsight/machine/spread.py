@@ -1,4 +1,4 @@
-"""A tolerance as text, ``"0.9 ± 0.02"`` or ``"± 5 % normal"``, and what it says of a value: how far from it, and how often."""
+"""A tolerance as text, ``"0.9 ± 0.02"`` or ``"± 5 % normal"``: how far from a value, and how often."""
 
 from __future__ import annotations
 
@@ -44,9 +44,7 @@ class Spread:
         if not (math.isfinite(self.half) and self.half > 0.0):
             raise DescriptionError("is no tolerance", value=self.half, allowed="more than 0")
         if self.distribution not in DISTRIBUTIONS:
-            raise DescriptionError(
-                "unknown distribution", value=self.distribution, allowed=", ".join(DISTRIBUTIONS)
-            )
+            raise DescriptionError("unknown distribution", value=self.distribution, allowed=", ".join(DISTRIBUTIONS))
         if self.distribution == "log-normal" and not self.centre > 0.0:
             raise DescriptionError("only what is above 0 can be log-normal", value=self.centre, allowed="above 0")
         low, high = self.ends
@@ -55,7 +53,7 @@ class Spread:
 
     @property
     def std(self) -> float:
-        """Standard deviation before anything is cut off; of a log-normal value that of its logarithm, times the centre."""
+        """Standard deviation before anything is cut off; of a log-normal value its logarithm's, times the centre."""
         if self.distribution == "log-normal":
             return self.centre * 0.5 * math.log1p(self.half / self.centre)
         return self.half / {"uniform": math.sqrt(3.0), "triangular": math.sqrt(6.0), "normal": 2.0}[self.distribution]
@@ -92,8 +90,8 @@ def read_spread(text: Any, declared: Quantity, centre: float | None) -> Spread:
     """Read a tolerance.
 
     Args:
-        text: ``"± 0.02"``, ``"± 5 %"`` (of the value, unless the value itself is a share), perhaps with a value before it
-            and a distribution behind it; without one the limits are all that is known, and it is uniform.
+        text: ``"± 0.02"``, ``"± 5 %"`` (of the value, unless the value itself is a share), perhaps with a value before
+            it and a distribution behind it; without one the limits are all that is known, and it is uniform.
         declared: of the value.
         centre: the value [SI]; None if the text has to have it.
 

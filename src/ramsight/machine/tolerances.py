@@ -1,8 +1,8 @@
 """How far a unit, its drive and its thermometer may be from what is described, where no single value says it.
 
-A tolerance of a single value stands beside it (``bore = "127 mm ± 0.1 mm"``). These are of what many values share, or of what
-no value describes: a factor on all of a kind (1 is the description), or what a drive and a thermometer are off by. What is
-not given has a default by its kind (`ramsight.study.datasheet`), and a data sheet marks it as such.
+A tolerance of a single value stands beside it (``bore = "127 mm ± 0.1 mm"``). These are of what many values share, or
+of what no value describes: a factor on all of a kind (1 is the description), or what a drive and a thermometer are off
+by. What is not given has a default by its kind (`ramsight.study.datasheet`), and a data sheet marks it as such.
 """
 
 from __future__ import annotations
@@ -46,7 +46,9 @@ class Tolerances(Part):
     stiffness: Annotated[_Text, _factor("bulk modulus of oil and hoses over it")] = None
     volumes: Annotated[_Text, _factor("dead volumes, manifolds and hoses over the described ones")] = None
     valves: Annotated[_Text, _factor("flow of all valves at a pressure drop over it")] = None
-    relief: Annotated[_Text, _factor("settings of the relief valves over the described ones", least="0.5", most="2")] = None
+    relief: Annotated[
+        _Text, _factor("settings of the relief valves over the described ones", least="0.5", most="2")
+    ] = None
     viscosity: Annotated[_Text, _factor("viscosity of the oil over the described one")] = None
     area: Annotated[_Text, _factor("areas of the cylinder over the described ones", least="0.9", most="1.1")] = None
     mass: Annotated[_Text, _factor("mass that moves with the rods over the described one")] = None
@@ -63,20 +65,16 @@ class Tolerances(Part):
     ] = None
     torque_delay: Annotated[_Text, _of("ms", "of the reported torque behind the speed", "0 ms", "1 s")] = None
     torque_noise: Annotated[_Text, _of("N m", "noise of the torque, std", "0 N m", "1000 N m")] = None
-    thermometer_offset: Annotated[
-        _Text, _of("delta_K", "reported temperature less the true one", "-50 K", "50 K")
-    ] = None
+    thermometer_offset: Annotated[_Text, _of("delta_K", "reported temperature less the true one", "-50 K", "50 K")] = (
+        None
+    )
     thermometer_lag: Annotated[_Text, _of("s", "of the thermometer behind the oil", "0 s", "1 h")] = None
-    oil_temperature: Annotated[
-        _Text, _of("degC", "of the oil at the beginning", "-60 degC", "200 degC")
-    ] = None
-    warming: Annotated[
-        _Text, _of("delta_K", "of the oil over the duty", "-100 K", "100 K")
-    ] = None
+    oil_temperature: Annotated[_Text, _of("degC", "of the oil at the beginning", "-60 degC", "200 degC")] = None
+    warming: Annotated[_Text, _of("delta_K", "of the oil over the duty", "-100 K", "100 K")] = None
     correlations: Annotated[
         dict[str, Annotated[float, quantity("1", "correlation of two of them", least="-1", most="1")]],
-        Field(description='correlations of pairs, for example leakage-displacement = 0.5'),
-    ] = {}
+        Field(description="correlations of pairs, for example leakage-displacement = 0.5"),
+    ] = {}  # noqa: RUF012 - of a model, which copies it
 
     @model_validator(mode="after")
     def _are_tolerances(self) -> Self:

@@ -319,9 +319,7 @@ class Circuit:
         )
 
 
-def parameter_values(
-    model: CircuitModel, oil: Oil, tank_pressure: float, parts: Sequence[Part]
-) -> NDArray[np.float64]:
+def parameter_values(model: CircuitModel, oil: Oil, tank_pressure: float, parts: Sequence[Part]) -> NDArray[np.float64]:
     """Values of a model's parameters for other parts of the same circuit, without making the equation anew.
 
     Args:
@@ -333,7 +331,7 @@ def parameter_values(
     Raises:
         KeyError: a part has an option that the model's has not.
     """
-    known = {name: value for name, value in zip(model.ode.parameters, model.values.tolist(), strict=True)}
+    known = dict(zip(model.ode.parameters, model.values.tolist(), strict=True))
     given = {f"{TANK}.pressure": tank_pressure}
     for name, part in (("oil", oil), *((part.name, part) for part in parts)):
         given |= {f"{name}.{key}": value for key, value in vars(part).items() if isinstance(value, float)}

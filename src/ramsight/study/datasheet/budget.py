@@ -1,11 +1,13 @@
 """The error budget: Sobol's indices on runs of their own, and the linear budget beside them.
 
-All machines of the budget do the same duty with the same noise, so that what differs between them is what they were drawn from.
-The errors that count are those of every second after the third reference.
+All machines of the budget do the same duty with the same noise, so that what differs between them is what they were
+drawn from. The errors that count are those of every second after the third reference. An error beyond the 95 % error of
+them all counts as that: of a sensor that has lost its way, which it says, the size of the error would drown the rest.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -28,6 +30,7 @@ Array = NDArray[np.float64]
 
 _DAYS = 8  # days that are looked at for one with references enough
 _EVERY = 1.0  # s, at which an error counts
+_COUNTED = 0.95  # of the errors; the others count as the largest of these
 _ENOUGH = 60  # moments of a day with references enough
 
 
@@ -37,36 +40,40 @@ class Budget:
 
     Attributes:
         names: of what varies.
-        indices: Sobol's, of the errors at the moments.
         linear: what each quantity makes of the error by itself.
-        std: of the error over the machines, root of its mean square over the moments [m].
-        failed: machines of the budget that could not be simulated, whose error counts as the mean of the others'.
         moments: how many.
+        indices: Sobol's, of the errors at the moments; None if there are only linear ones.
+        std: of the error over the machines of the indices, root of its mean square over the moments [m].
+        limit: error that larger ones count as [m].
+        failed: machines that could not be simulated, whose error counts as the mean of the others'.
     """
 
     names: tuple[str, ...]
-    indices: Indices
     linear: Linear
-    std: float
-    failed: int
     moments: int
+    indices: Indices | None = None
+    std: float = math.nan
+    limit: float = math.nan
+    failed: int = 0
 
     @property
     def agreement(self) -> float:
         """Largest difference between a first-order index and the linear budget's share [1]."""
+        if self.indices is None:
+            return math.nan
         return float(np.abs(self.indices.first - self.linear.shares).max())
 
     def dataset(self) -> xarray.Dataset:
         """All of it over `quantity`: shares [1], and effects of one standard deviation [m]."""
         import xarray
 
-        shares = {
-            "first": self.indices.first, "first_half": self.indices.first_half, "total": self.indices.total,
-            "total_half": self.indices.total_half, "linear_share": self.linear.shares,
-        }  # fmt: skip
+        shares = {"linear_share": self.linear.shares}
+        if (found := self.indices) is not None:
+            shares |= {"first": found.first, "first_half": found.first_half}
+            shares |= {"total": found.total, "total_half": found.total_half}
         data: dict[str, Any] = {name: ("quantity", values, {"units": "1"}) for name, values in shares.items()}
         data["linear"] = ("quantity", self.linear.rms, {"units": "m"})
-        attributes = {"kind": "error budget", "runs": self.indices.runs, "error_std": self.std, "moments": self.moments}
+        attributes = {"kind": "error budget", "moments": self.moments}
         return xarray.Dataset(data, {"quantity": list(self.names)}, attributes)
 
 
@@ -103,25 +110,31 @@ def budget(
 
     Args:
         plan: the study.
-        base: as `budget_plan`'s.
+        base: as `budget_plan`'s; 0 for the linear budget alone.
         path: folder of its store; None keeps everything in memory.
         client: of Dask distributed; None for the threads of this process.
         threads: how many.
         advance: called with the number of machines that are done since the last call.
     """
     own = budget_plan(plan, base)
+    common, moments = own.common or 0, np.array(own.moments)
+    linear = linear_budget(plan.bench, plan.quantities, moments, common, plan.seed)
+    if base == 0:
+        return Budget(plan.names, linear, len(moments))
     found = run(own, path, client=client, threads=threads, advance=advance)
     error = found["moment_error"].values
     bad = ~np.isfinite(error).all(axis=1)
     error = np.where(bad[:, None], error[~bad].mean(axis=0), error)
-    common, moments = own.common or 0, np.array(own.moments)
+    limit = float(np.quantile(np.abs(error), _COUNTED))
+    error = np.clip(error, -limit, limit)
     return Budget(
         names=plan.names,
-        indices=indices(len(plan.quantities), error, plan.seed),
-        linear=linear_budget(plan.bench, plan.quantities, moments, common, plan.seed),
-        std=float(np.sqrt(error.var(axis=0).mean())),
-        failed=int(bad.sum()),
+        linear=linear,
         moments=len(moments),
+        indices=indices(len(plan.quantities), error, plan.seed),
+        std=float(np.sqrt(error.var(axis=0).mean())),
+        limit=limit,
+        failed=int(bad.sum()),
     )
 
 

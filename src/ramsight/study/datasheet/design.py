@@ -1,4 +1,4 @@
-"""Which machines are looked at: points of a cube, evenly spread and the same for the same seed, as values of quantities."""
+"""Which machines are looked at: points of a cube, evenly spread, the same for the same seed, as values."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ _INSIDE = 1e-12  # from the ends of (0, 1), where a normal distribution has no v
 def points(method: str, count: int, dimensions: int, seed: int, first: int = 0) -> Array:
     """Points of the unit cube, shape (count, dimensions).
 
-    Those of ``sobol`` (scrambled) are a sequence: more machines begin with the same ones, so that a study can be extended. A
-    Latin hypercube is as many as it is made for.
+    Those of ``sobol`` (scrambled) are a sequence: more machines begin with the same ones, so that a study can be
+    extended. A Latin hypercube is as many as it is made for.
 
     Args:
         method: one of `METHODS`.

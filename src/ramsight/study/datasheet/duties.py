@@ -24,8 +24,8 @@ class Work:
     """What every machine does.
 
     Args:
-        kind: ``work-day`` (moves and loads at random, others for each machine), ``lift-lower`` (the paper's cycle, after
-            visits to the end stops), ``commissioning``, or the file of a table of speeds and loads.
+        kind: ``work-day`` (moves and loads at random, others for each machine), ``lift-lower`` (the paper's cycle,
+            after visits to the end stops), ``commissioning``, or the file of a table of speeds and loads.
         duration: after which a work day begins no further move [s].
         visit_every: of a work day, time from one visit to an end stop to the next [s].
     """

@@ -1,8 +1,8 @@
 """The linear error budget: what each tolerance makes of the error by itself, from the sensor alone.
 
-One machine as described is simulated once. A sensor that believes in another machine, or a drive that reports something else,
-shows in the estimate; and to first order a machine that is not what the sensor believes does just that, with the other
-sign. So a quantity costs two replays of the sensor and no simulation.
+One machine as described is simulated once. A sensor that believes in another machine, or a drive that reports something
+else, shows in the estimate; and to first order a machine that is not what the sensor believes does just that, with the
+other sign. So a quantity costs two replays of the sensor and no simulation.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ from ramsight.study.datasheet.working import Bench, Order, Run, runs, work_throu
 Array = NDArray[np.float64]
 
 REPORTED = (
-    "torque_gain", "torque_offset", "torque_drift", "torque_delay", "torque_noise", "thermometer_offset", "thermometer_lag",
+    "torque_gain", "torque_offset", "torque_drift", "torque_delay", "torque_noise", "thermometer_offset",
+    "thermometer_lag",
 )  # fmt: skip
 """Kinds that only change what is reported."""
 OUTSIDE = ("oil_temperature", "warming")
@@ -100,8 +101,7 @@ def differences(
         one = quantities[all_of_them.index(name)]
         ends = ends_of(one)
         spans.append(one.spread.std / (ends[1] - ends[0]))
-        for value in ends:
-            rows.append([value if other.name == name else centre_of(other) for other in quantities])
+        rows += [[value if other.name == name else centre_of(other) for other in quantities] for value in ends]
     order = Order(tuple(range(len(rows))), all_of_them, np.array(rows), seed, common, moments)
     error = work_through(bench, order)["moment_error"]
     return np.asarray((error[1::2] - error[::2]) * np.array(spans)[:, None])
@@ -188,5 +188,3 @@ def _believing(bench: Bench, values: dict[str, float]) -> VirtualSensor:
         for name, old in zip(sensor.recursion.parameters, sensor.parameters.tolist(), strict=True)
     ]  # fmt: skip
     return replace(sensor, parameters=np.array(values_of))
-
-

@@ -1,6 +1,7 @@
-"""What is kept of one machine's track: errors by how many references came before, by place and direction, by age, by status.
+"""What is kept of one machine's track: errors by how many references came before, by place, by age; and its statuses.
 
-All of it is counts, sums and a few numbers, so that a study of any size is a table of machines.
+All of it is counts, sums and a few numbers, so that a study of any size is a table of machines. Errors are those of
+positions that the sensor calls ok or uncertain; what it calls invalid, or not referenced, is counted as just that.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ PLACES, AGES, AGE = 10, 12, 10.0
 NORMAL_95 = 1.96
 SETTLED = 1.0  # s after a stop was reached, from when an error counts as one after that reference
 _MOVES = 1e-3  # m/s
+_UNUSABLE = 20  # statuses from here on are "not referenced" and "invalid": there is no position to be wrong
 
 SHAPES: Mapping[str, tuple[tuple[str, int], ...]] = {
     "errors": (("references", len(AFTER)), ("bin", len(EDGES) - 1)),
@@ -84,24 +86,25 @@ def measures(track: Track) -> dict[str, Array | float]:
         track: of a sensor that was told where it is at first.
     """
     time, visits = track.time, track.visits
-    known = track.status != Status.NOT_REFERENCED
+    known = track.status < _UNUSABLE
     error = track.position - track.true
     size = np.abs(error)
     came = np.searchsorted(visits + SETTLED, time, side="right")  # references before each sample
     found: dict[str, Array | float] = {}
-    found["errors"], rows = np.zeros((len(AFTER), len(EDGES) - 1)), []
+    counts, rows = np.zeros((len(AFTER), len(EDGES) - 1)), []
     for k in AFTER:
         there = known & (np.minimum(came, AFTER[-1]) == k)
         one = size[there]
-        found["errors"][k] = np.histogram(one, EDGES)[0]
+        counts[k] = np.histogram(one, EDGES)[0]
         inside = int((one <= NORMAL_95 * track.std[there]).sum())
         if len(one):
             signed = error[there]
             rows.append([one.max(), np.percentile(one, 95.0), signed.mean(), (signed**2).mean(), len(one), inside])
         else:
             rows.append([np.nan, np.nan, np.nan, np.nan, 0, 0])
-    for name, column in zip(("largest", "p95", "mean", "square", "samples", "inside"), np.array(rows).T, strict=True):
-        found[name] = column
+    names = ("largest", "p95", "mean", "square", "samples", "inside")
+    found |= dict(zip(names, np.array(rows).T, strict=True))
+    found["errors"] = counts
     found["profile"] = _profile(track, error, known & (came > 0))
     last = np.concatenate([[np.nan], visits])[came]
     found["ageing"] = _ageing(size, time - last, known & (came > 0))

@@ -152,9 +152,7 @@ def plan(
         quantities = tuple(one for one in quantities if one.name not in ("oil_temperature", "warming"))
     pairs = dict(machine.unit(unit).tolerances.correlations if correlations is None else correlations)
     alone = machine.model_copy(update={"units": {unit: machine.unit(unit)}, "linkage": None})
-    made = Plan(
-        "\n".join(as_toml(alone, {})), unit, work, sensor, quantities, _pairs(pairs), seed, method, count
-    )
+    made = Plan("\n".join(as_toml(alone, {})), unit, work, sensor, quantities, _pairs(pairs), seed, method, count)
     _ = made._correlation  # refused here if it is none
     return made
 
@@ -168,5 +166,3 @@ def _content(work: Work) -> str:
     from pathlib import Path
 
     return hashlib.sha256(Path(work.kind).read_bytes()).hexdigest() if work.has_own_oil else ""
-
-

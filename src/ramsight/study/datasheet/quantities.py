@@ -1,7 +1,8 @@
 """What varies from machine to machine, and by how much: what the description says, else a default by kind.
 
-Where the sensor assumes something of the machine, the default is just that: the sheet then says what is achieved by machines as
-the sensor believes them to be. The other defaults have their reason beside them; a sheet marks every default as such.
+Where the sensor assumes something of the machine, the default is just that: the sheet then says what is achieved by
+machines as the sensor believes them to be. The other defaults have their reason beside them; a sheet marks every
+default as such.
 """
 
 from __future__ import annotations
@@ -20,7 +21,10 @@ DEFAULT = "default"
 """Begins the source of whatever nobody has said."""
 
 _REASONS = {
-    "pump_friction": ("± 20 % normal", "a fifth of the losses, as hydro-mechanical efficiencies of one type scatter [G]"),
+    "pump_friction": (
+        "± 20 % normal",
+        "a fifth of the losses, as hydro-mechanical efficiencies of one type scatter [G]",
+    ),
     "friction": ("± 40 %", "seals, their age and their lubrication [G]"),
     "volumes": ("± 20 %", "lengths of hoses and shapes of blocks [G]"),
     "valves": ("± 10 % normal", "characteristics of data sheets are typical ones [G]"),
@@ -83,7 +87,8 @@ def varied(machine: Machine, unit: str, vary: Mapping[str, str] | None = None) -
         machine: the description.
         unit: name of the unit.
         vary: tolerances in the place of what the description says, as text: of kinds, or of values below the unit
-            (``{"torque_gain": "± 3 %", "pump_a.volumetric_efficiency": "± 0.02 normal"}``); "" for one that does not vary.
+            (``{"torque_gain": "± 3 %", "pump_a.volumetric_efficiency": "± 0.02 normal"}``); "" for one that does not
+            vary.
 
     Raises:
         DescriptionError: a tolerance has no meaning.
@@ -97,7 +102,9 @@ def varied(machine: Machine, unit: str, vary: Mapping[str, str] | None = None) -
     """
     described, given = machine.unit(unit), dict(vary or {})
     begins = f"units.{unit}."
-    beside = {path.removeprefix(begins): spread for path, spread in machine.tolerances.items() if path.startswith(begins)}
+    beside = {
+        path.removeprefix(begins): spread for path, spread in machine.tolerances.items() if path.startswith(begins)
+    }
     covered = {path.rpartition(".")[2] for path in (*beside, *(name for name in given if given[name]))}
     found: dict[str, Varied] = {}
     for name in KINDS:
@@ -178,5 +185,3 @@ def _read(name: str, text: str, declared: Quantity, centre: float | None) -> Spr
         return read_spread(text, declared, centre)
     except DescriptionError as error:
         raise DescriptionError(error.message, key=name, value=text, allowed=error.allowed) from None
-
-

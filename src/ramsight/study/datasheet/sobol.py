@@ -49,8 +49,8 @@ def saltelli(dimensions: int, base: int, seed: int) -> Array:
 def indices(dimensions: int, values: Array, seed: int) -> Indices:
     """Indices of one outcome, or of several at once.
 
-    Those of several are shares of the sum of their variances (generalised indices): what each outcome has for its own is
-    weighted by its variance, and so are the halves of the intervals, which cannot be too narrow by that.
+    Those of several are shares of the sum of their variances (generalised indices): what each outcome has for its own
+    is weighted by its variance, and so are the halves of the intervals, which cannot be too narrow by that.
 
     Args:
         dimensions: how many quantities vary.
@@ -80,7 +80,7 @@ def indices(dimensions: int, values: Array, seed: int) -> Indices:
             seed=seed,
         )
         summed += share * np.array([found[key] for key in ("S1", "S1_conf", "ST", "ST_conf")])
-    return Indices(*summed, runs=len(values))
+    return Indices(summed[0], summed[1], summed[2], summed[3], len(values))
 
 
 def _problem(dimensions: int) -> dict[str, object]:

@@ -1,8 +1,8 @@
 """Where a study's results are while it runs: a Zarr store, a chunk a task, that knows which machines are done.
 
-The whole of it is laid out first, empty. A task writes its own chunks and nobody else's, `done` last; a file of a chunk is
-written beside its place and moved into it. So whatever is stopped, and however, has lost the tasks that were not done, and
-they give the same again.
+The whole of it is laid out first, empty. A task writes its own chunks and nobody else's, `done` last; a file of a chunk
+is written beside its place and moved into it. So whatever is stopped, and however, has lost the tasks that were not done,
+and they give the same again.
 """
 
 from __future__ import annotations
@@ -101,7 +101,9 @@ class Store:
         if "study" not in group.attrs:  # stopped while it was laid out: nothing is in it
             return self._laid_out(str(self.path), count)
         if group.attrs["format"] != FORMAT:
-            raise StoreError(f"{one_line(self.path)}: is of format {group.attrs['format']}; this ramsight reads {FORMAT}")
+            raise StoreError(
+                f"{one_line(self.path)}: is of format {group.attrs['format']}; this ramsight reads {FORMAT}"
+            )
         if other := _difference(group.attrs["study"], _plain(self._layout.study)):
             raise StoreError(f"{one_line(self.path)}: is the store of another study, with another {other}")
         if group["done"].shape[0] < count:

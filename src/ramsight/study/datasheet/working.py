@@ -1,4 +1,4 @@
-"""From the numbers of machines to what is kept of them: drawn, simulated side by side, reported by a drive, tracked, measured."""
+"""From the numbers of machines to what is kept of them: drawn, simulated side by side, reported, tracked, measured."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from ramsight.calibration.sensors import sensor_for
 from ramsight.duty.profile import Duty
 from ramsight.duty.simulate import SAMPLE_PERIOD, check_commands, check_temperature
 from ramsight.engine.batch import Job, sampled
+from ramsight.engine.ode_module import compile_outputs
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.recursion import replay
 from ramsight.engine.run import Segments
-from ramsight.engine.ode_module import compile_outputs
 from ramsight.equation import OdeModel
 from ramsight.plant.build import build
 from ramsight.plant.circuit import CircuitModel, parameter_values
@@ -235,7 +235,7 @@ def runs(bench: Bench, order: Order, rows: Sequence[int]) -> list[Run | Outcome]
 
 
 def _usual(bench: Bench) -> float:
-    """The oil temperature of a study in which it does not vary [K]: 40 °C, or what is nearest to it of the oil's data."""
+    """The oil temperature of a study in X °C, or what is nearest to it of the oil's data."""
     least, most = bench.sheet.oil.temperatures
     return min(max(313.15, least), most)
 
@@ -248,15 +248,15 @@ def _job(bench: Bench, drawn: Drawn, duty: Duty) -> Job:
     return Job(initial, duty.segments(values, ode.parameters))
 
 
-def _reported(
-    bench: Bench, drawn: Drawn, duty: Duty, segments: Segments, time: Array, state: Array, seed: int
-) -> Run:
+def _reported(bench: Bench, drawn: Drawn, duty: Duty, segments: Segments, time: Array, state: Array, seed: int) -> Run:
     ode = bench.model.ode
     row, u = segments.at(time)
     held = np.minimum(row, len(segments.parameters) - 1)
     torque = np.empty((len(time), 1))
     slope = np.ascontiguousarray(segments.slope[row])
-    compile_outputs(bench.torque).sample_outputs(state, np.ascontiguousarray(u), slope, segments.parameters, held, torque)
+    compile_outputs(bench.torque).sample_outputs(
+        state, np.ascontiguousarray(u), slope, segments.parameters, held, torque
+    )
     names = [one.name for one in ode.states]
     speed = state[:, names.index("motor_speed")] if "motor_speed" in names else duty.motor_speed(time)
     signals = speed, torque[:, 0], duty.oil_temperature(time)
