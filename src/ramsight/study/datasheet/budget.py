@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.study.datasheet.linear import Linear, linear_budget, nominal_run
-from ramsight.study.datasheet.measuring import AFTER, SETTLED, Track
+from ramsight.study.datasheet.measuring import SETTLED, TAUGHT, Track
 from ramsight.study.datasheet.plan import Plan
 from ramsight.study.datasheet.running import run
 from ramsight.study.datasheet.sobol import Indices, indices
@@ -89,7 +89,7 @@ def budget_plan(plan: Plan, base: int) -> Plan:
         one = nominal_run(plan.bench, plan.quantities, number, plan.seed).run
         if found is None or len(_visits(one)) > len(_visits(found)):
             common, found = number, one
-        if len(_visits(one)) > AFTER[-1] and len(_moments(one)) > _ENOUGH:
+        if len(_visits(one)) > TAUGHT and len(_moments(one)) > _ENOUGH:
             break
     assert found is not None
     moments = tuple(round(float(moment), 3) for moment in _moments(found))
@@ -145,5 +145,5 @@ def _visits(one: Run) -> Array:
 def _moments(one: Run) -> Array:
     """Every second after the third reference; of a duty with fewer, after the last one; without any, all of it."""
     visits = _visits(one)
-    after = visits[min(len(visits), AFTER[-1]) - 1] + SETTLED if len(visits) else 0.0
+    after = visits[min(len(visits), TAUGHT) - 1] + SETTLED if len(visits) else 0.0
     return np.arange(np.ceil(after), one.time[-1], _EVERY)

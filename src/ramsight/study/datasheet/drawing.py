@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ramsight.study.datasheet.budget import Budget
-from ramsight.study.datasheet.measuring import EDGES, PLACES
-from ramsight.study.datasheet.sheet import named_references
+from ramsight.study.datasheet.measuring import EDGES, GROUPS, PLACES, TAUGHT
 from ramsight.study.figures import DOUBT, ERROR, ESTIMATE, STYLE, TRUTH
 
 if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
-_COLOURS = (DOUBT, ESTIMATE, ERROR, TRUTH)
+_COLOURS = (DOUBT, ESTIMATE, ERROR, TRUTH, TRUTH)
 _SHOWN = 12  # quantities of the budget, the largest
 
 
@@ -34,7 +33,7 @@ def figures(found: xarray.Dataset, budget: Budget | None) -> dict[str, tuple[Fig
             "errors": (
                 _errors(done),
                 "Share of the time in which the error is larger, of all machines together; one line a number of "
-                "references that came before.",
+                "references that came before. Dashed: whatever the sensor calls ok.",
             ),
             "machines": (
                 _machines(done),
@@ -42,10 +41,13 @@ def figures(found: xarray.Dataset, budget: Budget | None) -> dict[str, tuple[Fig
             ),
             "places": (
                 _places(done),
-                "Mean error at each place of the stroke after a reference: middle machine, and what nine in ten lie "
-                "within, extending and retracting.",
+                "Mean error at each place of the stroke after the third reference: middle machine, and what nine in ten "
+                "lie within, extending and retracting.",
             ),
-            "ageing": (_ageing(done), "How the error grows with the time since the last reference."),
+            "ageing": (
+                _ageing(done),
+                "How the error grows with time since the last reference, from the third one on.",
+            ),
         }
         if np.isfinite(done["first_position"].values).any():
             drawn["first"] = (
@@ -78,16 +80,16 @@ def _errors(done: xarray.Dataset) -> Figure:
         if counts[k].sum() > 0.0:
             above = 1.0 - np.cumsum(counts[k])[:-1] / counts[k].sum()
             shown = np.where(above > 0.0, 100.0 * above, np.nan)
-            axes.plot(edges, shown, color=colour, lw=1.6, label=named_references(k))
+            axes.plot(edges, shown, color=colour, lw=1.6, ls="-" if k <= TAUGHT else "--", label=GROUPS[k])
     for share in (5.0, 0.3):
         axes.axhline(share, color=TRUTH, lw=0.6, ls=":")
-        axes.text(0.011, 1.15 * share, f"{100.0 - share:g} % are within", fontsize=7, color=TRUTH)
+        axes.text(990.0, 1.15 * share, f"{100.0 - share:g} % are within", fontsize=7, color=TRUTH, ha="right")
     axes.set(xscale="log", yscale="log", xlim=(1e-2, 1e3), ylim=(1e-3, 110.0))
     axes.xaxis.set_major_formatter("{x:g}")
     axes.yaxis.set_major_formatter("{x:g}")
     axes.set_xlabel("magnitude of the error [mm]")
     axes.set_ylabel("share of the time [%]")
-    axes.legend(loc="upper right")
+    axes.legend(loc="lower left")
     return figure
 
 
@@ -98,7 +100,7 @@ def _machines(done: xarray.Dataset) -> Figure:
         p95 = 1e3 * p95[np.isfinite(p95)]
         if len(p95):
             share = 100.0 * (np.arange(len(p95)) + 0.5) / len(p95)
-            axes.plot(share, p95, color=colour, lw=1.6, label=named_references(k))
+            axes.plot(share, p95, color=colour, lw=1.6, ls="-" if k <= TAUGHT else "--", label=GROUPS[k])
     axes.set(yscale="log", xlim=(0.0, 100.0))
     axes.yaxis.set_major_formatter("{x:g}")
     axes.set_xlabel("share of the machines [%]")
@@ -139,7 +141,7 @@ def _ageing(done: xarray.Dataset) -> Figure:
     axes.set(ylim=(0.0, None), xlim=(0.0, None))
     axes.set_xlabel("time since the last reference [s]")
     axes.set_ylabel("error [mm]")
-    axes.legend(loc="upper left")
+    axes.legend(loc="lower right")
     return figure
 
 

@@ -17,8 +17,11 @@ from ramsight.study.errors import stop_visits
 
 Array = NDArray[np.float64]
 
-AFTER = (0, 1, 2, 3)
-"""References before an error; the last class is so many and more."""
+TAUGHT = 3
+"""References after which the sensor is taken to be taught."""
+GROUPS = ("before a reference", "after 1 reference", "after 2 references", "after 3 references and more", "status ok")
+"""Of errors: by how many references came before; and those that the sensor vouches for, whatever came before."""
+VOUCHED = len(GROUPS) - 1
 EDGES = np.concatenate([[0.0], np.logspace(-6.0, 0.0, 241), [np.inf]])
 """Edges of the histogram of errors [m]: 40 a decade from 1 µm to 1 m."""
 PLACES, AGES, AGE = 10, 12, 10.0
@@ -29,13 +32,13 @@ _MOVES = 1e-3  # m/s
 _UNUSABLE = 20  # statuses from here on are "not referenced" and "invalid": there is no position to be wrong
 
 SHAPES: Mapping[str, tuple[tuple[str, int], ...]] = {
-    "errors": (("references", len(AFTER)), ("bin", len(EDGES) - 1)),
-    "largest": (("references", len(AFTER)),),
-    "p95": (("references", len(AFTER)),),
-    "mean": (("references", len(AFTER)),),
-    "square": (("references", len(AFTER)),),
-    "samples": (("references", len(AFTER)),),
-    "inside": (("references", len(AFTER)),),
+    "errors": (("group", len(GROUPS)), ("bin", len(EDGES) - 1)),
+    "largest": (("group", len(GROUPS)),),
+    "p95": (("group", len(GROUPS)),),
+    "mean": (("group", len(GROUPS)),),
+    "square": (("group", len(GROUPS)),),
+    "samples": (("group", len(GROUPS)),),
+    "inside": (("group", len(GROUPS)),),
     "profile": (("direction", 2), ("place", PLACES), ("moment", 3)),
     "ageing": (("age", AGES), ("moment", 3)),
     "statuses": (("validity", 4),),
@@ -91,9 +94,9 @@ def measures(track: Track) -> dict[str, Array | float]:
     size = np.abs(error)
     came = np.searchsorted(visits + SETTLED, time, side="right")  # references before each sample
     found: dict[str, Array | float] = {}
-    counts, rows = np.zeros((len(AFTER), len(EDGES) - 1)), []
-    for k in AFTER:
-        there = known & (np.minimum(came, AFTER[-1]) == k)
+    counts, rows = np.zeros((len(GROUPS), len(EDGES) - 1)), []
+    for k in range(len(GROUPS)):
+        there = track.status == Status.OK if k == VOUCHED else known & (np.minimum(came, TAUGHT) == k)
         one = size[there]
         counts[k] = np.histogram(one, EDGES)[0]
         inside = int((one <= NORMAL_95 * track.std[there]).sum())
@@ -105,9 +108,9 @@ def measures(track: Track) -> dict[str, Array | float]:
     names = ("largest", "p95", "mean", "square", "samples", "inside")
     found |= dict(zip(names, np.array(rows).T, strict=True))
     found["errors"] = counts
-    found["profile"] = _profile(track, error, known & (came > 0))
+    found["profile"] = _profile(track, error, known & (came >= TAUGHT))
     last = np.concatenate([[np.nan], visits])[came]
-    found["ageing"] = _ageing(size, time - last, known & (came > 0))
+    found["ageing"] = _ageing(size, time - last, known & (came >= TAUGHT))
     found["statuses"] = np.bincount(np.clip(track.status // 10, 0, 3), minlength=4).astype(float)
     found["ok_beyond_4_std"] = float(((track.status == Status.OK) & (size > 4.0 * track.std)).sum())
     found["visits"], found["duration"] = float(len(visits)), float(time[-1] - time[0])

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 from ramsight import __version__
 from ramsight.study.datasheet.budget import Budget
-from ramsight.study.datasheet.measuring import AFTER
-from ramsight.study.datasheet.sheet import SHARES, Accuracy, Sheet, Term, named_references
+from ramsight.study.datasheet.measuring import GROUPS
+from ramsight.study.datasheet.sheet import SHARES, Accuracy, Sheet, Term
 from ramsight.study.datasheet.side_by_side import PUBLISHED
 from ramsight.study.datasheet.statistics import Known
 from ramsight.study.page import page, row, table
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _DOTS = 110  # per inch
-_SCALES = {"m": (1e3, "mm"), "s": (1.0, "s"), "m/h": (1e3, "mm/h"), "m/K": (1e4, "mm per 10 K"), "1": (100.0, "%")}
+_SCALES = {"m": (1e3, "mm"), "s": (1.0, "s"), "m/h": (1e3, "mm/h"), "m/K": (1e3, "mm/K"), "1": (100.0, "%")}
 _SURE = 3.0  # over the machines: with 95 % confidence no larger share is worse than the worst of them (rule of three)
 
 
@@ -72,7 +72,7 @@ def _source(sheet: Sheet) -> str:
 def _summary(sheet: Sheet) -> list[str]:
     best = sheet.best
     lines = [
-        f"{named_references(AFTER.index(best.references)).capitalize()}, the position is right within "
+        f"{best.group.capitalize()}, the position is right within "
         f"<strong>{shown(best.quantiles[1], 'm')}</strong> for 95 % of the time, over all machines; 95 % of the "
         f"machines keep {shown(best.machine, 'm')} for 95 % of theirs. The largest error found is {_mm(best.largest)} "
         f"(machine {best.worst})."
@@ -99,14 +99,14 @@ def _accuracy(sheet: Sheet) -> list[str]:
     rows = (row(_accuracy_cells(k, one)) for k, one in enumerate(sheet.accuracy) if one.machines)
     note = (
         "Magnitude of the error in mm, over all machines and all samples; behind each figure its 95 % interval. "
-        "“95 % of machines” keep this for 95 % of their time."
+        "“95 % of machines” keep this for 95 % of their time. Positions that the sensor calls invalid do not count."
     )
     return [table(note, head, rows, "numbers")]
 
 
 def _accuracy_cells(k: int, one: Accuracy) -> list[str]:
     return [
-        named_references(k),
+        GROUPS[k],
         str(one.machines),
         *(shown(known, "m", with_unit=False) for known in one.quantiles),
         shown(one.machine, "m", with_unit=False),
@@ -125,8 +125,8 @@ def _power_up(sheet: Sheet) -> list[str]:
         return ["<p>This sensor has to be told where the piston is when it is switched on.</p>"]
     return [
         "<p>A sensor that has kept its state, or is told the position, has it at once. One that is told nothing says "
-        "“not referenced” until the piston has met an end stop; the time until then is mostly the duty's, which goes to "
-        "a stop when it does.</p>"
+        "“not referenced” until the piston has met an end stop; the time until then is mostly the duty's, which "
+        "goes to a stop when it does.</p>"
     ]
 
 
@@ -204,7 +204,7 @@ def _recorded(sheet: Sheet) -> list[str]:
                 row(
                     (
                         one["log"],
-                        named_references(k),
+                        GROUPS[k],
                         _mm(after["p95"]),
                         _mm(promised.machine.value),
                         _mm(after["largest"]),
@@ -244,7 +244,7 @@ def _assumed(sheet: Sheet) -> list[str]:
 
 def value(number: float, unit: str) -> str:
     """A value [SI] in the unit that it is shown in."""
-    return format_si(number, unit, 4)
+    return format_si(number, unit, 5)
 
 
 def _half(number: float, unit: str) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ramsight.logs import read_drive_log, read_truth
-from ramsight.study.datasheet.measuring import AFTER, Track, measures
+from ramsight.study.datasheet.measuring import GROUPS, Track, measures
 from ramsight.study.datasheet.sheet import Sheet
 from ramsight.study.datasheet.working import Bench
 
@@ -25,7 +25,7 @@ def held_against(sheet: Sheet, bench: Bench, log: Path, truth: Path) -> dict[str
         truth: its true position.
 
     Returns:
-        The log's name and, after each number of references, `p95` and `largest` [m] and whether they lie `inside` what
+        The log's name and, for each group of errors, `p95` and `largest` [m] and whether they lie `inside` what
         95 % of the machines keep, with the interval of that, and the largest error found; None where it has no errors.
 
     Raises:
@@ -46,7 +46,7 @@ def held_against(sheet: Sheet, bench: Bench, log: Path, truth: Path) -> dict[str
     )
     found = measures(track)
     after: list[dict[str, Any] | None] = []
-    for k in range(len(AFTER)):
+    for k in range(len(GROUPS)):
         promised = sheet.accuracy[k]
         p95, largest = float(np.asarray(found["p95"])[k]), float(np.asarray(found["largest"])[k])
         if not np.isfinite(p95) or not promised.machines:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ramsight.duty.drive_report import DriveReport
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.study.datasheet.budget import Budget
-from ramsight.study.datasheet.measuring import AFTER, AGE, EDGES, NORMAL_95, drift_of
+from ramsight.study.datasheet.measuring import AGE, EDGES, GROUPS, NORMAL_95, TAUGHT, drift_of
 from ramsight.study.datasheet.plan import Plan
 from ramsight.study.datasheet.statistics import (
     NOTHING,
@@ -38,10 +38,10 @@ _FEW = 5  # samples in a place of the stroke, below which it says nothing
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Magnitudes of errors after a number of references [m].
+    """Magnitudes of the errors of a group [m].
 
     Args:
-        references: before the errors; the last class is so many and more.
+        group: of errors, one of `GROUPS`.
         machines: that have such errors.
         quantiles: of all errors of all machines, at the shares of `SHARES`.
         machine: what 95 % of the machines keep for 95 % of their time.
@@ -50,7 +50,7 @@ class Accuracy:
         coverage: share of the errors within the 95 % band that the sensor states.
     """
 
-    references: int
+    group: str
     machines: int
     quantiles: tuple[Known, ...]
     machine: Known
@@ -101,7 +101,7 @@ class Sheet:
         machines: that were simulated.
         failed: machines whose duty could not be simulated to its end.
         hours: of work, of all machines together.
-        accuracy: by references.
+        accuracy: by group of errors.
         terms: the other figures.
         validity: share of the time with each validity.
         ok_but_wrong: share of the time in which the sensor says ok and is off by more than four standard deviations.
@@ -130,25 +130,25 @@ class Sheet:
     @property
     def best(self) -> Accuracy:
         """The accuracy after most references, of those that there are."""
-        return [one for one in self.accuracy if one.machines][-1]
+        held = [one for one in self.accuracy[: TAUGHT + 1] if one.machines]
+        return held[-1] if held else self.accuracy[0]
 
     @property
     def text(self) -> str:
         """A few lines on it, in mm."""
         lines = [f"{self.machines} machines, {self.hours:.3g} h of work, {self.failed} that could not be simulated"]
-        for k, one in enumerate(self.accuracy):
+        for one in self.accuracy:
             if one.machines:
                 p95, most = 1e3 * one.quantiles[1].value, 1e3 * one.machine.value
                 lines.append(
-                    f"  {named_references(k)}: 95 % within {p95:.2f} mm, of 95 % of the machines within {most:.2f} mm, "
+                    f"  {one.group}: 95 % within {p95:.2f} mm, of 95 % of the machines within {most:.2f} mm, "
                     f"largest {1e3 * one.largest:.1f} mm (machine {one.worst})"
                 )
         said = ", ".join(f"{name} {100.0 * share:.1f} %" for name, share in self.validity.items())
         lines.append(f"  status: {said}; ok but off by more than 4 std {100 * self.ok_but_wrong:.3f} %")
-        lines += [
-            f"  {one['log']}: {'inside' if all(a is None or a['inside'] for a in one['after']) else 'outside'} the sheet"
-            for one in self.recorded
-        ]
+        for one in self.recorded:
+            inside = all(after is None or after["inside"] for after in one["after"])
+            lines.append(f"  {one['log']}: {'inside' if inside else 'outside'} the sheet")
         return "\n".join(lines)
 
     def to_json(self) -> str:
@@ -197,13 +197,6 @@ class Sheet:
         return "\n".join(lines) + "\n"
 
 
-def named_references(k: int) -> str:
-    """What a class of errors is called, by its place in `AFTER`."""
-    if k == 0:
-        return "before a reference"
-    return f"after {AFTER[k]} reference{'s' if k > 1 else ''}{' and more' if k == len(AFTER) - 1 else ''}"
-
-
 def data_sheet(
     plan: Plan, found: xarray.Dataset, budget: Budget | None = None, recorded: Sequence[dict[str, Any]] = ()
 ) -> Sheet:
@@ -224,7 +217,7 @@ def data_sheet(
         machines=found.sizes["machine"],
         failed=found.sizes["machine"] - done.sizes["machine"],
         hours=float(done["duration"].sum()) / 3600.0,
-        accuracy=tuple(_accuracy(done, k, plan.seed) for k in range(len(AFTER))),
+        accuracy=tuple(_accuracy(done, k, plan.seed) for k in range(len(GROUPS))),
         terms=tuple(_terms(plan, done)),
         validity=dict(zip(VALIDITIES, (statuses / samples).tolist(), strict=True)),
         ok_but_wrong=float(done["ok_beyond_4_std"].sum() / samples),
@@ -238,10 +231,10 @@ def _accuracy(done: xarray.Dataset, k: int, seed: int) -> Accuracy:
     samples, largest = done["samples"].values[:, k], done["largest"].values[:, k]
     held = samples > 0
     if not held.any():
-        return Accuracy(AFTER[k], 0, (NOTHING,) * len(SHARES), NOTHING, math.nan, -1, math.nan)
+        return Accuracy(GROUPS[k], 0, (NOTHING,) * len(SHARES), NOTHING, math.nan, -1, math.nan)
     row = int(np.nanargmax(largest))
     return Accuracy(
-        references=AFTER[k],
+        group=GROUPS[k],
         machines=int(held.sum()),
         quantiles=tuple(pooled_quantiles(done["errors"].values[:, k], EDGES, SHARES, seed)),
         machine=quantile_of_machines(done["p95"].values[:, k], 0.95),
@@ -287,7 +280,7 @@ def _best_p95(done: xarray.Dataset) -> Array:
     """Of each machine its 95 % error after most references."""
     p95 = done["p95"].values
     best = np.full(len(p95), np.nan)
-    for k in range(p95.shape[1]):
+    for k in range(TAUGHT + 1):
         best = np.where(np.isfinite(p95[:, k]), p95[:, k], best)
     return best
 
@@ -343,7 +336,7 @@ def _drift(ageing: Array, value: float, seed: int) -> Known:
 
 
 def _worst(done: xarray.Dataset) -> tuple[Worst, ...]:
-    largest = done["largest"].values[:, -1]
+    largest = done["largest"].values[:, TAUGHT]
     order = [int(k) for k in np.argsort(-np.nan_to_num(largest, nan=-1.0))[:_WORST] if np.isfinite(largest[k])]
     names = [str(name) for name in done["quantity"].values]
     rows = done["values"].values

@@ -1,8 +1,8 @@
 """Where a study's results are while it runs: a Zarr store, a chunk a task, that knows which machines are done.
 
 The whole of it is laid out first, empty. A task writes its own chunks and nobody else's, `done` last; a file of a chunk
-is written beside its place and moved into it. So whatever is stopped, and however, has lost the tasks that were not done,
-and they give the same again.
+is written beside its place and moved into it. So whatever is stopped, and however, has lost the tasks that were not
+done, and they give the same again.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from ramsight.errors import OutputError, RamsightError
 from ramsight.output.atomic import one_line
-from ramsight.study.datasheet.measuring import AFTER, AGE, AGES, COUNTS, EDGES, PLACES, SHAPES, UNITS
+from ramsight.study.datasheet.measuring import AGE, AGES, COUNTS, EDGES, GROUPS, PLACES, SHAPES, UNITS
 from ramsight.study.datasheet.needs import needs
 
 if TYPE_CHECKING:
@@ -126,7 +126,7 @@ class Store:
                 attributes={"units": UNITS.get(name, "1")},
             )
         coordinates = {
-            "bin": EDGES[1:], "age": (np.arange(AGES) + 0.5) * AGE, "references": np.array(AFTER, dtype=np.int64),
+            "bin": EDGES[1:], "age": (np.arange(AGES) + 0.5) * AGE,
             "place": (np.arange(PLACES) + 0.5) / PLACES, "moment_time": layout.moments,
         }  # fmt: skip
         for name, values in coordinates.items():
@@ -179,10 +179,14 @@ class Store:
             for name, (_, dims, _) in self._layout.arrays.items():
                 array = self._group[name]
                 data[name] = ((_MACHINE, *dims), np.asarray(array[:])[done], dict(array.attrs))
-            names = ("bin", "age", "references", "place", "moment_time")
+            names = ("bin", "age", "place", "moment_time")
             coordinates = {name: (name, np.asarray(self._group[name][:])) for name in names}
         attributes = {"format": FORMAT, "kind": "study", "study": json.dumps(_plain(self._layout.study))}
-        whole = xarray.Dataset(data, {"machine": done, "quantity": list(self._layout.names), **coordinates}, attributes)
+        whole = xarray.Dataset(
+            data,
+            {"machine": done, "quantity": list(self._layout.names), "group": list(GROUPS), **coordinates},
+            attributes,
+        )
         return whole.drop_vars("done").assign_coords(quantity_units=("quantity", list(self._layout.units)))
 
 

@@ -235,7 +235,7 @@ def runs(bench: Bench, order: Order, rows: Sequence[int]) -> list[Run | Outcome]
 
 
 def _usual(bench: Bench) -> float:
-    """The oil temperature of a study in X °C, or what is nearest to it of the oil's data."""
+    """The oil temperature where it does not vary [K]: 40 °C, or what is nearest to that of the oil's data."""
     least, most = bench.sheet.oil.temperatures
     return min(max(313.15, least), most)
 
