@@ -118,8 +118,8 @@ class Study:
             progress: show a bar on a terminal if it takes long.
 
         Returns:
-            Over `machine`: `largest`, `p95` [m], `samples` and more over `group` (of errors: by how many references came
-            before), the `values` that were drawn, over `quantity` [SI], and what the sheet is made of.
+            Over `machine`: `largest`, `p95` [m], `samples` and more over `group` (of errors, by how many references
+            came before), the `values` that were drawn, over `quantity` [SI], and what the sheet is made of.
 
         Raises:
             RamsightError: the store is another study's, cannot be written, or a cluster is lost; nothing that was done

@@ -14,9 +14,10 @@ from ramsight.machine.declare import Part, Quantity, declaration, explain
 from ramsight.machine.description import Composed, DirectDriven, Machine, Unit
 from ramsight.machine.linkage import Linkage
 from ramsight.machine.placed import PLACED
-from ramsight.machine.tolerances import Tolerances
+from ramsight.machine.tolerances import EXAMPLES, KINDS, Tolerances
 
 _WIDTH = 118
+_PAIR = {"leakage-displacement": 0.5}
 _FIRST = ("kind", "inlet", "outlet", "pilot", "node")  # what says where a part is stands before its values
 _HEAD = """\
 Machine description for ramsight. Check it with: ramsight check FILE
@@ -30,7 +31,8 @@ and its tolerance, "127 mm ± 0.1 mm", which `ramsight datasheet` draws machines
 
 A part that names a model takes from the catalogue (ramsight catalog) what is commented out here.
 Write a value to override the catalogue's, or drop the model and write them all.
-What a sensor assumes is commented out too, with its defaults: write what you know better."""
+What a sensor assumes is commented out too, with its defaults: write what you know better.
+So are tolerances of whole kinds, with an example each, not a default."""
 
 
 def template(like: Machine | None = None, name: str = "my-machine") -> str:
@@ -81,6 +83,19 @@ def _unit_lines(name: str, unit: Unit) -> list[str]:
     for key, part in unit.assumptions:
         lines += ["", _comment(_first_sentence(part)), f"[units.{name}.assumptions.{key}]"]
         lines += _part_lines(part, defaults_off=True)
+    return [*lines, *_tolerance_lines(name, unit.tolerances)]
+
+
+def _tolerance_lines(name: str, given: Tolerances) -> list[str]:
+    lines = ["", _comment(_first_sentence(given)), f"[units.{name}.tolerances]"]
+    for key, field in Tolerances.model_fields.items():
+        text = getattr(given, key)
+        if key in KINDS:
+            words = f"{explain(field)}; {KINDS[key].range}"
+            lines.append(_line(key, text or EXAMPLES[KINDS[key].unit], words, off=text is None))
+        else:
+            pairs = ", ".join(f"{pair} = {value:g}" for pair, value in (text or _PAIR).items())
+            lines += [_comment(explain(field)), f"{'' if text else '# '}{key} = {{ {pairs} }}"]
     return lines
 
 

@@ -24,6 +24,11 @@ class Tolerated:
 
     of: Quantity
 
+    @property
+    def text(self) -> str:
+        """What it is, for people."""
+        return self.of.text
+
 
 def _factor(text: str, *, least: str = "0.05", most: str = "20") -> Tolerated:
     return Tolerated(quantity("1", text, least=least, most=most))
@@ -101,6 +106,17 @@ def _declared(field: FieldInfo) -> Quantity | None:
     return next((one.of for one in field.metadata if isinstance(one, Tolerated)), None)
 
 
+#: how a tolerance of each unit is written
+EXAMPLES = {
+    "1": "± 10 %",
+    "%": "± 1 %",
+    "mm": "± 1 mm",
+    "ms": "10 ms ± 10 ms",
+    "s": "30 s ± 20 s",
+    "N m": "0.5 N m ± 0.2 N m",
+    "delta_K": "5 K ± 2 K",
+    "degC": "40 degC ± 15 K",
+}
 #: what each of them is, by name
 KINDS: dict[str, Quantity] = {
     name: declared for name, field in Tolerances.model_fields.items() if (declared := _declared(field)) is not None

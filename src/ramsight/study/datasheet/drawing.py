@@ -41,8 +41,8 @@ def figures(found: xarray.Dataset, budget: Budget | None) -> dict[str, tuple[Fig
             ),
             "places": (
                 _places(done),
-                "Mean error at each place of the stroke after the third reference: middle machine, and what nine in ten "
-                "lie within, extending and retracting.",
+                "Mean error at each place of the stroke after the third reference: middle machine, and what nine in "
+                "ten lie within, extending and retracting.",
             ),
             "ageing": (
                 _ageing(done),

@@ -146,9 +146,9 @@ class Sheet:
                 )
         said = ", ".join(f"{name} {100.0 * share:.1f} %" for name, share in self.validity.items())
         lines.append(f"  status: {said}; ok but off by more than 4 std {100 * self.ok_but_wrong:.3f} %")
-        for one in self.recorded:
-            inside = all(after is None or after["inside"] for after in one["after"])
-            lines.append(f"  {one['log']}: {'inside' if inside else 'outside'} the sheet")
+        for held in self.recorded:
+            inside = all(after is None or after["inside"] for after in held["after"])
+            lines.append(f"  {held['log']}: {'inside' if inside else 'outside'} the sheet")
         return "\n".join(lines)
 
     def to_json(self) -> str:
