@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ramsight.api.machines import AnyMachine, load_machine, only_unit
 from ramsight.errors import DescriptionError
 from ramsight.progress import progress as progress_bar
-from ramsight.study.datasheet.budget import Budget, budget
+from ramsight.study.datasheet.budget import Budget, budget, check_base
 from ramsight.study.datasheet.duties import Work
 from ramsight.study.datasheet.goal import Way, way_to
 from ramsight.study.datasheet.plan import plan
@@ -145,10 +145,7 @@ class Study:
         Raises:
             DescriptionError: base is no power of two.
         """
-        if base < 0 or base & (base - 1):
-            raise DescriptionError(
-                "is no power of two", key=self._named("budget"), value=base, allowed="0, 16, 32, 64, …"
-            )
+        check_base(base, self._named("budget"))
         machines = base * (len(self.plan.quantities) + 2)
         with progress_bar(machines, "error budget") if progress and base else nullcontext() as bar:
             advance = bar.advance if bar is not None else lambda machines: None
@@ -189,6 +186,17 @@ class Study:
         held = [held_against(sheet, self.plan.bench, Path(log), Path(truth)) for log, truth in recorded]
         return replace(sheet, recorded=tuple(held))
 
+    def goal_of(self, goal: Quantity) -> float:
+        """A goal as it is given, in m.
+
+        Args:
+            goal: [m], or ``"2 mm"``.
+
+        Raises:
+            DescriptionError: it cannot be read or is out of range.
+        """
+        return argument(goal, "m", self._named("goal"), least="0.01 mm", most="1 m")
+
     def way_to(self, goal: Quantity, client: Any = None, *, progress: bool = False) -> Way:
         """The cheapest measures that bring the 95 % error after the third reference to a goal.
 
@@ -200,7 +208,7 @@ class Study:
         Raises:
             DescriptionError: the goal cannot be read or is out of range.
         """
-        wanted = argument(goal, "m", self._named("goal"), least="0.01 mm", most="1 m")
+        wanted = self.goal_of(goal)
         with progress_bar(0, "trying measures") if progress else nullcontext() as bar:
             advance = bar.advance if bar is not None else lambda machines: None
             return way_to(wanted, self.machine, self.plan, client=client, advance=advance)

@@ -61,6 +61,7 @@ def datasheet(
     from ramsight.api.studying import Study
     from ramsight.errors import DescriptionError
     from ramsight.output import check_folder
+    from ramsight.study.datasheet.budget import check_base
     from ramsight.study.datasheet.cluster import cluster as cluster_at
     from ramsight.study.datasheet.writing import FILES, goal_text, write_sheet
 
@@ -74,11 +75,13 @@ def datasheet(
         machine, duty, sensor, unit=unit, vary=_tolerances(vary or []), n=machines, seed=seed, method=method,
         duration=duration, visit_every=visit_every, named=lambda name: option("machines" if name == "n" else name),
     )  # fmt: skip
+    check_base(budget, "--budget")
+    wanted = None if goal is None else study.goal_of(goal)
     out.mkdir(exist_ok=True)
     with cluster_at(cluster) if cluster is not None else nullcontext() as client:
         found = study.run(out / "machines.zarr", client, progress=True)
         split = study.budget(budget, out / "budget.zarr", client, progress=True)
-        way = None if goal is None else study.way_to(goal, client, progress=True)
+        way = None if wanted is None else study.way_to(wanted, client, progress=True)
     sheet = study.datasheet(found, split, list(zip(logs, truths, strict=True)))
     title = f"{study.machine.title or study.machine.name}, {unit}"
     write_sheet(sheet, found, out, title, way)

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.errors import DescriptionError
 from ramsight.study.datasheet.linear import Linear, linear_budget, nominal_run
 from ramsight.study.datasheet.measuring import SETTLED, TAUGHT, Track
 from ramsight.study.datasheet.plan import Plan
@@ -75,6 +76,20 @@ class Budget:
         data["linear"] = ("quantity", self.linear.rms, {"units": "m"})
         attributes = {"kind": "error budget", "moments": self.moments}
         return xarray.Dataset(data, {"quantity": list(self.names)}, attributes)
+
+
+def check_base(base: int, named: str = "base") -> None:
+    """Refuse a number of base points that Sobol's indices cannot be made of.
+
+    Args:
+        base: how many; 0 for none.
+        named: what messages call it.
+
+    Raises:
+        DescriptionError: it is no power of two.
+    """
+    if base < 0 or base & (base - 1):
+        raise DescriptionError("is no power of two", key=named, value=base, allowed="0, 16, 32, 64, …")
 
 
 def budget_plan(plan: Plan, base: int) -> Plan:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
@@ -88,8 +89,8 @@ def run_on(client: Any, plan: Plan, store: Store, advance: Callable[[int], objec
 
     threads = max(sum(client.nthreads().values()), 1)
     try:
-        first = [submit(rows) for _, rows in zip(range(_AHEAD * threads), tasks, strict=False)]
-        running = distributed.as_completed(first)
+        first: list[Any] = [submit(rows) for _, rows in zip(range(_AHEAD * threads), tasks, strict=False)]
+        running = distributed.as_completed(first, loop=client.loop)
         for future in running:
             rows, found = future.result()
             if found is not None:
@@ -98,9 +99,9 @@ def run_on(client: Any, plan: Plan, store: Store, advance: Callable[[int], objec
             future.release()
             if (more := next(tasks, None)) is not None:
                 running.add(submit(more))
-    except (RamsightError, KeyboardInterrupt):
+    except RamsightError:
         raise
-    except Exception as error:  # the library has a dozen kinds for what became of a cluster
+    except (OSError, CancelledError, distributed.KilledWorker) as error:
         text = "the cluster was lost; what is done is in the store, run the same again to go on"
         raise ClusterError(f"{text} ({type(error).__name__}: {one_line(error)})") from None
 
