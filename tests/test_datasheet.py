@@ -356,7 +356,9 @@ def test_what_is_not_installed_is_said(monkeypatch):
 def test_a_cluster_gives_the_same_as_this_process(study, found, tmp_path):
     distributed = pytest.importorskip("distributed")
     with (
-        distributed.LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None) as here,
+        distributed.LocalCluster(
+            n_workers=1, threads_per_worker=1, processes=False, dashboard_address="127.0.0.1:0"
+        ) as here,
         distributed.Client(here, set_as_default=False) as client,
     ):
         done = []

@@ -51,7 +51,11 @@ def cluster(address: str, workers: int | None = None) -> Iterator[Any]:
         if address == "local":
             count = workers or len(os.sched_getaffinity(0))
             here = distributed.LocalCluster(
-                n_workers=count, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs="CRITICAL"
+                n_workers=count,
+                threads_per_worker=1,
+                processes=True,
+                dashboard_address="127.0.0.1:0",
+                silence_logs="CRITICAL",
             )
         client = distributed.Client(here or address, timeout=_PATIENCE, set_as_default=False)
     except (OSError, ValueError, RuntimeError) as error:
