@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -151,8 +151,12 @@ class Sheet:
             lines.append(f"  {held['log']}: {'inside' if inside else 'outside'} the sheet")
         return "\n".join(lines)
 
-    def to_json(self) -> str:
-        """All of it, in SI; what is not known is null."""
+    def to_json(self, more: Mapping[str, Any] | None = None) -> str:
+        """All of it, in SI; what is not known is null.
+
+        Args:
+            more: further entries.
+        """
         content: dict[str, Any] = {
             "format": 1,
             "kind": "data sheet",
@@ -173,6 +177,7 @@ class Sheet:
             "worst": [asdict(one) for one in self.worst],
             "recorded": list(self.recorded),
             "budget": None if self.budget is None else _budget(self.budget),
+            **(more or {}),
         }
         return json.dumps(_finite(content), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -33,8 +34,9 @@ def write_sheet(sheet: Sheet, found: xarray.Dataset, out: Path, title: str, way:
         OutputError: it cannot be written.
     """
     page = sheet_page(sheet, title, figures(found, sheet.budget), [] if way is None else _goal(way))
+    numbers = {} if way is None else {"goal": asdict(way)}
     with whole_folder(out, last=FILES[0]) as draft:
-        for name, text in zip(FILES, (page, sheet.to_json(), sheet.to_toml()), strict=True):
+        for name, text in zip(FILES, (page, sheet.to_json(numbers), sheet.to_toml()), strict=True):
             (draft / name).write_text(text, encoding="utf-8")
 
 
