@@ -78,10 +78,11 @@ def budget(sheet: dict[str, Any]) -> list[str]:
 
 def trials(sheet: dict[str, Any]) -> list[str]:
     """What was tried for a goal, and what was found."""
-    rows = ["| what was done | effort | 95 % error [mm] | machines |", "|---|---|---|---|"]
+    rows = ["| what was done | effort | 95 % error [mm] | machines (seed) |", "|---|---|---|---|"]
     for one in sheet["goal"]["trials"]:
         done = " and ".join(one["measures"]) or "nothing"
-        rows.append(f"| {done} | {one['effort']} | {1e3 * one['reached']:.2f} | {one['machines']} |")
+        value, low, high = (f"{1e3 * one['known'][key]:.2f}" for key in ("value", "low", "high"))
+        rows.append(f"| {done} | {one['effort']} | {value} ({low} to {high}) | {one['machines']} ({one['seed']}) |")
     return rows
 
 

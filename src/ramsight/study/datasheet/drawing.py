@@ -141,7 +141,7 @@ def _ageing(done: xarray.Dataset) -> Figure:
     axes.set(ylim=(0.0, None), xlim=(0.0, None))
     axes.set_xlabel("time since the last reference [s]")
     axes.set_ylabel("error [mm]")
-    axes.legend(loc="upper left")
+    axes.legend(loc="best")
     return figure
 
 

@@ -11,7 +11,8 @@ from ramsight.machine.description import Machine
 from ramsight.study.datasheet.plan import Plan
 from ramsight.study.datasheet.quantities import varied
 from ramsight.study.datasheet.running import run
-from ramsight.study.datasheet.sheet import Accuracy, data_sheet
+from ramsight.study.datasheet.sheet import data_sheet
+from ramsight.study.datasheet.statistics import Known
 
 _TRIED = 256  # machines of a trial
 _HOPE = 1.15  # times the goal, up to which a combination that is only estimated is tried
@@ -66,14 +67,21 @@ class Trial:
     Args:
         measures: by their names.
         effort: of all of them.
-        reached: 95 % error after the third reference, of all machines [m].
+        known: 95 % error after the third reference, of all machines, with its interval [m].
         machines: that it rests on.
+        seed: of these machines; another one for those that no trial had.
     """
 
     measures: tuple[str, ...]
     effort: int
-    reached: float
+    known: Known
     machines: int
+    seed: int
+
+    @property
+    def reached(self) -> float:
+        """The 95 % error [m]."""
+        return self.known.value
 
 
 @dataclass(frozen=True)
@@ -111,7 +119,7 @@ def way_to(
         other = with_measures(machine, study, measures, seed)
         found = run(other, None, client=client, advance=advance)
         names, effort = tuple(one.name for one in measures), sum(one.effort for one in measures)
-        return Trial(names, effort, _error(data_sheet(other, found).best), other.count)
+        return Trial(names, effort, data_sheet(other, found).best.quantiles[1], other.count, seed)
 
     trials = [tried((), study.seed)]
     if trials[0].reached <= goal:
@@ -154,7 +162,3 @@ def with_measures(machine: Machine, study: Plan, measures: tuple[Measure, ...], 
             if one.name in measure.tolerances and one.name in held and one.spread.std < held[one.name].spread.std:
                 held[one.name] = replace(one, source=measure.name)
     return replace(study, work=work, quantities=tuple(held.values()), count=min(_TRIED, study.count), seed=seed)
-
-
-def _error(accuracy: Accuracy) -> float:
-    return accuracy.quantiles[1].value

@@ -17,6 +17,7 @@ from ramsight.errors import SimulationError
 from ramsight.plant.circuit import parameter_values
 from ramsight.sensor.virtual_sensor import VirtualSensor
 from ramsight.study.datasheet.drawn import draw
+from ramsight.study.datasheet.measuring import UNUSABLE
 from ramsight.study.datasheet.quantities import Varied
 from ramsight.study.datasheet.working import Bench, Order, Run, runs, work_through
 
@@ -39,7 +40,8 @@ class Linear:
 
     Attributes:
         names: of what varies.
-        effect: of one standard deviation of each on the error at each moment [m], shape (quantities, moments).
+        effect: of one standard deviation of each on the error at each moment [m], shape (quantities, moments); NaN
+            where the sensor calls one of the two positions invalid that it is the difference of.
     """
 
     names: tuple[str, ...]
@@ -48,8 +50,9 @@ class Linear:
     @property
     def rms(self) -> Array:
         """Root of the mean square over the moments, of each quantity [m]."""
-        found: Array = np.sqrt(np.mean(self.effect**2, axis=1))
-        return found
+        known = np.isfinite(self.effect)
+        square = np.where(known, self.effect, 0.0) ** 2
+        return np.asarray(np.sqrt(square.sum(axis=1) / np.maximum(known.sum(axis=1), 1)))
 
     @property
     def shares(self) -> Array:
@@ -155,7 +158,8 @@ def _estimate(
     else:
         sensor, sign = _believing(bench, {**_centred(centres), name: value}), -1.0
     track = run.track(bench, sensor)
-    return np.asarray(sign * np.interp(moments, track.time, track.position))
+    position = np.where(track.status < UNUSABLE, track.position, np.nan)
+    return np.asarray(sign * position[np.clip(np.searchsorted(track.time, moments), 0, len(position) - 1)])
 
 
 def _centred(centres: dict[str, float]) -> dict[str, float]:

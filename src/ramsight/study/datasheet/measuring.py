@@ -29,7 +29,7 @@ PLACES, AGES, AGE = 10, 12, 10.0
 NORMAL_95 = 1.96
 SETTLED = 1.0  # s after a stop was reached, from when an error counts as one after that reference
 _MOVES = 1e-3  # m/s
-_UNUSABLE = 20  # statuses from here on are "not referenced" and "invalid": there is no position to be wrong
+UNUSABLE = 20  # statuses from here on are "not referenced" and "invalid": there is no position to be wrong
 
 SHAPES: Mapping[str, tuple[tuple[str, int], ...]] = {
     "errors": (("group", len(GROUPS)), ("bin", len(EDGES) - 1)),
@@ -89,7 +89,7 @@ def measures(track: Track) -> dict[str, Array | float]:
         track: of a sensor that was told where it is at first.
     """
     time, visits = track.time, track.visits
-    known = track.status < _UNUSABLE
+    known = track.status < UNUSABLE
     error = track.position - track.true
     size = np.abs(error)
     came = np.searchsorted(visits + SETTLED, time, side="right")  # references before each sample

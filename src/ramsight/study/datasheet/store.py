@@ -82,7 +82,7 @@ class Store:
 
     def __init__(self, path: Path | None, layout: Layout, count: int) -> None:
         self.path, self._layout = path, layout
-        with _said(path):
+        with _read(path):
             self._group = self._opened(count)
 
     def _opened(self, count: int) -> Any:
@@ -145,7 +145,7 @@ class Store:
     @property
     def done(self) -> NDArray[np.bool_]:
         """Which machines are done, shape (machines,)."""
-        with _said(self.path):
+        with _read(self.path):
             return np.asarray(self._group["done"][:]).astype(bool)
 
     def tasks(self, count: int) -> Iterator[range]:
@@ -173,7 +173,7 @@ class Store:
         """What is there of the first machines, those that are done, over `machine`."""
         import xarray
 
-        with _said(self.path):
+        with _read(self.path):
             done = np.flatnonzero(self.done[:count])
             data: dict[str, Any] = {}
             for name, (_, dims, _) in self._layout.arrays.items():
@@ -217,13 +217,19 @@ def _difference(there: Any, wanted: Mapping[str, Any]) -> str:
 
 
 @contextmanager
+def _read(path: Path | None) -> Iterator[None]:
+    """The same, and what zarr has to say of a store that is damaged."""
+    try:
+        with _said(path):
+            yield
+    except (ValueError, KeyError, TypeError) as error:
+        raise StoreError(f"{one_line(path)}: cannot be read: {one_line(error)}; remove it") from error
+
+
+@contextmanager
 def _said(path: Path | None) -> Iterator[None]:
     """Whatever the disk has to say, in one line."""
     try:
         yield
     except OSError as error:
         raise OutputError(f"{one_line(path)}: cannot be written: {one_line(error.strerror or error)}") from error
-    except RamsightError:
-        raise
-    except (ValueError, KeyError, TypeError) as error:  # what zarr says of a store that is damaged
-        raise StoreError(f"{one_line(path)}: cannot be read: {one_line(error)}") from error

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from ramsight.output import whole_folder
 from ramsight.study.datasheet.drawing import figures
-from ramsight.study.datasheet.goal import Way
-from ramsight.study.datasheet.page import sheet_page
+from ramsight.study.datasheet.goal import Trial, Way
+from ramsight.study.datasheet.page import sheet_page, shown
 from ramsight.study.datasheet.sheet import Sheet
 from ramsight.study.page import row, table
 
@@ -56,12 +56,16 @@ def _named(measures: tuple[str, ...]) -> str:
     return " and ".join(measures) if measures else "nothing done"
 
 
+def _machines(trial: Trial) -> str:
+    return f"{trial.machines} ({trial.seed})"
+
+
 def _goal(way: Way) -> list[str]:
     rows = (
-        row((_named(one.measures), str(one.effort), f"{1e3 * one.reached:.3g}", str(one.machines)))
+        row((_named(one.measures), str(one.effort), shown(one.known, "m", with_unit=False), _machines(one)))
         for one in way.trials
     )
-    head = ("what was done", "effort", "95 % error [mm]", "machines")
+    head = ("what was done", "effort", "95 % error [mm]", "machines (seed)")
     note = "After the third reference, all machines together; in the order in which it was tried"
     text = f"<p>{escape(goal_text(way))}.</p>"
     return [f"<h2>What it takes to reach {1e3 * way.goal:g} mm</h2>", text, table(note, head, rows, "numbers")]
