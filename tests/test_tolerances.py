@@ -126,6 +126,13 @@ def test_what_varies_is_what_is_said_and_else_a_marked_default():
         varied(described, "boom", {"leakge": "± 5 %"})
 
 
+def test_a_kind_with_its_value_and_its_source_is_one_tolerance():
+    text = 'oil_temperature = { value = "45 degC ± 10 K", source = "log" }'
+    found = {one.name: one for one in varied(with_tolerances(text), "boom")}
+    oil = found["oil_temperature"]
+    assert (oil.spread.centre, oil.spread.half, oil.source) == (318.15, 10.0, "log")
+
+
 def test_every_default_can_be_read_and_covers_name_values_that_exist():
     unit = machine.load("mining-loader").unit("boom")
     for name in KINDS:

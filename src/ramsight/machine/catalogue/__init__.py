@@ -178,7 +178,7 @@ def split_tolerances(data: Mapping[str, Any], file: str, path: str = "") -> tupl
         elif isinstance(item, dict):
             given, inner = split_tolerances(item, file, where)
             value = given.get("value")
-            if isinstance(value, str) and has_spread(value):
+            if isinstance(value, str) and has_spread(value) and not _of_a_kind(where):
                 given["value"], inner[where] = halves(value)
             plain[key] = given
             tolerances.update(inner)
