@@ -121,7 +121,7 @@ EXAMPLES = {
 KINDS: dict[str, Quantity] = {
     name: declared for name, field in Tolerances.model_fields.items() if (declared := _declared(field)) is not None
 }
-#: the value of those that are relative to the description: 1 of a factor, 0 of what something is off by
+#: the value of those that are relative to the description, 1 of a factor and 0 of what something is off by
 CENTRES: dict[str, float] = {
     name: 1.0 if declared.unit == "1" else 0.0
     for name, declared in KINDS.items()
