@@ -108,7 +108,7 @@ def value_at(share: Array, spread: Spread) -> Array:
 
     Example:
         >>> wide = Spread(1.0, 0.2, "triangular", least=0.9)
-        >>> value_at(np.array([0.0, 1.0]), wide).round(9).tolist()
+        >>> value_at(np.array([0.0, 1.0]), wide).round(6).tolist()
         [0.9, 1.2]
     """
     low, high = spread.ends
