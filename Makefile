@@ -53,6 +53,7 @@ lint: $(INSTALLED)
 bench: $(INSTALLED)
 	$(BIN)/python bench/run.py --out bench.json
 	$(BIN)/python bench/exported.py --out bench.json
+	$(BIN)/python bench/studies.py --out bench.json
 	$(BIN)/python bench/figures.py bench.json docs/images
 
 study: $(INSTALLED)

@@ -50,10 +50,11 @@ maximum_signature_line_length = 100
 nitpicky = True
 nitpick_ignore_regex = [
     ("py:.*", r"(abc|ca|casadi|collections|enum|np|numpy|pathlib|pydantic|threading|typing|xarray)\..*"),
-    ("py:.*", r"Advance|AnyMap|AnyUnit|Array|ArrayLike|Loads|Figure|Path|BaseModel"),
+    ("py:.*", r"Advance|AnyMachine|AnyMap|AnyUnit|Array|ArrayLike|Loads|Figure|Path|BaseModel"),
     ("py:.*", r"ramsight\.(machine\.catalogue\.Entry|plant\.as_built\.U)"),
     ("py:.*", r"ramsight\.(engine|equation|plant\.(circuit|oil|linkage))\..*|CircuitModel"),
     ("py:.*", r"Listener|ParameterFile|Persistence"),
+    ("py:.*", r"Plan|ramsight\.study\.datasheet\.(plan|quantities|working)\..*"),
 ]
 
 html_theme = "furo"

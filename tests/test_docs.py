@@ -112,6 +112,32 @@ def test_the_page_of_the_control_quotes_the_study_and_its_python_runs(monkeypatc
     assert names["loop"].now.position["ram"] == pytest.approx(0.05, abs=4e-3)
 
 
+def test_the_page_of_studies_quotes_its_sheets_and_the_benchmark(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "evaluation")
+    sheets = importlib.import_module("datasheets")
+    page = (ROOT / "docs" / "studies.md").read_text()
+    for name, rows in sheets.tables().items():
+        assert "\n".join(rows) in page, name
+    for name, sheet in sheets.found().items():
+        assert all(after is None or after["inside"] for one in sheet["recorded"] for after in one["after"]), name
+        text = (ROOT / "docs" / "sheets" / f"{name}.html").read_text()
+        assert f"{sheet['machines']} machines drawn from their tolerances" in text
+        assert "http" not in text.replace("http://www.w3.org", "")
+    bench = json.loads((ROOT / "bench.json").read_text())
+    parts = bench["study_ms_of_a_machine"]
+    for quoted in (
+        f"{sum(parts.values()):.0f} ms",
+        f"{parts['simulated']:.0f} ms",
+        f"{parts['tracked'] + parts['tracked_untold']:.0f} ms",
+        f"{bench['study_machines_per_s']:.1f} machines a second",
+        f"{bench['study_dask_machines_per_s']:.1f} on Dask",
+        f"{bench['study_dask_scaling']:.2f} times",
+        f"{bench['study_peak_mib']:.0f} MiB",
+        f"{bench['study_store_bytes_per_machine'] / 1000:.1f} kB",
+    ):
+        assert quoted in page, quoted
+
+
 def test_the_page_of_reliability_quotes_the_fuzzing(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "fuzz")
     page = importlib.import_module("page")

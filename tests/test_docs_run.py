@@ -21,7 +21,12 @@ FENCE = re.compile(r"^```(\w*)\n(.*?)^```", flags=re.DOTALL | re.MULTILINE)
 
 OF_THE_SYSTEM = {"make", "source", "pip", "ip", "chrt", "cc", "cat", "cd"}
 """Commands that are not ramsight's; of `chrt` and its like what they start is looked at all the same."""
-ONLY_PARSED = {"encoder": "needs a bus", "paper": "has a test of its own", "loader": "has a test of its own"}
+ONLY_PARSED = {
+    "encoder": "needs a bus",
+    "datasheet": "has a test of its own",
+    "paper": "has a test of its own",
+    "loader": "has a test of its own",
+}
 ASKS_FOR = {
     "log.csv.gz": "boom_asbuilt1_leaktest.csv.gz",
     "position.csv": "boom_asbuilt1_leaktest_truth.csv.gz",

@@ -11,7 +11,7 @@ import pytest
 from ramsight import machine
 from ramsight.duty import Duty, Profile, lift_lower
 from ramsight.duty.profile import constant
-from ramsight.engine.batch import Job, batches
+from ramsight.engine.batch import Job, batches, sampled
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import integrate
 from ramsight.plant.build import build as build_any
@@ -44,6 +44,18 @@ def test_a_batch_gives_what_single_runs_give(count, threads):
         np.testing.assert_allclose(found.most[k], alone.step_state.max(axis=0), rtol=1e-12, atol=1e-15)
         np.testing.assert_allclose(found.least[k], alone.step_state.min(axis=0), rtol=1e-12, atol=1e-15)
         assert (found.accepted[k], found.rejected[k]) == (alone.accepted, alone.rejected)
+
+
+def test_samples_of_runs_side_by_side_are_those_of_single_runs():
+    runs = list(jobs(11))
+    found = sampled(MODEL.ode, runs, 0.02)
+    assert found.outcome == [Outcome.DONE] * len(runs)
+    for k in (0, 7, 10):
+        alone = integrate(MODEL.ode, runs[k].initial, runs[k].segments, found.time[k])
+        assert found.time[k][-1] <= runs[k].segments.end[-1] + 1e-9 < found.time[k][-1] + 0.02
+        np.testing.assert_allclose(found.state[k], alone.state, rtol=1e-12, atol=1e-15)
+    few = sampled(MODEL.ode, runs[6:8], 0.02)
+    np.testing.assert_array_equal(few.state[1], found.state[7])  # to the last bit, whatever is beside it
 
 
 def test_runs_may_differ_in_corners_and_temperature():

@@ -37,7 +37,7 @@ DOOR = "__init__"
 ENGINE_LIBRARIES = {"numpy", "numba", "llvmlite", "casadi"}
 HEAVY = [
     "numpy", "casadi", "numba", "llvmlite", "xarray", "pint", "matplotlib", "scipy", "pandas", "pyarrow", "h5py",
-    "h5netcdf", "asammdf", "can", "canopen", "cantools", "fmpy",
+    "h5netcdf", "asammdf", "can", "canopen", "cantools", "fmpy", "zarr", "SALib", "dask", "distributed",
 ]  # fmt: skip
 
 

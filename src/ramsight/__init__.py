@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from ramsight.api.plotting import plot
     from ramsight.api.simulating import drive_report, simulate
     from ramsight.api.simulating_many import simulate_many
+    from ramsight.api.studying import Study
     from ramsight.api.tracking import open_log, read_log, sensor_for, track
     from ramsight.calibration.identify_record import IdentifyError
     from ramsight.calibration.leakage import LeakTestError
@@ -66,6 +67,7 @@ __all__ = [
     "SimulationError",
     "StartError",
     "Status",
+    "Study",
     "UnknownNameError",
     "__version__",
     "build",
@@ -100,6 +102,7 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
         "api.plotting": ("plot",),
         "api.simulating": ("drive_report", "simulate"),
         "api.simulating_many": ("simulate_many",),
+        "api.studying": ("Study",),
         "api.tracking": ("open_log", "read_log", "sensor_for", "track"),
         "calibration.identify_record": ("IdentifyError",),
         "calibration.leakage": ("LeakTestError",),

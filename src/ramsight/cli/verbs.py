@@ -10,6 +10,7 @@ from ramsight.cli import (
     bus,
     calibration,
     commissioning,
+    datasheets,
     demonstration,
     exporting,
     machines,
@@ -54,6 +55,7 @@ for verb in (
     calibration.identify,
     commissioning.commission,
     studies.loader,
+    datasheets.datasheet,
     bus.encoder,
 ):
     app.command()(verb)

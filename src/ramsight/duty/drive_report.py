@@ -90,6 +90,24 @@ class DriveReport:
     magnets: Magnets | None = None
     seed: int = 0
 
+    def of(
+        self, speed: NDArray[np.float64], torque: NDArray[np.float64], temperature: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Reported motor speed [rad/s], torque [N m] and oil temperature [K] of true ones, each (samples,)."""
+        random = np.random.default_rng(self.seed)
+        torque = self.torque_gain * torque + self.torque_noise * random.standard_normal(len(torque))
+        temperature = temperature + self.temperature_offset
+        temperature = temperature + self.temperature_noise * random.standard_normal(len(temperature))
+        return (
+            _rounded(speed, self.speed_step),
+            _rounded(torque, self.torque_step),
+            _rounded(temperature - 273.15, self.temperature_step) + 273.15,
+        )
+
+
+def _rounded(values: NDArray[np.float64], step: float) -> NDArray[np.float64]:
+    return np.round(values / step) * step if step > 0.0 else values
+
 
 def report(run: xarray.Dataset, how: DriveReport | None = None) -> xarray.Dataset:
     """The drive log of a simulated run.
@@ -103,23 +121,15 @@ def report(run: xarray.Dataset, how: DriveReport | None = None) -> xarray.Datase
         circuit's parts, and the link's angle, if there are any.
     """
     how = how or DriveReport()
-    random = np.random.default_rng(how.seed)
-    count = run.sizes["time"]
-
-    def rounded(values: NDArray[np.float64], step: float) -> NDArray[np.float64]:
-        return np.round(values / step) * step if step > 0.0 else values
-
-    gain: float | NDArray[np.float64] = how.torque_gain
+    names = ("motor_speed", "motor_torque", "oil_temperature")
+    speed, torque, temperature = (run[name].values for name in names)
     if how.magnets is not None:
-        gain = gain * how.magnets.gain(run["time"].values, run["motor_torque"].values)
-    torque = gain * run["motor_torque"].values + how.torque_noise * random.standard_normal(count)
-    warmth = run["oil_temperature"].values + how.temperature_offset
-    temperature = warmth + how.temperature_noise * random.standard_normal(count)
+        torque = how.magnets.gain(run["time"].values, torque) * torque
+    reported = how.of(speed, torque, temperature)
     commands = [name for name in run if is_command(str(name))]
-    log = run[["motor_speed", "motor_torque", "oil_temperature", *commands]].copy(deep=True)
-    log["motor_speed"].values[:] = rounded(run["motor_speed"].values, how.speed_step)
-    log["motor_torque"].values[:] = rounded(torque, how.torque_step)
-    log["oil_temperature"].values[:] = rounded(temperature - 273.15, how.temperature_step) + 273.15
+    log = run[[*names, *commands]].copy(deep=True)
+    for name, values in zip(names, reported, strict=True):
+        log[name].values[:] = values
     if how.link is not None:
         angle = how.link.reported(run["time"].values, run["position"].values)
         log[LINK_ANGLE.name] = ("time", angle, {"units": LINK_ANGLE.units, "long_name": LINK_ANGLE.long_name})

@@ -98,11 +98,69 @@ def batches(
                 advance(len(chunk))
 
 
+@dataclass(frozen=True)
+class Sampled:
+    """Runs of a batch with their states over time, in the order of the jobs.
+
+    Attributes:
+        time: of the samples of each run [s], one array a run.
+        state: states at those times, shape (samples, states), one array a run.
+        outcome: how each ended; of a run that did not reach its end only what came before counts.
+        ended: when each ended [s], shape (runs,).
+    """
+
+    time: list[Array]
+    state: list[Array]
+    outcome: list[Outcome]
+    ended: Array
+
+
+def sampled(
+    model: OdeModel,
+    jobs: Sequence[Job],
+    period: float,
+    *,
+    rtol: float = DEFAULT_RTOL,
+    max_steps: int = DEFAULT_MAX_STEPS,
+) -> Sampled:
+    """Run jobs on one core, several side by side, and keep their states at equal distances of time.
+
+    All samples are in memory. What a run gives does not depend on the runs beside it.
+
+    Args:
+        model: the equations.
+        jobs: the runs.
+        period: distance of the samples [s].
+        rtol: relative tolerance.
+        max_steps: steps after which a run is given up.
+    """
+    loop = compile_lanes(model).integrate_lanes
+    atol = np.array([np.inf if s.integral else s.tolerance for s in model.states])
+    spans = [float(job.segments.end[-1] - job.segments.start[0]) for job in jobs]
+    counts = [int(np.floor(span / period + 1e-9)) + 1 for span in spans]
+    first = np.concatenate([[0], np.cumsum(counts)])
+    samples = np.empty((int(first[-1]), len(model.states)))
+    _, _, _, ended = _run(loop, jobs, rtol, atol, max_steps, period, first, samples)
+    return Sampled(
+        time=[job.segments.start[0] + period * np.arange(n) for job, n in zip(jobs, counts, strict=True)],
+        state=[samples[first[k] : first[k + 1]] for k in range(len(jobs))],
+        outcome=[_OUTCOMES[int(code)] for code in ended[:, 0]],
+        ended=ended[:, 3],
+    )
+
+
 _OUTCOMES = (Outcome.DONE, Outcome.TOO_MANY_STEPS, Outcome.STEP_TOO_SMALL)
 
 
 def _run(
-    loop: Callable[..., None], jobs: Sequence[Job], rtol: float, atol: Array, max_steps: int
+    loop: Callable[..., None],
+    jobs: Sequence[Job],
+    rtol: float,
+    atol: Array,
+    max_steps: int,
+    period: float = np.inf,
+    sample_of: NDArray[np.int64] | None = None,
+    samples: Array | None = None,
 ) -> tuple[Array, Array, Array, Array]:
     segments = [job.segments for job in jobs]
     counts = [len(s.start) for s in segments]
@@ -116,8 +174,10 @@ def _run(
     values, slopes = np.concatenate([s.value for s in segments]), np.concatenate([s.slope for s in segments])
     states = np.array([job.initial for job in jobs], dtype=np.float64)
     least, most, ended = np.empty_like(states), np.empty_like(states), np.zeros((len(jobs), 4))
+    rows = np.zeros(len(jobs) + 1, np.int64) if sample_of is None else sample_of
     loop(
         corners, values, slopes, np.ascontiguousarray(np.concatenate(parameters)), first, rtol, atol,
-        float(max_steps), states, least, most, ended,
+        float(max_steps), states, least, most, ended, period, rows,
+        np.empty((0, states.shape[1])) if samples is None else samples,
     )  # fmt: skip
     return states, least, most, ended

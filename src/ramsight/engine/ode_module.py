@@ -40,9 +40,17 @@ def compile_ode(model: OdeModel) -> CompiledModule:
 def compile_lanes(model: OdeModel) -> CompiledModule:
     """`integrate_lanes` of a model, for many runs at once."""
     functions, constants = pieces(model)
-    needed = {name: function for name, function in functions.items() if name not in {"outputs", "dense"}}
-    widths = {name: WIDTH for name in needed if name != "prepare"}
+    needed = {name: function for name, function in functions.items() if name != "outputs"}
+    widths = {name: WIDTH for name in needed if name not in {"prepare", "dense"}}
     return generated_module(needed, constants | {"W": WIDTH}, _loop(lanes, "FINISHED, TOO_MANY"), widths)
+
+
+@lru_cache(maxsize=64)
+def compile_outputs(model: OdeModel) -> CompiledModule:
+    """`sample_outputs` of a model alone, for who has its states already."""
+    functions, constants = pieces(model)
+    needed = {name: functions[name] for name in ("prepare", "outputs")}
+    return generated_module(needed, constants, _SAMPLE_OUTPUTS)
 
 
 def _loop(module: ModuleType, first: str) -> str:

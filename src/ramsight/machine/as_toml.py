@@ -22,10 +22,12 @@ def as_toml(machine: Machine, sources: Mapping[str, str]) -> Iterator[str]:
     tables: dict[str, list[str]] = {}
     for value in walk(machine):
         if value.given:
-            where, _, key = value.path.rpartition(".")
+            where, _, name = value.path.rpartition(".")
             source, text = sources.get(value.path), _written(value)
-            line = text if source is None else f"{{ value = {text}, source = {_quoted(source)} }}"
-            tables.setdefault(where, []).append(f"{key} = {line}")
+            beside = {"tolerance": machine.tolerance_text(value.path), "source": source}
+            more = "".join(f", {key} = {_quoted(said)}" for key, said in beside.items() if said is not None)
+            line = f"{{ value = {text}{more} }}" if more else text
+            tables.setdefault(where, []).append(f"{name} = {line}")
     for where, lines in tables.items():
         yield from ("", f"[{where}]") if where else ()
         yield from lines

@@ -239,7 +239,9 @@ def part_class(annotation: Any) -> type[Part] | None:
 def explain(field: FieldInfo) -> str:
     """Return what a field means, in words."""
     declared = declaration(field)
-    return declared.text if declared else field.description or ""
+    if declared is not None:
+        return declared.text
+    return field.description or next((one.text for one in field.metadata if hasattr(one, "text")), "")
 
 
 @dataclass(frozen=True)

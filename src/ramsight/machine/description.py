@@ -9,10 +9,10 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Discriminator, Field, PrivateAttr, Tag, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from ramsight.errors import UnknownNameError
+from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.machine import catalogue
 from ramsight.machine.assumptions import Assumptions
-from ramsight.machine.declare import Part, refuse
+from ramsight.machine.declare import Part, refuse, walk
 from ramsight.machine.efficiencies import read_efficiencies
 from ramsight.machine.linkage import Linkage
 from ramsight.machine.parts import (
@@ -29,6 +29,8 @@ from ramsight.machine.parts import (
     Tank,
 )
 from ramsight.machine.placed import AnyPlaced, PlacedHose, has_volume, nodes_of
+from ramsight.machine.spread import Spread, read_spread
+from ramsight.machine.tolerances import Tolerances
 
 #: the newest format of a description that this version reads
 FORMAT = 1
@@ -57,6 +59,7 @@ class Unit(Part):
     tank: Tank
     load: Load
     assumptions: Annotated[Assumptions, Field(description="what a sensor assumes of it")] = Assumptions()
+    tolerances: Annotated[Tolerances, Field(description="how far it may be from its description")] = Tolerances()
 
     @property
     def lift_sign(self) -> int:
@@ -228,6 +231,7 @@ class Machine(Part):
 
     _sources: dict[str, str] = PrivateAttr(default_factory=dict)
     _origin: str = PrivateAttr(default="")
+    _tolerances: dict[str, str] = PrivateAttr(default_factory=dict)
 
     @field_validator("units")
     @classmethod
@@ -248,6 +252,34 @@ class Machine(Part):
     def sources(self) -> Mapping[str, str]:
         """Where each value comes from, by dotted path, as far as the description says."""
         return self._sources
+
+    @property
+    def tolerances(self) -> Mapping[str, Spread]:
+        """Tolerances that stand beside values, by dotted path, in SI; those of a kind are a unit's `tolerances`.
+
+        Example:
+            >>> from ramsight import machine
+            >>> boom = machine.template().replace('bore = "127 mm"', 'bore = "127 mm ± 0.1 mm"')
+            >>> machine.loads(boom).tolerances["units.boom.cylinder.bore"].half
+            0.0001
+        """
+        values = {value.path: value for value in walk(self)} if self._tolerances else {}
+        found = {}
+        for path, text in self._tolerances.items():
+            value = values.get(path)
+            if value is None or value.declared is None or value.declared.whole:
+                raise DescriptionError("is no value that can have a tolerance", file=self.origin, key=path, value=text)
+            try:
+                found[path] = read_spread(text, value.declared, value.value)
+            except DescriptionError as error:
+                raise DescriptionError(
+                    error.message, file=self.origin, key=path, value=text, allowed=error.allowed
+                ) from None
+        return found
+
+    def tolerance_text(self, path: str) -> str | None:
+        """The tolerance beside a value as it is written; None if there is none."""
+        return self._tolerances.get(path)
 
     @property
     def origin(self) -> str:
@@ -294,4 +326,9 @@ class Machine(Part):
             if not any(path == key or path.startswith(f"{key}.") for key in changes)
         }
         copy._origin = self._origin
+        copy._tolerances = {
+            path: text
+            for path, text in self._tolerances.items()
+            if not any(path == key or path.startswith(f"{key}.") for key in changes)
+        }
         return copy

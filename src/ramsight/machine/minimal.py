@@ -12,6 +12,7 @@ from ramsight.machine.assumptions import Assumptions
 from ramsight.machine.declare import Part, declaration, explain
 from ramsight.machine.description import Composed, Machine, Unit, circuits
 from ramsight.machine.reading import load
+from ramsight.machine.tolerances import Tolerances
 
 _HEAD = """\
 # {name}: the values are those of {of}; replace them by yours, then: ramsight check FILE
@@ -82,9 +83,9 @@ def minimal(machine: Machine, name: str = "my-machine") -> str:
 
 
 def _parts(unit: Unit) -> Iterator[tuple[str, Part, Mapping[str, Any]]]:
-    """Path and part of everything but the assumptions, and what the circuit says of it."""
+    """Path and part of everything but assumptions and tolerances, and what the circuit says of it."""
     for key, value in unit:
-        if isinstance(value, Part) and not isinstance(value, Assumptions):
+        if isinstance(value, Part) and not isinstance(value, Assumptions | Tolerances):
             yield key, value, {}
     if isinstance(unit, Composed):
         named = {entry.name for entry in catalogue.entries() if entry.kind == "circuit"}

@@ -85,7 +85,8 @@ def from_catalogue(kind: str, name: str, **given: Any) -> Part:
 
 def _machine(data: dict[str, Any], file: str) -> Machine:
     _check_format(data, file)
-    plain, sources = catalogue.split_sources(data, file)
+    without, tolerances = catalogue.split_tolerances(data, file)
+    plain, sources = catalogue.split_sources(without, file)
     units = plain.get("units")
     if isinstance(units, dict):
         for name, unit in units.items():
@@ -99,7 +100,8 @@ def _machine(data: dict[str, Any], file: str) -> Machine:
                 units[name] = _resolve(unit, f"units.{name}", sources, file)
     machine = validate(Machine, plain, file=file, context=FROM_FILE)
     machine._sources = sources
-    machine._origin = file
+    machine._origin, machine._tolerances = file, tolerances
+    _ = machine.tolerances  # a tolerance that is none is refused here
     return machine
 
 

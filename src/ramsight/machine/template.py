@@ -14,8 +14,10 @@ from ramsight.machine.declare import Part, Quantity, declaration, explain, part_
 from ramsight.machine.description import Composed, DirectDriven, Machine, Unit
 from ramsight.machine.linkage import Linkage
 from ramsight.machine.placed import PLACED
+from ramsight.machine.tolerances import EXAMPLES, KINDS, Tolerances
 
 _WIDTH = 118
+_PAIR = {"leakage-displacement": 0.5}
 _FIRST = ("kind", "inlet", "outlet", "pilot", "node")  # what says where a part is stands before its values
 _HEAD = """\
 Machine description for ramsight. Check it with: ramsight check FILE
@@ -25,9 +27,12 @@ Beside each value stand its meaning and the allowed range. A value may carry its
 
     bore = { value = "127 mm", source = "drawing 4711" }
 
+and its tolerance, "127 mm ± 0.1 mm", which `ramsight datasheet` draws machines from.
+
 A part that names a model takes from the catalogue (ramsight catalog) what is commented out here.
 Write a value to override the catalogue's, or drop the model and write them all.
-What a sensor assumes is commented out too, with its defaults: write what you know better."""
+What a sensor assumes is commented out too, with its defaults: write what you know better.
+So are tolerances of whole kinds, with an example each, not a default."""
 
 
 def template(like: Machine | None = None, name: str = "my-machine") -> str:
@@ -72,7 +77,7 @@ def _unit_lines(name: str, unit: Unit) -> list[str]:
         if value is not None and not isinstance(value, Part | dict):
             lines.append(_line(key, value, _with_choices(field)))
     for key, part, given in tables:
-        if not isinstance(part, Assumptions):
+        if not isinstance(part, Assumptions | Tolerances):
             about = given or type(unit).model_fields[key].description or _first_sentence(part)
             lines += ["", _comment(about), f"[units.{name}.{key}]", *_part_lines(part)]
     for key, field in type(unit).model_fields.items():
@@ -81,6 +86,19 @@ def _unit_lines(name: str, unit: Unit) -> list[str]:
     for key, part in unit.assumptions:
         lines += ["", _comment(_first_sentence(part)), f"[units.{name}.assumptions.{key}]"]
         lines += _part_lines(part, defaults_off=True)
+    return [*lines, *_tolerance_lines(name, unit.tolerances)]
+
+
+def _tolerance_lines(name: str, given: Tolerances) -> list[str]:
+    lines = ["", _comment(_first_sentence(given)), f"[units.{name}.tolerances]"]
+    for key, field in Tolerances.model_fields.items():
+        text = getattr(given, key)
+        if key in KINDS:
+            words = f"{explain(field)}; {KINDS[key].range}"
+            lines.append(_line(key, text or EXAMPLES[KINDS[key].unit], words, off=text is None))
+        else:
+            pairs = ", ".join(f"{pair} = {value:g}" for pair, value in (text or _PAIR).items())
+            lines += [_comment(explain(field)), f"{'' if text else '# '}{key} = {{ {pairs} }}"]
     return lines
 
 

@@ -348,6 +348,27 @@ class Circuit:
         )
 
 
+def parameter_values(model: CircuitModel, oil: Oil, tank_pressure: float, parts: Sequence[Part]) -> NDArray[np.float64]:
+    """Values of a model's parameters for other parts of the same circuit, without making the equation anew.
+
+    Args:
+        model: of the circuit.
+        oil: the other oil.
+        tank_pressure: absolute [Pa].
+        parts: the other parts; their names and options are those of the model's.
+
+    Raises:
+        KeyError: a part has an option that the model's has not.
+    """
+    known = dict(zip(model.ode.parameters, model.values.tolist(), strict=True))
+    given = {f"{TANK}.pressure": tank_pressure}
+    for name, part in (("oil", oil), *((part.name, part) for part in parts)):
+        given |= {f"{name}.{key}": value for key, value in vars(part).items() if isinstance(value, float)}
+    if strange := given.keys() - known.keys():
+        raise KeyError(f"{min(strange)}: no parameter of {model.ode.name}")
+    return np.array(list((known | given).values()))
+
+
 def join(name: str, oil: Oil, tank_pressure: float, parts: Sequence[Part], *, audited: bool = False) -> CircuitModel:
     """Join parts at their nodes into one equation.
 

@@ -27,7 +27,7 @@ _SHADES = {
 """Name and colour of each validity that is not ok."""
 
 _LEAST = 1e-3  # mm; smaller errors stand there on the logarithmic scale
-_STYLE = {
+STYLE = {
     "font.size": 9,
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -58,7 +58,7 @@ def tracked_figure(
     """
     import matplotlib as mpl
 
-    with mpl.rc_context(_STYLE):  # type: ignore[arg-type]
+    with mpl.rc_context(STYLE):  # type: ignore[arg-type]
         save(draw_track(log, tracked, truth, title), path)
 
 
@@ -76,7 +76,7 @@ def draw_track(log: xarray.Dataset, tracked: xarray.Dataset, truth: xarray.Datas
 
     time, band = tracked["time"].values, 1e3 * TWO_SIDED_95 * tracked["position_std"].values
     has_band = bool(np.isfinite(band).any())  # the volume balance states none
-    with mpl.rc_context(_STYLE):  # type: ignore[arg-type]
+    with mpl.rc_context(STYLE):  # type: ignore[arg-type]
         heights = [2.4, *[1.2] * ((truth is not None) + has_band), 0.8, 0.8, 0.6]
         figure = Figure(figsize=(7.2, 1.2 + 1.05 * sum(heights)), layout="constrained")
         axes = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
@@ -125,7 +125,7 @@ def draw_run(run: xarray.Dataset, title: str) -> Figure:
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    with mpl.rc_context(_STYLE):  # type: ignore[arg-type]
+    with mpl.rc_context(STYLE):  # type: ignore[arg-type]
         figure = Figure(figsize=(7.2, 7.2), layout="constrained")
         axes = figure.subplots(5, 1, sharex=True, height_ratios=[2.2, 1.2, 0.9, 0.9, 0.7])
         axes[0].plot(run["time"], 1e3 * run["position"], color=TRUTH, lw=1.6)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ramsight.errors import DescriptionError, UnknownNameError
+from ramsight.machine.spread import halves, has_spread
 
 __all__ = ["Entry", "circuit", "entries", "find", "has", "read"]
 
@@ -147,6 +148,51 @@ def parse_toml(text: str, file: str) -> dict[str, Any]:
         raise DescriptionError(f"is not TOML: {words.strip()}", file=f"{file}, line {line}") from None
     except RecursionError:
         raise DescriptionError("is not TOML: nested too deeply", file=file) from None
+
+
+def split_tolerances(data: Mapping[str, Any], file: str, path: str = "") -> tuple[dict[str, Any], dict[str, str]]:
+    """Take ``"0.9 ± 0.02"`` and ``{ value = "0.9", tolerance = "± 0.02" }`` apart.
+
+    Args:
+        data: what a TOML file holds.
+        file: for errors.
+        path: where `data` stands, empty at the top.
+
+    Returns:
+        The same data without tolerances, and these by dotted path.
+
+    Raises:
+        DescriptionError: a tolerance without a value, or one that is no text.
+    """
+    plain: dict[str, Any] = {}
+    tolerances: dict[str, str] = {}
+    for key, item in data.items():
+        where = f"{path}.{key}" if path else key
+        if isinstance(item, dict) and "tolerance" in item:
+            if "value" not in item:
+                raise DescriptionError("has a tolerance but no value", file=file, key=where)
+            if not isinstance(item["tolerance"], str):
+                raise DescriptionError("a tolerance is text", file=file, key=where, allowed="'± 0.02', '± 5 % normal'")
+            tolerances[where] = item["tolerance"]
+            plain[key] = {name: value for name, value in item.items() if name != "tolerance"}
+        elif isinstance(item, dict):
+            given, inner = split_tolerances(item, file, where)
+            value = given.get("value")
+            if isinstance(value, str) and has_spread(value) and not _of_a_kind(where):
+                given["value"], inner[where] = halves(value)
+            plain[key] = given
+            tolerances.update(inner)
+        elif has_spread(item) and not _of_a_kind(where):
+            plain[key], tolerances[where] = halves(item)
+        else:
+            plain[key] = item
+    return plain, tolerances
+
+
+def _of_a_kind(path: str) -> bool:
+    """Whether a path is in a unit's table of tolerances, or a text: there a ± is no value's."""
+    words = path.split(".")
+    return words[-1] in ("source", "title", "description") or (words[0] == "units" and "tolerances" in words[2:3])
 
 
 def split_sources(data: Mapping[str, Any], file: str, path: str = "") -> tuple[dict[str, Any], dict[str, str]]:

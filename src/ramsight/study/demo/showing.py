@@ -11,7 +11,7 @@ import numpy as np
 from ramsight.normal import TWO_SIDED_95
 from ramsight.study.demo import AS_BUILT
 from ramsight.study.errors import stop_visits
-from ramsight.study.figures import _STYLE, ERROR, ESTIMATE, TRUTH, draw_band, draw_drive, save, shade_status
+from ramsight.study.figures import ERROR, ESTIMATE, STYLE, TRUTH, draw_band, draw_drive, save, shade_status
 
 if TYPE_CHECKING:
     import xarray
@@ -76,7 +76,7 @@ def write_figure(shown: Shown, path: Path) -> None:
     """Draw what is shown: .png, .svg or .pdf."""
     import matplotlib as mpl
 
-    with mpl.rc_context(_STYLE):  # type: ignore[arg-type]
+    with mpl.rc_context(STYLE):  # type: ignore[arg-type]
         save(draw(shown), path)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from ramsight import __version__
 from ramsight.normal import TWO_SIDED_95
 from ramsight.output import whole_folder
-from ramsight.study.figures import _STYLE, DOUBT, ERROR, ESTIMATE, TRUTH, save
+from ramsight.study.figures import DOUBT, ERROR, ESTIMATE, STYLE, TRUTH, save
 from ramsight.study.loader.animation import write_animation
 from ramsight.study.loader.working import UNITS, Options, Work
 
@@ -56,7 +56,7 @@ def control_figure(work: Work, path: Path, title: str = "") -> None:
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    with mpl.rc_context(_STYLE):  # type: ignore[arg-type]
+    with mpl.rc_context(STYLE):  # type: ignore[arg-type]
         figure = Figure(figsize=(11.0, 8.0), layout="constrained")
         axes = figure.subplots(4, len(UNITS), sharex=True, height_ratios=[2.0, 1.4, 1.0, 1.0])
         for column, name in enumerate(UNITS):

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from ramsight.study.figures import _STYLE, DOUBT, ERROR, ESTIMATE, TRUTH, save
+from ramsight.study.figures import DOUBT, ERROR, ESTIMATE, STYLE, TRUTH, save
 from ramsight.study.paper.parts import Picture
 
 __all__ = ["BALANCE", "DOUBT", "ESTIMATE", "GREY", "LOADS", "SPEED_TABLE", "TRUTH", "UNITS", "draw", "shade", "warmth"]
@@ -23,7 +23,7 @@ def draw(picture: Picture, folder: Path) -> None:
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    with mpl.rc_context(_STYLE | _MORE):  # type: ignore[arg-type]
+    with mpl.rc_context(STYLE | _MORE):  # type: ignore[arg-type]
         figure = Figure(figsize=picture.size, layout="constrained")
         picture.draw(figure)
         for suffix in (".png", ".svg"):

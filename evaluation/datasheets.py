@@ -1,0 +1,111 @@
+"""The sheets that docs/studies.md shows: python evaluation/datasheets.py [--runs FOLDER] [--pages-only].
+
+Runs what is not done yet of the studies of both units of the loader and of one machine of each other circuit (a quarter
+of an hour on two cores), copies their pages and numbers to docs/sheets, and renews the tables of docs/studies.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pages
+
+ROOT = Path(__file__).parents[1]
+SHEETS, PAGE, TRACES = ROOT / "docs" / "sheets", ROOT / "docs" / "studies.md", ROOT / "tests" / "traces"
+
+BOOM = ("boom_asbuilt1_workday", "boom_441kN_40C", "boom_441kN_20C", "boom_441kN_60C", "boom_129kN_40C")
+BUCKET = ("bucket_asbuilt1_workday", "bucket_162kN_40C", "bucket_48kN_40C", "bucket_96kN_40C")
+STUDIES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "mining-loader-boom": (("--machines", "1000", "--budget", "128", "--goal", "2 mm"), BOOM),
+    "mining-loader-bucket": (("--machines", "1000", "--budget", "64"), BUCKET),
+    "eha-single-rod-axis": (("--machines", "256"), ()),
+    "eha-test-bench-axis": (("--machines", "256"), ()),
+    "forklift-mast-lift": (("--machines", "256"), ()),
+    "press-ram": (("--machines", "256"), ()),
+    "eha-valve-rig-axis": (("--machines", "256", "--duty", "lift-lower"), ()),
+}
+"""Each with its options, and with the recorded logs that are held against it."""
+
+
+def work(name: str, runs: Path) -> None:
+    """Run a study, and copy its sheet."""
+    options, logs = STUDIES[name]
+    machine, _, unit = name.rpartition("-")
+    held = [
+        word for log in logs for word in ("--log", f"{TRACES / log}.csv.gz", "--truth", f"{TRACES / log}_truth.csv.gz")
+    ]
+    command = [sys.executable, "-m", "ramsight", "datasheet", machine, "--unit", unit, "--out", str(runs / name)]
+    subprocess.run([*command, *options, *held], check=True)
+    for end in ("html", "json"):
+        shutil.copy(runs / name / f"sheet.{end}", SHEETS / f"{name}.{end}")
+
+
+def found() -> dict[str, dict[str, Any]]:
+    """The numbers of all sheets, by name."""
+    return {name: json.loads((SHEETS / f"{name}.json").read_text()) for name in STUDIES}
+
+
+def table(sheets: dict[str, dict[str, Any]]) -> list[str]:
+    """What the sheets say, a machine a line."""
+    head = ("sheet", "machines", "before", "after 1", "after 2", "after 3", "… of 95 % of machines", "ok", "while ok")
+    rows = [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
+    for name, sheet in sheets.items():
+        errors = [f"{1e3 * one['quantiles'][1]['value']:.1f}" for one in sheet["accuracy"]]
+        taught = f"{1e3 * sheet['accuracy'][3]['machine']['value']:.1f}"
+        said = f"{100 * sheet['validity']['ok']:.0f} %"
+        cells = [f"[{name}](sheets/{name}.html)", str(sheet["machines"]), *errors[:4], taught, said, errors[4]]
+        rows.append(f"| {' | '.join(cells)} |")
+    return rows
+
+
+def budget(sheet: dict[str, Any]) -> list[str]:
+    """The largest of an error budget."""
+    head = ("tolerance", "total [%]", "first order [%]", "linear [%]", "one standard deviation [mm]")
+    rows = [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
+    quantities = sorted(sheet["budget"]["quantities"].items(), key=lambda item: -item[1]["total"])
+    for name, of in quantities[:8]:
+        shares = [f"{100 * of[key]:.0f} ± {100 * of[f'{key}_half']:.0f}" for key in ("total", "first")]
+        linear = [f"{100 * of['linear_share']:.0f}", f"{1e3 * of['linear']:.2f}"]
+        rows.append(f"| {' | '.join((name.replace('_', ' '), *shares, *linear))} |")
+    return rows
+
+
+def trials(sheet: dict[str, Any]) -> list[str]:
+    """What was tried for a goal, and what was found."""
+    rows = ["| what was done | effort | 95 % error [mm] | machines (seed) |", "|---|---|---|---|"]
+    for one in sheet["goal"]["trials"]:
+        done = " and ".join(one["measures"]) or "nothing"
+        value, low, high = (f"{1e3 * one['known'][key]:.2f}" for key in ("value", "low", "high"))
+        rows.append(f"| {done} | {one['effort']} | {value} ({low} to {high}) | {one['machines']} ({one['seed']}) |")
+    return rows
+
+
+def tables() -> dict[str, list[str]]:
+    """All tables of the page."""
+    sheets = found()
+    boom = sheets["mining-loader-boom"]
+    return {"sheets": table(sheets), "budget": budget(boom), "goal": trials(boom)}
+
+
+def main() -> None:
+    """Run, copy, renew."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--runs", type=Path, default=ROOT / "build" / "datasheets", help="where the stores are")
+    parser.add_argument("--pages-only", action="store_true", help="renew the tables alone")
+    options = parser.parse_args()
+    if not options.pages_only:
+        options.runs.mkdir(parents=True, exist_ok=True)
+        SHEETS.mkdir(exist_ok=True)
+        for name in STUDIES:
+            work(name, options.runs)
+    pages.put(PAGE, tables())
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,214 @@
+"""What an axis will achieve: the sensor's data sheet and error budget, from machines drawn from their tolerances."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ramsight.api.machines import AnyMachine, load_machine, only_unit
+from ramsight.errors import DescriptionError
+from ramsight.progress import progress as progress_bar
+from ramsight.study.datasheet.budget import Budget, budget, check_base
+from ramsight.study.datasheet.duties import Work
+from ramsight.study.datasheet.goal import Way, way_to
+from ramsight.study.datasheet.plan import plan
+from ramsight.study.datasheet.recorded import held_against
+from ramsight.study.datasheet.running import run
+from ramsight.study.datasheet.sheet import Sheet, data_sheet
+from ramsight.units import argument
+
+if TYPE_CHECKING:
+    import xarray
+
+Quantity = float | str
+_MOST = 10_000_000  # machines
+
+
+class Study:
+    """Machines that a data sheet and its tolerances allow, simulated and tracked.
+
+    Args:
+        machine: its description, name or file.
+        duty: what each machine does: ``work-day``, ``lift-lower``, ``commissioning``, or the file of a table.
+        sensor: as `sensor_for`'s kind.
+        unit: name of the unit; may be left out where there is only one.
+        vary: tolerances in the place of those described, as text: ``{"torque_gain": "± 3 %"}``; "" for none.
+        correlations: of pairs of quantities, ``{"leakage-displacement": 0.5}``, in the place of those described.
+        n: how many machines.
+        seed: decides everything; the same seed gives the same machines.
+        method: ``sobol``, which can be extended, or ``latin-hypercube``.
+        duration: after which a work day begins no further move [s], or ``"6 min"``.
+        visit_every: of a work day, time from one end stop to the next [s].
+        named: what errors call an argument.
+
+    Raises:
+        DescriptionError: a tolerance has no meaning, correlations contradict each other, or there is no such duty.
+        UnknownNameError: no such machine, unit or quantity.
+
+    Example:
+        >>> import ramsight
+        >>> study = ramsight.Study("mining-loader", "lift-lower", unit="boom", n=2, vary={"leakage": "± 10 %"})
+        >>> study.quantities["leakage"]
+        '1 ± 0.1 uniform'
+        >>> found = study.run()
+        >>> found.sizes["machine"], bool((found["largest"].max() < 0.2).item())
+        (2, True)
+    """
+
+    def __init__(
+        self,
+        machine: AnyMachine,
+        duty: str | Path = "work-day",
+        sensor: str = "kalman",
+        *,
+        unit: str | None = None,
+        vary: Mapping[str, str] | None = None,
+        correlations: Mapping[str, float] | None = None,
+        n: int = 1000,
+        seed: int = 0,
+        method: str = "sobol",
+        duration: Quantity = 360.0,
+        visit_every: Quantity = 45.0,
+        named: Callable[[str], str] = str,
+    ) -> None:
+        self.machine, self._named = load_machine(machine), named
+        name = only_unit(self.machine) if unit is None else unit
+        if isinstance(n, bool) or not (isinstance(n, int) and 1 <= n <= _MOST):
+            raise DescriptionError("is out of range", key=named("n"), value=n, allowed=f"1 to {_MOST}")
+        if isinstance(seed, bool) or not (isinstance(seed, int) and 0 <= seed < 2**63):
+            raise DescriptionError("is out of range", key=named("seed"), value=seed, allowed=f"0 to {2**63 - 1}")
+        work = Work(
+            str(duty),
+            argument(duration, "s", named("duration"), least="10 s", most="24 h"),
+            argument(visit_every, "s", named("visit_every"), least="5 s", most="24 h"),
+        )
+        self.plan = plan(
+            self.machine,
+            name,
+            work,
+            sensor,
+            vary=vary,
+            correlations=correlations,
+            count=n,
+            seed=seed,
+            method=method,
+        )
+
+    @property
+    def quantities(self) -> dict[str, str]:
+        """What varies, in SI, as text."""
+        return {
+            one.name: f"{one.spread.centre:.6g} ± {one.spread.half:.6g} {one.spread.distribution}"
+            for one in self.plan.quantities
+        }
+
+    def run(
+        self, store: str | Path | None = None, client: Any = None, *, threads: int | None = None, progress: bool = False
+    ) -> xarray.Dataset:
+        """Run the machines that are not done yet.
+
+        Args:
+            store: folder of a Zarr store; a study that was stopped goes on in it, one with fewer machines is extended.
+                None keeps everything in memory.
+            client: of Dask distributed; None for threads of this process.
+            threads: how many; by default one for each core that this process may use.
+            progress: show a bar on a terminal if it takes long.
+
+        Returns:
+            Over `machine`: `largest`, `p95` [m], `samples` and more over `group` (of errors, by how many references
+            came before), the `values` that were drawn, over `quantity` [SI], and what the sheet is made of.
+
+        Raises:
+            RamsightError: the store is another study's, cannot be written, or a cluster is lost; nothing that was done
+                is lost.
+        """
+        path = None if store is None else Path(store)
+        with progress_bar(self.plan.count, "machines") if progress else nullcontext() as bar:
+            advance = bar.advance if bar is not None else lambda machines: None
+            return run(self.plan, path, client=client, threads=threads, advance=advance)
+
+    def budget(
+        self, base: int = 64, store: str | Path | None = None, client: Any = None, *, progress: bool = False
+    ) -> Budget:
+        """Which tolerance causes how much of the error's variance.
+
+        Args:
+            base: base points of Sobol's indices, a power of two; machines are so many times the quantities and two. 0
+                for the linear budget alone, which takes a few replays of the sensor.
+            store: folder of a Zarr store of its own, or None.
+            client: of Dask distributed.
+            progress: show a bar on a terminal if it takes long.
+
+        Raises:
+            DescriptionError: base is no power of two.
+        """
+        check_base(base, self._named("budget"))
+        machines = base * (len(self.plan.quantities) + 2)
+        with progress_bar(machines, "error budget") if progress and base else nullcontext() as bar:
+            advance = bar.advance if bar is not None else lambda machines: None
+            path = None if store is None else Path(store)
+            return budget(self.plan, base, path, client=client, advance=advance)
+
+    def sensitivities(
+        self, base: int = 64, store: str | Path | None = None, client: Any = None, *, progress: bool = False
+    ) -> xarray.Dataset:
+        """The error budget as a Dataset; arguments as `budget`'s.
+
+        Returns:
+            Over `quantity`: Sobol's `first` and `total` with the halves of their 95 % intervals, `linear_share` [1],
+            and `linear`, what one standard deviation makes of the error [m].
+        """
+        return self.budget(base, store, client, progress=progress).dataset()
+
+    def datasheet(
+        self,
+        found: xarray.Dataset,
+        budget: Budget | None = None,
+        recorded: Sequence[tuple[str | Path, str | Path]] = (),
+    ) -> Sheet:
+        """What the machines say of the sensor.
+
+        Args:
+            found: of `run`.
+            budget: of `budget`.
+            recorded: drive logs with their true positions, files, to hold against the sheet.
+
+        Returns:
+            The sheet: `accuracy`, `terms`, `worst`, a summary `text`, and `to_json()`, `to_toml()`.
+
+        Raises:
+            LogError: a file cannot be read.
+        """
+        sheet = data_sheet(self.plan, found, budget)
+        held = [held_against(sheet, self.plan.bench, Path(log), Path(truth)) for log, truth in recorded]
+        return replace(sheet, recorded=tuple(held))
+
+    def goal_of(self, goal: Quantity) -> float:
+        """A goal as it is given, in m.
+
+        Args:
+            goal: [m], or ``"2 mm"``.
+
+        Raises:
+            DescriptionError: it cannot be read or is out of range.
+        """
+        return argument(goal, "m", self._named("goal"), least="0.01 mm", most="1 m")
+
+    def way_to(self, goal: Quantity, client: Any = None, *, progress: bool = False) -> Way:
+        """The cheapest measures that bring the 95 % error after the third reference to a goal.
+
+        Args:
+            goal: [m], or ``"2 mm"``.
+            client: of Dask distributed.
+            progress: show a bar on a terminal if it takes long.
+
+        Raises:
+            DescriptionError: the goal cannot be read or is out of range.
+        """
+        wanted = self.goal_of(goal)
+        with progress_bar(0, "trying measures") if progress else nullcontext() as bar:
+            advance = bar.advance if bar is not None else lambda machines: None
+            return way_to(wanted, self.machine, self.plan, client=client, advance=advance)

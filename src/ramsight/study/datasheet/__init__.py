@@ -1,0 +1,1 @@
+"""What an axis will achieve: machines drawn from tolerances, simulated, tracked; data sheet and error budget."""

@@ -1,0 +1,122 @@
+"""A study on Dask distributed: the same tasks, each on one thread of some worker, with the same numbers.
+
+A task takes seconds and computes on one thread alone, so workers of one thread each, or one worker a machine with as
+many threads as it has cores, are both right. Where the store is a folder that all can reach, a worker writes its task's
+chunks itself; what travels is the task's order and that it is done. A worker that is lost loses the tasks that it was
+at; they are given to others.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from ramsight.errors import RamsightError
+from ramsight.output.atomic import one_line
+from ramsight.study.datasheet.duties import Work
+from ramsight.study.datasheet.needs import needs
+from ramsight.study.datasheet.plan import Plan
+from ramsight.study.datasheet.store import Layout, Store, write_apart
+from ramsight.study.datasheet.working import Order, bench_of, work_through
+
+_AHEAD = 3  # tasks for each thread of the cluster: one that runs, the others on their way
+_RETRIES = 3  # of a task whose worker was lost
+_PATIENCE = "10 s"  # until a scheduler has answered
+
+
+class ClusterError(RamsightError):
+    """A cluster that cannot be had, or was lost."""
+
+
+@contextmanager
+def cluster(address: str, workers: int | None = None) -> Iterator[Any]:
+    """A client of Dask distributed.
+
+    Args:
+        address: of a scheduler, ``"tcp://host:8786"``; or ``"local"`` for workers of one thread each on this machine.
+        workers: how many local ones; by default one for each core that this process may use.
+
+    Raises:
+        NeedsPackageError: Dask distributed is not installed.
+        ClusterError: there is no scheduler at the address.
+    """
+    distributed = needs("distributed", "cluster")
+    here = None
+    try:
+        if address == "local":
+            count = workers or len(os.sched_getaffinity(0))
+            here = distributed.LocalCluster(
+                n_workers=count,
+                threads_per_worker=1,
+                processes=True,
+                dashboard_address="127.0.0.1:0",
+                silence_logs="CRITICAL",
+            )
+        client = distributed.Client(here or address, timeout=_PATIENCE, set_as_default=False)
+    except (OSError, ValueError, RuntimeError) as error:
+        if here is not None:
+            here.close()
+        raise ClusterError(f"--cluster = {address!r}: no scheduler answers: {one_line(error)}") from None
+    try:
+        yield client
+    finally:
+        client.close()
+        if here is not None:
+            here.close()
+
+
+def run_on(client: Any, plan: Plan, store: Store, advance: Callable[[int], object]) -> None:
+    """Run what is not done yet of a study on a cluster.
+
+    Args:
+        client: of Dask distributed.
+        plan: the study.
+        store: its store; one in memory is filled by this process.
+        advance: called with the number of machines that are done since the last call.
+
+    Raises:
+        ClusterError: scheduler or workers are lost; what was done is in the store.
+    """
+    distributed = needs("distributed", "cluster")
+    tasks, path = store.tasks(plan.count), store.path.absolute() if store.path is not None else None
+    layout = plan.layout
+
+    def submit(rows: range) -> Any:
+        spec = (plan.toml, plan.unit, asdict(plan.work), plan.sensor)
+        order = plan.order(rows)
+        return client.submit(_task, spec, order, rows, path, layout, pure=False, retries=_RETRIES)
+
+    threads = max(sum(client.nthreads().values()), 1)
+    try:
+        first: list[Any] = [submit(rows) for _, rows in zip(range(_AHEAD * threads), tasks, strict=False)]
+        running = distributed.as_completed(first, loop=client.loop)
+        for future in running:
+            rows, found = future.result()
+            if found is not None:
+                store.write(rows, found)
+            advance(len(rows))
+            future.release()
+            if (more := next(tasks, None)) is not None:
+                running.add(submit(more))
+    except RamsightError:
+        raise
+    except (OSError, CancelledError, distributed.KilledWorker) as error:
+        text = "the cluster was lost; what is done is in the store, run the same again to go on"
+        raise ClusterError(f"{text} ({type(error).__name__}: {one_line(error)})") from None
+
+
+def _task(
+    spec: tuple[str, str, dict[str, Any], str], order: Order, rows: range, path: Path | None, layout: Layout
+) -> tuple[range, dict[str, Any] | None]:
+    """A task, as a worker does it: its results are written, or go back where there is no folder."""
+    toml, unit, work, sensor = spec
+    found = {**work_through(bench_of(toml, unit, Work(**work), sensor), order), "values": order.values}
+    if path is None:
+        return rows, found
+    write_apart(path, layout, rows, found)
+    return rows, None

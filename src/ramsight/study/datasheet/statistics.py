@@ -1,0 +1,135 @@
+"""Quantiles with their intervals: of errors of all machines at all times, and of machines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_RESAMPLED = 400  # times, of the machines, for the interval of a quantile of errors
+_TAIL = 0.025  # on each side of a 95 % interval
+_MOST = 4000  # machines beyond which resampling takes a part of them, and the interval is scaled
+
+
+@dataclass(frozen=True)
+class Known:
+    """A figure and its 95 % interval; NaN where it is not to be had.
+
+    Args:
+        value: the figure.
+        low, high: ends of the interval; the high one infinite where too few machines say anything of it.
+    """
+
+    value: float
+    low: float = np.nan
+    high: float = np.nan
+
+
+NOTHING = Known(np.nan)
+
+
+def quantile_of_counts(counts: Array, edges: Array, share: float) -> float:
+    """The value that a share of all counted is below; between the edges of a bin its logarithm runs straight.
+
+    Args:
+        counts: shape (bins,).
+        edges: shape (bins + 1,); the first 0, the last infinite.
+        share: 0 to 1.
+
+    Example:
+        >>> quantile_of_counts(np.array([0.0, 10.0, 0.0]), np.array([0.0, 1.0, 100.0, np.inf]), 0.5)
+        10.0
+    """
+    below = np.cumsum(counts)
+    if not below[-1] > 0.0:
+        return float("nan")
+    wanted = share * below[-1]
+    k = int(np.searchsorted(below, wanted))
+    before = below[k - 1] if k else 0.0
+    inside = (wanted - before) / counts[k] if counts[k] > 0.0 else 1.0
+    low, high = float(edges[k]), float(edges[k + 1])
+    if low == 0.0 or np.isinf(high):
+        return high if low == 0.0 else low
+    return float(low * (high / low) ** inside)
+
+
+def pooled_quantiles(counts: Array, edges: Array, shares: tuple[float, ...], seed: int) -> list[Known]:
+    """Quantiles of the errors of all machines together, each machine for as long as it was looked at.
+
+    The interval is that of the machines: they are drawn anew many times, each with all its errors, because errors of
+    one machine are alike.
+
+    Args:
+        counts: of errors, shape (machines, bins).
+        edges: shape (bins + 1,).
+        shares: of the quantiles.
+        seed: of the resampling.
+    """
+    held = counts[counts.sum(axis=1) > 0].astype(np.float64)
+    if len(held) < 2:
+        return [Known(quantile_of_counts(counts.sum(axis=0), edges, share)) for share in shares]
+    random = np.random.default_rng(seed)
+    part = held if len(held) <= _MOST else held[random.choice(len(held), _MOST, replace=False)]
+    weights = random.multinomial(len(part), np.full(len(part), 1.0 / len(part)), size=_RESAMPLED)
+    drawn = weights @ part
+    found, narrower = [], np.sqrt(len(part) / len(held))
+    for share in shares:
+        value = quantile_of_counts(held.sum(axis=0), edges, share)
+        several = np.array([quantile_of_counts(one, edges, share) for one in drawn])
+        low, high = np.quantile(several, [_TAIL, 1.0 - _TAIL])
+        found.append(Known(value, value - narrower * max(value - low, 0.0), value + narrower * max(high - value, 0.0)))
+    return found
+
+
+def quantile_of_machines(values: Array, share: float) -> Known:
+    """What a share of the machines keeps within, with its distribution-free interval (order statistics).
+
+    Args:
+        values: one a machine, NaN where it has none.
+        share: 0 to 1.
+
+    Example:
+        >>> quantile_of_machines(np.arange(1.0, 101.0), 0.5)
+        Known(value=50.5, low=40.0, high=61.0)
+    """
+    from scipy.stats import binom
+
+    held = np.sort(values[np.isfinite(values)])
+    n = len(held)
+    if n == 0:
+        return NOTHING
+    lower, upper = int(binom.ppf(_TAIL, n, share)), int(binom.ppf(1.0 - _TAIL, n, share)) + 1
+    low = float(held[lower - 1]) if lower >= 1 else -np.inf
+    high = float(held[upper - 1]) if upper <= n else np.inf
+    return Known(float(np.quantile(held, share)), low, high)
+
+
+def share_of(count: int, total: int) -> Known:
+    """A share and its interval (Clopper and Pearson, Biometrika 26, 1934).
+
+    Example:
+        >>> round(share_of(0, 100).high, 3)
+        0.036
+    """
+    from scipy.stats import beta
+
+    if total == 0:
+        return NOTHING
+    low = 0.0 if count == 0 else float(beta.ppf(_TAIL, count, total - count + 1))
+    high = 1.0 if count == total else float(beta.ppf(1.0 - _TAIL, count + 1, total - count))
+    return Known(count / total, low, high)
+
+
+def slope_of(x: Array, y: Array) -> Known:
+    """Slope of the straight line through points, one a machine, with its interval."""
+    held = np.isfinite(x) & np.isfinite(y)
+    if held.sum() < 3 or np.ptp(x[held]) == 0.0:
+        return NOTHING
+    from scipy.stats import linregress, t
+
+    line = linregress(x[held], y[held])
+    half = float(t.ppf(1.0 - _TAIL, held.sum() - 2) * line.stderr)
+    return Known(float(line.slope), float(line.slope) - half, float(line.slope) + half)

@@ -1,0 +1,271 @@
+"""From the numbers of machines to what is kept of them: drawn, simulated side by side, reported, tracked, measured."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ramsight import machine as machines
+from ramsight.calibration.sensors import sensor_for
+from ramsight.duty.profile import Duty
+from ramsight.duty.simulate import SAMPLE_PERIOD, check_commands, check_temperature
+from ramsight.engine.batch import Job, sampled
+from ramsight.engine.ode_module import compile_outputs
+from ramsight.engine.outcome import Outcome
+from ramsight.engine.recursion import replay
+from ramsight.engine.run import Segments
+from ramsight.equation import OdeModel
+from ramsight.plant.build import build
+from ramsight.plant.circuit import CircuitModel, parameter_values
+from ramsight.plant.unit import HydraulicUnit, circuit, initial_state
+from ramsight.sensor.virtual_sensor import VirtualSensor
+from ramsight.study.datasheet.drawn import Drawn, draw, ready
+from ramsight.study.datasheet.duties import Work
+from ramsight.study.datasheet.measuring import SETTLED, SHAPES, Track, first_position, measures
+
+Array = NDArray[np.float64]
+
+BESIDE = 32  # machines that are simulated side by side, a task: fewer leave lanes empty at the end, more take memory
+_POWER_UP = 5.0  # s after the first stop, up to which a sensor that was told nothing is looked at
+
+
+@dataclass(frozen=True)
+class Bench:
+    """What all machines of a study have in common; made once a process.
+
+    Args:
+        toml: the description, as text.
+        unit: name of the unit.
+        work: what the machines do.
+        sensor: kind of the sensor, or its file.
+    """
+
+    toml: str
+    unit: str
+    work: Work
+    sensor: str = "kalman"
+
+    _made: dict[str, Any] = field(default_factory=dict, repr=False, compare=False, hash=False)
+
+    def _once(self, name: str, make: Any) -> Any:
+        if name not in self._made:
+            self._made[name] = make()
+        return self._made[name]
+
+    @property
+    def described(self) -> machines.Unit:
+        """The unit's description."""
+        found: machines.Unit = self._once("described", lambda: machines.loads(self.toml).unit(self.unit))
+        return found
+
+    @property
+    def sheet(self) -> HydraulicUnit:
+        """The unit as described, which the sensor believes."""
+        found: HydraulicUnit = self._once("sheet", lambda: build(self.unit, self.described))
+        return found
+
+    @property
+    def nominal(self) -> HydraulicUnit:
+        """The same with the options that drawing needs."""
+        found: HydraulicUnit = self._once("nominal", lambda: ready(self.sheet))
+        return found
+
+    @property
+    def model(self) -> CircuitModel:
+        """Its equation."""
+        found: CircuitModel = self._once("model", lambda: circuit(self.nominal))
+        return found
+
+    @property
+    def torque(self) -> OdeModel:
+        """The equation with nothing but the motor's torque to be said of a state."""
+
+        def make() -> OdeModel:
+            ode = self.model.ode
+            return replace(ode, outputs=tuple(one for one in ode.outputs if one.name == "motor_torque"))
+
+        found: OdeModel = self._once("torque", make)
+        return found
+
+    @property
+    def virtual(self) -> VirtualSensor:
+        """The sensor."""
+        found: VirtualSensor = self._once("virtual", lambda: sensor_for(self.nominal, self.sensor))
+        return found
+
+
+@lru_cache(maxsize=8)
+def bench_of(toml: str, unit: str, work: Work, sensor: str) -> Bench:
+    """The bench of a study, the same object for the same one, with everything compiled."""
+    made = Bench(toml, unit, work, sensor)
+    work_through(made, Order((0,), (), np.zeros((1, 0)), common=0))
+    return made
+
+
+@dataclass(frozen=True)
+class Order:
+    """Machines that are asked for.
+
+    Args:
+        numbers: of the machines; noise and, unless told otherwise, duties go by them.
+        names: of what varies.
+        values: shape (machines, quantities) [SI].
+        seed: of the study; with a number it decides a machine's duty and noise.
+        common: number of the machine whose duty and noise all have; None if each has its own.
+        moments: times at which the signed error is kept [s], shape (moments,).
+    """
+
+    numbers: Sequence[int]
+    names: Sequence[str]
+    values: Array
+    seed: int = 0
+    common: int | None = None
+    moments: Array = field(default_factory=lambda: np.zeros(0))
+
+    def seed_of(self, number: int) -> int:
+        """Of a machine's duty and noise."""
+        own = number if self.common is None else self.common
+        return int(np.random.SeedSequence([self.seed, own]).generate_state(1, np.uint64)[0] >> 1)
+
+
+@dataclass(frozen=True)
+class Run:
+    """One machine's duty done: truth, and what its drive reported.
+
+    Args:
+        drawn: the machine.
+        time: [s], shape (samples,).
+        true: position [m].
+        inputs: of the sensor, shape (samples, inputs).
+        start: position that the sensor is told [m].
+        true_signals: motor speed [rad/s], motor torque [N m] and oil temperature [K] as they are.
+    """
+
+    drawn: Drawn
+    time: Array
+    true: Array
+    inputs: Array
+    start: float
+    true_signals: tuple[Array, Array, Array]
+
+    def track(self, bench: Bench, sensor: VirtualSensor | None = None, *, told: bool = True) -> Track:
+        """What a sensor makes of it.
+
+        Args:
+            bench: of the study.
+            sensor: another one than the study's.
+            told: whether it is told where it is; of one that is not, only as much is tracked as shows when it knows.
+        """
+        virtual = replace(sensor or bench.virtual)  # with a state of its own: others may be tracked beside it
+        virtual.start(self.start if told else None)
+        state = np.array(list(virtual.state.values()))
+        rows = self.inputs
+        if not told:
+            stops = Track(self.time, self.true, self.true, np.zeros(0, np.int64), self.true, self.stroke).visits
+            if len(stops):
+                rows = rows[self.time <= stops[0] + _POWER_UP + SETTLED]
+        found = replay(virtual.recursion, rows, virtual.parameters, state)
+        n = len(rows)
+        status = found[:, 4].astype(np.int64)
+        return Track(self.time[:n], found[:, 0], found[:, 1], status, self.true[:n], self.stroke)
+
+    @property
+    def stroke(self) -> float:
+        """Of the cylinder as it is [m]."""
+        return float(self.drawn.unit.cylinder.stroke)
+
+
+def work_through(bench: Bench, order: Order) -> dict[str, Array]:
+    """Everything that is kept of the machines of an order, by name; the first dimension is the machine.
+
+    Whatever else is in the order, a machine's numbers are the same to the last bit.
+
+    Args:
+        bench: of the study.
+        order: which machines.
+    """
+    count = len(order.numbers)
+    kept = {name: np.full((count, *(size for _, size in dims)), np.nan) for name, dims in SHAPES.items()}
+    kept["moment_error"] = np.full((count, len(order.moments)), np.nan)
+    kept["outcome"] = np.zeros(count)
+    for first in range(0, count, BESIDE):
+        rows = range(first, min(first + BESIDE, count))
+        for row, run in zip(rows, runs(bench, order, rows), strict=True):
+            if isinstance(run, Outcome):
+                kept["outcome"][row] = list(Outcome).index(run)
+                continue
+            track = run.track(bench)
+            found = measures(track)
+            if bench.virtual.kind == "kalman":
+                found |= first_position(run.track(bench, told=False))
+            for name, value in found.items():
+                kept[name][row] = value
+            error = track.position - track.true
+            kept["moment_error"][row] = np.interp(order.moments, track.time, error)
+    return kept
+
+
+def runs(bench: Bench, order: Order, rows: Sequence[int]) -> list[Run | Outcome]:
+    """The duties of some machines of an order, done side by side; of one that does not end, why."""
+    made, duties, jobs = [], [], []
+    for row in rows:
+        values = dict(zip(order.names, map(float, order.values[row]), strict=True))
+        drawn = draw(bench.described, bench.unit, bench.nominal, values)
+        kelvin = values.get("oil_temperature", _usual(bench))
+        seed = order.seed_of(order.numbers[row])
+        duty = bench.work.duty(bench.sheet, drawn.unit, kelvin, values.get("warming", 0.0), seed)
+        check_temperature(drawn.unit, duty.oil_temperature)
+        check_commands(bench.model, duty)
+        made.append((drawn, seed))
+        duties.append(duty)
+        jobs.append(_job(bench, drawn, duty))
+    done = sampled(bench.model.ode, jobs, SAMPLE_PERIOD)
+    found: list[Run | Outcome] = []
+    for k, (drawn, seed) in enumerate(made):
+        if done.outcome[k] is not Outcome.DONE:
+            found.append(done.outcome[k])
+            continue
+        found.append(_reported(bench, drawn, duties[k], jobs[k].segments, done.time[k], done.state[k], seed))
+    return found
+
+
+def _usual(bench: Bench) -> float:
+    """The oil temperature where it does not vary [K]: 40 °C, or what is nearest to that of the oil's data."""
+    least, most = bench.sheet.oil.temperatures
+    return min(max(313.15, least), most)
+
+
+def _job(bench: Bench, drawn: Drawn, duty: Duty) -> Job:
+    unit, ode = drawn.unit, bench.model.ode
+    values = parameter_values(bench.model, unit.oil, unit.tank_pressure, unit.parts())
+    load, speed = float(duty.load(0.0)), float(duty.motor_speed(0.0))
+    initial = initial_state(unit, bench.model, duty.start_position, load, speed)
+    return Job(initial, duty.segments(values, ode.parameters))
+
+
+def _reported(bench: Bench, drawn: Drawn, duty: Duty, segments: Segments, time: Array, state: Array, seed: int) -> Run:
+    ode = bench.model.ode
+    row, u = segments.at(time)
+    held = np.minimum(row, len(segments.parameters) - 1)
+    torque = np.empty((len(time), 1))
+    slope = np.ascontiguousarray(segments.slope[row])
+    compile_outputs(bench.torque).sample_outputs(
+        state, np.ascontiguousarray(u), slope, segments.parameters, held, torque
+    )
+    names = [one.name for one in ode.states]
+    speed = state[:, names.index("motor_speed")] if "motor_speed" in names else duty.motor_speed(time)
+    signals = speed, torque[:, 0], duty.oil_temperature(time)
+    reports = drawn.reported(time, *signals, seed)
+    none = np.zeros(len(time))
+    columns = [time, *reports, none, none]
+    columns += [duty.commanded(name.removesuffix("_command"), time) for name in bench.virtual.commands]
+    columns += [np.full(len(time), np.nan) for _ in bench.virtual.optional]
+    true = state[:, names.index("position")]
+    told = duty.start_position + drawn.values.get("start", 0.0)
+    inputs = np.ascontiguousarray(np.column_stack(columns))
+    return Run(drawn, time, true, inputs, min(max(told, 0.0), float(bench.sheet.cylinder.stroke)), signals)
