@@ -522,3 +522,9 @@ def test_what_cannot_be_a_study_is_refused_in_one_line(arguments, words):
 def test_base_points_are_a_power_of_two(study):
     with pytest.raises(DescriptionError, match="power of two"):
         study.budget(3)
+
+
+def test_a_sensor_of_an_angle_is_not_in_a_data_sheet_yet():
+    loader = machine.load("mining-loader").replace({"units.boom.assumptions.link_angle.std": 0.003})
+    with pytest.raises(DescriptionError, match=r"link_angle\.std: a data sheet knows no sensor of an angle"):
+        ramsight.Study(loader, unit="boom", n=2)

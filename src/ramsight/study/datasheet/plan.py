@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.errors import DescriptionError
 from ramsight.machine.as_toml import as_toml
 from ramsight.machine.description import Machine
 from ramsight.study.datasheet.design import check_method, correlation_of, points, values_at
@@ -147,6 +148,9 @@ def plan(
     """
     work.check()
     check_method(method)
+    if machine.unit(unit).assumptions.link_angle.std > 0.0:
+        key = f"units.{unit}.assumptions.link_angle.std"
+        raise DescriptionError("a data sheet knows no sensor of an angle: leave it out", key=key, allowed="0 deg")
     quantities = varied(machine, unit, vary)
     if work.has_own_oil:
         quantities = tuple(one for one in quantities if one.name not in ("oil_temperature", "warming"))
