@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -92,7 +93,7 @@ def test_a_load_may_be_text_and_in_range(boom):
 def test_a_machine_is_a_name_a_file_a_machine_or_a_unit(boom):
     machine = ramsight.load_machine("mining-loader")
     assert ramsight.build(machine, "boom") == boom
-    assert ramsight.build(machine.unit("boom"), "boom") == boom
+    assert ramsight.build(machine.unit("boom"), "boom") == replace(boom, lever=None), "a unit alone moves no body"
     assert ramsight.build(boom) is boom
     assert ramsight.build("eha-test-bench").name == "axis"
     with pytest.raises(ramsight.DescriptionError, match=r"unit: .*boom, bucket"):
