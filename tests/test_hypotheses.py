@@ -156,6 +156,21 @@ def test_a_contact_where_the_description_has_its_end_corrects_the_position(bank,
 
 
 @pytest.mark.parametrize("end", ENDS)
+def test_beyond_the_cylinders_end_there_is_no_obstacle(bank, end):
+    """Six standard deviations inside the end a contact may be with another end; beyond it only with this one."""
+    place, which = ENDS[end]
+    outwards, moved = (-1.0 if end == "low" else 1.0), []
+    for off in (-12e-3, 12e-3):
+        bank.begin(std=2e-3)
+        bank.go()
+        said = at(bank, place + outwards * off, place=place, **which, **CONTACT)
+        moved.append(-outwards * float(said["moved"]))
+    assert abs(moved[0]) < 1e-3
+    assert moved[1] > 11e-3
+    assert said["position"] == pytest.approx(place, abs=1e-3)
+
+
+@pytest.mark.parametrize("end", ENDS)
 def test_a_contact_that_nobody_saw_coming_is_at_its_place_and_teaches_little(bank, end):
     """What is not known of the way to it is no error of the place, and no leakage."""
     place, which = ENDS[end]
@@ -396,11 +411,12 @@ def test_a_machine_that_leaks_almost_as_described_is_widened_by_nothing(bank):
 
 def test_an_obstacle_is_one_once_the_leakage_is_taught(bank):
     """As far off as the machine that leaks much more, and no leakage is put down to it."""
-    said, before = leaks_otherwise(bank, 1.8, taught=6)
+    said, before = leaks_otherwise(bank, 1.8, by=0.02, taught=6)
     assert before[LEAK, LEAK] ** 0.5 < 0.05
     assert said["p_described"] < 0.5, "an end that is not described"
-    assert bank.means("described")[LEAK] == pytest.approx(1.0, abs=1e-3)
-    after = bank.matrix("described")
+    assert said["leak"] == pytest.approx(1.0, abs=1e-3)
+    assert bank.means("top")[LEAK] == pytest.approx(1.0, abs=1e-3)
+    after = bank.matrix("top")
     assert after[LEAK, LEAK] <= before[LEAK, LEAK] * 1.01 + 1e-6
     assert after[EXPONENT, EXPONENT] == pytest.approx(before[EXPONENT, EXPONENT], rel=1e-3)
 

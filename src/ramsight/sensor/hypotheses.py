@@ -286,14 +286,18 @@ class Hypotheses:
             own = variance + arrived
             rare = ca.log(self._assumptions.machine.leaks_otherwise * ca.fmax(self._untaught(h), _TAUGHT))
             expected = h.covariance.variance(row) + own
-            otherwise = self._otherwise(h, innovation2, expected, rare, chance)
+            # Beyond the cylinder's ends there is neither an obstacle nor an end that is elsewhere.
+            outside2 = self._outside(nominal + m[POSITION]) ** 2
+            elsewhere = chance - 0.5 * outside2 / (h.covariance[POSITION, POSITION] + own)
+            otherwise = self._otherwise(h, innovation2, expected, rare, elsewhere)
             for quantity, wide in self._others:
                 h.covariance.widened(quantity, wide, otherwise)
             total = h.covariance.variance(row) + own
-            likelihood = _likelihood(innovation2, total) + ca.if_else(otherwise, rare, 0.0)
-            fits = likelihood > chance
+            least = outside2 / (h.covariance[POSITION, POSITION] + own) * total
+            likelihood = _likelihood(ca.fmax(innovation2, least), total) + ca.if_else(otherwise, rare, 0.0)
+            fits = likelihood > elsewhere
             h.covariance.add(POSITION, ca.if_else(fits, arrived, 0.0))
-            h.weight = h.weight + ca.fmax(likelihood, chance)
+            h.weight = h.weight + ca.fmax(likelihood, elsewhere)
             corrected = [POSITION, LEAK, DISPLACEMENT, LAG, EXPONENT, LOW, TOP, OFFSET]
             self._correct(h, h.covariance.update(row, innovation, variance, fits, only=corrected))
             used.append(fits)
@@ -326,6 +330,10 @@ class Hypotheses:
     def _widening(self, h: Hypothesis) -> Any:
         """By how much the position's variance grows if the machine leaks otherwise [m2]."""
         return sum(h.covariance.widening(quantity, wide) for quantity, wide in self._others)
+
+    def _outside(self, position: Any) -> Any:
+        """How far a position is beyond the cylinder's ends [m], where no piston can be."""
+        return ca.fmax(ca.fmax(-position, position - self._stroke), 0.0)
 
     def _otherwise(self, h: Hypothesis, innovation2: Any, total: Any, rare: Any, chance: Any) -> Any:
         """Whether it is likeliest that the machine has leaked otherwise than believed since the last reference."""
