@@ -165,6 +165,7 @@ def test_the_balance_takes_the_same_inputs():
     assert balance(UNIT).further == ("valve_command", "pressure_a", "pressure_b")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
 def test_exported_c_takes_command_and_pressures(tmp_path):
     done = write_sensor(RIG, "axis", tmp_path / "axis", compiler="")

@@ -15,9 +15,15 @@ import ramsight
 ROOT = Path(__file__).parent.parent
 BELOW = sorted(m.name for m in pkgutil.walk_packages(ramsight.__path__, "ramsight.") if not m.name.endswith("__main__"))
 MODULES = ["ramsight", *BELOW]
+LONG = ("ramsight.control.", "ramsight.api.", "ramsight.deploy.", "ramsight.calibration.", "ramsight.study.")
+"""Rooms whose examples make sensors and let machines work."""
 
 
-@pytest.mark.parametrize("name", MODULES)
+def marked(name):
+    return pytest.param(name, marks=[pytest.mark.slow] if name.startswith(LONG) else [])
+
+
+@pytest.mark.parametrize("name", [marked(name) for name in MODULES])
 def test_examples_in_docstrings_run(name):
     outcome = doctest.testmod(importlib.import_module(name), optionflags=doctest.NORMALIZE_WHITESPACE)
     assert outcome.failed == 0

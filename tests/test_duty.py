@@ -71,6 +71,7 @@ def test_a_servo_too_weak_for_the_load_gives_its_torque_and_falls_behind():
     assert run["motor_speed"].values[lifting].max() < 100.0
 
 
+@pytest.mark.slow
 def test_the_options_of_the_oil_change_what_they_should():
     last = float(PLAIN["position"][-1])
     # Warm oil is lighter: the mass in the gaps is less, the volume that leaks at 40 degC is 1.8 % more.

@@ -21,7 +21,7 @@ from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 
 fmpy = pytest.importorskip("fmpy")
-pytestmark = pytest.mark.skipif(find_compiler() is None, reason="there is no C compiler")
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(find_compiler() is None, reason="there is no C compiler")]
 LOADER = machine.load("mining-loader")
 FMI = (2, 3)
 KINDS = [(what, fmi) for what in ("sensor", "plant") for fmi in FMI]

@@ -20,7 +20,7 @@ from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 
 COMPILER = find_compiler()
-pytestmark = pytest.mark.skipif(COMPILER is None, reason="there is no C compiler")
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(COMPILER is None, reason="there is no C compiler")]
 LOADER = machine.load("mining-loader")
 
 NOTHING, RESUMED, OLDER, MOVED = range(4)

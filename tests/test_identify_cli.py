@@ -6,6 +6,8 @@ import sys
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 
 def ramsight(*arguments, cwd):
     command = [sys.executable, "-m", "ramsight.cli", *map(str, arguments)]

@@ -171,6 +171,7 @@ def test_a_declared_angle_is_rehearsed_and_used(tmp_path):
     assert track.attrs["error_largest"] < 10e-3
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
 def test_exported_c_takes_the_angle(tmp_path):
     described = LOADER.replace({"units.boom.assumptions.link_angle.std": STD})

@@ -11,6 +11,8 @@ from ramsight import machine
 from ramsight.output import check_folder
 from ramsight.plant.linked import build
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parent.parent
 LOADER = build(machine.load("mining-loader"))
 
@@ -119,7 +121,6 @@ def study():
         sys.path.remove(str(ROOT / "evaluation"))
 
 
-@pytest.mark.slow
 def test_targets_are_met_and_faults_stop_the_machine(study):
     found = study.summed(study.arrivals(LOADER, LOADER, references=1, targets=3, assumptions=study.KNOWN))
     assert found["targets"] == 3

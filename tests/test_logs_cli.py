@@ -59,6 +59,7 @@ def blf(trace, tmp_path_factory):
     return folder / "day.blf"
 
 
+@pytest.mark.slow
 def test_a_can_log_is_looked_into_mapped_and_tracked(blf, trace, tmp_path):
     shown = ramsight("logs", "inspect", blf, cwd=tmp_path)
     assert "0x181" in shown.stdout

@@ -70,6 +70,7 @@ def test_a_machine_lifts_and_lowers_and_its_balances_close(name, unit):
         assert run["motor_torque"].values[last] == pytest.approx(torque, rel=0.08)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "unit"), MACHINES)
 def test_check_and_simulate_as_commands(name, unit, tmp_path):
     for arguments in (

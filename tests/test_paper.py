@@ -11,6 +11,8 @@ from ramsight.output import check_folder
 from ramsight.study.paper import CHAPTERS, STEPS, Chapter, Study, Verdict, reproduce, write_report
 from ramsight.study.paper.repeating import NAMES, SWITCHES
 
+pytestmark = pytest.mark.slow
+
 UNITS, LOADS = ("boom", "bucket"), ("light", "medium", "high")
 
 

@@ -11,6 +11,8 @@ from ramsight.sensor import Status
 from ramsight.study.paper.bench import benches
 from ramsight.study.references import ProximitySwitch, with_stop, with_switches
 
+pytestmark = pytest.mark.slow
+
 RPM = np.pi / 30.0
 
 

@@ -244,6 +244,7 @@ def ramsight(*words, cwd):
     return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=120, check=False)
 
 
+@pytest.mark.slow
 def test_the_command_resumes_where_it_stopped(tmp_path, trace):
     log = str(trace("boom_258kN_40C").log)
     words = ("track", "mining-loader", log, "--unit", "boom", "--state", "boom.state")
