@@ -51,7 +51,7 @@ nitpicky = True
 nitpick_ignore_regex = [
     ("py:.*", r"(abc|ca|casadi|collections|enum|np|numpy|pathlib|pydantic|threading|typing|xarray)\..*"),
     ("py:.*", r"Advance|AnyMachine|AnyMap|AnyUnit|Array|ArrayLike|Loads|Figure|Path|BaseModel"),
-    ("py:.*", r"ramsight\.(machine\.catalogue\.Entry|plant\.as_built\.U)"),
+    ("py:.*", r"ramsight\.(machine\.(catalogue\.Entry|linkage\.Linkage)|plant\.as_built\.U)"),
     ("py:.*", r"ramsight\.(engine|equation|plant\.(circuit|oil|linkage))\..*|CircuitModel"),
     ("py:.*", r"Listener|ParameterFile|Persistence"),
     ("py:.*", r"Plan|ramsight\.study\.datasheet\.(plan|quantities|working)\..*"),
