@@ -220,12 +220,8 @@ def standard_map(names: list[str]) -> ChannelMap:
     }
     references = (Referenced(Mapped(REFERENCE.column, "m")),) if REFERENCE.column in names else ()
     commands = {part_of(name): Commanded(Mapped(name, "1", hold=math.inf)) for name in names if is_command(name)}
-    units = {"rad": "deg", "Pa": "Pa"}
-    further = {
-        name: Mapped(channel.column, units[channel.units])
-        for name, channel in FURTHER.items()
-        if channel.column in names
-    }
+    listed = {name: channel for name, channel in FURTHER.items() if channel.column in names}
+    further = {name: Mapped(one.column, one.units, scale=one.factor) for name, one in listed.items()}
     return ChannelMap(time=Mapped(TIME, "s"), roles=roles, references=references, commands=commands, further=further)
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
-from ramsight.plant.valve import SETTLED, orifice_slope, seat_flow
+from ramsight.plant.valve import SETTLED, orifice_slope, seeping
 
 if TYPE_CHECKING:
     from ramsight.plant.circuit import Circuit
@@ -76,7 +76,6 @@ class DirectionalValve:
             difference = circuit.pressure(source) - circuit.pressure(target)
             slope = self.opening(spool, way) * orifice_slope(self.conductance, difference)
             flow = circuit.coefficient(slope) * difference
-            if self.closed_leak is not None:
-                flow = flow + seat_flow(self.closed_leak, circuit.viscosity, difference)
+            flow = seeping(circuit, flow, self.closed_leak, difference)
             circuit.flow(f"{self.name}.{edge}", source, target, flow)
             circuit.loss(f"{self.name}.{edge}.throttling", flow * difference)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
-from ramsight.plant.valve import orifice_slope, seat_flow
+from ramsight.plant.valve import orifice_slope, seeping
 
 if TYPE_CHECKING:
     from ramsight.plant.circuit import Circuit
@@ -77,8 +77,7 @@ class PilotCheckValve:
         """Add the flow, its throttling loss and the opening as an output."""
         inlet, outlet, pilot = (circuit.pressure(node) for node in (self.inlet, self.outlet, self.pilot))
         flow = self.flow(inlet, outlet, pilot, circuit.coefficient)
-        if self.closed_leak is not None:
-            flow = flow + seat_flow(self.closed_leak, circuit.viscosity, inlet - outlet)
+        flow = seeping(circuit, flow, self.closed_leak, inlet - outlet)
         circuit.flow(self.name, self.inlet, self.outlet, flow)
         circuit.loss(f"{self.name}.throttling", flow * (inlet - outlet))
         circuit.output(f"{self.name}.opening", "1", self.opening(inlet, outlet, pilot))

@@ -34,15 +34,16 @@ def orifice_flow(conductance: Any, pressure_difference: Any) -> Any:
     return orifice_slope(conductance, pressure_difference) * pressure_difference
 
 
-def seat_flow(leak: Any, viscosity: Any, pressure_difference: Any) -> Any:
-    """Flow past a closed seat or spool [m3/s], a laminar gap: k dp / nu.
+def seeping(circuit: Circuit, flow: Any, leak: Any, pressure_difference: Any) -> Any:
+    """A valve's flow with what passes its closed seat or spool, a laminar gap [m3/s]: Q + k dp / nu.
 
     Args:
-        leak: k, flow per pressure difference times viscosity [m3/s/Pa m2/s].
-        viscosity: kinematic [m2/s].
+        circuit: whose oil it is.
+        flow: Q, of the valve itself [m3/s].
+        leak: k, flow per pressure difference times viscosity [m3/s/Pa m2/s]; None for a tight one.
         pressure_difference: [Pa].
     """
-    return leak / viscosity * pressure_difference
+    return flow if leak is None else flow + leak / circuit.viscosity * pressure_difference
 
 
 @dataclass(frozen=True)
@@ -74,8 +75,7 @@ class ReliefValve:
         """Add the flow and its throttling loss."""
         difference = circuit.pressure(self.inlet) - circuit.pressure(self.outlet)
         flow = self.conductance * ca.fmax(self._felt(circuit, difference) - self.setting, 0.0)
-        if self.closed_leak is not None:
-            flow = flow + seat_flow(self.closed_leak, circuit.viscosity, difference)
+        flow = seeping(circuit, flow, self.closed_leak, difference)
         if self.pilot_flow is not None and self.pilot_opens is not None:
             beyond = (difference / self.setting - self.pilot_opens) / (1.0 - self.pilot_opens)
             flow = flow + self.pilot_flow * ca.fmin(ca.fmax(beyond, 0.0), 1.0)
@@ -124,8 +124,7 @@ class CheckValve:
         opening = ca.fmin(ca.fmax(beyond / _LAMINAR, 0.0), 1.0)
         slope = circuit.coefficient(opening * orifice_slope(self.conductance, beyond))
         flow = slope * beyond
-        if self.closed_leak is not None:
-            flow = flow + seat_flow(self.closed_leak, circuit.viscosity, difference)
+        flow = seeping(circuit, flow, self.closed_leak, difference)
         circuit.flow(self.name, self.inlet, self.outlet, flow)
         circuit.loss(f"{self.name}.throttling", flow * difference)
 
@@ -210,7 +209,6 @@ class SafetyValve:
         else:
             slope = orifice_slope(self.conductance, difference)
         flow = circuit.coefficient(slope) * difference
-        if self.closed_leak is not None:
-            flow = flow + seat_flow(self.closed_leak, circuit.viscosity, difference)
+        flow = seeping(circuit, flow, self.closed_leak, difference)
         circuit.flow(self.name, self.pump_side, self.cylinder_side, flow)
         circuit.loss(f"{self.name}.throttling", flow * difference)

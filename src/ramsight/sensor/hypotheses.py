@@ -287,13 +287,12 @@ class Hypotheses:
             rare = ca.log(self._assumptions.machine.leaks_otherwise * ca.fmax(self._untaught(h), _TAUGHT))
             expected = h.covariance.variance(row) + own
             # Beyond the cylinder's ends there is neither an obstacle nor an end that is elsewhere.
-            outside2 = self._outside(nominal + m[POSITION]) ** 2
-            elsewhere = chance - 0.5 * outside2 / (h.covariance[POSITION, POSITION] + own)
+            elsewhere = chance - 0.5 * self._beyond(h, nominal, own)
             otherwise = self._otherwise(h, innovation2, expected, rare, elsewhere)
             for quantity, wide in self._others:
                 h.covariance.widened(quantity, wide, otherwise)
             total = h.covariance.variance(row) + own
-            least = outside2 / (h.covariance[POSITION, POSITION] + own) * total
+            least = self._beyond(h, nominal, own) * total
             likelihood = _likelihood(ca.fmax(innovation2, least), total) + ca.if_else(otherwise, rare, 0.0)
             fits = likelihood > elsewhere
             h.covariance.add(POSITION, ca.if_else(fits, arrived, 0.0))
@@ -331,9 +330,11 @@ class Hypotheses:
         """By how much the position's variance grows if the machine leaks otherwise [m2]."""
         return sum(h.covariance.widening(quantity, wide) for quantity, wide in self._others)
 
-    def _outside(self, position: Any) -> Any:
-        """How far a position is beyond the cylinder's ends [m], where no piston can be."""
-        return ca.fmax(ca.fmax(-position, position - self._stroke), 0.0)
+    def _beyond(self, h: Hypothesis, nominal: Any, own: Any) -> Any:
+        """How far a hypothesis is beyond the cylinder's ends, where no piston can be, squared and normalised [1]."""
+        position = nominal + h.mean[POSITION]
+        outside = ca.fmax(ca.fmax(-position, position - self._stroke), 0.0)
+        return outside**2 / (h.covariance[POSITION, POSITION] + own)
 
     def _otherwise(self, h: Hypothesis, innovation2: Any, total: Any, rare: Any, chance: Any) -> Any:
         """Whether it is likeliest that the machine has leaked otherwise than believed since the last reference."""

@@ -31,6 +31,7 @@ from ramsight.sensor.pressures import measured_pressures
 from ramsight.sensor.relief import passed_share, passing
 from ramsight.sensor.resting import creep, unseen_load
 from ramsight.sensor.virtual_sensor import IS_REFERENCED, LINK_ANGLE, VARIANCE, SensorGraph, VirtualSensor
+from ramsight.sensor.warming import warming_of
 
 _VELOCITY_SMOOTHING = 0.1  # s
 _FASTEST = 1.1  # share of the velocity at the highest motor speed that no correction exceeds
@@ -77,9 +78,10 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
         graph, stroke, assumed, known=referenced, first=first, start_variance=variance, with_link=link is not None
     )
 
+    warming = warming_of(graph)
     around = bank.means()
     learned = (around[0], *around[3:])
-    step = observer.step([leaking.factor(*learned), around[1], around[2]], watch.held)
+    step = observer.step([leaking.factor(*learned), around[1], around[2]], watch.held, warming)
     travel_by, torque_by = (leaking.derivatives(by, *learned) for by in (step.travel_by, step.torque_by))
 
     nominal = graph.position + step.travel
@@ -87,7 +89,8 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     doubt = passing(circuit, step.z, lambda name: symbol(f"circuit.{name}"), graph.extending_speed, setting)
     contact = watch.look(step, nominal, symbol("stroke"), ca.sqrt(bank.variance()), referenced, doubt)
     passed, pending = _relief(graph, bank, step, doubt, contact)
-    creeps = creep(graph, step, unit, symbol("relief_load"), viscosity(graph.oil_temperature), assumed.machine)
+    load = step.load / symbol("relief_load")
+    creeps = creep(graph, unit, load, viscosity(graph.oil_temperature), warming, assumed.machine)
     rests = is_in(contact.mode, (Mode.RESTING_ON_VALVE,))
     grows = intake.drift + passed + ca.if_else(rests, creeps, 0.0)
     _predict(graph, bank, step, travel_by, around, grows, leaking, assumed)

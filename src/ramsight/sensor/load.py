@@ -65,7 +65,6 @@ class LoadStep:
         torque: as expected after the correction [N m].
         z: the circuit's states.
         velocity: of the piston [m/s].
-        warming: of the oil [K/s].
     """
 
     travel: Any
@@ -88,7 +87,6 @@ class LoadStep:
     torque: Any
     z: Any
     velocity: Any
-    warming: Any
 
 
 def _beyond(value: Any, limit: Any) -> Any:
@@ -145,18 +143,20 @@ class LoadObserver:
         self._pressures = MeasuredPressures(graph, balance, assumptions) if PRESSURES[0] in graph.measured else None
         self._slopes = {name: [graph.state(f"{state}_by_{name}") for state in self._names] for name in FACTORS}
 
-    def step(self, factors: list[Any], held: Any) -> LoadStep:
+    def step(self, factors: list[Any], held: Any, warming: Any = None) -> LoadStep:
         """One sample.
 
         Args:
             factors: in the order of `FACTORS`, as believed before the sample.
             held: whether the piston is held where it is.
+            warming: of the oil [K/s], if it is known already.
         """
         graph, balance = self._graph, self._balance
         h = ca.fmax(graph.elapsed, _SHORTEST)
         mean, w = 0.5 * (graph.last_speed + graph.motor_speed), graph.motor_speed
         acceleration = (w - graph.last_speed) / h
-        warming = warming_of(graph)
+        if warming is None:
+            warming = warming_of(graph) if balance.expands else 0.0
         p = balance.parameters_at(self._p, graph.oil_temperature, graph.commands, warming=warming)
         before = ca.vertcat(*self._before)
         if self._pressures is not None:
@@ -231,7 +231,6 @@ class LoadObserver:
             torque=second.torque,
             z=z,
             velocity=z[1],
-            warming=warming,
         )
 
     def _surprise(

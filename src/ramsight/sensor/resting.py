@@ -21,7 +21,7 @@ _TURNING = 1.0  # rad/s
 
 
 def creep(
-    graph: SensorGraph, step: LoadStep, unit: HydraulicUnit, relief_load: Any, viscosity: Any, machine: AssumedMachine
+    graph: SensorGraph, unit: HydraulicUnit, load: Any, viscosity: Any, warming: Any, machine: AssumedMachine
 ) -> Any:
     """By how much the position's standard deviation grows while a closed valve holds the load [m].
 
@@ -31,20 +31,20 @@ def creep(
 
     Args:
         graph: the sensor's graph.
-        step: of the load observer.
         unit: the unit.
-        relief_load: that the relief valves carry [N].
+        load: over what the relief valves carry [1].
         viscosity: of the oil [m2/s].
+        warming: of the oil [K/s].
         machine: how far it may be from its description.
     """
     area = float(unit.cylinder.area(unit.held))
-    pressure = limits_of(unit).pressure * ca.fmin(ca.fabs(step.load) / relief_load, 1.0)
+    pressure = limits_of(unit).pressure * ca.fmin(ca.fabs(load), 1.0)
     leaks = machine.closed_leakage * CLOSED_POINT * pressure / viscosity / area * graph.elapsed
     height = graph.position if unit.held == "a" else unit.cylinder.stroke - graph.position
-    dead = float(getattr(unit.cylinder, f"dead_volume_{unit.held}")) / area
+    dead = float(unit.cylinder.dead_volume(unit.held)) / area
     per_kelvin = trapped_expansion(graph.oil_temperature, MINERAL_EXPANSION) * (ca.fmax(height, 0.0) + dead)
     share = machine.expansion if unit.oil.expansion is not None else math.hypot(1.0, machine.expansion)
-    return leaks + share * per_kelvin * ca.fabs(step.warming) * graph.elapsed
+    return leaks + share * per_kelvin * ca.fabs(warming) * graph.elapsed
 
 
 def unseen_load(graph: SensorGraph, step: LoadStep, held: Any, expected: Any) -> Any:

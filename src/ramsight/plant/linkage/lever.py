@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 
 from ramsight.machine import linkage as description
+from ramsight.plant.linkage import parts
 
 
 @dataclass(frozen=True)
@@ -69,12 +70,11 @@ def lever(spec: description.Linkage | None, cylinder: str) -> Lever | None:
     """
     if spec is None or cylinder not in spec.cylinders:
         return None
-    found, joint = spec.cylinders[cylinder], spec.moved_joint(cylinder)
-    body = spec.bodies[joint]
-    here, there = (found.rod, found.base) if found.rod.body == joint else (found.base, found.rod)
-    if not isinstance(body, description.TurningBody) or there.body != body.parent:
+    moved = parts.strut(spec, cylinder)
+    body, (here, there, other) = spec.bodies[moved.joint], moved.pins
+    if not isinstance(body, description.TurningBody) or other != body.parent:
         return None
-    near = here.x - body.pivot.x, here.z - body.pivot.z
-    far = there.x - body.pivot.x, there.z - body.pivot.z
+    near = here[0] - body.pivot.x, here[1] - body.pivot.z
+    far = there[0] - body.pivot.x, there[1] - body.pivot.z
     drawn = math.atan2(near[0] * far[1] - near[1] * far[0], near[0] * far[0] + near[1] * far[1])
-    return Lever(math.hypot(*near), math.hypot(*far), drawn, found.retracted_length)
+    return Lever(math.hypot(*near), math.hypot(*far), drawn, moved.retracted_length)

@@ -151,8 +151,7 @@ def _linked(body: Linked, poses: dict[str, Pose]) -> tuple[Any, Any]:
 def _closed(body: Body, strut: Strut, length: Any, poses: dict[str, Pose]) -> Any:
     """The joint's coordinate at which a cylinder has a length."""
     parent = poses[body.parent]
-    base, rod = (strut.base_x, strut.base_z), (strut.rod_x, strut.rod_z)
-    here, there, other = (rod, base, strut.base) if strut.near == "rod" else (base, rod, strut.rod)
+    here, there, other = strut.pins
     far = poses[other].at(*there)
     if isinstance(body, Sliding):
         start = parent.at(*here)

@@ -101,6 +101,12 @@ class Strut:
     near: str
     side: float
 
+    @property
+    def pins(self) -> tuple[tuple[float, float], tuple[float, float], str]:
+        """The pin on the body that the cylinders move, the other pin, and the body that this one is on."""
+        base, rod = (self.base_x, self.base_z), (self.rod_x, self.rod_z)
+        return (rod, base, self.base) if self.near == "rod" else (base, rod, self.rod)
+
 
 @dataclass(frozen=True)
 class Spot:
