@@ -138,7 +138,7 @@ def errors(track: Any, run: MeasuredRun) -> dict[str, Any]:
     std, status = track["position_std"].values[good], track["status"].values[good]
     time = run.log["time"].values
     ends = [float((track["position"].values - true)[k] * 1e3) for k in ends_of_moves(time, true)]
-    wrong = (np.abs(error) > 4.0 * std) & (status < 20)
+    wrong = (np.abs(error) > 4.0 * std) & (status < Status.NOT_REFERENCED)
     return {
         "ends_mm": ends,
         "largest_end_mm": max((abs(end) for end in ends), default=None),

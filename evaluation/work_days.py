@@ -14,7 +14,8 @@ import xarray
 from numpy.typing import NDArray
 
 from ramsight import machine
-from ramsight.duty import DriveReport, report, simulate
+from ramsight.duty import report, simulate
+from ramsight.duty.drive_report import declared_report
 from ramsight.duty.work_day import work_day
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.as_built import AsBuilt
@@ -49,7 +50,7 @@ def data_sheets() -> dict[str, DdhUnit]:
 
 
 def drawn(unit: DdhUnit, seed: int, duration: float = 360.0) -> Day:
-    """A day of a machine drawn by its seed."""
+    """A day of a machine drawn by its seed; its drive reports what the unit declares."""
     random = np.random.default_rng([seed, sorted(LOADS).index(unit.name)])
     built = AsBuilt(
         leak=random.uniform(0.75, 1.25),
@@ -60,7 +61,7 @@ def drawn(unit: DdhUnit, seed: int, duration: float = 360.0) -> Day:
     gain, off = random.uniform(0.97, 1.03), random.uniform(-3.0, 3.0)
     duty = work_day(unit, LOADS[unit.name], random.uniform(298.15, 328.15), duration=duration, seed=seed)
     run = simulate(built.apply(unit), duty)
-    log = report(run, DriveReport(seed=seed))
+    log = report(run, declared_report(unit, seed))
     log["motor_torque"] *= gain
     log["oil_temperature"] += off
     relief = (run["relief_a_flow"].values > _PASSES) | (run["relief_b_flow"].values > _PASSES)

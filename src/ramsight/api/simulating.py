@@ -12,7 +12,7 @@ from ramsight.api.machines import AnyUnit, build
 from ramsight.duty import DriveReport, Duty, Magnets
 from ramsight.duty import report as report_of
 from ramsight.duty import simulate as run_of
-from ramsight.duty.link_report import declared_link
+from ramsight.duty.drive_report import declared_report
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.engine.run import DEFAULT_RTOL
 from ramsight.errors import DescriptionError
@@ -166,8 +166,9 @@ def drive_report(
         temperature_noise=read(temperature_noise, "delta_K", "temperature_noise", "0 K", "100 K"),
         torque_gain=read(torque_gain, "1", "torque_gain", "0.1", "10"),
         temperature_offset=read(temperature_offset, "delta_K", "temperature_offset", "-100 K", "100 K"),
-        link=None if machine is None else declared_link(build(machine, unit), seed),
         magnets=magnets,
         seed=seed,
     )
+    if machine is not None:
+        how = declared_report(build(machine, unit), seed, how)
     return report_of(checked(run, "run"), how)

@@ -15,14 +15,15 @@ class Trust(Enum):
     NONE = "stop"
 
 
-_STOPS = {Status.POSITION_LOST}
-"""Uncertain by name, but the position is gone: oil has left through the relief valve, nobody knows how much."""
+_STOPS = {Status.POSITION_LOST, Status.FAULT_PASSED}
+"""Uncertain by name, but the position is gone: nobody knows how much oil a relief valve let pass, or how wrong an input
+was."""
 
 
 def trust(status: Status) -> Trust:
     """What may be done while a sensor says so.
 
-    Every uncertain status but one only slows the cylinder down: its position is still the best there is, and its own
+    Nearly every uncertain status only slows the cylinder down: its position is still the best there is, and its own
     standard deviation says how good. Without a reference, with an invalid sample, and once the relief valve has let
     the position go, it stops.
 
@@ -42,6 +43,7 @@ def trust(status: Status) -> Trust:
 
 _NEEDS_A_REFERENCE = {
     Status.POSITION_LOST,
+    Status.FAULT_PASSED,
     Status.NOT_REFERENCED,
     Status.TOO_UNCERTAIN,
     Status.OUTSIDE_STROKE,

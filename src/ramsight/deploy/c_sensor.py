@@ -22,13 +22,15 @@ from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.hypotheses import learned
 from ramsight.sensor.persistence import CHANGED, CREEPING, DOUBTED, RESTING, SETTLING, TURNING
 from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import MEASURED, START_SLACK, VirtualSensor, is_variance
+from ramsight.sensor.virtual_sensor import MEASURED, SHAFT_ANGLE, START_SLACK, VirtualSensor, is_variance
 
 PLACES = ("position", "shown_position")
 """States that grow by little at a time; they stay doubles where reals are floats."""
 CLOCKS = ("time", "clock")
 """States that are times; the step is given how far they are back. A sum of times stays a double too, or a timer of
 samples would end a sample early or late at its limit."""
+ANGLES = {"last_shaft_angle": SHAFT_ANGLE}
+"""States that are what an input was, of which only the change counts: doubles, and the step is given the change."""
 ROW = ("time [s]", "motor speed [rad/s]", "motor torque [N m]", "oil temperature [K]", "reference [m]")
 """Columns of a row of samples; what else a sensor takes comes after them."""
 _SLOTS = "slots 2"
@@ -45,6 +47,10 @@ _MEANING = {
     "leak_factor": "leakage over the data sheet's",
     "displacement_factor": "displacement over the data sheet's",
     "compliance_factor": "compliance over the data sheet's",
+    "mode": "what the piston is doing, a number of docs/kalman.md",
+    "position_bound": "error that one sample in 100000 exceeds",
+    "speed_over_counter": "reported speed over the counter's, lately",
+    "torque_missing": "torque by the drive's power less the reported one, lately",
 }
 
 
@@ -84,7 +90,7 @@ def sensor_source(
     states = tuple(sorted(recursion.state, key=lambda name: name not in wide))
     values = {name: value for name, value in zip(recursion.state, sensor.initial.tolist(), strict=True) if value}
     identity = "\n".join((_SLOTS, sensor.kind, *states, *recursion.parameters)).encode() + sensor.parameters.tobytes()
-    wides = len(wide)
+    wides, changing = len(wide), {of for state, of in ANGLES.items() if state in states}
     macro = prefix.upper()
     common = {
         "p": prefix,
@@ -110,8 +116,8 @@ def sensor_source(
         initial=_lines(
             f"s->{name} = {'' if name in wide else 'R'}({literal(values[name])});" for name in states if name in values
         ),
-        further="".join(f"  const real u_{name} = in->{name};\n" for name in sensor.further),
-        relative=_lines(f"const wide x_{n} = s->{n} - in->time;" for n in states if n in CLOCKS),
+        further="".join(f"  const real u_{name} = in->{name};\n" for name in sensor.further if name not in changing),
+        relative=_lines(_relative(states)),
         step=_lines(step),
         texts=_lines((f'case {macro}_{s.name}: return "{s.text}";' for s in Status), 4),
         identity=f"0x{zlib.crc32(identity):08X}",
@@ -167,10 +173,22 @@ def golden_source(
         f"{rows('golden_out', outputs)}"
     )
     p = source.prefix
-    reads = "".join(f"    in.{name} = ({p}_real)sample[{k}];\n" for k, name in enumerate(further, len(ROW)))
-    resting = "".join(f"  in.{name} = ({p}_real)NAN;\n" for name in further)
+    reads = reading(p, further, "in", "sample")
+    resting = "".join(f"  in.{name} = ({type_of(name, p)})NAN;\n" for name in further)
     program = template("sensor_test.c", p=p, P=p.upper(), other=_OTHER_STATUSES, further=reads, resting=resting)
     return SensorSource(p, {**source.files, f"{p}_golden.h": text, f"{p}_test.c": program})
+
+
+def type_of(name: str, prefix: str) -> str:
+    """C type of a further input."""
+    return "double" if name in ANGLES.values() else f"{prefix}_real"
+
+
+def reading(prefix: str, further: Sequence[str], sample: str, row: str) -> str:
+    """Statements that fill a sample's further inputs from a row of numbers, which begins with `ROW`."""
+    return "".join(
+        f"    {sample}.{name} = ({type_of(name, prefix)}){row}[{k}];\n" for k, name in enumerate(further, len(ROW))
+    )
 
 
 def _lines(lines: Iterator[str] | list[str], indent: int = 2) -> str:
@@ -199,7 +217,7 @@ def _step(sensor: VirtualSensor, prefix: str) -> tuple[list[str], list[str], set
     values = prepare(sensor.parameters).full().ravel()
     extra = len(values) - len(recursion.parameters)
     names = [f"k_{k}" for k in range(extra)] + [f"k_{identifier_of(name)}" for name in recursion.parameters]
-    wide: set[str] = {*PLACES, *CLOCKS} & set(recursion.state)
+    wide: set[str] = {*PLACES, *CLOCKS, *ANGLES} & set(recursion.state)
     while True:  # a sum of doubles is a double, and so is a state that it becomes
         scribe = _Scribe(recursion, prefix, names, frozenset(wide))
         lines = statements(step, scribe.read, scribe.write, PLAIN)
@@ -212,6 +230,17 @@ def _step(sensor: VirtualSensor, prefix: str) -> tuple[list[str], list[str], set
         if name in scribe.used
     ]
     return [*scribe.loaded.values(), *lines], constants, wide
+
+
+def _relative(states: Sequence[str]) -> Iterator[str]:
+    """How far back clocks and angles are, of which now is 0."""
+    for name in states:
+        if name in CLOCKS:
+            yield f"const wide x_{name} = s->{name} - in->time;"
+        if name in ANGLES:
+            of = ANGLES[name]
+            yield f"const real u_{of} = in->{of} == in->{of} ? R(0.0) : (real)NAN;"
+            yield f"const real x_{name} = (real)(s->{name} - in->{of});"
 
 
 class _Scribe:
@@ -231,8 +260,8 @@ class _Scribe:
             self.used.add(self._constants[k])
             return Term(self._constants[k])
         name = self._recursion.state[k]
-        kind = "wide" if name in self._wide else "real"
-        if name not in CLOCKS:
+        kind = "wide" if name in self._wide and name not in ANGLES else "real"
+        if name not in CLOCKS and name not in ANGLES:
             self.loaded[name] = f"const {kind} x_{name} = s->{name};"
         return Term(f"x_{name}", kind)
 
@@ -244,6 +273,8 @@ class _Scribe:
         name = self._recursion.state[k]
         if name in CLOCKS:
             return f"if ({term.text} == 0) s->{name} = in->time;"
+        if name in ANGLES:
+            return f"if ({term.text} == 0) s->{name} = in->{ANGLES[name]};"
         if term.kind == "wide":
             self.sums.add(name)
         return f"s->{name} = {as_kind('wide', term) if name in self._wide else number(term)};"
@@ -268,4 +299,4 @@ def _further(sensor: VirtualSensor, prefix: str) -> list[str]:
     notes |= {
         name: f"{MEASURED[name][1]} [{MEASURED[name][0]}]; NaN where it is not measured" for name in sensor.optional
     }
-    return [f"  {prefix}_real {name}; /* {notes[name]} */\n" for name in sensor.further]
+    return [f"  {type_of(name, prefix)} {name}; /* {notes[name]} */\n" for name in sensor.further]

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.duty import DriveReport, report, simulate
+from ramsight.duty import report, simulate
+from ramsight.duty.drive_report import declared_report
 from ramsight.duty.faults import Fault, inject
-from ramsight.duty.link_report import declared_link
 from ramsight.duty.work_day import work_day
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
@@ -66,7 +66,7 @@ def faulty_day(
     loads = (_LOADS[0] * force, _LOADS[1] * force)
     duty = work_day(unit, loads, _TEMPERATURE, duration=duration, visit_every=15.0, seed=seed)
     run = simulate(real or unit, duty)
-    log = report(run, DriveReport(link=declared_link(real or unit, seed), seed=seed))
+    log = report(run, declared_report(real or unit, seed))
     log = log.assign({name: run[name] for name in further if name not in log})
     log = log.assign(sample=("time", np.arange(run.sizes["time"])))
     known = np.full(run.sizes["time"], np.nan)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ramsight.deploy.c_sensor import ROW, SensorSource, template
+from ramsight.deploy.c_sensor import ROW, SensorSource, reading, template
 from ramsight.deploy.compiler import STRICT, library
 from ramsight.sensor.virtual_sensor import VirtualSensor
 
@@ -37,7 +37,7 @@ class CompiledSensor:
         outputs = sensor.recursion.outputs
         copies = "\n".join(f"    *out++ = (double)said.{name};" for name in outputs)
         further = sensor.further
-        reads = "".join(f"    sample.{n} = ({source.prefix}_real)in[{k}];\n" for k, n in enumerate(further, len(ROW)))
+        reads = reading(source.prefix, further, "sample", "in")
         replay = template(
             "sensor_replay.c", p=source.prefix, copies=copies, further=reads, columns=len(ROW) + len(further)
         )

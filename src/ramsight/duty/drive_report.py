@@ -3,18 +3,30 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.duty.link_report import LinkReport
-from ramsight.logs.channels import LINK_ANGLE, is_command
+from ramsight.duty.electrical import PowerReport, ShaftReport, declared_power, declared_shaft
+from ramsight.duty.link_report import LinkReport, declared_link
+from ramsight.logs.channels import (
+    DC_POWER,
+    DRIVE_LOG,
+    LINK_ANGLE,
+    PRESSURE_A,
+    PRESSURE_B,
+    SHAFT_ANGLE,
+    Channel,
+    is_command,
+)
+from ramsight.plant.unit import HydraulicUnit
 
 if TYPE_CHECKING:
     import xarray
 
+_PRESSURES = 0x70726573  # apart from the drive's noise of the same seed
 _RPM = 2.0 * math.pi / 60.0
 
 
@@ -75,6 +87,9 @@ class DriveReport:
         torque_gain: reported torque over the true one [1].
         temperature_offset: reported temperature less the true one [K].
         link: how a sensor of the moved body's angle is; None where there is none.
+        shaft: the counter of its shaft's position; None where it reports none.
+        power: of its DC link; None where it reports none.
+        pressure_noise: standard deviation of sensors of the chambers' pressures [Pa]; None where there are none.
         magnets: of the motor, if their warming up changes its torque constant.
         seed: of the noise; the same seed gives the same log.
     """
@@ -87,6 +102,9 @@ class DriveReport:
     torque_gain: float = 1.0
     temperature_offset: float = 0.0
     link: LinkReport | None = None
+    shaft: ShaftReport | None = None
+    power: PowerReport | None = None
+    pressure_noise: float | None = None
     magnets: Magnets | None = None
     seed: int = 0
 
@@ -109,6 +127,25 @@ def _rounded(values: NDArray[np.float64], step: float) -> NDArray[np.float64]:
     return np.round(values / step) * step if step > 0.0 else values
 
 
+def declared_report(unit: HydraulicUnit, seed: int, like: DriveReport | None = None) -> DriveReport:
+    """What a drive reports with all that a unit declares: its link's angle, shaft's counter, power and pressures.
+
+    Args:
+        unit: the unit; what its sensors are off by is drawn from what it declares.
+        seed: of that, and of all noise.
+        like: the rest; by default that of a usual CANopen drive.
+    """
+    std = unit.assumptions.pressure.std
+    return replace(
+        like or DriveReport(),
+        link=declared_link(unit, seed),
+        shaft=declared_shaft(unit),
+        power=declared_power(unit, seed),
+        pressure_noise=std if std > 0.0 else None,
+        seed=seed,
+    )
+
+
 def report(run: xarray.Dataset, how: DriveReport | None = None) -> xarray.Dataset:
     """The drive log of a simulated run.
 
@@ -118,7 +155,8 @@ def report(run: xarray.Dataset, how: DriveReport | None = None) -> xarray.Datase
 
     Returns:
         A Dataset over the same `time` with motor_speed, motor_torque and oil_temperature, the commands to the
-        circuit's parts, and the link's angle, if there are any.
+        circuit's parts, the link's angle, the shaft's angle, the DC link's power and the chambers' pressures, if there
+        are any.
     """
     how = how or DriveReport()
     names = ("motor_speed", "motor_torque", "oil_temperature")
@@ -130,8 +168,24 @@ def report(run: xarray.Dataset, how: DriveReport | None = None) -> xarray.Datase
     log = run[[*names, *commands]].copy(deep=True)
     for name, values in zip(names, reported, strict=True):
         log[name].values[:] = values
-    if how.link is not None:
-        angle = how.link.reported(run["time"].values, run["position"].values)
-        log[LINK_ANGLE.name] = ("time", angle, {"units": LINK_ANGLE.units, "long_name": LINK_ANGLE.long_name})
-    log.attrs = {"format": 1, "kind": "drive log"}
+    for channel, values in _further(run, how).items():
+        log[channel.name] = ("time", values, {"units": channel.units, "long_name": channel.long_name})
+    log.attrs = {"format": 1, "kind": DRIVE_LOG}
     return log
+
+
+def _further(run: xarray.Dataset, how: DriveReport) -> dict[Channel, NDArray[np.float64]]:
+    """What is reported beside speed, torque and temperature."""
+    time, speed, torque = (run[name].values for name in ("time", "motor_speed", "motor_torque"))
+    found = {}
+    if how.link is not None:
+        found[LINK_ANGLE] = how.link.reported(time, run["position"].values)
+    if how.shaft is not None:
+        found[SHAFT_ANGLE] = how.shaft.reported(time, speed)
+    if how.power is not None:
+        found[DC_POWER] = how.power.reported(speed, torque)
+    if how.pressure_noise is not None:
+        for k, channel in enumerate((PRESSURE_A, PRESSURE_B)):
+            noise = np.random.default_rng([how.seed, k, _PRESSURES]).standard_normal(len(time))
+            found[channel] = run[channel.name].values + how.pressure_noise * noise
+    return found

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-CHANNELS = ("motor_speed", "motor_torque", "oil_temperature")
+CHANNELS = ("motor_speed", "motor_torque", "oil_temperature", "shaft_angle", "dc_power")
 VALUE_KINDS = ("nan", "stuck", "offset", "gain", "sign")
 TIME_KINDS = ("dropout", "jitter", "reordering", "frozen", "jump")
 """The kinds that change a channel's values, and those that change when samples come."""
@@ -29,8 +29,8 @@ class Fault:
             seconds late, their times as they come. ``reordering``: neighbours change places, times with them.
             ``frozen``: time stands still. ``jump``: time is `size` seconds ahead.
         start, end: when it is there [s].
-        channel: motor_speed, motor_torque or oil_temperature; kinds that change time have none.
-        size: in the channel's SI unit [1, s, rad/s, N m or K].
+        channel: one of `CHANNELS`; kinds that change time have none.
+        size: in the channel's SI unit [1, s, rad/s, N m, K, rad or W].
     """
 
     kind: str

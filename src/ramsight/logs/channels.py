@@ -87,6 +87,20 @@ LINK_ANGLE = Channel(
     factor=math.pi / 180.0,
 )
 
+SHAFT_ANGLE = Channel(
+    "shaft_angle_deg",
+    "shaft_angle",
+    "rad",
+    "angle that the drive's counter says of the shaft, without jumps, growing where speed is positive",
+    factor=math.pi / 180.0,
+)
+DC_POWER = Channel("dc_power_w", "dc_power", "W", "power that the drive takes from its DC link")
+PRESSURES = (PRESSURE_A, PRESSURE_B)
+FURTHER = (LINK_ANGLE, *PRESSURES, SHAFT_ANGLE, DC_POWER)
+"""What a sensor takes beside a drive's report where its machine declares it."""
+DRIVE_LOG = "drive log"
+"""Kind of a `Dataset` that is what a drive reports and nothing else, in its attributes."""
+
 
 def column_of(part: str) -> str:
     """Name of the command to a part in runs and logs."""

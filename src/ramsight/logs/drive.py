@@ -9,7 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.errors import LogError, OutputError
-from ramsight.logs.channels import LINK_ANGLE, MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPERATURE, REFERENCE, TIME, is_command
+from ramsight.logs.channels import (
+    DRIVE_LOG,
+    FURTHER,
+    MOTOR_SPEED,
+    MOTOR_TORQUE,
+    OIL_TEMPERATURE,
+    PRESSURES,
+    REFERENCE,
+    TIME,
+    is_command,
+)
 from ramsight.logs.lines import Advance, file_name
 from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.opening import check_temperature, open_log
@@ -81,7 +91,8 @@ def write_drive_log(log: xarray.Dataset, path: str | Path) -> None:
 
     Args:
         log: over ``time`` [s]: ``motor_speed`` [rad/s], ``motor_torque`` [N m], ``oil_temperature`` [K] and perhaps
-            ``reference`` [m] and ``link_angle`` [rad], NaN where there is none.
+            ``reference`` [m], ``link_angle`` [rad], ``shaft_angle`` [rad], ``dc_power`` [W], and of a drive's report
+            ``pressure_a`` and ``pressure_b`` [Pa], NaN where there is none.
         path: the file, ``.csv``, ``.csv.gz``, ``.parquet`` or ``.mf4``.
 
     Raises:
@@ -110,11 +121,14 @@ def write_drive_log(log: xarray.Dataset, path: str | Path) -> None:
     missing = [name for name in needed if name not in log.variables]
     if missing:
         raise OutputError(f"{file}: a drive log needs {', '.join(needed)}; missing {', '.join(missing)}")
-    for name in [*needed, REFERENCE.name, LINK_ANGLE.name]:
+    # A simulated run has pressures that no drive reports.
+    reported = log.attrs.get("kind") == DRIVE_LOG
+    further = [one for one in (REFERENCE, *FURTHER) if reported or one not in PRESSURES]
+    for name in [*needed, *(one.name for one in further)]:
         if name in log.variables and log[name].dims != ("time",):
             raise OutputError(f"{file}: {name} of a drive log runs over time alone, not over {log[name].dims}")
     columns = {TIME: np.asarray(log["time"].values, dtype=np.float64)}
-    for channel in (*CHANNELS, REFERENCE, LINK_ANGLE):
+    for channel in (*CHANNELS, *further):
         if channel.name in log.variables:
             columns[channel.column] = channel.from_si(_finite(log[channel.name].values))
     commands = [str(name) for name in log.data_vars if is_command(str(name))]

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.errors import DescriptionError
+from ramsight.logs.channels import FURTHER as FURTHER_CHANNELS
 from ramsight.logs.channels import (
-    LINK_ANGLE,
     MOTOR_SPEED,
     MOTOR_TORQUE,
     OIL_TEMPERATURE,
@@ -36,13 +36,13 @@ INSTEAD = {"angle": "speed", "current": "torque"}
 MEASURED = {"position": POSITION, "pressure_a": PRESSURE_A, "pressure_b": PRESSURE_B}
 """What a map may name beside what a drive reports, under `measured`: for identification and judgement only."""
 
-FURTHER = {"link_angle": LINK_ANGLE, "pressure_a": PRESSURE_A, "pressure_b": PRESSURE_B}
+FURTHER = {channel.name: channel for channel in FURTHER_CHANNELS}
 """Tables of a map, and columns of a log, that a sensor takes where its machine declares them."""
 
 SI = {
     "time": "s", "speed": "rad/s", "torque": "N m", "temperature": "K", "reference": "m", "angle": "rad",
     "current": "A", "command": "1", "position": "m", "pressure_a": "Pa", "pressure_b": "Pa",
-    "link_angle": "rad",
+    "link_angle": "rad", "shaft_angle": "rad", "dc_power": "W",
 }  # fmt: skip
 
 HOLD = {"speed": 0.5, "torque": 0.5, "temperature": 60.0, "reference": 0.5}

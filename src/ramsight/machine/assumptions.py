@@ -127,6 +127,45 @@ class AssumedPressure(Part):
     )
 
 
+class AssumedShaft(Part):
+    """The drive's counter of the shaft's position beside its speed; a sensor takes it only where it is declared."""
+
+    std: Annotated[
+        float,
+        quantity("deg", "steps and errors of its angle, std; 0 where there is none", least="0 deg", most="90 deg"),
+    ] = 0.0
+    # Drives report whole revolutions a minute.
+    speed: Annotated[
+        float, quantity("rpm", "by which the reported speed may be off all the time", least="0 rpm", most="100 rpm")
+    ] = 2.0 * math.pi / 60.0
+
+
+class AssumedPower(Part):
+    """The drive's power from its DC link; a sensor takes it only where it is declared.
+
+    What the motor and its inverter lose is P0 + (copper (torque/torque_r)^2 + iron speed/speed_r) torque_r speed_r,
+    with the torque at relief pressure and the highest speed.
+    """
+
+    # Current sensors of inverters have 1 ... 2 % of their range.
+    std: Annotated[
+        float,
+        quantity("%", "noise, over torque_r speed_r, std; 0 where there is none", least="0 %", most="20 %"),
+    ] = 0.0
+    gain: Annotated[
+        float, quantity("%", "of the reading and of the torque together, std", least="0 %", most="30 %")
+    ] = 0.02
+    # Magnets that warm by 60 K within half an hour take 7 % of the torque.
+    walk: Annotated[
+        float, quantity("%/sqrt(h)", "change of that in time, std", least="0 %/sqrt(h)", most="100 %/sqrt(h)")
+    ] = 0.02 / 60.0
+    standby: Annotated[float, quantity("W", "that the inverter takes at rest", least="0 W", most="10000 W")] = 50.0
+    # Motors with permanent magnets and their inverters have 90 ... 93 % at their rating.
+    copper: Annotated[float, quantity("%", "loss that goes with the torque squared", least="0 %", most="50 %")] = 0.05
+    iron: Annotated[float, quantity("%", "loss that goes with the speed", least="0 %", most="50 %")] = 0.03
+    losses: Annotated[float, quantity("%", "of those losses, std", least="1 %", most="100 %")] = 0.2
+
+
 class AssumedStops(Part):
     """End stops, other contacts, switches and positions given by hand."""
 
@@ -202,4 +241,6 @@ class Assumptions(Part):
     )
     stops: Annotated[AssumedStops, Field(description="end stops, other contacts and references")] = AssumedStops()
     pressure: Annotated[AssumedPressure, Field(description="sensors of the chambers' pressures")] = AssumedPressure()
+    shaft: Annotated[AssumedShaft, Field(description="the drive's counter of the shaft's position")] = AssumedShaft()
+    power: Annotated[AssumedPower, Field(description="the drive's power from its DC link")] = AssumedPower()
     link_angle: Annotated[AssumedLinkAngle, Field(description="sensor of the moved body's angle")] = AssumedLinkAngle()

@@ -34,11 +34,16 @@ POSITION, LEAK, DISPLACEMENT, COMPLIANCE, LAG, EXPONENT, LOW, TOP, OFFSET = rang
 BOUNDS = ((0.3, 4.0), (0.97, 1.03), (0.4, 2.5))
 """What the factors are kept within [1]."""
 _OUTSIDE = 0.05  # share of the truth that the band may miss
+RISK = 1e-5
+"""Share of the samples at which an error may be larger than the position's bound and nothing says so."""
+CERTAIN = math.sqrt(-2.0 * math.log(RISK))
+"""Standard deviations that a normal error exceeds no more often: P(|e| > k sigma) <= exp(-k^2/2) (Chernoff)."""
 _TAUGHT = 1e-3  # of the leakage's variance, as little as ever remains
 _NEVER = 1e9  # a logarithm that no likelihood reaches
 _LEAST = -12.0  # natural logarithm of the least weight over the largest, so that a hypothesis can come back
 _ADAPTS = 0.2  # share of the newest reference in the mean of the normalised innovations
 _MOST = 25.0  # of a normalised innovation; a larger one is none of a walk
+_STEP = 0.3  # of the logarithm of the band's width, by which a reference outside it widens it
 _LEARNED = frozenset(
     f"{name}_{what}"
     for name in NAMES
@@ -143,6 +148,7 @@ class Hypotheses:
             weight = graph.state(f"{name}_weight", math.log(probability))
             self.all.append(Hypothesis(mean, covariance, weight))
         self._adapt = graph.state("innovations")  # their mean square over the expected one, less 1
+        self._width = graph.state("band_width", 1.0)
 
     @property
     def _size(self) -> int:
@@ -309,12 +315,30 @@ class Hypotheses:
         taken = ca.if_else(use, fits, 0.0)
         adapt = ca.if_else(fits, adapt, self._adapt)
         self._graph.becomes("innovations", ca.if_else(use, adapt, self._adapt))
+        self._widen(ca.sqrt(newest), ca.logic_and(use, fits))
         # A reference is never an obstacle.
         doubts = ca.if_else(low + top > 0.0, chance - likelihoods[0], _NEVER)
         self._renew(fits, kept[0], doubts)
         self._keep(kept, use)
         moved = self._recentre()
         return Measured(taken, ca.logic_and(use, ca.logic_not(taken)), moved)
+
+    def _widen(self, size: Any, use: Any) -> None:
+        """Let references say how wide the band has to be: adaptive conformal inference.
+
+        One outside the band widens it by a step, one inside narrows it by as much as makes five of a hundred outside,
+        but never below what the filter says. So a model's error that nobody thought of widens the band as well.
+
+        Args:
+            size: of the innovation over its standard deviation [1].
+            use: whether a reference was taken.
+
+        Source: Gibbs and Candès (2021), Adaptive conformal inference under distribution shift, equation (2), in the
+        logarithm of the width.
+        """
+        outside = size > TWO_SIDED_95 * self._width
+        wider = self._width * ca.if_else(outside, math.exp(_STEP * (1.0 - _OUTSIDE)), math.exp(-_STEP * _OUTSIDE))
+        self._graph.becomes("band_width", ca.if_else(use, ca.fmax(wider, 1.0), self._width))
 
     def _normalise(self) -> None:
         """The likeliest has the weight 0, and none is out of reach."""
@@ -399,7 +423,26 @@ class Hypotheses:
             std = ca.sqrt(ca.fmax(h.covariance[POSITION, POSITION], 0.0))
             counts = ca.fmin(ca.fmax(2.0 * w / _OUTSIDE - 1.0, 0.0), 1.0)
             wide = ca.fmax(wide, counts * (ca.fabs(h.mean[POSITION]) + ONE_SIDED_95 * std) / TWO_SIDED_95)
-        return wide
+        return self._graph.becoming("band_width") * wide
+
+    def bound(self) -> Any:
+        """The error that no more than `RISK` of the samples exceed, whichever hypothesis is true [m].
+
+        By the separation of solutions, as satellite navigation bounds its errors: each hypothesis has its own position
+        and deviation, and has a part in the bound as large as its probability asks for,
+
+            b = max_h |x_h - x| + sigma_h sqrt(2 ln(w_h / RISK)).
+
+        That the position may be wrong for a reason of no stated kind counts from where evidence speaks for it: until
+        then its weight is an assumption (`stops.wrong`), not a finding.
+        """
+        wide: Any = 0.0
+        for k, (w, h) in enumerate(zip(self._probabilities(), self.all, strict=True)):
+            share = w - 2.0 * self._assumptions.stops.wrong if k == _WRONG else w
+            std = ca.sqrt(ca.fmax(h.covariance[POSITION, POSITION], 0.0))
+            sure = ca.sqrt(2.0 * ca.log(ca.fmax(share, RISK) / RISK))
+            wide = ca.fmax(wide, ca.if_else(share > RISK, ca.fabs(h.mean[POSITION]) + sure * std, 0.0))
+        return self._graph.becoming("band_width") * wide
 
     def untaught(self) -> Any:
         """Standard deviation of the position [m] if the machine leaks otherwise than believed, while it may."""

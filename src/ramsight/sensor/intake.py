@@ -146,7 +146,8 @@ def take_in(graph: SensorGraph, unit: HydraulicUnit, limits: Limits) -> Intake:
     graph.becomes("motor_torque", graph.motor_torque)
     graph.motor_speed = ca.if_else(speed_ok, w, last_speed)
     graph.last_speed = ca.if_else(counted, last_speed, graph.motor_speed)
-    graph.angle = 0.5 * (graph.last_speed + graph.motor_speed) * elapsed
+    graph.mean_speed = 0.5 * (graph.last_speed + graph.motor_speed)
+    graph.angle = graph.mean_speed * elapsed
     graph.oil_temperature = temperature
     graph.becomes("motor_speed", graph.motor_speed)
     graph.becomes("time", time)

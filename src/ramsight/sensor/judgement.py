@@ -9,6 +9,7 @@ import casadi as ca
 
 from ramsight.plant.limits import Limits
 from ramsight.sensor.contact import Contact
+from ramsight.sensor.drive_check import DriveChecks
 from ramsight.sensor.intake import Intake
 from ramsight.sensor.load import LoadStep
 from ramsight.sensor.status import Status
@@ -55,6 +56,8 @@ def judge(
     stroke: Any,
     disputed: Any,
     known: Any,
+    checks: DriveChecks,
+    fault_passed: Any,
 ) -> Any:
     """The status of a sample as a number.
 
@@ -71,6 +74,8 @@ def judge(
         stroke: [m].
         disputed: whether a reference was refused and none has been taken since.
         known: whether a position has ever been known.
+        checks: what the drive's report says of itself.
+        fault_passed: whether it has contradicted itself since the last reference.
     """
     dt, w = graph.elapsed, graph.motor_speed
     free = ca.logic_not(contact.held)
@@ -104,17 +109,24 @@ def judge(
         (relief.doubt > 0.0, Status.NEAR_RELIEF),
         (intake.gap, Status.INPUT_GAP),
         (disputed, Status.REFERENCE_REFUSED),
+        (checks.speed_wrong, Status.SPEED_WRONG),
+        (checks.counter_wrong, Status.COUNTER_WRONG),
         (relief.grown > WARNING * stroke, Status.POSITION_LOST),
+        (fault_passed, Status.FAULT_PASSED),
         (ca.logic_not(known), Status.NOT_REFERENCED),
         (ca.logic_and(known, std > LIMIT * stroke), Status.TOO_UNCERTAIN),
         (ca.logic_and(known, outside), Status.OUTSIDE_STROKE),
         (ca.logic_or(ca.logic_or(implausible, offset), intake.overtorque), Status.IMPLAUSIBLE_TORQUE),
         (intake.overspeed, Status.IMPLAUSIBLE_SPEED),
+        (checks.undecided, Status.SPEED_CONTRADICTED),
+        (checks.torque_wrong, Status.TORQUE_CONTRADICTED),
         (intake.stuck, Status.INPUT_STUCK),
         (intake.frozen, Status.TIME_FROZEN),
         (intake.lost, Status.INPUT_LOST),
     ]
     code = float(Status.OK)
     for condition, status in rising:
+        if isinstance(condition, float):
+            continue  # never, in this circuit
         code = ca.if_else(condition, float(status), code)
     return code

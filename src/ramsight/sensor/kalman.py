@@ -17,10 +17,12 @@ from ramsight.errors import DescriptionError
 from ramsight.plant.balance import FACTORS, Balance, balance
 from ramsight.plant.limits import limits_of
 from ramsight.plant.linkage.lever import Lever
+from ramsight.plant.oil import T40
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.contact import Contact, ContactWatch
-from ramsight.sensor.hypotheses import LEAK, Hypotheses, Measured
+from ramsight.sensor.drive_check import DriveChecks, check_drive, declared_checks
+from ramsight.sensor.hypotheses import CERTAIN, LEAK, Hypotheses, Measured
 from ramsight.sensor.intake import Intake, take_in
 from ramsight.sensor.judgement import Relief, judge
 from ramsight.sensor.leaking import Leaking
@@ -61,7 +63,8 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     limits, circuit = limits_of(unit), balance(unit)
     lever = _lever(unit, assumed)
     angles = () if lever is None else (LINK_ANGLE,)
-    graph = SensorGraph(circuit.model.commands, (*measured_pressures(assumed), *angles))
+    further = (*measured_pressures(assumed), *angles, *declared_checks(assumed))
+    graph = SensorGraph(circuit.model.commands, further)
     stroke = float(unit.cylinder.stroke)
     graph.initially("position", 0.5 * stroke)
     graph.parameters.add("stop_stiffness", float(unit.cylinder.stop_stiffness))
@@ -71,6 +74,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     observer = LoadObserver(graph, circuit, limits, assumed)
     symbol = graph.parameters.symbol
     viscosity = circuit.oil_of(lambda name: symbol(f"circuit.{name}")).viscosity
+    checks = check_drive(graph, assumed, limits, viscosity(T40) / viscosity(graph.oil_temperature))
     leaking = Leaking(graph, viscosity, first, observer.expected / symbol("relief_torque"))
     watch = ContactWatch(graph, float(unit.lift_sign), assumed.stops)
     link = None if lever is None else LinkAngle(graph, lever, assumed)
@@ -92,11 +96,11 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     load = step.load / symbol("relief_load")
     creeps = creep(graph, unit, load, viscosity(graph.oil_temperature), warming, assumed.machine)
     rests = is_in(contact.mode, (Mode.RESTING_ON_VALVE,))
-    grows = intake.drift + passed + ca.if_else(rests, creeps, 0.0)
+    grows = intake.drift + passed + ca.if_else(rests, creeps, 0.0) + checks.grows
     _predict(graph, bank, step, travel_by, around, grows, leaking, assumed)
     observer.release(contact.released, step.carried)
-    _torque(graph, bank, step, contact, torque_by, around)
-    measured = _measure(graph, bank, step, contact, nominal, assumed, link, referenced)
+    _torque(graph, bank, step, contact, torque_by, around, checks)
+    measured = _measure(graph, bank, step, contact, nominal, assumed, link, referenced, checks)
     # A stop gives way; what it gives back once the piston is let go is travel.
     given_way = contact.pressed / symbol("stop_stiffness")
     begins = ca.if_else(contact.touched, contact.place, nominal + ca.if_else(contact.released, given_way, 0.0))
@@ -110,6 +114,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     disputed = graph.state("disputed")
     disputed_1 = ca.if_else(measured.taken, 0.0, ca.fmax(disputed, ca.logic_and(measured.refused, graph.referenced)))
     graph.becomes("disputed", disputed_1)
+    fault_passed = _fault_passed(graph, checks, measured)
     graph.becomes(IS_REFERENCED, known)
     total = bank.variance()
     graph.becomes(VARIANCE, ca.fmax(total, 0.0))
@@ -118,7 +123,9 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     unseen = unseen_load(graph, step, unmoved, assumed.machine.unseen_load * symbol("relief_load"))
     # How much of what the oil carries the stop carries is not known while it is held.
     into = ca.if_else(contact.held, step.carried / symbol("stop_stiffness"), 0.0)
-    std = ca.sqrt(bank.band() ** 2 + unseen**2 + into**2 + step.noise_travel**2) + pending
+    gives = step.give * checks.torque_off / symbol("travel_per_radian")
+    seen = unseen**2 + into**2 + step.noise_travel**2 + gives**2
+    std = ca.sqrt(bank.band() ** 2 + seen) + pending
     code = judge(
         graph,
         intake,
@@ -132,10 +139,31 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
         stroke=symbol("stroke"),
         disputed=disputed_1,
         known=known,
+        checks=checks,
+        fault_passed=fault_passed,
     )
     factors = [(after[k], bank.factor_std(k + LEAK)) for k in range(len(FACTORS))]
     bank.close()
-    return _report(graph, step, intake, position, std, code, factors, measured.taken, contact, circuit)
+    bound = ca.sqrt(bank.bound() ** 2 + CERTAIN**2 * seen) + CERTAIN * pending
+    more = {"position_bound": (bound, "m"), **checks.more}
+    return _report(graph, step, intake, position, std, code, factors, measured.taken, contact, circuit, more)
+
+
+def _fault_passed(graph: SensorGraph, checks: DriveChecks, measured: Measured) -> Any:
+    """Whether inputs have contradicted each other since the last reference: by how much it was wrong nobody knows.
+
+    Where speed and counter were apart and it turns out which of them was right, that is known.
+    """
+    if not checks.declared:
+        return 0.0
+    decided = ca.logic_or(checks.speed_wrong, checks.counter_wrong)
+    since = []
+    for name, now, over in (("speed", checks.undecided, decided), ("torque", checks.torque_wrong, 0.0)):
+        before = graph.state(f"{name}_contradicted")
+        after = ca.if_else(now, 1.0, ca.if_else(ca.logic_or(measured.taken, over), 0.0, before))
+        graph.becomes(f"{name}_contradicted", after)
+        since.append(after)
+    return ca.logic_or(*since)
 
 
 def _lever(unit: HydraulicUnit, assumed: Assumptions) -> Lever | None:
@@ -206,7 +234,13 @@ def _predict(
 
 
 def _torque(
-    graph: SensorGraph, bank: Hypotheses, step: LoadStep, contact: Contact, torque_by: list[Any], around: list[Any]
+    graph: SensorGraph,
+    bank: Hypotheses,
+    step: LoadStep,
+    contact: Contact,
+    torque_by: list[Any],
+    around: list[Any],
+    checks: DriveChecks,
 ) -> None:
     """What a torque tells of the machine where it tells nothing of the load.
 
@@ -224,6 +258,7 @@ def _torque(
     blind = closed_for_1 > _SETTLED
     model = (_MODEL * torque_by[2]) ** 2 + ca.if_else(blind, (_FRICTION * graph.motor_torque) ** 2, 0.0)
     variance = (step.noise**2 + model) * inflation
+    blind, pushes = checks.unless_contradicted(blind), checks.unless_contradicted(pushes)
     bank.torque(torque_by, around, step.surprise, variance, leak=blind, compliance=pushes)
 
 
@@ -236,11 +271,16 @@ def _measure(
     assumed: Assumptions,
     link: LinkAngle | None,
     known: Any,
+    checks: DriveChecks,
 ) -> Measured:
-    """References, contacts and angles, one a sample: a reference goes before a contact, and that before an angle."""
+    """References, contacts and angles, one a sample: a reference goes before a contact, and that before an angle.
+
+    What a torque shows while the drive's power contradicts it is no contact.
+    """
     stroke, stops = graph.parameters.symbol("stroke"), assumed.stops
     given = graph.referenced
-    by_contact = ca.logic_and(contact.anew, ca.logic_not(given))
+    anew = checks.unless_contradicted(contact.anew)
+    by_contact = ca.logic_and(anew, ca.logic_not(given))
     top = contact.at_top
     # The torque may be late: the oil seems to be compressed a little after it is.
     late = ca.fabs(step.free_travel) * ca.fmax(0.5 * assumed.drive.delay / ca.fmax(graph.elapsed, 1e-3), 0.5)
@@ -249,7 +289,7 @@ def _measure(
     arrived = ca.if_else(by_contact, late**2 + contact.doubt**2, 0.0)
     place = ca.if_else(given, graph.reference, ca.if_else(top, stroke, 0.0))
     variance = ca.if_else(given, stops.reference**2, own)
-    use, by_offset = ca.logic_or(given, contact.anew), 0.0
+    use, by_offset = ca.logic_or(given, anew), 0.0
     elsewhere = ca.logic_not(by_contact)
     if link is not None:
         angle = link.look(step, known, use)
@@ -279,6 +319,7 @@ def _report(
     taken: Any,
     contact: Contact,
     circuit: Balance,
+    further: dict[str, tuple[Any, str]],
 ) -> VirtualSensor:
     """What the sensor says of the sample, and its graph closed."""
     stroke = graph.parameters.symbol("stroke")
@@ -298,9 +339,12 @@ def _report(
     moving = ca.if_else(contact.held, 0.0, step.travel / ca.fmax(dt, 1e-6))
     velocity = speed + dt / (_VELOCITY_SMOOTHING + dt) * (moving - speed)
     graph.becomes("velocity", velocity)
-    deviation = std + intake.unseen + ca.fabs(wanted - shown_1)
+    astray = intake.unseen + ca.fabs(wanted - shown_1)
+    deviation = std + astray
 
     more = circuit.chambers(step.z)
+    bound, unit = further["position_bound"]
+    more |= {**further, "position_bound": (bound + astray, unit)}
     for name, (value, error) in zip(FACTORS, factors, strict=True):
         more[f"{name}_factor"] = (value, "1")
         more[f"{name}_factor_std"] = (error, "1")

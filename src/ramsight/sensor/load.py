@@ -153,7 +153,7 @@ class LoadObserver:
         """
         graph, balance = self._graph, self._balance
         h = ca.fmax(graph.elapsed, _SHORTEST)
-        mean, w = 0.5 * (graph.last_speed + graph.motor_speed), graph.motor_speed
+        mean, w = graph.mean_speed, graph.motor_speed
         acceleration = (w - graph.last_speed) / h
         if warming is None:
             warming = warming_of(graph) if balance.expands else 0.0

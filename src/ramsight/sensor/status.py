@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from enum import IntEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+VALIDITIES = ("ok", "uncertain", "not referenced", "invalid")
+"""What a position may be worth; the later, the worse."""
+LEAST = (10, 30, 40)
+"""The least number of a status of each validity but the first."""
 
 
 class Status(IntEnum):
-    """Status of one sample; the larger, the worse. Below 10 ok, below 20 uncertain, below 30 not referenced."""
+    """Status of one sample. Below 10 ok, below 30 uncertain, below 40 not referenced, else invalid."""
 
     OK = 0
     REFERENCE_DUE = 10
@@ -19,20 +29,25 @@ class Status(IntEnum):
     INPUT_GAP = 17
     REFERENCE_REFUSED = 18
     POSITION_LOST = 19
-    NOT_REFERENCED = 20
-    TOO_UNCERTAIN = 30
-    OUTSIDE_STROKE = 31
-    IMPLAUSIBLE_TORQUE = 32
-    IMPLAUSIBLE_SPEED = 33
-    INPUT_STUCK = 34
-    TIME_FROZEN = 35
-    INPUT_LOST = 36
-    STATE_INVALID = 37
+    SPEED_WRONG = 20
+    COUNTER_WRONG = 21
+    FAULT_PASSED = 22
+    NOT_REFERENCED = 30
+    TOO_UNCERTAIN = 40
+    OUTSIDE_STROKE = 41
+    IMPLAUSIBLE_TORQUE = 42
+    IMPLAUSIBLE_SPEED = 43
+    INPUT_STUCK = 44
+    TIME_FROZEN = 45
+    INPUT_LOST = 46
+    SPEED_CONTRADICTED = 47
+    TORQUE_CONTRADICTED = 48
+    STATE_INVALID = 49
 
     @property
     def validity(self) -> str:
         """``ok``, ``uncertain``, ``not referenced`` or ``invalid``."""
-        return ("ok", "uncertain", "not referenced", "invalid")[int(self) // 10]
+        return VALIDITIES[bisect_right(LEAST, int(self))]
 
     @property
     def text(self) -> str:
@@ -52,6 +67,9 @@ _REASON = {
     Status.INPUT_GAP: "samples were missing",
     Status.REFERENCE_REFUSED: "a reference that cannot be true was refused; another is needed",
     Status.POSITION_LOST: "oil has passed the relief valve, or was drawn from the tank; a reference is needed",
+    Status.SPEED_WRONG: "the motor speed contradicts shaft and power; the shaft's counter is used",
+    Status.COUNTER_WRONG: "the shaft's counter contradicts speed and power; the motor speed is used",
+    Status.FAULT_PASSED: "the drive's report contradicted itself and does no more; a reference is needed",
     Status.TOO_UNCERTAIN: "the uncertainty is above its limit; a reference is needed",
     Status.OUTSIDE_STROKE: "the position would be outside the stroke; a reference is needed",
     Status.IMPLAUSIBLE_TORQUE: "implausible motor torque",
@@ -59,5 +77,20 @@ _REASON = {
     Status.INPUT_STUCK: "motor torque stuck",
     Status.TIME_FROZEN: "time does not advance",
     Status.INPUT_LOST: "motor speed, motor torque or time missing",
+    Status.SPEED_CONTRADICTED: "motor speed and the shaft's counter contradict each other",
+    Status.TORQUE_CONTRADICTED: "motor torque and the drive's power contradict each other",
     Status.STATE_INVALID: "the sensor was never started, or a value is no finite number; start it anew",
 }
+
+
+def validity_levels(status: Any) -> NDArray[np.int64]:
+    """Place of each status' validity in `VALIDITIES`.
+
+    Args:
+        status: numbers of `Status`, any shape.
+
+    Example:
+        >>> validity_levels([0, 10, 30, 49]).tolist()
+        [0, 1, 2, 3]
+    """
+    return np.searchsorted(LEAST, np.asarray(status), side="right")

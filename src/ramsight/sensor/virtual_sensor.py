@@ -30,9 +30,13 @@ _RELIEF_PASSES = 0.1  # s; five samples of a usual drive, so that noise alone do
 
 PRESSURES = ("pressure_a", "pressure_b")
 LINK_ANGLE = "link_angle"
+SHAFT_ANGLE = "shaft_angle"
+DC_POWER = "dc_power"
 MEASURED = {
     **dict.fromkeys(PRESSURES, ("Pa", "absolute")),
     LINK_ANGLE: ("rad", "of the body that the cylinder turns, against what it hangs on, 0 as drawn"),
+    SHAFT_ANGLE: ("rad", "that the drive's counter says of the shaft, growing where speed is positive"),
+    DC_POWER: ("W", "that the drive takes from its DC link, negative where it gives"),
 }
 """Inputs that a sensor takes where they are measured: unit, and what they are."""
 """Further inputs of a unit whose description declares pressure sensors; no number where one shows nothing."""
@@ -81,7 +85,7 @@ class SensorGraph:
 
     Args:
         commands: commanded parts of the circuit, whose commands are inputs after `INPUTS`.
-        measured: what else is an input after those, `PRESSURES` or `LINK_ANGLE`.
+        measured: what else is an input after those, of the keys of `MEASURED`.
     """
 
     def __init__(self, commands: Sequence[str] = (), measured: Sequence[str] = ()) -> None:
@@ -100,7 +104,8 @@ class SensorGraph:
         started, last_time, last_speed = self.state("started"), self.state("time"), self.state("motor_speed")
         self.elapsed = ca.if_else(started, ca.fmax(self.time - last_time, 0.0), 0.0)
         self.last_speed = ca.if_else(started, last_speed, self.motor_speed)
-        self.angle = 0.5 * (self.last_speed + self.motor_speed) * self.elapsed
+        self.mean_speed = 0.5 * (self.last_speed + self.motor_speed)
+        self.angle = self.mean_speed * self.elapsed
         self.becomes("started", 1.0)
         self.becomes("time", self.time)
         self.becomes("motor_speed", self.motor_speed)

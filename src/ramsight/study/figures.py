@@ -9,7 +9,7 @@ import numpy as np
 
 from ramsight.normal import TWO_SIDED_95
 from ramsight.output import atomic_path
-from ramsight.sensor.status import Status
+from ramsight.sensor.status import VALIDITIES, Status, validity_levels
 
 if TYPE_CHECKING:
     import xarray
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 ESTIMATE, TRUTH, ERROR, DOUBT = "#c8401e", "#1f2a36", "#2a6f97", "#e9b44c"
 _SHADES = {
-    int(one) // 10: (one.validity, colour)
+    VALIDITIES.index(one.validity): (one.validity, colour)
     for one, colour in (
         (Status.REFERENCE_DUE, DOUBT),
         (Status.NOT_REFERENCED, "#8a94a0"),
@@ -154,7 +154,7 @@ def draw_drive(axes: Any, log: xarray.Dataset) -> None:
 
 def shade_status(axes: Any, time: Any, status: Any) -> None:
     """Mark where the status is not ok, a colour for each validity."""
-    validity = np.asarray(status) // 10
+    validity = validity_levels(status)
     for level, (name, colour) in _SHADES.items():
         there = np.concatenate([[False], validity == level, [False]])
         edges = np.flatnonzero(np.diff(there.astype(int)))

@@ -35,7 +35,8 @@ class Fault(Enum):
     TEMPERATURE = (0, _COLD, 0x4200, _WARMTH, "S", "oil temperature missing or implausible; the last good one is used")
     TOO_UNCERTAIN = (POSITION_ERROR, 0, 0xFF01, _DEVICE, "F", "uncertainty above its limit, or outside the stroke")
     REFUSED = (POSITION_ERROR, 0, 0xFF02, _DEVICE, "F", "a reference (preset, switch, stop) contradicts the position")
-    IMPLAUSIBLE = (POSITION_ERROR, 0, 0xFF03, _DEVICE, "F", "implausible torque or speed, stuck torque, frozen time")
+    IMPLAUSIBLE = (POSITION_ERROR, 0, 0xFF03, _DEVICE, "F", "torque or speed implausible or contradicted, time frozen")
+    ONE_OF_TWO = (0, _INPUT, 0xFF04, _DEVICE, "M", "speed or counter of the shaft is wrong; the other one is used")
     DRIVE_SILENT = (POSITION_ERROR, _INPUT, 0x8250, _BUS, "F", "no speed and torque from the drive within 2002h")
     DRIVE_GONE = (POSITION_ERROR, _INPUT, 0x8130, _BUS, "F", "the drive's heartbeat is missing (1016h)")
     SHORT = (0, 0, 0x8210, _BUS, "S", "a PDO of the drive is shorter than what is mapped")
@@ -74,6 +75,9 @@ class Fault(Enum):
 OF_STATUS = {
     Status.REFERENCE_DUE: Fault.REFERENCE_DUE,
     Status.POSITION_LOST: Fault.REFERENCE_DUE,
+    Status.FAULT_PASSED: Fault.REFERENCE_DUE,
+    Status.SPEED_WRONG: Fault.ONE_OF_TWO,
+    Status.COUNTER_WRONG: Fault.ONE_OF_TWO,
     Status.OUTSIDE_TORQUE: Fault.LIMITS,
     Status.OUTSIDE_TEMPERATURE: Fault.LIMITS,
     Status.NEAR_RELIEF: Fault.LIMITS,
@@ -90,6 +94,8 @@ OF_STATUS = {
     Status.INPUT_STUCK: Fault.IMPLAUSIBLE,
     Status.TIME_FROZEN: Fault.IMPLAUSIBLE,
     Status.INPUT_LOST: Fault.IMPLAUSIBLE,
+    Status.SPEED_CONTRADICTED: Fault.IMPLAUSIBLE,
+    Status.TORQUE_CONTRADICTED: Fault.IMPLAUSIBLE,
     Status.STATE_INVALID: Fault.INTERNAL,
 }
 """The fault behind each status of the sensor."""

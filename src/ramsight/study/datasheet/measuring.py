@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.sensor.status import Status
+from ramsight.sensor.status import VALIDITIES, Status, validity_levels
 from ramsight.study.errors import stop_visits
 
 Array = NDArray[np.float64]
@@ -111,7 +111,7 @@ def measures(track: Track) -> dict[str, Array | float]:
     found["profile"] = _profile(track, error, known & (came >= TAUGHT))
     last = np.concatenate([[np.nan], visits])[came]
     found["ageing"] = _ageing(size, time - last, known & (came >= TAUGHT))
-    found["statuses"] = np.bincount(np.clip(track.status // 10, 0, 3), minlength=4).astype(float)
+    found["statuses"] = np.bincount(validity_levels(track.status), minlength=len(VALIDITIES)).astype(float)
     found["ok_beyond_4_std"] = float(((track.status == Status.OK) & (size > 4.0 * track.std)).sum())
     found["visits"], found["duration"] = float(len(visits)), float(time[-1] - time[0])
     return found

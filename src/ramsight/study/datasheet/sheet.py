@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ramsight.duty.drive_report import DriveReport
 from ramsight.duty.simulate import SAMPLE_PERIOD
+from ramsight.sensor.status import VALIDITIES
 from ramsight.study.datasheet.budget import Budget
 from ramsight.study.datasheet.measuring import AGE, EDGES, GROUPS, NORMAL_95, TAUGHT, drift_of
 from ramsight.study.datasheet.plan import Plan
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 SHARES = (0.5, 0.95, 0.997)
-VALIDITIES = ("ok", "uncertain", "not referenced", "invalid")
 _WORST = 5
 _FEW = 5  # samples in a place of the stroke, below which it says nothing
 

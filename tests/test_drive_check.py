@@ -1,0 +1,315 @@
+"""What a drive reports held against itself: counter and speed, power and torque; detection, false alarms, exports."""
+
+import math
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import ramsight
+from ramsight import machine
+from ramsight.deploy.c_folder import write_sensor
+from ramsight.deploy.compiler import find_compiler
+from ramsight.duty import report, simulate
+from ramsight.duty.drive_report import declared_report
+from ramsight.duty.electrical import PowerReport, ShaftReport, declared_power, declared_shaft
+from ramsight.duty.faults import Fault, inject
+from ramsight.duty.work_day import work_day
+from ramsight.logs import read_drive_log, write_drive_log
+from ramsight.plant.build import build
+from ramsight.plant.limits import limits_of
+from ramsight.sensor.disagreement import MEMORY, SURE, apart, share_of_second
+from ramsight.sensor.drive_check import UNCHECKED, declared_checks
+from ramsight.sensor.kalman import kalman
+from ramsight.sensor.status import Status
+from ramsight.sensor.virtual_sensor import SensorGraph
+
+from .golden import golden
+
+SHAFT, POWER = {"shaft.std": math.radians(0.05)}, {"power.std": 0.005}
+LOADER = machine.load("mining-loader")
+PLAIN = build("boom", LOADER.unit("boom"))
+BOOM = replace(PLAIN, assumptions=PLAIN.assumptions.replace({**SHAFT, **POWER}))
+AT, LONG = 100.0, 10.0
+SPEED_FAULTS = {"gain": 1.3, "offset": 10.0, "sign": 0.0, "stuck": 0.0}
+CONTRADICTIONS = (
+    Status.SPEED_WRONG,
+    Status.COUNTER_WRONG,
+    Status.FAULT_PASSED,
+    Status.SPEED_CONTRADICTED,
+    Status.TORQUE_CONTRADICTED,
+)
+
+
+@pytest.fixture(scope="module")
+def day():
+    """A day of a machine that is not its data sheet, with all that its drive reports."""
+    real = PLAIN.mapped(lambda part: replace(part, leak_factor=1.1) if hasattr(part, "leak_factor") else part)
+    run = simulate(real, work_day(real, (100e3, 350e3), 313.15, duration=180.0, visit_every=40.0, seed=3))
+    return run, report(run, declared_report(BOOM, 3))
+
+
+@pytest.fixture(scope="module")
+def sensors():
+    """By what they are given."""
+    sets = {"both": {**SHAFT, **POWER}, "counter": SHAFT, "power": POWER}
+    return {name: kalman(PLAIN, PLAIN.assumptions.replace(keys)) for name, keys in sets.items()}
+
+
+def tracked(sensor, run, log):
+    sensor.start(float(run["position"][0]))
+    track = sensor.track(log)
+    return track, track["status"].values, np.abs(track["position"].values - run["position"].values)
+
+
+def turning(log):
+    """A time at which the motor turns fast and goes on for long."""
+    time, speed = log["time"].values, np.abs(log["motor_speed"].values)
+    runs = np.convolve(speed > 50.0, np.ones(100), "valid") == 100
+    return float(time[np.flatnonzero(runs & (time[: len(runs)] > AT))[0]])
+
+
+def test_a_day_without_faults_raises_nothing(day, sensors):
+    for sensor in sensors.values():
+        _, status, _ = tracked(sensor, *day)
+        assert not np.isin(status, CONTRADICTIONS).any()
+
+
+def test_without_either_the_sensor_is_what_it_was(day):
+    assert declared_checks(PLAIN.assumptions) == ()
+    assert kalman(PLAIN).optional == ()
+    assert UNCHECKED.unless_contradicted(3.0) == 3.0
+
+
+def test_signals_that_are_missing_check_nothing(day, sensors):
+    run, log = day
+    none = np.full(log.sizes["time"], np.nan)
+    track, status, _ = tracked(sensors["both"], run, log.assign(shaft_angle=("time", none), dc_power=("time", none)))
+    plain, _, _ = tracked(kalman(PLAIN), run, log)
+    assert np.allclose(track["position"], plain["position"], atol=1e-9)
+    assert not np.isin(status, CONTRADICTIONS).any()
+
+
+@pytest.mark.parametrize("kind", SPEED_FAULTS)
+def test_a_wrong_speed_is_named_and_lived_with(kind, day, sensors):
+    run, log = day
+    at = turning(log)
+    faulty = inject(log, Fault(kind, at, at + LONG, "motor_speed", SPEED_FAULTS[kind]))
+    track, status, error = tracked(sensors["both"], run, faulty)
+    time = log["time"].values
+    during = (time >= at + 0.5) & (time <= at + LONG)
+    assert error[time >= at].max() < 6e-3
+    if kind != "stuck":  # a speed that stands still is right for a while
+        assert (status[during] == Status.SPEED_WRONG).mean() > 0.5
+        early = status[(time >= at) & (time <= at + 0.2)]
+        assert np.isin(early, (Status.SPEED_WRONG, Status.SPEED_CONTRADICTED)).any()
+    if kind == "gain":
+        assert np.median(track["speed_over_counter"].values[during]) == pytest.approx(1.3, abs=0.1)
+
+
+def test_a_counter_that_is_wrong_is_named_and_the_speed_is_used(day, sensors):
+    run, log = day
+    at = turning(log)
+    stuck = inject(log, Fault("stuck", at, at + LONG, "shaft_angle"))
+    _, status, error = tracked(sensors["both"], run, stuck)
+    during = (log["time"].values >= at + 1.0) & (log["time"].values <= at + LONG)
+    assert (status[during] == Status.COUNTER_WRONG).mean() > 0.5
+    assert error[log["time"].values >= at].max() < 10e-3
+
+
+def test_without_power_nothing_tells_which_is_wrong(day, sensors):
+    run, log = day
+    at, time = turning(log), log["time"].values
+    faulty = inject(log, Fault("gain", at, at + LONG, "motor_speed", 1.3))
+    reference = np.full(len(time), np.nan)
+    places = [int(np.searchsorted(time, at + LONG + after)) for after in (12.0, 14.0, 16.0)]
+    reference[places] = run["position"].values[places]
+    _, status, _ = tracked(sensors["counter"], run, faulty.assign(reference=("time", reference)))
+    assert Status.SPEED_CONTRADICTED in status[(time >= at) & (time <= at + 0.2)]
+    between = (time > at + 0.2) & (time < time[places[0]])
+    assert not (status[between] == Status.OK).any(), "until a reference nobody knows how wrong it was"
+    assert np.median(status[places[2] + 1 : places[2] + 200]) <= Status.REFERENCE_DUE, "three references end it"
+
+
+@pytest.mark.parametrize(
+    ("kind", "size"), [("gain", 1.3), ("gain", 0.7), ("offset", 10.0), ("offset", -10.0), ("sign", 0.0)]
+)
+def test_a_wrong_torque_is_contradicted(kind, size, day, sensors):
+    run, log = day
+    at = turning(log)
+    time = log["time"].values
+    faulty = inject(log, Fault(kind, at, at + LONG, "motor_torque", size))
+    for name in ("both", "power"):
+        _, status, _ = tracked(sensors[name], run, faulty)
+        assert Status.TORQUE_CONTRADICTED in status[(time >= at) & (time <= at + 1.0)]
+        assert (status[(time >= at) & (time <= at + LONG)] == Status.OK).sum() * 0.02 < 1.0
+
+
+def test_a_speed_without_counter_is_contradicted_by_the_power(day, sensors):
+    run, log = day
+    at = turning(log)
+    _, status, _ = tracked(sensors["power"], run, inject(log, Fault("sign", at, at + LONG, "motor_speed")))
+    time = log["time"].values
+    assert Status.TORQUE_CONTRADICTED in status[(time >= at) & (time <= at + 0.5)]
+
+
+def test_a_tenth_of_a_percent_shows_in_seconds(day, sensors):
+    run, log = day
+    slow = log["motor_speed"].values * 0.98
+    _, status, _ = tracked(sensors["both"], run, log.assign(motor_speed=("time", slow)))
+    first = log["time"].values[np.argmax(np.isin(status, (Status.SPEED_WRONG, Status.SPEED_CONTRADICTED)))]
+    assert 0.0 < first < 15.0
+    # 0.1 % of 419 rad/s for as long as the sums hold is more than whole revolutions a minute hide.
+    assert 2.0 * math.pi / 60.0 * MEMORY < 1e-3 * 418.9 * MEMORY
+
+
+class Pair:
+    """Two reports of one level, compared sample by sample by CasADi's own machine."""
+
+    def __init__(self, delay=0.02, lasting=0.0, noise=0.0):
+        graph = SensorGraph()
+        found = apart(
+            graph, "pair", graph.motor_torque - graph.motor_speed, level=graph.motor_speed, delay=delay,
+            lasting=lasting, noise=noise,
+        )  # fmt: skip
+        names = [f"pair_{what}" for what in ("apart", "mean", "variance", "lasts", "level", "alarm")]
+        before = [graph.held(name) for name in (*names, "time", "started")]
+        after = [graph.becoming(name) for name in (*names, "time", "started")]
+        self._f = ca.Function("pair", [ca.vertcat(*before), ca.vertcat(*graph.inputs[:4])], [
+            ca.vertcat(*after), ca.vertcat(found.by, found.allowed, found.alarm, found.onset)])  # fmt: skip
+        self.state = np.zeros(8)
+
+    def run(self, time, one, other):
+        said = []
+        for t, a, b in zip(time, one, other, strict=True):
+            state, out = self._f(self.state, [t, b, a, 313.15])
+            self.state = np.array(state).ravel()
+            said.append(np.array(out).ravel())
+        return np.array(said)
+
+
+TIME = np.arange(0.0, 20.0, 0.02)
+
+
+def test_a_lasting_difference_is_summed_up_over_the_memory():
+    said = Pair().run(TIME, np.full(1000, 3.0), np.full(1000, 2.0))
+    assert said[-1, 0] == pytest.approx(MEMORY, rel=0.02)
+    at = int(1.0 / 0.02)
+    assert said[at, 0] == pytest.approx(MEMORY * share_of_second(1.0), rel=0.02)
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    st.integers(0, 2**31), st.floats(0.0, 1.0), st.floats(1e-3, 200.0),
+)  # fmt: skip
+def test_a_delay_within_what_is_declared_is_never_an_alarm(seed, share, size):
+    """Whatever the level does in ramps and steps."""
+    random = np.random.default_rng(seed)
+    corners = np.concatenate([[0.0], np.cumsum(random.uniform(0.02, 3.0, 30))])
+    values = random.uniform(-size, size, 31)
+    delay = 0.04  # s, two samples
+    level = np.interp(TIME, corners, values)
+    late = np.interp(TIME - share * delay, corners, values)
+    # The sum goes by samples, and a difference of samples is what it is.
+    assert not Pair(delay).run(TIME, late, level)[:, 2].any()
+
+
+def test_the_bound_grows_by_what_is_declared_and_an_alarm_ends_at_half_of_it():
+    quiet, loud = (Pair(noise=noise).run(TIME, np.full(1000, 2.0), np.full(1000, 2.0))[-1, 1] for noise in (0.0, 5.0))
+    assert quiet == pytest.approx(0.0, abs=1e-6)
+    assert loud == pytest.approx(SURE * 5.0 * 0.02 * math.sqrt(MEMORY / 2.0 / 0.02), rel=0.05)
+    pair = Pair(lasting=0.1)
+    apart_by = np.where(TIME < 10.0, 1.0, 0.0)
+    said = pair.run(TIME, apart_by, np.zeros(1000))
+    assert said[400, 2] == 1.0
+    assert said[:, 3].sum() == 1.0, "one alarm begins once"
+    ends = np.flatnonzero(said[:, 2])[-1]
+    assert abs(said[ends + 1, 0]) <= 0.5 * said[ends + 1, 1] < abs(said[ends, 0]) * 1.03
+
+
+def test_a_counter_counts_what_the_shaft_turns():
+    shaft = ShaftReport(step=0.0, first=1.0)
+    time = np.linspace(0.0, 2.0, 201)
+    assert shaft.reported(time, 3.0 * time)[-1] == pytest.approx(1.0 + 6.0)
+    stepped = ShaftReport(step=0.5).reported(time, 3.0 * time)
+    assert np.allclose(stepped / 0.5, np.round(stepped / 0.5))
+
+
+def test_a_power_is_what_goes_through_the_shaft_and_what_is_lost():
+    drive = PowerReport(standby=10.0, copper=0.5, iron=0.1, step=0.0)
+    gives, takes = drive.reported(np.array([100.0, -100.0]), np.array([20.0, 20.0]))
+    assert gives + takes == pytest.approx(2.0 * (10.0 + 0.5 * 400.0 + 0.1 * 100.0)), "losses have no sign"
+    assert gives - takes == pytest.approx(2.0 * 2000.0)
+
+
+def test_what_is_declared_is_what_is_rehearsed():
+    assert declared_shaft(PLAIN) is None
+    assert declared_power(PLAIN, 1) is None
+    assert declared_shaft(BOOM).step == pytest.approx(math.sqrt(12.0) * math.radians(0.05))
+    one, again, other = (declared_power(BOOM, seed) for seed in (1, 1, 2))
+    assert one == again != other
+    limits = limits_of(BOOM)
+    sure = replace(BOOM, assumptions=BOOM.assumptions.replace({"power.losses": 0.01, "power.gain": 0.0}))
+    drive = declared_power(sure, 1)
+    assert drive.copper * limits.torque**2 == pytest.approx(0.05 * limits.torque * limits.max_speed, rel=0.05)
+    assert drive.iron * limits.max_speed == pytest.approx(0.03 * limits.torque * limits.max_speed, rel=0.05)
+    assert drive.gain == 1.0
+
+
+def test_gain_and_losses_are_learned(day, sensors):
+    run, log = day
+    tracked(sensors["both"], run, log)
+    drive, assumed = declared_power(BOOM, 3), BOOM.assumptions.power
+    limits = limits_of(BOOM)
+    losses = drive.copper * limits.torque / limits.max_speed / assumed.copper
+    state = sensors["both"].state
+    assert 1.0 + state["power_gain_off"] == pytest.approx(drive.gain, abs=0.015)
+    assert 1.0 + state["power_losses_off"] == pytest.approx(drive.gain * losses, abs=0.1)
+    assert state["power_covariance_00"] < (0.5 * assumed.gain) ** 2
+
+
+def test_logs_keep_counter_and_power(tmp_path, day):
+    log = day[1].isel(time=slice(0, 300))
+    for name in ("log.csv", "log.parquet"):
+        write_drive_log(log, tmp_path / name)
+        back = read_drive_log(tmp_path / name)
+        assert np.allclose(back["shaft_angle"], log["shaft_angle"], atol=1e-9)
+        assert np.allclose(back["dc_power"], log["dc_power"], atol=1e-6)
+
+
+def test_a_map_names_counter_and_power(tmp_path):
+    rows = "".join(f"{0.02 * k:.2f},1500,12.5,40,{900 + 2 * k},{2.5}\n" for k in range(100))
+    (tmp_path / "log.csv").write_text(f"t,n,M,T,phi,P\n{rows}")
+    (tmp_path / "map.toml").write_text(
+        'time = {channel = "t", unit = "s"}\nspeed = {channel = "n", unit = "rpm"}\n'
+        'torque = {channel = "M", unit = "N m"}\ntemperature = {channel = "T", unit = "degC"}\n'
+        'shaft_angle = {channel = "phi", unit = "deg"}\ndc_power = {channel = "P", unit = "kW"}\n'
+    )
+    log = read_drive_log(tmp_path / "log.csv", tmp_path / "map.toml")
+    assert float(log["shaft_angle"][10]) == pytest.approx(math.radians(920.0))
+    assert float(log["dc_power"][10]) == pytest.approx(2500.0)
+
+
+def test_a_drive_report_has_what_the_unit_declares():
+    run = ramsight.simulate(BOOM, load="200 kN")
+    log = ramsight.drive_report(run, BOOM, seed=4)
+    assert {"shaft_angle", "dc_power"} <= set(log)
+    at_start = float(run["position"][0])
+    assert ramsight.track(BOOM, log, truth=run, start=at_start).attrs["error_largest"] < 5e-3
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
+def test_exported_c_takes_them_and_keeps_the_counter_in_a_double(tmp_path):
+    keys = {**SHAFT, **POWER}
+    described = LOADER.replace({f"units.boom.assumptions.{key}": value for key, value in keys.items()})
+    done = write_sensor(described, "boom", tmp_path / "boom", compiler="")
+    header = (tmp_path / "boom" / "ramsight_boom.h").read_text(encoding="utf-8")
+    assert "double shaft_angle; /* that the drive's counter says" in header
+    assert "ramsight_boom_real dc_power; /*" in header
+    assert "double last_shaft_angle;" in header
+    for single in (False, True):
+        assert "passed" in golden(done.folder, "ramsight_boom", single=single)
