@@ -29,6 +29,7 @@ from ramsight.logs.opening import read_measured
 from ramsight.normal import TWO_SIDED_95
 from ramsight.output import atomic_path
 from ramsight.progress import progress
+from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import PRESSURES
 
 HERE = Path(__file__).parent

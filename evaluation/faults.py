@@ -8,8 +8,11 @@ harm unseen if for more than half a second together the sensor says ok while the
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import work_days
@@ -21,14 +24,36 @@ from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import VirtualSensor
 
 _AFTER = 10.0  # s
+SIGNALS: dict[str, dict[str, float]] = {
+    "speed, torque, temperature": {},
+    "+ counter": {"shaft.std": math.radians(0.05)},
+    "+ DC power": {"power.std": 0.005},
+    "+ counter and DC power": {"shaft.std": math.radians(0.05), "power.std": 0.005},
+    "+ pressures": {"pressure.std": 1e5},
+    "one load that is known to stay": {"machine.load_walk": 1e-4, "machine.unseen_load": 0.002},
+}
+"""What the sensor is given, or knows, beside what every drive reports."""
+CONTRADICTIONS = (
+    Status.SPEED_WRONG,
+    Status.COUNTER_WRONG,
+    Status.FAULT_PASSED,
+    Status.SPEED_CONTRADICTED,
+    Status.TORQUE_CONTRADICTED,
+)
+ELECTRICAL = ("shaft_angle", "dc_power")
 _WRONG, _STDS, _LONG = 5e-3, 4.0, 0.5  # m, standard deviations, s
 _OFFSETS = {"motor_speed": ("10 rad/s", 10.0), "motor_torque": ("10 N m", 10.0), "oil_temperature": ("15 K", 15.0)}
 _TURNING = 20.0  # rad/s
 _EARLIEST, _LATEST = 150.0, 40.0  # s after the start, before the end
 
 
-def faults(at: float) -> Iterator[tuple[str, str, Fault]]:
-    """Every fault of the table, beginning at a time [s]: input, what is wrong with it, and the fault."""
+def faults(at: float, log: xarray.Dataset) -> Iterator[tuple[str, str, Fault]]:
+    """Every fault of the table that a log can have, from a time on [s]: input, what is wrong with it, and the fault."""
+    for channel in (name for name in ELECTRICAL if name in log):
+        yield channel, "NaN, 1 s", Fault("nan", at, at + 1.0, channel)
+        yield channel, "stuck, 5 s", Fault("stuck", at, at + 5.0, channel)
+        yield channel, "gain 1.3, 20 s", Fault("gain", at, at + 20.0, channel, 1.3)
+        yield channel, "sign, 20 s", Fault("sign", at, at + 20.0, channel)
     for channel, (words, size) in _OFFSETS.items():
         yield channel, "NaN, 1 s", Fault("nan", at, at + 1.0, channel)
         yield channel, "stuck, 5 s", Fault("stuck", at, at + 5.0, channel)
@@ -51,7 +76,11 @@ def _tracked(sensor: VirtualSensor, day: work_days.Day, log: xarray.Dataset) -> 
 
 
 def _judged(day: work_days.Day, clean: xarray.Dataset, sensor: VirtualSensor, fault: Fault, seed: int) -> list[float]:
-    """Whether it was noticed, after how long [s], whether it did harm unseen, and the largest error [m]."""
+    """What a fault did.
+
+    Whether it was noticed, after how long [s], whether it did harm unseen, the largest error [m], and how many samples
+    are ok and beyond their bound.
+    """
     marked = day.log.assign(sample=("time", np.arange(day.log.sizes["time"])))
     faulty = inject(marked, fault, seed)
     rows = faulty["sample"].values
@@ -66,37 +95,54 @@ def _judged(day: work_days.Day, clean: xarray.Dataset, sensor: VirtualSensor, fa
     samples = round(_LONG / float(np.median(np.diff(day.log["time"].values))))
     runs = np.convolve(wrong.astype(float), np.ones(samples), "valid")
     delay = float(time[np.argmax(noticed)] - fault.start) if noticed.any() else np.nan
-    return [float(noticed.any()), delay, float((runs > samples - 0.5).any()), float(error[window].max())]
+    beyond = window & trusted & (error > track["position_bound"].values)
+    harm = float((runs > samples - 0.5).any())
+    return [float(noticed.any()), delay, harm, float(error[window].max()), float(beyond.sum())]
 
 
-def study(machines: int, advance: Callable[[int], object], times: int = 4) -> list[dict[str, float | str | None]]:
-    """The table: a row a fault."""
+def study(machines: int, advance: Callable[[int], object], times: int = 4) -> dict[str, dict[str, Any]]:
+    """By what the sensor is given: the fault table, a row a fault, and what it says of the same days without faults."""
+    return {name: _given(keys, machines, times, advance, one_load="load" in name) for name, keys in SIGNALS.items()}
+
+
+def _given(
+    keys: dict[str, float], machines: int, times: int, advance: Callable[[int], object], *, one_load: bool
+) -> dict[str, Any]:
     found: dict[tuple[str, str], list[list[float]]] = defaultdict(list)
-    for unit in work_days.data_sheets().values():
+    false, hours = 0, 0.0
+    for plain in work_days.data_sheets().values():
+        unit = replace(plain, assumptions=plain.assumptions.replace(keys))
         sensor = kalman(unit)
         for seed in range(machines // 2):
-            day = work_days.drawn(unit, seed)
+            day = work_days.drawn(unit, seed, one_load=one_load)
             clean = _tracked(sensor, day, day.log)
             time, speed = day.log["time"].values, day.log["motor_speed"].values
+            false, hours = false + _alarms(clean), hours + float(time[-1] - time[0]) / 3600.0
             turns = (np.abs(speed) > _TURNING) & (time > _EARLIEST) & (time < time[-1] - _LATEST)
             random = np.random.default_rng(seed)
             for at in random.choice(time[turns], times):
-                for channel, words, fault in faults(float(at)):
+                for channel, words, fault in faults(float(at), day.log):
                     found[channel, words].append(_judged(day, clean, sensor, fault, seed))
             advance(1)
-    rows: list[dict[str, float | str | None]] = []
-    for (channel, words), results in found.items():
-        values = np.array(results)
-        noticed = values[:, 0] > 0.5
-        rows.append(
-            {
-                "input": channel,
-                "fault": words,
-                "injected": len(values),
-                "noticed": float(noticed.mean()),
-                "delay_s": float(np.median(values[noticed, 1])) if noticed.any() else None,
-                "harm_unseen": float(values[:, 2].mean()),
-                "error_median_mm": 1e3 * float(np.median(values[:, 3])),
-            }
-        )
-    return rows
+    rows = [_row(*key, np.array(results)) for key, results in found.items()]
+    return {"rows": rows, "hours": hours, "contradictions_without_a_fault": false}
+
+
+def _alarms(track: xarray.Dataset) -> int:
+    """How often a drive's report is said to contradict itself."""
+    said = np.isin(track["status"].values, CONTRADICTIONS)
+    return int((np.diff(np.concatenate([[False], said]).astype(int)) == 1).sum())
+
+
+def _row(channel: str, words: str, values: np.ndarray) -> dict[str, float | str | None]:
+    noticed = values[:, 0] > 0.5
+    return {
+        "input": channel,
+        "fault": words,
+        "injected": len(values),
+        "noticed": float(noticed.mean()),
+        "delay_s": float(np.median(values[noticed, 1])) if noticed.any() else None,
+        "harm_unseen": float(values[:, 2].mean()),
+        "error_median_mm": 1e3 * float(np.median(values[:, 3])),
+        "beyond_bound_and_ok": float((values[:, 4] > 0.0).mean()),
+    }

@@ -49,7 +49,7 @@ def data_sheets() -> dict[str, DdhUnit]:
     return {name: build(name, loader.unit(name)) for name in LOADS}
 
 
-def drawn(unit: DdhUnit, seed: int, duration: float = 360.0) -> Day:
+def drawn(unit: DdhUnit, seed: int, duration: float = 360.0, *, one_load: bool = False) -> Day:
     """A day of a machine drawn by its seed; its drive reports what the unit declares."""
     random = np.random.default_rng([seed, sorted(LOADS).index(unit.name)])
     built = AsBuilt(
@@ -59,7 +59,9 @@ def drawn(unit: DdhUnit, seed: int, duration: float = 360.0) -> Day:
         friction=random.uniform(0.6, 1.4),
     )
     gain, off = random.uniform(0.97, 1.03), random.uniform(-3.0, 3.0)
-    duty = work_day(unit, LOADS[unit.name], random.uniform(298.15, 328.15), duration=duration, seed=seed)
+    least, most = LOADS[unit.name]
+    loads = (0.5 * (least + most),) * 2 if one_load else (least, most)
+    duty = work_day(unit, loads, random.uniform(298.15, 328.15), duration=duration, seed=seed)
     run = simulate(built.apply(unit), duty)
     log = report(run, declared_report(unit, seed))
     log["motor_torque"] *= gain

@@ -526,5 +526,5 @@ def test_base_points_are_a_power_of_two(study):
 
 def test_a_sensor_of_an_angle_is_not_in_a_data_sheet_yet():
     loader = machine.load("mining-loader").replace({"units.boom.assumptions.link_angle.std": 0.003})
-    with pytest.raises(DescriptionError, match=r"link_angle\.std: a data sheet knows no sensor of an angle"):
+    with pytest.raises(DescriptionError, match=r"link_angle\.std: a data sheet knows no such sensor"):
         ramsight.Study(loader, unit="boom", n=2)

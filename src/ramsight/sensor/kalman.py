@@ -32,7 +32,7 @@ from ramsight.sensor.mode import Mode, is_in
 from ramsight.sensor.pressures import measured_pressures
 from ramsight.sensor.relief import passed_share, passing
 from ramsight.sensor.resting import creep, unseen_load
-from ramsight.sensor.virtual_sensor import IS_REFERENCED, LINK_ANGLE, VARIANCE, SensorGraph, VirtualSensor
+from ramsight.sensor.virtual_sensor import BOUND, IS_REFERENCED, LINK_ANGLE, VARIANCE, SensorGraph, VirtualSensor
 from ramsight.sensor.warming import warming_of
 
 _VELOCITY_SMOOTHING = 0.1  # s
@@ -145,7 +145,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     factors = [(after[k], bank.factor_std(k + LEAK)) for k in range(len(FACTORS))]
     bank.close()
     bound = ca.sqrt(bank.bound() ** 2 + CERTAIN**2 * seen) + CERTAIN * pending
-    more = {"position_bound": (bound, "m"), **checks.more}
+    more = {BOUND: (bound, "m"), **checks.more}
     return _report(graph, step, intake, position, std, code, factors, measured.taken, contact, circuit, more)
 
 
@@ -343,8 +343,8 @@ def _report(
     deviation = std + astray
 
     more = circuit.chambers(step.z)
-    bound, unit = further["position_bound"]
-    more |= {**further, "position_bound": (bound + astray, unit)}
+    bound, unit = further[BOUND]
+    more |= {**further, BOUND: (bound + astray, unit)}
     for name, (value, error) in zip(FACTORS, factors, strict=True):
         more[f"{name}_factor"] = (value, "1")
         more[f"{name}_factor_std"] = (error, "1")

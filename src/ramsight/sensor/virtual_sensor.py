@@ -43,6 +43,8 @@ MEASURED = {
 
 UNITS = {"position": "m", "position_std": "m", "velocity": "m/s", "load": "N", "status": "1"}
 OUTPUTS = tuple(UNITS)
+BOUND = "position_bound"
+"""Output of a sensor that bounds its error: what one sample in 100 000 exceeds without a warning [m]."""
 
 
 IS_REFERENCED = "is_referenced"

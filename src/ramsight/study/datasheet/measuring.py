@@ -29,7 +29,9 @@ PLACES, AGES, AGE = 10, 12, 10.0
 NORMAL_95 = 1.96
 SETTLED = 1.0  # s after a stop was reached, from when an error counts as one after that reference
 _MOVES = 1e-3  # m/s
-UNUSABLE = 20  # statuses from here on are "not referenced" and "invalid": there is no position to be wrong
+UNUSABLE = int(
+    Status.NOT_REFERENCED
+)  # statuses from here on are "not referenced" and "invalid": there is no position to be wrong
 
 SHAPES: Mapping[str, tuple[tuple[str, int], ...]] = {
     "errors": (("group", len(GROUPS)), ("bin", len(EDGES) - 1)),
@@ -43,17 +45,20 @@ SHAPES: Mapping[str, tuple[tuple[str, int], ...]] = {
     "ageing": (("age", AGES), ("moment", 3)),
     "statuses": (("validity", 4),),
     "ok_beyond_4_std": (),
+    "ok_beyond_bound": (),
+    "bound": (),
     "visits": (),
     "duration": (),
     "first_position": (),
     "first_error": (),
 }
 """What is kept of each machine, and over which dimensions."""
-COUNTS = ("errors", "samples", "inside", "statuses", "ok_beyond_4_std", "visits")
+COUNTS = ("errors", "samples", "inside", "statuses", "ok_beyond_4_std", "ok_beyond_bound", "visits")
 """Of these, what is counted."""
 
 UNITS = {
-    "largest": "m", "p95": "m", "mean": "m", "square": "m2", "duration": "s", "first_position": "s", "first_error": "m",
+    "bound": "m", "largest": "m", "p95": "m", "mean": "m", "square": "m2", "duration": "s", "first_position": "s",
+    "first_error": "m",
 }  # fmt: skip
 
 
@@ -67,6 +72,7 @@ class Track:
         status: of the sensor.
         true: position [m].
         stroke: of the cylinder as it is [m].
+        bound: of the sensor's error [m]; None of one that says none.
     """
 
     time: Array
@@ -75,6 +81,7 @@ class Track:
     status: NDArray[np.int64]
     true: Array
     stroke: float
+    bound: Array | None = None
 
     @property
     def visits(self) -> Array:
@@ -113,6 +120,10 @@ def measures(track: Track) -> dict[str, Array | float]:
     found["ageing"] = _ageing(size, time - last, known & (came >= TAUGHT))
     found["statuses"] = np.bincount(validity_levels(track.status), minlength=len(VALIDITIES)).astype(float)
     found["ok_beyond_4_std"] = float(((track.status == Status.OK) & (size > 4.0 * track.std)).sum())
+    vouched = track.status == Status.OK
+    bound = np.full(len(time), np.nan) if track.bound is None else track.bound
+    found["ok_beyond_bound"] = float((vouched & (size > bound)).sum())
+    found["bound"] = float(np.median(bound[vouched])) if vouched.any() else np.nan
     found["visits"], found["duration"] = float(len(visits)), float(time[-1] - time[0])
     return found
 

@@ -148,9 +148,7 @@ def plan(
     """
     work.check()
     check_method(method)
-    if machine.unit(unit).assumptions.link_angle.std > 0.0:
-        key = f"units.{unit}.assumptions.link_angle.std"
-        raise DescriptionError("a data sheet knows no sensor of an angle: leave it out", key=key, allowed="0 deg")
+    _refuse_further(machine, unit)
     quantities = varied(machine, unit, vary)
     if work.has_own_oil:
         quantities = tuple(one for one in quantities if one.name not in ("oil_temperature", "warming"))
@@ -159,6 +157,16 @@ def plan(
     made = Plan("\n".join(as_toml(alone, {})), unit, work, sensor, quantities, _pairs(pairs), seed, method, count)
     _ = made._correlation  # refused here if it is none
     return made
+
+
+def _refuse_further(machine: Machine, unit: str) -> None:
+    """A study's drives report speed, torque and temperature, and nothing else that a description may declare."""
+    assumed = machine.unit(unit).assumptions
+    further = {name: getattr(assumed, name).std for name in ("link_angle", "shaft", "power", "pressure")}
+    for name, std in further.items():
+        if std > 0.0:
+            key = f"units.{unit}.assumptions.{name}.std"
+            raise DescriptionError("a data sheet knows no such sensor: leave it out", key=key, allowed="0")
 
 
 def _pairs(correlations: Mapping[str, float]) -> tuple[tuple[str, float], ...]:

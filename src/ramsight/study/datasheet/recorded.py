@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ramsight.logs import read_drive_log, read_truth
+from ramsight.sensor.virtual_sensor import BOUND
 from ramsight.study.datasheet.measuring import GROUPS, Track, measures
 from ramsight.study.datasheet.sheet import Sheet
 from ramsight.study.datasheet.working import Bench
@@ -43,6 +44,7 @@ def held_against(sheet: Sheet, bench: Bench, log: Path, truth: Path) -> dict[str
         tracked["status"].values.astype(np.int64),
         position,
         sheet.stroke,
+        tracked[BOUND].values if BOUND in tracked else None,
     )
     found = measures(track)
     after: list[dict[str, Any] | None] = []

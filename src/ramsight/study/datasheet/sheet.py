@@ -15,7 +15,7 @@ from ramsight.duty.drive_report import DriveReport
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.sensor.status import VALIDITIES
 from ramsight.study.datasheet.budget import Budget
-from ramsight.study.datasheet.measuring import AGE, EDGES, GROUPS, NORMAL_95, TAUGHT, drift_of
+from ramsight.study.datasheet.measuring import AGE, EDGES, GROUPS, NORMAL_95, TAUGHT, VOUCHED, drift_of
 from ramsight.study.datasheet.plan import Plan
 from ramsight.study.datasheet.statistics import (
     NOTHING,
@@ -92,6 +92,34 @@ class Worst:
 
 
 @dataclass(frozen=True)
+class Bound:
+    """What the sensor's own bound of its error is worth while it says ok.
+
+    Args:
+        median: of the machines' medians [m]; NaN of a sensor that says none.
+        over_p95: that over the 95 % error while it says ok [1].
+        samples: that were ok.
+        beyond: of these, errors beyond the bound.
+        machines: share of the machines that ever had one.
+    """
+
+    median: float
+    over_p95: float
+    samples: int
+    beyond: int
+    machines: Known
+
+    @property
+    def text(self) -> str:
+        """It in a sentence."""
+        return (
+            f"while ok the error is said to be below {1e3 * self.median:.1f} mm, {self.over_p95:.1f} times 95 % of it;"
+            f" {self.beyond} of {self.samples} samples exceed it, on {100 * self.machines.value:.2f} % of the machines"
+            f" (at most {100 * self.machines.high:.2f} %)"
+        )
+
+
+@dataclass(frozen=True)
 class Sheet:
     """A sensor's data sheet.
 
@@ -105,6 +133,7 @@ class Sheet:
         terms: the other figures.
         validity: share of the time with each validity.
         ok_but_wrong: share of the time in which the sensor says ok and is off by more than four standard deviations.
+        bound: what the sensor's bound is worth.
         worst: machines found.
         budget: the error budget; None if it was not asked for.
         recorded: recorded machines held against the sheet.
@@ -119,6 +148,7 @@ class Sheet:
     terms: tuple[Term, ...]
     validity: dict[str, float]
     ok_but_wrong: float
+    bound: Bound
     worst: tuple[Worst, ...]
     budget: Budget | None = None
     recorded: tuple[dict[str, Any], ...] = ()
@@ -146,6 +176,8 @@ class Sheet:
                 )
         said = ", ".join(f"{name} {100.0 * share:.1f} %" for name, share in self.validity.items())
         lines.append(f"  status: {said}; ok but off by more than 4 std {100 * self.ok_but_wrong:.3f} %")
+        if self.bound.median == self.bound.median:
+            lines.append(f"  {self.bound.text}")
         for held in self.recorded:
             inside = all(after is None or after["inside"] for after in held["after"])
             lines.append(f"  {held['log']}: {'inside' if inside else 'outside'} the sheet")
@@ -174,6 +206,7 @@ class Sheet:
             "terms": [asdict(one) for one in self.terms],
             "validity": self.validity,
             "ok_but_wrong": self.ok_but_wrong,
+            "bound": asdict(self.bound),
             "worst": [asdict(one) for one in self.worst],
             "recorded": list(self.recorded),
             "budget": None if self.budget is None else _budget(self.budget),
@@ -226,9 +259,23 @@ def data_sheet(
         terms=tuple(_terms(plan, done)),
         validity=dict(zip(VALIDITIES, (statuses / samples).tolist(), strict=True)),
         ok_but_wrong=float(done["ok_beyond_4_std"].sum() / samples),
+        bound=_bound(done, plan.seed),
         worst=_worst(done),
         budget=budget,
         recorded=tuple(recorded),
+    )
+
+
+def _bound(done: xarray.Dataset, seed: int) -> Bound:
+    beyond, medians = done["ok_beyond_bound"].values, done["bound"].values
+    median = float(np.nanmedian(medians)) if np.isfinite(medians).any() else math.nan
+    ok = _accuracy(done, VOUCHED, seed)
+    return Bound(
+        median=median,
+        over_p95=median / ok.quantiles[1].value if ok.machines else math.nan,
+        samples=int(done["samples"].values[:, VOUCHED].sum()),
+        beyond=int(beyond.sum()),
+        machines=share_of(int((beyond > 0).sum()), int(np.isfinite(medians).sum())),
     )
 
 

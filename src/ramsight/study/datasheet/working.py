@@ -23,7 +23,7 @@ from ramsight.equation import OdeModel
 from ramsight.plant.build import build
 from ramsight.plant.circuit import CircuitModel, parameter_values
 from ramsight.plant.unit import HydraulicUnit, circuit, initial_state
-from ramsight.sensor.virtual_sensor import VirtualSensor
+from ramsight.sensor.virtual_sensor import BOUND, VirtualSensor
 from ramsight.study.datasheet.drawn import Drawn, draw, ready
 from ramsight.study.datasheet.duties import Work
 from ramsight.study.datasheet.measuring import SETTLED, SHAPES, Track, first_position, measures
@@ -172,7 +172,9 @@ class Run:
         found = replay(virtual.recursion, rows, virtual.parameters, state)
         n = len(rows)
         status = found[:, 4].astype(np.int64)
-        return Track(self.time[:n], found[:, 0], found[:, 1], status, self.true[:n], self.stroke)
+        says = virtual.recursion.outputs
+        bound = found[:, says.index(BOUND)] if BOUND in says else None
+        return Track(self.time[:n], found[:, 0], found[:, 1], status, self.true[:n], self.stroke, bound)
 
     @property
     def stroke(self) -> float:
