@@ -1,4 +1,4 @@
-"""Writes the tables of docs/kalman.md, control.md and plant.md from study.json: python evaluation/pages.py."""
+"""Writes the tables of the pages in docs that quote studies from study.json: python evaluation/pages.py."""
 
 from __future__ import annotations
 
@@ -12,15 +12,22 @@ from typing import Any
 import drive_control
 import effects
 import real_machine
+import redundancy
+import second_channel
 import unit_control
 
 from ramsight.output import atomic_path
+from ramsight.sensor.detectors import detector_table
 
 ROOT = Path(__file__).parents[1]
-PAGE, CONTROL_PAGE, PLANT_PAGE, VALIDATION_PAGE = (
-    ROOT / "docs" / f"{name}.md" for name in ("kalman", "control", "plant", "validation")
+PAGE, CONTROL_PAGE, PLANT_PAGE, VALIDATION_PAGE, INTEGRITY_PAGE, SAFETY_PAGE = (
+    ROOT / "docs" / f"{name}.md" for name in ("kalman", "control", "plant", "validation", "integrity", "safety")
 )
-INPUTS = {"motor_speed": "motor speed", "motor_torque": "motor torque", "oil_temperature": "oil temperature"}
+SHEETS = ROOT / "docs" / "sheets"
+INPUTS = {
+    "motor_speed": "motor speed", "motor_torque": "motor torque", "oil_temperature": "oil temperature",
+    "shaft_angle": "counter", "dc_power": "DC power",
+}  # fmt: skip
 
 
 def work_days(found: dict[str, Any]) -> list[str]:
@@ -42,17 +49,48 @@ def work_days(found: dict[str, Any]) -> list[str]:
     return head + [f"| {label} | " + " | ".join(show(found[unit]) for unit in units) + " |" for label, show in rows]
 
 
-def faults(found: list[dict[str, Any]]) -> list[str]:
-    """The table of the faults."""
+def faults(found: dict[str, Any]) -> list[str]:
+    """The table of the faults with what every drive reports."""
     head = ["| input | fault | noticed | after, median | wrong and ok |", "|---|---|---|---|---|"]
     rows = []
-    for row in found:
+    for row in found[next(iter(found))]["rows"]:
         delay = "–" if row["delay_s"] is None else f"{row['delay_s']:.2f} s"
         shares = [f"{100 * row[name]:.0f} %" for name in ("noticed", "harm_unseen")]
         rows.append(
             f"| {INPUTS.get(row['input'], row['input'])} | {row['fault']} | {shares[0]} | {delay} | {shares[1]} |"
         )
     return head + rows
+
+
+def by_signals(found: dict[str, Any]) -> list[str]:
+    """Wrong and ok, a fault a row, by what the sensor is given."""
+    names = list(found)
+    rows = [f"| input | fault | {' | '.join(names)} |", "|---" * (len(names) + 2) + "|"]
+    of = {name: {(row["input"], row["fault"]): row for row in found[name]["rows"]} for name in names}
+    every = {key: None for name in names for key in of[name] if key[0] in ELECTRICAL}
+    for channel, fault in every:
+        cells = [
+            f"{100 * of[n][channel, fault]['harm_unseen']:.1f} %" if (channel, fault) in of[n] else "" for n in names
+        ]
+        rows.append(f"| {INPUTS.get(channel, channel)} | {fault} | {' | '.join(cells)} |")
+    hours = [f"{one['contradictions_without_a_fault']} in {one['hours']:.1f} h" for one in found.values()]
+    return [*rows, f"| – | contradictions said without a fault | {' | '.join(hours)} |"]
+
+
+def bounds() -> list[str]:
+    """What the sensor's bound was worth, a data sheet a row."""
+    head = ["| axis | machines | hours | bound, median | over the 95 % error | samples beyond it | machines with any |"]
+    rows = []
+    for path in sorted(SHEETS.glob("*.json")):
+        sheet = json.loads(path.read_text())
+        one = sheet["bound"]
+        share, most = (100 * one["machines"][name] for name in ("value", "high"))
+        cells = (
+            path.stem, str(sheet["machines"]), f"{sheet['hours']:.0f}", f"{1e3 * one['median']:.1f} mm",
+            f"{one['over_p95']:.1f}", f"{one['beyond']} of {one['samples']}", f"{share:.2f} % (at most {most:.2f} %)",
+        )  # fmt: skip
+        rows.append(f"| {' | '.join(cells)} |")
+    return [*head, "|---|---|---|---|---|---|---|", *rows]
 
 
 def recorded(found: dict[str, Any]) -> list[str]:
@@ -93,6 +131,9 @@ def sensitivity(found: dict[str, Any]) -> list[str]:
     ]
 
 
+ELECTRICAL = ("motor_speed", "motor_torque", "shaft_angle", "dc_power")
+
+
 TABLES: dict[str, Callable[[Any], list[str]]] = {
     "recorded": recorded,
     "structure": structure,
@@ -128,6 +169,10 @@ def main() -> None:
     put(PAGE, {name: table(found[name]) for name, table in TABLES.items()})
     put(VALIDATION_PAGE, {"real_machine": real_machine.table(found["real_machine"])})
     put(PLANT_PAGE, {"effects": effects.table(found["effects"])})
+    integrity = {"by_signals": by_signals(found["faults"]), "bounds": bounds()}
+    fixed = {"redundancy": redundancy.table(), "detectors": detector_table().splitlines()}
+    put(INTEGRITY_PAGE, integrity | fixed)
+    put(SAFETY_PAGE, {"second_channel": second_channel.table(found["second_channel"])})
     put(CONTROL_PAGE, {name: table(found[study]) for name, (study, table) in CONTROL_TABLES.items()})
 
 

@@ -19,6 +19,7 @@ import loader_control
 import real_machine
 import real_oil
 import recorded
+import second_channel
 import structure
 import unit_control
 import work_days
@@ -34,6 +35,7 @@ STUDIES = (
     "identify",
     "work_days",
     "faults",
+    "second_channel",
     "loader_control",
     "unit_control",
     "drive_control",
@@ -77,6 +79,9 @@ def main() -> None:
     if "faults" in given.only:
         with progress(given.seeds, "faults") as bar:
             found["faults"] = faults.study(given.seeds, bar.advance)
+    if "second_channel" in given.only:
+        with progress(given.seeds, "a second channel") as bar:
+            found["second_channel"] = second_channel.study(given.seeds, bar.advance)
     if "loader_control" in given.only:
         with progress(loader_control.runs(), "driving the loader") as bar:
             found["loader_control"] = loader_control.study(bar.advance)

@@ -1,6 +1,6 @@
 """Small pieces of the sensor alone: oil over a relief valve, a load that nobody sees, and the status."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import casadi as ca
 import numpy as np
@@ -12,6 +12,8 @@ from ramsight.plant.limits import limits_of
 from ramsight.plant.valve import ReliefValve
 from ramsight.sensor.assumptions import AssumedStops
 from ramsight.sensor.contact import Contact, ContactWatch
+from ramsight.sensor.detectors import DETECTORS
+from ramsight.sensor.drive_check import UNCHECKED
 from ramsight.sensor.intake import Intake
 from ramsight.sensor.judgement import Relief, judge
 from ramsight.sensor.leaking import Leaking
@@ -20,7 +22,7 @@ from ramsight.sensor.mode import Mode
 from ramsight.sensor.pumping import delivers, one_sided
 from ramsight.sensor.relief import passed_share, passing
 from ramsight.sensor.resting import unseen_load
-from ramsight.sensor.status import Status
+from ramsight.sensor.status import Status, validity_levels
 from ramsight.sensor.virtual_sensor import SensorGraph
 
 from .plant_bench import UNITS
@@ -152,6 +154,7 @@ def test_changes_that_were_seen_teach_how_large_the_next_may_be(resting):
 ASKED = (
     "usable", "lost", "overspeed", "overtorque", "stuck", "frozen", "gap", "cold", "surprise", "noise", "asked",
     "friction", "held", "doubt", "grown", "std", "untaught", "position", "disputed", "known", "warmth",
+    "speed_wrong", "counter_wrong", "undecided", "torque_wrong", "fault_passed",
 )  # fmt: skip
 FINE = dict.fromkeys(ASKED, 0.0) | {
     "known": 1.0,
@@ -175,7 +178,9 @@ def judged():
         intake = made(Intake, **{name: x[name] for name in names if name in x})
         step = made(LoadStep, surprise=x["surprise"], noise=x["noise"], asked=x["asked"], friction=x["friction"])
         contact = made(Contact, held=x["held"])
-        more = {name: x[name] for name in ("std", "untaught", "position", "disputed", "known")}
+        more = {name: x[name] for name in ("std", "untaught", "position", "disputed", "known", "fault_passed")}
+        found = {name: x[name] for name in ("speed_wrong", "counter_wrong", "undecided", "torque_wrong")}
+        more["checks"] = replace(UNCHECKED, **found, declared=True)
         return judge(graph, intake, step, contact, Relief(x["doubt"], x["grown"]), limits, stroke=0.7, **more)
 
     return fed(ASKED, write)
@@ -200,7 +205,25 @@ STATUSES = {
     Status.INPUT_STUCK: (TURN, {"stuck": 1.0}),
     Status.TIME_FROZEN: (TURN, {"frozen": 1.0}),
     Status.INPUT_LOST: (TURN, {"lost": 1.0}),
+    Status.SPEED_WRONG: (TURN, {"speed_wrong": 1.0}),
+    Status.COUNTER_WRONG: (TURN, {"counter_wrong": 1.0}),
+    Status.SPEED_CONTRADICTED: (TURN, {"undecided": 1.0}),
+    Status.TORQUE_CONTRADICTED: (TURN, {"torque_wrong": 1.0}),
+    Status.FAULT_PASSED: (TURN, {"fault_passed": 1.0}),
 }
+
+
+def test_every_detector_is_tried_and_every_status_has_one():
+    rows = [one.status for one in DETECTORS]
+    assert len(set(rows)) == len(rows)
+    assert set(rows) == set(STATUSES) - {Status.OK}
+    others = {Status.OK, Status.OUTSIDE_TORQUE, Status.CAVITATION, Status.STATE_INVALID}
+    assert set(rows) == set(Status) - others, "of a table, of a balance, and of a graph that ends"
+
+
+def test_the_worse_comes_later():
+    levels = validity_levels([one.status for one in DETECTORS])
+    assert (np.diff(levels) >= 0).all()
 
 
 @pytest.mark.parametrize("status", STATUSES)

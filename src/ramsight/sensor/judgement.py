@@ -9,6 +9,7 @@ import casadi as ca
 
 from ramsight.plant.limits import Limits
 from ramsight.sensor.contact import Contact
+from ramsight.sensor.detectors import DETECTORS
 from ramsight.sensor.drive_check import DriveChecks
 from ramsight.sensor.intake import Intake
 from ramsight.sensor.load import LoadStep
@@ -101,32 +102,33 @@ def judge(
 
     outside = ca.fmax(-position, position - stroke) > _BEYOND * std + _BEYOND_LEAST
     extreme = ca.logic_or(graph.oil_temperature < COLDEST, graph.oil_temperature > HOTTEST)
-    rising = [
-        (ca.fmax(std, untaught) > WARNING * stroke, Status.REFERENCE_DUE),
-        (extreme, Status.OUTSIDE_TEMPERATURE),
-        (ca.fabs(w) > _OVERSPEED * limits.max_speed, Status.OUTSIDE_SPEED),
-        (intake.cold, Status.TEMPERATURE_LOST),
-        (relief.doubt > 0.0, Status.NEAR_RELIEF),
-        (intake.gap, Status.INPUT_GAP),
-        (disputed, Status.REFERENCE_REFUSED),
-        (checks.speed_wrong, Status.SPEED_WRONG),
-        (checks.counter_wrong, Status.COUNTER_WRONG),
-        (relief.grown > WARNING * stroke, Status.POSITION_LOST),
-        (fault_passed, Status.FAULT_PASSED),
-        (ca.logic_not(known), Status.NOT_REFERENCED),
-        (ca.logic_and(known, std > LIMIT * stroke), Status.TOO_UNCERTAIN),
-        (ca.logic_and(known, outside), Status.OUTSIDE_STROKE),
-        (ca.logic_or(ca.logic_or(implausible, offset), intake.overtorque), Status.IMPLAUSIBLE_TORQUE),
-        (intake.overspeed, Status.IMPLAUSIBLE_SPEED),
-        (checks.undecided, Status.SPEED_CONTRADICTED),
-        (checks.torque_wrong, Status.TORQUE_CONTRADICTED),
-        (intake.stuck, Status.INPUT_STUCK),
-        (intake.frozen, Status.TIME_FROZEN),
-        (intake.lost, Status.INPUT_LOST),
-    ]
+    conditions = {
+        Status.REFERENCE_DUE: ca.fmax(std, untaught) > WARNING * stroke,
+        Status.OUTSIDE_TEMPERATURE: extreme,
+        Status.OUTSIDE_SPEED: ca.fabs(w) > _OVERSPEED * limits.max_speed,
+        Status.TEMPERATURE_LOST: intake.cold,
+        Status.NEAR_RELIEF: relief.doubt > 0.0,
+        Status.INPUT_GAP: intake.gap,
+        Status.REFERENCE_REFUSED: disputed,
+        Status.SPEED_WRONG: checks.speed_wrong,
+        Status.COUNTER_WRONG: checks.counter_wrong,
+        Status.POSITION_LOST: relief.grown > WARNING * stroke,
+        Status.FAULT_PASSED: fault_passed,
+        Status.NOT_REFERENCED: ca.logic_not(known),
+        Status.TOO_UNCERTAIN: ca.logic_and(known, std > LIMIT * stroke),
+        Status.OUTSIDE_STROKE: ca.logic_and(known, outside),
+        Status.IMPLAUSIBLE_TORQUE: ca.logic_or(ca.logic_or(implausible, offset), intake.overtorque),
+        Status.IMPLAUSIBLE_SPEED: intake.overspeed,
+        Status.SPEED_CONTRADICTED: checks.undecided,
+        Status.TORQUE_CONTRADICTED: checks.torque_wrong,
+        Status.INPUT_STUCK: intake.stuck,
+        Status.TIME_FROZEN: intake.frozen,
+        Status.INPUT_LOST: intake.lost,
+    }
     code = float(Status.OK)
-    for condition, status in rising:
+    for one in DETECTORS:
+        condition = conditions[one.status]
         if isinstance(condition, float):
-            continue  # never, in this circuit
-        code = ca.if_else(condition, float(status), code)
+            continue  # never, on this machine
+        code = ca.if_else(condition, float(one.status), code)
     return code

@@ -1,0 +1,104 @@
+"""Which faults a set of signals can show at all, and which it can tell apart: structural analysis of the model.
+
+A model is a list of equations and the unknowns in each. What has more equations than unknowns can be checked: that part
+is found by a largest matching (Dulmage and Mendelsohn). A fault is detectable if its equation is there; it can be told
+from another one if it still is without the other's equation (Krysander and Frisk, IEEE Trans. SMC-A 38, 2008). It says
+what no method can do, whatever its thresholds; not how large a fault has to be.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import maximum_bipartite_matching
+
+MODEL = {
+    "speed": {"w"},
+    "torque": {"tau"},
+    "temperature": {"oil"},
+    "counter": {"w"},
+    "DC power": {"w", "tau"},
+    "pressures": {"p"},
+    "reference": {"x"},
+    "pumps' torque": {"tau", "w", "p", "oil"},
+    "pumps' flow": {"w", "p", "oil", "x"},
+    "load": {"p", "F"},
+}
+"""Equations by name, with their unknowns: what each signal measures, and the laws between them. The load is unknown;
+the position follows from the flow and from where it began, which a reference says."""
+LAWS = ("pumps' torque", "pumps' flow", "load")
+KNOWN = {"one load": {"F"}}
+"""What may be known beside signals."""
+REPORTED = ("speed", "torque", "temperature")
+SETS = {
+    "speed, torque, temperature": (),
+    "+ reference": ("reference",),
+    "+ counter": ("counter",),
+    "+ DC power": ("DC power",),
+    "+ counter and DC power": ("counter", "DC power"),
+    "+ pressures": ("pressures",),
+    "+ one load that is known": ("one load",),
+    "all": ("counter", "DC power", "pressures", "reference"),
+}
+
+
+def overdetermined(equations: dict[str, set[str]]) -> set[str]:
+    """Names of the equations that can be checked."""
+    names, unknowns = list(equations), sorted(set().union(*equations.values()))
+    incidence = np.array([[unknown in equations[name] for unknown in unknowns] for name in names], dtype=int)
+    column_of = maximum_bipartite_matching(csr_matrix(incidence), perm_type="column")
+    row_of = {int(column): row for row, column in enumerate(column_of) if column >= 0}
+    reached = [row for row in range(len(names)) if column_of[row] < 0]
+    found = set(reached)
+    while reached:  # along alternating paths from equations that are left over
+        row = reached.pop()
+        for column in np.flatnonzero(incidence[row]):
+            other = row_of[int(column)]
+            if other not in found:
+                found.add(other)
+                reached.append(other)
+    return {names[row] for row in found}
+
+
+def model(further: tuple[str, ...]) -> dict[str, set[str]]:
+    """The equations that hold with a set of signals."""
+    given = (*REPORTED, *(one for one in further if one in MODEL), *LAWS)
+    known = {name: unknowns for name, unknowns in KNOWN.items() if name in further}
+    return {name: MODEL[name] for name in given} | known
+
+
+def detectable(further: tuple[str, ...]) -> dict[str, tuple[str, ...] | None]:
+    """By signal: those whose faults cannot be told from its own; None where its own cannot be seen at all."""
+    equations = model(further)
+    signals = [name for name in equations if name not in LAWS and name not in KNOWN]
+    seen = overdetermined(equations)
+    found: dict[str, tuple[str, ...] | None] = {}
+    for one in signals:
+        if one not in seen:
+            found[one] = None
+            continue
+        rest = {other: {k: v for k, v in equations.items() if k != other} for other in signals if other != one}
+        found[one] = tuple(other for other, left in rest.items() if other in seen and one not in overdetermined(left))
+    return found
+
+
+def table() -> list[str]:
+    """In Markdown: signals, and what faults of speed, torque, counter and power can be seen and told apart."""
+    shown = ("speed", "torque", "temperature", "counter", "DC power", "pressures", "reference")
+    rows = [f"| given | {' | '.join(shown)} |", "|---" * (len(shown) + 1) + "|"]
+    for name, further in SETS.items():
+        found = detectable(further)
+        cells = []
+        for signal in shown:
+            if signal not in found:
+                cells.append("")
+            elif found[signal] is None:
+                cells.append("unseen")
+            else:
+                cells.append("named" if not found[signal] else f"seen, or {', '.join(found[signal])}")
+        rows.append(f"| {name} | {' | '.join(cells)} |")
+    return rows
+
+
+if __name__ == "__main__":
+    print("\n".join(table()))
