@@ -1,6 +1,7 @@
 """What a drive reports held against itself: counter and speed, power and torque; detection, false alarms, exports."""
 
 import math
+import struct
 from dataclasses import replace
 
 import casadi as ca
@@ -13,12 +14,15 @@ import ramsight
 from ramsight import machine
 from ramsight.deploy.c_folder import write_sensor
 from ramsight.deploy.compiler import find_compiler
+from ramsight.deploy.encoder.frame import Frame
+from ramsight.deploy.encoder.listening import Listener
 from ramsight.duty import report, simulate
 from ramsight.duty.drive_report import declared_report
 from ramsight.duty.electrical import PowerReport, ShaftReport, declared_power, declared_shaft
 from ramsight.duty.faults import Fault, inject
 from ramsight.duty.work_day import work_day
 from ramsight.logs import read_drive_log, write_drive_log
+from ramsight.logs.mapped import ChannelMap, Mapped, Pdo
 from ramsight.plant.build import build
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.disagreement import MEMORY, SURE, apart, share_of_second
@@ -299,6 +303,44 @@ def test_a_drive_report_has_what_the_unit_declares():
     assert {"shaft_angle", "dc_power"} <= set(log)
     at_start = float(run["position"][0])
     assert ramsight.track(BOOM, log, truth=run, start=at_start).attrs["error_largest"] < 5e-3
+
+
+def test_an_encoder_hears_the_counter_beside_the_speed():
+    objects = {0x185: ("606Ch", "6077h"), 0x285: ("6064h",)}
+    known = ChannelMap(
+        roles={
+            "speed": Mapped("606Ch", "rpm"),
+            "torque": Mapped("6077h", "permille", rated=35.0),
+            "temperature": Mapped("", "degC", constant=313.15),
+        },
+        further={"shaft_angle": Mapped("6064h", "rad", scale=2.0 * math.pi / 4096)},
+        pdos=tuple(Pdo(cob_id, names) for cob_id, names in objects.items()),
+    )
+    listener = Listener(known)
+    assert listener.identifiers == {0x185, 0x285}
+    listener.take(Frame(0x285, struct.pack("<i", -8192), 1.0), 1.0, 1.0)
+    assert listener.sample(1.0) is None, "a counter alone is no sample"
+    listener.take(Frame(0x185, struct.pack("<ih", 1500, 100), 1.0), 1.0, 1.0)
+    sample = listener.sample(1.0)
+    assert sample.further["shaft_angle"] == pytest.approx(-4.0 * math.pi)
+    listener.take(Frame(0x185, struct.pack("<ih", 1500, 100), 9.0), 9.0, 9.0)
+    assert math.isnan(listener.sample(9.0).further["shaft_angle"]), "too old"
+
+
+def test_a_counter_that_overflows_raises_nothing_and_one_that_leaps_is_wrong(day, sensors):
+    run, log = day
+    at = turning(log)
+    time, angle = log["time"].values, log["shaft_angle"].values
+    once = np.where(time < at, angle, angle - 2**32 * 2.0 * math.pi / 4096)
+    _, status, error = tracked(sensors["both"], run, log.assign(shaft_angle=("time", once)))
+    assert not np.isin(status, CONTRADICTIONS).any()
+    wild = np.where(time < at, angle, np.random.default_rng(1).uniform(-1e6, 1e6, time.size))
+    for name in ("both", "counter"):
+        _, status, error = tracked(sensors[name], run, log.assign(shaft_angle=("time", wild)))
+        late = time > at + 0.2
+        assert (status[late] == Status.COUNTER_WRONG).mean() > 0.2
+        assert not np.isin(status[late], (Status.OK, Status.SPEED_CONTRADICTED)).any()
+        assert error[late].max() < 10e-3
 
 
 @pytest.mark.slow

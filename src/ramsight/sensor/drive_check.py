@@ -24,6 +24,7 @@ from ramsight.sensor.virtual_sensor import DC_POWER, SHAFT_ANGLE, SensorGraph
 
 _LARGEST = 1e9  # rad, W; beyond, or no number, it is not measured
 _FASTEST = 1.5  # share of the highest speed; a counter that leaps farther was set anew
+_LEAPS = 2.5  # within a second or so, that no overflow explains
 _TURNS = 3.0  # rad/s, below which friction and rounding make up the power
 _USUAL = 0.5  # share of what may be missing up to which it teaches gain and losses
 _LEAST = 1.0  # rad turned lately, below which power says nothing of a torque
@@ -134,9 +135,15 @@ class _Shaft:
         angle, last, begun = graph.measured[SHAFT_ANGLE], graph.state("last_shaft_angle"), graph.state("shaft_begun")
         there = ca.fabs(angle) < _LARGEST
         h, most = graph.elapsed, _FASTEST * limits.max_speed
-        turned = ca.fmin(ca.fmax((angle - last) / ca.fmax(h, 1e-3), -most), most)
-        self.there = ca.logic_and(ca.logic_and(there, begun), h > 0.0)
-        self.speed = ca.if_else(self.there, turned, graph.mean_speed)
+        turned = (angle - last) / ca.fmax(h, 1e-3)
+        goes_on = ca.logic_and(ca.logic_and(there, begun), h > 0.0)
+        # A counter that overflows or is set anew leaps once; one that leaps again and again counts nothing.
+        leaps = ca.logic_and(goes_on, ca.fabs(turned) > most)
+        leaped = graph.state("counter_leaps")
+        leaped_1 = ca.exp(-h / MEMORY) * leaped + leaps
+        graph.becomes("counter_leaps", leaped_1)
+        self.wild = leaped_1 > _LEAPS
+        self.speed = ca.if_else(ca.logic_and(goes_on, ca.logic_not(leaps)), turned, graph.mean_speed)
         self._difference = graph.mean_speed - self.speed
         graph.becomes("last_shaft_angle", ca.if_else(there, angle, last))
         graph.becomes("shaft_begun", there)
@@ -156,10 +163,10 @@ class _Shaft:
             noise=self._assumed.std / ca.fmax(graph.elapsed, 1e-3),
         )
         if said is None or turned is None:
-            return found, 0.0, 0.0
+            return found, 0.0, self.wild
         speed = ca.logic_and(found.alarm, ca.logic_and(said.alarm, ca.logic_not(turned.alarm)))
         counter = ca.logic_and(found.alarm, ca.logic_and(turned.alarm, ca.logic_not(said.alarm)))
-        return found, speed, counter
+        return found, speed, ca.logic_or(counter, self.wild)
 
     def use(self, counter_wrong: Any, speed_wrong: Any) -> None:
         """The mean speed is the counter's; where the reported one is wrong, so is that at the sample."""

@@ -236,8 +236,9 @@ class Encoder:
         """Let the sensor take a sample. One whose time does not advance is none: if all are so, the drive is silent."""
         self._saving.begin()
         before = self._sensor.state
+        further = {name: value for name, value in sample.further.items() if name in self._sensor.optional}
         estimate = self._sensor.step(
-            sample.time, sample.motor_speed, sample.motor_torque, sample.oil_temperature, sample.reference
+            sample.time, sample.motor_speed, sample.motor_torque, sample.oil_temperature, sample.reference, **further
         )
         if estimate.status is Status.TIME_FROZEN:
             return

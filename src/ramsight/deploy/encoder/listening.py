@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -32,6 +32,7 @@ class Sample:
         motor_torque: [N m].
         oil_temperature: [K]; NaN if nobody knows.
         reference: position known at this sample [m]; NaN if none is.
+        further: what else the map names [SI], by its name; NaN if it is too old.
     """
 
     time: float
@@ -39,6 +40,7 @@ class Sample:
     motor_torque: float
     oil_temperature: float
     reference: float = math.nan
+    further: Mapping[str, float] = field(default_factory=dict)
 
 
 def drive_map(
@@ -130,7 +132,9 @@ class Listener:
         if not channel_map.is_can:
             raise DescriptionError("says nothing of CAN frames: [can] with pdo or dbc is needed", file=channel_map.file)
         self._fields = _fields(channel_map)
-        self.channels = {role: self._channel(role, mapped, channel_map) for role, mapped in channel_map.roles.items()}
+        roles = {**channel_map.roles, **channel_map.further}
+        self.channels = {role: self._channel(role, mapped, channel_map) for role, mapped in roles.items()}
+        self._further = tuple(channel_map.further)
         self._references = [
             _Reference(
                 self._channel("reference", one.mapped, channel_map, switch=one.position is not None),
@@ -183,7 +187,11 @@ class Listener:
 
     def temperature(self, now: float) -> float:
         """The oil temperature [K]; NaN if it is older than it may be."""
-        held = self.channels["temperature"]
+        return self._held("temperature", now)
+
+    def _held(self, name: str, now: float) -> float:
+        """The newest value of a channel [SI]; NaN if it is older than it may be."""
+        held = self.channels[name]
         return held.value if now - held.at <= held.mapped.hold else math.nan
 
     def sample(self, now: float) -> Sample | None:
@@ -192,7 +200,8 @@ class Listener:
         if not (speed.fresh and torque.fresh):
             return None
         speed.fresh = torque.fresh = False
-        return Sample(speed.sent, speed.value, torque.value, self.temperature(now), self._reference(now))
+        further = {name: self._held(name, now) for name in self._further}
+        return Sample(speed.sent, speed.value, torque.value, self.temperature(now), self._reference(now), further)
 
     def _reference(self, now: float) -> float:
         """The newest position that waits for a sample."""
