@@ -22,8 +22,8 @@ SHEETS, PAGE, TRACES = ROOT / "docs" / "sheets", ROOT / "docs" / "studies.md", R
 BOOM = ("boom_asbuilt1_workday", "boom_441kN_40C", "boom_441kN_20C", "boom_441kN_60C", "boom_129kN_40C")
 BUCKET = ("bucket_asbuilt1_workday", "bucket_162kN_40C", "bucket_48kN_40C", "bucket_96kN_40C")
 STUDIES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
-    "mining-loader-boom": (("--machines", "5000", "--budget", "128", "--goal", "2 mm"), BOOM),
-    "mining-loader-bucket": (("--machines", "5000", "--budget", "64"), BUCKET),
+    "mining-loader-boom": (("--machines", "1000", "--budget", "128", "--goal", "2 mm"), BOOM),
+    "mining-loader-bucket": (("--machines", "1000", "--budget", "64"), BUCKET),
     "eha-single-rod-axis": (("--machines", "256"), ()),
     "eha-test-bench-axis": (("--machines", "256"), ()),
     "forklift-mast-lift": (("--machines", "256"), ()),

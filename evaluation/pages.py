@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import bounds
 import drive_control
 import effects
 import real_machine
@@ -23,7 +24,6 @@ ROOT = Path(__file__).parents[1]
 PAGE, CONTROL_PAGE, PLANT_PAGE, VALIDATION_PAGE, INTEGRITY_PAGE, SAFETY_PAGE = (
     ROOT / "docs" / f"{name}.md" for name in ("kalman", "control", "plant", "validation", "integrity", "safety")
 )
-SHEETS = ROOT / "docs" / "sheets"
 INPUTS = {
     "motor_speed": "motor speed", "motor_torque": "motor torque", "oil_temperature": "oil temperature",
     "shaft_angle": "counter", "dc_power": "DC power",
@@ -75,22 +75,6 @@ def by_signals(found: dict[str, Any]) -> list[str]:
         rows.append(f"| {INPUTS.get(channel, channel)} | {fault} | {' | '.join(cells)} |")
     hours = [f"{one['contradictions_without_a_fault']} in {one['hours']:.1f} h" for one in found.values()]
     return [*rows, f"| – | contradictions said without a fault | {' | '.join(hours)} |"]
-
-
-def bounds() -> list[str]:
-    """What the sensor's bound was worth, a data sheet a row."""
-    head = ["| axis | machines | hours | bound, median | over the 95 % error | samples beyond it | machines with any |"]
-    rows = []
-    for path in sorted(SHEETS.glob("*.json")):
-        sheet = json.loads(path.read_text())
-        one = sheet["bound"]
-        share, most = (100 * one["machines"][name] for name in ("value", "high"))
-        cells = (
-            path.stem, str(sheet["machines"]), f"{sheet['hours']:.0f}", f"{1e3 * one['median']:.1f} mm",
-            f"{one['over_p95']:.1f}", f"{one['beyond']} of {one['samples']}", f"{share:.2f} % (at most {most:.2f} %)",
-        )  # fmt: skip
-        rows.append(f"| {' | '.join(cells)} |")
-    return [*head, "|---|---|---|---|---|---|---|", *rows]
 
 
 def recorded(found: dict[str, Any]) -> list[str]:
@@ -169,7 +153,7 @@ def main() -> None:
     put(PAGE, {name: table(found[name]) for name, table in TABLES.items()})
     put(VALIDATION_PAGE, {"real_machine": real_machine.table(found["real_machine"])})
     put(PLANT_PAGE, {"effects": effects.table(found["effects"])})
-    integrity = {"by_signals": by_signals(found["faults"]), "bounds": bounds()}
+    integrity = {"by_signals": by_signals(found["faults"]), "bounds": bounds.table(found["bounds"])}
     fixed = {"redundancy": redundancy.table(), "detectors": detector_table().splitlines()}
     put(INTEGRITY_PAGE, integrity | fixed)
     put(SAFETY_PAGE, {"second_channel": second_channel.table(found["second_channel"])})

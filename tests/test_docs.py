@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 
 import ramsight
+from ramsight.sensor.detectors import DETECTORS, detector_table
+from ramsight.sensor.status import Status
 
 ROOT = Path(__file__).parent.parent
 BELOW = sorted(m.name for m in pkgutil.walk_packages(ramsight.__path__, "ramsight.") if not m.name.endswith("__main__"))
@@ -85,6 +87,39 @@ def test_the_page_of_the_kalman_sensor_quotes_the_study(monkeypatch):
     found, page = json.loads((ROOT / "study.json").read_text()), (ROOT / "docs" / "kalman.md").read_text()
     for name, table in pages.TABLES.items():
         assert "\n".join(table(found[name])) in page
+
+
+def test_the_pages_of_faults_quote_code_and_study(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "evaluation")
+    pages = importlib.import_module("pages")
+    found = json.loads((ROOT / "study.json").read_text())
+    page, safety = ((ROOT / "docs" / f"{name}.md").read_text() for name in ("integrity", "safety"))
+    assert detector_table() in page
+    assert "\n".join(pages.redundancy.table()) in page
+    assert "\n".join(pages.by_signals(found["faults"])) in page
+    assert "\n".join(pages.bounds.table(found["bounds"])) in page
+    assert "\n".join(pages.second_channel.table(found["second_channel"])) in safety
+    both = found["faults"]["+ counter and DC power"]
+    wrong = [row for row in both["rows"] if row["input"] in ("motor_speed", "motor_torque")]
+    assert max(row["harm_unseen"] for row in wrong) <= 0.01
+    assert both["contradictions_without_a_fault"] == 0
+
+
+def test_what_structure_cannot_show_no_detector_claims(monkeypatch):
+    """Signals of a detector that are not in every drive are among those with which its fault is visible at all."""
+    monkeypatch.syspath_prepend(ROOT / "evaluation")
+    redundancy = importlib.import_module("redundancy")
+    plain = redundancy.detectable(())
+    assert all(value is None for value in plain.values())
+    named = redundancy.detectable(("counter", "DC power"))
+    assert named["speed"] == named["counter"] == ()
+    assert named["torque"] == ("DC power",)
+    claims = {Status.SPEED_CONTRADICTED: "speed", Status.TORQUE_CONTRADICTED: "torque", Status.SPEED_WRONG: "speed"}
+    for one in DETECTORS:
+        if one.status in claims:
+            assert redundancy.detectable(one.needs)[claims[one.status]] is not None, one.status
+        if one.status is Status.SPEED_WRONG:
+            assert redundancy.detectable(one.needs)["speed"] == ()
 
 
 def test_the_page_of_the_plant_quotes_what_each_effect_moves(monkeypatch):
