@@ -58,6 +58,7 @@ bench: $(INSTALLED)
 
 study: $(INSTALLED)
 	$(BIN)/python evaluation/run.py --out study.json
+	$(BIN)/python evaluation/bounds.py --out study.json
 	$(BIN)/python evaluation/pages.py
 
 fuzz: $(INSTALLED)

@@ -30,6 +30,11 @@ def encoder(
     hold: Annotated[bool, typer.Option("--hold", help="An invalid position is held; else 6004h is 7FFFFFFFh.")] = False,
     timeout: Annotated[str | None, typer.Option(help="So long without the drive is invalid [default: 100 ms].")] = None,
     serial: Annotated[int, typer.Option(min=0, max=0xFFFFFFFF, help="Its serial number.")] = 0,
+    j1939: Annotated[
+        str | None,
+        typer.Option(help="Send the position as a J1939 message, too: its PGN and source address, 'FF40h 80h'."),
+    ] = None,
+    j1939_period: Annotated[str, typer.Option(help="Between two of them.")] = "20 ms",
     eds: Annotated[Path | None, typer.Option(help="Write its EDS file here first: .eds.")] = None,
 ) -> None:
     """Be a position sensor on a CANopen bus: a linear encoder of CiA 406.
@@ -52,6 +57,7 @@ def encoder(
     from ramsight.deploy.encoder.eds import eds_text
     from ramsight.deploy.encoder.encoder import Settings
     from ramsight.deploy.encoder.flood import limited_log_lines
+    from ramsight.deploy.encoder.j1939 import Broadcasting, message_of
     from ramsight.deploy.encoder.listening import drive_map
     from ramsight.deploy.encoder.runner import open_bus, serve, until_stopped
     from ramsight.logs.channel_map import load_map
@@ -69,7 +75,8 @@ def encoder(
     described = load_machine(machine)
     built = build(unit, described.unit(unit), described.linkage)
     meanings = drive_map(drive_node, objects.split(","), rated) if channel_map is None else load_map(channel_map)
-    ready = encoder_for(built, meanings, settings, state, aside=True)
+    encoder = encoder_for(built, meanings, settings, state, aside=True)
+    ready = encoder if j1939 is None else Broadcasting(encoder, message_of(j1939, j1939_period))
     if eds is not None:
         with atomic_path(eds) as draft:
             draft.write_text(eds_text(), encoding="ascii")

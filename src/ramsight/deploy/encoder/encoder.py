@@ -199,6 +199,16 @@ class Encoder:
         return math.inf if self._estimate is None else self._estimate.std + self._published.behind
 
     @property
+    def velocity(self) -> float:
+        """Of the piston [m/s]; NaN before the first sample."""
+        return math.nan if self._estimate is None else self._estimate.velocity
+
+    @property
+    def stroke(self) -> float:
+        """Of the cylinder [m]."""
+        return float(self._unit.cylinder.stroke)
+
+    @property
     def said(self) -> str:
         """The position in words, or why there is none."""
         if self.valid:
@@ -216,7 +226,7 @@ class Encoder:
         changed = self._saving.check(now)
         if self._drive.check(now) or changed:
             self._look()
-        self._emergencies.tell(self._now, self._faults, self._status)
+        self._emergencies.tell(self._now, self._faults, self.status)
         if self._node.state == OPERATIONAL:
             self._published.follow(now)
         self._schedule.tick(now)
@@ -299,7 +309,7 @@ class Encoder:
         valid = estimate is not None and not alarms(self._faults)
         position = math.nan if estimate is None else estimate.position
         self._published.set(self._now, position, valid, at_once=preset)
-        self._emergencies.tell(self._now, self._faults, self._status)
+        self._emergencies.tell(self._now, self._faults, self.status)
 
     @property
     def _is_disputed(self) -> bool:
@@ -313,7 +323,8 @@ class Encoder:
         return self._sensor.state.get("disputed", 0.0) > 0.5
 
     @property
-    def _status(self) -> int:
+    def status(self) -> int:
+        """Number of the sensor's status."""
         return _UNDEFINED_STATUS if self._estimate is None else int(self._estimate.status)
 
     # ---- the network --------------------------------------------------------------------------------------------
@@ -369,7 +380,7 @@ class Encoder:
             (0x100A, 0): lambda: __version__,
             (0x1018, 4): lambda: self.settings.serial,
             (0x2010, 0): lambda: scale.steps(min(self.std, stroke)),
-            (0x2011, 0): lambda: self._status,
+            (0x2011, 0): lambda: self.status,
             (0x2012, 0): lambda: "no sample yet" if self._estimate is None else self._estimate.status.text,
             (0x2013, 0): lambda: 0 if self._estimate is None else whole(self._estimate.load, LEAST, MOST),
             (0x6002, 0): lambda: scale.steps(stroke),

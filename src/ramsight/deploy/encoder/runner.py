@@ -13,6 +13,7 @@ from typing import Any
 import can
 from ramsight.deploy.encoder.encoder import Encoder
 from ramsight.deploy.encoder.frame import EXTENDED, Frame
+from ramsight.deploy.encoder.j1939 import Broadcasting
 from ramsight.errors import RamsightError
 
 
@@ -25,7 +26,7 @@ _AFTER_ERROR = 0.05  # s; a bus that is off is not asked without pause
 
 
 def serve(
-    encoder: Encoder,
+    encoder: Encoder | Broadcasting,
     bus: Any,
     stop: threading.Event,
     *,

@@ -1,0 +1,184 @@
+"""The position as a J1939 message beside CANopen, for machines whose controllers speak that.
+
+No parameter group is known for the position of an implement's cylinder; sensors send a proprietary one (Proprietary B,
+PGN FF00h to FFFFh), as this one does. Numbers are little-endian with the ranges of SAE J1939-71: of 16 bits the values
+above FAFFh are none, FE00h to FEFFh mean an error, FF00h and above that nothing is known.
+
+| bytes | what | a bit is | offset |
+|---|---|---|---|
+| 1, 2 | position | 0.1 mm (`resolution`) | 0 |
+| 3, 4 | velocity, extension positive | 0.1 mm/s | -3200 mm/s |
+| 5 | bits 1-2 position valid, 3-4 position known, 5-6 a warning holds; 0 no, 1 yes; 7-8 are 1 | | |
+| 6 | number of the sensor's status | 1 | 0 |
+| 7, 8 | standard deviation | 0.01 mm | 0 |
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from dataclasses import dataclass
+
+from ramsight.deploy.encoder.encoder import Encoder
+from ramsight.deploy.encoder.faults import warnings
+from ramsight.deploy.encoder.frame import EXTENDED, Frame
+from ramsight.errors import DescriptionError
+from ramsight.sensor.status import Status
+from ramsight.units import parse_option
+
+_LARGEST, _ERROR, _NOTHING = 0xFAFF, 0xFE00, 0xFFFF
+_SLOWEST, _VELOCITY, _STD = 3.2, 1e-4, 1e-5  # m/s; m/s and m a bit
+_PGNS = 0xFF00, 0xFFFF
+_PERIODS = 5e-3, 5.0  # s
+
+
+@dataclass(frozen=True)
+class Message:
+    """Which message, and how often.
+
+    Args:
+        pgn: parameter group, FF00h to FFFFh.
+        source: source address, 0 to 253.
+        priority: 0, the highest, to 7.
+        period: between two messages, 5 ms to 5 s [s].
+        resolution: of the position [m].
+
+    Raises:
+        DescriptionError: a value is out of its range.
+
+    Example:
+        >>> hex(Message(pgn=0xFF40, source=0x80).identifier)
+        '0x18ff4080'
+    """
+
+    pgn: int = 0xFF40
+    source: int = 0x80
+    priority: int = 6
+    period: float = 0.02
+    resolution: float = 1e-4
+
+    def __post_init__(self) -> None:
+        for name, value, least, most in (
+            ("pgn", self.pgn, *_PGNS),
+            ("source", self.source, 0, 253),
+            ("priority", self.priority, 0, 7),
+            ("period", self.period, *_PERIODS),
+            ("resolution", self.resolution, 1e-6, 1e-2),
+        ):
+            if not least <= value <= most:
+                raise DescriptionError("is out of range", key=name, value=value, allowed=f"{least:g} to {most:g}")
+
+    @property
+    def identifier(self) -> int:
+        """Of the frame, 29 bits."""
+        return self.priority << 26 | self.pgn << 8 | self.source
+
+    def data(self, position: float, velocity: float, std: float, status: int, *, valid: bool, warns: bool) -> bytes:
+        """The eight bytes.
+
+        Args:
+            position: [m]; not looked at unless `valid`.
+            velocity: [m/s].
+            std: standard deviation of the position [m].
+            status: number of the sensor's status.
+            valid: whether the position may be used.
+            warns: whether a warning holds.
+
+        Example:
+            >>> Message().data(0.1, 0.0, 1e-3, 0, valid=True, warns=False).hex()
+            'e803007dc5006400'
+        """
+        known = status < Status.NOT_REFERENCED
+        flags = int(valid) | int(known) << 2 | int(warns) << 4 | 3 << 6
+        return struct.pack(
+            "<HHBBH",
+            _number(position / self.resolution) if valid else _ERROR,
+            _number((velocity + _SLOWEST) / _VELOCITY),
+            flags,
+            status,
+            _number(std / _STD) if known else _NOTHING,
+        )
+
+
+def message_of(words: str, period: str) -> Message:
+    """The message that options ask for.
+
+    Args:
+        words: parameter group and source address, hexadecimal: ``FF40h 80h``.
+        period: with its unit.
+
+    Raises:
+        DescriptionError: they cannot be read, or are out of range.
+
+    Example:
+        >>> hex(message_of("FF41h 81h", "50 ms").identifier)
+        '0x18ff4181'
+    """
+    try:
+        pgn, source = (int(word.rstrip("hH"), 16) for word in words.split())
+    except ValueError:
+        allowed = "a PGN and a source address, as in 'FF40h 80h'"
+        raise DescriptionError("cannot be read", key="--j1939", value=words, allowed=allowed) from None
+    return Message(pgn, source, period=parse_option(period, "s", "--j1939-period", least="5 ms", most="5 s"))
+
+
+def _number(value: float) -> int:
+    """A value in bits, within what may be sent; none if it is none."""
+    return min(max(round(value), 0), _LARGEST) if math.isfinite(value) else _NOTHING
+
+
+class Broadcasting:
+    """An encoder that sends a J1939 message, too; it is used as the encoder is.
+
+    Args:
+        encoder: of CANopen.
+        message: which one.
+
+    Raises:
+        DescriptionError: the stroke needs more bits than there are.
+    """
+
+    def __init__(self, encoder: Encoder, message: Message) -> None:
+        if encoder.stroke / message.resolution > _LARGEST:
+            allowed = f"{encoder.stroke / _LARGEST:.2g} m or more"
+            text = "is too fine for the stroke"
+            raise DescriptionError(text, key="resolution", value=message.resolution, allowed=allowed)
+        self._encoder, self._message, self._next = encoder, message, math.inf
+
+    @property
+    def said(self) -> str:
+        """As the encoder's."""
+        return self._encoder.said
+
+    @property
+    def due(self) -> float:
+        """When something is to be done next [s]."""
+        return min(self._encoder.due, self._next)
+
+    def start(self, now: float) -> list[Frame]:
+        """Power up; the message comes a period later for the first time."""
+        self._next = now + self._message.period
+        return self._encoder.start(now)
+
+    def receive(self, now: float, frame: Frame) -> list[Frame]:
+        """Take a frame from the bus."""
+        return [*self._encoder.receive(now, frame), *self._due(now)]
+
+    def advance(self, now: float) -> list[Frame]:
+        """Do whatever is due by now."""
+        return [*self._encoder.advance(now), *self._due(now)]
+
+    def stop(self) -> None:
+        """Power down in order."""
+        self._encoder.stop()
+
+    def _due(self, now: float) -> list[Frame]:
+        if now < self._next:
+            return []
+        late = math.fmod(now - self._next, self._message.period)
+        self._next = now + self._message.period - late  # what was missed is gone, the beat stays
+        one = self._encoder
+        data = self._message.data(
+            one.position, one.velocity, one.std, one.status, valid=one.valid, warns=bool(warnings(one.faults))
+        )
+        return [Frame(self._message.identifier | EXTENDED, data)]
