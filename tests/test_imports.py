@@ -23,6 +23,7 @@ STREET = [
     {"calibration"},
     {"control"},
     {"study"},
+    {"drawing"},
     {"deploy", "studio"},
     {"api"},
     {"cli"},

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from ramsight.api.calibrating import identify, identify_values, leak_test
     from ramsight.api.commissioning import commission
+    from ramsight.api.drawing import draw
     from ramsight.api.duties import duty_for, lift_lower
     from ramsight.api.exporting import export_c, export_fmu
     from ramsight.api.machines import build, catalogue, load_machine
@@ -74,6 +75,7 @@ __all__ = [
     "casadi_model",
     "catalogue",
     "commission",
+    "draw",
     "drive_report",
     "duty_for",
     "export_c",
@@ -96,6 +98,7 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
     _HOMES = {
         "api.calibrating": ("identify", "identify_values", "leak_test"),
         "api.commissioning": ("commission",),
+        "api.drawing": ("draw",),
         "api.duties": ("duty_for", "lift_lower"),
         "api.exporting": ("export_c", "export_fmu"),
         "api.machines": ("build", "catalogue", "load_machine"),
