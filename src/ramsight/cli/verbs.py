@@ -17,6 +17,7 @@ from ramsight.cli import (
     machines,
     simulation,
     studies,
+    studio,
     tracking,
 )
 from ramsight.cli.common import group
@@ -57,6 +58,7 @@ for verb in (
     calibration.identify,
     commissioning.commission,
     studies.loader,
+    studio.studio,
     datasheets.datasheet,
     bus.encoder,
 ):
