@@ -10,7 +10,11 @@ from urllib.parse import parse_qs, urlsplit
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 _COOKIE = "ramsight-token"
-_HEADERS = [(b"x-frame-options", b"DENY"), (b"x-content-type-options", b"nosniff"), (b"referrer-policy", b"no-referrer")]
+_HEADERS = [
+    (b"x-frame-options", b"DENY"),
+    (b"x-content-type-options", b"nosniff"),
+    (b"referrer-policy", b"no-referrer"),
+]
 
 Message = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[Message]]
@@ -23,7 +27,7 @@ class TooLargeError(Exception):
 
 
 class Guard:
-    """Middleware: refuses strange hosts, other sites' requests, requests without the token, and bodies that are too large.
+    """Middleware: refuses strange hosts, other sites' requests, those without the token, and bodies that are too large.
 
     Args:
         app: what it guards.

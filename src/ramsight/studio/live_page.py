@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import json
-import math
-from dataclasses import asdict
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from nicegui import background_tasks, run, ui
@@ -14,6 +14,8 @@ from ramsight.drawing import drawn, svg
 from ramsight.drawing.notes import notes
 from ramsight.machine.description import Machine
 from ramsight.plant.build import build
+from ramsight.plant.linked import LinkedMachine
+from ramsight.plant.linked import build as build_linked
 from ramsight.studio.rig import FAULTS, LIE, SENSORS
 from ramsight.studio.scene import MachineScene
 from ramsight.studio.session import Session
@@ -41,16 +43,40 @@ KEYS = (("ArrowUp", "ArrowDown"), ("ArrowRight", "ArrowLeft"))
 """Keys that move the first unit and the second one, lifting and lowering."""
 
 
-def live_page(machine: str, described: Machine) -> None:
-    """Build the page for one visitor, with a machine of its own.
+@dataclass(frozen=True)
+class Prepared:
+    """What all pages of a machine share, made before the first one asks.
 
-    Args:
+    Attributes:
         machine: a description file, or a catalogue name, for the machine's own process.
         described: what it describes.
+        linked: its mechanism, if it has one.
+        circuits: the drawing of each unit that runs, as SVG.
     """
+
+    machine: str
+    described: Machine
+    linked: LinkedMachine | None
+    circuits: Mapping[str, str]
+
+
+def prepare(machine: str, described: Machine) -> Prepared:
+    """Make what all pages of a machine share."""
     units = list(described.units) if described.linkage is not None else list(described.units)[:1]
+    circuits = {}
+    for name in units:
+        unit = described.unit(name)
+        title = f"{described.name}: {name}"
+        circuits[name] = svg.text(drawn(build(name, unit, described.linkage), title, notes(unit)))
+    linked = None if described.linkage is None else build_linked(described)
+    return Prepared(machine, described, linked, circuits)
+
+
+def live_page(prepared: Prepared) -> None:
+    """Build the page for one visitor, with a machine of its own."""
+    described, units = prepared.described, list(prepared.circuits)
     signs = {name: float(described.unit(name).lift_sign) for name in units}
-    session = Session(machine)
+    session = Session(prepared.machine)
     client = ui.context.client
     client.on_delete(lambda: background_tasks.create(run.io_bound(session.close)))
     with ui.element("div").classes("studio"):
@@ -62,8 +88,8 @@ def live_page(machine: str, described: Machine) -> None:
             with ui.element("section").classes("panel"):
                 ui.html("<h2>The machine</h2>", sanitize=False)
                 ui.label("red and pale: where the sensor takes it to be").classes("text-xs")
-                scene = MachineScene(described)
-            _circuits(described, units)
+                scene = MachineScene(described, prepared.linked)
+            _circuits(prepared.circuits)
         with ui.column().classes("gap-3 min-w-0"):
             _said(units)
             with ui.element("section").classes("panel").props("id=strips"):
@@ -79,13 +105,18 @@ def _levers(session: Session, units: list[str], signs: dict[str, float]) -> None
         ui.timer(0.3, lambda: waits.set_text(session.ended or ("runs" if session.about else waits.text)))
         sliders = {}
         for name, keys in zip(units, KEYS * len(units), strict=False):
-            ui.label(f"{name}: lift {keys[0].removeprefix('Arrow').lower()}, lower {keys[1].removeprefix('Arrow').lower()}").classes("text-sm")  # fmt: skip
+            up, down = (key.removeprefix("Arrow").lower() for key in keys)
+            ui.label(f"{name}: key {up} lifts, key {down} lowers").classes("text-sm")
             slider = ui.slider(min=-100, max=100, step=5, value=0).props(f'label aria-label="lever of {name}" snap')
-            slider.on_value_change(lambda e, name=name: session.say("lever", name, signs[name] * (e.value or 0) / 100.0))
+            slider.on_value_change(
+                lambda e, name=name: session.say("lever", name, signs[name] * (e.value or 0) / 100.0)
+            )
             sliders[name] = slider
             with ui.row().classes("gap-1"):
                 for text, value in (("lower", -100), ("stop", 0), ("lift", 100)):
-                    button = ui.button(text, on_click=lambda _, s=slider, v=value: s.set_value(v)).props("dense size=sm")
+                    button = ui.button(text, on_click=lambda _, s=slider, v=value: s.set_value(v)).props(
+                        "dense size=sm"
+                    )
                     button.props(f'aria-label="{text} {name}"')
         ui.keyboard(on_key=lambda e: _key(e, list(sliders.values())), ignore=["input", "select", "textarea"])
         ui.label("time × life").classes("text-sm")
@@ -110,7 +141,9 @@ def _knobs(session: Session) -> None:
                 shown = ui.label(f"{first:g}")
             slider = ui.slider(min=least, max=most, step=step, value=first).props(f'dense aria-label="{words}"')
 
-            def turn(e: Any, name: str = name, factor: float = factor, offset: float = offset, shown: Any = shown) -> None:
+            def turn(
+                e: Any, name: str = name, factor: float = factor, offset: float = offset, shown: Any = shown
+            ) -> None:
                 shown.set_text(f"{e.value:g}")
                 session.say("knobs", {name: e.value * factor + offset})
 
@@ -124,24 +157,30 @@ def _faults(session: Session, units: list[str]) -> None:
             ui.switch(words, on_change=lambda e, name=name: session.say("fault", name, bool(e.value))).props("dense")
         for name in units:
             with ui.row().classes("gap-1 mt-1"):
-                ui.button(f"{name}: reference", on_click=lambda name=name: session.say("refer", name, False)).props("dense size=sm")
+                ui.button(f"{name}: reference", on_click=lambda name=name: session.say("refer", name, False)).props(
+                    "dense size=sm"
+                )
                 ui.button(
-                    f"{name}: switch lies by {1e3 * LIE:g} mm", on_click=lambda name=name: session.say("refer", name, True)
+                    f"{name}: switch lies by {1e3 * LIE:g} mm",
+                    on_click=lambda name=name: session.say("refer", name, True),
                 ).props("dense size=sm")
 
 
-def _circuits(described: Machine, units: list[str]) -> None:
+def _circuits(circuits: Mapping[str, str]) -> None:
     with ui.element("section").classes("panel circuit"):
         ui.html("<h2>The circuit</h2>", sanitize=False)
-        ui.label("lines: blue at the tank's pressure, red at the relief valves'; yellow: a valve passes oil").classes("text-xs")
-        for k, name in enumerate(units):
-            unit = described.unit(name)
-            text = svg.text(drawn(build(name, unit, described.linkage), f"{described.name}: {name}", notes(unit)))
+        ui.label("lines: blue at the tank's pressure, red at the relief valves'; yellow: a valve passes oil").classes(
+            "text-xs"
+        )
+        units = list(circuits)
+        for k, (name, text) in enumerate(circuits.items()):
             place = ui.html(text, sanitize=False).classes("w-full").props(f'data-circuit="{name}"')
             if k:
                 place.props("hidden")
         if len(units) > 1:
-            ui.toggle(units, value=units[0], on_change=lambda e: ui.run_javascript(f"studio.show({json.dumps(e.value)})"))
+            ui.toggle(
+                units, value=units[0], on_change=lambda e: ui.run_javascript(f"studio.show({json.dumps(e.value)})")
+            )
 
 
 def _said(units: list[str]) -> None:
@@ -192,7 +231,6 @@ def _joined(frames: list[Frame]) -> Frame:
             last.columns[name] = [value for part in parts for value in part]
         else:
             last.columns[name] = {key: [v for part in parts for v in part[key]] for key in parts[0]}
-    last.factor = last.factor if math.isfinite(last.factor) else 0.0
     return last
 
 

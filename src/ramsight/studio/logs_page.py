@@ -75,9 +75,9 @@ class _LogsPage:
         else:
             self._say(f"{name}: the true position")
 
-    def _proposed(self, name: str, found: dict[str, Any]) -> None:
-        if "error" in found:
-            self._say(found["error"])
+    def _proposed(self, name: str, found: dict[str, Any] | None) -> None:
+        if found is None or "error" in found:
+            self._say("the studio ends" if found is None else found["error"])
             return
         self._say("\n".join([f"{name}: {len(found['channels'])} channels", *found["warnings"]]))
         self.map.set_value(found["map"])
@@ -95,8 +95,8 @@ class _LogsPage:
             track, self.machine, self.unit.value, str(self.files["log"]), None if truth is None else str(truth),
             self.start.value or "", self.sensor.value, self.map.value if self.mapped.value else "",
         )  # fmt: skip
-        if "error" in done:
-            self._say(done["error"])
+        if done is None or "error" in done:
+            self._say("the studio ends" if done is None else done["error"])
             return
         self._say("\n".join([done["summary"], *done["warnings"]]))
         await ui.run_javascript(f"studio.track('track-picture', {json.dumps(done['columns'])})", timeout=20.0)

@@ -12,7 +12,7 @@ import numpy as np
 
 from ramsight.duty.drive_report import DriveReport
 from ramsight.duty.drive_response import DriveResponse
-from ramsight.duty.live import LinkedInstant, LiveMachine, LiveUnit
+from ramsight.duty.live import Instant, LinkedInstant, LiveMachine, LiveUnit
 from ramsight.duty.live_drive import LiveDrive
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.errors import DescriptionError
@@ -51,7 +51,7 @@ class Knobs:
     """What can be turned while the machine runs; the machine's own state is what the sensors are not told.
 
     Attributes:
-        load: of a unit alone over its named largest one, of a machine with a mechanism its payload over the rated one [1].
+        load: of a unit alone over its largest named one; of a mechanism its payload over the rated one [1].
         oil_temperature: [K].
         leak, displacement, stiffness, friction: factors on the data sheet, as `AsBuilt` has them [1].
         torque_gain: reported torque over the true one [1].
@@ -129,6 +129,7 @@ class Rig:
         self._speeds = dict.fromkeys(self.sheet, 0.0)
         self._frozen: dict[str, float] = {}
         self._drives: dict[str, LiveDrive] = {}
+        self._said: tuple[float, float, float] | None = None
         self._start_all()
 
     def _largest_load(self, machine: Machine) -> float:
@@ -155,7 +156,9 @@ class Rig:
         for name, sensors in self.sensors.items():
             for sensor in sensors.values():
                 sensor.start(begin[name])
-        self._last = {name: {kind: Estimate(begin[name], 0.0, 0.0, math.nan, Status.OK) for kind in SENSORS} for name in begin}
+        self._last = {
+            name: {kind: Estimate(begin[name], 0.0, 0.0, math.nan, Status.OK) for kind in SENSORS} for name in begin
+        }
         self._apply(self.knobs)
 
     # -- what can be done to it
@@ -215,12 +218,11 @@ class Rig:
             self._plant.change({key: value for key, value in values.items() if key in known})
         how = DriveReport(torque_step=knobs.torque_step) if knobs.torque_step > 0.0 else DriveReport()
         response = DriveResponse(report_delay=knobs.report_delay)
-        for k, name in enumerate(self.sheet):
-            drive = self._drives.get(name)
-            said = (knobs.torque_step, knobs.report_delay, knobs.temperature_offset)
-            if drive is None or said != self._said:
+        said = (knobs.torque_step, knobs.report_delay, knobs.temperature_offset)
+        if said != self._said:  # a drive that is as it was goes on with what it has on its way
+            for k, name in enumerate(self.sheet):
                 self._drives[name] = LiveDrive(response, self.period, how, knobs.temperature_offset, stream=k)
-        self._said = (knobs.torque_step, knobs.report_delay, knobs.temperature_offset)
+        self._said = said
 
     # -- a sample
 
@@ -236,6 +238,7 @@ class Rig:
         self._load += min(max(aim - self._load, -most), most)
         self._warm_up()
         commands = self._commands()
+        now: Instant
         if isinstance(self._plant, LiveMachine):
             now = self._plant.advance(speeds, self._load)
         else:

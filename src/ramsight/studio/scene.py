@@ -11,11 +11,13 @@ from nicegui import ui
 
 from ramsight.machine.description import Machine
 from ramsight.plant.linkage import joints, points
-from ramsight.plant.linked import build as build_linked
+from ramsight.plant.linked import LinkedMachine
 from ramsight.study.loader.drawing import COLOURS, GHOST
-from ramsight.study.loader.shapes import Array, Shapes, shapes
+from ramsight.study.loader.shapes import Array, Shapes, hull, shapes
 
+_RATE = 12  # pictures a second; where no graphics card helps, more of them would hold up the strips
 _DEPTH = 0.25  # m, of a plate
+_BAR = 0.06  # m, half the width of a body that has no outline
 _BARREL, _ROD = 0.12, 0.06  # m, heights of a cylinder's barrel and rod in the picture
 _LYING = math.pi / 2.0
 _STEEL, _RED = "#8b939c", "#b03030"
@@ -25,13 +27,15 @@ class MachineScene:
     """A scene of one machine.
 
     Args:
-        machine: its description; with a mechanism that is drawn, else a cylinder on a bench.
+        machine: its description.
+        linked: its mechanism; without one a cylinder on a bench is drawn.
     """
 
-    def __init__(self, machine: Machine) -> None:
-        self._linked = None if machine.linkage is None else build_linked(machine)
+    def __init__(self, machine: Machine, linked: LinkedMachine | None) -> None:
+        self._linked = linked
         self._stroke = next(iter(machine.units.values())).cylinder.stroke
-        with ui.scene(width=560, height=360, background_color="#e9edf0", grid=(12, 24)).classes("w-full") as self.scene:
+        with ui.scene(width=560, height=360, background_color="#e9edf0", grid=(12, 24), fps=_RATE) as self.scene:
+            self.scene.classes("w-full").style("height: 360px")
             if self._linked is None:
                 self._bench()
             else:
@@ -68,13 +72,17 @@ class MachineScene:
         return shapes(self._linked.mechanism, np.clip(places, 0.0, strokes))
 
     def _pins(self, positions: Mapping[str, float]) -> dict[str, Array]:
-        """Two points of each body, always the same ones."""
+        """Two points of each body, always the same ones; of a body that has only one, that one twice."""
+        return {name: np.array([own[0][1], own[-1][1]]) for name, own in self._points(positions).items()}
+
+    def _points(self, positions: Mapping[str, float]) -> dict[str, list[tuple[str, Array]]]:
+        """Named points of each body."""
         assert self._linked is not None
         places = [positions[unit.name] for unit in self._linked.units]
         strokes = [unit.cylinder.stroke for unit in self._linked.units]
         mechanism = self._linked.mechanism
         found = points(mechanism, joints(mechanism, np.clip(places, 0.0, strokes)))
-        return {name: np.array([own[0][1], own[1][1]]) for name, own in found.items() if name != "frame"}
+        return {name: own for name, own in found.items() if name != "frame"}
 
     def _bench(self) -> None:
         s = self._stroke
@@ -82,14 +90,16 @@ class MachineScene:
         ui.scene.box(3.0 * s + 1.0, 0.5, 0.05).move(1.2 * s, 0.0, 0.3).material(_STEEL)
         self._rod = _plate([[-s - 0.15, -0.05], [0.0, -0.05], [0.0, 0.05], [-s - 0.15, 0.05]], 0.1, _STEEL)
         self._ghost_rod = _plate([[-0.04, -0.09], [0.0, -0.09], [0.0, 0.09], [-0.04, 0.09]], 0.18, GHOST, 0.5)
-        self.scene.move_camera(x=1.2 * s, y=-2.4 * s - 1.2, z=1.4, look_at_x=1.2 * s, look_at_y=0.0, look_at_z=0.4, duration=0)
+        self.scene.move_camera(
+            x=1.2 * s, y=-2.4 * s - 1.2, z=1.4, look_at_x=1.2 * s, look_at_y=0.0, look_at_z=0.4, duration=0
+        )
 
     def _mechanism(self) -> None:
         assert self._linked is not None
         middle = {unit.name: 0.5 * unit.cylinder.stroke for unit in self._linked.units}
         self._drawn = drawn = self._seen(middle)
         self._drawn_pins = self._pins(middle)
-        named = list(drawn.bodies.items())
+        named = [(name, hull(np.array([place for _, place in own]))) for name, own in self._points(middle).items()]
         colours = (COLOURS * len(named))[: len(named)]
         wide = [_wide(hull) for _, hull in named]
         self._plates = {n: _plate(w.tolist(), _DEPTH, c) for (n, _), w, c in zip(named, wide, colours, strict=True)}
@@ -107,9 +117,9 @@ class MachineScene:
         ui.scene.box(max(high[0] - low[0], 0.4) + 0.3, 0.5, 0.12).move(
             float(0.5 * (low[0] + high[0])), 0.0, float(low[1]) - 0.1
         ).material("#56616d")
-        everything = np.vstack([frame, *drawn.bodies.values()])
+        everything = np.vstack([frame, *wide])
         x, z = 0.5 * (everything.min(axis=0) + everything.max(axis=0))
-        far = 1.3 * float(np.max(np.ptp(everything, axis=0))) + 1.0
+        far = 0.95 * float(np.max(np.ptp(everything, axis=0))) + 0.3
         self.scene.move_camera(
             x=float(x) + 0.35 * far, y=-far, z=float(z) + 0.3 * far,
             look_at_x=float(x), look_at_y=0.0, look_at_z=float(z), duration=0,
@@ -117,13 +127,16 @@ class MachineScene:
         self.show(middle, middle)
 
 
-def _wide(hull: Array) -> Array:
-    """A hull that can be seen: a body of two pins becomes a bar."""
-    if len(hull) > 2:
-        return hull
-    along = (hull[1] - hull[0]) / float(np.linalg.norm(hull[1] - hull[0]))
-    across = 0.06 * np.array([-along[1], along[0]])
-    return np.array([hull[0] - across, hull[1] - across, hull[1] + across, hull[0] + across])
+def _wide(outline: Array) -> Array:
+    """An outline that can be seen: a body of two points becomes a bar, one of a single point a square."""
+    if len(outline) > 2:
+        return outline
+    begin, end = outline[0], outline[-1]
+    size = float(np.linalg.norm(end - begin))
+    along = (end - begin) / size if size > 0.0 else np.array([1.0, 0.0])
+    begin, end = begin - _BAR * along, end + _BAR * along
+    across = _BAR * np.array([-along[1], along[0]])
+    return np.array([begin - across, end - across, end + across, begin + across])
 
 
 def _plate(outline: list[list[float]], depth: float, colour: str, opacity: float = 1.0) -> Any:

@@ -11,6 +11,7 @@ from ramsight.studio.guard import LOOPBACK, Guard
 
 ASSETS = Path(__file__).parent / "assets"
 LARGEST = 256 * 2**20  # bytes of an upload: ten hours at 100 Hz are some 150 MB of CSV
+_INK = "#1f4e79"  # of buttons and sliders; white on it has a contrast of 8.6 : 1
 _FREE = 16  # bytes of a token
 _GONE = 5.0  # s, until a page that has gone away is given up, and its machine ended
 
@@ -43,17 +44,21 @@ def serve(machine: str, *, host: str, port: int, show: bool) -> None:
     try:
         from nicegui import app, ui
     except ImportError:
-        raise DescriptionError("needs the extra studio: pip install 'ramsight[studio]'", key="ramsight studio") from None
-    from ramsight.studio.live_page import live_page
+        raise DescriptionError(
+            "needs the extra studio: pip install 'ramsight[studio]'", key="ramsight studio"
+        ) from None
+    from ramsight.studio.live_page import live_page, prepare
     from ramsight.studio.logs_page import logs_page
 
     token = None if host in LOOPBACK else secrets.token_urlsafe(_FREE)
     app.add_middleware(Guard, token=token, largest=LARGEST)
     app.add_static_files("/studio-assets", ASSETS)
+    prepared = prepare(machine, described)
     title = f"ramsight studio: {described.title or described.name}"
 
     @ui.page("/", title=title)
     def page() -> None:
+        ui.colors(primary=_INK)
         for name in ("uPlot.min.css", "studio.css"):
             ui.add_head_html(f'<link rel="stylesheet" href="/studio-assets/{name}">')
         for name in ("uPlot.iife.min.js", "studio.js"):
@@ -65,7 +70,7 @@ def serve(machine: str, *, host: str, port: int, show: bool) -> None:
             live, logs = ui.tab("Live"), ui.tab("Logs")
         with ui.tab_panels(tabs, value=live, keep_alive=True).classes("w-full bg-transparent"):
             with ui.tab_panel(live):
-                live_page(machine, described)
+                live_page(prepared)
             with ui.tab_panel(logs):
                 logs_page(described)
 

@@ -27,15 +27,24 @@ def propose(file: str) -> dict[str, Any]:
     def look() -> dict[str, Any]:
         found = inspect_log(file)
         channels = [
-            {"name": c.name, "unit": c.unit, "samples": c.samples, "least": _plain(c.least), "most": _plain(c.most), "role": c.role}
-            for c in found.channels
-        ]  # fmt: skip
+            {
+                "name": one.name,
+                "unit": one.unit,
+                "samples": one.samples,
+                "least": _plain(one.least),
+                "most": _plain(one.most),
+                "role": one.role,
+            }
+            for one in found.channels
+        ]
         return {"channels": channels, "map": map_text(found)}
 
     return _answered(look, Path(file).parent)
 
 
-def track(machine: Machine, unit: str, file: str, truth: str | None, start: str, sensor: str, map_toml: str) -> dict[str, Any]:
+def track(
+    machine: Machine, unit: str, file: str, truth: str | None, start: str, sensor: str, map_toml: str
+) -> dict[str, Any]:
     """Track a log as `ramsight track` does: `summary`, what it prints, and `columns` for a picture; or `error`.
 
     Args:

@@ -16,6 +16,7 @@ from ramsight.sensor.virtual_sensor import Estimate
 from ramsight.studio.rig import LIE, Rig, Row
 
 _FRAME = 0.04  # s, from one frame to the next
+_SMOOTH = 0.1  # share of a frame in how fast the machine is said to run
 _ROWS = 8  # of a frame, at most: of a faster machine only every nth sample is sent
 _BEHIND = 0.5  # s; whoever is later than that runs slower than it should, and does not catch up
 FASTEST = 50.0  # times faster than life
@@ -79,6 +80,7 @@ class _Clock:
         self.rig, self.pipe, self.factor = rig, pipe, 1.0
         self.begun, self.steps, self.sent = time.perf_counter(), 0, 0.0
         self.rows: list[dict[str, Row]] = []
+        self.ran = 0.0
 
     def go_on(self) -> None:
         """Run until told to stop."""
@@ -134,8 +136,8 @@ class _Clock:
         frame.columns["time"] = [round(row[first].time, 3) for row in kept]
         frame.pose = self.rig.pose({name: row.position for name, row in last.items()})
         frame.ghost = self.rig.pose({name: _believed(row) for name, row in last.items()})
-        since = now - self.sent
-        frame.factor = len(self.rows) * self.rig.period / since if since < 10.0 * _FRAME else math.nan
+        self.ran += _SMOOTH * (len(self.rows) * self.rig.period / max(now - self.sent, _FRAME) - self.ran)
+        frame.factor = self.ran
         self.rows = []
         return frame
 
