@@ -8,11 +8,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-
 from ramsight.duty.drive_report import DriveReport
 from ramsight.duty.drive_response import DriveResponse
-from ramsight.duty.live import Instant, LinkedInstant, LiveMachine, LiveUnit
+from ramsight.duty.live import Instant, LiveMachine, LiveUnit
 from ramsight.duty.live_drive import LiveDrive
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.errors import DescriptionError
@@ -20,7 +18,6 @@ from ramsight.machine.description import Machine
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build
 from ramsight.plant.directional import DirectionalValve
-from ramsight.plant.linkage import joints
 from ramsight.plant.linked import LinkedMachine
 from ramsight.plant.linked import build as build_linked
 from ramsight.plant.unit import HydraulicUnit
@@ -245,7 +242,6 @@ class Rig:
             ((speed),) = speeds.values()
             now = self._plant.advance(speed, self._load)
         self.inside = self._plant.inside()
-        self.tip = now.tip if isinstance(now, LinkedInstant) else None
         rows = {}
         for name in self.sheet:
             truth = now.motor_speed[name], now.motor_torque[name]
@@ -267,13 +263,6 @@ class Rig:
     def of(self, unit: str, name: str) -> float:
         """What the equation knows of a unit by this name; NaN if nothing."""
         return self.inside.get(f"{unit}.{name}" if self.linked is not None else name, math.nan)
-
-    def pose(self, positions: Mapping[str, float]) -> list[float]:
-        """Joint coordinates of the mechanism at cylinder positions [m]; none without a mechanism."""
-        if self.linked is None:
-            return []
-        places = [positions[name] for name in self.sheet]
-        return [float(q) for q in joints(self.linked.mechanism, np.array(places))]
 
     def _followed(self, name: str) -> float:
         """Motor speed at the next sample [rad/s]: towards the lever, no faster than the ramp."""

@@ -29,15 +29,12 @@ class Frame:
     Attributes:
         columns: by unit and name, in the units that people read; `time` is common.
         circuit: by unit: pressures of nodes [bar], openings of valves [1] and flows of parts [l/min] now.
-        pose: joint coordinates of the mechanism, true and as the kalman sensors have it.
         status: by unit and sensor, in words.
         factor: times faster than life that it really runs.
     """
 
     columns: dict[str, Any] = field(default_factory=dict)
     circuit: dict[str, dict[str, float]] = field(default_factory=dict)
-    pose: list[float] = field(default_factory=list)
-    ghost: list[float] = field(default_factory=list)
     status: dict[str, dict[str, str]] = field(default_factory=dict)
     factor: float = 0.0
 
@@ -134,8 +131,6 @@ class _Clock:
             frame.status[name] = {kind: said.status.text for kind, said in last[name].estimates.items()}
         first = next(iter(self.rig.sheet))
         frame.columns["time"] = [round(row[first].time, 3) for row in kept]
-        frame.pose = self.rig.pose({name: row.position for name, row in last.items()})
-        frame.ghost = self.rig.pose({name: _believed(row) for name, row in last.items()})
         self.ran += _SMOOTH * (len(self.rows) * self.rig.period / max(now - self.sent, _FRAME) - self.ran)
         frame.factor = self.ran
         self.rows = []
@@ -155,11 +150,6 @@ class _Clock:
             elif key.endswith(".opening"):
                 found[key] = round(value, 2)
         return found
-
-
-def _believed(row: Row) -> float:
-    said = row.estimates["kalman"].position
-    return said if math.isfinite(said) else row.position
 
 
 def _columns(rows: list[Row]) -> Mapping[str, list[float | None]]:
