@@ -117,13 +117,35 @@ def measure(minutes: float, sessions: int) -> dict[str, Any]:
     return found
 
 
+def table(found: dict[str, Any]) -> list[str]:
+    """The figures as docs/studio.md quotes them."""
+    first, last, many = found["first"], found["last"], found["sessions"]
+    paints = [f"{found[name]:.1f} s" for name in ("first_paint_s", "again_first_paint_s")]
+    pages = [f"{then['page_mib']:.0f} MiB" for then in (first, last)]
+    machines = [f"{sum(then['workers_mib']):.0f} MiB" for then in (first, last)]
+    shares = f"{many['slowest_of_life']:.2f} to {many['fastest_of_life']:.2f}"
+    rows = [
+        ("first paint, first and second visitor", ", ".join(paints)),
+        ("frames a second of five strips", f"{first['frames_per_s']:.0f}"),
+        (f"the same after {found['minutes']:g} minutes", f"{last['frames_per_s']:.0f}"),
+        ("the page behind its machine by then", f"{max(last['behind_s'], 0.0):.2f} s"),
+        ("the page's objects, then and now", ", ".join(pages)),
+        ("the machine's process, then and now", ", ".join(machines)),
+        (f"{many['number']} visitors at once: time over life", shares),
+    ]
+    return ["| | |", "|---|---|", *(f"| {what} | {figure} |" for what, figure in rows)]
+
+
 def main() -> None:
     """Measure and write."""
     options = argparse.ArgumentParser()
     options.add_argument("--out", type=Path, required=True)
     options.add_argument("--minutes", type=float, default=10.0)
-    options.add_argument("--sessions", type=int, default=10)
+    options.add_argument("--sessions", type=int, default=10, help="at least 3")
     given = options.parse_args()
+    if shutil.which("chromium") is None:
+        print("no Chromium: the studio is not measured", file=sys.stderr)
+        return
     given.out.write_text(json.dumps(measure(given.minutes, given.sessions), indent=1) + "\n", encoding="utf-8")
 
 

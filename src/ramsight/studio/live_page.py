@@ -87,7 +87,7 @@ def live_page(prepared: Prepared) -> None:
         with ui.column().classes("gap-3 min-w-0"):
             with ui.element("section").classes("panel"):
                 ui.html("<h2>The machine</h2>", sanitize=False)
-                ui.label("red and pale: where the sensor takes it to be").classes("text-xs")
+                ui.label("red and pale: where the sensor takes it to be; blue: the payload").classes("text-xs")
                 scene = MachineScene(described, prepared.linked)
             _circuits(prepared.circuits)
         with ui.column().classes("gap-3 min-w-0"):

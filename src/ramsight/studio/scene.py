@@ -119,7 +119,7 @@ class MachineScene:
         ).material("#56616d")
         everything = np.vstack([frame, *wide])
         x, z = 0.5 * (everything.min(axis=0) + everything.max(axis=0))
-        far = 0.95 * float(np.max(np.ptp(everything, axis=0))) + 0.3
+        far = 0.7 * float(np.max(np.ptp(everything, axis=0))) + 0.3
         self.scene.move_camera(
             x=float(x) + 0.35 * far, y=-far, z=float(z) + 0.3 * far,
             look_at_x=float(x), look_at_y=0.0, look_at_z=float(z), duration=0,

@@ -64,7 +64,7 @@ def serve(machine: str, *, host: str, port: int, show: bool) -> None:
         for name in ("uPlot.iife.min.js", "studio.js"):
             ui.add_head_html(f'<script src="/studio-assets/{name}"></script>')
         with ui.header().classes("items-center py-1"):
-            ui.label("ramsight studio").classes("text-lg font-bold")
+            ui.html('<h1 class="text-lg font-bold">ramsight studio</h1>', sanitize=False)
             ui.label(described.title or described.name)
         with ui.tabs().classes("w-full") as tabs:
             live, logs = ui.tab("Live"), ui.tab("Logs")
@@ -82,6 +82,7 @@ def serve(machine: str, *, host: str, port: int, show: bool) -> None:
         show=show,
         reload=False,
         dark=None,
+        language="en-US",
         reconnect_timeout=_GONE,
         show_welcome_message=False,
     )

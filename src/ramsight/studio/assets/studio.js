@@ -143,5 +143,20 @@ window.studio = (() => {
     return columns.time.length;
   }
 
+  // The file chooser that the uploader draws is an input in a button: leave the input alone to be reached, and name it.
+  function label() {
+    for (const place of document.querySelectorAll(".q-uploader")) {
+      const words = place.querySelector(".q-uploader__title")?.textContent || "file";
+      for (const input of place.querySelectorAll("input[type=file]")) {
+        if (input.getAttribute("aria-label") === words) continue;
+        input.setAttribute("aria-label", words);
+        input.tabIndex = 0;
+        const button = input.closest("[role=button]");
+        if (button) { button.removeAttribute("role"); button.tabIndex = -1; }
+      }
+    }
+  }
+  addEventListener("DOMContentLoaded", () => new MutationObserver(label).observe(document.body, { childList: true, subtree: true }));
+
   return { begin, show, frame, track, count: () => drawn, units };
 })();
