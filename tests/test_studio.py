@@ -4,7 +4,7 @@ import asyncio
 import gzip
 import math
 import time
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import pytest
@@ -15,7 +15,7 @@ from ramsight.cli import app
 from ramsight.errors import DescriptionError
 from ramsight.normal import TWO_SIDED_95
 from ramsight.studio.guard import Guard
-from ramsight.studio.rig import FAULTS, LIE, Rig
+from ramsight.studio.rig import FAULTS, LIE, Knobs, Rig
 from ramsight.studio.session import Session
 from ramsight.studio.tracking import propose, track
 
@@ -57,6 +57,45 @@ def test_a_worn_pump_moves_the_plain_balance_away(press):
     assert abs(other.estimates["balance"].position - other.position) < 1e-3
 
 
+TURNED = {
+    "load": 0.8,
+    "oil_temperature": 323.15,
+    "leak": 2.0,
+    "displacement": 0.98,
+    "stiffness": 0.6,
+    "friction": 2.0,
+    "torque_gain": 1.1,
+    "torque_step": 2.0,
+    "report_delay": 0.1,
+    "temperature_offset": 5.0,
+}
+OF_THE_REPORT = {"torque_gain", "torque_step", "report_delay", "temperature_offset"}
+
+
+def lifted(**turned):
+    rig = Rig(machine.load("press"))
+    rig.turn(replace(rig.knobs, **turned))
+    rig.levers["ram"] = 0.5
+    return run(rig, 2.0)[-1]["ram"]
+
+
+@pytest.mark.slow
+def test_every_knob_changes_the_machine_or_what_is_reported_of_it_and_the_page_has_it():
+    plain = lifted()
+    assert set(TURNED) == {field.name for field in fields(Knobs)}
+    for name, value in TURNED.items():
+        other = lifted(**{name: value})
+        truth = [(row.position, row.motor_torque) for row in (plain, other)]
+        assert (truth[0] == truth[1]) == (name in OF_THE_REPORT), name
+        assert other.estimates["kalman"] != plain.estimates["kalman"], name
+    live_page = pytest.importorskip("ramsight.studio.live_page", reason="needs the extra studio")
+    assert [knob[0] for knob in live_page.KNOBS] == list(TURNED)
+    for name, _, least, most, first, step, factor, offset in live_page.KNOBS:
+        assert least <= first <= most
+        assert step > 0.0
+        assert first * factor + offset == pytest.approx(getattr(Knobs(), name))
+
+
 def test_the_oil_warms_up_no_faster_than_oil_does_and_the_machine_with_it(press):
     press.turn(replace(press.knobs, oil_temperature=323.15))
     rows = run(press, 4.0)
@@ -77,6 +116,18 @@ def test_a_lost_temperature_is_said_and_goes_again(press):
     assert "oil temperature missing" in said.text
     press.fault("temperature", on=False)
     assert "temperature" not in run(press, 8.0)[-1]["ram"].estimates["kalman"].status.text
+
+
+def test_sensors_that_are_started_anew_know_where_the_piston_is(press):
+    press.levers["ram"] = 0.5
+    run(press, 2.0)
+    press.fault("temperature", on=True)
+    assert math.isnan(run(press, 0.2)[-1]["ram"].estimates["balance"].position)
+    press.fault("temperature", on=False)
+    assert run(press, 0.2)[-1]["ram"].estimates["balance"].status.validity == "invalid"
+    press.start_sensors()
+    row = run(press, 0.2)[-1]["ram"]
+    assert all(abs(said.position - row.position) < 1e-3 for said in row.estimates.values())
 
 
 def test_a_speed_that_reads_too_much_moves_the_estimate_away(press):

@@ -155,6 +155,8 @@ def _faults(session: Session, units: list[str]) -> None:
         ui.html("<h2>Faults and references</h2>", sanitize=False)
         for name, words in FAULTS.items():
             ui.switch(words, on_change=lambda e, name=name: session.say("fault", name, bool(e.value))).props("dense")
+        start = ui.button("start the sensors anew", on_click=lambda: session.say("start")).props("dense size=sm")
+        start.tooltip("they are told where the pistons are")
         for name in units:
             with ui.row().classes("gap-1 mt-1"):
                 ui.button(f"{name}: reference", on_click=lambda name=name: session.say("refer", name, False)).props(

@@ -153,6 +153,7 @@ class Rig:
         for name, sensors in self.sensors.items():
             for sensor in sensors.values():
                 sensor.start(begin[name])
+        self._at = dict(begin)
         self._last = {
             name: {kind: Estimate(begin[name], 0.0, 0.0, math.nan, Status.OK) for kind in SENSORS} for name in begin
         }
@@ -175,6 +176,12 @@ class Rig:
                 )  # fmt: skip
         self._apply(knobs)
         self.knobs = knobs
+
+    def start_sensors(self) -> None:
+        """Start all sensors anew, told where the pistons are: a value that is no number has ended the plain balance."""
+        for name, sensors in self.sensors.items():
+            for sensor in sensors.values():
+                sensor.start(min(max(self._at[name], 0.0), self.sheet[name].cylinder.stroke))
 
     def refer(self, unit: str, off: float = 0.0) -> None:
         """Tell the sensors of a unit its true position at the next sample, as a switch would, off by this much [m]."""
@@ -245,6 +252,7 @@ class Rig:
         rows = {}
         for name in self.sheet:
             truth = now.motor_speed[name], now.motor_torque[name]
+            self._at[name] = now.position[name]
             self._sense(name, now.time, truth, now.position[name], commands)
             chambers = (self.of(name, f"pressure_{self.sheet[name].cylinder.node_a}"),
                         self.of(name, f"pressure_{self.sheet[name].cylinder.node_b}"))  # fmt: skip

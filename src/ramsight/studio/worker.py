@@ -114,6 +114,8 @@ class _Clock:
                     self.rig.fault(values[0], on=values[1])
                 case "refer":
                     self.rig.refer(values[0], LIE if values[1] else 0.0)
+                case "start":
+                    self.rig.start_sensors()
                 case "factor":
                     self.factor = min(max(float(values[0]), 0.0), FASTEST)
                     self._from_now(time.perf_counter())
