@@ -2,7 +2,7 @@
 #   make test    the tests, minutes   make lint    style and types
 #   make test-slow  the other tests: every circuit, hostile frames, what the pages show, compilers with sanitizers
 #   make demo    a recorded work day: the sensor finds its position and learns; leaves demo/demo.png
-#   make bench   speed against C, scipy and CVODES: bench.json and its figures; needs gcc, takes some minutes
+#   make bench   speed against C, scipy and CVODES: bench.json and its figures; the studio in Chromium: studio.json; needs gcc
 #   make study   what the docs quote of studies: study.json; takes some minutes, real oil needs data (RAMSIGHT_DATA=folder)
 #   make fuzz    damaged files, states and slots, hostile frames, killed writers: fuzz.json; takes a quarter to half an hour
 #   make docs    the pages of docs/ and the Python reference as a site, to be read offline: build/site/index.html
@@ -55,6 +55,7 @@ bench: $(INSTALLED)
 	$(BIN)/python bench/exported.py --out bench.json
 	$(BIN)/python bench/studies.py --out bench.json
 	$(BIN)/python bench/figures.py bench.json docs/images
+	$(BIN)/python bench/studio.py --out studio.json
 
 study: $(INSTALLED)
 	$(BIN)/python evaluation/run.py --out study.json

@@ -26,6 +26,9 @@ NEEDED = (
     "ramsight/machine/catalogue/machines/mining-loader.toml",
     "ramsight/deploy/c/sensor.c",
     "ramsight/deploy/encoder/ramsight-encoder.eds",
+    "ramsight/studio/assets/studio.js",
+    "ramsight/studio/assets/uPlot.LICENSE",
+    "ramsight/studio/assets/uPlot.iife.min.js",
     "ramsight/study/demo/workday.csv.gz",
     "ramsight/study/demo/workday_truth.csv.gz",
 )

@@ -179,6 +179,13 @@ def test_the_page_of_studies_quotes_its_sheets_and_the_benchmark(monkeypatch):
         assert quoted in page, quoted
 
 
+def test_the_page_of_the_studio_quotes_the_benchmark(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "bench")
+    bench = importlib.import_module("studio")
+    found = json.loads((ROOT / "studio.json").read_text())
+    assert "\n".join(bench.table(found)) in (ROOT / "docs" / "studio.md").read_text()
+
+
 def test_the_page_of_reliability_quotes_the_fuzzing(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "fuzz")
     page = importlib.import_module("page")

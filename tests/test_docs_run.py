@@ -23,6 +23,7 @@ OF_THE_SYSTEM = {"make", "source", "pip", "ip", "chrt", "cc", "cat", "cd"}
 """Commands that are not ramsight's; of `chrt` and its like what they start is looked at all the same."""
 ONLY_PARSED = {
     "encoder": "needs a bus",
+    "studio": "serves until it is interrupted",
     "datasheet": "has a test of its own",
     "paper": "has a test of its own",
     "loader": "has a test of its own",

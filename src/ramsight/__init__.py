@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from ramsight.api.calibrating import identify, identify_values, leak_test
     from ramsight.api.commissioning import commission
     from ramsight.api.comparing import compare
+    from ramsight.api.drawing import draw
     from ramsight.api.duties import duty_for, lift_lower
     from ramsight.api.exporting import export_c, export_fmu
     from ramsight.api.machines import build, catalogue, load_machine
@@ -76,6 +77,7 @@ __all__ = [
     "catalogue",
     "commission",
     "compare",
+    "draw",
     "drive_report",
     "duty_for",
     "export_c",
@@ -99,6 +101,7 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
         "api.calibrating": ("identify", "identify_values", "leak_test"),
         "api.commissioning": ("commission",),
         "api.comparing": ("compare",),
+        "api.drawing": ("draw",),
         "api.duties": ("duty_for", "lift_lower"),
         "api.exporting": ("export_c", "export_fmu"),
         "api.machines": ("build", "catalogue", "load_machine"),

@@ -13,10 +13,12 @@ from ramsight.cli import (
     comparing,
     datasheets,
     demonstration,
+    drawing,
     exporting,
     machines,
     simulation,
     studies,
+    studio,
     tracking,
 )
 from ramsight.cli.common import group
@@ -48,6 +50,7 @@ for verb in (
     demonstration.demo,
     machines.check,
     machines.new,
+    drawing.draw,
     simulation.simulate,
     tracking.track,
     comparing.compare,
@@ -57,6 +60,7 @@ for verb in (
     calibration.identify,
     commissioning.commission,
     studies.loader,
+    studio.studio,
     datasheets.datasheet,
     bus.encoder,
 ):

@@ -104,6 +104,22 @@ class _Stepped:
         segment = self._segment()
         return outputs(self.ode, segment, segment.start, self.state[None])
 
+    def inside(self) -> dict[str, float]:
+        """States and outputs now, by name, in SI; integrals of the audit are left out."""
+        states = zip(self.ode.states, self.state.tolist(), strict=True)
+        known = {state.name: value for state, value in states if not state.integral}
+        return known | {name: float(values[0]) for name, values in self.found().items()}
+
+    def change(self, values: Mapping[str, float]) -> None:
+        """Go on with other values of parameters, by name, in SI.
+
+        Raises:
+            KeyError: the equation has no such parameter.
+        """
+        places = {name: k for k, name in enumerate(self.ode.parameters)}
+        for name, value in values.items():
+            self._parameters[0, places[name]] = value
+
     def speed(self, name: str, commanded: float) -> float:
         """A motor's speed [rad/s]: the state of that name, if a servo has one, otherwise what is commanded."""
         states = [state.name for state in self.ode.states]
@@ -166,6 +182,23 @@ class LiveUnit:
         self._run.advance(np.array([motor_speed, load]))
         self.now = self._look()
         return self.now
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the equation's parameters, which `change` takes."""
+        return self._run.ode.parameters
+
+    def change(self, values: Mapping[str, float]) -> None:
+        """Go on with a machine that has changed: other values of parameters, by name, in SI.
+
+        Raises:
+            KeyError: the equation has no such parameter.
+        """
+        self._run.change(values)
+
+    def inside(self) -> dict[str, float]:
+        """Pressures, flows, openings and all else that the equation knows now, by name, in SI."""
+        return self._run.inside()
 
     def _look(self) -> Instant:
         run, name = self._run, self._name
@@ -230,6 +263,23 @@ class LiveMachine:
         self._run.advance(np.array([*speeds, payload, *tip_force]))
         self.now = self._look()
         return self.now
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the equation's parameters, which `change` takes; those of a unit begin with its name."""
+        return self._run.ode.parameters
+
+    def change(self, values: Mapping[str, float]) -> None:
+        """Go on with a machine that has changed: other values of parameters, by name, in SI.
+
+        Raises:
+            KeyError: the equation has no such parameter.
+        """
+        self._run.change(values)
+
+    def inside(self) -> dict[str, float]:
+        """Joints, pressures, flows, openings and all else that the equation knows now, by name, in SI."""
+        return self._run.inside()
 
     def _look(self) -> LinkedInstant:
         names, run = self.machine.mechanism.cylinders, self._run

@@ -1,0 +1,120 @@
+"""From the parts of a unit to elements of a drawing: a symbol, the nodes at its ports, and the words beside it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ramsight.drawing import symbols, valves
+from ramsight.drawing.symbol import Symbol
+from ramsight.errors import DescriptionError
+from ramsight.plant.accumulator import Accumulator
+from ramsight.plant.directional import DirectionalValve
+from ramsight.plant.hose import Hose, Volume
+from ramsight.plant.pilot_check import PilotCheckValve
+from ramsight.plant.pump import Pump
+from ramsight.plant.unit import HydraulicUnit
+from ramsight.plant.valve import CheckValve, Orifice, ReliefValve, SafetyValve
+
+
+@dataclass(frozen=True)
+class Element:
+    """One part of a circuit, to be drawn.
+
+    Attributes:
+        name: of the part.
+        kind: what it is, as descriptions say it.
+        symbol: as it is made; the layout turns and moves it.
+        ends: node at each port.
+        words: what stands beside it below its name.
+    """
+
+    name: str
+    kind: str
+    symbol: Symbol
+    ends: Mapping[str, str]
+    words: tuple[str, ...] = ()
+
+
+def elements(unit: HydraulicUnit, notes: Mapping[str, str]) -> tuple[Element, ...]:
+    """The parts of a unit, but for drive, cylinder and rigid volumes, as elements.
+
+    Args:
+        unit: the unit.
+        notes: a word for parts by name, such as the model of a pump; it stands before the values.
+
+    Raises:
+        DescriptionError: a part that is no part of the catalogue does not name two nodes, `inlet` and `outlet`.
+    """
+    one_way = any(isinstance(part, DirectionalValve) for part in unit.parts())
+    found = []
+    for part in unit.parts():
+        if part is unit.drive or part is unit.cylinder or isinstance(part, Volume):
+            continue
+        element = _element(part, one_way=one_way)
+        if element.name in notes:
+            element = Element(
+                element.name, element.kind, element.symbol, element.ends, (notes[element.name], *element.words)
+            )
+        found.append(element)
+    return tuple(found)
+
+
+def _element(part: Any, *, one_way: bool) -> Element:
+    match part:
+        case Pump():
+            return Element(part.name, "pump", symbols.pump(reversible=not one_way), _two(part), _pump_words(part))
+        case ReliefValve():
+            return Element(part.name, "relief valve", valves.relief(), _two(part), (f"{_bar(part.setting)}",))
+        case CheckValve():
+            return Element(
+                part.name, "check valve", valves.check(spring=part.cracking_pressure > 0.0), _two(part), _cracking(part)
+            )
+        case PilotCheckValve():
+            ends = {**_two(part), "pilot": part.pilot}
+            words = (f"ratio {part.pilot_ratio:g} : 1", *_cracking(part))
+            symbol = valves.pilot_check(spring=part.cracking_pressure > 0.0)
+            return Element(part.name, "pilot check valve", symbol, ends, words)
+        case SafetyValve():
+            ends = {"inlet": part.pump_side, "outlet": part.cylinder_side}
+            way = "opens to lower" if part.commanded else "held open"
+            return Element(part.name, "safety valve", valves.safety(), ends, (way,))
+        case Hose():
+            words = (f"{part.length:.3g} m, ø {part.diameter * 1e3:.3g} mm",)
+            return Element(part.name, "hose", symbols.hose(), _two(part), words)
+        case Orifice():
+            at = part.conductance * math.sqrt(_ORIFICE_POINT) * 60e3
+            return Element(part.name, "orifice", symbols.orifice(), _two(part), (f"{at:.3g} l/min at 1 bar",))
+        case DirectionalValve():
+            ends = {key: getattr(part, key) for key in ("port_a", "port_b", "pump_port", "tank_port")}
+            return Element(part.name, "directional valve", valves.directional(), ends, ("drawn at command 1",))
+        case Accumulator():
+            words = (f"{part.volume * 1e3:.3g} l", f"{_bar(part.precharge)} abs.")
+            return Element(part.name, "accumulator", symbols.accumulator(), {"node": part.node}, words)
+    if isinstance(getattr(part, "inlet", None), str) and isinstance(getattr(part, "outlet", None), str):
+        return Element(part.name, type(part).__name__, symbols.box(), _two(part))
+    raise DescriptionError(
+        "cannot be drawn: it names no nodes", key=part.name, allowed="a part with an inlet and an outlet"
+    )
+
+
+_ORIFICE_POINT = 1e5  # Pa, at which an orifice's flow is written
+
+
+def _two(part: Any) -> dict[str, str]:
+    return {"inlet": part.inlet, "outlet": part.outlet}
+
+
+def _pump_words(part: Pump) -> tuple[str, ...]:
+    belt = () if part.belt == 1.0 else (f"belt {part.belt:.3g}",)
+    return (f"{part.displacement * 2e6 * math.pi:.3g} cm³/rev", *belt)
+
+
+def _cracking(part: CheckValve | PilotCheckValve) -> tuple[str, ...]:
+    return (f"{_bar(part.cracking_pressure)}",) if part.cracking_pressure > 0.0 else ()
+
+
+def _bar(pressure: float) -> str:
+    return f"{pressure / 1e5:.3g} bar"

@@ -1,0 +1,66 @@
+"""A sheet as PNG or PDF, by matplotlib."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ramsight.drawing.shapes import SIZES, Area, Disc, Line, Shape, Word
+from ramsight.drawing.sheet import DOT, Sheet
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_PER_INCH = 4.0 * 25.4  # units of a drawing an inch: a quarter of a millimetre each
+_INK, _PAPER, _QUIET, _LOAD = "#1b2733", "#ffffff", "#5b6875", "#d9dee4"
+_POINTS = 72.0 / _PER_INCH  # a unit of the drawing in points
+_FILLS = {"ink": _INK, "paper": _PAPER, "load": _LOAD, "none": "none"}
+
+
+def save(sheet: Sheet, path: Path) -> None:
+    """Write a sheet to a file, at the size that its SVG has on paper; a PNG has 240 pixels an inch."""
+    from matplotlib.figure import Figure
+
+    left, top, right, bottom = sheet.box
+    figure = Figure(figsize=((right - left) / _PER_INCH, (bottom - top) / _PER_INCH))
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
+    axes.set_axis_off()
+    for wire in sheet.wires:
+        _draw(axes, Line((wire.begin, wire.end), wire.style))
+    for _, point in sheet.junctions:
+        _draw(axes, Disc(point, DOT, "ink"))
+    for shape in (*sheet.others, *(s for one in sheet.placed for s in (*one.symbol.shapes, *one.words)), *sheet.words):
+        _draw(axes, shape)
+    figure.savefig(path, dpi=240, format=path.suffix.removeprefix("."))
+
+
+def _draw(axes: Axes, shape: Shape) -> None:
+    """One shape, over those before it."""
+    from matplotlib.patches import Circle, Polygon
+
+    order = 2.0 + 1e-3 * len(axes.get_children())
+    match shape:
+        case Line():
+            width, dashes = (1.6, "-") if shape.style == "line" else (1.1, "-" if shape.style == "thin" else "--")
+            axes.plot(*zip(*shape.points, strict=True), dashes, color=_INK, lw=width * _POINTS, zorder=order)
+        case Area():
+            axes.add_patch(Polygon(shape.points, fc=_FILLS[shape.fill], ec=_INK, lw=1.6 * _POINTS, zorder=order))
+        case Disc():
+            axes.add_patch(
+                Circle(shape.centre, shape.radius, fc=_FILLS[shape.fill], ec=_INK, lw=1.6 * _POINTS, zorder=order)
+            )
+        case Word():
+            across = {"start": "left", "middle": "center", "end": "right"}[shape.anchor]
+            axes.text(
+                *shape.at,
+                shape.text,
+                size=SIZES[shape.kind] * _POINTS,
+                ha=across,
+                va="baseline",
+                color=_QUIET if shape.kind == "node" else _INK,
+                style="italic" if shape.kind == "node" else "normal",
+                weight="bold" if shape.kind in ("title", "name", "port") else "normal",
+                zorder=order,
+                parse_math=False,
+            )

@@ -1,0 +1,82 @@
+"""A sheet as SVG: one file that needs nothing else; parts and nodes are groups that a style or a script can reach."""
+
+from __future__ import annotations
+
+from html import escape
+
+from ramsight.drawing.shapes import SIZES, Area, Disc, Line, Point, Shape, Word
+from ramsight.drawing.sheet import DOT, Sheet, Wire
+
+_PER_MM = 4.0  # units of a drawing a millimetre of paper
+STYLE = """
+.drawing { --ink: #1b2733; --paper: #fff; --quiet: #5b6875; --load: #d9dee4;
+  font-family: "DejaVu Sans", Arial, sans-serif; }
+.drawing polyline, .drawing polygon, .drawing circle, .drawing line {
+  stroke: var(--ink); stroke-width: 1.6; fill: none; stroke-linejoin: round; stroke-linecap: round; }
+.drawing .thin { stroke-width: 1.1; }
+.drawing .pilot { stroke-width: 1.1; stroke-dasharray: 5 3; }
+.drawing .ink { fill: var(--ink); }
+.drawing .paper { fill: var(--paper); }
+.drawing .filled { fill: var(--load); }
+.drawing text { fill: var(--ink); stroke: none; }
+.drawing .dot { fill: var(--ink); }
+.drawing .title { font-weight: bold; }
+.drawing .name, .drawing .port { font-weight: bold; }
+.drawing .node-name { fill: var(--quiet); font-style: italic; }
+"""
+_SIZES = "".join(f".drawing .size-{kind} {{ font-size: {size:g}px; }}\n" for kind, size in SIZES.items())
+
+
+def text(sheet: Sheet) -> str:
+    """The SVG of a sheet, at a quarter of a millimetre a unit.
+
+    Groups of parts have the id ``part-NAME`` and the class of their kind, lines of nodes ``data-node``.
+    """
+    left, top, right, bottom = sheet.box
+    width, height = right - left, bottom - top
+    body = [f'<rect class="sheet" x="{left:g}" y="{top:g}" width="{width:g}" height="{height:g}" fill="var(--paper)"/>']
+    for node in sorted({wire.node for wire in sheet.wires}):
+        lines = "".join(_wire(wire) for wire in sheet.wires if wire.node == node)
+        dots = "".join(
+            f'<circle class="dot" cx="{x:g}" cy="{y:g}" r="{DOT:g}"/>' for at, (x, y) in sheet.junctions if at == node
+        )
+        body.append(f'<g class="node" data-node="{escape(node)}"><title>{escape(node)}</title>{lines}{dots}</g>')
+    body += [_shape(shape) for shape in sheet.others]
+    for part in sheet.placed:
+        kind = part.kind.replace(" ", "-").lower()
+        inside = "".join(map(_shape, (*part.symbol.shapes, *part.words)))
+        title = f"<title>{escape(part.kind)} {escape(part.name)}</title>"
+        body.append(f'<g class="part {escape(kind)}" id="part-{escape(part.name)}">{title}{inside}</g>')
+    body += [_shape(word) for word in sheet.words]
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" class="drawing" role="img" aria-label="{escape(sheet.title)}" '
+        f'width="{width / _PER_MM:.1f}mm" height="{height / _PER_MM:.1f}mm" '
+        f'viewBox="{left:g} {top:g} {width:g} {height:g}">\n'
+        f"<title>{escape(sheet.title)}</title>\n<style>{STYLE}{_SIZES}</style>\n" + "\n".join(body) + "\n</svg>\n"
+    )
+
+
+def _wire(wire: Wire) -> str:
+    return f'<polyline class="{wire.style}" points="{_points((wire.begin, wire.end))}"/>'
+
+
+def _points(points: tuple[Point, ...]) -> str:
+    return " ".join(f"{x:.6g},{y:.6g}" for x, y in points)
+
+
+def _shape(shape: Shape) -> str:
+    match shape:
+        case Line():
+            return f'<polyline class="{shape.style}" points="{_points(shape.points)}"/>'
+        case Area():
+            fill = "filled" if shape.fill == "load" else shape.fill
+            return f'<polygon class="{fill}" points="{_points(shape.points)}"/>'
+        case Disc():
+            (x, y), r = shape.centre, shape.radius
+            return f'<circle class="{shape.fill}" cx="{x:.6g}" cy="{y:.6g}" r="{r:g}"/>'
+        case Word():
+            (x, y), kind = shape.at, "node-name" if shape.kind == "node" else shape.kind
+            return (
+                f'<text class="{kind} size-{shape.kind}" x="{x:.6g}" y="{y:.6g}" text-anchor="{shape.anchor}">'
+                f"{escape(shape.text)}</text>"
+            )

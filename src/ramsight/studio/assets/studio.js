@@ -1,0 +1,162 @@
+// What the page does by itself: strips over time, colours of the circuit, words of the status. The server sends frames.
+"use strict";
+window.studio = (() => {
+  const KEEP = 1500; // points of a strip
+  const SENSORS = ["kalman", "balance"];
+  const units = {};
+  let shown = "", plots = [], drawn = 0, waiting = false, highest = 250;
+
+  const css = (name) => getComputedStyle(document.body).getPropertyValue(name).trim();
+  const series = (label, colour, more = {}) => ({ label, stroke: css(colour), width: 1.5, spanGaps: false, points: { show: false }, ...more });
+
+  function strips() {
+    const band = { width: 0, fill: undefined };
+    return [
+      { id: "strip-position", title: "position [mm]", height: 170,
+        names: ["position", "kalman", "balance", "high", "low"],
+        series: [series("true", "--true"), series("kalman", "--kalman"), series("balance", "--balance"), series("band +", "--kalman", band), series("band −", "--kalman", band)],
+        bands: [{ series: [4, 5], fill: css("--band") }] },
+      { id: "strip-error", title: "error [mm]", height: 150,
+        names: ["kalman_error", "balance_error", "plus", "minus"],
+        series: [series("kalman", "--kalman"), series("balance", "--balance"), series("band +", "--kalman", band), series("band −", "--kalman", band)],
+        bands: [{ series: [3, 4], fill: css("--band") }] },
+      { id: "strip-drive", title: "motor speed [rpm], torque [N m]", height: 150, names: ["speed", "torque"],
+        series: [series("speed", "--true"), series("torque", "--kalman", { scale: "torque" })], second: "torque" },
+      { id: "strip-pressure", title: "chambers [bar]", height: 140, names: ["pressure_a", "pressure_b"],
+        series: [series("A", "--kalman"), series("B", "--true")] },
+      { id: "strip-status", title: "status: 0 ok, 1 uncertain, 2 not referenced, 3 invalid", height: 110, names: ["kalman_validity", "balance_validity"],
+        series: [series("kalman", "--kalman"), series("balance", "--balance")], range: [-0.2, 3.2] },
+    ];
+  }
+
+  function make(strip) {
+    const place = document.getElementById(strip.id);
+    place.replaceChildren();
+    const axis = (more = {}) => ({ stroke: css("--ink"), grid: { stroke: css("--grid"), width: 1 }, ticks: { stroke: css("--grid"), width: 1 }, font: "12px sans-serif", size: 52, ...more });
+    const axes = [axis({ size: 28, values: (_, all) => all.map((v) => v + " s") }), axis()];
+    if (strip.second) axes.push(axis({ scale: strip.second, side: 1, grid: { show: false } }));
+    const options = {
+      title: strip.title, width: place.clientWidth || 500, height: strip.height, series: [{ label: "time [s]" }, ...strip.series], axes,
+      bands: strip.bands || [], legend: { live: false }, cursor: { drag: { x: false, y: false } },
+      scales: { x: { time: false }, ...(strip.range ? { y: { range: strip.range } } : {}) },
+    };
+    return { names: strip.names, plot: new uPlot(options, [[], ...strip.series.map(() => [])], place), place, height: strip.height };
+  }
+
+  function begin(names, highestPressure) {
+    highest = highestPressure;
+    for (const name of names) units[name] = { time: [] };
+    shown = names[0];
+    plots = strips().map(make);
+    const fit = () => plots.forEach((p) => p.plot.setSize({ width: p.place.clientWidth, height: p.height }));
+    new ResizeObserver(fit).observe(document.getElementById("strips"));
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => setTimeout(() => { plots = strips().map(make); draw(); }, 100));
+  }
+
+  function show(name) {
+    shown = name;
+    for (const one of document.querySelectorAll("[data-circuit]")) one.hidden = one.dataset.circuit !== name;
+    draw();
+  }
+
+  function take(unit, time, columns) {
+    const kept = units[unit];
+    const more = { ...columns };
+    const sum = (a, b, sign) => a.map((v, k) => (v === null || b[k] === null ? null : v + sign * b[k]));
+    more.high = sum(columns.kalman, columns.kalman_band, 1);
+    more.low = sum(columns.kalman, columns.kalman_band, -1);
+    more.plus = columns.kalman_band;
+    more.minus = columns.kalman_band.map((v) => (v === null ? null : -v));
+    for (const one of SENSORS) more[one + "_validity"] = columns[one + "_status"].map((v) => Math.floor(v / 10));
+    for (const [name, values] of Object.entries({ ...more, time })) {
+      const row = (kept[name] ??= []);
+      row.push(...values);
+      if (row.length > KEEP) row.splice(0, row.length - KEEP);
+    }
+  }
+
+  function draw() {
+    waiting = false;
+    const kept = units[shown];
+    if (!kept || !kept.time.length) return;
+    for (const one of plots) one.plot.setData([kept.time, ...one.names.map((name) => kept[name])]);
+    drawn += 1;
+  }
+
+  function paint(unit, now) {
+    const root = document.querySelector(`[data-circuit="${unit}"]`);
+    if (!root || root.hidden) return;
+    for (const group of root.querySelectorAll("g.node")) {
+      const bar = now["pressure_" + group.dataset.node];
+      if (bar === undefined) continue;
+      const share = Math.min(Math.max(bar / highest, 0), 1);
+      group.style.setProperty("--line", `hsl(${215 - 215 * share} 80% ${38 + 8 * share}%)`);
+      group.querySelector("title").textContent = `${group.dataset.node} ${bar} bar`;
+    }
+    for (const part of root.querySelectorAll("g.part")) {
+      const name = part.id.slice(5), flow = now[name + ".flow"], opening = now[name + ".opening"];
+      if (flow === undefined) continue;
+      const valve = /valve/.test(part.getAttribute("class"));
+      part.classList.toggle("open", valve && (Math.abs(flow) > 0.3 || opening > 0.5));
+      part.classList.toggle("spits", part.classList.contains("relief-valve") && Math.abs(flow) > 0.3);
+      const words = opening === undefined ? "" : `, opening ${opening}`;
+      part.querySelector("title").textContent = `${name}: ${flow} l/min${words}`;
+    }
+  }
+
+  function frame(f) {
+    for (const unit of Object.keys(units)) take(unit, f.columns.time, f.columns[unit]);
+    paint(shown, f.circuit[shown]);
+    for (const [unit, said] of Object.entries(f.status))
+      for (const [sensor, text] of Object.entries(said)) {
+        const place = document.getElementById(`status-${unit}-${sensor}`);
+        if (place && place.textContent !== text) {
+          place.textContent = text;
+          place.className = "status " + text.split(":")[0].replace(" ", "-");
+        }
+      }
+    const last = f.columns[shown], k = last.position.length - 1;
+    const mm = (v) => (v === null ? "–" : v.toFixed(1));
+    const set = (id, text) => { const place = document.getElementById(id); if (place) place.textContent = text; };
+    set("now-true", mm(last.position[k]));
+    set("now-kalman", mm(last.kalman[k]));
+    set("now-error", last.kalman_error[k] === null ? "–" : last.kalman_error[k].toFixed(2));
+    set("now-band", last.kalman_band[k] === null ? "–" : last.kalman_band[k].toFixed(2));
+    set("now-balance-error", last.balance_error[k] === null ? "–" : last.balance_error[k].toFixed(2));
+    set("now-time", f.columns.time.at(-1).toFixed(1));
+    if (f.factor !== null) set("now-factor", f.factor.toFixed(1));
+    if (!waiting) { waiting = true; requestAnimationFrame(draw); }
+    return drawn;
+  }
+
+  function track(id, columns) {
+    const place = document.getElementById(id);
+    place.replaceChildren();
+    const axis = (more = {}) => ({ stroke: css("--ink"), grid: { stroke: css("--grid"), width: 1 }, font: "12px sans-serif", size: 56, ...more });
+    const known = columns.true !== undefined;
+    const lines = [series("estimate", "--kalman"), series("band +", "--kalman", { width: 0 }), series("band −", "--kalman", { width: 0 })];
+    if (known) lines.push(series("true", "--true"));
+    const data = [columns.time, columns.position, columns.high, columns.low, ...(known ? [columns.true] : [])];
+    new uPlot({ title: "position [mm]", width: place.clientWidth || 600, height: 320, series: [{ label: "time [s]" }, ...lines],
+      axes: [axis({ size: 28, values: (_, all) => all.map((v) => v + " s") }), axis()], bands: [{ series: [2, 3], fill: css("--band") }],
+      scales: { x: { time: false } } }, data, place);
+    return columns.time.length;
+  }
+
+  // The file chooser that the uploader draws is an input in a button: leave the input alone to be reached, and name it.
+  function label() {
+    for (const place of document.querySelectorAll(".q-uploader")) {
+      const words = place.querySelector(".q-uploader__title")?.textContent || "file";
+      for (const input of place.querySelectorAll("input[type=file]")) {
+        if (input.getAttribute("aria-label") === words) continue;
+        input.setAttribute("aria-label", words);
+        input.tabIndex = 0;
+        const button = input.closest("[role=button]");
+        if (button) { button.removeAttribute("role"); button.tabIndex = -1; }
+      }
+    }
+  }
+  addEventListener("DOMContentLoaded", () => new MutationObserver(label).observe(document.body, { childList: true, subtree: true }));
+
+  return { begin, show, frame, track, count: () => drawn, units };
+})();

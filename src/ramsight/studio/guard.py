@@ -1,0 +1,123 @@
+"""Who may ask the server anything: this machine's own pages, and whoever knows the token."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Awaitable, Callable, MutableMapping
+from http.cookies import SimpleCookie
+from typing import Any
+from urllib.parse import parse_qs, urlsplit
+
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+_COOKIE = "ramsight-token"
+_HEADERS = [
+    (b"x-frame-options", b"DENY"),
+    (b"x-content-type-options", b"nosniff"),
+    (b"referrer-policy", b"no-referrer"),
+]
+
+Message = MutableMapping[str, Any]
+Receive = Callable[[], Awaitable[Message]]
+Send = Callable[[Message], Awaitable[None]]
+App = Callable[[MutableMapping[str, Any], Receive, Send], Awaitable[None]]
+
+
+class TooLargeError(Exception):
+    """A request's body is larger than allowed."""
+
+
+class Guard:
+    """Middleware: refuses strange hosts, other sites' requests, those without the token, and bodies that are too large.
+
+    Args:
+        app: what it guards.
+        token: that a browser has to bring once, in the address; None where none is needed: then only names of this
+            machine are answered, so that no other site's name can be made to lead here.
+        largest: of a request's body [bytes].
+    """
+
+    def __init__(self, app: App, token: str | None, largest: int) -> None:
+        self.app, self.token, self.largest = app, token, largest
+
+    async def __call__(self, scope: MutableMapping[str, Any], receive: Receive, send: Send) -> None:
+        """Let a request through, or answer it."""
+        if scope["type"] not in ("http", "websocket"):
+            await self.app(scope, receive, send)
+            return
+        given = {name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]}
+        refused = self.refused(given, scope.get("query_string", b"").decode("latin-1"))
+        if refused is None and self.token is not None and scope["type"] == "http" and self._brings(scope):
+            await _answer(send, 303, "", [(b"location", b"/"), (b"set-cookie", self._cookie())])
+        elif refused is None:
+            await self._guarded(scope, receive, send)
+        elif scope["type"] == "websocket":
+            await receive()
+            await send({"type": "websocket.close", "code": 1008, "reason": refused[1]})
+        else:
+            await _answer(send, *refused)
+
+    def refused(self, headers: MutableMapping[str, str], query: str) -> tuple[int, str] | None:
+        """Why a request is not answered, as status and words; None if it is.
+
+        Args:
+            headers: of the request, names in small letters.
+            query: of its address.
+        """
+        host = headers.get("host", "")
+        if self.token is None and _name(host) not in LOOPBACK:
+            return 421, "this studio answers to names of its own machine only"
+        origin = headers.get("origin")
+        if origin is not None and urlsplit(origin).netloc != host:
+            return 403, "requests of other sites are refused"
+        if headers.get("sec-fetch-site") == "cross-site" and headers.get("sec-fetch-mode") != "navigate":
+            return 403, "requests of other sites are refused"
+        if self.token is not None and not self._knows(headers.get("cookie", ""), query):
+            return 401, "this studio needs the token that it printed when it began: open the address with ?token=..."
+        length = headers.get("content-length", "0")
+        if not length.isdigit() or int(length) > self.largest:
+            return 413, f"larger than {self.largest // 2**20} MiB"
+        return None
+
+    def _knows(self, cookie: str, query: str) -> bool:
+        kept = SimpleCookie(cookie).get(_COOKIE)
+        given = [kept.value] if kept is not None else []
+        given += parse_qs(query).get("token", [])
+        return any(secrets.compare_digest(one.encode(), str(self.token).encode()) for one in given)
+
+    def _brings(self, scope: MutableMapping[str, Any]) -> bool:
+        return "token" in parse_qs(scope.get("query_string", b"").decode("latin-1")) and scope["path"] == "/"
+
+    def _cookie(self) -> bytes:
+        return f"{_COOKIE}={self.token}; Path=/; HttpOnly; SameSite=Strict".encode()
+
+    async def _guarded(self, scope: MutableMapping[str, Any], receive: Receive, send: Send) -> None:
+        taken = 0
+
+        async def counted() -> Message:
+            nonlocal taken
+            message = await receive()
+            taken += len(message.get("body", b"")) if message["type"] == "http.request" else 0
+            if taken > self.largest:
+                raise TooLargeError
+            return message
+
+        async def marked(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                message["headers"] = [*message.get("headers", []), *_HEADERS]
+            await send(message)
+
+        try:
+            await self.app(scope, counted, marked)
+        except TooLargeError:
+            await _answer(send, 413, f"larger than {self.largest // 2**20} MiB")
+
+
+def _name(host: str) -> str:
+    """The name of a Host header, without its port."""
+    return urlsplit(f"//{host}").hostname or ""
+
+
+async def _answer(send: Send, status: int, text: str, headers: list[tuple[bytes, bytes]] | None = None) -> None:
+    kind = (b"content-type", b"text/plain; charset=utf-8")
+    await send({"type": "http.response.start", "status": status, "headers": [kind, *_HEADERS, *(headers or [])]})
+    await send({"type": "http.response.body", "body": text.encode()})

@@ -1,0 +1,319 @@
+"""A machine under a lever, with sensors that see what its drives report: what the studio shows, without a page."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from ramsight.duty.drive_report import DriveReport
+from ramsight.duty.drive_response import DriveResponse
+from ramsight.duty.live import Instant, LiveMachine, LiveUnit
+from ramsight.duty.live_drive import LiveDrive
+from ramsight.duty.simulate import SAMPLE_PERIOD
+from ramsight.errors import DescriptionError
+from ramsight.machine.description import Machine
+from ramsight.plant.as_built import AsBuilt
+from ramsight.plant.build import build
+from ramsight.plant.directional import DirectionalValve
+from ramsight.plant.linked import LinkedMachine
+from ramsight.plant.linked import build as build_linked
+from ramsight.plant.unit import HydraulicUnit
+from ramsight.sensor.balance import balance
+from ramsight.sensor.kalman import kalman
+from ramsight.sensor.persistence import StateFile
+from ramsight.sensor.status import Status
+from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
+
+FAULTS = {
+    "temperature": "temperature lost",
+    "torque": "torque frozen",
+    "speed": "speed reads 3 % too much",
+    "power": "power cut",
+}
+"""Faults that can be switched on, and what they are."""
+LIE = 0.02  # m, by which a switch that lies is off
+_SPEED_GAIN = 1.03
+_RAMP = 1.0  # s, in which a motor gets from rest to its highest speed
+_WARMING = 0.5  # K/s, at most, by which a machine's oil changes its temperature
+_SHARE = 0.5  # of the highest motor speed at a lever's end: what a machine works with
+_START = 0.4  # of the stroke, where the pistons are at first
+SENSORS = ("kalman", "balance")
+
+
+@dataclass(frozen=True)
+class Knobs:
+    """What can be turned while the machine runs; the machine's own state is what the sensors are not told.
+
+    Attributes:
+        load: of a unit alone over its largest named one; of a mechanism its payload over the rated one [1].
+        oil_temperature: [K].
+        leak, displacement, stiffness, friction: factors on the data sheet, as `AsBuilt` has them [1].
+        torque_gain: reported torque over the true one [1].
+        torque_step: in which the torque is reported [N m].
+        report_delay: of speed and torque [s].
+        temperature_offset: by which the thermometer reads too much [K].
+    """
+
+    load: float = 0.5
+    oil_temperature: float = 313.15
+    leak: float = 1.0
+    displacement: float = 1.0
+    stiffness: float = 1.0
+    friction: float = 1.0
+    torque_gain: float = 1.0
+    torque_step: float = 0.0
+    report_delay: float = 0.0
+    temperature_offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class Row:
+    """One sample of one unit; all in SI.
+
+    Attributes:
+        time: [s].
+        position: the true one [m].
+        motor_speed, motor_torque: the true ones [rad/s, N m].
+        pressure_a, pressure_b: of the chambers [Pa].
+        estimates: of each sensor.
+    """
+
+    time: float
+    position: float
+    motor_speed: float
+    motor_torque: float
+    pressure_a: float
+    pressure_b: float
+    estimates: Mapping[str, Estimate]
+
+
+class Rig:
+    """A machine, its drives and its sensors.
+
+    Args:
+        machine: the description; with a mechanism all of its units move together, without one its first unit alone.
+        period: of the samples [s].
+
+    Raises:
+        DescriptionError: what is described cannot be built.
+
+    Example:
+        >>> from ramsight import machine
+        >>> rig = Rig(machine.load("press"))
+        >>> rig.levers["ram"] = 1.0
+        >>> before = rig.step()["ram"].position
+        >>> for _ in range(100):
+        ...     row = rig.step()["ram"]
+        >>> row.position > before + 0.02, abs(row.estimates["kalman"].position - row.position) < 1e-3
+        (True, True)
+    """
+
+    def __init__(self, machine: Machine, period: float = SAMPLE_PERIOD) -> None:
+        self.name, self.period, self.knobs = machine.title or machine.name, period, Knobs()
+        self.linked: LinkedMachine | None = None if machine.linkage is None else build_linked(machine)
+        if self.linked is not None:
+            self.sheet: dict[str, HydraulicUnit] = {unit.name: unit for unit in self.linked.units}
+        else:
+            name = next(iter(machine.units))
+            self.sheet = {name: build(name, machine.unit(name))}
+        self.levers = dict.fromkeys(self.sheet, 0.0)
+        self.faults: set[str] = set()
+        self._largest = self._largest_load(machine)
+        self._references: dict[str, float] = {}
+        self._speeds = dict.fromkeys(self.sheet, 0.0)
+        self._frozen: dict[str, float] = {}
+        self._drives: dict[str, LiveDrive] = {}
+        self._said: tuple[float, float, float] | None = None
+        self._start_all()
+
+    def _largest_load(self, machine: Machine) -> float:
+        """Rated payload [kg], or the largest named load [N]."""
+        if machine.linkage is not None:
+            payload = machine.linkage.payload
+            return 0.0 if payload is None else payload.rated
+        loads = next(iter(machine.units.values())).load.loads
+        return max(loads.values(), default=0.0)
+
+    def _start_all(self) -> None:
+        begin = {name: _START * unit.cylinder.stroke for name, unit in self.sheet.items()}
+        load, warm = self.knobs.load * self._largest, self.knobs.oil_temperature
+        self._plant: LiveMachine | LiveUnit
+        if self.linked is not None:
+            self._plant = LiveMachine(self.linked, begin, dict.fromkeys(begin, warm), load, self.period)
+        else:
+            ((name, unit),) = self.sheet.items()
+            self._plant = LiveUnit(unit, begin[name], load, warm, self.period)
+        self._load, self._warm = load, warm
+        self.sensors: dict[str, dict[str, VirtualSensor]] = {
+            name: {"kalman": kalman(unit), "balance": balance(unit)} for name, unit in self.sheet.items()
+        }
+        for name, sensors in self.sensors.items():
+            for sensor in sensors.values():
+                sensor.start(begin[name])
+        self._at = dict(begin)
+        self._last = {
+            name: {kind: Estimate(begin[name], 0.0, 0.0, math.nan, Status.OK) for kind in SENSORS} for name in begin
+        }
+        self._apply(self.knobs)
+
+    # -- what can be done to it
+
+    def turn(self, knobs: Knobs) -> None:
+        """Turn knobs; the machine changes from now on.
+
+        Raises:
+            DescriptionError: the oil has no such temperature.
+        """
+        for unit in self.sheet.values():
+            low, high = unit.oil.temperatures
+            if not low <= knobs.oil_temperature <= high:
+                raise DescriptionError(
+                    "outside the oil's data", key="oil_temperature", value=f"{knobs.oil_temperature - 273.15:g} degC",
+                    allowed=f"{low - 273.15:g} to {high - 273.15:g} degC",
+                )  # fmt: skip
+        self._apply(knobs)
+        self.knobs = knobs
+
+    def start_sensors(self) -> None:
+        """Start all sensors anew, told where the pistons are: a value that is no number has ended the plain balance."""
+        for name, sensors in self.sensors.items():
+            for sensor in sensors.values():
+                sensor.start(min(max(self._at[name], 0.0), self.sheet[name].cylinder.stroke))
+
+    def refer(self, unit: str, off: float = 0.0) -> None:
+        """Tell the sensors of a unit its true position at the next sample, as a switch would, off by this much [m]."""
+        self._references[unit] = off
+
+    def fault(self, name: str, *, on: bool) -> None:
+        """Switch a fault of `FAULTS` on or off."""
+        if name not in FAULTS:
+            raise ValueError(f"no fault {name!r}; there are {', '.join(FAULTS)}")
+        if name == "power" and on != (name in self.faults):
+            self._power(on=on)
+        (self.faults.add if on else self.faults.discard)(name)
+        self._frozen.clear()
+
+    def _power(self, *, on: bool) -> None:
+        """Power goes, or comes back: the sensors that can save their state resume it, the others begin anew."""
+        if on:
+            self._saved = tempfile.TemporaryDirectory(prefix="ramsight-")
+        for unit, sensors in self.sensors.items():
+            state = StateFile(Path(self._saved.name) / f"{unit}.state", sensors["kalman"])
+            if on:
+                state.save()
+            else:
+                state.resume()
+        if not on:
+            self._saved.cleanup()
+
+    def _apply(self, knobs: Knobs) -> None:
+        built = AsBuilt(
+            leak=knobs.leak, displacement=knobs.displacement, stiffness=knobs.stiffness, friction=knobs.friction
+        )
+        known = set(self._plant.parameters)
+        for name, unit in self.sheet.items():
+            worn, prefix = built.apply(unit), f"{name}." if self.linked is not None else ""
+            values: dict[str, float] = {}
+            for part_name, part in (("oil", worn.oil), *((part.name, part) for part in worn.parts())):
+                values |= {f"{prefix}{part_name}.{key}": v for key, v in vars(part).items() if isinstance(v, float)}
+            self._plant.change({key: value for key, value in values.items() if key in known})
+        how = DriveReport(torque_step=knobs.torque_step) if knobs.torque_step > 0.0 else DriveReport()
+        response = DriveResponse(report_delay=knobs.report_delay)
+        said = (knobs.torque_step, knobs.report_delay, knobs.temperature_offset)
+        if said != self._said:  # a drive that is as it was goes on with what it has on its way
+            for k, name in enumerate(self.sheet):
+                self._drives[name] = LiveDrive(response, self.period, how, knobs.temperature_offset, stream=k)
+        self._said = said
+
+    # -- a sample
+
+    def step(self) -> dict[str, Row]:
+        """Go on to the next sample.
+
+        Raises:
+            SimulationError: the equations cannot be followed so far.
+        """
+        speeds = {name: self._followed(name) for name in self.sheet}
+        aim = self.knobs.load * self._largest
+        most = self._largest * self.period / _RAMP
+        self._load += min(max(aim - self._load, -most), most)
+        self._warm_up()
+        commands = self._commands()
+        now: Instant
+        if isinstance(self._plant, LiveMachine):
+            now = self._plant.advance(speeds, self._load)
+        else:
+            ((speed),) = speeds.values()
+            now = self._plant.advance(speed, self._load)
+        self.inside = self._plant.inside()
+        rows = {}
+        for name in self.sheet:
+            truth = now.motor_speed[name], now.motor_torque[name]
+            self._at[name] = now.position[name]
+            self._sense(name, now.time, truth, now.position[name], commands)
+            chambers = (self.of(name, f"pressure_{self.sheet[name].cylinder.node_a}"),
+                        self.of(name, f"pressure_{self.sheet[name].cylinder.node_b}"))  # fmt: skip
+            rows[name] = Row(now.time, now.position[name], *truth, *chambers, dict(self._last[name]))
+        return rows
+
+    def _warm_up(self) -> None:
+        """Let the oil come nearer to the temperature that is wanted."""
+        most = _WARMING * self.period
+        change = min(max(self.knobs.oil_temperature - self._warm, -most), most)
+        if change:
+            self._warm += change
+            names = self.sheet if self.linked is not None else [""]
+            self._plant.change({f"{name}.oil_temperature".lstrip("."): self._warm for name in names})
+
+    def of(self, unit: str, name: str) -> float:
+        """What the equation knows of a unit by this name; NaN if nothing."""
+        return self.inside.get(f"{unit}.{name}" if self.linked is not None else name, math.nan)
+
+    def _followed(self, name: str) -> float:
+        """Motor speed at the next sample [rad/s]: towards the lever, no faster than the ramp."""
+        unit = self.sheet[name]
+        aim = 0.0 if "power" in self.faults else self.levers[name] * _SHARE * unit.max_speed
+        valve = self._valve(name)
+        if valve is not None:  # the motor turns one way, the valve says which
+            aim = abs(aim)
+        most = unit.max_speed * self.period / _RAMP
+        speed = self._speeds[name]
+        self._speeds[name] = speed + min(max(aim - speed, -most), most)
+        return self._drives[name].follow(self._speeds[name])
+
+    def _valve(self, name: str) -> DirectionalValve | None:
+        return next((part for part in self.sheet[name].parts() if isinstance(part, DirectionalValve)), None)
+
+    def _commands(self) -> dict[str, float]:
+        """Commands of directional valves: where the lever points; they stay where it is in the middle."""
+        found = {}
+        for name, lever in self.levers.items():
+            valve = self._valve(name)
+            if valve is not None and lever != 0.0:
+                self._plant.change({f"{valve.name}.command": math.copysign(1.0, lever)})
+                found[name] = math.copysign(1.0, lever)
+        return found
+
+    def _sense(
+        self, name: str, time: float, truth: tuple[float, float], position: float, commands: Mapping[str, float]
+    ) -> None:
+        """What the drive reports, with its faults, and what the sensors make of it."""
+        torque = truth[1] * self.knobs.torque_gain
+        said = self._drives[name].report(time, truth[0], torque, self._warm)
+        if said is None or "power" in self.faults:
+            return
+        if "temperature" in self.faults:
+            said = replace(said, oil_temperature=math.nan)
+        if "torque" in self.faults:
+            said = replace(said, motor_torque=self._frozen.setdefault(name, said.motor_torque))
+        if "speed" in self.faults:
+            said = replace(said, motor_speed=said.motor_speed * _SPEED_GAIN)
+        off = self._references.pop(name, None)
+        reference = None if off is None else position + off
+        for kind, sensor in self.sensors[name].items():
+            others = {column: commands[name] for column in sensor.commands if name in commands}
+            values = said.motor_speed, said.motor_torque, said.oil_temperature
+            self._last[name][kind] = sensor.step(said.time, *values, reference, **others)

@@ -1,0 +1,160 @@
+"""A machine in space: plates of its mechanism, cylinders that extend, and where the sensor takes it to be."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from nicegui import ui
+
+from ramsight.machine.description import Machine
+from ramsight.plant.linkage import joints, points
+from ramsight.plant.linked import LinkedMachine
+from ramsight.study.loader.drawing import COLOURS, GHOST
+from ramsight.study.loader.shapes import Array, Shapes, hull, shapes
+
+_RATE = 12  # pictures a second; where no graphics card helps, more of them would hold up the strips
+_DEPTH = 0.25  # m, of a plate
+_BAR = 0.06  # m, half the width of a body that has no outline
+_BARREL, _ROD = 0.12, 0.06  # m, heights of a cylinder's barrel and rod in the picture
+_LYING = math.pi / 2.0
+_STEEL, _RED = "#8b939c", "#b03030"
+
+
+class MachineScene:
+    """A scene of one machine.
+
+    Args:
+        machine: its description.
+        linked: its mechanism; without one a cylinder on a bench is drawn.
+    """
+
+    def __init__(self, machine: Machine, linked: LinkedMachine | None) -> None:
+        self._linked = linked
+        self._stroke = next(iter(machine.units.values())).cylinder.stroke
+        with ui.scene(width=560, height=360, background_color="#e9edf0", grid=(12, 24), fps=_RATE) as self.scene:
+            self.scene.classes("w-full").style("height: 360px")
+            if self._linked is None:
+                self._bench()
+            else:
+                self._mechanism()
+
+    def show(self, true: Mapping[str, float], believed: Mapping[str, float]) -> None:
+        """Put everything where it is.
+
+        Args:
+            true: positions [m], by unit.
+            believed: those that the sensor estimates [m].
+        """
+        if self._linked is None:
+            (x,), (ghost,) = true.values(), believed.values()
+            self._rod.move(self._stroke + 0.15 + x, 0.0, 0.5)
+            self._ghost_rod.move(self._stroke + 0.15 + ghost, 0.0, 0.5)
+            return
+        for pins, plates in ((self._pins(true), self._plates), (self._pins(believed), self._ghosts)):
+            for name, plate in plates.items():
+                _turn(plate, self._drawn_pins[name], pins[name])
+        seen = self._seen(true)
+        for strut, (barrel, rod) in zip(seen.struts, self._struts, strict=True):
+            _stretch(barrel, strut.base, strut.barrel_end)
+            _stretch(rod, strut.barrel_end, strut.rod)
+        for link, plate in zip(seen.links, self._links, strict=True):
+            _stretch(plate, link[0], link[1])
+        if seen.load is not None and self._load is not None:
+            self._load.move(float(seen.load[0]), 0.0, float(seen.load[1]))
+
+    def _seen(self, positions: Mapping[str, float]) -> Shapes:
+        assert self._linked is not None
+        places = [positions[unit.name] for unit in self._linked.units]
+        strokes = [unit.cylinder.stroke for unit in self._linked.units]
+        return shapes(self._linked.mechanism, np.clip(places, 0.0, strokes))
+
+    def _pins(self, positions: Mapping[str, float]) -> dict[str, Array]:
+        """Two points of each body, always the same ones; of a body that has only one, that one twice."""
+        return {name: np.array([own[0][1], own[-1][1]]) for name, own in self._points(positions).items()}
+
+    def _points(self, positions: Mapping[str, float]) -> dict[str, list[tuple[str, Array]]]:
+        """Named points of each body."""
+        assert self._linked is not None
+        places = [positions[unit.name] for unit in self._linked.units]
+        strokes = [unit.cylinder.stroke for unit in self._linked.units]
+        mechanism = self._linked.mechanism
+        found = points(mechanism, joints(mechanism, np.clip(places, 0.0, strokes)))
+        return {name: own for name, own in found.items() if name != "frame"}
+
+    def _bench(self) -> None:
+        s = self._stroke
+        ui.scene.box(s + 0.3, 0.2, 0.2).move(0.5 * s, 0.0, 0.5).material(_RED)
+        ui.scene.box(3.0 * s + 1.0, 0.5, 0.05).move(1.2 * s, 0.0, 0.3).material(_STEEL)
+        self._rod = _plate([[-s - 0.15, -0.05], [0.0, -0.05], [0.0, 0.05], [-s - 0.15, 0.05]], 0.1, _STEEL)
+        self._ghost_rod = _plate([[-0.04, -0.09], [0.0, -0.09], [0.0, 0.09], [-0.04, 0.09]], 0.18, GHOST, 0.5)
+        self.scene.move_camera(
+            x=1.2 * s, y=-2.4 * s - 1.2, z=1.4, look_at_x=1.2 * s, look_at_y=0.0, look_at_z=0.4, duration=0
+        )
+
+    def _mechanism(self) -> None:
+        assert self._linked is not None
+        middle = {unit.name: 0.5 * unit.cylinder.stroke for unit in self._linked.units}
+        self._drawn = drawn = self._seen(middle)
+        self._drawn_pins = self._pins(middle)
+        named = [(name, hull(np.array([place for _, place in own]))) for name, own in self._points(middle).items()]
+        colours = (COLOURS * len(named))[: len(named)]
+        wide = [_wide(hull) for _, hull in named]
+        self._plates = {n: _plate(w.tolist(), _DEPTH, c) for (n, _), w, c in zip(named, wide, colours, strict=True)}
+        self._ghosts = {n: _plate(w.tolist(), 0.6 * _DEPTH, GHOST, 0.35) for (n, _), w in zip(named, wide, strict=True)}
+        unit = [[0.0, -0.5], [1.0, -0.5], [1.0, 0.5], [0.0, 0.5]]
+
+        def bar(height: float, colour: str) -> Any:
+            return _plate([[u, v * height] for u, v in unit], 0.6 * _DEPTH, colour)
+
+        self._struts = [(bar(_BARREL, _RED), bar(_ROD, _STEEL)) for _ in drawn.struts]
+        self._links = [bar(_ROD, "#333333") for _ in drawn.links]
+        self._load = None if drawn.load is None else ui.scene.sphere(0.25).material("#1b5fc9", 0.8)
+        frame = np.array([*drawn.frame])
+        low, high = frame.min(axis=0), frame.max(axis=0)
+        ui.scene.box(max(high[0] - low[0], 0.4) + 0.3, 0.5, 0.12).move(
+            float(0.5 * (low[0] + high[0])), 0.0, float(low[1]) - 0.1
+        ).material("#56616d")
+        everything = np.vstack([frame, *wide])
+        x, z = 0.5 * (everything.min(axis=0) + everything.max(axis=0))
+        far = 0.7 * float(np.max(np.ptp(everything, axis=0))) + 0.3
+        self.scene.move_camera(
+            x=float(x) + 0.35 * far, y=-far, z=float(z) + 0.3 * far,
+            look_at_x=float(x), look_at_y=0.0, look_at_z=float(z), duration=0,
+        )  # fmt: skip
+        self.show(middle, middle)
+
+
+def _wide(outline: Array) -> Array:
+    """An outline that can be seen: a body of two points becomes a bar, one of a single point a square."""
+    if len(outline) > 2:
+        return outline
+    begin, end = outline[0], outline[-1]
+    size = float(np.linalg.norm(end - begin))
+    along = (end - begin) / size if size > 0.0 else np.array([1.0, 0.0])
+    begin, end = begin - _BAR * along, end + _BAR * along
+    across = _BAR * np.array([-along[1], along[0]])
+    return np.array([begin - across, end - across, end + across, begin + across])
+
+
+def _plate(outline: list[list[float]], depth: float, colour: str, opacity: float = 1.0) -> Any:
+    plate = ui.scene.extrusion(outline, depth).material(colour, opacity)
+    return plate.rotate(_LYING, 0.0, 0.0)
+
+
+def _turn(plate: Any, drawn: Array, seen: Array) -> None:
+    """Move a body's plate from where its hull was drawn to where it is."""
+    before, after = drawn[1] - drawn[0], seen[1] - seen[0]
+    angle = math.atan2(after[1], after[0]) - math.atan2(before[1], before[0])
+    c, s = math.cos(angle), math.sin(angle)
+    x, z = seen[0] - np.array([c * drawn[0][0] - s * drawn[0][1], s * drawn[0][0] + c * drawn[0][1]])
+    plate.rotate(_LYING, -angle, 0.0).move(float(x), 0.0, float(z))
+
+
+def _stretch(bar: Any, begin: Array, end: Array) -> None:
+    """Put a bar of length 1 between two points."""
+    way = end - begin
+    bar.scale(float(np.linalg.norm(way)), 1.0, 1.0)
+    bar.rotate(_LYING, -math.atan2(way[1], way[0]), 0.0).move(float(begin[0]), 0.0, float(begin[1]))

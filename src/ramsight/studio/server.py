@@ -1,0 +1,88 @@
+"""The studio's server: pages, the files that they need, and who may ask for them."""
+
+from __future__ import annotations
+
+import secrets
+from pathlib import Path
+
+from ramsight.errors import DescriptionError
+from ramsight.machine import load
+from ramsight.studio.guard import LOOPBACK, Guard
+
+ASSETS = Path(__file__).parent / "assets"
+LARGEST = 256 * 2**20  # bytes of an upload: ten hours at 100 Hz are some 150 MB of CSV
+_INK = "#1f4e79"  # of buttons and sliders; white on it has a contrast of 8.6 : 1
+_FREE = 16  # bytes of a token
+_GONE = 5.0  # s, until a page that has gone away is given up, and its machine ended
+
+
+def address(host: str, port: int, token: str | None) -> str:
+    """What a browser opens.
+
+    Example:
+        >>> address("127.0.0.1", 8080, None)
+        'http://127.0.0.1:8080/'
+    """
+    name = f"[{host}]" if ":" in host else host
+    return f"http://{name}:{port}/" + (f"?token={token}" if token else "")
+
+
+def serve(machine: str, *, host: str, port: int, show: bool) -> None:
+    """Serve the studio until it is interrupted.
+
+    Args:
+        machine: a description file, or a catalogue name; it is checked before anything is served.
+        host: address to listen at; any that is not this machine's own asks for a token.
+        port: to listen at.
+        show: whether to open a browser.
+
+    Raises:
+        DescriptionError: the extra `studio` is not installed, or the machine cannot be used.
+        UnknownNameError: there is no such machine.
+    """
+    described = load(machine)
+    try:
+        from nicegui import app, ui
+    except ImportError:
+        raise DescriptionError(
+            "needs the extra studio: pip install 'ramsight[studio]'", key="ramsight studio"
+        ) from None
+    from ramsight.studio.live_page import live_page, prepare
+    from ramsight.studio.logs_page import logs_page
+
+    token = None if host in LOOPBACK else secrets.token_urlsafe(_FREE)
+    app.add_middleware(Guard, token=token, largest=LARGEST)
+    app.add_static_files("/studio-assets", ASSETS)
+    prepared = prepare(machine, described)
+    title = f"ramsight studio: {described.title or described.name}"
+
+    @ui.page("/", title=title)
+    def page() -> None:
+        ui.colors(primary=_INK)
+        for name in ("uPlot.min.css", "studio.css"):
+            ui.add_head_html(f'<link rel="stylesheet" href="/studio-assets/{name}">')
+        for name in ("uPlot.iife.min.js", "studio.js"):
+            ui.add_head_html(f'<script src="/studio-assets/{name}"></script>')
+        with ui.header().classes("items-center py-1"):
+            ui.html('<h1 class="text-lg font-bold">ramsight studio</h1>', sanitize=False)
+            ui.label(described.title or described.name)
+        with ui.tabs().classes("w-full") as tabs:
+            live, logs = ui.tab("Live"), ui.tab("Logs")
+        with ui.tab_panels(tabs, value=live, keep_alive=True).classes("w-full bg-transparent"):
+            with ui.tab_panel(live):
+                live_page(prepared)
+            with ui.tab_panel(logs):
+                logs_page(described)
+
+    print(f"ramsight studio: {address(host, port, token)}", flush=True)
+    ui.run(
+        host=host,
+        port=port,
+        title=title,
+        show=show,
+        reload=False,
+        dark=None,
+        language="en-US",
+        reconnect_timeout=_GONE,
+        show_welcome_message=False,
+    )

@@ -1,0 +1,97 @@
+"""The page's end of a machine that runs in a process of its own; whoever closes it ends that process."""
+
+from __future__ import annotations
+
+import multiprocessing
+import threading
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+from ramsight.studio.worker import Frame, run
+
+_WAITING = 4  # frames that wait for a page; older ones are dropped, as of a page that is too slow
+_PATIENCE = 2.0  # s, until a process that does not stop is ended
+
+
+class Session:
+    """One machine that runs for one page.
+
+    Args:
+        machine: a description file, or a catalogue name.
+
+    Attributes:
+        about: name, units and strokes; None until it is ready.
+        ended: why it has ended, in words; "" while it has not.
+        dropped: frames that the page was too slow for.
+    """
+
+    def __init__(self, machine: str) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._pipe, other = context.Pipe()
+        self._process = context.Process(target=run, args=(other, machine), daemon=True, name="ramsight-rig")
+        self._process.start()
+        other.close()
+        self.about: dict[str, Any] | None = None
+        self.ended, self.dropped = "", 0
+        self._frames: deque[Frame] = deque()
+        self._lock, self._closed = threading.Lock(), False
+        threading.Thread(target=self._listen, daemon=True, name="ramsight-listen").start()
+
+    @property
+    def process(self) -> int | None:
+        """Number of the process."""
+        return self._process.pid
+
+    @property
+    def alive(self) -> bool:
+        """Whether the process is there."""
+        return self._process.is_alive()
+
+    def say(self, *command: Any) -> None:
+        """Send a command to the machine; one that comes too late is forgotten."""
+        with self._lock:
+            if not self._closed:
+                try:
+                    self._pipe.send(command)
+                except OSError:
+                    self._closed = True
+
+    def frames(self) -> list[Frame]:
+        """What has come since the last call."""
+        found = []
+        while self._frames:
+            found.append(self._frames.popleft())
+        return found
+
+    def close(self) -> None:
+        """Stop the machine and end its process."""
+        self.say("stop")
+        self._closed = True
+        self._process.join(_PATIENCE)
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join()
+        self._pipe.close()
+
+    def _listen(self) -> None:
+        take: dict[str, Callable[[Any], None]] = {"ready": self._ready, "frame": self._frame, "ended": self._ended}
+        try:
+            while True:
+                kind, value = self._pipe.recv()
+                take[kind](value)
+        except (EOFError, OSError):
+            if not self.ended and not self._closed:
+                self.ended = "the machine's process has ended"
+
+    def _ready(self, about: dict[str, Any]) -> None:
+        self.about = about
+
+    def _frame(self, frame: Frame) -> None:
+        self._frames.append(frame)
+        while len(self._frames) > _WAITING:
+            self._frames.popleft()
+            self.dropped += 1
+
+    def _ended(self, text: str) -> None:
+        self.ended = text

@@ -1,0 +1,178 @@
+"""A rig in a process of its own: it keeps time, hears commands through a pipe and sends back what happened."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from multiprocessing.connection import Connection
+from typing import Any
+
+from ramsight.errors import RamsightError
+from ramsight.machine import load
+from ramsight.normal import TWO_SIDED_95
+from ramsight.sensor.virtual_sensor import Estimate
+from ramsight.studio.rig import LIE, Rig, Row
+
+_FRAME = 0.04  # s, from one frame to the next
+_SMOOTH = 0.1  # share of a frame in how fast the machine is said to run
+_ROWS = 8  # of a frame, at most: of a faster machine only every nth sample is sent
+_BEHIND = 0.5  # s; whoever is later than that runs slower than it should, and does not catch up
+FASTEST = 50.0  # times faster than life
+
+
+@dataclass
+class Frame:
+    """What happened since the last one, as plain values that a page can have; NaN is None.
+
+    Attributes:
+        columns: by unit and name, in the units that people read; `time` is common.
+        circuit: by unit: pressures of nodes [bar], openings of valves [1] and flows of parts [l/min] now.
+        status: by unit and sensor, in words.
+        factor: times faster than life that it really runs.
+    """
+
+    columns: dict[str, Any] = field(default_factory=dict)
+    circuit: dict[str, dict[str, float]] = field(default_factory=dict)
+    status: dict[str, dict[str, str]] = field(default_factory=dict)
+    factor: float = 0.0
+
+
+def run(pipe: Connection, machine: str) -> None:
+    """Let a machine run until the pipe's other end closes or says stop.
+
+    Args:
+        pipe: commands come in, frames go out.
+        machine: a description file, or a catalogue name.
+    """
+    try:
+        rig = Rig(load(machine))
+        rig.step()  # whatever has to be compiled is compiled here
+        pipe.send(("ready", _about(rig)))
+        _Clock(rig, pipe).go_on()
+    except (EOFError, BrokenPipeError, ConnectionResetError, KeyboardInterrupt):
+        return
+    except RamsightError as error:
+        _last_words(pipe, str(error))
+
+
+def _last_words(pipe: Connection, text: str) -> None:
+    try:
+        pipe.send(("ended", text))
+    except OSError:
+        return
+
+
+def _about(rig: Rig) -> dict[str, Any]:
+    """What the page has to know of a machine."""
+    strokes = {name: unit.cylinder.stroke for name, unit in rig.sheet.items()}
+    return {"name": rig.name, "units": list(rig.sheet), "strokes": strokes}
+
+
+class _Clock:
+    """Steps a rig so that its time goes by a factor faster than ours."""
+
+    def __init__(self, rig: Rig, pipe: Connection) -> None:
+        self.rig, self.pipe, self.factor = rig, pipe, 1.0
+        self.begun, self.steps, self.sent = time.perf_counter(), 0, 0.0
+        self.rows: list[dict[str, Row]] = []
+        self.ran = 0.0
+
+    def go_on(self) -> None:
+        """Run until told to stop."""
+        while self._hear():
+            now = time.perf_counter()
+            due = int((now - self.begun) * self.factor / self.rig.period) - self.steps
+            if due * self.rig.period > _BEHIND * max(self.factor, 1.0):
+                self._from_now(now)
+                due = 1
+            until = now + _FRAME
+            for _ in range(due):
+                self.rows.append(self.rig.step())
+                self.steps += 1
+                if time.perf_counter() > until:
+                    break
+            if self.rows and now - self.sent >= _FRAME:
+                self.pipe.send(("frame", self._frame(now)))
+                self.sent = now
+            time.sleep(0.004)
+
+    def _from_now(self, now: float) -> None:
+        self.begun, self.steps = now, 0
+
+    def _hear(self) -> bool:
+        """Take commands; whether to go on."""
+        while self.pipe.poll(0.25 if self.factor == 0.0 else 0.0):
+            what, *values = self.pipe.recv()
+            match what:
+                case "lever":
+                    self.rig.levers[values[0]] = min(max(float(values[1]), -1.0), 1.0)
+                case "knobs":
+                    self.rig.turn(replace(self.rig.knobs, **values[0]))
+                case "fault":
+                    self.rig.fault(values[0], on=values[1])
+                case "refer":
+                    self.rig.refer(values[0], LIE if values[1] else 0.0)
+                case "start":
+                    self.rig.start_sensors()
+                case "factor":
+                    self.factor = min(max(float(values[0]), 0.0), FASTEST)
+                    self._from_now(time.perf_counter())
+                case "stop":
+                    return False
+        return True
+
+    def _frame(self, now: float) -> Frame:
+        every = max(math.ceil(len(self.rows) / _ROWS), 1)
+        kept, last = self.rows[every - 1 :: every] or self.rows[-1:], self.rows[-1]
+        frame = Frame()
+        for name in self.rig.sheet:
+            frame.columns[name] = _columns([row[name] for row in kept])
+            frame.circuit[name] = self._circuit(name)
+            frame.status[name] = {kind: said.status.text for kind, said in last[name].estimates.items()}
+        first = next(iter(self.rig.sheet))
+        frame.columns["time"] = [round(row[first].time, 3) for row in kept]
+        self.ran += _SMOOTH * (len(self.rows) * self.rig.period / max(now - self.sent, _FRAME) - self.ran)
+        frame.factor = self.ran
+        self.rows = []
+        return frame
+
+    def _circuit(self, name: str) -> dict[str, float]:
+        found = {}
+        prefix = f"{name}." if self.rig.linked is not None else ""
+        for key, value in self.rig.inside.items():
+            if not key.startswith(prefix):
+                continue
+            key = key.removeprefix(prefix)
+            if key.startswith("pressure_"):
+                found[key] = round(value / 1e5, 1)
+            elif key.endswith(".flow"):
+                found[key] = round(value * 60e3, 2)
+            elif key.endswith(".opening"):
+                found[key] = round(value, 2)
+        return found
+
+
+def _columns(rows: list[Row]) -> Mapping[str, list[float | None]]:
+    """What the strips show of a unit: mm, rpm, N m and bar."""
+    found: dict[str, list[float | None]] = {
+        "position": [_number(1e3 * row.position) for row in rows],
+        "speed": [_number(row.motor_speed * 30.0 / math.pi, 1) for row in rows],
+        "torque": [_number(row.motor_torque, 2) for row in rows],
+        "pressure_a": [_number(row.pressure_a / 1e5, 1) for row in rows],
+        "pressure_b": [_number(row.pressure_b / 1e5, 1) for row in rows],
+    }
+    for kind in rows[0].estimates:
+        said: list[Estimate] = [row.estimates[kind] for row in rows]
+        found[kind] = [_number(1e3 * one.position) for one in said]
+        found[f"{kind}_error"] = [
+            _number(1e3 * (one.position - row.position)) for one, row in zip(said, rows, strict=True)
+        ]
+        found[f"{kind}_band"] = [_number(1e3 * TWO_SIDED_95 * one.std) for one in said]
+        found[f"{kind}_status"] = [float(one.status) for one in said]
+    return found
+
+
+def _number(value: float, digits: int = 3) -> float | None:
+    return round(value, digits) if math.isfinite(value) else None

@@ -1,0 +1,369 @@
+"""What the studio shows, without a browser: the machine under a lever, its process, the guard, and a log's answers."""
+
+import asyncio
+import gzip
+import math
+import time
+from dataclasses import fields, replace
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from ramsight import machine
+from ramsight.cli import app
+from ramsight.errors import DescriptionError
+from ramsight.normal import TWO_SIDED_95
+from ramsight.studio.guard import Guard
+from ramsight.studio.rig import FAULTS, LIE, Knobs, Rig
+from ramsight.studio.session import Session
+from ramsight.studio.tracking import propose, track
+
+TRACES = Path(__file__).parent / "traces"
+
+
+def run(rig, seconds):
+    """Let a rig run; its rows."""
+    return [rig.step() for _ in range(round(seconds / rig.period))]
+
+
+@pytest.fixture
+def press():
+    return Rig(machine.load("press"))
+
+
+def test_a_lever_moves_the_piston_and_the_estimate_follows_within_its_band(press):
+    press.levers["ram"] = 0.6
+    rows = run(press, 4.0)
+    first, last = rows[0]["ram"], rows[-1]["ram"]
+    assert last.position - first.position > 0.02
+    for row in rows:
+        said = row["ram"].estimates["kalman"]
+        assert abs(said.position - row["ram"].position) <= TWO_SIDED_95 * said.std
+    press.levers["ram"] = 0.0
+    run(press, 1.5)
+    assert press.step()["ram"].motor_speed == 0.0
+
+
+def test_a_worn_pump_moves_the_plain_balance_away(press):
+    press.turn(replace(press.knobs, leak=2.5, load=1.0))
+    press.levers["ram"] = 0.3
+    last = run(press, 6.0)[-1]["ram"]
+    assert abs(last.estimates["balance"].position - last.position) > 0.01
+    healthy = Rig(machine.load("press"))
+    healthy.turn(replace(healthy.knobs, load=1.0))
+    healthy.levers["ram"] = 0.3
+    other = run(healthy, 6.0)[-1]["ram"]
+    assert abs(other.estimates["balance"].position - other.position) < 1e-3
+
+
+TURNED = {
+    "load": 0.8,
+    "oil_temperature": 323.15,
+    "leak": 2.0,
+    "displacement": 0.98,
+    "stiffness": 0.6,
+    "friction": 2.0,
+    "torque_gain": 1.1,
+    "torque_step": 2.0,
+    "report_delay": 0.1,
+    "temperature_offset": 5.0,
+}
+OF_THE_REPORT = {"torque_gain", "torque_step", "report_delay", "temperature_offset"}
+
+
+def lifted(**turned):
+    rig = Rig(machine.load("press"))
+    rig.turn(replace(rig.knobs, **turned))
+    rig.levers["ram"] = 0.5
+    return run(rig, 2.0)[-1]["ram"]
+
+
+@pytest.mark.slow
+def test_every_knob_changes_the_machine_or_what_is_reported_of_it_and_the_page_has_it():
+    plain = lifted()
+    assert set(TURNED) == {field.name for field in fields(Knobs)}
+    for name, value in TURNED.items():
+        other = lifted(**{name: value})
+        truth = [(row.position, row.motor_torque) for row in (plain, other)]
+        assert (truth[0] == truth[1]) == (name in OF_THE_REPORT), name
+        assert other.estimates["kalman"] != plain.estimates["kalman"], name
+    live_page = pytest.importorskip("ramsight.studio.live_page", reason="needs the extra studio")
+    assert [knob[0] for knob in live_page.KNOBS] == list(TURNED)
+    for name, _, least, most, first, step, factor, offset in live_page.KNOBS:
+        assert least <= first <= most
+        assert step > 0.0
+        assert first * factor + offset == pytest.approx(getattr(Knobs(), name))
+
+
+def test_the_oil_warms_up_no_faster_than_oil_does_and_the_machine_with_it(press):
+    press.turn(replace(press.knobs, oil_temperature=323.15))
+    rows = run(press, 4.0)
+    assert rows[-1]["ram"].estimates["kalman"].status.validity == "ok"
+    assert press._warm == pytest.approx(313.15 + 0.5 * 4.0)
+
+
+def test_the_oil_has_a_range_and_the_rig_stays_as_it_was(press):
+    before = press.knobs
+    with pytest.raises(DescriptionError, match="outside the oil's data"):
+        press.turn(replace(press.knobs, oil_temperature=500.0))
+    assert press.knobs == before
+
+
+def test_a_lost_temperature_is_said_and_goes_again(press):
+    press.fault("temperature", on=True)
+    said = run(press, 2.0)[-1]["ram"].estimates["kalman"].status
+    assert "oil temperature missing" in said.text
+    press.fault("temperature", on=False)
+    assert "temperature" not in run(press, 8.0)[-1]["ram"].estimates["kalman"].status.text
+
+
+def test_sensors_that_are_started_anew_know_where_the_piston_is(press):
+    press.levers["ram"] = 0.5
+    run(press, 2.0)
+    press.fault("temperature", on=True)
+    assert math.isnan(run(press, 0.2)[-1]["ram"].estimates["balance"].position)
+    press.fault("temperature", on=False)
+    assert run(press, 0.2)[-1]["ram"].estimates["balance"].status.validity == "invalid"
+    press.start_sensors()
+    row = run(press, 0.2)[-1]["ram"]
+    assert all(abs(said.position - row.position) < 1e-3 for said in row.estimates.values())
+
+
+def test_a_speed_that_reads_too_much_moves_the_estimate_away(press):
+    press.fault("speed", on=True)
+    press.levers["ram"] = 0.6
+    last = run(press, 3.0)[-1]["ram"]
+    gone = last.position - 0.4 * press.sheet["ram"].cylinder.stroke
+    error = last.estimates["balance"].position - last.position
+    assert error == pytest.approx(0.03 * gone, rel=0.2)
+
+
+def test_a_frozen_torque_stays_what_it_was_when_it_froze(press):
+    run(press, 0.2)
+    press.fault("torque", on=True)
+    press.levers["ram"] = 0.6
+    last = run(press, 3.0)[-1]["ram"]
+    assert abs(last.motor_torque - press._frozen["ram"]) > 2.0
+
+
+def test_power_that_comes_back_finds_the_position_where_it_was(press):
+    press.levers["ram"] = 0.5
+    run(press, 2.0)
+    press.levers["ram"] = 0.0
+    before = run(press, 2.0)[-1]["ram"]
+    press.fault("power", on=True)
+    dead = run(press, 1.0)[-1]["ram"]
+    assert dead.estimates["kalman"] == before.estimates["kalman"]  # nothing new is said
+    press.fault("power", on=False)
+    after = run(press, 1.0)[-1]["ram"].estimates["kalman"]
+    assert abs(after.position - before.position) < 1e-3
+    assert after.status.validity in ("ok", "uncertain")
+
+
+def test_a_reference_puts_the_balance_right_and_one_that_lies_puts_it_wrong(press):
+    press.refer("ram")
+    row = press.step()["ram"]
+    assert row.estimates["balance"].position == pytest.approx(row.position, abs=1e-9)
+    press.refer("ram", LIE)
+    row = press.step()["ram"]
+    assert row.estimates["balance"].position == pytest.approx(row.position + LIE, abs=1e-9)
+    assert abs(row.estimates["kalman"].position - row.position) < 0.5 * LIE  # it does not believe everything
+
+
+def test_unknown_faults_are_refused(press):
+    with pytest.raises(ValueError, match="no fault 'fire'"):
+        press.fault("fire", on=True)
+
+
+@pytest.mark.parametrize("name", ["mining-loader", "forklift-mast", "eha-valve-rig"])
+def test_every_kind_of_machine_follows_its_levers(name):
+    rig = Rig(machine.load(name))
+    first = rig.step()
+    for unit in rig.levers:
+        rig.levers[unit] = 0.4
+    last = run(rig, 2.0)[-1]
+    for unit, row in last.items():
+        assert row.position > first[unit].position + 1e-3
+        assert abs(row.estimates["kalman"].position - row.position) < 3e-3
+        assert math.isfinite(row.pressure_a)
+    assert all(math.isfinite(rig.of(unit, "pump_a.flow")) or name != "mining-loader" for unit in rig.sheet)
+    for unit in rig.levers:
+        rig.levers[unit] = -0.4
+    back = run(rig, 3.0)[-1]
+    assert all(back[unit].position < row.position for unit, row in last.items())
+
+
+# -- the guard
+
+
+def asked(guard, headers, *, kind="http", query="", path="/", body=b""):
+    """Ask a guard; what it answers, and whether the app was reached."""
+    sent = []
+
+    async def receive():
+        return {"type": "http.request" if kind == "http" else "websocket.connect", "body": body}
+
+    async def send(message):
+        sent.append(message)
+
+    scope = {
+        "type": kind,
+        "path": path,
+        "query_string": query.encode(),
+        "headers": [(name.encode(), value.encode()) for name, value in headers.items()],
+    }
+    asyncio.run(guard(scope, receive, send))
+    return sent
+
+
+async def served(scope, receive, send):
+    await receive()
+    await send({"type": "http.response.start", "status": 200, "headers": []})
+    await send({"type": "http.response.body", "body": b"inside"})
+
+
+HERE = {"host": "127.0.0.1:8080"}
+
+
+def status_of(sent):
+    return sent[0].get("status", sent[0].get("code"))
+
+
+def test_this_machine_is_served_and_no_page_may_frame_it():
+    sent = asked(Guard(served, None, 100), HERE)
+    assert status_of(sent) == 200
+    assert (b"x-frame-options", b"DENY") in sent[0]["headers"]
+    assert status_of(asked(Guard(served, None, 100), {"host": "[::1]:8080"})) == 200
+
+
+@pytest.mark.parametrize(
+    ("headers", "status"),
+    [
+        ({"host": "evil.example:8080"}, 421),  # another site's name that leads here
+        ({}, 421),
+        ({**HERE, "origin": "http://evil.example"}, 403),
+        ({**HERE, "origin": "null"}, 403),
+        ({**HERE, "sec-fetch-site": "cross-site", "sec-fetch-mode": "no-cors"}, 403),
+        ({**HERE, "content-length": "101"}, 413),
+        ({**HERE, "content-length": "much"}, 413),
+    ],
+)
+def test_strange_requests_are_refused(headers, status):
+    assert status_of(asked(Guard(served, None, 100), headers)) == status
+
+
+def test_sockets_of_other_sites_are_refused():
+    sent = asked(Guard(served, None, 100), {**HERE, "origin": "http://evil.example"}, kind="websocket")
+    assert status_of(sent) == 1008
+
+
+def test_a_body_that_says_nothing_of_its_length_is_counted():
+    assert status_of(asked(Guard(served, None, 100), HERE, body=b"x" * 101)) == 413
+    assert status_of(asked(Guard(served, None, 100), HERE, body=b"x" * 100)) == 200
+
+
+def test_elsewhere_the_token_is_needed_once_and_kept_in_a_cookie_that_scripts_do_not_see():
+    guard, there = Guard(served, "secret", 100), {"host": "10.0.0.5:8080"}
+    assert status_of(asked(guard, there)) == 401
+    assert status_of(asked(guard, there, query="token=wrong")) == 401
+    assert status_of(asked(guard, there, kind="websocket")) == 1008
+    sent = asked(guard, there, query="token=secret")
+    assert status_of(sent) == 303
+    cookie = dict(sent[0]["headers"])[b"set-cookie"].decode()
+    assert "HttpOnly" in cookie
+    assert "SameSite=Strict" in cookie
+    assert status_of(asked(guard, {**there, "cookie": cookie.split(";")[0]})) == 200
+    assert status_of(asked(guard, {**there, "cookie": "ramsight-token=wrong"})) == 401
+
+
+# -- logs
+
+
+def test_a_log_is_proposed_a_map_and_tracked_with_the_figures_of_the_verb(tmp_path):
+    log, truth = TRACES / "boom_441kN_40C.csv.gz", TRACES / "boom_441kN_40C_truth.csv.gz"
+    found = propose(str(log))
+    assert {one["role"] for one in found["channels"]} >= {"speed", "torque", "temperature"}
+    done = track(machine.load("mining-loader"), "boom", str(log), str(truth), "100 mm", "kalman", "")
+    words = ["track", "mining-loader", str(log), "--unit", "boom", "--start", "100 mm", "--truth", str(truth)]
+    said = CliRunner().invoke(app, words)
+    assert said.exit_code == 0
+    assert done["summary"].splitlines() == [line for line in said.stdout.splitlines() if line]
+    assert len(done["columns"]["time"]) == len(done["columns"]["true"]) > 1000
+    copied = tmp_path / log.name
+    copied.write_bytes(log.read_bytes())
+    mapped = track(machine.load("mining-loader"), "boom", str(copied), str(truth), "100 mm", "kalman", found["map"])
+    assert "error against the truth" in mapped["summary"]
+
+
+def test_a_wrong_file_says_why_and_names_no_folder(tmp_path):
+    file = tmp_path / "day.csv"
+    file.write_text("time_s,motor_speed_rpm\n0.0,12\n0.1,x\n")
+    said = track(machine.load("press"), "ram", str(file), None, "", "kalman", "")["error"]
+    assert said.startswith("day.csv: ")
+    assert "motor_torque_nm" in said
+    picture = tmp_path / "a.png"
+    picture.write_bytes(b"\x89PNG\r\n")
+    assert "unknown" in propose(str(picture))["error"]
+    damaged = tmp_path / "b.csv.gz"
+    damaged.write_bytes(gzip.compress(b"time_s\n" * 1000)[:40])
+    (said,) = propose(str(damaged))["warnings"]
+    assert said.startswith("b.csv.gz: only what stands before this is listed")
+
+
+def test_a_start_outside_the_stroke_is_refused():
+    log = str(TRACES / "boom_441kN_40C.csv.gz")
+    found = track(machine.load("mining-loader"), "boom", log, None, "9 m", "kalman", "")
+    assert "allowed" in found["error"]
+
+
+# -- the process
+
+
+def wait(condition, seconds=60.0):
+    until = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < until, "waited too long"
+        time.sleep(0.02)
+
+
+@pytest.mark.slow
+def test_a_session_runs_in_a_process_of_its_own_and_ends_with_it():
+    session = Session("press")
+    try:
+        wait(lambda: session.about is not None or session.ended)
+        assert session.about is not None, session.ended
+        assert session.about["units"] == ["ram"]
+        session.say("lever", "ram", 2.0)
+        kept = []
+        wait(lambda: kept.extend(session.frames()) or len(kept) > 30)
+        assert kept[-1].columns["ram"]["position"][-1] > kept[0].columns["ram"]["position"][0] + 5.0
+        assert set(kept[-1].status["ram"]) == {"kalman", "balance"}
+        assert kept[-1].circuit["ram"]["pressure_port_a"] > 10.0
+        session.say("factor", 20)
+        wait(lambda: any(frame.factor > 5.0 for frame in session.frames()))
+    finally:
+        session.close()
+    assert not session.alive
+    session.say("lever", "ram", 0.0)  # too late, and no error
+
+
+@pytest.mark.slow
+def test_a_machine_that_is_not_there_is_said_and_leaves_no_process():
+    session = Session("nothing")
+    wait(lambda: session.ended)
+    assert "nothing" in session.ended
+    wait(lambda: not session.alive)
+    session.close()
+
+
+def test_the_verb_says_what_it_needs(monkeypatch):
+    said = CliRunner().invoke(app, ["studio", "nothing"])
+    assert "nothing" in str(said.exception)
+    monkeypatch.setitem(__import__("sys").modules, "nicegui", None)
+    said = CliRunner().invoke(app, ["studio", "press"])
+    assert "ramsight[studio]" in str(said.exception)
+
+
+def test_every_fault_has_words():
+    assert all(words for words in FAULTS.values())

@@ -1,0 +1,260 @@
+"""The studio in a real Chromium: what a visitor sees and does.
+
+`RAMSIGHT_PICTURES=docs/images pytest tests/test_studio_browser.py` renews the pictures of docs/studio.md.
+"""
+
+import contextlib
+import json
+import os
+import re
+import shutil
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+from pathlib import Path
+
+import psutil
+import pytest
+from typer.testing import CliRunner
+
+from ramsight.cli import app
+
+pytestmark = pytest.mark.slow
+
+playwright = pytest.importorskip("playwright.sync_api", reason="needs playwright (extra dev)")
+pytest.importorskip("nicegui", reason="needs the extra studio")
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+if CHROMIUM is None:
+    pytest.skip("needs a Chromium", allow_module_level=True)
+
+FLAGS = [
+    "--no-sandbox",
+    "--disable-gpu",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+]
+TRACES = Path(__file__).parent / "traces"
+READY = 90_000  # ms, until a machine runs; whatever has to be compiled is in it
+
+
+@contextlib.contextmanager
+def studio(*words):
+    """A studio that serves; its address and process."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    command = [sys.executable, "-m", "ramsight", "studio", *words, "--no-show", "--port", str(port)]
+    # NiceGUI takes a process for a test of itself where it sees the variable of pytest.
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTEST_")}
+    server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment)
+    try:
+        line = server.stdout.readline()
+        assert "ramsight studio: http" in line, line
+        until = time.monotonic() + 30.0
+        while time.monotonic() < until:
+            with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port), 1.0):
+                break
+            time.sleep(0.05)
+        yield line.split(": ", 1)[1].strip(), server
+    finally:
+        server.terminate()
+        server.wait(20)
+        server.stdout.close()
+
+
+@pytest.fixture(scope="module")
+def loader():
+    with studio("mining-loader") as served:
+        yield served
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    with playwright.sync_playwright() as p:
+        found = p.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield found
+        found.close()
+
+
+@pytest.fixture
+def page(loader, browser):
+    """A page of the loader, which must fetch nothing from elsewhere and have no errors."""
+    address, _ = loader
+    context = browser.new_context(viewport={"width": 1500, "height": 1000})
+    opened = context.new_page()
+    wrong = []
+    opened.on("pageerror", lambda error: wrong.append(str(error)))
+    opened.on("console", lambda said: wrong.append(said.text) if said.type == "error" else None)
+    opened.on("request", lambda r: None if r.url.startswith((address, "data:", "blob:")) else wrong.append(r.url))
+    opened.goto(address)
+    opened.get_by_text("runs", exact=True).wait_for(timeout=READY)
+    yield opened
+    context.close()
+    assert wrong == []
+
+
+def newest(page, name, unit="boom"):
+    return page.evaluate(f"studio.units[{json.dumps(unit)}][{json.dumps(name)}]?.at(-1) ?? null")
+
+
+def wait(page, condition, seconds=30.0):
+    until = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < until, "waited too long"
+        page.wait_for_timeout(100)
+
+
+def picture(page, name):
+    """Renew a picture of docs/studio.md, if wanted."""
+    if folder := os.environ.get("RAMSIGHT_PICTURES"):
+        page.screenshot(path=Path(folder) / name)
+
+
+def workers(server):
+    return [p for p in psutil.Process(server.pid).children(recursive=True) if "spawn_main" in " ".join(p.cmdline())]
+
+
+def test_the_lever_moves_the_boom_and_the_estimate_follows_within_the_band(page):
+    wait(page, lambda: newest(page, "position") is not None)
+    before = newest(page, "position")
+    page.get_by_role("button", name="lift boom").click()
+    wait(page, lambda: newest(page, "position") > before + 60.0)
+    kept = page.evaluate("studio.units.boom")
+    off = [
+        (error, band)
+        for error, band in zip(kept["kalman_error"], kept["kalman_band"], strict=True)
+        if abs(error) > band + 1e-3
+    ]
+    assert off == []
+    shown = page.evaluate("['now-true', 'now-kalman'].map((one) => +document.getElementById(one).innerText)")
+    assert abs(shown[0] - shown[1]) < 5.0
+    assert page.locator("#status-boom-kalman").inner_text() == "ok"
+    assert page.locator("[data-circuit=boom] g.open").count() > 0
+    picture(page, "studio-live.png")
+    page.get_by_role("button", name="stop boom").click()
+    wait(page, lambda: newest(page, "speed") == 0.0)
+
+
+def test_keys_are_levers_as_long_as_they_are_down_and_time_goes_as_fast_as_life(page):
+    wait(page, lambda: newest(page, "position", "bucket") is not None)
+    before = newest(page, "position", "bucket")
+    page.keyboard.down("ArrowRight")  # lifting retracts the bucket's cylinder
+    wait(page, lambda: newest(page, "position", "bucket") < before - 5.0)
+    page.keyboard.up("ArrowRight")
+    wait(page, lambda: newest(page, "speed", "bucket") == 0.0)
+    first, begun = newest(page, "time"), time.monotonic()
+    count = page.evaluate("studio.count()")
+    page.wait_for_timeout(4000)
+    assert page.evaluate("studio.count()") - count > 10  # the benchmark counts them; here only that they come
+    passed = time.monotonic() - begun
+    assert newest(page, "time") - first == pytest.approx(passed, abs=1.0)  # as fast as life
+
+
+def test_a_fault_changes_the_status_and_goes_again(page):
+    page.get_by_role("switch", name="temperature lost").click()
+    status = page.locator("#status-boom-kalman")
+    wait(page, lambda: "oil temperature missing" in status.inner_text())
+    assert "uncertain" in status.get_attribute("class")
+    picture(page, "studio-fault.png")
+    page.get_by_role("switch", name="temperature lost").click()
+    wait(page, lambda: "oil temperature" not in status.inner_text())
+
+
+def figures(text):
+    return re.findall(r"largest .*", text) + re.findall(r"position .* at last", text)
+
+
+def test_a_dropped_log_has_the_figures_of_the_verb(page):
+    log, truth = TRACES / "boom_441kN_40C.csv.gz", TRACES / "boom_441kN_40C_truth.csv.gz"
+    words = ["track", "mining-loader", str(log), "--unit", "boom", "--start", "100 mm", "--truth", str(truth)]
+    verb = CliRunner().invoke(app, words)
+    assert verb.exit_code == 0
+    page.get_by_role("tab", name="Logs").click()
+    said = page.locator("#log-said")
+    page.locator("#upload-truth input[type=file]").set_input_files(truth)
+    wait(page, lambda: "true position" in said.inner_text())
+    page.locator("#upload-log input[type=file]").set_input_files(log)
+    wait(page, lambda: "3 channels" in said.inner_text(), 60.0)
+    page.get_by_label("piston at first").fill("100 mm")
+    page.locator("#track").click()
+    page.locator("#track-picture .uplot").wait_for(timeout=READY)
+    assert figures(said.inner_text()) == figures(verb.stdout)
+    assert len(figures(verb.stdout)) == 2
+    picture(page, "studio-logs.png")
+
+
+def test_a_wrong_file_says_why(page, tmp_path):
+    file = tmp_path / "holiday.png"
+    file.write_bytes(b"\x89PNG\r\n")
+    page.get_by_role("tab", name="Logs").click()
+    page.locator("#upload-log input[type=file]").set_input_files(file)
+    said = page.locator("#log-said")
+    wait(page, lambda: "unknown" in said.inner_text(), 60.0)
+    assert said.inner_text().startswith("holiday.png: ")
+
+
+def test_a_second_visitor_has_a_machine_of_his_own_and_a_closed_tab_ends_its_process(loader, browser, page):
+    address, server = loader
+    wait(page, lambda: newest(page, "position") is not None)
+    before = {p.pid for p in workers(server)}
+    context = browser.new_context()
+    other = context.new_page()
+    other.goto(address)
+    other.get_by_text("runs", exact=True).wait_for(timeout=READY)
+    wait(other, lambda: newest(other, "position") is not None)
+    mine = {p.pid for p in workers(server)} - before
+    assert mine
+    here = newest(page, "position")
+    other.get_by_role("button", name="lift boom").click()
+    wait(other, lambda: newest(other, "position") > 300.0)
+    assert newest(page, "position") == pytest.approx(here, abs=1.0)
+    context.close()
+    wait(page, lambda: not mine & {p.pid for p in workers(server)}, 60.0)
+    assert newest(page, "position") is not None
+
+
+def test_every_control_has_a_name_and_a_narrow_screen_is_wide_enough(page):
+    page.set_viewport_size({"width": 400, "height": 900})
+    page.wait_for_timeout(500)
+    wide = page.evaluate("document.documentElement.scrollWidth")
+    assert wide <= 400
+    bad = page.evaluate(
+        """() => ['button', '[role=slider]', '[role=switch]', '[role=tab]', 'input:not([type=file])']
+        .flatMap((one) => [...document.querySelectorAll(one)])
+        .filter((e) => e.offsetParent !== null)
+        .filter((e) => !(e.innerText || e.getAttribute('aria-label') || e.closest('label')?.innerText
+                         || (e.id && document.querySelector(`label[for="${e.id}"]`))))
+        .map((e) => e.outerHTML.slice(0, 200))"""
+    )
+    assert bad == []
+
+
+def test_files_of_the_server_cannot_be_read(loader):
+    address, _ = loader
+    for path in ("studio-assets/../server.py", "studio-assets/%2e%2e/server.py", "studio-assets//etc/passwd"):
+        with contextlib.suppress(urllib.error.HTTPError):
+            with urllib.request.urlopen(address + path) as answer:
+                text = answer.read().decode(errors="replace")
+            assert "def serve" not in text
+            assert "root:" not in text
+
+
+def test_elsewhere_a_token_is_printed_and_needed(browser):
+    with studio("press", "--host", "0.0.0.0") as (address, _):
+        token = re.search(r"\?token=(\S+)", address)[1]
+        port = re.search(r":(\d+)/", address)[1]
+        here = f"http://127.0.0.1:{port}/"
+        with pytest.raises(urllib.error.HTTPError) as refused:
+            urllib.request.urlopen(here)
+        assert refused.value.code == 401
+        context = browser.new_context()
+        opened = context.new_page()
+        opened.goto(f"{here}?token={token}")
+        opened.get_by_text("runs", exact=True).wait_for(timeout=READY)
+        assert opened.url == here
+        wait(opened, lambda: newest(opened, "position", "ram") is not None)
+        context.close()
