@@ -31,7 +31,7 @@ MEANING = (
     "and a value was chosen for that; contradicted, something else came out; not testable, with the reason."
 )
 HEAD = ("where", "statement of the paper", "our result", "verdict")
-COVERAGE = "Every figure, table and equation"
+COVERAGE = "Every figure, table, equation and number"
 COVERAGE_HEAD = ("in the paper", "what it is", "where it is here", "verdict")
 STATEMENTS = "Statement, result, verdict"
 
@@ -46,20 +46,25 @@ def markdown(study: Study) -> str:
     for paragraph in (*INTRODUCTION, *study.chosen):
         lines += [paragraph, ""]
     lines += [f"## {STATEMENTS}", "", f"{study.summary()}. {MEANING}", ""]
-    lines += _table(HEAD, ((s.place, s.paper, s.ours, f"**{s.verdict.value}**") for s in study.statements))
+    lines += table_lines(HEAD, ((s.place, s.paper, s.ours, f"**{s.verdict.value}**") for s in study.statements))
     lines += ["", f"## {COVERAGE}", ""]
-    lines += _table(COVERAGE_HEAD, ((i.place, i.says, i.where, f"**{i.verdict.value}**") for i in DRAWN))
+    lines += table_lines(COVERAGE_HEAD, ((i.place, i.says, i.where, f"**{i.verdict.value}**") for i in DRAWN))
     for chapter in study.chapters:
-        lines += ["", *_chapter(chapter)]
+        lines += ["", *chapter_lines(chapter)]
     return "\n".join(lines).rstrip() + "\n"
 
 
-def _chapter(chapter: Chapter) -> list[str]:
+def chapter_lines(chapter: Chapter) -> list[str]:
+    """A chapter of the report.
+
+    Args:
+        chapter: the chapter; its pictures stand beside the report.
+    """
     lines = [f"## {chapter.title}", ""]
     for paragraph in chapter.text:
         lines += [typeset(paragraph), ""]
     for grid in chapter.grids:
-        lines += [f"{grid.caption}:", "", *_table(grid.head, grid.rows), ""]
+        lines += [f"{grid.caption}:", "", *table_lines(grid.head, grid.rows), ""]
     for picture in chapter.pictures:
         lines += [f"![{picture.caption}]({picture.name}.png)", ""]
         lines += [f"*{picture.caption}* ([SVG]({picture.name}.svg))", ""]
@@ -79,7 +84,13 @@ def typeset(text: str) -> str:
     return re.sub(r"(?<![\w.-])-(?=\d)", "−", text)
 
 
-def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> list[str]:
+def table_lines(head: Iterable[str], rows: Iterable[Iterable[str]]) -> list[str]:
+    """A table.
+
+    Args:
+        head: its headings.
+        rows: cells as text.
+    """
     head = list(head)
     cells = [[typeset(cell).replace("|", "\\|") for cell in row] for row in rows]
     return [f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *cells)]

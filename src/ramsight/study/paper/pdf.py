@@ -15,7 +15,7 @@ _PAPER = (8.27, 11.69)  # inch, A4
 _LEFT, _TOP, _BOTTOM = 0.09, 0.945, 0.06  # shares of the page
 _LETTERS = 104  # of a line at the size of the text
 _SIZE, _LINE = 8.5, 0.0131  # pt, share of the page's height
-_CELL_SIZE, _CELL_LINE, _CELL_LETTERS = 6.8, 0.0105, 135
+_CELL_SIZE, _CELL_LINE, _CELL_LETTERS = 6.8, 0.0105, 108
 _WIDE = 1.0 - 2.0 * _LEFT
 _COLOURS = {
     Verdict.REPRODUCED: "#17603a",
@@ -168,15 +168,15 @@ def _widths(grid: Grid) -> list[int]:
     columns = zip(grid.head, *grid.rows, strict=True)
     needed = [max(len(word) for cell in column for word in ([*cell.split(), ""])) for column in columns]
     longest = [max(len(row[k]) for row in (grid.head, *grid.rows)) for k in range(len(grid.head))]
-    rest = max(_CELL_LETTERS - sum(needed) - 2 * len(needed), 0)
+    rest = max(_CELL_LETTERS - sum(needed) - 3 * len(needed), 0)
     wanted = [more - least for more, least in zip(longest, needed, strict=True)]
     share = min(1.0, rest / max(sum(wanted), 1))
-    return [least + int(share * more) + 2 for least, more in zip(needed, wanted, strict=True)]
+    return [least + int(share * more) + 3 for least, more in zip(needed, wanted, strict=True)]
 
 
 def _placed(cells: Sequence[str], letters: Sequence[int]) -> Iterator[tuple[float, list[str]]]:
     """Each cell's place on the line and its lines."""
     begun = 0
     for cell, width in zip(cells, letters, strict=True):
-        yield _LEFT + _WIDE * begun / _CELL_LETTERS, textwrap.wrap(typeset(cell), max(width - 1, 4)) or [""]
+        yield _LEFT + _WIDE * begun / _CELL_LETTERS, textwrap.wrap(typeset(cell), max(width - 2, 4)) or [""]
         begun += width

@@ -28,6 +28,7 @@ def provenance(benches: dict[str, Bench]) -> Chapter:
             "stated in the paper, [D] derived from what it states, [M] remembered from a data sheet and unverified, "
             "[G] guessed inside a plausible range, [S] from elsewhere. Of a data sheet at hand, change the machine's "
             "description, or give the value with --set, and redo the study.",
+            _nominal(described),
         ),
         {"flow_ratio_less_area_ratio_percent": mismatch},
         (
@@ -42,6 +43,18 @@ def provenance(benches: dict[str, Bench]) -> Chapter:
             ),
         ),
         grids=(_cylinders(described, benches), *(_pumps(described, name) for name in UNITS)),
+    )
+
+
+def _nominal(described: Machine) -> str:
+    """Oil and nominal points, which the paper states."""
+    unit = direct_driven(described, UNITS[0])
+    oil, pump = unit.oil, unit.pump_a
+    return (
+        f"The oil has {1e6 * oil.viscosity_40c:.0f} mm²/s at 40 °C and {oil.density:.0f} kg/m³, kept constant [P]. The "
+        f"nominal point of eqs 8 and 10 is {pump.nominal_speed * _RPM:.0f} rpm, {pump.nominal_pressure / 1e5:.0f} bar, "
+        f"{1e6 * pump.nominal_viscosity:.0f} mm²/s and {pump.nominal_density:.0f} kg/m³, the no-load torque "
+        f"{pump.no_load_torque:g} N m for each block [P]."
     )
 
 
