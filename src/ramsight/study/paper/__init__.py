@@ -14,7 +14,9 @@ from ramsight.study.paper.choices import Choices
 from ramsight.study.paper.combined import combined
 from ramsight.study.paper.curves import movements
 from ramsight.study.paper.cycles import cycles, warm_and_cold
+from ramsight.study.paper.diagrams import diagrams
 from ramsight.study.paper.efficiency import efficiencies
+from ramsight.study.paper.energy import energy
 from ramsight.study.paper.hoses import hoses
 from ramsight.study.paper.limits_load import load_change
 from ramsight.study.paper.limits_ramps import ramps
@@ -45,6 +47,7 @@ __all__ = [
 
 CHAPTERS = (
     provenance,
+    diagrams,
     open_points,
     efficiencies,
     movements,
@@ -61,11 +64,12 @@ CHAPTERS = (
     hoses,
     taken,
     combined,
+    energy,
     untested,
 )
 """The parts of the study, in the report's order."""
 
-_FIGURES = 18
+_FIGURES = 23
 STEPS = len(CHAPTERS) + _FIGURES
 """Steps of progress that `reproduce` and `write_report` tell together."""
 

@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 from ramsight.study.paper.parts import Study, Verdict
 
-_MACHINE, _CYCLE, _MOVEMENT, _PUMPS = (
+_MACHINE, _DIAGRAMS, _CYCLE, _MOVEMENT, _PUMPS = (
     "The machine: the paper's Tables 1 and 2",
+    "How the position is calculated (Figs 4, 7 and 8)",
     "One lift-lower cycle (Figs 11 to 16)",
     "Movement per motor revolution (Figs 9 and 10)",
     "Pump efficiencies (Fig. 3)",
@@ -37,11 +38,11 @@ DRAWN = (
     ),
     Item("Fig. 2", "circuit and components of the boom's unit", "ramsight check mining-loader", _GOOD),
     Item("Fig. 3", "efficiencies of the pumps over pressure: the shapes; values not readable", _PUMPS, _GOOD),
-    Item("Fig. 4", "how the parts of the calculation act on each other: the order of the laws", "docs/plant.md", _GOOD),
+    Item("Fig. 4", "how the parts of the calculation act on each other: the order of the laws", _DIAGRAMS, _GOOD),
     Item("Fig. 5", "model of the boom's hydraulics: here an equation of the whole circuit", "docs/plant.md", _GOOD),
     Item("Fig. 6", "model of the pumps: pumps that also work as motors", "docs/plant.md", _GOOD),
-    Item("Fig. 7", "from torque, speed and temperature to the position: the table sensor", _MOVEMENT, _GOOD),
-    Item("Fig. 8", "sensorless control of a cylinder, the loop closed", "ramsight loader", _GOOD),
+    Item("Fig. 7", "from torque, speed and temperature to the position: the table sensor", _DIAGRAMS, _GOOD),
+    Item("Fig. 8", "sensorless control of a cylinder, the loop closed (ramsight loader)", _DIAGRAMS, _GOOD),
     Item("Fig. 9", "boom, movement per revolution over torque and temperature", _MOVEMENT, _GOOD),
     Item("Fig. 10", "bucket, movement per revolution over torque and temperature", _MOVEMENT, _GOOD),
     Item("Fig. 11", "boom, position with 129 kN", _CYCLE, _FITTED),
