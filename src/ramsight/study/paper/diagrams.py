@@ -1,4 +1,4 @@
-"""The paper's diagrams, drawn anew from its description: relations of the parts, process, and control (Figs 4, 7, 8)."""
+"""The paper's diagrams, drawn anew from its description: relations of the parts, process, control (Figs 4, 7, 8)."""
 
 from __future__ import annotations
 
@@ -113,7 +113,8 @@ def diagrams(benches: dict[str, Bench]) -> Chapter:
         "How the position is calculated (Figs 4, 7 and 8)",
         (
             "Drawn anew from the paper's description. Speed decides what the pumps deliver, load and friction what "
-            "pressure they deliver it against, and both with the oil's viscosity what leaks; the table holds the result. "
+            "pressure they deliver it against, and both with the oil's viscosity what leaks; the table holds the "
+            "result. "
             "Whoever uses the position sees a sensor like any other.",
         ),
         {},
