@@ -208,6 +208,28 @@ def test_statements_in_passing_have_their_numbers(numbers):
         assert 1.0 < numbers["aged_oil_changes_error_mm"][unit] < 10.0
 
 
+@pytest.mark.parametrize("unit", UNITS)
+def test_the_energy_of_a_move_is_all_accounted_for(numbers, unit):
+    for way, flow in numbers["energy_flow_kJ"][unit].items():
+        given = flow["shaft"] + flow["load"]
+        taken = sum(value for name, value in flow.items() if name not in ("shaft", "load"))
+        assert given == pytest.approx(taken), way
+        assert abs(flow["oil, tank and air"]) < 0.02 * max(abs(flow["shaft"]), abs(flow["load"]))
+    battery = numbers["battery_by_load"][unit]
+    assert all(by["back_kJ"] < by["shaft_taken_kJ"] < by["shaft_given_kJ"] < by["given_kJ"] for by in battery.values())
+    assert 30.0 < battery["high"]["back_percent"] < 60.0
+    assert 70.0 < numbers["best_efficiency_percent"][unit]["lifting"] < 100.0
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_instruments_have_their_price(numbers, unit):
+    worth = numbers["instruments_are_worth_mm"]
+    assert worth["draw_wire"] == pytest.approx(2.0)
+    slope = abs(numbers["temperature_error_mm_per_K"][unit]["balance"])
+    assert worth[unit]["thermometer_mm"] == pytest.approx(slope, rel=0.15)
+    assert 0.3 < worth[unit]["torque_mm"] < 3.0
+
+
 def test_hoses_that_are_small_take_more_and_turn_turbulent(numbers):
     for unit in UNITS:
         hoses = numbers["hoses"][unit]

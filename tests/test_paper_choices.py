@@ -12,6 +12,8 @@ from ramsight.study.paper import Choices, Verdict
 from ramsight.study.paper.bench import benches
 from ramsight.study.paper.choices import read_values
 from ramsight.study.paper.coverage import DRAWN
+from ramsight.study.paper.diagrams import CONTROL, PROCESS, RELATIONS
+from ramsight.study.paper.energy import efficiency_maps
 from ramsight.study.paper.hoses import DASHES, sized, usual_size
 from ramsight.study.paper.words import both, figure, slashed
 
@@ -151,6 +153,23 @@ def test_every_figure_table_and_equation_of_the_paper_has_its_line():
     assert [place for place in places if place in wanted] == wanted
 
 
+def test_lifting_takes_more_than_the_load_gets_and_lowering_gives_back_less():
+    bench = benches()["bucket"]
+    maps = efficiency_maps(bench)
+    for way in ("lifting", "lowering"):
+        known = maps[way][np.isfinite(maps[way])]
+        assert known.size > 100
+        assert ((known > 0.0) & (known < 1.0)).all()
+    assert maps["lifting"][-1, 0] < maps["lifting"][-1, -1]  # slow lifting of a heavy load leaks away
+
+
+def test_the_diagrams_arrows_have_boxes_at_both_ends():
+    for diagram in (RELATIONS, PROCESS, CONTROL):
+        ends = {end for arrow in diagram.arrows for end in (arrow.begin, arrow.end)}
+        assert ends == set(diagram.boxes)
+        assert set(diagram.given) <= set(diagram.boxes)
+
+
 def test_a_verdict_with_a_fitted_value_says_so():
     assert Verdict.of(True) is Verdict.REPRODUCED
     assert Verdict.of(True, fitted=True) is Verdict.FITTED
@@ -161,3 +180,12 @@ def test_figures_in_sentences_have_their_digits_and_no_minus_before_a_zero():
     assert both({"boom": 1.25, "bucket": -0.001}, 2) == "1.25 mm (boom) and 0.00 mm (bucket)"
     assert figure(-0.0004, 3) == "0.000"
     assert slashed([1.0, 2.26], 1) == "1.0 / 2.3"
+
+
+def test_the_pdfs_columns_fit_on_its_line():
+    from ramsight.study.paper.parts import Grid
+    from ramsight.study.paper.pdf import _CELL_LETTERS, _widths
+
+    text = "a cell with a sentence that is much longer than its column can be on any page"
+    for rows in ([("a", "1.0", "2.0")], [("boom", text, text), ("bucket, of another kind", "1", text)]):
+        assert sum(_widths(Grid("", ("unit", "one", "another"), tuple(rows)))) <= _CELL_LETTERS

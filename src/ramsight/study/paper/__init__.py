@@ -18,6 +18,7 @@ from ramsight.study.paper.diagrams import diagrams
 from ramsight.study.paper.efficiency import efficiencies
 from ramsight.study.paper.energy import energy
 from ramsight.study.paper.hoses import hoses
+from ramsight.study.paper.instruments import instruments
 from ramsight.study.paper.limits_load import load_change
 from ramsight.study.paper.limits_ramps import ramps
 from ramsight.study.paper.limits_relief import near_relief
@@ -65,6 +66,7 @@ CHAPTERS = (
     taken,
     combined,
     energy,
+    instruments,
     untested,
 )
 """The parts of the study, in the report's order."""

@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 from ramsight.study.paper.parts import Study, Verdict
 
-_MACHINE, _DIAGRAMS, _CYCLE, _MOVEMENT, _PUMPS = (
+_MACHINE, _BENCH, _DIAGRAMS, _CYCLE, _MOVEMENT, _PUMPS = (
     "The machine: the paper's Tables 1 and 2",
+    "The bench: motor, controller, battery and instruments",
     "How the position is calculated (Figs 4, 7 and 8)",
     "One lift-lower cycle (Figs 11 to 16)",
     "Movement per motor revolution (Figs 9 and 10)",
@@ -36,7 +37,7 @@ DRAWN = (
     Item(
         "Fig. 1", "the loader's arm; dimensions not given, derived from loads and strokes", "ramsight loader", _FITTED
     ),
-    Item("Fig. 2", "circuit and components of the boom's unit", "ramsight check mining-loader", _GOOD),
+    Item("Fig. 2", "circuit and components of the boom's unit; motor, battery, controller by name", _BENCH, _GOOD),
     Item("Fig. 3", "efficiencies of the pumps over pressure: the shapes; values not readable", _PUMPS, _GOOD),
     Item("Fig. 4", "how the parts of the calculation act on each other: the order of the laws", _DIAGRAMS, _GOOD),
     Item("Fig. 5", "model of the boom's hydraulics: here an equation of the whole circuit", "docs/plant.md", _GOOD),
