@@ -10,6 +10,7 @@ from ramsight.duty.profile import Duty
 from ramsight.duty.simulate import simulate
 from ramsight.study.paper.bench import SEED, TEMPERATURE, Bench, Tracked
 
+_SETTLES = 0.5  # s after a ramp
 NOISES = 20
 """Draws of the drive's noise that a sensor has to bear."""
 
@@ -38,6 +39,14 @@ class Cycle:
     def largest_mm(self) -> dict[str, float]:
         """Largest error by sensor [mm]."""
         return {name: tracked.largest_mm for name, tracked in self.tracks.items()}
+
+    @property
+    def unsteady(self) -> float:
+        """By how much the rod's velocity varies while lifting at constant motor speed, over its mean [1]."""
+        track, (_, begin), (end, _) = self.tracks["table"], self.ramps[0], self.ramps[1]
+        inside = (track.time > begin + _SETTLES) & (track.time < end)
+        velocity = np.abs(np.gradient(track.truth, track.time))[inside]
+        return float(np.ptp(velocity) / velocity.mean())
 
     def gained_mm(self, sensor: str) -> tuple[float, float]:
         """Error gained in the ramps and at constant speed [mm]; what a ramp sets off is the ramp's."""

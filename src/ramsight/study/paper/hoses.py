@@ -76,9 +76,9 @@ def hoses(benches: dict[str, Bench]) -> Chapter:
         (
             "The paper gives no dimensions. Sizes of hydraulic hoses go by the inner diameter in sixteenths of an inch "
             f"(SAE J517), and a pressure line is usually chosen for {_FASTEST:g} m/s at most. For the larger of each "
-            f"unit's flows that makes -{usual['boom']['at_1500_rpm']} (boom) and -{usual['bucket']['at_1500_rpm']} "
+            f"unit's flows that makes size {usual['boom']['at_1500_rpm']} (boom) and {usual['bucket']['at_1500_rpm']} "
             "(bucket) at the 1500 rpm of the paper's cycles (marked *), and "
-            f"-{usual['boom']['at_highest_speed']} and -{usual['bucket']['at_highest_speed']} at the motor's highest "
+            f"{usual['boom']['at_highest_speed']} and {usual['bucket']['at_highest_speed']} at the motor's highest "
             f"speed (**). Each side's hose is taken as {_LENGTH:g} m of one straight line, laminar or turbulent as its "
             "Reynolds number says; fittings, bends and swivels add to it and are not known.",
         ),
@@ -94,7 +94,10 @@ def _grid(found: Found, usual: dict[str, dict[str, int]]) -> Grid:
         return " *" if dash == working else " **" if dash == fastest else ""
 
     rows = tuple(
-        (f"{unit}, -{dash} ({dash / 16 * 25.4:.1f} mm){marks(unit, dash)}", *(figure(by[key], 2) for key in _COLUMNS))
+        (
+            f"{unit}, size {dash} ({dash / 16 * 25.4:.1f} mm){marks(unit, dash)}",
+            *(figure(by[key], 2) for key in _COLUMNS),
+        )
         for unit, sizes in found.items()
         for dash, by in ((int(name), by) for name, by in sizes.items())
     )

@@ -17,6 +17,7 @@ from ramsight.study.paper.parts import Chapter, Picture, Statement, Verdict
 from ramsight.study.paper.words import both
 
 RAMPS = (0.1, 0.2, 0.4, 0.8, 1.2, 1.6, 2.4, 3.2)  # s
+_COMPRESSES = 0.4  # s; in shorter ramps the oil's compression is as much as what leaks
 _CLOSE = 0.15  # largest part by which simulated and explained error, or ratio and the paper's ratio, may differ
 
 Errors = dict[str, dict[float, dict[str, float]]]
@@ -91,6 +92,7 @@ def _ramp_for(by_ramp: dict[float, dict[str, float]], error: float) -> float:
 def _text(
     found: Errors, explained: Explained, leak: dict[str, float], ratio: dict[float, float], fits: dict[str, float]
 ) -> tuple[str, ...]:
+    longer = [value for ramp, value in ratio.items() if ramp >= RAMP]
     return (
         "At constant speed the table is right. In a ramp of length t the mean speed is half the calibrated one, "
         "so the leakage of half the ramp is missing: ½·v_leak·t, four times a cycle, always with the load. With "
@@ -100,9 +102,9 @@ def _text(
         "The paper does not say how long its ramps are, and the error is in proportion to them: the absolute figures "
         f"are no test of anything. Ramps of {both(fits, 2, 's')} would give just 5 and 10 mm. What is predicted is "
         "that one ramp serves both units, that is their ratio: bucket over boom is "
-        f"{ratio[RAMP]:.2f} with ramps of {RAMP:g} s, {min(ratio.values()):.2f} to {max(ratio.values()):.2f} with all "
-        f"of "
-        "these, and 2 in the paper.",
+        f"{ratio[RAMP]:.2f} with ramps of {RAMP:g} s, {min(longer):.2f} to {max(longer):.2f} with longer ones, and 2 "
+        f"in "
+        f"the paper. Of ramps below {_COMPRESSES:g} s it says nothing: there the oil's compression rules.",
         "While the motor turns too slowly to hold the load the safety valve is closed and nothing is lost, "
         "which takes a little off the explained error; the shorter the ramp, the more the chamber's compression "
         "counts.",

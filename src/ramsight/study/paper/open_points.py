@@ -69,8 +69,8 @@ def _corners(bench: Bench) -> dict[str, float]:
     ends = [(a, b) for a in both_ways for b in both_ways]
     by_volumetric = [_error(bench, _with_efficiencies(bench.unit, one, (0.0, 0.0))) for one in ends]
     by_all = [
-        _error(bench, _with_efficiencies(bench.unit, one, (mechanical, mechanical)))
-        for one in ends
+        _error(bench, _with_efficiencies(bench.unit, (one, one), (mechanical, mechanical)))
+        for one in both_ways
         for mechanical in both_ways
     ]
     return {
