@@ -86,14 +86,23 @@ def text(study: Study) -> str:
 def _chapter(chapter: Chapter) -> list[str]:
     shown = tuple(picture for picture in chapter.pictures if picture.name in SHOWN)
     lines = chapter_lines(Chapter(chapter.title, chapter.text, {}, grids=chapter.grids))
-    return [*lines, *(f"![{typeset(picture.caption)}](paper/{picture.name}.png)\n" for picture in shown)]
+    said = [f"- *{one.paper}* **{one.verdict.value.capitalize()}**: {typeset(one.ours)}" for one in chapter.statements]
+    return [
+        *lines,
+        *said,
+        *([""] if said else []),
+        *(f"![{typeset(picture.caption)}](paper/{picture.name}.png)\n" for picture in shown),
+    ]
 
 
 def _wrapped(line: str) -> str:
     """A paragraph in lines; tables, pictures and what has its lines already stay."""
     if "\n" in line or line.startswith(("|", "#", "!")):
         return line
-    return "\n".join(textwrap.wrap(line, _WIDTH, break_long_words=False, break_on_hyphens=False))
+    further = "  " if line.startswith("- ") else ""
+    return "\n".join(
+        textwrap.wrap(line, _WIDTH, break_long_words=False, break_on_hyphens=False, subsequent_indent=further)
+    )
 
 
 def main() -> None:
