@@ -8,10 +8,10 @@ from ramsight.cli import app
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.plant.steady import derive
 from ramsight.sensor.table import MovementTable, speed_table
-from ramsight.study.paper import Choices, Verdict
+from ramsight.study.paper import Chapter, Choices, Statement, Study, Verdict
 from ramsight.study.paper.bench import benches
 from ramsight.study.paper.choices import read_values
-from ramsight.study.paper.coverage import DRAWN
+from ramsight.study.paper.coverage import DRAWN, drawn
 from ramsight.study.paper.diagrams import CONTROL, PROCESS, RELATIONS
 from ramsight.study.paper.energy import efficiency_maps
 from ramsight.study.paper.hoses import DASHES, sized, usual_size
@@ -189,3 +189,12 @@ def test_the_pdfs_columns_fit_on_its_line():
     text = "a cell with a sentence that is much longer than its column can be on any page"
     for rows in ([("a", "1.0", "2.0")], [("boom", text, text), ("bucket, of another kind", "1", text)]):
         assert sum(_widths(Grid("", ("unit", "one", "another"), tuple(rows)))) <= _CELL_LETTERS
+
+
+def test_a_figure_is_contradicted_where_a_statement_on_it_is():
+    title = next(item.where for item in DRAWN if item.place == "Fig. 9")
+    for verdict in Verdict:
+        chapter = Chapter(title, (), {}, (Statement("Figs 9, 10", "It falls.", "It does.", verdict),))
+        found = {item.place: item.verdict for item in drawn(Study([chapter]))}
+        assert (found["Fig. 9"] is Verdict.CONTRADICTED) == (verdict is Verdict.CONTRADICTED)
+        assert found["Fig. 3"] is Verdict.REPRODUCED

@@ -70,7 +70,29 @@ DRAWN = (
     Item("Section 3", "cycles: the motor at constant speed for a fixed time, up and down", _CYCLE, _GOOD),
 )
 """What the paper draws, tabulates and writes as equations. Laws are tested one by one; a figure has its chapter."""
+_DECIDED_BY = {"Fig. 3": "Fig. 3", "Fig. 9": "Figs 9, 10", "Fig. 10": "Figs 9, 10"} | {
+    f"Fig. {number}": "Conclusion" for number in range(11, 17)
+}
+"""Figures with curves, and the place of the statements in their chapter that say whether they came out."""
 _ORDER = ("Abstract", "Introduction", "Section 1", "Section 2", "Table", "Fig", "Eq", "Section 3", "Discussion")
+
+
+def drawn(study: Study) -> list[Item]:
+    """The lines of what is drawn; a figure with curves is contradicted if a statement on it is.
+
+    Args:
+        study: the study that decided the statements.
+    """
+    against = {
+        (chapter.title, statement.place)
+        for chapter in study.chapters
+        for statement in chapter.statements
+        if statement.verdict is Verdict.CONTRADICTED
+    }
+    return [
+        item._replace(verdict=Verdict.CONTRADICTED) if (item.where, _DECIDED_BY.get(item.place)) in against else item
+        for item in DRAWN
+    ]
 
 
 def coverage(study: Study) -> list[Item]:
@@ -84,7 +106,7 @@ def coverage(study: Study) -> list[Item]:
         for chapter in study.chapters
         for statement in chapter.statements
     ]
-    return [*DRAWN, *sorted(said, key=lambda item: _rank(item.place))]
+    return [*drawn(study), *sorted(said, key=lambda item: _rank(item.place))]
 
 
 def _rank(place: str) -> int:

@@ -9,7 +9,7 @@ from html import escape
 from pathlib import Path
 
 from ramsight.study.page import page, row, table
-from ramsight.study.paper.coverage import DRAWN
+from ramsight.study.paper.coverage import drawn
 from ramsight.study.paper.markdown import (
     COVERAGE,
     COVERAGE_HEAD,
@@ -64,11 +64,11 @@ def html(study: Study, folder: Path) -> str:
     ]
     parts.append(table("", HEAD, said, "stacked"))
     parts.append(_heading(COVERAGE))
-    drawn = [
+    rows = [
         f"<tr><td>{escape(i.place)}</td><td>{escape(i.says)}</td><td>{_where(i.where)}</td>{_verdict(i.verdict)}</tr>"
-        for i in DRAWN
+        for i in drawn(study)
     ]
-    parts.append(table("", COVERAGE_HEAD, drawn, "stacked"))
+    parts.append(table("", COVERAGE_HEAD, rows, "stacked"))
     for chapter in study.chapters:
         parts += _chapter(chapter, folder)
     return page(TITLE, parts, _STYLE)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from ramsight.study.paper.coverage import DRAWN
+from ramsight.study.paper.coverage import drawn
 from ramsight.study.paper.parts import Chapter, Study
 
 TITLE = "Sensorless position of direct driven hydraulic actuators: the paper, reproduced"
@@ -48,7 +48,7 @@ def markdown(study: Study) -> str:
     lines += [f"## {STATEMENTS}", "", f"{study.summary()}. {MEANING}", ""]
     lines += table_lines(HEAD, ((s.place, s.paper, s.ours, f"**{s.verdict.value}**") for s in study.statements))
     lines += ["", f"## {COVERAGE}", ""]
-    lines += table_lines(COVERAGE_HEAD, ((i.place, i.says, i.where, f"**{i.verdict.value}**") for i in DRAWN))
+    lines += table_lines(COVERAGE_HEAD, ((i.place, i.says, i.where, f"**{i.verdict.value}**") for i in drawn(study)))
     for chapter in study.chapters:
         lines += ["", *chapter_lines(chapter)]
     return "\n".join(lines).rstrip() + "\n"

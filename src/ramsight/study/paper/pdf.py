@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from ramsight.study.paper.coverage import DRAWN
+from ramsight.study.paper.coverage import drawn
 from ramsight.study.paper.markdown import COVERAGE, INTRODUCTION, MEANING, SOURCE, STATEMENTS, TITLE, typeset
 from ramsight.study.paper.parts import Chapter, Grid, Study, Verdict
 
@@ -129,7 +129,7 @@ def write_pdf(study: Study, folder: Path, file: Path) -> None:
             pages.text(statement.ours)
             pages.space(0.4 * _LINE)
         _heading(pages, COVERAGE)
-        for item in DRAWN:
+        for item in drawn(study):
             pages.text(f"{item.place}: {item.says} ({item.where}). {item.verdict.value.capitalize()}.")
         for chapter in study.chapters:
             _chapter(pages, chapter, folder)
