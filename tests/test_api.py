@@ -103,7 +103,7 @@ def test_a_machine_is_a_name_a_file_a_machine_or_a_unit(boom):
     with pytest.raises(ramsight.DescriptionError, match="machine = 3"):
         ramsight.build(3)
     with pytest.raises(ramsight.UnknownNameError, match="kind"):
-        ramsight.catalogue("motor")
+        ramsight.catalogue("gearbox")
 
 
 def test_a_track_is_judged_by_the_truth(boom, run):

@@ -229,7 +229,7 @@ def test_an_animation_shows_truth_and_estimate_and_needs_no_other_file(cycle, tm
         {
             "position": ("time", short["boom_position"].values + off),
             "position_std": ("time", np.where(short["time"].values < 2.0, np.nan, 3e-3)),
-            "status": ("time", np.full(200, 20), {"meaning": "0: ok; 20: not referenced"}),
+            "status": ("time", np.where(np.arange(200) < 50, 20, 10), {"meaning": "10: due; 20: not referenced"}),
         },
         coords={"time": short["time"]},
     )
@@ -241,9 +241,14 @@ def test_an_animation_shows_truth_and_estimate_and_needs_no_other_file(cycle, tm
     data = json.loads(re.search(r"const data = (.*);\n", text)[1].replace("<\\/", "</"))
     boom, bucket = data["units"]
     assert len(data["truth"]) == len(data["estimate"]) == len(data["time"]) == 40
-    assert set(boom["error"]) == {5.0}
+    assert set(boom["error"][10:]) == {5.0}
+    assert set(boom["error"][:10]) == {None}  # no position before it is referenced, and no ghost
+    assert data["estimate"][0] is None
+    assert len(data["scenery"]["wheels"]) == 2
+    assert data["bounds"][0] < data["scenery"]["wheels"][1][0] - data["scenery"]["radius"]
+    assert data["heap"][0] == 0.0
     assert boom["std"][0] is None
     assert boom["std"][-1] == 3.0
     assert set(bucket["estimate"]) == {None}
     assert data["statuses"][str(boom["status"][0])] == "not referenced"
-    assert data["truth"][0]["bodies"] != data["estimate"][0]["bodies"]
+    assert data["truth"][-1]["bodies"] != data["estimate"][-1]["bodies"]

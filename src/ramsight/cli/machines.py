@@ -36,7 +36,7 @@ def check(
 
 
 def catalog_list(context: typer.Context) -> None:
-    """List the oils, pumps, valves and machines that ramsight knows.
+    """List the oils, pumps, valves, machines and parts of test benches that ramsight knows.
 
     A description takes a part from the catalogue by its name (model = "PGI100-2-008") and may override its
     values.

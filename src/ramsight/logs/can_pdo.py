@@ -30,6 +30,7 @@ _KNOWN = {
     (0x6079, 0): ("UINT32", "V", 1e-3),  # DC link circuit voltage
     (0x607A, 0): ("INT32", "", 1.0),  # target position
     (0x60FF, 0): ("INT32", "rpm", 1.0),  # target velocity
+    (0x6004, 0): ("UINT32", "", 1.0),  # CiA 406: position value of an encoder, in its steps
     (0x4602, 0x0C): ("INT16", "N m", 1.0 / 16.0),  # Sevcon: actual torque
     (0x0001, 0): ("BOOLEAN", "", 1.0), (0x0002, 0): ("INT8", "", 1.0), (0x0003, 0): ("INT16", "", 1.0),
     (0x0004, 0): ("INT32", "", 1.0), (0x0005, 0): ("UINT8", "", 1.0), (0x0006, 0): ("UINT16", "", 1.0),

@@ -8,6 +8,7 @@ from typing import Annotated, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from ramsight.machine.declare import Model, Part, count, quantity, refuse
+from ramsight.machine.electrics import ELECTRICS
 from ramsight.machine.lines import Hose, Manifold
 from ramsight.machine.pump import Drive, Pump
 from ramsight.machine.valves import AnticavitationValve, ReliefValve, SafetyValve
@@ -218,7 +219,6 @@ class Load(Part):
     ]
 
 
+_LISTED: tuple[type[Part], ...] = (Oil, Pump, ReliefValve, AnticavitationValve, SafetyValve, *ELECTRICS)
 #: the classes of parts that the catalogue lists, by kind
-PARTS: dict[str, type[Part]] = {
-    part.family: part for part in (Oil, Pump, ReliefValve, AnticavitationValve, SafetyValve)
-}
+PARTS: dict[str, type[Part]] = {part.family: part for part in _LISTED}

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, Literal
 
 import casadi as ca
 import numpy as np
@@ -126,22 +126,28 @@ def table(movement: MovementTable) -> VirtualSensor:
     return _sensor("table", SensorGraph(), movement, _per_angle)
 
 
-def speed_table(movements: Sequence[MovementTable]) -> VirtualSensor:
-    """The look-up sensor of tables made at several speeds, with the movement interpolated over speed.
+def speed_table(movements: Sequence[MovementTable], over: Literal["speed", "reciprocal"] = "speed") -> VirtualSensor:
+    """The look-up sensor of tables made at several speeds, with the movement interpolated between them.
 
-    The repair that suggests itself; below the slowest and above the fastest table it uses that one.
+    Below the slowest and above the fastest table it uses that one.
 
     Args:
         movements: tables of one unit, their speeds increasing.
+        over: what is interpolated over: the speed, or its reciprocal. What leaks per second is a movement per
+            revolution that goes as 1/n, so that over the reciprocal it is a straight line.
 
     Returns:
         A sensor like that of `table`.
     """
 
     def per_angle(graph: SensorGraph, first: MovementTable) -> Any:
-        speeds = np.array([movement.motor_speed for movement in movements])
         values = [_per_angle(graph, m, f"speed[{k}].") for k, m in enumerate(movements)]
-        return _along(values, _shares(graph, "motor_speed", speeds, ca.fabs(graph.motor_speed)))
+        speeds = np.array([movement.motor_speed for movement in movements])
+        speed = ca.fabs(graph.motor_speed)
+        if over == "speed":
+            return _along(values, _shares(graph, "motor_speed", speeds, speed))
+        slowest = graph.parameters.add("slowest", speeds[0])
+        return _along(values[::-1], _shares(graph, "reciprocal", 1.0 / speeds[::-1], 1.0 / ca.fmax(speed, slowest)))
 
     return _sensor("speed table", SensorGraph(), movements[-1], per_angle)
 

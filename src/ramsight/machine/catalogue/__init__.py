@@ -17,7 +17,7 @@ __all__ = ["Entry", "circuit", "entries", "find", "has", "read"]
 
 _LARGEST = 1 << 24  # bytes of a description
 _ROOT = Path(__file__).parent
-_FOLDERS = ("circuits", "machines", "oils", "pumps", "valves")
+_FOLDERS = ("circuits", "instruments", "machines", "oils", "pumps", "valves")
 
 
 @dataclass(frozen=True)
@@ -25,8 +25,9 @@ class Entry:
     """One thing in the catalogue.
 
     Attributes:
-        kind: ``machine``, ``circuit``, ``oil``, ``pump``, ``relief valve``, ``anticavitation valve`` or
-            ``safety valve``.
+        kind: ``machine``, ``circuit``, ``oil``, ``pump``, ``relief valve``, ``anticavitation valve``,
+            ``safety valve``; of what is around a bench ``motor``, ``motor controller``, ``battery``,
+            ``pressure sensor``, ``temperature sensor``, ``position sensor``.
         name: what a description calls it.
         description: one line about it.
         source: where its values come from, unless they say so themselves.

@@ -17,8 +17,10 @@ from numpy.typing import NDArray
 
 from ramsight.output import atomic_path
 from ramsight.plant.linked import LinkedMachine
-from ramsight.study.loader.drawing import COLOURS, draw_shapes
+from ramsight.study.loader.drawing import COLOURS, ROCK, draw_scenery, draw_shapes
+from ramsight.study.loader.scenery import heap_radius, scenery
 from ramsight.study.loader.shapes import Shapes, shapes
+from ramsight.study.pieces import as_said
 
 if TYPE_CHECKING:
     import xarray
@@ -69,7 +71,7 @@ def write_animation(
     with atomic_path(page) as draft:
         draft.write_text(content, encoding="utf-8")
     stride = max(round(GIF_STEP / PAGE_STEP), -(-len(times) // _GIF_PICTURES))
-    _write_gif(machine, units, seen, times, range(0, len(times), stride), picture, lambda share: tell(0.5 * share))
+    _write_gif(machine, run, units, seen, times, range(0, len(times), stride), picture, lambda share: tell(0.5 * share))
     return page, picture
 
 
@@ -87,7 +89,7 @@ def _unit(
     nothing = np.full(len(times), np.nan)
     found |= {"estimate": nothing, "std": nothing, "status": np.zeros(len(times), dtype=int)}
     if name in tracks:
-        track = tracks[name]
+        track = as_said(tracks[name])  # before it is referenced a sensor has no position, and no ghost stands there
         at = np.clip(np.searchsorted(track["time"].values, times + 1e-9, side="right") - 1, 0, None)
         found |= {"estimate": track["position"].values[at], "std": track["position_std"].values[at]}
         found["status"] = track["status"].values[at].astype(int)
@@ -100,11 +102,11 @@ def _poses(
 ) -> list[tuple[Shapes, Shapes | None]]:
     """The machine at each time as it is, and as the sensors see it."""
     truth = np.column_stack([unit["position"] for unit in units])
-    guess = np.column_stack([unit["estimate"] if unit["tracked"] else unit["position"] for unit in units])
-    any_sensor = any(unit["tracked"] for unit in units)
+    said = np.column_stack([unit["estimate"] for unit in units])
+    guess = np.where(np.isfinite(said), said, truth)  # a unit that no sensor has found is drawn where it is
     seen = []
-    for here, there in zip(truth, guess, strict=True):
-        ghost = shapes(machine.mechanism, there) if any_sensor and np.all(np.isfinite(there)) else None
+    for here, there, known in zip(truth, guess, np.isfinite(said).any(axis=1), strict=True):
+        ghost = shapes(machine.mechanism, there) if known else None
         if ghost is not None and not np.all(np.isfinite(ghost.tip)):
             ghost = None  # an estimate that the mechanism cannot take
         seen.append((shapes(machine.mechanism, here), ghost))
@@ -134,16 +136,21 @@ def page_text(
     meanings: Mapping[str, str],
 ) -> str:
     """The page, all data inside it; arguments as the steps before it make them."""
+    around, payload = scenery(seen[0][0].frame), np.interp(times, run["time"].values, run["payload"].values)
     data = {
         "time": np.round(times, 3).tolist(),
         "phases": [list(phase) for phase in phases],
         "bounds": bounds(machine, seen),
         "colours": COLOURS,
+        "scenery": {
+            "chassis": np.round(around.chassis, 3).tolist(),
+            "wheels": np.round(around.wheels, 3).tolist(),
+            "radius": round(around.radius, 3),
+        },
         "pace": _PAGE_SPEED,
         "truth": [_shown(here) for here, _ in seen],
         "estimate": [None if ghost is None else _shown(ghost) for _, ghost in seen],
-        "payload": np.round(np.interp(times, run["time"].values, run["payload"].values), 1).tolist(),
-        "most": max(float(run["payload"].max()), 1.0),
+        "heap": [round(heap_radius(mass), 3) for mass in payload],
         "statuses": dict(meanings),
         "units": [
             {
@@ -161,15 +168,19 @@ def page_text(
 
 
 def error_range(unit: Mapping[str, Any]) -> float:
-    """Half the height of the error's axis [mm]: the largest error, and uncertainty as far as it is of that size."""
+    """Half the height of the error's axis [mm]: the largest error, and uncertainty up to twice of that."""
     error = float(np.nanmax(np.abs(unit["error"]), initial=0.0)) * 1e3
     doubt = 2e3 * float(np.nanmedian(unit["std"])) if np.any(np.isfinite(unit["std"])) else 0.0
-    return max(1.1 * error, 1.1 * doubt, _LEAST_TOP)
+    return max(1.1 * error, min(1.1 * doubt, 2.2 * error), _LEAST_TOP)
 
 
 def bounds(machine: LinkedMachine, seen: Sequence[tuple[Shapes, Shapes | None]]) -> list[float]:
     """The part of the plane that holds all poses [m]: least and greatest x, least and greatest z."""
     places = np.concatenate([np.concatenate([*here.bodies.values(), np.array(here.frame)]) for here, _ in seen])
+    places = np.concatenate([places, scenery(seen[0][0].frame).outline])
+    heaps = np.array([here.load for here, _ in seen if here.load is not None]).reshape(-1, 2)
+    above = [0.0, heap_radius(machine.mechanism.rated_payload or 0.0)]
+    places = np.concatenate([places, heaps + above])
     low, high = places.min(axis=0) - _MARGIN, places.max(axis=0) + _MARGIN
     return [float(low[0]), float(high[0]), float(min(low[1], -_MARGIN)), float(high[1])]
 
@@ -192,6 +203,7 @@ def _millimetres(values: Array) -> list[float | None]:
 
 def _write_gif(
     machine: LinkedMachine,
+    run: xarray.Dataset,
     units: Sequence[Mapping[str, Any]],
     seen: Sequence[tuple[Shapes, Shapes | None]],
     times: Array,
@@ -201,9 +213,12 @@ def _write_gif(
 ) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
+    from matplotlib.patches import Circle
     from PIL import Image
 
     x0, x1, z0, z1 = bounds(machine, seen)
+    around = scenery(seen[0][0].frame)
+    heaps = [heap_radius(mass) for mass in np.interp(times, run["time"].values, run["payload"].values)]
     tracked = [unit for unit in units if unit["tracked"]]
     heights = [3.0, *(0.7 for _ in tracked)]
     figure = Figure(figsize=(6.0, 4.6 + 0.9 * len(tracked)), dpi=80, layout="constrained")
@@ -224,6 +239,9 @@ def _write_gif(
         axes = panels[0]
         axes.clear()
         here, ghost = seen[k]
+        draw_scenery(axes, around)
+        if here.load is not None and heaps[k] > 0.0:
+            axes.add_patch(Circle(_pair(here.load), heaps[k], color=ROCK, alpha=0.6, zorder=1))
         draw_shapes(axes, here)
         if ghost is not None:
             draw_shapes(axes, ghost, ghost=True)
@@ -239,3 +257,7 @@ def _write_gif(
     pause = round(1e3 * which.step * PAGE_STEP / _GIF_SPEED)
     with atomic_path(path) as draft:
         pictures[0].save(draft, format="GIF", save_all=True, append_images=pictures[1:], duration=pause, loop=0)
+
+
+def _pair(place: Array) -> tuple[float, float]:
+    return float(place[0]), float(place[1])

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from ramsight.output import atomic_path
 from ramsight.plant.linkage import joints, tip
 from ramsight.plant.linked import LinkedMachine
+from ramsight.study.loader.scenery import Scenery
 from ramsight.study.loader.shapes import Array, Shapes, shapes
 
 if TYPE_CHECKING:
@@ -21,7 +22,8 @@ if TYPE_CHECKING:
 COLOURS = ("#c98a1b", "#4d7c8a", "#8a4f7d", "#5b8c5a")
 _POSES = 41  # of the tip's way
 GHOST = "#c8401e"  # of an estimate
-_INK = "#222222"
+ROCK = "#5b4a37"  # payload
+_INK, _STEEL, _TYRE = "#222222", "#d9c48f", "#4a4f55"
 
 
 def mechanism_figure(
@@ -84,6 +86,16 @@ def draw_shapes(axes: Axes, seen: Shapes, strength: float = 1.0, *, ghost: bool 
         axes.plot(*np.array([strut.base, strut.barrel_end]).T, "-", color="#b03030", lw=7.0, alpha=strength, zorder=4)
     for place in (*seen.pivots, *seen.frame, *(end for strut in seen.struts for end in (strut.base, strut.rod))):
         axes.plot(*place, "o", color="white", mec=_INK, ms=5.0, alpha=strength, zorder=5)
+
+
+def draw_scenery(axes: Axes, around: Scenery) -> None:
+    """Draw chassis, wheels and ground into axes of equal scales, behind all else."""
+    from matplotlib.patches import Circle
+
+    axes.fill(*around.chassis.T, facecolor=_STEEL, edgecolor=_INK, lw=1.0, zorder=0)
+    for wheel in around.wheels:
+        axes.add_patch(Circle(_pair(wheel), around.radius, facecolor=_TYRE, zorder=0.5))
+        axes.add_patch(Circle(_pair(wheel), 0.45 * around.radius, facecolor=_STEEL, zorder=0.6))
 
 
 def _names(axes: Axes, seen: Shapes) -> None:

@@ -84,7 +84,8 @@ def _unit(axes: Any, work: Work, name: str) -> None:
     axes[1].plot(time, error, color=ERROR, lw=1.0, label="sensor less truth")
     axes[1].axhline(0.0, color=TRUTH, lw=0.6)
     doubt = float(np.nanmedian(band)) if np.any(np.isfinite(band)) else 0.0
-    reach = 1.2 * max(float(np.nanmax(np.abs(error), initial=0.0)), doubt, 0.5)
+    largest = float(np.nanmax(np.abs(error), initial=0.0))
+    reach = 1.2 * max(largest, min(doubt, 2.0 * largest), 0.5)
     axes[1].set_ylim(-reach, reach)
     axes[1].legend(loc="best")
     axes[2].plot(time, _RPM * run[f"{name}_motor_speed"].values, color=TRUTH, lw=1.0)

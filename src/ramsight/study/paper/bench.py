@@ -11,25 +11,25 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight import machine
 from ramsight.calibration.cached import calibrated
 from ramsight.duty.drive_report import DriveReport, report
-from ramsight.duty.lift_lower import RAMP, SPEED
+from ramsight.duty.lift_lower import SPEED, lift_lower
 from ramsight.duty.profile import Duty, constant, trapezoid_moves
 from ramsight.duty.simulate import simulate
+from ramsight.machine.description import Machine
 from ramsight.plant.ddh import DdhUnit, build
 from ramsight.plant.steady import torque_at_load
 from ramsight.sensor.balance import balance
+from ramsight.sensor.kalman import kalman
 from ramsight.sensor.table import MovementTable, speed_table, table
 from ramsight.sensor.virtual_sensor import VirtualSensor
+from ramsight.study.paper.choices import UNITS, Choices, direct_driven
 
 if TYPE_CHECKING:
     import xarray
 
 Array = NDArray[np.float64]
 
-MACHINE = "mining-loader"
-UNITS = ("boom", "bucket")
 TEMPERATURE = 313.15  # K; 40 degC, the paper's cycles
 RPM = math.pi / 30.0  # rad/s
 TABLE_SPEEDS = tuple(rpm * RPM for rpm in (250.0, 500.0, 1000.0, 1500.0, 2000.0, 3000.0))
@@ -78,10 +78,19 @@ class Tracked:
 
 @dataclass(frozen=True)
 class Bench:
-    """One unit with its loads and sensors."""
+    """One unit with its loads and sensors.
+
+    Attributes:
+        unit: as its data sheet has it.
+        loads: light, medium and high [N].
+        ramp: of the motor's speed [s].
+        machine: the description that it is of.
+    """
 
     unit: DdhUnit
     loads: dict[str, float]
+    ramp: float
+    machine: Machine
 
     @cached_property
     def movement(self) -> MovementTable:
@@ -90,17 +99,48 @@ class Bench:
 
     @cached_property
     def sensors(self) -> dict[str, VirtualSensor]:
-        """The paper's table and the volume balance."""
-        return {"table": table(self.movement), "balance": balance(self.unit)}
+        """The paper's table, the volume balance and the self-calibrating sensor, all by the data sheet."""
+        return {"table": table(self.movement), "balance": balance(self.unit), "kalman": kalman(self.unit)}
 
     @cached_property
-    def speed_table(self) -> VirtualSensor:
-        """Tables at `TABLE_SPEEDS`, interpolated over speed."""
-        return speed_table(
-            [
-                calibrated(self.unit, motor_speed=speed, temperatures=_FEW_TEMPERATURES, loads=_FEW_LOADS)
-                for speed in TABLE_SPEEDS
-            ]
+    def speed_tables(self) -> dict[str, VirtualSensor]:
+        """Tables at `TABLE_SPEEDS`, interpolated over the speed and over its reciprocal."""
+        tables = [small_table(self.unit, speed) for speed in TABLE_SPEEDS]
+        return {"speed_table": speed_table(tables), "reciprocal_table": speed_table(tables, over="reciprocal")}
+
+    def cycle(
+        self,
+        load: float,
+        *,
+        of: DdhUnit | None = None,
+        temperature: float = TEMPERATURE,
+        motor_speed: float = SPEED,
+        hold: float | None = None,
+        start: float | None = None,
+        visits: int = 0,
+        ramp: float | None = None,
+    ) -> Duty:
+        """The paper's lift-lower cycle of this unit.
+
+        Args:
+            load: [N].
+            of: the unit as it was built, by default as described.
+            temperature: of the oil [K].
+            motor_speed: magnitude [rad/s].
+            hold: as `lift_lower`'s.
+            start: share of the stroke from the lowered end; by default that of `lift_lower`.
+            visits: of end stops before the cycle.
+            ramp: [s]; by default the bench's.
+        """
+        return lift_lower(
+            of or self.unit,
+            load,
+            temperature,
+            motor_speed=motor_speed,
+            ramp=self.ramp if ramp is None else ramp,
+            hold=hold,
+            start_position=None if start is None else self.at(start),
+            visits=visits,
         )
 
     @property
@@ -124,17 +164,19 @@ class Bench:
         *,
         add: Callable[[xarray.Dataset], xarray.Dataset] | None = None,
         seed: int = SEED,
+        told: bool = True,
     ) -> Tracked:
-        """Let a sensor follow what the drive reports of a run, from the true start.
+        """Let a sensor follow what the drive reports of a run.
 
         Args:
             run: simulated.
             sensor: to judge.
             add: changes the log first, for example by references.
             seed: of the log's noise.
+            told: whether the sensor is told where the rod is at first; `kalman` alone can do without.
         """
         log = report(run, DriveReport(seed=seed))
-        sensor.start(float(run["position"][0]))
+        sensor.start(float(run["position"][0]) if told else None)
         tracked = sensor.track(log if add is None else add(log))
         return Tracked(run["time"].values, run["position"].values, tracked["position"].values, tracked["status"].values)
 
@@ -150,11 +192,11 @@ class Bench:
         up = SPEED * self.unit.lift_sign
         point = torque_at_load(self.unit, load, TEMPERATURE, SPEED)
         speeds = (SPEED * point.travel_lift, SPEED * point.travel_lower)
-        holds = [(high - low) * self.unit.cylinder.stroke / speed - RAMP for speed in speeds]
+        holds = [(high - low) * self.unit.cylinder.stroke / speed - self.ramp for speed in speeds]
 
         def duty() -> Duty:
             moves = [(up, holds[0]), (-up, holds[1])]
-            command = trapezoid_moves(moves, ramp=RAMP, before=_BEFORE, rest=_REST)
+            command = trapezoid_moves(moves, ramp=self.ramp, before=_BEFORE, rest=_REST)
             return Duty(command, constant(load), constant(TEMPERATURE), self.at(low))
 
         for _ in range(8):
@@ -169,7 +211,24 @@ class Bench:
         return duty()
 
 
-def benches() -> dict[str, Bench]:
-    """The paper's two units by name."""
-    described = machine.load(MACHINE)
-    return {name: Bench(build(name, described.unit(name)), dict(described.unit(name).load.loads)) for name in UNITS}
+def small_table(unit: DdhUnit, speed: float = SPEED) -> MovementTable:
+    """A coarser table [m/rad over N m and K] around 40 degC, at a motor speed [rad/s]; where many are made."""
+    return calibrated(unit, motor_speed=speed, temperatures=_FEW_TEMPERATURES, loads=_FEW_LOADS)
+
+
+def benches(choices: Choices | None = None) -> dict[str, Bench]:
+    """The paper's two units by name.
+
+    Args:
+        choices: what the paper leaves open; by default as the catalogue has it.
+
+    Raises:
+        DescriptionError: the machine cannot be used.
+    """
+    choices = choices or Choices()
+    described = choices.described()
+    found = {}
+    for name in UNITS:
+        unit = build(name, direct_driven(described, name))
+        found[name] = Bench(unit, choices.loads_of(direct_driven(described, name), unit), choices.ramp, described)
+    return found

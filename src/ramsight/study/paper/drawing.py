@@ -4,14 +4,44 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ramsight.study.figures import DOUBT, ERROR, ESTIMATE, STYLE, TRUTH, save
 from ramsight.study.paper.parts import Picture
 
-__all__ = ["BALANCE", "DOUBT", "ESTIMATE", "GREY", "LOADS", "SPEED_TABLE", "TRUTH", "UNITS", "draw", "shade", "warmth"]
+__all__ = [
+    "BALANCE",
+    "DOUBT",
+    "ESTIMATE",
+    "GREY",
+    "KALMAN",
+    "LOADS",
+    "SENSORS",
+    "SPEED_TABLE",
+    "TRUTH",
+    "UNITS",
+    "Look",
+    "draw",
+    "shade",
+    "warmth",
+]
 
-BALANCE, SPEED_TABLE, GREY = ERROR, "#7a8f3c", "#8a94a0"
+BALANCE, KALMAN, SPEED_TABLE, GREY = ERROR, "#2f7d4f", "#7b4fa3", "#8a94a0"
+
+
+class Look(NamedTuple):
+    """How a sensor is drawn: its name, colour and line style."""
+
+    name: str
+    colour: str
+    style: str
+
+
+SENSORS = {
+    "table": Look("table", ESTIMATE, "-"),
+    "balance": Look("balance", BALANCE, "--"),
+    "kalman": Look("self-calibrating", KALMAN, "-."),
+}
 LOADS = {"light": "#f0a58c", "medium": "#dd6b47", "high": ESTIMATE}
 UNITS = {"boom": ("-", "o"), "bucket": ("--", "s")}
 """Line style and marker of each unit."""

@@ -1,4 +1,4 @@
-"""Loads that the table cannot follow: one that changes while the motor rests, and one near the relief pressure."""
+"""Loads that change while the motor rests: put on, taken off, and a bucket that empties between two moves."""
 
 from __future__ import annotations
 
@@ -7,24 +7,31 @@ from typing import Any
 
 import numpy as np
 
-from ramsight.duty.lift_lower import RAMP, SPEED, lift_lower
+from ramsight.duty.lift_lower import SPEED
 from ramsight.duty.profile import Duty, Profile, constant, trapezoid_moves
 from ramsight.duty.simulate import simulate
-from ramsight.plant.steady import derive
-from ramsight.sensor.status import Status
+from ramsight.plant.steady import torque_at_load
 from ramsight.study.paper.bench import TEMPERATURE, Bench, Tracked
-from ramsight.study.paper.drawing import BALANCE, ESTIMATE, TRUTH, UNITS, shade
-from ramsight.study.paper.parts import Chapter, Picture, Statement, Verdict
+from ramsight.study.paper.drawing import SENSORS, TRUTH, shade
+from ramsight.study.paper.parts import Chapter, Grid, Picture, Statement, Verdict
+from ramsight.study.paper.words import both, figure
 
-SHARES = (0.80, 0.85, 0.90, 0.93, 0.96, 0.98, 0.99, 1.0, 1.01, 1.02, 1.04)
 _HOLD, _BEFORE, _REST = 2.0, 1.0, 6.0  # s
 _TAKES, _BACK = 0.3, 2.0  # s: in what time the load changes, and how long after the first move
-_WRONG_MM = {"boom": 5.0, "bucket": 10.0}  # what the paper has at its high load; more has to be flagged
+_CYCLES = 10  # of lifting, emptying, lowering and loading
+_EMPTIES, _WAITS = 1.0, 3.0  # s: in what time a load comes or goes, and how long the motor rests for it
 
 
 @dataclass(frozen=True)
-class _AtRest:
-    """A load put on and taken off while the motor rests."""
+class AtRest:
+    """A load that changed while the motor rested.
+
+    Attributes:
+        tracks: what each sensor made of it.
+        change: when it began and ended [s].
+        moved_mm: how far the rod went by it.
+        unseen_mm: error of each sensor after the next move.
+    """
 
     tracks: dict[str, Tracked]
     change: tuple[float, float]
@@ -33,138 +40,134 @@ class _AtRest:
 
 
 def load_change(benches: dict[str, Bench]) -> Chapter:
-    """A load change at rest."""
-    found = {unit: _change_load(bench) for unit, bench in benches.items()}
-    moved = {unit: run.moved_mm for unit, run in found.items()}
-    unseen = {unit: run.unseen_mm for unit, run in found.items()}
+    """Load changes at rest."""
+    put_on = {unit: _change_load(bench, "light", "high") for unit, bench in benches.items()}
+    taken_off = {unit: _change_load(bench, "high", "light") for unit, bench in benches.items()}
+    emptied = {unit: _emptying(bench) for unit, bench in benches.items()}
     return Chapter(
-        "A load change at rest",
+        "A load change at rest, and a bucket that empties",
+        _text(put_on, taken_off, emptied),
+        {
+            "load_change_moves_rod_mm": _moved(put_on),
+            "load_change_error_mm": {unit: run.unseen_mm for unit, run in put_on.items()},
+            "load_taken_off_moves_rod_mm": _moved(taken_off),
+            "load_taken_off_error_mm": {unit: run.unseen_mm for unit, run in taken_off.items()},
+            "emptying_cycles_error_mm": emptied,
+        },
+        (_dumping(taken_off, emptied),),
         (
-            "After a first move with its light load, each unit is given its high load while the motor stands still. "
-            f"The oil is compressed: the rod gives way by {moved['boom']:.1f} mm (boom) and {moved['bucket']:.1f} mm "
-            "(bucket) with no turn of the motor. No sensor that knows the motor alone can see that before the motor "
-            f"turns again. The table never sees it: its error after the next move is {unseen['boom']['table']:.1f} "
-            f"and {unseen['bucket']['table']:.1f} mm. The balance sensor finds the new pressure as soon as the "
-            f"safety valve passes oil, and is back within {unseen['boom']['balance']:.1f} and "
-            f"{unseen['bucket']['balance']:.1f} mm.",
-        ),
-        {"load_change_moves_rod_mm": moved, "load_change_error_mm": unseen},
-        pictures=(
             Picture(
                 "fig23_load_change",
                 "Position and error of the boom when its load goes from light to high while the motor rests "
                 "(shaded), before the second move.",
-                lambda figure: _draw_change(figure, found["boom"]),
+                lambda figure: _draw_change(figure, put_on["boom"]),
                 (7.2, 4.2),
             ),
         ),
+        (_grid(emptied),),
     )
 
 
-def near_relief(benches: dict[str, Bench]) -> Chapter:
-    """Loads near and above what the relief valve allows."""
-    errors: dict[str, dict[str, dict[float, float]]] = {}
-    unflagged: dict[str, dict[str, dict[float, float]]] = {}
-    for unit, bench in benches.items():
-        errors[unit] = {name: {} for name in bench.sensors}
-        unflagged[unit] = {name: {} for name in bench.sensors}
-        limit = derive(bench.unit).load_at_relief
-        for share in SHARES:
-            run = simulate(bench.unit, lift_lower(bench.unit, share * limit, TEMPERATURE, start_position=bench.at(0.5)))
-            for name, sensor in bench.sensors.items():
-                tracked = bench.track(run, sensor)
-                sure = tracked.status == Status.OK
-                errors[unit][name][share] = tracked.largest_mm
-                unflagged[unit][name][share] = float(1e3 * np.abs(tracked.error[sure]).max()) if sure.any() else 0.0
-    worst = {unit: max(by["table"].values()) for unit, by in errors.items()}
-    silent = {unit: max(max(by.values()) for by in sensors.values()) for unit, sensors in unflagged.items()}
-    return Chapter(
-        "Near the relief pressure",
-        (
-            "Above about 97 % of the load that the relief valve holds, part of the pump's flow goes to the tank and "
-            f"the calculated movement has nothing to do with the true one: up to {worst['boom']:.0f} mm (boom) and "
-            f"{worst['bucket']:.0f} mm (bucket) for the table, in one cycle. The sensors say so: from 97 % of the "
-            "opening pressure or torque on they call themselves uncertain, and once the valve has passed oil they "
-            "call the position lost until a reference comes. The largest error of any sample that was called ok is "
-            f"{silent['boom']:.1f} mm (boom) and {silent['bucket']:.1f} mm (bucket).",
-        ),
-        {
-            "near_relief_error_mm": {u: {s: _named(by) for s, by in sensors.items()} for u, sensors in errors.items()},
-            "near_relief_error_called_ok_mm": {
-                u: {s: _named(by) for s, by in sensors.items()} for u, sensors in unflagged.items()
-            },
-            "largest_error_called_ok_near_relief_mm": silent,
-        },
-        (
-            Statement(
-                "Section 2, conclusion",
-                "Near and over the maximum pressure the position calculation is no longer valid.",
-                f"The table errs by up to {worst['boom']:.0f} mm (boom) and {worst['bucket']:.0f} mm (bucket); every "
-                "sample worse than the paper's error at high load carries a status that says so.",
-                Verdict.of(all(worst[u] > 10 * w and silent[u] <= 1.3 * w for u, w in _WRONG_MM.items())),
-            ),
-        ),
-        (
-            Picture(
-                "fig24_relief",
-                "Largest error of one cycle over the load, as a share of the load at the relief pressure: of all "
-                "samples, and of those that the sensor called ok.",
-                lambda figure: _draw_relief(figure, errors, unflagged),
-                (7.2, 3.6),
-            ),
-        ),
+def _text(
+    put_on: dict[str, AtRest], taken_off: dict[str, AtRest], emptied: dict[str, dict[str, dict[str, float]]]
+) -> tuple[str, ...]:
+    first = {unit: by["after_1"]["table"] for unit, by in emptied.items()}
+    return (
+        "After a first move with its light load, each unit is given its high load while the motor stands still. "
+        f"The oil is compressed: the rod gives way by {both(_moved(put_on))} with no turn of the motor. No sensor that "
+        "knows the motor alone can see that before the motor turns again. The table never sees it: its error after the "
+        f"next move is {both(_unseen(put_on, 'table'))}. Balance and self-calibrating sensor find the new pressure as "
+        f"soon as the safety valve passes oil: {both(_unseen(put_on, 'balance'))}, and "
+        f"{both(_unseen(put_on, 'kalman'))}.",
+        f"A load that is taken off, as when the bucket empties, moves the rod by {both(_moved(taken_off))} the other "
+        "way. The paper's cycles lift and lower the same load; a loader lifts a full bucket and lowers an empty one. "
+        f"In such cycles the table errs by {both(first)} after the first one. What the rod rises by when the load goes "
+        f"it loses again when the load comes back; what {_CYCLES} such cycles leave is in the grid below.",
     )
 
 
-def _change_load(bench: Bench) -> _AtRest:
-    """Light load, a move, rest; high load put on; another move."""
+def _moved(runs: dict[str, AtRest]) -> dict[str, float]:
+    return {unit: run.moved_mm for unit, run in runs.items()}
+
+
+def _unseen(runs: dict[str, AtRest], sensor: str) -> dict[str, float]:
+    return {unit: run.unseen_mm[sensor] for unit, run in runs.items()}
+
+
+def _dumping(taken_off: dict[str, AtRest], emptied: dict[str, dict[str, dict[str, float]]]) -> Statement:
+    last = {unit: by[f"after_{_CYCLES}"] for unit, by in emptied.items()}
+    return Statement(
+        "Discussion",
+        "A typical work cycle of a loader lifts a load and dumps it; references at ends or middle resolve the error.",
+        f"Dumping itself moves the rod by {both(_moved(taken_off))} while the motor rests, which no table of movement "
+        f"per revolution has. After {_CYCLES} such cycles without a reference: table "
+        f"{both({u: e['table'] for u, e in last.items()})}, self-calibrating "
+        f"{both({u: e['kalman'] for u, e in last.items()})}. A reference ends either.",
+        Verdict.REPRODUCED,
+    )
+
+
+def _change_load(bench: Bench, first: str, second: str) -> AtRest:
+    """One load, a move, rest; another load; another move."""
     up = SPEED * bench.unit.lift_sign
     hold = min(_HOLD, 0.2 * bench.unit.cylinder.stroke / (SPEED * bench.unit.travel_per_radian))
-    speed = trapezoid_moves([(up, hold), (-up, hold)], ramp=RAMP, before=_BEFORE, rest=_REST)
-    begin = _BEFORE + hold + 2 * RAMP + _BACK
-    light, high = bench.loads["light"], bench.loads["high"]
-    load = Profile([0.0, begin, begin + _TAKES], [light, light, high])
+    speed = trapezoid_moves([(up, hold), (-up, hold)], ramp=bench.ramp, before=_BEFORE, rest=_REST)
+    begin = _BEFORE + hold + 2 * bench.ramp + _BACK
+    before, then = bench.loads[first], bench.loads[second]
+    load = Profile([0.0, begin, begin + _TAKES], [before, before, then])
     run = simulate(bench.unit, Duty(speed, load, constant(TEMPERATURE), bench.at(0.4)))
-    before, after = (float(np.interp(t, run["time"], run["position"])) for t in (begin, begin + _TAKES + 1.0))
+    was, now = (float(np.interp(t, run["time"], run["position"])) for t in (begin, begin + _TAKES + 1.0))
     tracks = {name: bench.track(run, sensor) for name, sensor in bench.sensors.items()}
     unseen = {name: tracked.final_mm for name, tracked in tracks.items()}
-    return _AtRest(tracks, (begin, begin + _TAKES), 1e3 * abs(after - before), unseen)
+    return AtRest(tracks, (begin, begin + _TAKES), 1e3 * abs(now - was), unseen)
 
 
-def _named(by: dict[float, float]) -> dict[str, float]:
-    return {f"{100 * share:.0f}_percent": value for share, value in by.items()}
+def _emptying(bench: Bench) -> dict[str, dict[str, float]]:
+    """Cycles that lift the high load and lower the light one: errors after the first and the last [mm], by sensor."""
+    up = SPEED * bench.unit.lift_sign
+    hold = 0.25 * bench.unit.cylinder.stroke / (SPEED * bench.unit.travel_per_radian)
+    # Lowering goes faster per turn than lifting; it is shortened so that the rod comes back to about where it was.
+    lifted, lowered = (torque_at_load(bench.unit, bench.loads[name], TEMPERATURE, SPEED) for name in ("high", "light"))
+    back = (hold + bench.ramp) * lifted.travel_lift / lowered.travel_lower - bench.ramp
+    speed = trapezoid_moves([(up, hold), (-up, back)], ramp=bench.ramp, before=_BEFORE, rest=_WAITS)
+    at_top = _BEFORE + hold + 2 * bench.ramp + 1.0
+    at_bottom = float(speed.time[-1]) - _WAITS + 1.0
+    high, light = bench.loads["high"], bench.loads["light"]
+    corners = [0.0, at_top, at_top + _EMPTIES, at_bottom, at_bottom + _EMPTIES]
+    duty = Duty(speed, Profile(corners, [high, high, light, light, high]), constant(TEMPERATURE), bench.at(0.35))
+    run = simulate(bench.unit, duty.repeated(_CYCLES))
+    found: dict[str, dict[str, float]] = {"after_1": {}, f"after_{_CYCLES}": {}, "largest": {}}
+    for name, sensor in bench.sensors.items():
+        tracked = bench.track(run, sensor)
+        error = 1e3 * np.abs(tracked.error)
+        found["after_1"][name] = float(np.interp(duty.duration, tracked.time, error))
+        found[f"after_{_CYCLES}"][name] = float(error[-1])
+        found["largest"][name] = float(error.max())
+    return found
 
 
-def _draw_change(figure: Any, run: _AtRest) -> None:
+def _grid(emptied: dict[str, dict[str, dict[str, float]]]) -> Grid:
+    rows = tuple(
+        (f"{unit}, {when.replace('_', ' ')}", *(figure(errors[sensor], 2) for sensor in SENSORS))
+        for unit, by in emptied.items()
+        for when, errors in by.items()
+    )
+    caption = f"Error of {_CYCLES} cycles that lift the high load, empty, lower the light one, and load again [mm]"
+    return Grid(caption, ("unit, cycles", *(look.name for look in SENSORS.values())), rows)
+
+
+def _draw_change(figure: Any, run: AtRest) -> None:
     position, error = figure.subplots(2, 1, sharex=True, height_ratios=(1.5, 1.0))
-    table, balance = run.tracks["table"], run.tracks["balance"]
-    position.plot(table.time, 1e3 * table.truth, color=TRUTH, lw=2.4, label="actual")
-    position.plot(table.time, 1e3 * table.estimate, color=ESTIMATE, lw=1.2, label="table")
-    position.plot(table.time, 1e3 * balance.estimate, color=BALANCE, lw=1.2, ls="--", label="balance")
+    time = run.tracks["table"].time
+    position.plot(time, 1e3 * run.tracks["table"].truth, color=TRUTH, lw=2.4, label="actual")
+    for name, look in SENSORS.items():
+        track = run.tracks[name]
+        position.plot(time, 1e3 * track.estimate, look.style, color=look.colour, lw=1.2, label=look.name)
+        error.plot(time, 1e3 * track.error, look.style, color=look.colour, lw=1.2)
     position.set_ylabel("position [mm]")
-    error.plot(table.time, 1e3 * table.error, color=ESTIMATE, lw=1.2)
-    error.plot(table.time, 1e3 * balance.error, color=BALANCE, lw=1.2, ls="--")
     error.axhline(0.0, color=TRUTH, lw=0.6)
-    error.set(xlabel="time [s]", ylabel="error [mm]", xlim=(0, table.time[-1]))
+    error.set(xlabel="time [s]", ylabel="error [mm]", xlim=(0, time[-1]))
     for axes in (position, error):
         shade(axes, [run.change], "load changes")
     position.legend()
     figure.align_ylabels()
-
-
-def _draw_relief(
-    figure: Any,
-    errors: dict[str, dict[str, dict[float, float]]],
-    unflagged: dict[str, dict[str, dict[float, float]]],
-) -> None:
-    panels = figure.subplots(1, 2, sharey=True)
-    for axes, unit in zip(panels, errors, strict=True):
-        for sensor, colour in (("table", ESTIMATE), ("balance", BALANCE)):
-            style, _ = UNITS["boom"]
-            share = 100 * np.array(list(errors[unit][sensor]))
-            axes.plot(share, list(errors[unit][sensor].values()), style, color=colour, label=f"{sensor}, all samples")
-            called = np.array(list(unflagged[unit][sensor].values()))
-            axes.plot(share, np.maximum(called, 1e-2), "o:", color=colour, lw=1.0, label=f"{sensor}, called ok")
-        axes.set(xlabel="load [% of that at relief]", title=unit, yscale="log")
-    panels[0].set_ylabel("largest error [mm]")
-    panels[0].legend(fontsize=8)

@@ -12,13 +12,21 @@ class Verdict(Enum):
     """How a statement of the paper fared here."""
 
     REPRODUCED = "reproduced"
-    PARTLY = "partly reproduced"
-    NOT = "not reproduced"
+    FITTED = "reproduced with a fitted value"
+    CONTRADICTED = "contradicted"
+    NOT_TESTABLE = "not testable"
 
     @classmethod
-    def of(cls, holds: bool) -> Verdict:
-        """Reproduced or not."""
-        return cls.REPRODUCED if holds else cls.NOT
+    def of(cls, holds: bool, *, fitted: bool = False) -> Verdict:
+        """Whether it came out as the paper says.
+
+        Args:
+            holds: it did.
+            fitted: a value was fitted to the paper's result for that.
+        """
+        if not holds:
+            return cls.CONTRADICTED
+        return cls.FITTED if fitted else cls.REPRODUCED
 
 
 @dataclass(frozen=True)
@@ -92,9 +100,15 @@ class Chapter:
 
 @dataclass
 class Study:
-    """All chapters."""
+    """All chapters.
+
+    Attributes:
+        chapters: in the report's order.
+        chosen: what was chosen of what the paper leaves open, in a sentence each.
+    """
 
     chapters: list[Chapter] = field(default_factory=list)
+    chosen: tuple[str, ...] = ()
 
     @property
     def statements(self) -> list[Statement]:

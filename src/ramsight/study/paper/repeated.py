@@ -7,137 +7,141 @@ from typing import Any
 import numpy as np
 
 from ramsight.study.paper.bench import Bench
-from ramsight.study.paper.drawing import BALANCE, ESTIMATE, GREY
+from ramsight.study.paper.drawing import GREY, SENSORS
 from ramsight.study.paper.parts import Chapter, Grid, Picture, Statement, Verdict
 from ramsight.study.paper.repeating import CYCLES, NAMES, SWITCHES, Repeated, repeat
+from ramsight.study.paper.words import both, figure
+
+Results = dict[str, dict[str, dict[str, Repeated]]]
+"""By unit, sensor and kind of reference."""
+_GONE = 0.05  # mm a cycle; less is no drift
+_UNIT_STYLES = {"boom": "-", "bucket": "--"}
 
 
 def repeated(benches: dict[str, Bench]) -> Chapter:
     """The repeated-cycle study."""
-    found = {name: repeat(bench) for name, bench in benches.items()}
+    both_found = {name: repeat(bench) for name, bench in benches.items()}
+    found: Results = {unit: results for unit, (results, _) in both_found.items()}
+    accuracy = {unit: own for unit, (_, own) in both_found.items()}
     drift = {
-        sensor: {unit: {kind: r.drift for kind, r in results[sensor].items()} for unit, (results, _) in found.items()}
-        for sensor in ("table", "balance")
+        sensor: {unit: {kind: r.drift for kind, r in by[sensor].items()} for unit, by in found.items()}
+        for sensor in SENSORS
     }
     numbers = {
         unit: {
             **{s: {k: r.numbers for k, r in kinds.items()} for s, kinds in results.items()},
-            "switch_accuracy_mm": accuracy,
+            "switch_accuracy_mm": accuracy[unit],
         }
-        for unit, (results, accuracy) in found.items()
+        for unit, results in found.items()
     }
-    rows = tuple(
-        (
-            f"{unit}, {NAMES[kind]}",
-            *(
-                f"{round(value, digits) + 0.0:.{digits}f}"
-                for sensor in ("table", "balance")
-                for value, digits in (
-                    (results[sensor][kind].drift, 3),
-                    (results[sensor][kind].after_cycle[-1], 1),
-                    (results[sensor][kind].largest, 1),
-                )
-            ),
-        )
-        for unit, (results, _) in found.items()
-        for kind in NAMES
-    )
-    kept = {unit: max(results["table"][kind].left for kind in SWITCHES) for unit, (results, _) in found.items()}
-    holds = all(
-        results[sensor][kind].left <= accuracy
-        for results, accuracy in found.values()
-        for sensor in results
-        for kind in SWITCHES
-    )
-    bounded = all(abs(results["table"][k].drift) < 0.05 for results, _ in found.values() for k in SWITCHES)
-    stop = {unit: results["table"]["stop"] for unit, (results, _) in found.items()}
     return Chapter(
         "Repeated cycles and references",
-        (
-            f"Each unit lifts and lowers its high load {CYCLES} times between 2 and 98 % of its stroke, in cycles "
-            "that end where they began. The switches have a hysteresis of 1 mm and a response time of 5 ms, and are "
-            "seen at the next sample of the drive, so that their own accuracy is "
-            + " and ".join(f"{accuracy:.1f} mm ({unit})" for unit, (_, accuracy) in found.items())
-            + " at the highest rod speed.",
-            "The end stop is found in the torque alone: while the unit lowers, the load's torque collapses when the "
-            "rod stands on its stop. The position is then that of the stop; what remains is the give of the stop "
-            "under the load, and the oil that has to fill the emptied chamber before the next lift, which the table "
-            f"takes for travel: up to {stop['boom'].largest:.1f} mm (boom) and {stop['bucket'].largest:.1f} mm "
-            "(bucket).",
-        ),
+        _text(found, accuracy),
         {"drift_mm_per_cycle": drift, "repeated_cycles": numbers},
-        (
-            Statement(
-                "Abstract",
-                "A cumulative error was observed for repeated cycles.",
-                f"The table drifts by {drift['table']['boom']['none']:.2f} mm (boom) and "
-                f"{drift['table']['bucket']['none']:.2f} mm (bucket) per cycle, to {stop_free(found, 'boom'):.0f} "
-                f"and {stop_free(found, 'bucket'):.0f} mm after {CYCLES}. The balance sensor drifts by "
-                f"{abs(drift['balance']['boom']['none']):.3f} and {abs(drift['balance']['bucket']['none']):.3f} mm "
-                "per cycle.",
-                Verdict.of(min(drift["table"][unit]["none"] for unit in found) > 1.0),
-            ),
-            Statement(
-                "Abstract, discussion",
-                "Simple proximity sensors at the cylinder's end or middle resolve the accumulation.",
-                "With one switch the drift is gone (below 0.05 mm per cycle); a visit leaves at most "
-                f"{kept['boom']:.1f} mm (boom) and {kept['bucket']:.1f} mm (bucket), less than the switch's own "
-                "accuracy. Between visits the table's error of the cycle comes back each time.",
-                Verdict.of(holds and bounded),
-            ),
-        ),
+        (_accumulates(found, drift), _switches_help(found, accuracy)),
         (
             Picture(
                 "fig17_drift",
-                f"Error after each of {CYCLES} cycles without any reference, table and balance sensor.",
-                lambda figure: _draw_drift(figure, {u: r for u, (r, _) in found.items()}),
+                f"Error after each of {CYCLES} cycles without any reference.",
+                lambda figure: _draw_drift(figure, found),
                 (7.2, 3.6),
             ),
             Picture(
                 "fig18_references",
-                "Error after each cycle with proximity switches and with the end stop found in the torque. Thin "
-                "grey: the same without any reference.",
-                lambda figure: _draw_references(figure, {u: r for u, (r, _) in found.items()}),
-                (7.2, 5.0),
+                "Error after each cycle with proximity switches and with the end stop. Thin grey: the same without any "
+                "reference.",
+                lambda figure: _draw_references(figure, found),
+                (9.0, 5.0),
             ),
         ),
-        (
-            Grid(
-                "Drift per cycle, error after 50 cycles and largest error at any time [mm]",
-                ("unit and reference", "table: drift", "after 50", "largest", "balance: drift", "after 50", "largest"),
-                rows,
-            ),
-        ),
+        (_grid(found),),
     )
 
 
-def stop_free(found: dict[str, tuple[dict[str, dict[str, Repeated]], float]], unit: str) -> float:
-    """Error of the table after all cycles without a reference [mm]."""
-    return float(found[unit][0]["table"]["none"].after_cycle[-1])
+def _text(found: Results, accuracy: dict[str, float]) -> tuple[str, ...]:
+    stop = {unit: by["table"]["stop"].largest for unit, by in found.items()}
+    own = {unit: by["kalman"]["stop"].largest for unit, by in found.items()}
+    return (
+        f"Each unit lifts and lowers its high load {CYCLES} times between 2 and 98 % of its stroke, in cycles "
+        "that end where they began. The switches have a hysteresis of 1 mm and a response time of 5 ms, and are "
+        f"seen at the next sample of the drive, so that their own accuracy is {both(accuracy)} at the highest rod "
+        "speed.",
+        "The end stop shows in the torque alone: while the unit lowers, the load's torque collapses when the "
+        "rod stands on its stop. For table and balance it is looked for there, and the position is then that of the "
+        "stop; what remains is the give of the stop under the load, and the oil that has to fill the emptied chamber "
+        f"before the next lift, which the table takes for travel: up to {both(stop)}. The self-calibrating sensor "
+        f"finds the stop by itself: up to {both(own)}.",
+    )
 
 
-def _draw_drift(figure: Any, found: dict[str, dict[str, dict[str, Repeated]]]) -> None:
+def _accumulates(found: Results, drift: dict[str, dict[str, dict[str, float]]]) -> Statement:
+    per_cycle = {s: {unit: abs(by[unit]["none"]) for unit in found} for s, by in drift.items()}
+    last = {unit: float(by["table"]["none"].after_cycle[-1]) for unit, by in found.items()}
+    return Statement(
+        "Abstract",
+        "A cumulative error was observed for repeated cycles.",
+        f"The table drifts by {both(per_cycle['table'], 2)} per cycle, to {both(last, 0)} after {CYCLES}. On machines "
+        f"that are their data sheets the balance drifts by {both(per_cycle['balance'], 3)} per cycle, the "
+        f"self-calibrating sensor without references by {both(per_cycle['kalman'], 3)}.",
+        Verdict.of(min(per_cycle["table"].values()) > 1.0),
+    )
+
+
+def _switches_help(found: Results, accuracy: dict[str, float]) -> Statement:
+    kept = {unit: max(by["table"][kind].left for kind in SWITCHES) for unit, by in found.items()}
+    within = all(
+        by[sensor][kind].left <= accuracy[unit]
+        for unit, by in found.items()
+        for sensor in ("table", "balance")
+        for kind in SWITCHES
+    )
+    bounded = all(abs(by["table"][kind].drift) < _GONE for by in found.values() for kind in SWITCHES)
+    return Statement(
+        "Abstract, discussion",
+        "Simple proximity sensors at the cylinder's end or middle resolve the accumulation.",
+        f"With one switch the drift is gone (below {_GONE:g} mm per cycle); a visit leaves at most {both(kept)}, less "
+        "than the switch's own accuracy. Between visits the table's error of the cycle comes back each time.",
+        Verdict.of(within and bounded),
+    )
+
+
+def _grid(found: Results) -> Grid:
+    head = ["unit and reference"]
+    for look in SENSORS.values():
+        head += [f"{look.name}: drift", f"after {CYCLES}", "largest"]
+    rows = tuple(
+        (f"{unit}, {NAMES[kind]}", *(cell for sensor in SENSORS for cell in _cells(by[sensor][kind])))
+        for unit, by in found.items()
+        for kind in NAMES
+    )
+    return Grid(f"Drift per cycle, error after {CYCLES} cycles and largest error at any time [mm]", tuple(head), rows)
+
+
+def _cells(one: Repeated) -> tuple[str, str, str]:
+    return figure(one.drift, 3), figure(one.after_cycle[-1]), figure(one.largest)
+
+
+def _draw_drift(figure: Any, found: Results) -> None:
     axes = figure.add_subplot()
-    for unit, style in (("boom", "-"), ("bucket", "--")):
-        for sensor, colour in (("table", ESTIMATE), ("balance", BALANCE)):
+    for unit, style in _UNIT_STYLES.items():
+        for sensor, look in SENSORS.items():
             error = found[unit][sensor]["none"].after_cycle
-            axes.plot(np.arange(1, len(error) + 1), error, style, color=colour, label=f"{sensor}, {unit}")
+            axes.plot(np.arange(1, len(error) + 1), error, style, color=look.colour, label=f"{look.name}, {unit}")
     axes.set(xlabel="cycle", ylabel="error after the cycle [mm]", yscale="log", xlim=(1, CYCLES))
-    axes.legend(ncols=2, loc="lower right")
+    axes.legend(ncols=3, loc="upper center", bbox_to_anchor=(0.5, 1.16), fontsize=8)
 
 
-def _draw_references(figure: Any, found: dict[str, dict[str, dict[str, Repeated]]]) -> None:
-    grid = figure.subplots(2, 2, sharex=True, sharey="row")
+def _draw_references(figure: Any, found: Results) -> None:
+    grid = figure.subplots(2, len(SENSORS), sharex=True, sharey="row")
     styles = {"end": ("-", 1.6), "middle": ("--", 1.2), "both_ends": (":", 2.4), "stop": ("-.", 1.0)}
-    for row, unit in zip(grid, found, strict=True):
-        for axes, (sensor, colour) in zip(row, (("table", ESTIMATE), ("balance", BALANCE)), strict=True):
-            number = np.arange(1, CYCLES + 1)
-            axes.plot(number, found[unit][sensor]["none"].after_cycle, color=GREY, lw=0.8)
+    number = np.arange(1, CYCLES + 1)
+    for row, (unit, by) in zip(grid, found.items(), strict=True):
+        top = max(r.after_cycle.max() for s in by.values() for k, r in s.items() if k != "none")
+        for axes, (sensor, look) in zip(row, SENSORS.items(), strict=True):
+            axes.plot(number, by[sensor]["none"].after_cycle, color=GREY, lw=0.8)
             for kind, (style, width) in styles.items():
-                error = found[unit][sensor][kind].after_cycle
-                axes.plot(number, error, style, color=colour, lw=width)
-            top = max(r.after_cycle.max() for s in found[unit].values() for k, r in s.items() if k != "none")
-            axes.set(title=f"{unit}, {sensor}", ylim=(0, 1.15 * top), xlim=(1, CYCLES))
+                axes.plot(number, by[sensor][kind].after_cycle, style, color=look.colour, lw=width)
+            axes.set(title=f"{unit}, {look.name}", ylim=(0, 1.15 * top), xlim=(1, CYCLES))
         row[0].set_ylabel("error after\nthe cycle [mm]")
     for axes in grid[-1]:
         axes.set_xlabel("cycle")

@@ -8,17 +8,19 @@ from pathlib import Path
 
 from ramsight import __version__
 from ramsight.output import whole_folder
+from ramsight.study.paper.coverage import coverage
 from ramsight.study.paper.drawing import draw
 from ramsight.study.paper.html import html
 from ramsight.study.paper.markdown import markdown
 from ramsight.study.paper.parts import Study
+from ramsight.study.paper.pdf import write_pdf
 
 FORMAT = 1
 _LAST = "results.json"  # moved last: where it is, the report is whole
 
 
 def write_report(study: Study, out: str | Path, *, advance: Callable[[int], object] | None = None) -> None:
-    """Write report.html, report.md with its figures, and results.json.
+    """Write report.html, report.pdf, report.md with its figures, and results.json.
 
     A new directory appears whole; in one that exists the files of an earlier report are replaced one by one, and
     results.json last.
@@ -42,10 +44,12 @@ def _fill(study: Study, folder: Path, advance: Callable[[int], object] | None) -
             advance(1)
     (folder / "report.md").write_text(markdown(study), encoding="utf-8")
     (folder / "report.html").write_text(html(study, folder), encoding="utf-8")
+    write_pdf(study, folder, folder / "report.pdf")
     verdicts = [
         {"place": s.place, "statement": s.paper, "result": s.ours, "verdict": s.verdict.value} for s in study.statements
     ]
-    results = {"format": FORMAT, "ramsight": __version__, "statements": verdicts, **study.numbers}
+    lines = [item._asdict() | {"verdict": item.verdict.value} for item in coverage(study)]
+    results = {"format": FORMAT, "ramsight": __version__, "statements": verdicts, "coverage": lines, **study.numbers}
     (folder / _LAST).write_text(
         json.dumps(results, indent=1, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8"
     )
