@@ -153,7 +153,7 @@ class AssumedPower(Part):
         quantity("%", "noise, over torque_r speed_r, std; 0 where there is none", least="0 %", most="20 %"),
     ] = 0.0
     gain: Annotated[
-        float, quantity("%", "of the reading and of the torque together, std", least="0 %", most="30 %")
+        float, quantity("%", "of the reading and of the torque together, std", least="0.1 %", most="30 %")
     ] = 0.02
     # Magnets that warm by 60 K within half an hour take 7 % of the torque.
     walk: Annotated[

@@ -315,7 +315,7 @@ class Hypotheses:
         taken = ca.if_else(use, fits, 0.0)
         adapt = ca.if_else(fits, adapt, self._adapt)
         self._graph.becomes("innovations", ca.if_else(use, adapt, self._adapt))
-        self._widen(ca.sqrt(newest), ca.logic_and(use, fits))
+        self._widen(ca.sqrt(newest), fits, use)
         # A reference is never an obstacle.
         doubts = ca.if_else(low + top > 0.0, chance - likelihoods[0], _NEVER)
         self._renew(fits, kept[0], doubts)
@@ -323,7 +323,7 @@ class Hypotheses:
         moved = self._recentre()
         return Measured(taken, ca.logic_and(use, ca.logic_not(taken)), moved)
 
-    def _widen(self, size: Any, use: Any) -> None:
+    def _widen(self, size: Any, fits: Any, use: Any) -> None:
         """Let references say how wide the band has to be: adaptive conformal inference.
 
         One outside the band widens it by a step, one inside narrows it by as much as makes five of a hundred outside,
@@ -331,14 +331,16 @@ class Hypotheses:
 
         Args:
             size: of the innovation over its standard deviation [1].
-            use: whether a reference was taken.
+            fits: whether it is one.
+            use: whether there may be one at this sample; alone, for it leads into the branch of samples with a contact.
 
         Source: Gibbs and Candès (2021), Adaptive conformal inference under distribution shift, equation (2), in the
         logarithm of the width.
         """
         outside = size > TWO_SIDED_95 * self._width
         wider = self._width * ca.if_else(outside, math.exp(_STEP * (1.0 - _OUTSIDE)), math.exp(-_STEP * _OUTSIDE))
-        self._graph.becomes("band_width", ca.if_else(use, ca.fmax(wider, 1.0), self._width))
+        taken = ca.if_else(fits, ca.fmax(wider, 1.0), self._width)
+        self._graph.becomes("band_width", ca.if_else(use, taken, self._width))
 
     def _normalise(self) -> None:
         """The likeliest has the weight 0, and none is out of reach."""

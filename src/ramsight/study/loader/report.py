@@ -12,6 +12,7 @@ import numpy as np
 from ramsight import __version__
 from ramsight.normal import TWO_SIDED_95
 from ramsight.output import whole_folder
+from ramsight.sensor.status import Status
 from ramsight.study.figures import DOUBT, ERROR, ESTIMATE, STYLE, TRUTH, save
 from ramsight.study.loader.animation import write_animation
 from ramsight.study.loader.working import UNITS, Options, Work
@@ -72,7 +73,7 @@ def _unit(axes: Any, work: Work, name: str) -> None:
     run, track = work.run, work.tracks[name]
     time = run["time"].values
     true, said = 1e3 * run[f"{name}_position"].values, 1e3 * track["position"].values
-    known = np.where(track["status"].values < _NOT_REFERENCED, said, np.nan)
+    known = np.where(track["status"].values < Status.NOT_REFERENCED, said, np.nan)
     axes[0].plot(time, 1e3 * track["target"].values, color=DOUBT, lw=3.0, alpha=0.8, label="target")
     axes[0].plot(time, true, color=TRUTH, lw=2.0, label="true")
     axes[0].plot(time, known, color=ESTIMATE, lw=1.0, label="virtual sensor")
@@ -93,9 +94,6 @@ def _unit(axes: Any, work: Work, name: str) -> None:
     axes[3].set_xlabel("time [s]")
     for axis in axes:
         axis.axvspan(0.0, work.works_from, color=DOUBT, alpha=0.12, lw=0)
-
-
-_NOT_REFERENCED = 20  # status from which there is no position
 
 
 def summary(work: Work) -> str:
