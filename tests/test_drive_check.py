@@ -274,7 +274,8 @@ def test_gain_and_losses_are_learned(day, sensors):
     losses = drive.copper * limits.torque / limits.max_speed / assumed.copper
     state = sensors["both"].state
     assert 1.0 + state["power_gain_off"] == pytest.approx(drive.gain, abs=0.015)
-    assert 1.0 + state["power_losses_off"] == pytest.approx(drive.gain * losses, abs=0.1)
+    assert 1.0 + state["power_copper_off"] == pytest.approx(drive.gain * losses, abs=0.1)
+    assert 1.0 + state["power_iron_off"] == pytest.approx(drive.gain * losses, abs=0.15)
     assert state["power_covariance_00"] < (0.5 * assumed.gain) ** 2
 
 
@@ -371,6 +372,8 @@ def other_drive(**wrong):
     )
     graph = SensorGraph((), (SHAFT_ANGLE, DC_POWER))
     graph.parameters.add("travel_per_radian", 1e-3)
+    graph.state("motor_torque")
+    graph.becomes("motor_torque", graph.motor_torque)
     # 14 N m are 5.7 A peak by 1.5 x 3 x 0.545 N m/A: 3.6 ohm lose 1.5 R i2 = 176 W of them, 8 % of 14 N m x 157 rad/s.
     keys = {**SHAFT, **POWER, "power.copper": 0.08, "power.iron": 0.0, "power.standby": 0.0, "power.losses": 0.3}
     checks = check_drive(graph, PLAIN.assumptions.replace(keys), limits, 1.0)

@@ -27,6 +27,7 @@ _FASTEST = 1.5  # share of the highest speed; a counter that leaps farther was s
 _LEAPS = 2.5  # within a second or so, that no overflow explains
 _TURNS = 3.0  # rad/s, below which friction and rounding make up the power
 _USUAL = 0.5  # share of what may be missing up to which it teaches gain and losses
+_LEARNED = ("gain", "copper", "iron")
 _LEAST = 1.0  # rad turned lately, below which power says nothing of a torque
 
 
@@ -195,34 +196,38 @@ class _Power:
 
     What lasts is learned: by how much gain and losses are other than declared,
 
-        power - torque speed - P0 = g torque speed + (1 + l) losses,
+        power - torque speed - P0 = g torque speed + (1 + c) copper loss + (1 + i) iron loss,
 
-    a Kalman filter of two states that learns nothing while anything seems wrong.
+    a Kalman filter of three states that learns nothing while anything seems wrong. A torque that is off in its gain has
+    that twice in the copper's loss and not at all in the iron's, so these two have factors of their own.
     """
 
     def __init__(self, graph: SensorGraph, assumptions: Assumptions, limits: Limits) -> None:
         self._graph, self._assumed, self._drive = graph, assumptions.power, assumptions.drive
         given = graph.measured[DC_POWER]
-        self._there = ca.logic_and(ca.fabs(given) < _LARGEST, graph.elapsed > 0.0)
-        self._power = ca.if_else(self._there, given, 0.0)
+        there, last, begun = ca.fabs(given) < _LARGEST, graph.state("last_power"), graph.state("power_begun")
+        self._there = ca.logic_and(ca.logic_and(there, begun), graph.elapsed > 0.0)
+        # Means over the sample, as the speed is: while a shaft speeds up half a sample is a watt in a hundred.
+        self._power = ca.if_else(self._there, 0.5 * (given + last), 0.0)
+        self._torque = 0.5 * (graph.motor_torque + graph.held("motor_torque"))
+        graph.becomes("last_power", ca.if_else(there, given, last))
+        graph.becomes("power_begun", there)
         self._fastest, self._relief, self._leak = limits.max_speed, limits.torque, limits.leak_velocity
         self._turned = lately(graph, "turned_lately", ca.fabs(graph.mean_speed))
-        self._off = [graph.state(f"power_{what}_off") for what in ("gain", "losses")]
-        self._known = Covariance(graph, (self._assumed.gain, self._assumed.losses), prefix="power_")
-
-    def losses(self, speed: Any) -> Any:
-        """Of motor and inverter that go with torque and speed, as declared [W]."""
         a = self._assumed
-        shares = a.copper * (self._graph.motor_torque / self._relief) ** 2 + a.iron * ca.fabs(speed) / self._fastest
-        return shares * self._relief * self._fastest
+        self._off = [graph.state(f"power_{what}_off") for what in _LEARNED]
+        self._known = Covariance(graph, (a.gain, a.losses, a.losses), prefix="power_")
 
     def _row(self, speed: Any) -> list[Any]:
-        return [self._graph.motor_torque * speed, self.losses(speed)]
+        """What goes through the shaft, and losses with torque and with speed, as declared [W]."""
+        a, rated, torque = self._assumed, self._relief * self._fastest, self._torque
+        copper = a.copper * (torque / self._relief) ** 2 * rated
+        return [torque * speed, copper, a.iron * ca.fabs(speed) / self._fastest * rated]
 
     def _missing(self, speed: Any) -> Any:
         """Power that torque, speed, and what is known of gain and losses leave unexplained [W]."""
         row = self._row(speed)
-        known = row[0] + row[1] + self._assumed.standby + sum(off * by for off, by in zip(self._off, row, strict=True))
+        known = sum((1.0 + off) * by for off, by in zip(self._off, row, strict=True)) + self._assumed.standby
         return ca.if_else(self._there, self._power - known, 0.0)
 
     def _noise(self, speed: Any) -> Any:
@@ -232,13 +237,14 @@ class _Power:
 
     def against(self, name: str, speed: Any, level: Any) -> Apart:
         """The power against torque and a speed [rad/s]; `level` is that speed at the sample."""
+        standby = self._assumed.losses * self._assumed.standby
         return apart(
             self._graph,
             name,
             self._missing(speed),
             level=self._graph.motor_torque * level,
             delay=self._drive.delay,
-            lasting=ca.sqrt(ca.fmax(self._known.variance(self._row(speed)), 0.0)),
+            lasting=ca.sqrt(ca.fmax(self._known.variance(self._row(speed)), 0.0) + standby**2),
             noise=self._noise(speed),
         )
 
@@ -257,9 +263,10 @@ class _Power:
         variance = filtered + (found.late / MEMORY) ** 2 * ca.fmax(1.0, MEMORY / h)
         known = self._known
         changes = known.update(self._row(speed), self._missing(speed), variance, use)
-        known.add(0, self._assumed.walk**2 * dt)
-        known.add(1, (self._assumed.walk * self._assumed.losses / self._assumed.gain) ** 2 * dt)
-        for name, off, change in zip(("gain", "losses"), self._off, changes, strict=True):
+        a = self._assumed
+        for k, share in enumerate((1.0, a.losses / a.gain, a.losses / a.gain)):
+            known.add(k, (a.walk * share) ** 2 * dt)
+        for name, off, change in zip(_LEARNED, self._off, changes, strict=True):
             self._graph.becomes(f"power_{name}_off", off + change)
         known.close()
 
