@@ -279,6 +279,23 @@ def test_gain_and_losses_are_learned(day, sensors):
     assert state["power_covariance_00"] < (0.5 * assumed.gain) ** 2
 
 
+def test_after_a_night_the_drive_is_no_less_known_than_a_new_one(day, sensors):
+    run, log = day
+    tracked(sensors["both"], run, log)
+    last = float(log["time"][-1])
+    night = log.isel(time=slice(-1, None)).squeeze()
+    for hour in range(1, 30):
+        for k in range(3):
+            sensors["both"].step(last + 3600.0 * hour + 0.02 * k, 0.0, 0.0, 313.15)
+    for k in range(20_000):
+        sensors["both"].step(last + 3600.0 * 30 + 0.4 * k, 0.0, 0.0, 313.15, dc_power=float(night["dc_power"]))
+    state, assumed = sensors["both"].state, BOOM.assumptions.power
+    assert assumed.gain**2 * 0.5 < state["power_covariance_00"] <= assumed.gain**2 * (1.0 + 1e-9)
+    assert state["power_covariance_11"] <= assumed.losses**2 * (1.0 + 1e-9)
+    values = np.array([[state[f"power_covariance_{min(i, j)}{max(i, j)}"] for j in range(3)] for i in range(3)])
+    assert (np.linalg.eigvalsh(values) > -1e-12).all()
+
+
 def test_logs_keep_counter_and_power(tmp_path, day):
     log = day[1].isel(time=slice(0, 300))
     for name in ("log.csv", "log.parquet"):

@@ -264,8 +264,9 @@ class _Power:
         known = self._known
         changes = known.update(self._row(speed), self._missing(speed), variance, use)
         a = self._assumed
-        for k, share in enumerate((1.0, a.losses / a.gain, a.losses / a.gain)):
-            known.add(k, (a.walk * share) ** 2 * dt)
+        for k, std in enumerate((a.gain, a.losses, a.losses)):
+            known.add(k, (a.walk * std / a.gain) ** 2 * dt)
+            known.limit(std, k)  # after a night it is as little known as that of a new machine, and no less
         for name, off, change in zip(_LEARNED, self._off, changes, strict=True):
             self._graph.becomes(f"power_{name}_off", off + change)
         known.close()

@@ -137,11 +137,18 @@ class Covariance:
         self.entries[0, quantity] = self.entries[0, quantity] + slope * more
         self.entries[quantity, quantity] = here + more
 
-    def limit(self, std: Any) -> None:
-        """The position is nowhere outside a range so wide [m]: its row and column shrink to it together."""
-        share = ca.fmin(1.0, std / ca.sqrt(ca.fmax(self.entries[0, 0], std * std)))
-        for j in range(self._n):
-            self.entries[0, j] = self.entries[0, j] * (share * share if j == 0 else share)
+    def limit(self, std: Any, quantity: int = 0) -> None:
+        """A quantity is nowhere outside a range so wide: its row and column shrink to it together.
+
+        Args:
+            std: standard deviation of the range.
+            quantity: by default the position.
+        """
+        here = self[quantity, quantity]
+        share = ca.fmin(1.0, std / ca.sqrt(ca.fmax(here, std * std)))
+        for i, j in self._pairs:
+            if quantity in (i, j):
+                self.entries[i, j] = self.entries[i, j] * (share * share if i == j else share)
 
     def replaced(self, by: Covariance, where: Any, std: Any = None) -> None:
         """Take the entries of another one where a condition holds; with `std`, for a position that is not known."""
