@@ -19,9 +19,11 @@ import work_days
 import xarray
 
 from ramsight.duty.faults import Fault, inject
+from ramsight.sensor.detectors import CONTRADICTIONS
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import VirtualSensor
+from ramsight.stretches import stretches
 
 _AFTER = 10.0  # s
 SIGNALS: dict[str, dict[str, float]] = {
@@ -33,13 +35,6 @@ SIGNALS: dict[str, dict[str, float]] = {
     "one load that is known to stay": {"machine.load_walk": 1e-4, "machine.unseen_load": 0.002},
 }
 """What the sensor is given, or knows, beside what every drive reports."""
-CONTRADICTIONS = (
-    Status.SPEED_WRONG,
-    Status.COUNTER_WRONG,
-    Status.FAULT_PASSED,
-    Status.SPEED_CONTRADICTED,
-    Status.TORQUE_CONTRADICTED,
-)
 ELECTRICAL = ("shaft_angle", "dc_power")
 _WRONG, _STDS, _LONG = 5e-3, 4.0, 0.5  # m, standard deviations, s
 _OFFSETS = {"motor_speed": ("10 rad/s", 10.0), "motor_torque": ("10 N m", 10.0), "oil_temperature": ("15 K", 15.0)}
@@ -131,7 +126,7 @@ def _given(
 def _alarms(track: xarray.Dataset) -> int:
     """How often a drive's report is said to contradict itself."""
     said = np.isin(track["status"].values, CONTRADICTIONS)
-    return int((np.diff(np.concatenate([[False], said]).astype(int)) == 1).sum())
+    return len(stretches(said))
 
 
 def _row(channel: str, words: str, values: np.ndarray) -> dict[str, float | str | None]:

@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from scipy.stats import beta
 
 from ramsight.plant.limits import limits_of
-from ramsight.sensor.comparing import Comparison, Verdict, verdicts
+from ramsight.sensor.comparing import ALERTS, Comparison, Verdict, verdicts
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.virtual_sensor import BOUND
+from ramsight.stretches import stretches
 
 Array = NDArray[np.float64]
 
@@ -34,7 +35,6 @@ FAULTS: dict[str, Callable[[Array, Array, np.random.Generator], Array]] = {
     "gain 1.1": lambda time, true, random: 1.1 * true,
     "noise 10 mm": lambda time, true, random: true + 0.01 * random.standard_normal(len(true)),
 }
-_ALERTS = (Verdict.OTHER_WRONG, Verdict.APART, Verdict.VIRTUAL_WRONG)
 
 
 def study(machines: int, advance: Callable[[int], object], times: int = 4) -> dict[str, Any]:
@@ -60,8 +60,7 @@ def study(machines: int, advance: Callable[[int], object], times: int = 4) -> di
                 return verdicts(pair, time, track["position"].values, track[BOUND].values, status, other)
 
             clean = said(real)
-            alerts = np.isin(clean, _ALERTS)
-            false += int((np.diff(np.concatenate([[False], alerts]).astype(int)) == 1).sum())
+            false += len(stretches(np.isin(clean, ALERTS)))
             hours += float(time[-1] - time[0]) / 3600.0
             agree.append(float((clean == Verdict.AGREE).mean()))
             for at in random.integers(len(time) // 3, 2 * len(time) // 3, times):
@@ -69,7 +68,7 @@ def study(machines: int, advance: Callable[[int], object], times: int = 4) -> di
                     other = real.copy()
                     other[at:] = fault(time[at:], real[at:], random)
                     after = said(other)[at:]
-                    alert = np.isin(after, _ALERTS)
+                    alert = np.isin(after, ALERTS)
                     first = int(np.argmax(alert))
                     blamed = int(after[first]) if alert.any() else -1
                     found[name].append((bool(alert.any()), float(time[at + first] - time[at]), blamed))

@@ -22,6 +22,7 @@ from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.ddh import DdhUnit, build
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
+from ramsight.stretches import stretches
 from ramsight.study.errors import stop_visits, turning_for
 
 LOADS = {"boom": (100e3, 370e3), "bucket": (20e3, 140e3)}  # N
@@ -87,7 +88,7 @@ def study(machines: int, advance: Callable[[int], object]) -> dict[str, dict[str
             inside += int((error <= TWO_SIDED_95 * std).sum())
             wrong += int(((status == Status.OK) & (error > 4.0 * std)).sum())
             samples, hours = samples + len(time), hours + (time[-1] - time[0]) / 3600.0
-            begins = np.flatnonzero(np.diff(np.concatenate([[False], ~np.isin(status, _GENTLE)]).astype(int)) == 1)
+            begins = [first for first, _ in stretches(~np.isin(status, _GENTLE))]
             # Oil that has passed the relief valve is lost indeed.
             alarms += sum(
                 status[k] != Status.POSITION_LOST or not day.relief[max(k - _JUST_NOW, 0) : k + 1].any() for k in begins

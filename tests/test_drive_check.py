@@ -27,7 +27,8 @@ from ramsight.logs import read_drive_log, write_drive_log
 from ramsight.logs.mapped import ChannelMap, Mapped, Pdo
 from ramsight.plant.build import build
 from ramsight.plant.limits import Limits, limits_of
-from ramsight.sensor.disagreement import MEMORY, SURE, apart, share_of_second
+from ramsight.sensor.detectors import CONTRADICTIONS
+from ramsight.sensor.disagreement import MEMORY, SURE, apart
 from ramsight.sensor.drive_check import UNCHECKED, check_drive, declared_checks
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
@@ -42,13 +43,6 @@ PLAIN = build("boom", LOADER.unit("boom"))
 BOOM = replace(PLAIN, assumptions=PLAIN.assumptions.replace({**SHAFT, **POWER}))
 AT, LONG = 100.0, 10.0
 SPEED_FAULTS = {"gain": 1.3, "offset": 10.0, "sign": 0.0, "stuck": 0.0}
-CONTRADICTIONS = (
-    Status.SPEED_WRONG,
-    Status.COUNTER_WRONG,
-    Status.FAULT_PASSED,
-    Status.SPEED_CONTRADICTED,
-    Status.TORQUE_CONTRADICTED,
-)
 
 
 @pytest.fixture(scope="module")
@@ -205,7 +199,7 @@ def test_a_lasting_difference_is_summed_up_over_the_memory():
     said = Pair().run(TIME, np.full(1000, 3.0), np.full(1000, 2.0))
     assert said[-1, 0] == pytest.approx(MEMORY, rel=0.02)
     at = int(1.0 / 0.02)
-    assert said[at, 0] == pytest.approx(MEMORY * share_of_second(1.0), rel=0.02)
+    assert said[at, 0] == pytest.approx(MEMORY * (1.0 - math.exp(-1.0 / MEMORY)), rel=0.02)
 
 
 @settings(max_examples=30, deadline=None)

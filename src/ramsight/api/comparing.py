@@ -12,10 +12,12 @@ from ramsight.api.given import truth_of
 from ramsight.api.machines import AnyUnit, build
 from ramsight.api.tracking import AnyMap, Quantity, track
 from ramsight.errors import LogError
+from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.limits import limits_of
-from ramsight.sensor.comparing import Comparison, Drift, Verdict, drift_of, verdicts
+from ramsight.sensor.comparing import ALERTS, Comparison, Drift, Verdict, drift_of, verdicts
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import BOUND
+from ramsight.stretches import stretches
 from ramsight.units import argument, format_si
 
 if TYPE_CHECKING:
@@ -38,10 +40,8 @@ class Compared:
     def alerts(self) -> list[tuple[float, float, Verdict]]:
         """From when, until when [s], and what, of each stretch in which they do not agree."""
         said, time = self.track["verdict"].values, self.track["time"].values
-        edges = np.flatnonzero(np.diff(np.concatenate([[-1], said, [-1]])) != 0)
-        spans = zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)
-        found = ((float(time[a]), float(time[b - 1]), Verdict(int(said[a]))) for a, b in spans)
-        return [one for one in found if one[2] not in (Verdict.AGREE, Verdict.UNCHECKED)]
+        found = ((time[a], time[b - 1], what) for what in ALERTS for a, b in stretches(said == what))
+        return sorted((float(begins), float(ends), what) for begins, ends, what in found)
 
     @property
     def text(self) -> str:
@@ -54,7 +54,7 @@ class Compared:
         if np.isfinite(d.rate_std):
             lines.append(
                 f"The other sensor reads {1e3 * d.offset:+.2f} mm at first, and {3.6e6 * d.rate:+.2f} mm/h more "
-                f"(± {1.96 * 3.6e6 * d.rate_std:.2f} mm/h)."
+                f"(± {TWO_SIDED_95 * 3.6e6 * d.rate_std:.2f} mm/h)."
             )
         return "\n".join(lines)
 

@@ -18,6 +18,7 @@ from ramsight.calibration.identify_replay import Run
 from ramsight.plant.holding import held_by_valve, holding_valves, opening_speed
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit, opposite
+from ramsight.stretches import stretches
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -107,7 +108,7 @@ def find_moves(unit: HydraulicUnit, record: Record, run: Run) -> Moves:
     held = held_by_valve(unit)
     nodes: list[tuple[int, int, int, int]] = []
     number = -1
-    for start, end in _stretches(use):
+    for start, end in stretches(use):
         if end - start < max(length // 2, 3):
             continue
         number += 1
@@ -175,11 +176,6 @@ def pressing_lasts(unit: HydraulicUnit) -> float:
 
 def _opens_slowly(unit: HydraulicUnit) -> bool:
     return any(valve.opening_time is not None for valve in holding_valves(unit))
-
-
-def _stretches(use: Bools) -> list[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], use, [False]]).astype(int)))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def _shrunk(moving: Bools, direction: Array, front: int, back: int) -> Bools:

@@ -25,6 +25,7 @@ from ramsight.plant.limits import limits_of
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit, reach, side_nodes
 from ramsight.sensor.balance import balance
+from ramsight.stretches import stretches
 
 if TYPE_CHECKING:
     import xarray
@@ -147,9 +148,9 @@ def _stretches(unit: HydraulicUnit, log: xarray.Dataset) -> list[Stretch]:
     time, speed = log["time"].values, log["motor_speed"].values
     lifting = unit.lift_sign * speed > _SLOWEST
     steady = lifting & (np.abs(speed - np.concatenate([speed[:1], speed[:-1]])) < _STEADY)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], steady, [False]]).astype(int)))
     result = []
-    for first, last in zip(edges[::2], edges[1::2] - 1, strict=True):
+    for first, end in stretches(steady):
+        last = end - 1
         settled = time[first] + _SETTLING * closed.settles(float(speed[first]))
         rows = slice(int(np.searchsorted(time, settled)), last + 1)
         if rows.stop - rows.start < 5 or time[last] - time[rows.start] < _SHORTEST or np.ptp(speed[rows]) > _STEADY:

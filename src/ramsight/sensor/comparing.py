@@ -37,6 +37,8 @@ class Verdict(IntEnum):
         return _TEXT[self]
 
 
+ALERTS = (Verdict.APART, Verdict.OTHER_WRONG, Verdict.VIRTUAL_WRONG)
+"""Verdicts that one of the two is wrong."""
 _TEXT = {
     Verdict.AGREE: "both agree",
     Verdict.UNCHECKED: "unchecked: the virtual sensor has no position",

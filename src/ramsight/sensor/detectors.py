@@ -138,6 +138,8 @@ DETECTORS = (
     ),
 )
 """The later, the worse: of several that hold the last is said."""
+CONTRADICTIONS = tuple(one.status for one in DETECTORS if one.needs)
+"""What is said of a drive whose report contradicts itself: it takes signals that not every drive reports."""
 
 
 def detector_table() -> str:

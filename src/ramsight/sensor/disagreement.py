@@ -11,7 +11,6 @@ with Q the variance of noise and of what a sample does not see, S the sum of sta
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from statistics import NormalDist
 from typing import Any
@@ -93,16 +92,3 @@ def lately(graph: SensorGraph, name: str, rate: Any) -> Any:
     now = ca.exp(-graph.elapsed / MEMORY) * before + rate * graph.elapsed
     graph.becomes(name, now)
     return now
-
-
-def share_of_second(seconds: float) -> float:
-    """How much of a lasting difference the sum holds after a time, 0 to 1.
-
-    Args:
-        seconds: since it began [s].
-
-    Example:
-        >>> round(share_of_second(1.0), 2)
-        0.63
-    """
-    return 1.0 - math.exp(-seconds / MEMORY)

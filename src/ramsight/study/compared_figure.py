@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ramsight.output import open_table
 from ramsight.sensor.comparing import Verdict
 from ramsight.sensor.virtual_sensor import BOUND
-from ramsight.study.figures import DOUBT, ERROR, ESTIMATE, STYLE, TRUTH, save
+from ramsight.study.figures import DOUBT, ERROR, ESTIMATE, STYLE, TRUTH, save, shade
 
 if TYPE_CHECKING:
     import xarray
@@ -67,16 +67,9 @@ def compared_figure(both: xarray.Dataset, title: str, path: str | Path) -> None:
         below.set_ylabel("difference\n[mm]")
         below.set_xlabel("time [s]")
         for axes in (above, below):
-            _shade(axes, time, both["verdict"].values)
+            for verdict, colour in _SHADES.items():
+                there = both["verdict"].values == verdict
+                shade(axes, time, there, colour, verdict.name.lower().replace("_", " "), alpha=0.3)
             axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=5, borderaxespad=0.0)
         figure.suptitle(title, x=0.01, ha="left", fontsize=10, fontweight="bold")
     save(figure, path)
-
-
-def _shade(axes: Any, time: Any, said: Any) -> None:
-    """Mark where they do not agree."""
-    for verdict, colour in _SHADES.items():
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], said == verdict, [False]]).astype(int)))
-        for k, (first, last) in enumerate(zip(edges[::2], edges[1::2], strict=True)):
-            label = verdict.name.lower().replace("_", " ") if k == 0 else None
-            axes.axvspan(time[first], time[min(last, len(time) - 1)], color=colour, alpha=0.3, lw=0, label=label)

@@ -10,6 +10,7 @@ import numpy as np
 from ramsight.normal import TWO_SIDED_95
 from ramsight.output import atomic_path
 from ramsight.sensor.status import VALIDITIES, Status, validity_levels
+from ramsight.stretches import stretches
 
 if TYPE_CHECKING:
     import xarray
@@ -156,8 +157,11 @@ def shade_status(axes: Any, time: Any, status: Any) -> None:
     """Mark where the status is not ok, a colour for each validity."""
     validity = validity_levels(status)
     for level, (name, colour) in _SHADES.items():
-        there = np.concatenate([[False], validity == level, [False]])
-        edges = np.flatnonzero(np.diff(there.astype(int)))
-        for k, (first, last) in enumerate(zip(edges[::2], edges[1::2], strict=True)):
-            label = name if k == 0 else None
-            axes.axvspan(time[first], time[min(last, len(time) - 1)], color=colour, alpha=0.25, lw=0, label=label)
+        shade(axes, time, validity == level, colour, name)
+
+
+def shade(axes: Any, time: Any, where: Any, colour: str, name: str, alpha: float = 0.25) -> None:
+    """Mark the stretches at which something holds, one of them with its name for the legend."""
+    for k, (first, end) in enumerate(stretches(where)):
+        label = name if k == 0 else None
+        axes.axvspan(time[first], time[min(end, len(time) - 1)], color=colour, alpha=alpha, lw=0, label=label)

@@ -29,9 +29,8 @@ PLACES, AGES, AGE = 10, 12, 10.0
 NORMAL_95 = 1.96
 SETTLED = 1.0  # s after a stop was reached, from when an error counts as one after that reference
 _MOVES = 1e-3  # m/s
-UNUSABLE = int(
-    Status.NOT_REFERENCED
-)  # statuses from here on are "not referenced" and "invalid": there is no position to be wrong
+UNUSABLE = int(Status.NOT_REFERENCED)
+"""Statuses from here on are "not referenced" and "invalid": there is no position to be wrong."""
 
 SHAPES: Mapping[str, tuple[tuple[str, int], ...]] = {
     "errors": (("group", len(GROUPS)), ("bin", len(EDGES) - 1)),
@@ -119,8 +118,8 @@ def measures(track: Track) -> dict[str, Array | float]:
     last = np.concatenate([[np.nan], visits])[came]
     found["ageing"] = _ageing(size, time - last, known & (came >= TAUGHT))
     found["statuses"] = np.bincount(validity_levels(track.status), minlength=len(VALIDITIES)).astype(float)
-    found["ok_beyond_4_std"] = float(((track.status == Status.OK) & (size > 4.0 * track.std)).sum())
     vouched = track.status == Status.OK
+    found["ok_beyond_4_std"] = float((vouched & (size > 4.0 * track.std)).sum())
     bound = np.full(len(time), np.nan) if track.bound is None else track.bound
     found["ok_beyond_bound"] = float((vouched & (size > bound)).sum())
     found["bound"] = float(np.median(bound[vouched])) if vouched.any() else np.nan

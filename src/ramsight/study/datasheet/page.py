@@ -133,7 +133,7 @@ def _power_up(sheet: Sheet) -> list[str]:
 def _status(sheet: Sheet) -> str:
     rows = [row((name, f"{100.0 * share:.2f} %")) for name, share in sheet.validity.items()]
     rows.append(row(("ok, but off by more than 4 standard deviations", f"{100.0 * sheet.ok_but_wrong:.3f} %")))
-    if sheet.bound.median == sheet.bound.median:
+    if sheet.bound.is_said:
         beyond = f"{sheet.bound.beyond} of {sheet.bound.samples} samples"
         rows.append(row(("ok, but off by more than the bound", beyond)))
         rows.append(row(("the bound, median while ok", f"{1e3 * sheet.bound.median:.1f} mm")))

@@ -110,10 +110,16 @@ class Bound:
     machines: Known
 
     @property
+    def is_said(self) -> bool:
+        """Whether the sensor says one."""
+        return math.isfinite(self.median)
+
+    @property
     def text(self) -> str:
         """It in a sentence."""
         return (
-            f"while ok the error is said to be below {1e3 * self.median:.1f} mm, {self.over_p95:.1f} times 95 % of it;"
+            f"while ok the error is said to be below {1e3 * self.median:.1f} mm,"
+            f" {self.over_p95:.1f} times the error that 95 % are below;"
             f" {self.beyond} of {self.samples} samples exceed it, on {100 * self.machines.value:.2f} % of the machines"
             f" (at most {100 * self.machines.high:.2f} %)"
         )
@@ -176,7 +182,7 @@ class Sheet:
                 )
         said = ", ".join(f"{name} {100.0 * share:.1f} %" for name, share in self.validity.items())
         lines.append(f"  status: {said}; ok but off by more than 4 std {100 * self.ok_but_wrong:.3f} %")
-        if self.bound.median == self.bound.median:
+        if self.bound.is_said:
             lines.append(f"  {self.bound.text}")
         for held in self.recorded:
             inside = all(after is None or after["inside"] for after in held["after"])
@@ -249,27 +255,27 @@ def data_sheet(
     done = found.isel(machine=np.flatnonzero(found["outcome"].values == 0))
     statuses = done["statuses"].values.sum(axis=0).astype(float)
     samples = max(statuses.sum(), 1.0)
+    accuracy = tuple(_accuracy(done, k, plan.seed) for k in range(len(GROUPS)))
     return Sheet(
         plan=plan,
         stroke=float(plan.bench.sheet.cylinder.stroke),
         machines=found.sizes["machine"],
         failed=found.sizes["machine"] - done.sizes["machine"],
         hours=float(done["duration"].sum()) / 3600.0,
-        accuracy=tuple(_accuracy(done, k, plan.seed) for k in range(len(GROUPS))),
+        accuracy=accuracy,
         terms=tuple(_terms(plan, done)),
         validity=dict(zip(VALIDITIES, (statuses / samples).tolist(), strict=True)),
         ok_but_wrong=float(done["ok_beyond_4_std"].sum() / samples),
-        bound=_bound(done, plan.seed),
+        bound=_bound(done, accuracy[VOUCHED]),
         worst=_worst(done),
         budget=budget,
         recorded=tuple(recorded),
     )
 
 
-def _bound(done: xarray.Dataset, seed: int) -> Bound:
+def _bound(done: xarray.Dataset, ok: Accuracy) -> Bound:
     beyond, medians = done["ok_beyond_bound"].values, done["bound"].values
     median = float(np.nanmedian(medians)) if np.isfinite(medians).any() else math.nan
-    ok = _accuracy(done, VOUCHED, seed)
     return Bound(
         median=median,
         over_p95=median / ok.quantiles[1].value if ok.machines else math.nan,
