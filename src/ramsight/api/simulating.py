@@ -127,7 +127,8 @@ def drive_report(
     Args:
         run: of `simulate`.
         machine: the unit that ran. Where its description declares a sensor of the angle of the body that the cylinder
-            turns (``assumptions.link_angle``), the log has the angle, with errors drawn from what is declared.
+            turns, a counter of the shaft, power of the DC link or sensors of pressure (``assumptions.link_angle``,
+            ``shaft``, ``power``, ``pressure``), the log has them, with errors drawn from what is declared.
         unit: name of the unit, if the machine has several.
         seed: of the noise; the same seed gives the same log.
         speed_step: of the motor speed [rad/s]; 0 for none.
@@ -142,7 +143,7 @@ def drive_report(
 
     Returns:
         Over the run's `time` [s], shape (samples,): `motor_speed` [rad/s], `motor_torque` [N m] and
-        `oil_temperature` [K], perhaps `link_angle` [rad]; a drive log like those of `read_log`.
+        `oil_temperature` [K], and what is declared beside them; a drive log like those of `read_log`.
 
     Raises:
         DescriptionError: a quantity cannot be read or is out of range.

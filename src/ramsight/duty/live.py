@@ -130,7 +130,30 @@ class _Stepped:
         return Segments(ends[:1], ends[1:], self.inputs[None], self._slope[None], self._parameters)
 
 
-class LiveUnit:
+class _Live:
+    """What can be changed of a machine that runs, and looked at in it."""
+
+    _run: _Stepped
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the equation's parameters, which `change` takes; with several units they begin with its name."""
+        return self._run.ode.parameters
+
+    def change(self, values: Mapping[str, float]) -> None:
+        """Go on with a machine that has changed: other values of parameters, by name, in SI.
+
+        Raises:
+            KeyError: the equation has no such parameter.
+        """
+        self._run.change(values)
+
+    def inside(self) -> dict[str, float]:
+        """Joints, pressures, flows, openings and all else that the equation knows now, by name, in SI."""
+        return self._run.inside()
+
+
+class LiveUnit(_Live):
     """A unit that carries a load by itself, and waits for the next command after every sample.
 
     Args:
@@ -183,23 +206,6 @@ class LiveUnit:
         self.now = self._look()
         return self.now
 
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        """Names of the equation's parameters, which `change` takes."""
-        return self._run.ode.parameters
-
-    def change(self, values: Mapping[str, float]) -> None:
-        """Go on with a machine that has changed: other values of parameters, by name, in SI.
-
-        Raises:
-            KeyError: the equation has no such parameter.
-        """
-        self._run.change(values)
-
-    def inside(self) -> dict[str, float]:
-        """Pressures, flows, openings and all else that the equation knows now, by name, in SI."""
-        return self._run.inside()
-
     def _look(self) -> Instant:
         run, name = self._run, self._name
         return Instant(
@@ -210,7 +216,7 @@ class LiveUnit:
         )
 
 
-class LiveMachine:
+class LiveMachine(_Live):
     """A machine that waits for the next command after every sample.
 
     Args:
@@ -263,23 +269,6 @@ class LiveMachine:
         self._run.advance(np.array([*speeds, payload, *tip_force]))
         self.now = self._look()
         return self.now
-
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        """Names of the equation's parameters, which `change` takes; those of a unit begin with its name."""
-        return self._run.ode.parameters
-
-    def change(self, values: Mapping[str, float]) -> None:
-        """Go on with a machine that has changed: other values of parameters, by name, in SI.
-
-        Raises:
-            KeyError: the equation has no such parameter.
-        """
-        self._run.change(values)
-
-    def inside(self) -> dict[str, float]:
-        """Joints, pressures, flows, openings and all else that the equation knows now, by name, in SI."""
-        return self._run.inside()
 
     def _look(self) -> LinkedInstant:
         names, run = self.machine.mechanism.cylinders, self._run
