@@ -70,6 +70,7 @@ PARTS = {
     "hose turning turbulent": replace(HOSE, turbulent=True, diameter=8e-3),
     "hose with inertia": replace(HOSE, segments=3),
     "hose with inertia, turbulent": replace(HOSE, segments=2, turbulent=True, diameter=8e-3),
+    "hose that stiffens": replace(HOSE, bulk_modulus=2e8, stiffening=9.0),
     "volume": Volume("volume", "in", 3e-4),
     "accumulator": Accumulator("accumulator", "in", 1e-3, 2e5, 1.3),
     "relief valve": ReliefValve("valve", "in", "out", 210e5, 3.3e-9),

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from ramsight.plant.circuit import EXPANSION, TANK, WARMING, join
 from ramsight.plant.cylinder import friction_force
-from ramsight.plant.hose import Hose
-from ramsight.plant.oil import T40, T100, aerated_bulk_modulus, thermal_density
+from ramsight.plant.hose import Hose, stiffened_bulk_modulus
+from ramsight.plant.oil import ATMOSPHERE, T40, T100, aerated_bulk_modulus, thermal_density
 from ramsight.plant.pipe_friction import drop_over_laminar, flow_over_laminar
 from ramsight.plant.valve import orifice_flow
 
@@ -152,6 +152,7 @@ SWITCHES = {
     "safety valve held open": [{"pressure_in": 50e5, "pressure_out": 50e5}],
     "orifice": [{"pressure_in": 50e5, "pressure_out": 50e5}],
     "hose turning turbulent": [{"pressure_in": p, "pressure_out": 4e5} for p in (4e5, 16.68e5, 30e5, 66.98e5)],
+    "hose that stiffens": [{"pressure_in": p} for p in (ATMOSPHERE, ATMOSPHERE + (1.2e9 - 2e8) / 9.0)],
     "pump": [{"pressure_in": 4e5, "pressure_out": 4e5, "motor_speed": w} for w in (-100.0, 0.0, 100.0)],
     "pump that compresses its oil": [
         {"pressure_in": 4e5, "pressure_out": 4e5, "motor_speed": w} for w in (-100.0, 100.0)
@@ -379,6 +380,23 @@ def test_a_hose_in_segments_has_the_drop_and_the_content_of_a_whole_one():
     )
     assert content[0] == pytest.approx(content[1])
     assert give[0] == pytest.approx(give[1])
+
+
+def test_what_a_hose_that_stiffens_takes_in_grows_with_the_logarithm_of_the_pressure():
+    modulus, rise = 15e6, 9.0
+    pressure = ATMOSPHERE + np.linspace(0.0, 100e5, 2001)
+    given = 1.0 / np.array([float(stiffened_bulk_modulus(p, modulus, rise)) for p in pressure])
+    taken = np.sum(0.5 * (given[1:] + given[:-1]) * np.diff(pressure))
+    assert taken == pytest.approx(np.log1p(rise * 100e5 / modulus) / rise, rel=1e-6)
+    assert float(stiffened_bulk_modulus(0.1e5, modulus, rise)) == modulus
+    # Never stiffer than the oil in it.
+    b = bench("hose that stiffens")
+    names = [state.name for state in b.model.ode.states]
+    x, u, slope = b.rest()
+    x[names.index("pressure_in")] = 2000e5
+    found = b.at(x, u, slope)
+    oil = found["volume_in"] / b.model.values[b.model.ode.parameters.index("oil.bulk_modulus")]
+    np.testing.assert_allclose(found["capacity_in"], oil, rtol=1e-12)
 
 
 def test_a_line_rings_at_the_speed_of_sound():

@@ -7,8 +7,8 @@ import xarray
 
 from ramsight.duty import report
 from ramsight.plant.balance import FACTORS, balance, without_friction
-from ramsight.plant.cylinder import ATMOSPHERE
 from ramsight.plant.limits import limits_of
+from ramsight.plant.oil import ATMOSPHERE
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.load import LoadObserver
 from ramsight.sensor.virtual_sensor import SensorGraph

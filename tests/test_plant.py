@@ -11,8 +11,9 @@ from ramsight.duty import Duty, Profile, lift_lower, simulate
 from ramsight.duty.profile import constant
 from ramsight.engine.run import integrate, outputs
 from ramsight.logs import read_truth
-from ramsight.plant.cylinder import ATMOSPHERE, friction_force
+from ramsight.plant.cylinder import friction_force
 from ramsight.plant.ddh import build
+from ramsight.plant.oil import ATMOSPHERE
 from ramsight.plant.unit import circuit, initial_state
 from ramsight.plant.valve import orifice_flow
 from ramsight.study.errors import first_stop_contact

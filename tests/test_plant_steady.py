@@ -8,8 +8,8 @@ from ramsight import machine
 from ramsight.duty import Duty, simulate
 from ramsight.duty.profile import constant, trapezoid_moves
 from ramsight.errors import DescriptionError
-from ramsight.plant.cylinder import ATMOSPHERE
 from ramsight.plant.ddh import build
+from ramsight.plant.oil import ATMOSPHERE
 from ramsight.plant.pump import friction_coefficient
 from ramsight.plant.steady import cautions, derive, torque_at_load
 

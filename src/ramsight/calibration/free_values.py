@@ -26,7 +26,7 @@ _PUMP = {"displacement": _MADE, "no_load_torque": _TYPICAL, "viscous_drag": _GUE
 _LOSSES = {"volumetric_efficiency": _EFFICIENCY, "hydromechanical_efficiency": _RUBBED}
 _PARTS: tuple[tuple[type, dict[str, float]], ...] = (
     (Pump, _PUMP),
-    (Hose, {"effective_bulk_modulus": _GUESSED, "diameter": _TYPICAL}),
+    (Hose, {"effective_bulk_modulus": _GUESSED, "stiffening": _GUESSED, "diameter": _TYPICAL}),
     (PlacedVolume, {"volume": _GUESSED}),
     (PlacedAccumulator, {"precharge": _FILLED, "gas_exponent": _GAS}),
     (PlacedDirectional, {"rated_flow": _GUESSED, "switching_time": _GUESSED}),

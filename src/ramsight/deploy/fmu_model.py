@@ -15,7 +15,7 @@ from ramsight.engine.run import DEFAULT_RTOL
 from ramsight.equation import OdeModel
 from ramsight.plant.balance import FACTORS
 from ramsight.plant.circuit import COMMANDED
-from ramsight.plant.cylinder import ATMOSPHERE
+from ramsight.plant.oil import ATMOSPHERE
 from ramsight.plant.unit import HydraulicUnit, circuit, reach
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.virtual_sensor import MEASURED, START_STD

@@ -146,11 +146,6 @@ class DirectDriven(Unit):
         return self
 
     @property
-    def hose_compliance(self) -> float:
-        """Relative volume that the hose wall gives per pressure, 1/beta_effective - 1/beta_oil [1/Pa]."""
-        return 1 / self.hose.effective_bulk_modulus - 1 / self.oil.bulk_modulus
-
-    @property
     def pumps(self) -> dict[str, Pump]:
         """The pumps by what to call them."""
         return {"pump A": self.pump_a, "pump B": self.pump_b}

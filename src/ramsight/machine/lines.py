@@ -25,6 +25,10 @@ class Hose(Part):
         float,
         quantity("GPa", "bulk modulus of oil and hose wall together", least="0.01 GPa", most="5 GPa"),
     ]
+    stiffening: Annotated[
+        float,
+        quantity("1", "rise of that modulus per pressure above the atmosphere's; 0 for none", least="0", most="50"),
+    ] = 0.0
     regime: Annotated[
         Literal["laminar", "turbulent"], Field(description="laminar whatever the speed, or turning turbulent")
     ] = "laminar"

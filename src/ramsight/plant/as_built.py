@@ -65,5 +65,6 @@ class AsBuilt:
         if isinstance(part, ReliefValve):
             return replace(part, setting=part.setting * self.relief)
         if isinstance(part, Hose):
-            return replace(part, bulk_modulus=part.bulk_modulus * self.stiffness)
+            stiffening = None if part.stiffening is None else part.stiffening * self.stiffness
+            return replace(part, bulk_modulus=part.bulk_modulus * self.stiffness, stiffening=stiffening)
         return part

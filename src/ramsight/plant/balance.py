@@ -27,9 +27,8 @@ from numpy.typing import NDArray
 
 from ramsight.elimination import eliminate
 from ramsight.plant.circuit import WARMING, Circuit, command_of
-from ramsight.plant.cylinder import ATMOSPHERE
 from ramsight.plant.drive import IdealDrive
-from ramsight.plant.oil import Oil
+from ramsight.plant.oil import ATMOSPHERE, Oil
 from ramsight.plant.unit import HydraulicUnit, initial_state
 
 FACTORS = ("leak", "displacement", "compliance")
@@ -220,6 +219,7 @@ class Balance:
             "leak_factor": lambda v: v * leak / displacement,
             "displacement": lambda v: v * displacement,
             "bulk_modulus": lambda v: v / compliance,
+            "stiffening": lambda v: v / compliance,
         }
         split = ca.vertsplit(p)
         return ca.vertcat(

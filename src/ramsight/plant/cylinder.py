@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import casadi as ca
 
 from ramsight.plant.cushion import cushion_force
+from ramsight.plant.oil import ATMOSPHERE
 
 if TYPE_CHECKING:
     from ramsight.plant.circuit import Circuit
 
 _DEVELOPED = 10.0 * math.sqrt(2.0)  # Stribeck velocities over v_C, where Coulomb friction is developed
-ATMOSPHERE = 101325.0  # Pa, standard atmosphere (ISO 2533); acts on the rod's end
 
 
 def friction_force(velocity: Any, coulomb: Any, breakaway: Any, viscous: Any, stribeck_velocity: Any) -> Any:

@@ -169,4 +169,5 @@ def hose(spec: description.Hose, name: str, inlet: str, outlet: str) -> Hose:
         spec.effective_bulk_modulus,
         turbulent=spec.regime == "turbulent",
         segments=spec.segments,
+        stiffening=spec.stiffening or None,
     )

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import casadi as ca
 
+from ramsight.plant.oil import ATMOSPHERE
 from ramsight.plant.pipe_friction import drop_over_laminar, flow_over_laminar
 
 if TYPE_CHECKING:
@@ -27,6 +28,27 @@ def laminar_resistance(viscosity: Any, density: Any, length: Any, diameter: Any)
         diameter: [m].
     """
     return 128.0 * viscosity * density * length / (math.pi * diameter**4)
+
+
+def stiffened_bulk_modulus(pressure: Any, bulk_modulus: Any, stiffening: Any) -> Any:
+    """Bulk modulus of a hose with its oil [Pa] at a pressure: B + k (p - p_0), B below the atmosphere's pressure p_0.
+
+    A braid first gives way to the wall and then locks, so that a hose stiffens under pressure.
+
+    Args:
+        pressure: absolute [Pa].
+        bulk_modulus: B, of oil and wall together at the atmosphere's pressure [Pa].
+        stiffening: k, rise of the modulus per pressure [1].
+
+    Source: the first two terms of a modulus over pressure, as for oils (Gholizadeh, Burton and Schoenau, International
+    Journal of Fluid Power 12 (2011) 3, 5-15); what a hose takes in then grows with the logarithm of the pressure, bent
+    down like the curves of volumetric expansion that hose makers give.
+
+    Example:
+        >>> [round(float(stiffened_bulk_modulus(p, 15e6, 9.0)) / 1e6) for p in (1e5, 21e5, 51e5)]
+        [15, 33, 60]
+    """
+    return bulk_modulus + stiffening * ca.fmax(pressure - ATMOSPHERE, 0.0)
 
 
 @dataclass(frozen=True)
@@ -61,6 +83,7 @@ class Hose:
         turbulent: whether flow turns turbulent (Blasius); else it is laminar whatever its speed.
         segments: equal parts whose flows are states; 0 leaves the oil's inertia out. Waves are shown up to about a
             sixth of the frequency of one segment.
+        stiffening: rise of the bulk modulus per pressure above the atmosphere's [1]; without it there is none.
     """
 
     name: str
@@ -72,6 +95,7 @@ class Hose:
     bulk_modulus: float
     turbulent: bool = False
     segments: int = 0
+    stiffening: float | None = None
 
     @property
     def joins(self) -> tuple[str, ...]:
@@ -99,7 +123,7 @@ class Hose:
         half = 0.5 * self.volume / max(self.segments, 1)
         for node in (*nodes[:-1], *nodes[1:]):
             circuit.volume(node, half)
-            circuit.compliance(node, half * (1.0 / self.bulk_modulus - 1.0 / circuit.oil.bulk_modulus))
+            circuit.compliance(node, half * self._wall(circuit, node))
         if self.segments:
             self._with_inertia(circuit)
             return
@@ -111,6 +135,14 @@ class Hose:
         flow = conductance * difference
         circuit.flow(self.name, self.inlet, self.outlet, flow)
         circuit.loss(f"{self.name}.throttling", flow * difference)
+
+    def _wall(self, circuit: Circuit, node: str) -> Any:
+        """What the wall gives per pressure at a node, over the content [1/Pa]."""
+        oil = circuit.oil.bulk_modulus
+        if self.stiffening is None:
+            return 1.0 / self.bulk_modulus - 1.0 / oil
+        modulus = stiffened_bulk_modulus(circuit.pressure(node), self.bulk_modulus, self.stiffening)
+        return ca.fmax(1.0 / modulus - 1.0 / oil, 0.0)
 
     def _with_inertia(self, circuit: Circuit) -> None:
         """Momentum of each segment: (rho L/A) dQ/dt = dp - dp_friction."""

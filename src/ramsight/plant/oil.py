@@ -12,7 +12,8 @@ _OFFSET = 0.7  # mm2/s, the constant of the Walther equation for viscosities abo
 _MM2 = 1e-6  # m2
 T40, T100 = 313.15, 373.15  # K, the temperatures at which data sheets give viscosity
 T15 = 288.15  # K, the temperature at which they give density
-_P0 = 101325.0  # Pa, standard atmosphere
+ATMOSPHERE = 101325.0
+"""Pressure of the standard atmosphere [Pa], ISO 2533."""
 _STEEL = 3.0 * 11.7e-6  # 1/K, thermal expansion of a steel barrel's volume; DIN EN 10088 and its kind, 20 to 100 degC
 _FLOOR = 2e3  # Pa; about the pressure at which an oil gives off vapour and air, [G]
 
@@ -98,7 +99,7 @@ def free_air(pressure: Any, air: Any, polytropic: Any) -> Any:
         >>> [round(float(free_air(p, 0.01, 1.4)), 4) for p in (1e5, 4e5)]
         [0.0101, 0.0038]
     """
-    return air * ca.exp(ca.log(_P0 / pressure) / polytropic)
+    return air * ca.exp(ca.log(ATMOSPHERE / pressure) / polytropic)
 
 
 def aerated_bulk_modulus(pressure: Any, bulk_modulus: Any, air: Any, polytropic: Any) -> Any:
@@ -191,11 +192,11 @@ class Oil:
 
     def specific_volume(self, pressure: Any) -> Any:
         """Volume of the oil with its air at an absolute pressure [Pa], over that of the oil at atmospheric pressure."""
-        volume = ca.exp((_P0 - pressure) / self.bulk_modulus)
+        volume = ca.exp((ATMOSPHERE - pressure) / self.bulk_modulus)
         return volume if self.air is None else volume + free_air(ca.fmax(pressure, _FLOOR), self.air, self.polytropic)
 
     def thickening(self, pressure: Any) -> Any:
         """Viscosity at an absolute pressure [Pa] over that at atmospheric pressure [1]."""
         if self.pressure_viscosity is None:
             return 1.0
-        return pressure_viscosity_factor(pressure - _P0, self.pressure_viscosity)
+        return pressure_viscosity_factor(pressure - ATMOSPHERE, self.pressure_viscosity)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Unit
-from ramsight.plant.cylinder import ATMOSPHERE
 from ramsight.plant.directional import DirectionalValve
 from ramsight.plant.limits import pump_reliefs
+from ramsight.plant.oil import ATMOSPHERE
 from ramsight.plant.pilot_check import PilotCheckValve
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit, opposite, pumped_into, side_nodes

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from ramsight.machine.assumptions import Assumptions
 from ramsight.plant.circuit import TANK, CircuitModel, Part, join
-from ramsight.plant.cylinder import ATMOSPHERE, Cylinder
+from ramsight.plant.cylinder import Cylinder
 from ramsight.plant.drive import Drive
 from ramsight.plant.linkage.lever import Lever
-from ramsight.plant.oil import Oil
+from ramsight.plant.oil import ATMOSPHERE, Oil
 from ramsight.plant.pump import Pump
 
 
