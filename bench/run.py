@@ -30,7 +30,8 @@ from ramsight.duty.linked import starting
 from ramsight.duty.loading import loading_cycle
 from ramsight.duty.work_day import work_day
 from ramsight.engine.batch import Job, batches
-from ramsight.engine.recursion import replay
+from ramsight.engine.cache import WIDTH
+from ramsight.engine.recursion import replay, replay_many
 from ramsight.engine.run import DEFAULT_RTOL, integrate, outputs
 from ramsight.plant import linked
 from ramsight.plant.ddh import build
@@ -276,6 +277,11 @@ def sensor(results, quick):
     run = partial(replay, virtual.recursion, many, virtual.parameters, state)
     run()
     results["kalman_replay_samples_per_s"] = len(many) / float(np.median([timed(run) for _ in range(5)]))
+    several, states = [many[: len(many) // WIDTH]] * WIDTH, np.tile(virtual.initial, (WIDTH, 1))
+    beside = partial(replay_many, virtual.recursion, several, virtual.parameters, states)
+    beside()
+    found = sum(map(len, several)) / float(np.median([timed(beside) for _ in range(5)]))
+    results["kalman_replay_of_many_samples_per_s"] = found
     samples = [tuple(map(float, row)) for row in rows[:10_000]]
 
     def live():

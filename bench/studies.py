@@ -30,6 +30,7 @@ from ramsight.study.datasheet.duties import Work
 from ramsight.study.datasheet.measuring import measures
 from ramsight.study.datasheet.plan import TASK, plan
 from ramsight.study.datasheet.running import run
+from ramsight.study.datasheet.tracking import tracked
 
 CORES = len(os.sched_getaffinity(0))
 MACHINES, QUICK = 6 * TASK, 2 * TASK
@@ -51,10 +52,6 @@ def timed(function):
     return time.perf_counter() - start
 
 
-def tracked(bench, several, told):
-    return [one.track(bench, told=told) for one in several]
-
-
 def parts(whole, seconds):
     """Processor time of each part of a machine's work, on one thread [ms]."""
     order, rows = whole.order(range(TASK)), range(working.BESIDE)
@@ -70,9 +67,9 @@ def parts(whole, seconds):
     for _ in range(seconds):
         working.sampled = partial(measured, "simulated", kept)
         done = measured("until_reported", working.runs, bench, order, rows)
-        working.sampled = kept
-        tracks = measured("tracked", tracked, bench, done, True)
-        measured("tracked_untold", tracked, bench, done, False)
+        working.sampled, sensors = kept, [bench.virtual] * len(done)
+        tracks = measured("tracked", tracked, done, sensors)
+        measured("tracked_untold", partial(tracked, told=False), done, sensors)
         measured("measured", lambda several: [measures(one) for one in several], tracks)
     found = {name: float(np.median(values)) for name, values in spent.items()}
     found["drawn_and_reported"] = found.pop("until_reported") - found["simulated"]

@@ -9,9 +9,11 @@ from scipy.integrate import solve_ivp
 
 from ramsight import elimination
 from ramsight.engine import rodas4
-from ramsight.engine.cache import generated_module
+from ramsight.engine.branches import Branch, schedule
+from ramsight.engine.cache import generated_module, instructions
+from ramsight.engine.graph import graph_of
 from ramsight.engine.outcome import Outcome
-from ramsight.engine.recursion import Recursion, replay
+from ramsight.engine.recursion import Recursion, replay, replay_many
 from ramsight.engine.run import Segments, integrate, outputs
 from ramsight.equation import OdeModel, Output, State
 
@@ -234,3 +236,38 @@ def test_a_recursion_steps_the_same_alone_and_in_a_row():
     for row, out in zip(inputs, together, strict=True):
         y, expected = function(y, row, 0.3)
         assert float(expected) == pytest.approx(out[0], abs=1e-12)
+
+
+def seldom():
+    """A recursion in which much is done seldom: one sample in ten, by its input."""
+    x, u, p = ca.SX.sym("x", 2), ca.SX.sym("u", 1), ca.SX.sym("p", 2)
+    long = x[0]
+    for k in range(40):
+        long = ca.exp(-long * long) + p[1] * ca.sqrt(1.0 + k + x[1] ** 2)
+    now = u > 0.9
+    chosen = ca.if_else(now, long, x[0] * 0.5 + u)
+    other = ca.if_else(now, 2.0 * long, x[1])
+    new = ca.vertcat(chosen, 0.9 * other + p[0] * u)
+    return Recursion(("a", "b"), ("u",), ("p", "q"), ("y", "z"), x, u, p, new, ca.vertcat(chosen - x[1], other))
+
+
+@pytest.mark.parametrize("runs", [1, 3, 8, 19])
+def test_runs_that_are_replayed_side_by_side_are_as_alone(runs):
+    recursion, rng = seldom(), np.random.default_rng(runs)
+    function = ca.Function("f", [recursion.x, recursion.u, recursion.p], [recursion.output], {"cse": True})
+    assert any(isinstance(item, Branch) for item in schedule(graph_of(instructions(function))))
+    inputs = [rng.random((length, 1)) for length in rng.integers(0, 60, runs)]
+    parameters, states = rng.random((runs, 2)), rng.random((runs, 2))
+    first = states.copy()
+    found = replay_many(recursion, inputs, parameters, states)
+    np.testing.assert_array_equal(states, first)
+    for k, rows in enumerate(inputs):
+        np.testing.assert_allclose(found[k], replay(recursion, rows, parameters[k], states[k].copy()), rtol=1e-12)
+        (alone,) = replay_many(recursion, [rows], parameters[k], states[k : k + 1])
+        np.testing.assert_array_equal(found[k], alone)
+        (kept,) = replay_many(recursion, [rows], parameters[k], states[k : k + 1], ["z"])
+        np.testing.assert_array_equal(kept[:, 0], alone[:, 1])
+
+
+def test_no_runs_are_replayed_to_none():
+    assert replay_many(seldom(), [], np.zeros(2), np.zeros((0, 2))) == ()

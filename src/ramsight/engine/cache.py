@@ -18,6 +18,8 @@ from ramsight.engine import branches, graph, llvm
 from ramsight.engine.object_code import NativeFunction
 from ramsight.engine.private_folder import private_folder
 
+WIDTH = 8
+"""Runs side by side: one AVX-512 register of doubles, two of AVX2."""
 _loaded: dict[str, CompiledModule] = {}
 
 

@@ -176,10 +176,10 @@ class _Emitter:
             else:
                 values[place] = table[node.code](*(values[s] for s in node.sources))
 
-        # Runs side by side are not of one mind: all of them compute both cases.
-        for item in schedule(graph) if self.width == 1 else range(len(graph.nodes)):
+        branch = self.branch if self.width == 1 else self.branch_of_any
+        for item in schedule(graph):
             if isinstance(item, Branch):
-                self.branch(item, values, emit)
+                branch(item, values, emit)
             else:
                 emit(item)
         for (output, element), place in graph.results:
@@ -200,6 +200,28 @@ class _Emitter:
             values[place] = self.b.phi(self.real)
             for block, kept in ends:
                 values[place].add_incoming(kept[number], block)
+
+    def branch_of_any(self, branch: Branch, values: dict[int, Any], emit: Callable[[int], None]) -> None:
+        """Emit the short case, and the long one for all runs as soon as it is the case of any of them."""
+        zero, cases = self.constant(0.0), (branch.then, branch.otherwise)
+        long = int(len(branch.otherwise) > len(branch.then))
+        for place in cases[1 - long]:
+            emit(place)
+        shorts = [zero if k is None else values[k] for k in (both[1 - long] for both in branch.chosen.values())]
+        holds = self.nonzero(values[branch.condition])
+        concerned = self.b.not_(holds) if long else holds
+        word = ir.IntType(self.width)
+        before = self.b.block
+        with self.b.if_then(self.b.icmp_unsigned("!=", self.b.bitcast(concerned, word), word(0))):
+            for place in cases[long]:
+                emit(place)
+            longs = [zero if k is None else values[k] for k in (both[long] for both in branch.chosen.values())]
+            mixed = [self.b.select(concerned, new, one) for new, one in zip(longs, shorts, strict=True)]
+            after = self.b.block
+        for place, one, new in zip(branch.chosen, shorts, mixed, strict=True):
+            values[place] = self.b.phi(self.real)
+            values[place].add_incoming(one, before)
+            values[place].add_incoming(new, after)
 
     def address(self, base: Any, element: int) -> Any:
         offset = ir.Constant(ir.IntType(64), element * self.width)

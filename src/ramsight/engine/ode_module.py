@@ -10,10 +10,9 @@ import casadi as ca
 
 from ramsight import elimination
 from ramsight.engine import kernel, lanes, rodas4
-from ramsight.engine.cache import CompiledModule, generated_module, hold
+from ramsight.engine.cache import WIDTH, CompiledModule, generated_module, hold
 from ramsight.equation import OdeModel
 
-WIDTH = 8  # runs side by side: one AVX-512 register of doubles, two of AVX2
 FIRST_STEP = 1e-4  # s; of a run
 _CORNER_STEP = 1e-3  # s; the first step after a corner of the inputs
 

@@ -1,8 +1,8 @@
-"""A discrete recursion x[k+1] = F(x[k], u[k], p), y[k] = G(x[k], u[k], p), compiled once for replay and for life."""
+"""A discrete recursion x[k+1] = F(x[k], u[k], p), y[k] = G(x[k], u[k], p), compiled once for live use and replay."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.engine.cache import CompiledModule, generated_module, hold
+from ramsight.engine.cache import WIDTH, CompiledModule, generated_module, hold
 
 Array = NDArray[np.float64]
 
@@ -23,6 +23,35 @@ def replay(inputs, p, state, out):
     prepare(p, q)
     for i in range(inputs.shape[0]):
         advance(state, inputs[i], q, out[i])
+"""
+
+# The lanes of a run that has ended, and those without a run, go on with what they have; nobody looks.
+_REPLAY_LANES = """
+def replay_lanes(inputs, begin, length, p, states, kept, out):
+    runs = states.shape[0]
+    x, u, y = np.empty((N, W)), np.empty((NU, W)), np.empty((NO, W))
+    q, one = np.empty((NQ, W)), np.empty(NQ)
+    first, last = np.zeros(W, np.int64), np.zeros(W, np.int64)
+    for group in range(0, runs, W):
+        longest = 0
+        for lane in range(W):
+            run = min(group + lane, runs - 1)
+            first[lane], last[lane] = begin[run], begin[run] + length[run] - 1
+            longest = max(longest, length[run])
+            prepare(p[run], one)
+            q[:, lane] = one
+            x[:, lane] = states[run]
+        for i in range(longest):
+            for lane in range(W):
+                row = max(min(first[lane] + i, last[lane]), 0)
+                for k in range(NU):
+                    u[k, lane] = inputs[row, k]
+            advance(x, u, q, y)
+            for lane in range(min(W, runs - group)):
+                row = first[lane] + i
+                if row <= last[lane]:
+                    for k in range(len(kept)):
+                        out[row, k] = y[kept[k], lane]
 """
 
 
@@ -53,15 +82,28 @@ class Recursion:
         )
 
 
-@lru_cache(maxsize=64)
-def _compile(recursion: Recursion) -> CompiledModule:
+def _pieces(recursion: Recursion) -> tuple[dict[str, ca.Function], dict[str, object]]:
+    """The functions that a loop calls, and the constants that it knows."""
     n = recursion.x.numel()
     both, q, prepare = hold(ca.densify(ca.vertcat(recursion.next_state, recursion.output)), recursion.p)
     new, out = ca.vertsplit(both, [0, n, both.numel()])
     step = ca.Function(
         "advance", [recursion.x, recursion.u, q], [new, out], ["x", "u", "q"], ["x_new", "out"], {"cse": True}
     )
-    return generated_module({"prepare": prepare, "advance": step}, {"NQ": q.numel()}, _REPLAY)
+    sizes = {"N": n, "NU": recursion.u.numel(), "NO": out.numel(), "NQ": q.numel()}
+    return {"prepare": prepare, "advance": step}, dict(sizes)
+
+
+@lru_cache(maxsize=64)
+def _compile(recursion: Recursion) -> CompiledModule:
+    functions, constants = _pieces(recursion)
+    return generated_module(functions, {"NQ": constants["NQ"]}, _REPLAY)
+
+
+@lru_cache(maxsize=16)
+def _compile_lanes(recursion: Recursion) -> CompiledModule:
+    functions, constants = _pieces(recursion)
+    return generated_module(functions, constants | {"W": WIDTH}, _REPLAY_LANES, {"advance": WIDTH})
 
 
 def replay(
@@ -92,3 +134,38 @@ def replay(
         if advance is not None:
             advance(len(inputs[rows]))
     return out
+
+
+def replay_many(
+    recursion: Recursion,
+    inputs: Sequence[Array],
+    parameters: Array,
+    states: Array,
+    outputs: Sequence[str] | None = None,
+) -> tuple[Array, ...]:
+    """Step through the samples of many runs, several side by side in vector registers.
+
+    A run's numbers are the same to the last bit whatever runs beside it; from `replay` they may differ by rounding.
+
+    Args:
+        recursion: the graph.
+        inputs: of each run, shape (samples, inputs).
+        parameters: of all runs, shape (parameters,), or of each, (runs, parameters).
+        states: shape (runs, states); first states. They stay as they are.
+        outputs: names of those that are kept; all, if None.
+
+    Returns:
+        The outputs of each run, shape (samples, outputs).
+    """
+    if not inputs:
+        return ()
+    length = np.array([len(rows) for rows in inputs])
+    begin = np.cumsum(length) - length
+    beside = np.argsort(length, kind="stable")  # a lane waits for the longest run beside it
+    each = np.broadcast_to(parameters, (len(inputs), np.shape(parameters)[-1]))
+    kept = np.array([recursion.outputs.index(name) for name in (outputs or recursion.outputs)])
+    out = np.empty((int(length.sum()), len(kept)))
+    _compile_lanes(recursion).replay_lanes(
+        np.concatenate(inputs), begin[beside], length[beside], each[beside], states[beside], kept, out
+    )
+    return tuple(np.split(out, begin[1:]))

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from ramsight.errors import DescriptionError
 from ramsight.study.datasheet.linear import Linear, linear_budget, nominal_run
-from ramsight.study.datasheet.measuring import SETTLED, TAUGHT, Track
+from ramsight.study.datasheet.measuring import SETTLED, TAUGHT
 from ramsight.study.datasheet.plan import Plan
 from ramsight.study.datasheet.running import run
 from ramsight.study.datasheet.sobol import Indices, indices
-from ramsight.study.datasheet.working import Run
+from ramsight.study.datasheet.tracking import Run
 
 if TYPE_CHECKING:
     import xarray
@@ -102,9 +102,9 @@ def budget_plan(plan: Plan, base: int) -> Plan:
     common, found = 0, None
     for number in range(_DAYS):
         one = nominal_run(plan.bench, plan.quantities, number, plan.seed).run
-        if found is None or len(_visits(one)) > len(_visits(found)):
+        if found is None or len(one.visits) > len(found.visits):
             common, found = number, one
-        if len(_visits(one)) > TAUGHT and len(_moments(one)) > _ENOUGH:
+        if len(one.visits) > TAUGHT and len(_moments(one)) > _ENOUGH:
             break
     assert found is not None
     moments = tuple(round(float(moment), 3) for moment in _moments(found))
@@ -153,12 +153,8 @@ def budget(
     )
 
 
-def _visits(one: Run) -> Array:
-    return Track(one.time, one.true, one.true, np.zeros(0, np.int64), one.true, one.stroke).visits
-
-
 def _moments(one: Run) -> Array:
     """Every second after the third reference; of a duty with fewer, after the last one; without any, all of it."""
-    visits = _visits(one)
+    visits = one.visits
     after = visits[min(len(visits), TAUGHT) - 1] + SETTLED if len(visits) else 0.0
     return np.arange(np.ceil(after), one.time[-1], _EVERY)

@@ -19,7 +19,8 @@ from ramsight.sensor.virtual_sensor import VirtualSensor
 from ramsight.study.datasheet.drawn import draw
 from ramsight.study.datasheet.measuring import UNUSABLE
 from ramsight.study.datasheet.quantities import Varied
-from ramsight.study.datasheet.working import Bench, Order, Run, runs, work_through
+from ramsight.study.datasheet.tracking import Run, tracked
+from ramsight.study.datasheet.working import Bench, Order, runs, work_through
 
 Array = NDArray[np.float64]
 
@@ -77,11 +78,14 @@ def linear_budget(bench: Bench, quantities: tuple[Varied, ...], moments: Array, 
     centres = {one.name: centre_of(one) for one in quantities}
     run = nominal_run(bench, quantities, common, seed)
     effect = np.zeros((len(quantities), len(moments)))
-    for k, one in enumerate(quantities):
-        if one.name not in OUTSIDE:
-            ends = ends_of(one)
-            sides = [_estimate(bench, run, one.name, value, centres, moments, run.seed) for value in ends]
-            effect[k] = (sides[1] - sides[0]) / (ends[1] - ends[0]) * one.spread.std
+    counted = [k for k, one in enumerate(quantities) if one.name not in OUTSIDE]
+    sides = [
+        _otherwise(bench, run, quantities[k].name, value, centres) for k in counted for value in ends_of(quantities[k])
+    ]
+    positions = _positions(sides, moments)
+    for k, low, high in zip(counted, positions[::2], positions[1::2], strict=True):
+        ends = ends_of(quantities[k])
+        effect[k] = (high - low) / (ends[1] - ends[0]) * quantities[k].spread.std
     return Linear(tuple(one.name for one in quantities), effect)
 
 
@@ -145,21 +149,33 @@ def nominal_run(bench: Bench, quantities: tuple[Varied, ...], common: int, seed:
     return Nominal(run, order.seed_of(common))
 
 
-def _estimate(
-    bench: Bench, nominal: Nominal, name: str, value: float, centres: dict[str, float], moments: Array, seed: int
-) -> Array:
-    """Estimated positions at the moments, to be compared with others of the same run [m]."""
-    run, sensor, sign = nominal.run, bench.virtual, 1.0
+@dataclass(frozen=True)
+class _Side:
+    """A run, the sensor that watches it, and the sign with which what it says counts."""
+
+    run: Run
+    sensor: VirtualSensor
+    sign: float = 1.0
+
+
+def _otherwise(bench: Bench, nominal: Nominal, name: str, value: float, centres: dict[str, float]) -> _Side:
+    """What the run looks like with another value of a quantity."""
+    run = nominal.run
     if name == "start":
         told = run.start + value - centres[name]
-        run = replace(run, start=min(max(told, 0.0), run.stroke))
-    elif name in REPORTED:
-        run = _otherwise_reported(run, {**centres, name: value}, seed)
-    else:
-        sensor, sign = _believing(bench, {**_centred(centres), name: value}), -1.0
-    track = run.track(bench, sensor)
-    position = np.where(track.status < UNUSABLE, track.position, np.nan)
-    return np.asarray(sign * position[np.clip(np.searchsorted(track.time, moments), 0, len(position) - 1)])
+        return _Side(replace(run, start=min(max(told, 0.0), run.stroke)), bench.virtual)
+    if name in REPORTED:
+        return _Side(_otherwise_reported(run, {**centres, name: value}, nominal.seed), bench.virtual)
+    return _Side(run, _believing(bench, {**_centred(centres), name: value}), -1.0)
+
+
+def _positions(sides: list[_Side], moments: Array) -> list[Array]:
+    """Estimated positions at the moments, to be compared with others of the same run [m]."""
+    found = []
+    for side, track in zip(sides, tracked([s.run for s in sides], [s.sensor for s in sides]), strict=True):
+        position = np.where(track.status < UNUSABLE, track.position, np.nan)
+        found.append(side.sign * position[np.clip(np.searchsorted(track.time, moments), 0, len(position) - 1)])
+    return found
 
 
 def _centred(centres: dict[str, float]) -> dict[str, float]:

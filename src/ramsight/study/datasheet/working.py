@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any
@@ -17,21 +17,20 @@ from ramsight.duty.simulate import SAMPLE_PERIOD, check_commands, check_temperat
 from ramsight.engine.batch import Job, sampled
 from ramsight.engine.ode_module import compile_outputs
 from ramsight.engine.outcome import Outcome
-from ramsight.engine.recursion import replay
 from ramsight.engine.run import Segments
 from ramsight.equation import OdeModel
 from ramsight.plant.build import build
 from ramsight.plant.circuit import CircuitModel, parameter_values
 from ramsight.plant.unit import HydraulicUnit, circuit, initial_state
-from ramsight.sensor.virtual_sensor import BOUND, VirtualSensor
+from ramsight.sensor.virtual_sensor import VirtualSensor
 from ramsight.study.datasheet.drawn import Drawn, draw, ready
 from ramsight.study.datasheet.duties import Work
-from ramsight.study.datasheet.measuring import SETTLED, SHAPES, Track, first_position, measures
+from ramsight.study.datasheet.measuring import SHAPES, first_position, measures
+from ramsight.study.datasheet.tracking import Run, tracked
 
 Array = NDArray[np.float64]
 
 BESIDE = 32  # machines that are simulated side by side, a task: fewer leave lanes empty at the end, more take memory
-_POWER_UP = 5.0  # s after the first stop, up to which a sensor that was told nothing is looked at
 
 
 @dataclass(frozen=True)
@@ -133,55 +132,6 @@ class Order:
         return int(np.random.SeedSequence([self.seed, own]).generate_state(1, np.uint64)[0] >> 1)
 
 
-@dataclass(frozen=True)
-class Run:
-    """One machine's duty done: truth, and what its drive reported.
-
-    Args:
-        drawn: the machine.
-        time: [s], shape (samples,).
-        true: position [m].
-        inputs: of the sensor, shape (samples, inputs).
-        start: position that the sensor is told [m].
-        true_signals: motor speed [rad/s], motor torque [N m] and oil temperature [K] as they are.
-    """
-
-    drawn: Drawn
-    time: Array
-    true: Array
-    inputs: Array
-    start: float
-    true_signals: tuple[Array, Array, Array]
-
-    def track(self, bench: Bench, sensor: VirtualSensor | None = None, *, told: bool = True) -> Track:
-        """What a sensor makes of it.
-
-        Args:
-            bench: of the study.
-            sensor: another one than the study's.
-            told: whether it is told where it is; of one that is not, only as much is tracked as shows when it knows.
-        """
-        virtual = replace(sensor or bench.virtual)  # with a state of its own: others may be tracked beside it
-        virtual.start(self.start if told else None)
-        state = np.array(list(virtual.state.values()))
-        rows = self.inputs
-        if not told:
-            stops = Track(self.time, self.true, self.true, np.zeros(0, np.int64), self.true, self.stroke).visits
-            if len(stops):
-                rows = rows[self.time <= stops[0] + _POWER_UP + SETTLED]
-        found = replay(virtual.recursion, rows, virtual.parameters, state)
-        n = len(rows)
-        status = found[:, 4].astype(np.int64)
-        says = virtual.recursion.outputs
-        bound = found[:, says.index(BOUND)] if BOUND in says else None
-        return Track(self.time[:n], found[:, 0], found[:, 1], status, self.true[:n], self.stroke, bound)
-
-    @property
-    def stroke(self) -> float:
-        """Of the cylinder as it is [m]."""
-        return float(self.drawn.unit.cylinder.stroke)
-
-
 def work_through(bench: Bench, order: Order) -> dict[str, Array]:
     """Everything that is kept of the machines of an order, by name; the first dimension is the machine.
 
@@ -197,19 +147,28 @@ def work_through(bench: Bench, order: Order) -> dict[str, Array]:
     kept["outcome"] = np.zeros(count)
     for first in range(0, count, BESIDE):
         rows = range(first, min(first + BESIDE, count))
+        ended = []
         for row, run in zip(rows, runs(bench, order, rows), strict=True):
             if isinstance(run, Outcome):
                 kept["outcome"][row] = list(Outcome).index(run)
-                continue
-            track = run.track(bench)
-            found = measures(track)
-            if bench.virtual.kind == "kalman":
-                found |= first_position(run.track(bench, told=False))
+            else:
+                ended.append((row, run))
+        for row, found in _kept(bench, ended, order.moments):
             for name, value in found.items():
                 kept[name][row] = value
-            error = track.position - track.true
-            kept["moment_error"][row] = np.interp(order.moments, track.time, error)
     return kept
+
+
+def _kept(
+    bench: Bench, ended: Sequence[tuple[int, Run]], moments: Array
+) -> Iterator[tuple[int, dict[str, float | Array]]]:
+    """What is kept of runs, each with its row."""
+    several, sensors = [run for _, run in ended], [bench.virtual] * len(ended)
+    untold = tracked(several, sensors, told=False) if bench.virtual.kind == "kalman" else []
+    for k, (track, (row, _)) in enumerate(zip(tracked(several, sensors), ended, strict=True)):
+        found = measures(track) | (first_position(untold[k]) if untold else {})
+        found["moment_error"] = np.interp(moments, track.time, track.position - track.true)
+        yield row, found
 
 
 def runs(bench: Bench, order: Order, rows: Sequence[int]) -> list[Run | Outcome]:
