@@ -24,11 +24,11 @@ BUCKET = ("bucket_asbuilt1_workday", "bucket_162kN_40C", "bucket_48kN_40C", "buc
 STUDIES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "mining-loader-boom": (("--machines", "1000", "--budget", "128", "--goal", "2 mm"), BOOM),
     "mining-loader-bucket": (("--machines", "1000", "--budget", "64"), BUCKET),
-    "eha-single-rod-axis": (("--machines", "256"), ()),
-    "eha-test-bench-axis": (("--machines", "256"), ()),
-    "forklift-mast-lift": (("--machines", "256"), ()),
-    "press-ram": (("--machines", "256"), ()),
-    "eha-valve-rig-axis": (("--machines", "256", "--duty", "lift-lower"), ()),
+    "eha-single-rod-axis": (("--machines", "600"), ()),
+    "eha-test-bench-axis": (("--machines", "600"), ()),
+    "forklift-mast-lift": (("--machines", "600"), ()),
+    "press-ram": (("--machines", "600"), ()),
+    "eha-valve-rig-axis": (("--machines", "600", "--duty", "lift-lower"), ()),
 }
 """Each with its options, and with the recorded logs that are held against it."""
 
