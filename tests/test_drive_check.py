@@ -157,6 +157,50 @@ def test_a_speed_without_counter_is_contradicted_by_the_power(day, sensors):
     assert Status.TORQUE_CONTRADICTED in status[(time >= at) & (time <= at + 0.5)]
 
 
+def test_a_speed_that_is_missing_is_the_counters(day, sensors):
+    run, log = day
+    at, time = turning(log), log["time"].values
+    missing = inject(log, Fault("nan", at, at + 5.0, "motor_speed"))
+    _, status, error = tracked(sensors["counter"], run, missing)
+    _, _, usual = tracked(sensors["counter"], run, log)
+    during = (time >= at) & (time <= at + 5.0)
+    assert (status[during] == Status.SPEED_WRONG).mean() > 0.95
+    assert (error - usual)[during].max() < 0.5e-3
+    neither = inject(missing, Fault("nan", at, at + 5.0, "shaft_angle"))
+    _, status, _ = tracked(sensors["counter"], run, neither)
+    assert (status[during] == Status.INPUT_LOST).all()
+
+
+@pytest.fixture(scope="module")
+def with_pressures(day):
+    """A machine with pressure sensors of 1 bar; the day as its drive reports it."""
+    run, _ = day
+    unit = replace(PLAIN, assumptions=PLAIN.assumptions.replace({"pressure.std": 1e5}))
+    return kalman(unit), report(run, declared_report(unit, 3))
+
+
+@pytest.mark.parametrize(("kind", "size"), [("gain", 1.3), ("gain", 0.7), ("offset", 15.0), ("sign", 0.0)])
+def test_a_wrong_torque_contradicts_the_pressures(kind, size, day, with_pressures):
+    sensor, log = with_pressures
+    at, time = turning(log), log["time"].values
+    during = (time >= at) & (time <= at + LONG)
+    track, status, _ = tracked(sensor, day[0], inject(log, Fault(kind, at, at + LONG, "motor_torque", size)))
+    assert Status.TORQUE_CONTRADICTED in status[(time >= at) & (time <= at + 4.0)]
+    assert status[time > at + LONG + 3.0][0] >= Status.REFERENCE_DUE
+    if kind == "offset":
+        assert np.median(track["torque_over_pressures"].values[during]) == pytest.approx(15.0, abs=3.0)
+
+
+def test_pressures_contradict_no_torque_that_is_right(day, with_pressures):
+    sensor, log = with_pressures
+    _, status, _ = tracked(sensor, day[0], log)
+    assert not np.isin(status, CONTRADICTIONS).any()
+    none = np.full(log.sizes["time"], np.nan)
+    track, status, _ = tracked(sensor, day[0], log.assign(pressure_a=("time", none)))
+    assert not np.isin(status, CONTRADICTIONS).any()
+    assert (track["torque_over_pressures"].values == 0.0).all()
+
+
 def test_a_tenth_of_a_percent_shows_in_seconds(day, sensors):
     run, log = day
     slow = log["motor_speed"].values * 0.98

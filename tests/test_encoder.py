@@ -208,6 +208,8 @@ def test_a_preset_is_a_reference(master):
     assert (master.position, master.alarms, master.warnings) == (10000, 0, 0)
     assert master.node.sdo[0x6003].raw == 10000
     assert master.node.sdo[0x2010].raw * STEP < 3e-3
+    assert master.node.sdo[0x2014].raw > master.node.sdo[0x2010].raw
+    assert master.node.sdo[0x2015].raw == 1
 
 
 def test_a_preset_that_contradicts_is_refused_and_told_until_the_position_is_forgotten(master):

@@ -25,19 +25,21 @@ def encoder():
     return Encoder(kalman(BOOM), BOOM, Listener(drive_map(5, rated_torque=35.0)), Settings(node_id=6, drive_node=5))
 
 
-@given(st.floats(0.0, 6.0), st.floats(-3.0, 3.0), st.floats(0.0, 0.5), st.booleans())
-def test_what_is_sent_reads_back(position, velocity, std, warns):
-    data = Message().data(position, velocity, std, int(Status.OK), valid=True, warns=warns)
+@given(st.floats(0.0, 6.0), st.floats(-3.0, 3.0), st.floats(0.0, 0.5), st.booleans(), st.booleans())
+def test_what_is_sent_reads_back(position, velocity, std, warns, referenced):
+    data = Message().data(position, velocity, std, 0, valid=True, warns=warns, referenced=referenced)
     place, speed, flags, status, deviation = DATA.unpack(data)
     assert place * 1e-4 == pytest.approx(position, abs=0.51e-4)
     assert speed * 1e-4 - 3.2 == pytest.approx(velocity, abs=0.51e-4)
     assert deviation * 1e-5 == pytest.approx(std, abs=0.51e-5)
     assert status == 0
-    assert flags == 0b11000101 | warns << 4
+    assert flags == 0b00000101 | warns << 4 | referenced << 6
 
 
 def test_what_is_not_known_is_never_a_number():
-    data = Message().data(math.nan, math.nan, math.inf, int(Status.NOT_REFERENCED), valid=False, warns=True)
+    data = Message().data(
+        math.nan, math.nan, math.inf, int(Status.NOT_REFERENCED), valid=False, warns=True, referenced=False
+    )
     place, speed, flags, status, deviation = DATA.unpack(data)
     assert 0xFE00 <= place <= 0xFEFF, "an error, by SAE J1939-71"
     assert speed == deviation == 0xFFFF

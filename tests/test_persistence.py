@@ -16,7 +16,7 @@ from ramsight.sensor.hypotheses import learned
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.persistence import StateError, StateFile
 from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import StartError
+from ramsight.sensor.virtual_sensor import IS_REFERENCED, REFERENCED_NOW, StartError
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +46,23 @@ def test_the_newest_of_many_states_is_resumed(tmp_path, sensor, unit):
     now = other.step(1000.0, 0.0, 0.0, 313.15)
     assert now.position == pytest.approx(0.5)
     assert now.status == Status.OK
+
+
+def test_a_resumed_position_is_not_referenced_since_power_up(tmp_path, sensor, unit):
+    file, other = StateFile(tmp_path / "boom.state", at(sensor, 0.3)), kalman(unit)
+    assert sensor.says(REFERENCED_NOW) == 1.0
+    file.save()
+    file.save()
+    StateFile(file.path, other).resume()
+    assert math.isnan(kalman(unit).says(REFERENCED_NOW))
+    assert other.step(1000.0, 0.0, 0.0, 313.15).status == Status.OK
+    assert (other.says(REFERENCED_NOW), other.state[IS_REFERENCED]) == (0.0, 1.0)
+    other.step(1000.02, 0.0, 0.0, 313.15, reference=0.3)
+    assert other.says(REFERENCED_NOW) == 1.0
+    other.start(None)
+    other.step(0.0, 0.0, 0.0, 313.15)
+    assert other.says(REFERENCED_NOW) == 0.0
+    assert math.isnan(other.says("a reference"))
 
 
 def test_what_was_learnt_is_resumed_and_tracking_goes_on(tmp_path, trace, sensor, unit):

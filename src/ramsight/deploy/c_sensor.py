@@ -49,6 +49,8 @@ _MEANING = {
     "compliance_factor": "compliance over the data sheet's",
     "mode": "what the piston is doing, a number of docs/kalman.md",
     "position_bound": "error that one sample in 100000 exceeds",
+    "referenced_since_power_up": "whether a reference has come since the start, or since it was resumed",
+    "torque_over_pressures": "reported torque less what the pressures ask for, lately",
     "speed_over_counter": "reported speed over the counter's, lately",
     "torque_missing": "torque by the drive's power less the reported one, lately",
 }

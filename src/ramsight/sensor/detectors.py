@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from ramsight.sensor.status import Status
 
 SPEED, TORQUE, TEMPERATURE, TIME = "speed", "torque", "temperature", "time"
-COUNTER, POWER, REFERENCE = "counter", "DC power", "reference"
+COUNTER, POWER, PRESSURES, REFERENCE = "counter", "DC power", "pressures", "reference"
 ALWAYS = (SPEED, TORQUE, TEMPERATURE, TIME)
 """Signals that every drive reports."""
 
@@ -74,8 +74,8 @@ DETECTORS = (
     Detector(
         Status.SPEED_WRONG,
         (SPEED, TORQUE, COUNTER, POWER),
-        "Σ(ω − dφ/dt)h = 0, and power tells which is wrong",
-        "one false alarm in 1000 h, from declared noise, delay and steps",
+        "there is a number, and Σ(ω − dφ/dt)h = 0; power tells which is wrong",
+        "NaN, or beyond 10¹²; one false alarm in 1000 h, from declared noise, delay and steps",
         then="the counter is used",
     ),
     Detector(
@@ -120,9 +120,9 @@ DETECTORS = (
     ),
     Detector(
         Status.TORQUE_CONTRADICTED,
-        (SPEED, TORQUE, POWER),
-        "Σ(P − τω − losses)h = 0",
-        "one false alarm in 1000 h; gain and losses of the drive are learned",
+        (SPEED, TORQUE, POWER, PRESSURES),
+        "Σ(P − τω − losses)h = 0; Σ(τ − τ(p_a, p_b))h = 0",
+        "one false alarm in 1000 h each; gain and losses of the drive are learned",
         then="deviation grows by what leaks otherwise; no contact is believed",
     ),
     Detector(

@@ -20,7 +20,7 @@ from ramsight.plant.limits import Limits
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.disagreement import MEMORY, SURE, Apart, apart, lately
 from ramsight.sensor.uncertainty import Covariance
-from ramsight.sensor.virtual_sensor import DC_POWER, SHAFT_ANGLE, SensorGraph
+from ramsight.sensor.virtual_sensor import DC_POWER, LAST_SHAFT_ANGLE, SHAFT_ANGLE, SHAFT_BEGUN, SensorGraph
 
 _LARGEST = 1e9  # rad, W; beyond, or no number, it is not measured
 _FASTEST = 1.5  # share of the highest speed; a counter that leaps farther was set anew
@@ -113,19 +113,37 @@ def check_drive(graph: SensorGraph, assumptions: Assumptions, limits: Limits, th
         torque_wrong = ca.logic_and(chosen, ca.logic_not(undecided))
         by = ca.if_else(counter_wrong, said.by, turned.by)
         off = power.torque(by)
-        leaks = power.leaks(off, thinner)
-        grows = grows + _from_onset(graph, torque_wrong, leaks)
+        leaks = wrong_leakage(limits, off, thinner)
+        grows = grows + from_onset(graph, "torque", torque_wrong, leaks)
         torque_off = ca.if_else(torque_wrong, off, 0.0)
         more["torque_missing"] = (power.signed(by), "N m")
     return DriveChecks(speed_wrong, counter_wrong, undecided, torque_wrong, grows, torque_off, more)
 
 
-def _from_onset(graph: SensorGraph, alarm: Any, rate: Any) -> Any:
-    """A growth of certainty's loss while an alarm lasts [m], with what had come together before it began."""
-    before = graph.state("torque_alarm")
-    graph.becomes("torque_alarm", alarm)
-    waiting = lately(graph, "torque_doubt", rate)
+def from_onset(graph: SensorGraph, name: str, alarm: Any, rate: Any) -> Any:
+    """A growth of certainty's loss while an alarm lasts [m], with what had come together before it began.
+
+    Args:
+        graph: gains states.
+        name: of the alarm; its states begin with it.
+        alarm: whether there is one.
+        rate: of the growth [m/s].
+    """
+    before = graph.state(f"{name}_alarm")
+    graph.becomes(f"{name}_alarm", alarm)
+    waiting = lately(graph, f"{name}_doubt", rate)
     return ca.if_else(alarm, ca.if_else(before, rate * graph.elapsed, waiting), 0.0)
+
+
+def wrong_leakage(limits: Limits, off: Any, thinner: Any) -> Any:
+    """Velocity by which leakage is wrong with a torque that is so far off [m/s].
+
+    Args:
+        limits: of the unit.
+        off: by how much the torque is off [N m].
+        thinner: viscosity at 40 degC over that of the oil [1].
+    """
+    return limits.leak_velocity * thinner * off / limits.torque
 
 
 class _Shaft:
@@ -133,7 +151,7 @@ class _Shaft:
 
     def __init__(self, graph: SensorGraph, assumptions: Assumptions, limits: Limits) -> None:
         self._graph, self._assumed, self._delay = graph, assumptions.shaft, assumptions.drive.delay
-        angle, last, begun = graph.measured[SHAFT_ANGLE], graph.state("last_shaft_angle"), graph.state("shaft_begun")
+        angle, last, begun = graph.measured[SHAFT_ANGLE], graph.held(LAST_SHAFT_ANGLE), graph.held(SHAFT_BEGUN)
         there = ca.fabs(angle) < _LARGEST
         h, most = graph.elapsed, _FASTEST * limits.max_speed
         turned = (angle - last) / ca.fmax(h, 1e-3)
@@ -146,8 +164,6 @@ class _Shaft:
         self.wild = leaped_1 > _LEAPS
         self.speed = ca.if_else(ca.logic_and(goes_on, ca.logic_not(leaps)), turned, graph.mean_speed)
         self._difference = graph.mean_speed - self.speed
-        graph.becomes("last_shaft_angle", ca.if_else(there, angle, last))
-        graph.becomes("shaft_begun", there)
         counted, said = lately(graph, "counted", ca.fabs(self.speed)), lately(graph, "said", ca.fabs(graph.mean_speed))
         self.ratio = ca.if_else(counted > _LEAST, said / ca.fmax(counted, _LEAST), 1.0)
 
@@ -212,7 +228,7 @@ class _Power:
         self._torque = 0.5 * (graph.motor_torque + graph.held("motor_torque"))
         graph.becomes("last_power", ca.if_else(there, given, last))
         graph.becomes("power_begun", there)
-        self._fastest, self._relief, self._leak = limits.max_speed, limits.torque, limits.leak_velocity
+        self._fastest, self._relief = limits.max_speed, limits.torque
         self._turned = lately(graph, "turned_lately", ca.fabs(graph.mean_speed))
         a = self._assumed
         self._off = [graph.state(f"power_{what}_off") for what in _LEARNED]
@@ -278,7 +294,3 @@ class _Power:
     def torque(self, by: Any) -> Any:
         """Its size, no more than the torque at relief pressure [N m]."""
         return ca.fmin(ca.fabs(by) / ca.fmax(self._turned, _LEAST), self._relief)
-
-    def leaks(self, off: Any, thinner: Any) -> Any:
-        """Velocity by which leakage is wrong with a torque that is so far off [m/s]."""
-        return self._leak * thinner * off / self._relief

@@ -17,8 +17,9 @@ import casadi as ca
 from ramsight.plant.limits import Limits
 from ramsight.plant.oil import T40
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.virtual_sensor import SensorGraph
+from ramsight.sensor.virtual_sensor import LAST_SHAFT_ANGLE, SHAFT_ANGLE, SHAFT_BEGUN, SensorGraph
 
+_NUMBER = 1e12  # beyond, or no number, there is none
 _USUAL, _LATE = 0.1, 0.15  # s; samples may come 1 ... 100 ms apart
 _SOONEST = 8e-3  # s; samples closer together are passed over, for the circuit's pressures settle in some 10 ms
 _BRIDGED = 0.5  # s; a longer gap is not counted, because nothing says what happened in it
@@ -45,6 +46,7 @@ class Intake:
     Attributes:
         usable: whether the sample counts at all.
         lost: speed, torque or time is missing.
+        replaced: the speed is missing, and the shaft's counter takes its place.
         overspeed, overtorque: a value that cannot be.
         stuck: the torque stands still.
         frozen: time does not advance.
@@ -57,6 +59,7 @@ class Intake:
 
     usable: Any
     lost: Any
+    replaced: Any
     overspeed: Any
     overtorque: Any
     stuck: Any
@@ -73,6 +76,27 @@ def _within(value: Any, limit: Any) -> Any:
     return ca.logic_and(value > -limit, value < limit)
 
 
+@dataclass(frozen=True)
+class _Clock:
+    """What the time of a sample says.
+
+    Attributes:
+        number: whether there is one.
+        raw: since the last sample that counted [s].
+        back: whether it was set back.
+        forward: whether it goes on, or is the first.
+        jump: whether it went so far that nothing says what happened in between.
+        counted: whether the time since the last sample counts.
+    """
+
+    number: Any
+    raw: Any
+    back: Any
+    forward: Any
+    jump: Any
+    counted: Any
+
+
 def take_in(graph: SensorGraph, unit: HydraulicUnit, limits: Limits) -> Intake:
     """Put checked inputs in the place of a graph's raw ones, and let unusable samples pass by.
 
@@ -82,32 +106,92 @@ def take_in(graph: SensorGraph, unit: HydraulicUnit, limits: Limits) -> Intake:
         limits: of the unit.
     """
     add = graph.parameters.add
-    time, w, torque, warmth = graph.time, graph.motor_speed, graph.motor_torque, graph.oil_temperature
-    started, last_time, last_speed = (graph.held(name) for name in ("started", "time", "motor_speed"))
+    started, last_speed = graph.held("started"), graph.held("motor_speed")
     fastest = add("max_speed", limits.max_speed)
     travel = add("travel_per_radian", unit.travel_per_radian)
-
-    number = [_within(value, 1e12) for value in (time, w, torque)]
+    clock = _clock(graph)
+    w, replaced = _speed(graph, clock, fastest)
     speed_ok = _within(w, _OVERSPEED * fastest)
-    torque_ok = _within(torque, add("max_torque", _OVERTORQUE * limits.largest_torque))
+    usable = ca.logic_and(ca.logic_and(clock.number, speed_ok), ca.logic_or(clock.forward, clock.back))
+    elapsed = ca.if_else(ca.logic_and(usable, clock.counted), clock.raw, 0.0)
+    passed, stands = _ticks(graph, clock)
+    torque, torque_ok, stuck = _torque(graph, limits, w, fastest)
+    temperature, warm_ok = _temperature(graph, elapsed)
+    no_number = ca.logic_not(ca.logic_and(_within(w, _NUMBER), _within(graph.motor_torque, _NUMBER)))
 
-    raw = ca.if_else(number[0], time - last_time, 0.0)
+    graph.elapsed = elapsed
+    graph.motor_torque = torque
+    graph.motor_speed = ca.if_else(speed_ok, w, last_speed)
+    graph.last_speed = ca.if_else(clock.counted, last_speed, graph.motor_speed)
+    graph.mean_speed = 0.5 * (graph.last_speed + graph.motor_speed)
+    graph.angle = graph.mean_speed * elapsed
+    graph.oil_temperature = temperature
+    graph.becomes("motor_speed", graph.motor_speed)
+    graph.becomes("time", graph.time)
+    graph.becomes("started", 1.0)
+    # A sample that comes too soon after the last one that counted adds nothing.
+    soon = ca.logic_and(ca.logic_and(clock.counted, clock.raw < _SOONEST), ca.logic_not(graph.referenced))
+    graph.pass_over(ca.logic_or(ca.logic_not(usable), soon))
+
+    blind = ca.logic_or(stuck, ca.logic_not(torque_ok)) * add("blind_velocity", _BLIND * limits.leak_velocity) * elapsed
+    drift, unseen = _not_seen(graph, clock, fastest)
+    return Intake(
+        usable=usable,
+        lost=ca.logic_or(ca.logic_not(clock.number), no_number),
+        replaced=replaced,
+        overspeed=ca.logic_not(speed_ok),
+        overtorque=ca.logic_not(torque_ok),
+        stuck=stuck,
+        frozen=ca.logic_and(started, ca.logic_or(clock.raw <= 0.0, stands)),
+        gap=ca.logic_and(started, ca.logic_or(clock.raw > _LATE, clock.back)),
+        cold=ca.logic_not(warm_ok),
+        passed=passed,
+        drift=ca.if_else(usable, travel * drift + blind, 0.0),
+        unseen=ca.if_else(usable, 0.0, travel * unseen),
+    )
+
+
+def _clock(graph: SensorGraph) -> _Clock:
+    started, last_time = graph.held("started"), graph.held("time")
+    number = _within(graph.time, _NUMBER)
+    raw = ca.if_else(number, graph.time - last_time, 0.0)
     back = ca.logic_and(started, raw < -_RESET)
     forward = ca.logic_or(ca.logic_not(started), raw > 0.0)
-    usable = ca.logic_and(ca.logic_and(number[0], speed_ok), ca.logic_or(forward, back))
-    far = raw > _BRIDGED
-    jump = ca.logic_or(far, back)
+    jump = ca.logic_or(raw > _BRIDGED, back)
     counted = ca.logic_and(started, ca.logic_not(ca.logic_or(jump, raw <= 0.0)))
-    elapsed = ca.if_else(ca.logic_and(usable, counted), raw, 0.0)
+    return _Clock(number, raw, back, forward, jump, counted)
 
+
+def _ticks(graph: SensorGraph, now: _Clock) -> tuple[Any, Any]:
+    """Time since the last sample of all [s], and whether the clock stands.
+
+    Against the last sample of all: one that came too soon is passed over, and the clock may stand from there on.
+    """
     clock, clocked = graph.state("clock"), graph.state("clocked")
-    tick = ca.if_else(ca.logic_and(number[0], clocked), time - clock, 0.0)
-    passed = ca.fmax(tick, 0.0)
-    # Against the last sample of all: one that came too soon is passed over, and the clock may stand from there on.
-    stands = ca.logic_and(ca.logic_and(number[0], clocked), tick <= 0.0)
-    graph.becomes("clock", ca.if_else(number[0], time, clock), always=True)
-    graph.becomes("clocked", ca.fmax(clocked, number[0]), always=True)
+    both = ca.logic_and(now.number, clocked)
+    tick = ca.if_else(both, graph.time - clock, 0.0)
+    graph.becomes("clock", ca.if_else(now.number, graph.time, clock), always=True)
+    graph.becomes("clocked", ca.fmax(clocked, now.number), always=True)
+    return ca.fmax(tick, 0.0), ca.logic_and(both, tick <= 0.0)
 
+
+def _speed(graph: SensorGraph, clock: _Clock, fastest: Any) -> tuple[Any, Any]:
+    """The motor's speed, by the shaft's counter where none is reported; and whether it is [rad/s]."""
+    w = graph.motor_speed
+    if SHAFT_ANGLE not in graph.measured:
+        return w, 0.0
+    angle, last = graph.measured[SHAFT_ANGLE], graph.held(LAST_SHAFT_ANGLE)
+    by_counter = (angle - last) / ca.fmax(clock.raw, 1e-3)
+    known = ca.logic_and(ca.logic_and(graph.held(SHAFT_BEGUN), clock.counted), _within(by_counter, fastest))
+    replaced = ca.logic_and(known, ca.logic_not(_within(w, _NUMBER)))
+    return ca.if_else(replaced, by_counter, w), replaced
+
+
+def _torque(graph: SensorGraph, limits: Limits, w: Any, fastest: Any) -> tuple[Any, Any, Any]:
+    """The torque that is used [N m], whether the reported one can be, and whether it stands still."""
+    torque, add = graph.motor_torque, graph.parameters.add
+    started, last_speed = graph.held("started"), graph.held("motor_speed")
+    torque_ok = _within(torque, add("max_torque", _OVERTORQUE * limits.largest_torque))
     last_torque, habit, repeats = (
         graph.state("motor_torque"),
         graph.state("torque_habit"),
@@ -120,60 +204,40 @@ def take_in(graph: SensorGraph, unit: HydraulicUnit, limits: Limits) -> Intake:
     stuck = ca.logic_and(habit_1 > _HABIT, repeats_1 * habit_1 > _SURE)
     graph.becomes("torque_habit", habit_1)
     graph.becomes("torque_repeats", repeats_1)
-
     waited = graph.state("torque_waits")
     running = ca.logic_and(ca.fabs(last_speed) > _RUNNING * fastest, last_speed * w > 0.0)
     leaps = ca.fabs(torque - last_torque) > add("torque_leap", _TORQUE_LEAP * limits.torque)
     waits = ca.logic_and(ca.logic_and(started, ca.logic_not(waited)), ca.logic_and(running, leaps))
     graph.becomes("torque_waits", waits)
+    used = ca.if_else(ca.logic_and(torque_ok, ca.logic_not(waits)), torque, last_torque)
+    graph.becomes("motor_torque", used)
+    return used, torque_ok, stuck
 
-    filtered = graph.state("oil_temperature")
-    warm_ok = ca.logic_and(warmth > _COLDEST, warmth < _HOTTEST)
+
+def _temperature(graph: SensorGraph, elapsed: Any) -> tuple[Any, Any]:
+    """The oil's temperature, filtered [K], and whether the reported one can be."""
+    warmth, filtered = graph.oil_temperature, graph.state("oil_temperature")
+    possible = ca.logic_and(warmth > _COLDEST, warmth < _HOTTEST)
     leap_for, good_for = graph.state("temperature_leap_for"), graph.state("temperature_good_for")
     believed = leap_for > ca.fmax(_INSISTING, ca.fmin(good_for, _LONGEST))
     known = ca.logic_and(filtered > _COLDEST, ca.logic_not(believed))
-    leap = ca.logic_and(warm_ok, ca.logic_and(known, ca.fabs(warmth - filtered) > _LEAP))
+    leap = ca.logic_and(possible, ca.logic_and(known, ca.fabs(warmth - filtered) > _LEAP))
     graph.becomes("temperature_leap_for", ca.if_else(leap, leap_for + elapsed, 0.0))
     graph.becomes("temperature_good_for", ca.if_else(leap, good_for, ca.if_else(known, good_for + elapsed, 0.0)))
-    warm_ok = ca.logic_and(warm_ok, ca.logic_not(leap))
+    warm_ok = ca.logic_and(possible, ca.logic_not(leap))
     share = ca.if_else(known, elapsed / (_WARMING + elapsed), 1.0)
     held = ca.if_else(known, filtered, T40)
     temperature = ca.if_else(warm_ok, held + share * (warmth - held), held)
     graph.becomes("oil_temperature", ca.if_else(ca.logic_or(known, warm_ok), temperature, 0.0))
+    return temperature, warm_ok
 
-    graph.elapsed = elapsed
-    graph.motor_torque = ca.if_else(ca.logic_and(torque_ok, ca.logic_not(waits)), torque, last_torque)
-    graph.becomes("motor_torque", graph.motor_torque)
-    graph.motor_speed = ca.if_else(speed_ok, w, last_speed)
-    graph.last_speed = ca.if_else(counted, last_speed, graph.motor_speed)
-    graph.mean_speed = 0.5 * (graph.last_speed + graph.motor_speed)
-    graph.angle = graph.mean_speed * elapsed
-    graph.oil_temperature = temperature
-    graph.becomes("motor_speed", graph.motor_speed)
-    graph.becomes("time", time)
-    graph.becomes("started", 1.0)
-    # A sample that comes too soon after the last one that counted adds nothing.
-    soon = ca.logic_and(ca.logic_and(counted, raw < _SOONEST), ca.logic_not(graph.referenced))
-    graph.pass_over(ca.logic_or(ca.logic_not(usable), soon))
 
-    # What nobody saw: a gap that is not counted, a long one that is, leakage while the torque is lost.
+def _not_seen(graph: SensorGraph, clock: _Clock, fastest: Any) -> tuple[Any, Any]:
+    """Angles that the shaft may have turned unseen [rad]: in a gap before the sample, and up to one that is no use."""
+    last_speed = graph.held("motor_speed")
     speeds = ca.fabs(last_speed) + ca.fabs(graph.motor_speed)
-    gap_for = ca.if_else(started, ca.if_else(back, _BRIDGED, raw), 0.0)
-    not_counted = ca.if_else(jump, (0.5 * speeds + 0.02 * fastest) * ca.fmin(gap_for, 3600.0), 0.0)
-    bridged = (0.25 * speeds + 0.02 * fastest) * ca.fmax(elapsed - _USUAL, 0.0)
-    blind = ca.logic_or(stuck, ca.logic_not(torque_ok)) * add("blind_velocity", _BLIND * limits.leak_velocity) * elapsed
-    drift = ca.if_else(usable, travel * (not_counted + bridged) + blind, 0.0)
-    unseen = ca.if_else(usable, 0.0, travel * (ca.fabs(last_speed) + 0.02 * fastest) * ca.fmax(raw, 0.0))
-    return Intake(
-        usable=usable,
-        lost=ca.logic_not(ca.logic_and(ca.logic_and(number[0], number[1]), number[2])),
-        overspeed=ca.logic_not(speed_ok),
-        overtorque=ca.logic_not(torque_ok),
-        stuck=stuck,
-        frozen=ca.logic_and(started, ca.logic_or(raw <= 0.0, stands)),
-        gap=ca.logic_and(started, ca.logic_or(raw > _LATE, back)),
-        cold=ca.logic_not(warm_ok),
-        passed=passed,
-        drift=drift,
-        unseen=unseen,
-    )
+    gap_for = ca.if_else(graph.held("started"), ca.if_else(clock.back, _BRIDGED, clock.raw), 0.0)
+    not_counted = ca.if_else(clock.jump, (0.5 * speeds + 0.02 * fastest) * ca.fmin(gap_for, 3600.0), 0.0)
+    bridged = (0.25 * speeds + 0.02 * fastest) * ca.fmax(graph.elapsed - _USUAL, 0.0)
+    unseen = (ca.fabs(last_speed) + 0.02 * fastest) * ca.fmax(clock.raw, 0.0)
+    return not_counted + bridged, unseen

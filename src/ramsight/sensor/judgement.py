@@ -110,7 +110,7 @@ def judge(
         Status.NEAR_RELIEF: relief.doubt > 0.0,
         Status.INPUT_GAP: intake.gap,
         Status.REFERENCE_REFUSED: disputed,
-        Status.SPEED_WRONG: checks.speed_wrong,
+        Status.SPEED_WRONG: ca.logic_or(checks.speed_wrong, intake.replaced),
         Status.COUNTER_WRONG: checks.counter_wrong,
         Status.POSITION_LOST: relief.grown > WARNING * stroke,
         Status.FAULT_PASSED: fault_passed,

@@ -29,10 +29,19 @@ from ramsight.sensor.leaking import Leaking
 from ramsight.sensor.link_angle import LinkAngle
 from ramsight.sensor.load import LoadObserver, LoadStep
 from ramsight.sensor.mode import Mode, is_in
+from ramsight.sensor.pressure_check import check_pressures
 from ramsight.sensor.pressures import measured_pressures
 from ramsight.sensor.relief import passed_share, passing
 from ramsight.sensor.resting import creep, unseen_load
-from ramsight.sensor.virtual_sensor import BOUND, IS_REFERENCED, LINK_ANGLE, VARIANCE, SensorGraph, VirtualSensor
+from ramsight.sensor.virtual_sensor import (
+    BOUND,
+    IS_REFERENCED,
+    LINK_ANGLE,
+    REFERENCED_NOW,
+    VARIANCE,
+    SensorGraph,
+    VirtualSensor,
+)
 from ramsight.sensor.warming import warming_of
 
 _VELOCITY_SMOOTHING = 0.1  # s
@@ -74,7 +83,8 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     observer = LoadObserver(graph, circuit, limits, assumed)
     symbol = graph.parameters.symbol
     viscosity = circuit.oil_of(lambda name: symbol(f"circuit.{name}")).viscosity
-    checks = check_drive(graph, assumed, limits, viscosity(T40) / viscosity(graph.oil_temperature))
+    thinner = viscosity(T40) / viscosity(graph.oil_temperature)
+    checks = check_drive(graph, assumed, limits, thinner)
     leaking = Leaking(graph, viscosity, first, observer.expected / symbol("relief_torque"))
     watch = ContactWatch(graph, float(unit.lift_sign), assumed.stops)
     link = None if lever is None else LinkAngle(graph, lever, assumed)
@@ -86,6 +96,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     around = bank.means()
     learned = (around[0], *around[3:])
     step = observer.step([leaking.factor(*learned), around[1], around[2]], watch.held, warming)
+    checks = check_pressures(graph, checks, step, assumed, limits, thinner)
     travel_by, torque_by = (leaking.derivatives(by, *learned) for by in (step.travel_by, step.torque_by))
 
     nominal = graph.position + step.travel
@@ -145,7 +156,9 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     factors = [(after[k], bank.factor_std(k + LEAK)) for k in range(len(FACTORS))]
     bank.close()
     bound = ca.sqrt(bank.bound() ** 2 + CERTAIN**2 * seen) + CERTAIN * pending
-    more = {BOUND: (bound, "m"), **checks.more}
+    since = ca.fmax(graph.state(REFERENCED_NOW), measured.taken)
+    graph.becomes(REFERENCED_NOW, since)
+    more = {BOUND: (bound, "m"), REFERENCED_NOW: (since, "1"), **checks.more}
     return _report(graph, step, intake, position, std, code, factors, measured.taken, contact, circuit, more)
 
 

@@ -65,6 +65,8 @@ class LoadStep:
         torque: as expected after the correction [N m].
         z: the circuit's states.
         velocity: of the piston [m/s].
+        over_pressures: torque beyond what measured pressures ask of the pump, and its standard deviation by theirs
+            [N m]; None where there are none.
     """
 
     travel: Any
@@ -87,6 +89,7 @@ class LoadStep:
     torque: Any
     z: Any
     velocity: Any
+    over_pressures: tuple[Any, Any] | None
 
 
 def _beyond(value: Any, limit: Any) -> Any:
@@ -180,7 +183,9 @@ class LoadObserver:
         gains = self._gains(first, surprise, h_walked, h_initial, noise2, held, h)
         d_initial, d_walked = gains.initial * surprise, gains.walked * surprise
         after_torque = (1.0 - gains.walked * h_walked) * gains.walked_variance
+        over_pressures = None
         if self._pressures is not None:
+            over_pressures = self._pressures.torque_over(first, by_large, h_walked, missed, held)
             shown_load, after_torque = self._pressures.correction(first, by_large, after_torque, h)
             d_walked = d_walked + ca.if_else(held, 0.0, shown_load)
         # No load beyond what relief valves carry: nothing would hold it, and the piston would run away in the model.
@@ -231,6 +236,7 @@ class LoadObserver:
             torque=second.torque,
             z=z,
             velocity=z[1],
+            over_pressures=over_pressures,
         )
 
     def _surprise(

@@ -20,7 +20,7 @@ from ramsight.errors import OutputError, RamsightError
 from ramsight.output import flush_folder
 from ramsight.sensor.hypotheses import learned
 from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import IS_REFERENCED, VirtualSensor, impossible
+from ramsight.sensor.virtual_sensor import IS_REFERENCED, REFERENCED_NOW, VirtualSensor, impossible
 
 FORMAT = 2
 _MAGIC = b"ramsight state\n\0"
@@ -153,7 +153,7 @@ class StateFile:
     def _awake(self, state: dict[str, float], older: bool) -> dict[str, float]:
         """A saved state as it is after a while of which nothing is known; time begins anew."""
         std = state["covariance_00"] ** 0.5 + abs(state["velocity"]) * SETTLING
-        state |= {"started": 0.0, "clocked": 0.0, "covariance_00": std**2}
+        state |= {"started": 0.0, "clocked": 0.0, "covariance_00": std**2, REFERENCED_NOW: 0.0}
         return forgotten(self._sensor, state) if older else state
 
     def _packed(self, number: int, state: Mapping[str, float]) -> bytes:

@@ -6,6 +6,7 @@ load does not. A sensor's lag is followed: what it shows is held against what it
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import casadi as ca
@@ -15,6 +16,8 @@ from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.virtual_sensor import PRESSURES, SensorGraph
 
 _SETTLES = 1.0  # s, within which the oil of a standing piston takes the pressure that is shown; errors are shorter
+_SHOWN = 0.5  # share of a pressure that the torque shows, from which on one is held against the other
+_TURNS = 3.0  # rad/s, below which friction makes up the torque
 _LARGEST = 1e9  # Pa; beyond, or no number, it is not measured
 
 
@@ -39,6 +42,7 @@ class MeasuredPressures:
         self._shown = [graph.state(f"shown_{name}") for name in PRESSURES]
         self._begun, self._stood = graph.state("pressures_begun"), graph.state("stood")
         self._measured = [graph.measured[name] for name in PRESSURES]
+        self._force_std = math.hypot(cylinder.area_a, cylinder.area_b) * self._assumed.std
         self._known = [ca.fabs(value) < _LARGEST for value in self._measured]
 
     def settled(self, before: Any, h: Any) -> Any:
@@ -70,11 +74,38 @@ class MeasuredPressures:
             would = self._shown[k] + lag * (solution.z[place] - self._shown[k])
             missed = missed + area * (self._measured[k] - would)
             slope = slope + lag * area * by_load[place]
-        noise = (c.area_a**2 + c.area_b**2) * self._assumed.std**2
-        gain = variance * slope / (slope**2 * variance + noise)
+        gain = variance * slope / (slope**2 * variance + self._force_std**2)
         counts = ca.logic_and(ca.logic_and(*self._known), ca.logic_and(self._begun, ca.logic_not(solution.stands)))
         gain = ca.if_else(counts, gain, 0.0)
         return gain * missed, (1.0 - gain * slope) * variance
+
+    def torque_over(
+        self, solution: Solution, by_load: Any, torque_by_load: Any, missed: Any, held: Any
+    ) -> tuple[Any, Any]:
+        """Torque that is reported beyond what the pressures ask of the pump [N m], 0 where they do not say.
+
+        Beside it the standard deviation that errors of the pressures give it.
+
+        Args:
+            solution: of the step, under the load as believed before it.
+            by_load: how its states follow the load of a piston that goes.
+            torque_by_load: how its torque follows that load [m].
+            missed: the reported torque less the solution's [N m].
+            held: whether the piston is held where it is.
+        """
+        c, graph = self._balance.unit.cylinder, self._graph
+        per_angle = graph.parameters.symbol("travel_per_radian")
+        force: Any = 0.0
+        slope: Any = 0.0
+        for k, (place, area) in enumerate(zip(self._place, (c.area_a, -c.area_b), strict=True)):
+            force = force + area * (self._measured[k] - solution.z[place])
+            slope = slope + area * by_load[place]
+        # Behind a valve that is shut, and while the motor hardly turns, the torque shows no pressure.
+        shows = ca.logic_and(ca.fabs(torque_by_load) > _SHOWN * per_angle, ca.fabs(graph.motor_speed) > _TURNS)
+        shows = ca.logic_and(ca.logic_and(shows, ca.logic_not(held)), ca.fabs(slope) > _SHOWN)
+        shows = ca.logic_and(ca.logic_and(*self._known), ca.logic_and(self._begun, shows))
+        per_force = ca.if_else(shows, torque_by_load / slope, 0.0)
+        return ca.if_else(shows, missed - per_force * force, 0.0), ca.fabs(per_force) * self._force_std
 
     def close(self, z: Any, stands: Any, h: Any) -> None:
         """What the sensors show after the sample, and whether the piston stood."""

@@ -67,7 +67,7 @@ _REASON = {
     Status.INPUT_GAP: "samples were missing",
     Status.REFERENCE_REFUSED: "a reference that cannot be true was refused; another is needed",
     Status.POSITION_LOST: "oil has passed the relief valve, or was drawn from the tank; a reference is needed",
-    Status.SPEED_WRONG: "the motor speed contradicts shaft and power; the shaft's counter is used",
+    Status.SPEED_WRONG: "the motor speed is missing, or contradicts shaft and power; the shaft's counter is used",
     Status.COUNTER_WRONG: "the shaft's counter contradicts speed and power; the motor speed is used",
     Status.FAULT_PASSED: "the drive's report contradicted itself and does no more; a reference is needed",
     Status.TOO_UNCERTAIN: "the uncertainty is above its limit; a reference is needed",
@@ -78,7 +78,7 @@ _REASON = {
     Status.TIME_FROZEN: "time does not advance",
     Status.INPUT_LOST: "motor speed, motor torque or time missing",
     Status.SPEED_CONTRADICTED: "motor speed and the shaft's counter contradict each other",
-    Status.TORQUE_CONTRADICTED: "motor torque and the drive's power contradict each other",
+    Status.TORQUE_CONTRADICTED: "motor torque contradicts the drive's power or the pressures",
     Status.STATE_INVALID: "the sensor was never started, or a value is no finite number; start it anew",
 }
 

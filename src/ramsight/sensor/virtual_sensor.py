@@ -38,8 +38,9 @@ MEASURED = {
     SHAFT_ANGLE: ("rad", "that the drive's counter says of the shaft, growing where speed is positive"),
     DC_POWER: ("W", "that the drive takes from its DC link, negative where it gives"),
 }
-"""Inputs that a sensor takes where they are measured: unit, and what they are."""
-"""Further inputs of a unit whose description declares pressure sensors; no number where one shows nothing."""
+"""Inputs that a sensor takes where they are measured, no number where one shows nothing: unit, and what they are."""
+LAST_SHAFT_ANGLE, SHAFT_BEGUN = "last_shaft_angle", "shaft_begun"
+"""States: the counter when it was last there, and whether that was at the last sample."""
 
 UNITS = {"position": "m", "position_std": "m", "velocity": "m/s", "load": "N", "status": "1"}
 OUTPUTS = tuple(UNITS)
@@ -49,6 +50,8 @@ BOUND = "position_bound"
 
 IS_REFERENCED = "is_referenced"
 """The state of a sensor that finds its position by itself: whether it has."""
+REFERENCED_NOW = "referenced_since_power_up"
+"""Its state, and output: whether a reference has come since it was started, or resumed after a power loss."""
 VARIANCE = "covariance_00"
 """Its state with the position's variance [m2]."""
 START_STD = 1e-3  # m, of a position given by hand
@@ -111,6 +114,8 @@ class SensorGraph:
         self.becomes("started", 1.0)
         self.becomes("time", self.time)
         self.becomes("motor_speed", self.motor_speed)
+        if SHAFT_ANGLE in self.measured:
+            self._count(self.measured[SHAFT_ANGLE])
         last_commands = [self.state(column_of(part), COMMANDED) for part in commands]
         places = range(len(INPUTS), len(INPUTS) + len(commands))
         self.commands = {
@@ -118,6 +123,13 @@ class SensorGraph:
             for part, place, last in zip(commands, places, last_commands, strict=True)
         }
         self.way, self.last_way = _way(list(self.commands.values())), _way(last_commands)
+
+    def _count(self, angle: Any) -> None:
+        """Remember the shaft's counter, and whether there was one."""
+        last, _ = self.state(LAST_SHAFT_ANGLE), self.state(SHAFT_BEGUN)
+        there = ca.fabs(angle) < _LARGEST
+        self.becomes(LAST_SHAFT_ANGLE, ca.if_else(there, angle, last))
+        self.becomes(SHAFT_BEGUN, there)
 
     def _command(self, given: Any, last: Any) -> Any:
         """A command, -1 to 1; the last one where there is none."""
@@ -275,9 +287,11 @@ class VirtualSensor:
     initial: Array
     units: Mapping[str, str]
     _state: Array = field(init=False, repr=False)
+    _says: Array = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         self._state = self.initial.copy()
+        self._says = np.full(len(self.recursion.outputs), math.nan)
 
     @property
     def commands(self) -> tuple[str, ...]:
@@ -323,7 +337,7 @@ class VirtualSensor:
             return
         self._state[place("position")] = min(max(position, 0.0), self.stroke)
         if finds:
-            self._state[place(IS_REFERENCED)] = 1.0
+            self._state[place(IS_REFERENCED)] = self._state[place(REFERENCED_NOW)] = 1.0
             self._state[place(VARIANCE)] = std**2
 
     def _check_start(self, position: float, std: float) -> None:
@@ -377,8 +391,14 @@ class VirtualSensor:
         at = reference if known else 0.0
         given = (others.get(name, math.nan) for name in names)
         sample = np.array([[time, motor_speed, motor_torque, oil_temperature, at, known, *given]], dtype=np.float64)
-        position, std, velocity, load, status = replay(self.recursion, sample, self.parameters, self._state)[0, :5]
+        self._says = replay(self.recursion, sample, self.parameters, self._state)[0]
+        position, std, velocity, load, status = self._says[:5]
         return Estimate(float(position), float(std), float(velocity), float(load), Status(int(status)))
+
+    def says(self, output: str) -> float:
+        """An output after the last `step`, by its name [SI]; NaN before the first one, and of one that it has not."""
+        names = self.recursion.outputs
+        return float(self._says[names.index(output)]) if output in names else math.nan
 
     def track(self, log: xarray.Dataset, *, advance: Callable[[int], object] | None = None) -> xarray.Dataset:
         """Go through a drive log, from the position given to `start`.
@@ -456,8 +476,9 @@ def impossible(sensor: VirtualSensor, state: Mapping[str, float]) -> str:
     negative = next((name for name, value in state.items() if value < 0.0 and is_variance(name)), "")
     if negative:
         return f"{negative} = {state[negative]!r}: a variance is not negative"
-    if state.get(IS_REFERENCED, 0.0) not in (0.0, 1.0):
-        return f"{IS_REFERENCED} = {state[IS_REFERENCED]!r}: neither 0 nor 1"
+    for name in (IS_REFERENCED, REFERENCED_NOW):
+        if state.get(name, 0.0) not in (0.0, 1.0):
+            return f"{name} = {state[name]!r}: neither 0 nor 1"
     return ""
 
 

@@ -56,7 +56,7 @@ int ${p}_start(${p} *s, real position, real std) {
   s->slots = slots;
   if (!(position >= -SLACK && position <= STROKE + SLACK && std >= R(0.0) && std <= STROKE)) return 0;
   s->position = (wide)(position < R(0.0) ? R(0.0) : position > STROKE ? STROKE : position);
-  s->is_referenced = R(1.0);
+  s->is_referenced = s->referenced_since_power_up = R(1.0);
   s->covariance_00 = std * std;
   return 1;
 }
@@ -184,10 +184,11 @@ static int possible(const ${p} *s) {
     memcpy(&x, from, sizeof x);
     if (!is_number(x)) return 0;
   }
-  const int referenced = s->is_referenced == R(0.0) || s->is_referenced == R(1.0);
+  const int known = s->is_referenced == R(0.0) || s->is_referenced == R(1.0);
+  const int since = s->referenced_since_power_up == R(0.0) || s->referenced_since_power_up == R(1.0);
   const double stroke = (double)STROKE;
 ${variances}
-  return referenced && s->position >= -stroke && s->position <= 2.0 * stroke;
+  return known && since && s->position >= -stroke && s->position <= 2.0 * stroke;
 }
 
 /* Take a slot, if it is whole and of this sensor and machine. */
@@ -268,6 +269,7 @@ ${p}_resumed ${p}_resume(${p} *s, const unsigned char *slot_0, const unsigned ch
   const real std = SQRT(s->covariance_00) + ABS(s->velocity) * R(${settling});
   s->started = R(0.0);
   s->clocked = R(0.0);
+  s->referenced_since_power_up = R(0.0);
   s->covariance_00 = std * std;
   s->rested = RESTING;
   s->slots.position = (double)s->position;

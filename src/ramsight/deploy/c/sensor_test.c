@@ -91,6 +91,7 @@ static int slots_work(const ${p} *used) {
     return ${p}_resume(&back, slots[0], slots[1]) == ${P}_MOVED && back.is_referenced == 0;
   if (kept(&sensor, 0) >= 0) return 0;
   if (${p}_resume(&back, slots[0], slots[1]) != ${P}_RESUMED || !(fabs((double)(back.position - sensor.position)) < 1e-6)) return 0;
+  if (sensor.referenced_since_power_up != 1 || back.referenced_since_power_up != 0) return 0;
   slots[newest][12] ^= 1u;
   if (${p}_resume(&back, slots[0], slots[1]) != ${P}_OLDER || back.is_referenced != 0) return 0;
   slots[1 - newest][12] ^= 1u;

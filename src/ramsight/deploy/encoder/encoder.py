@@ -45,7 +45,7 @@ from ramsight.deploy.encoder.stored import ALL, Stored
 from ramsight.errors import DescriptionError
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import IS_REFERENCED, Estimate, VirtualSensor
+from ramsight.sensor.virtual_sensor import BOUND, IS_REFERENCED, REFERENCED_NOW, Estimate, VirtualSensor
 
 _NMT, _SYNC = 0x000, 0x080
 _JUST_AFTER = 1e-4  # s, from the drive's last sample to a preset, whose frame may have a later stamp than the next
@@ -197,6 +197,17 @@ class Encoder:
     def std(self) -> float:
         """Its standard deviation [m]."""
         return math.inf if self._estimate is None else self._estimate.std + self._published.behind
+
+    @property
+    def bound(self) -> float:
+        """What the position's error exceeds once in 100 000 samples without a warning [m]; infinite if unknown."""
+        bound = self._sensor.says(BOUND)
+        return math.inf if math.isnan(bound) else bound + self._published.behind
+
+    @property
+    def referenced(self) -> bool:
+        """Whether a reference has come since power-up."""
+        return self._sensor.state.get(REFERENCED_NOW, 0.0) > 0.5
 
     @property
     def velocity(self) -> float:
@@ -383,6 +394,8 @@ class Encoder:
             (0x2011, 0): lambda: self.status,
             (0x2012, 0): lambda: "no sample yet" if self._estimate is None else self._estimate.status.text,
             (0x2013, 0): lambda: 0 if self._estimate is None else whole(self._estimate.load, LEAST, MOST),
+            (0x2014, 0): lambda: scale.steps(min(self.bound, stroke)),
+            (0x2015, 0): lambda: int(self.referenced),
             (0x6002, 0): lambda: scale.steps(stroke),
             (0x6004, 0): lambda: scale.position,
             (0x6030, 1): lambda: scale.speed(self._estimate),

@@ -8,7 +8,7 @@ above FAFFh are none, FE00h to FEFFh mean an error, FF00h and above that nothing
 |---|---|---|---|
 | 1, 2 | position | 0.1 mm (`resolution`) | 0 |
 | 3, 4 | velocity, extension positive | 0.1 mm/s | -3200 mm/s |
-| 5 | bits 1-2 position valid, 3-4 position known, 5-6 a warning holds; 0 no, 1 yes; 7-8 are 1 | | |
+| 5 | bits 1-2 position valid, 3-4 known, 5-6 a warning holds, 7-8 referenced since power-up; 0 no, 1 yes | | |
 | 6 | number of the sensor's status | 1 | 0 |
 | 7, 8 | standard deviation | 0.01 mm | 0 |
 """
@@ -73,7 +73,9 @@ class Message:
         """Of the frame, 29 bits."""
         return self.priority << 26 | self.pgn << 8 | self.source
 
-    def data(self, position: float, velocity: float, std: float, status: int, *, valid: bool, warns: bool) -> bytes:
+    def data(
+        self, position: float, velocity: float, std: float, status: int, *, valid: bool, warns: bool, referenced: bool
+    ) -> bytes:
         """The eight bytes.
 
         Args:
@@ -83,13 +85,14 @@ class Message:
             status: number of the sensor's status.
             valid: whether the position may be used.
             warns: whether a warning holds.
+            referenced: whether a reference has come since power-up.
 
         Example:
-            >>> Message().data(0.1, 0.0, 1e-3, 0, valid=True, warns=False).hex()
-            'e803007dc5006400'
+            >>> Message().data(0.1, 0.0, 1e-3, 0, valid=True, warns=False, referenced=True).hex()
+            'e803007d45006400'
         """
         known = status < Status.NOT_REFERENCED
-        flags = int(valid) | int(known) << 2 | int(warns) << 4 | 3 << 6
+        flags = int(valid) | int(known) << 2 | int(warns) << 4 | int(referenced) << 6
         return struct.pack(
             "<HHBBH",
             _number(position / self.resolution) if valid else _ERROR,
@@ -179,6 +182,12 @@ class Broadcasting:
         self._next = now + self._message.period - late  # what was missed is gone, the beat stays
         one = self._encoder
         data = self._message.data(
-            one.position, one.velocity, one.std, one.status, valid=one.valid, warns=bool(warnings(one.faults))
+            one.position,
+            one.velocity,
+            one.std,
+            one.status,
+            valid=one.valid,
+            warns=bool(warnings(one.faults)),
+            referenced=one.referenced,
         )
         return [Frame(self._message.identifier | EXTENDED, data)]
