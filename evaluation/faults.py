@@ -10,21 +10,25 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import work_days
 import xarray
+from numpy.typing import NDArray
 
 from ramsight.duty.faults import Fault, inject
+from ramsight.engine.recursion import replay_many
 from ramsight.sensor.detectors import CONTRADICTIONS
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import VirtualSensor
+from ramsight.sensor.virtual_sensor import BOUND, VirtualSensor, log_inputs
 from ramsight.stretches import stretches
 
+Track = dict[str, NDArray[np.float64]]
+"""Position and its deviation [m], status and bound [m], by the names of the sensor's outputs."""
 _AFTER = 10.0  # s
 SIGNALS: dict[str, dict[str, float]] = {
     "speed, torque, temperature": {},
@@ -65,32 +69,42 @@ def faults(at: float, log: xarray.Dataset) -> Iterator[tuple[str, str, Fault]]:
     yield "time", "jump by −10 s, 1 s", Fault("jump", at, at + 1.0, size=-10.0)
 
 
-def _tracked(sensor: VirtualSensor, day: work_days.Day, log: xarray.Dataset) -> xarray.Dataset:
-    sensor.start(day.start)
-    return sensor.track(log)
+def tracks_of(sensor: VirtualSensor, days: Sequence[work_days.Day], logs: Sequence[xarray.Dataset]) -> list[Track]:
+    """What a sensor makes of logs, several side by side; a log a day."""
+    states = []
+    for day in days:
+        sensor.start(day.start)
+        states.append(list(sensor.state.values()))
+    kept = ("position", "position_std", "status", BOUND)
+    inputs = [log_inputs(sensor, log) for log in logs]
+    found = replay_many(sensor.recursion, inputs, sensor.parameters, np.array(states), kept)
+    return [dict(zip(kept, columns.T, strict=True)) for columns in found]
 
 
-def _judged(day: work_days.Day, clean: xarray.Dataset, sensor: VirtualSensor, fault: Fault, seed: int) -> list[float]:
+def _with_rows(day: work_days.Day, fault: Fault, seed: int) -> tuple[xarray.Dataset, NDArray[np.int64]]:
+    """A day's log with a fault in it, and which of its samples are left."""
+    marked = day.log.assign(sample=("time", np.arange(day.log.sizes["time"])))
+    faulty = inject(marked, fault, seed)
+    return faulty.drop_vars("sample"), faulty["sample"].values
+
+
+def _judged(day: work_days.Day, clean: Track, track: Track, rows: NDArray[np.int64], fault: Fault) -> list[float]:
     """What a fault did.
 
     Whether it was noticed, after how long [s], whether it did harm unseen, the largest error [m], and how many samples
     are ok and beyond their bound.
     """
-    marked = day.log.assign(sample=("time", np.arange(day.log.sizes["time"])))
-    faulty = inject(marked, fault, seed)
-    rows = faulty["sample"].values
-    track = _tracked(sensor, day, faulty.drop_vars("sample"))
     time = day.log["time"].values[rows]
     window = (time >= fault.start - 1e-9) & (time <= fault.end + _AFTER)
-    status, usual = track["status"].values, clean["status"].values[rows]
+    status, usual = track["status"], clean["status"][rows]
     noticed = window & (status >= Status.REFERENCE_DUE) & (status != usual) & (status != Status.NEAR_RELIEF)
-    error = np.abs(track["position"].values - day.position[rows])
+    error = np.abs(track["position"] - day.position[rows])
     trusted = status == Status.OK
-    wrong = window & trusted & (error > _WRONG) & (error > _STDS * track["position_std"].values)
+    wrong = window & trusted & (error > _WRONG) & (error > _STDS * track["position_std"])
     samples = round(_LONG / float(np.median(np.diff(day.log["time"].values))))
     runs = np.convolve(wrong.astype(float), np.ones(samples), "valid")
     delay = float(time[np.argmax(noticed)] - fault.start) if noticed.any() else np.nan
-    beyond = window & trusted & (error > track["position_bound"].values)
+    beyond = window & trusted & (error > track[BOUND])
     harm = float((runs > samples - 0.5).any())
     return [float(noticed.any()), delay, harm, float(error[window].max()), float(beyond.sum())]
 
@@ -110,23 +124,24 @@ def _given(
         sensor = kalman(unit)
         for seed in range(machines // 2):
             day = work_days.drawn(unit, seed, one_load=one_load)
-            clean = _tracked(sensor, day, day.log)
+            (clean,) = tracks_of(sensor, [day], [day.log])
             time, speed = day.log["time"].values, day.log["motor_speed"].values
-            false, hours = false + _alarms(clean), hours + float(time[-1] - time[0]) / 3600.0
+            false, hours = false + alarms(clean), hours + float(time[-1] - time[0]) / 3600.0
             turns = (np.abs(speed) > _TURNING) & (time > _EARLIEST) & (time < time[-1] - _LATEST)
             random = np.random.default_rng(seed)
-            for at in random.choice(time[turns], times):
-                for channel, words, fault in faults(float(at), day.log):
-                    found[channel, words].append(_judged(day, clean, sensor, fault, seed))
+            injected = [one for at in random.choice(time[turns], times) for one in faults(float(at), day.log)]
+            logs = [_with_rows(day, fault, seed) for _, _, fault in injected]
+            tracks = tracks_of(sensor, [day] * len(logs), [log for log, _ in logs])
+            for (channel, words, fault), (_, rows), track in zip(injected, logs, tracks, strict=True):
+                found[channel, words].append(_judged(day, clean, track, rows, fault))
             advance(1)
-    rows = [_row(*key, np.array(results)) for key, results in found.items()]
-    return {"rows": rows, "hours": hours, "contradictions_without_a_fault": false}
+    table = [_row(*key, np.array(results)) for key, results in found.items()]
+    return {"rows": table, "hours": hours, "contradictions_without_a_fault": false}
 
 
-def _alarms(track: xarray.Dataset) -> int:
+def alarms(track: Track) -> int:
     """How often a drive's report is said to contradict itself."""
-    said = np.isin(track["status"].values, CONTRADICTIONS)
-    return len(stretches(said))
+    return len(stretches(np.isin(track["status"], CONTRADICTIONS)))
 
 
 def _row(channel: str, words: str, values: np.ndarray) -> dict[str, float | str | None]:

@@ -15,6 +15,7 @@ import effects
 import real_machine
 import redundancy
 import second_channel
+import undisturbed
 import unit_control
 
 from ramsight.output import atomic_path
@@ -154,6 +155,7 @@ def main() -> None:
     put(VALIDATION_PAGE, {"real_machine": real_machine.table(found["real_machine"])})
     put(PLANT_PAGE, {"effects": effects.table(found["effects"])})
     integrity = {"by_signals": by_signals(found["faults"]), "bounds": bounds.table(found["bounds"])}
+    integrity["undisturbed"] = undisturbed.table(found["undisturbed"])
     fixed = {"redundancy": redundancy.table(), "detectors": detector_table().splitlines()}
     put(INTEGRITY_PAGE, integrity | fixed)
     put(SAFETY_PAGE, {"second_channel": second_channel.table(found["second_channel"])})

@@ -21,6 +21,7 @@ import real_oil
 import recorded
 import second_channel
 import structure
+import undisturbed
 import unit_control
 import work_days
 
@@ -35,6 +36,7 @@ STUDIES = (
     "identify",
     "work_days",
     "faults",
+    "undisturbed",
     "second_channel",
     "loader_control",
     "unit_control",
@@ -79,6 +81,9 @@ def main() -> None:
     if "faults" in given.only:
         with progress(given.seeds, "faults") as bar:
             found["faults"] = faults.study(given.seeds, bar.advance)
+    if "undisturbed" in given.only:
+        with progress(2 * given.days, "days without a fault") as bar:
+            found["undisturbed"] = undisturbed.study(given.days, bar.advance)
     if "second_channel" in given.only:
         with progress(given.seeds, "a second channel") as bar:
             found["second_channel"] = second_channel.study(given.seeds, bar.advance)
