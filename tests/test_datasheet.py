@@ -23,6 +23,7 @@ from ramsight.errors import DescriptionError, OutputError, RamsightError
 from ramsight.plant.build import build
 from ramsight.plant.circuit import parameter_values
 from ramsight.plant.unit import circuit
+from ramsight.sensor.detectors import CONTRADICTIONS
 from ramsight.sensor.status import Status
 from ramsight.study.datasheet import cluster as clusters
 from ramsight.study.datasheet import goal as goals
@@ -41,7 +42,8 @@ from ramsight.study.datasheet.statistics import (
     share_of,
     slope_of,
 )
-from ramsight.study.datasheet.working import work_through
+from ramsight.study.datasheet.tracking import tracked
+from ramsight.study.datasheet.working import runs, work_through
 
 COUNT, TASK = 5, 2
 TRACES = Path(__file__).parent / "traces"
@@ -526,5 +528,19 @@ def test_base_points_are_a_power_of_two(study):
 
 def test_a_sensor_of_an_angle_is_not_in_a_data_sheet_yet():
     loader = machine.load("mining-loader").replace({"units.boom.assumptions.link_angle.std": 0.003})
-    with pytest.raises(DescriptionError, match=r"link_angle\.std: a data sheet knows no such sensor"):
+    with pytest.raises(DescriptionError, match=r"link_angle\.std = 0.003: .* without its mechanism"):
         ramsight.Study(loader, unit="boom", n=2)
+
+
+def test_what_a_drive_declares_beside_is_reported_to_the_sensor():
+    declared = {"shaft.std": math.radians(0.05), "power.std": 0.005, "pressure.std": 1e5, "pressure.lag": 0.1}
+    changes = {f"units.boom.assumptions.{key}": value for key, value in declared.items()}
+    study = ramsight.Study(machine.load("mining-loader").replace(changes), unit="boom", n=1)
+    (run,) = runs(study.plan.bench, study.plan.order(range(1)), range(1))
+    names = study.plan.bench.virtual.recursion.inputs
+    of = {name: run.inputs[:, names.index(name)] for name in ("shaft_angle", "dc_power", "pressure_a", "pressure_b")}
+    assert all(np.isfinite(values).all() for values in of.values())
+    turned = np.gradient(of["shaft_angle"], run.time)
+    np.testing.assert_allclose(turned[5:-5], run.true_signals[0][5:-5], atol=4.0)
+    (track,) = tracked([run], [study.plan.bench.virtual])
+    assert not np.isin(track.status, CONTRADICTIONS).any()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.duty.electrical import PowerReport, ShaftReport, declared_power, declared_shaft
+from ramsight.duty.lagging import lagging
 from ramsight.duty.link_report import LinkReport, declared_link
 from ramsight.logs.channels import (
     DC_POWER,
@@ -25,6 +27,8 @@ from ramsight.plant.unit import HydraulicUnit
 
 if TYPE_CHECKING:
     import xarray
+
+Array = NDArray[np.float64]
 
 _PRESSURES = 0x70726573  # apart from the drive's noise of the same seed
 _RPM = 2.0 * math.pi / 60.0
@@ -58,7 +62,7 @@ class Magnets:
     coefficient: float = -1.1e-3
     first: float = 0.0
 
-    def warmth(self, time: NDArray[np.float64], torque: NDArray[np.float64]) -> NDArray[np.float64]:
+    def warmth(self, time: Array, torque: Array) -> Array:
         """Warmth [K] at times [s] under the torques since the times before [N m], shape (times,)."""
         warmth = np.empty(len(time))
         now = self.first
@@ -69,7 +73,7 @@ class Magnets:
             warmth[k] = now
         return warmth
 
-    def gain(self, time: NDArray[np.float64], torque: NDArray[np.float64]) -> NDArray[np.float64]:
+    def gain(self, time: Array, torque: Array) -> Array:
         """Reported torque over the true one [1]; arguments as `warmth`."""
         return np.asarray(1.0 / (1.0 + self.coefficient * self.warmth(time, torque)))
 
@@ -90,6 +94,7 @@ class DriveReport:
         shaft: the counter of its shaft's position; None where it reports none.
         power: of its DC link; None where it reports none.
         pressure_noise: standard deviation of sensors of the chambers' pressures [Pa]; None where there are none.
+        pressure_lag: of those sensors [s].
         magnets: of the motor, if their warming up changes its torque constant.
         seed: of the noise; the same seed gives the same log.
     """
@@ -105,12 +110,11 @@ class DriveReport:
     shaft: ShaftReport | None = None
     power: PowerReport | None = None
     pressure_noise: float | None = None
+    pressure_lag: float = 0.0
     magnets: Magnets | None = None
     seed: int = 0
 
-    def of(
-        self, speed: NDArray[np.float64], torque: NDArray[np.float64], temperature: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    def of(self, speed: Array, torque: Array, temperature: Array) -> tuple[Array, Array, Array]:
         """Reported motor speed [rad/s], torque [N m] and oil temperature [K] of true ones, each (samples,)."""
         random = np.random.default_rng(self.seed)
         torque = self.torque_gain * torque + self.torque_noise * random.standard_normal(len(torque))
@@ -123,7 +127,7 @@ class DriveReport:
         )
 
 
-def _rounded(values: NDArray[np.float64], step: float) -> NDArray[np.float64]:
+def _rounded(values: Array, step: float) -> Array:
     return np.round(values / step) * step if step > 0.0 else values
 
 
@@ -135,13 +139,14 @@ def declared_report(unit: HydraulicUnit, seed: int, like: DriveReport | None = N
         seed: of that, and of all noise.
         like: the rest; by default that of a usual CANopen drive.
     """
-    std = unit.assumptions.pressure.std
+    sensors = unit.assumptions.pressure
     return replace(
         like or DriveReport(),
         link=declared_link(unit, seed),
         shaft=declared_shaft(unit),
         power=declared_power(unit, seed),
-        pressure_noise=std if std > 0.0 else None,
+        pressure_noise=sensors.std if sensors.std > 0.0 else None,
+        pressure_lag=sensors.lag,
         seed=seed,
     )
 
@@ -168,24 +173,31 @@ def report(run: xarray.Dataset, how: DriveReport | None = None) -> xarray.Datase
     log = run[[*names, *commands]].copy(deep=True)
     for name, values in zip(names, reported, strict=True):
         log[name].values[:] = values
-    for channel, values in _further(run, how).items():
+    for channel, values in further_report(how, lambda name: run[name].values).items():
         log[channel.name] = ("time", values, {"units": channel.units, "long_name": channel.long_name})
     log.attrs = {"format": 1, "kind": DRIVE_LOG}
     return log
 
 
-def _further(run: xarray.Dataset, how: DriveReport) -> dict[Channel, NDArray[np.float64]]:
-    """What is reported beside speed, torque and temperature."""
-    time, speed, torque = (run[name].values for name in ("time", "motor_speed", "motor_torque"))
+def further_report(how: DriveReport, true: Callable[[str], Array]) -> dict[Channel, Array]:
+    """What is reported beside speed, torque and temperature.
+
+    Args:
+        how: it is reported.
+        true: signals as they are, by their names in runs, each (samples,): `time` [s], `motor_speed` [rad/s],
+            `motor_torque` [N m], `position` [m], `pressure_a` and `pressure_b` [Pa]; called for those that are needed.
+    """
     found = {}
     if how.link is not None:
-        found[LINK_ANGLE] = how.link.reported(time, run["position"].values)
+        found[LINK_ANGLE] = how.link.reported(true("time"), true("position"))
     if how.shaft is not None:
-        found[SHAFT_ANGLE] = how.shaft.reported(time, speed)
+        found[SHAFT_ANGLE] = how.shaft.reported(true("time"), true("motor_speed"))
     if how.power is not None:
-        found[DC_POWER] = how.power.reported(speed, torque)
+        found[DC_POWER] = how.power.reported(true("motor_speed"), true("motor_torque"))
     if how.pressure_noise is not None:
+        time = true("time")
         for k, channel in enumerate((PRESSURE_A, PRESSURE_B)):
             noise = np.random.default_rng([how.seed, k, _PRESSURES]).standard_normal(len(time))
-            found[channel] = run[channel.name].values + how.pressure_noise * noise
+            shown = lagging(time, true(channel.name), how.pressure_lag)
+            found[channel] = shown + how.pressure_noise * noise
     return found

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.duty.drive_report import DriveReport
+from ramsight.duty.lagging import lagging
 from ramsight.machine.description import Unit
 from ramsight.machine.tolerances import KINDS
 from ramsight.plant.as_built import AsBuilt
@@ -67,21 +68,6 @@ class Drawn:
         )
         behind = lagging(time, temperature, drawn("thermometer_lag", 0.0))
         return how.of(speed, gain * late + drawn("torque_offset", 0.0) * self.relief_torque, behind)
-
-
-def lagging(time: Array, value: Array, lag: float) -> Array:
-    """What a first-order lag [s] makes of a quantity that was settled at first; samples at equal distances.
-
-    Example:
-        >>> lagging(np.arange(3.0), np.array([0.0, 1.0, 1.0]), 1.0).round(3).tolist()
-        [0.0, 0.632, 0.865]
-    """
-    if not lag > 0.0 or len(time) < 2:
-        return value
-    from scipy.signal import lfilter
-
-    kept = float(np.exp(-(time[1] - time[0]) / lag))
-    return np.asarray(lfilter([1.0 - kept], [1.0, -kept], value, zi=[kept * value[0]])[0])
 
 
 def ready(unit: HydraulicUnit) -> HydraulicUnit:

@@ -148,25 +148,17 @@ def plan(
     """
     work.check()
     check_method(method)
-    _refuse_further(machine, unit)
     quantities = varied(machine, unit, vary)
     if work.has_own_oil:
         quantities = tuple(one for one in quantities if one.name not in ("oil_temperature", "warming"))
     pairs = dict(machine.unit(unit).tolerances.correlations if correlations is None else correlations)
+    if (angle := machine.unit(unit).assumptions.link_angle.std) > 0.0:
+        text = "a data sheet is of a unit without its mechanism: leave the sensor of its angle out"
+        raise DescriptionError(text, key=f"units.{unit}.assumptions.link_angle.std", value=angle, allowed="0")
     alone = machine.model_copy(update={"units": {unit: machine.unit(unit)}, "linkage": None})
     made = Plan("\n".join(as_toml(alone, {})), unit, work, sensor, quantities, _pairs(pairs), seed, method, count)
     _ = made._correlation  # refused here if it is none
     return made
-
-
-def _refuse_further(machine: Machine, unit: str) -> None:
-    """A study's drives report speed, torque and temperature, and nothing else that a description may declare."""
-    assumed = machine.unit(unit).assumptions
-    further = {name: getattr(assumed, name).std for name in ("link_angle", "shaft", "power", "pressure")}
-    for name, std in further.items():
-        if std > 0.0:
-            key = f"units.{unit}.assumptions.{name}.std"
-            raise DescriptionError("a data sheet knows no such sensor: leave it out", key=key, allowed="0")
 
 
 def _pairs(correlations: Mapping[str, float]) -> tuple[tuple[str, float], ...]:

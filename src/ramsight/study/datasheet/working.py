@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ramsight import machine as machines
 from ramsight.calibration.sensors import sensor_for
+from ramsight.duty.drive_report import declared_report, further_report
 from ramsight.duty.profile import Duty
 from ramsight.duty.simulate import SAMPLE_PERIOD, check_commands, check_temperature
 from ramsight.engine.batch import Job, sampled
@@ -210,7 +211,6 @@ def _job(bench: Bench, drawn: Drawn, duty: Duty) -> Job:
 
 
 def _reported(bench: Bench, drawn: Drawn, duty: Duty, segments: Segments, time: Array, state: Array, seed: int) -> Run:
-    ode = bench.model.ode
     row, u = segments.at(time)
     held = np.minimum(row, len(segments.parameters) - 1)
     torque = np.empty((len(time), 1))
@@ -218,15 +218,29 @@ def _reported(bench: Bench, drawn: Drawn, duty: Duty, segments: Segments, time: 
     compile_outputs(bench.torque).sample_outputs(
         state, np.ascontiguousarray(u), slope, segments.parameters, held, torque
     )
-    names = [one.name for one in ode.states]
-    speed = state[:, names.index("motor_speed")] if "motor_speed" in names else duty.motor_speed(time)
-    signals = speed, torque[:, 0], duty.oil_temperature(time)
+    true = _signals(bench, duty, time, state, torque[:, 0])
+    signals = true["motor_speed"], true["motor_torque"], duty.oil_temperature(time)
     reports = drawn.reported(time, *signals, seed)
+    further = further_report(declared_report(bench.sheet, seed), true.__getitem__)
+    named = {channel.name: values for channel, values in further.items()}
     none = np.zeros(len(time))
     columns = [time, *reports, none, none]
     columns += [duty.commanded(name.removesuffix("_command"), time) for name in bench.virtual.commands]
-    columns += [np.full(len(time), np.nan) for _ in bench.virtual.optional]
-    true = state[:, names.index("position")]
+    columns += [named[name] for name in bench.virtual.optional]
     told = duty.start_position + drawn.values.get("start", 0.0)
     inputs = np.ascontiguousarray(np.column_stack(columns))
-    return Run(drawn, time, true, inputs, min(max(told, 0.0), float(bench.sheet.cylinder.stroke)), signals)
+    start = min(max(told, 0.0), float(bench.sheet.cylinder.stroke))
+    return Run(drawn, time, true["position"], inputs, start, signals)
+
+
+def _signals(bench: Bench, duty: Duty, time: Array, state: Array, torque: Array) -> dict[str, Array]:
+    """What drives and sensors see of a run, as it is, by the names that runs have for it."""
+    names, cylinder = [one.name for one in bench.model.ode.states], bench.sheet.cylinder
+    return {
+        "time": time,
+        "motor_speed": state[:, names.index("motor_speed")] if "motor_speed" in names else duty.motor_speed(time),
+        "motor_torque": torque,
+        "position": state[:, names.index("position")],
+        "pressure_a": state[:, names.index(f"pressure_{cylinder.node_a}")],
+        "pressure_b": state[:, names.index(f"pressure_{cylinder.node_b}")],
+    }
