@@ -51,11 +51,11 @@ lint: $(INSTALLED)
 	MYPYPATH=src $(BIN)/mypy --strict examples/typed.py
 
 bench: $(INSTALLED)
-	$(BIN)/python bench/run.py --out bench.json
-	$(BIN)/python bench/exported.py --out bench.json
-	$(BIN)/python bench/studies.py --out bench.json
-	$(BIN)/python bench/figures.py bench.json docs/images
-	$(BIN)/python bench/studio.py --out studio.json
+	$(BIN)/python benchmarks/run.py --out bench.json
+	$(BIN)/python benchmarks/exported.py --out bench.json
+	$(BIN)/python benchmarks/studies.py --out bench.json
+	$(BIN)/python benchmarks/figures.py bench.json docs/images
+	$(BIN)/python benchmarks/studio.py --out studio.json
 
 study: $(INSTALLED)
 	$(BIN)/python evaluation/run.py --out study.json

@@ -180,7 +180,7 @@ def test_the_page_of_studies_quotes_its_sheets_and_the_benchmark(monkeypatch):
 
 
 def test_the_page_of_the_studio_quotes_the_benchmark(monkeypatch):
-    monkeypatch.syspath_prepend(ROOT / "bench")
+    monkeypatch.syspath_prepend(ROOT / "benchmarks")
     bench = importlib.import_module("studio")
     found = json.loads((ROOT / "studio.json").read_text())
     assert "\n".join(bench.table(found)) in (ROOT / "docs" / "studio.md").read_text()

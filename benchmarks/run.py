@@ -1,6 +1,6 @@
 """Measures the engine against others on the same equations, in one run, and writes bench.json.
 
-    python bench/run.py [--quick]
+    python benchmarks/run.py [--quick]
 
 Every time is the median of repeats that take turns, so that a slow moment of the machine hits all alike.
 """
