@@ -48,7 +48,7 @@ lint: $(INSTALLED)
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
-	MYPYPATH=src $(BIN)/mypy --strict examples/typed.py
+	env MYPYPATH=src $(BIN)/mypy --strict examples/typed.py
 
 bench: $(INSTALLED)
 	$(BIN)/python benchmarks/run.py --out bench.json

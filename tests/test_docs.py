@@ -241,6 +241,18 @@ def test_the_map_of_changes_names_files_targets_and_tests_that_are_there():
     assert made - set(listed) <= {"help"}, "make help does not list it"
 
 
+def test_what_runs_before_a_commit_is_the_lint():
+    """The hooks are the Makefile's lines in their order, each on everything, with tools that are there already."""
+    yaml = pytest.importorskip("yaml")
+    (recipe,) = re.findall(r"^lint:.*\n((?:\t.*\n)+)", (ROOT / "Makefile").read_text(), flags=re.MULTILINE)
+    (local,) = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text())["repos"]
+    assert local["repo"] == "local"
+    entries = [line.strip().replace("$(BIN)", ".venv/bin") for line in recipe.splitlines()]
+    assert [hook["entry"] for hook in local["hooks"]] == entries
+    for hook in local["hooks"]:
+        assert (hook["language"], hook["pass_filenames"], hook["always_run"]) == ("system", False, True)
+
+
 def test_getting_started_runs_as_it_stands(monkeypatch, tmp_path, capsys):
     from ramsight.cli import main
 
