@@ -5,7 +5,7 @@
 #   make bench   speed against C, scipy and CVODES: bench.json and its figures; the studio in Chromium: studio.json; needs gcc
 #   make study   what the docs quote of studies: study.json; takes some minutes, real oil needs data (RAMSIGHT_DATA=folder)
 #   make fuzz    damaged files, states and slots, hostile frames, killed writers: fuzz.json; takes a quarter to half an hour
-#   make docs    the pages of docs/ and the Python reference as a site, to be read offline: build/site/index.html
+#   make docs    docs/, examples/ with what they draw, and the Python reference as a site, read offline: build/site/index.html
 #   make pins    renew the pinned versions
 #   make package the wheel and the sdist, checked, installed without extras and tried on every Python that is here; minutes
 #   make clean   away with everything that is made
@@ -72,7 +72,7 @@ $(DOCS_INSTALLED): $(INSTALLED) $(DOCS_PINS)
 
 # Every page anew, so that every warning shows.
 docs: $(DOCS_INSTALLED)
-	rm -rf $(SITE)
+	rm -rf $(SITE) docs/gallery
 	$(BIN)/python -m sphinx -q -W --keep-going -n -E -b html -d build/doctrees docs $(SITE)
 	$(BIN)/python docs/check.py $(SITE)
 
@@ -103,4 +103,4 @@ pins:
 	$(BIN)/python -c "$$WRITE_PINS" $(DOCS_PINS) $(PINS)
 
 clean:
-	rm -rf $(VENV) demo build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) demo build dist docs/gallery .pytest_cache .mypy_cache .ruff_cache .hypothesis
