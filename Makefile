@@ -53,6 +53,7 @@ lint: $(INSTALLED)
 bench: $(INSTALLED)
 	$(BIN)/python benchmarks/run.py --out bench.json
 	$(BIN)/python benchmarks/exported.py --out bench.json
+	$(BIN)/python benchmarks/cortex.py --out bench.json
 	$(BIN)/python benchmarks/studies.py --out bench.json
 	$(BIN)/python benchmarks/figures.py bench.json docs/images
 	$(BIN)/python benchmarks/studio.py --out studio.json
