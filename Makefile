@@ -5,7 +5,7 @@
 #   make bench   speed against C, scipy and CVODES: bench.json and its figures; the studio in Chromium: studio.json; needs gcc
 #   make study   what the docs quote of studies: study.json; takes some minutes, real oil needs data (RAMSIGHT_DATA=folder)
 #   make fuzz    damaged files, states and slots, hostile frames, killed writers: fuzz.json; takes a quarter to half an hour
-#   make docs    the pages of docs/ and the Python reference as a site, to be read offline: build/site/index.html
+#   make docs    docs/, examples/ with what they draw, and the Python reference as a site, read offline: build/site/index.html
 #   make pins    renew the pinned versions
 #   make package the wheel and the sdist, checked, installed without extras and tried on every Python that is here; minutes
 #   make clean   away with everything that is made
@@ -48,14 +48,15 @@ lint: $(INSTALLED)
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
-	MYPYPATH=src $(BIN)/mypy --strict examples/typed.py
+	env MYPYPATH=src $(BIN)/mypy --strict examples/typed.py
 
 bench: $(INSTALLED)
-	$(BIN)/python bench/run.py --out bench.json
-	$(BIN)/python bench/exported.py --out bench.json
-	$(BIN)/python bench/studies.py --out bench.json
-	$(BIN)/python bench/figures.py bench.json docs/images
-	$(BIN)/python bench/studio.py --out studio.json
+	$(BIN)/python benchmarks/run.py --out bench.json
+	$(BIN)/python benchmarks/exported.py --out bench.json
+	$(BIN)/python benchmarks/cortex.py --out bench.json
+	$(BIN)/python benchmarks/studies.py --out bench.json
+	$(BIN)/python benchmarks/figures.py bench.json docs/images
+	$(BIN)/python benchmarks/studio.py --out studio.json
 
 study: $(INSTALLED)
 	$(BIN)/python evaluation/run.py --out study.json
@@ -72,7 +73,7 @@ $(DOCS_INSTALLED): $(INSTALLED) $(DOCS_PINS)
 
 # Every page anew, so that every warning shows.
 docs: $(DOCS_INSTALLED)
-	rm -rf $(SITE)
+	rm -rf $(SITE) docs/gallery
 	$(BIN)/python -m sphinx -q -W --keep-going -n -E -b html -d build/doctrees docs $(SITE)
 	$(BIN)/python docs/check.py $(SITE)
 
@@ -103,4 +104,4 @@ pins:
 	$(BIN)/python -c "$$WRITE_PINS" $(DOCS_PINS) $(PINS)
 
 clean:
-	rm -rf $(VENV) demo build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) demo build dist docs/gallery .pytest_cache .mypy_cache .ruff_cache .hypothesis

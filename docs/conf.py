@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import importlib
 import inspect
+import logging
 import re
+import warnings
 from pathlib import Path
 
 import ramsight
@@ -20,8 +22,9 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
     "sphinx.ext.napoleon",
+    "sphinx_gallery.gen_gallery",
 ]
-source_suffix = {".md": "markdown"}
+source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 exclude_patterns = ["paper", "images"]
 templates_path: list[str] = []
 
@@ -57,6 +60,42 @@ nitpick_ignore_regex = [
     ("py:.*", r"Plan|ramsight\.study\.datasheet\.(plan|quantities|working)\..*"),
 ]
 
+EXAMPLES = Path(__file__).parent.parent / "examples"
+
+
+class AsListed:
+    """The order of the gallery: that of examples/README.md."""
+
+    def __init__(self, folder: str) -> None:
+        self._listed = re.findall(
+            r"^- \[.*?\]\((\w+\.py)\)", (EXAMPLES / "README.md").read_text("utf-8"), flags=re.MULTILINE
+        )
+
+    def __call__(self, name: str) -> int:
+        """Place of an example."""
+        return self._listed.index(Path(name).name)
+
+
+# The examples are run when the pages are made; one that fails stops the build.
+sphinx_gallery_conf = {
+    "examples_dirs": str(EXAMPLES),
+    "gallery_dirs": "gallery",
+    "filename_pattern": r"\.py$",
+    "ignore_pattern": r"typed\.py$",
+    "within_subsection_order": AsListed,
+    "abort_on_example_error": True,
+    "capture_repr": (),
+    "download_all_examples": False,
+    "notebook_extensions": set(),
+    "show_signature": False,
+    "write_computation_times": False,
+}
+logging.basicConfig(level=logging.WARNING)  # before a library turns on everybody's remarks
+suppress_warnings = ["config.cache"]  # the order is a class, which no cache takes
+warnings.filterwarnings(
+    "ignore", message="FigureCanvasAgg is non-interactive"
+)  # what a reader sees is taken at the end
+
 html_theme = "furo"
 html_title = f"ramsight {release}"
 html_copy_source = False
@@ -65,7 +104,7 @@ html_last_updated_fmt = None
 html_theme_options = {"navigation_with_keys": True}
 
 
-PAGES_OUTSIDE = {"README.md": "index.md", "CHANGELOG.md": "changelog.md"}
+PAGES_OUTSIDE = {"README.md": "index.md", "CHANGELOG.md": "changelog.md", "examples/README.md": "gallery/index.rst"}
 
 
 def documented() -> dict[int, str]:
@@ -104,8 +143,14 @@ def adapt_links(app, docname: str, source: list[str]) -> None:
     """Call pages by their titles, not by their files; files of the repository that are pages here lead to those."""
     source[0] = re.sub(r"\[[\w-]+\.md\](\([\w-]+\.md[^)]*\))", r"[]\1", source[0])
     if "/" not in docname:
-        for file, page in PAGES_OUTSIDE.items():
-            source[0] = source[0].replace(f"](../{file}", f"]({page}")
+        source[0] = adapted(source[0])
+
+
+def adapted(text: str) -> str:
+    """A page's text, with links to files of the repository that are pages here leading to those."""
+    for file, page in PAGES_OUTSIDE.items():
+        text = text.replace(f"](../{file}", f"]({page}")
+    return text
 
 
 def join_names(app, what, name, obj, options, lines: list[str]) -> None:
@@ -145,7 +190,7 @@ def write_list_of_pages(app, error) -> None:
     for line in index.splitlines():
         if heading := re.fullmatch(r"## (.*)", line):
             lines += ["", f"## {heading[1]}", ""]
-        elif page := re.fullmatch(r"- \[(.*?)\]\((.*?)\.md\): (.*)", line):
+        elif page := re.fullmatch(r"- \[(.*?)\]\((.*?)\.\w+\): (.*)", adapted(line)):
             lines.append(f"- [{page[1]}]({page[2]}.html): {page[3]}")
     text = re.sub(r"\n{3,}", "\n\n", "\n".join(lines)) + "\n"
     (Path(app.outdir) / "llms.txt").write_text(text, encoding="utf-8")

@@ -73,6 +73,8 @@ def test_the_performance_page_quotes_the_benchmark():
         f"| {found['warm_start_s']:.2f} |",
         f"| {found['help_s']:.2f} |",
     ]
+    if "track_start_s" in found:
+        quoted.append(f"| {found['track_start_s']:.1f} |")
     if "loader_realtime_factor" in found:
         quoted.append(f"| {found['loader_realtime_factor']:.0f} |")
     if "loader_error_m" in found:
@@ -180,7 +182,7 @@ def test_the_page_of_studies_quotes_its_sheets_and_the_benchmark(monkeypatch):
 
 
 def test_the_page_of_the_studio_quotes_the_benchmark(monkeypatch):
-    monkeypatch.syspath_prepend(ROOT / "bench")
+    monkeypatch.syspath_prepend(ROOT / "benchmarks")
     bench = importlib.import_module("studio")
     found = json.loads((ROOT / "studio.json").read_text())
     assert "\n".join(bench.table(found)) in (ROOT / "docs" / "studio.md").read_text()
@@ -239,6 +241,18 @@ def test_the_map_of_changes_names_files_targets_and_tests_that_are_there():
     assert set(re.findall(r"`make (\w+)", text)) <= made
     listed = re.findall(r"^#.* make (\w+)", (ROOT / "Makefile").read_text(), flags=re.MULTILINE)
     assert made - set(listed) <= {"help"}, "make help does not list it"
+
+
+def test_what_runs_before_a_commit_is_the_lint():
+    """The hooks are the Makefile's lines in their order, each on everything, with tools that are there already."""
+    yaml = pytest.importorskip("yaml")
+    (recipe,) = re.findall(r"^lint:.*\n((?:\t.*\n)+)", (ROOT / "Makefile").read_text(), flags=re.MULTILINE)
+    (local,) = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text())["repos"]
+    assert local["repo"] == "local"
+    entries = [line.strip().replace("$(BIN)", ".venv/bin") for line in recipe.splitlines()]
+    assert [hook["entry"] for hook in local["hooks"]] == entries
+    for hook in local["hooks"]:
+        assert (hook["language"], hook["pass_filenames"], hook["always_run"]) == ("system", False, True)
 
 
 def test_getting_started_runs_as_it_stands(monkeypatch, tmp_path, capsys):

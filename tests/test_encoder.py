@@ -18,7 +18,7 @@ from ramsight.deploy.encoder.bus_clock import BusClock
 from ramsight.deploy.encoder.eds import eds_text, object_dictionary
 from ramsight.deploy.encoder.faults import OF_STATUS, Fault, fault_table
 from ramsight.deploy.encoder.listening import drive_map
-from ramsight.deploy.encoder.objects import ENTRIES, FORGET, LOAD, OBJECTS, RUNNING, SAVE, STORED, object_table
+from ramsight.deploy.encoder.objects import BITS, ENTRIES, FORGET, LOAD, OBJECTS, RUNNING, SAVE, STORED, object_table
 from ramsight.errors import DescriptionError
 from ramsight.logs import read_drive_log, read_truth
 from ramsight.logs.channel_map import load_map
@@ -82,6 +82,20 @@ def write_now(bus, index, value, subindex=0):
 
 def test_the_shipped_eds_is_the_declared_dictionary():
     assert EDS.read_text(encoding="ascii") == eds_text(), "write it anew: ramsight encoder ... --eds"
+
+
+def test_defaults_stand_in_hexadecimal_as_wide_as_their_type():
+    section = ""
+    for line in eds_text().splitlines():
+        if line.startswith("["):
+            section = line.strip("[]")
+        if line.startswith("DefaultValue=") and "NODEID" not in line:
+            index, _, subindex = section.partition("sub")
+            entry = ENTRIES[int(index, 16), int(subindex or "0", 16)]
+            value = line.partition("=")[2]
+            if entry.type in BITS and entry.default >= 0:
+                assert re.fullmatch(rf"0x[0-9A-F]{{{BITS[entry.type] // 4}}}", value), line
+            assert value == str(entry.default) or int(value, 16) == entry.default
 
 
 def test_canopen_imports_every_declared_entry():

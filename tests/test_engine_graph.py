@@ -74,6 +74,15 @@ def test_choices_of_one_condition_are_one_branch_and_those_behind_them_another()
     assert len(branches_of(first, ca.if_else(positive, much(first + z), y - z))) == 2
 
 
+def test_choices_of_two_parts_are_two_branches():
+    positive = x > 0
+    whole = graph(ca.if_else(positive, much(y), y + z), ca.if_else(positive, much(z), y - z))
+    chosen = [k for k in range(len(whole.nodes)) if whole.nodes[k].code == SELECT]
+    parts = [int(k >= max(chosen)) for k in range(len(whole.nodes))]
+    assert len([item for item in schedule(whole, parts) if isinstance(item, Branch)]) == 2
+    assert len([item for item in schedule(whole) if isinstance(item, Branch)]) == 1
+
+
 def test_a_step_that_is_undone_is_no_branch():
     assert not branches_of(ca.if_else(x > 0, y, much(y)))
 

@@ -1,6 +1,8 @@
 """Exported C says what Python says: with doubles, with floats, with faults, after a power loss, under sanitizers."""
 
 import ctypes
+import importlib
+import itertools
 import json
 import os
 import re
@@ -10,6 +12,7 @@ import zlib
 from functools import cache
 from pathlib import Path
 
+import casadi as ca
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -17,10 +20,14 @@ from typer.testing import CliRunner
 from ramsight import machine
 from ramsight.cli import app
 from ramsight.deploy.c_folder import write_sensor
+from ramsight.deploy.c_function import PLAIN, Term, statements
+from ramsight.deploy.c_sections import by_section, live_marks
 from ramsight.deploy.c_sensor import inputs_of, sensor_source
 from ramsight.deploy.compiler import STRICT, CompilerError, find_compiler, footprint, library, run
 from ramsight.deploy.golden import faulty_day
 from ramsight.deploy.running import CompiledSensor
+from ramsight.engine.cache import instructions
+from ramsight.engine.graph import graph_of
 from ramsight.engine.recursion import replay
 from ramsight.errors import OutputError
 from ramsight.plant.ddh import build
@@ -367,6 +374,68 @@ def test_a_step_takes_two_pages_of_stack(tmp_path):
     assert found.stack < 8192
     assert found.state < 2304
     assert found.code < 152 * 1024
+
+
+PARTS = ("Input check", "Balance", "Contacts", "Update", "Status")
+
+
+def test_the_step_stands_in_the_order_of_the_pipe(exported):
+    """Each part begins once, in order, and no part needs what one behind it says: the compiler saw to the latter."""
+    _, source, _, _ = exported
+    body = source.files[f"{source.prefix}.c"]
+    step = body[body.index(f"void {source.prefix}_step") : body.index(f"const char *{source.prefix}_text")]
+    titles = re.findall(r"^  /\* (\w[\w ]*?): .* \*/$", step, flags=re.MULTILINE)
+    assert tuple(title for title in titles if title in PARTS) == PARTS
+    places = [step.index(f"/* {part}: ") for part in PARTS]
+    inputs, balance, contacts, update, status = (step[a:b] for a, b in itertools.pairwise([*places, len(step)]))
+    assert "u_oil_temperature" in inputs
+    assert "x_circuit_pressure" not in inputs
+    assert "x_circuit_pressure" in balance
+
+    assert "EXP(" in inputs + balance or "POW(" in inputs + balance, "viscosity"
+    assert len(balance) > 0.2 * len(step)
+    assert "x_nominal_covariance" not in contacts
+    assert len(update) > len(status)
+
+
+def test_operations_stand_by_their_parts_and_behind_what_they_need():
+    x, y = ca.SX.sym("x"), ca.SX.sym("y")
+    first, unused = ca.sin(x), ca.cos(y)
+    second = first * y
+    function = ca.Function("f", [x, y], [ca.exp(second) + y * y, ca.vertcat(first, unused), second])
+    graph = graph_of(instructions(function))
+    assert live_marks(graph, 1) == {(1, 0), (2, 0)}
+    ordered, parts = by_section(graph, 1, 2)
+    assert parts == sorted(parts)
+    assert all(source < k for k, node in enumerate(ordered.nodes) for source in node.sources)
+    part_of = {node.code: part for node, part in zip(ordered.nodes, parts, strict=True)}
+    assert (part_of[ca.OP_SIN], part_of[ca.OP_MUL], part_of[ca.OP_EXP]) == (0, 1, 2)
+    assert [output for output, _ in ordered.results] == [(0, 0)]
+    lines = statements(function, lambda *at: Term(f"a{at[0]}"), lambda *at: f"out = {at[2].text};", PLAIN, "ABC")
+    assert [line[3] for line in lines if line.startswith("/* ")] == ["A", "B", "C", "W"]
+
+
+def test_the_folder_says_how_it_is_called_and_in_which_units(tmp_path):
+    done = write_sensor(LOADER, "boom", tmp_path / "boom", compiler="")
+    text, header = ((done.folder / name).read_text() for name in ("README.md", "ramsight_boom.h"))
+    headings = re.findall(r"^## (.*)", text, flags=re.MULTILINE)
+    assert headings == ["Call order", "Units", "Power loss", "Size and time"]
+    for struct_name, letter in (("inputs", "in"), ("outputs", "out")):
+        (body,) = re.findall(rf"typedef struct {{\n([^}}]*)}} ramsight_boom_{struct_name};", header)
+        members = re.findall(r"^  \w+ (\w+);", body, flags=re.MULTILINE)
+        assert re.findall(rf"^\| `{letter}\.(\w+)` \| \S", text, flags=re.MULTILINE) == members
+    called = set(re.findall(r"`(ramsight_boom_\w+)\(", text))
+    assert called == {f"ramsight_boom_{name}" for name in ("resume", "init", "start", "reference", "step", "keep")}
+
+
+def test_the_export_page_quotes_what_a_cortex_takes(monkeypatch):
+    root = Path(__file__).parent.parent
+    monkeypatch.syspath_prepend(root / "benchmarks")
+    cortex = importlib.import_module("cortex")
+    found, page = json.loads((root / "bench.json").read_text()), (root / "docs" / "export.md").read_text()
+    assert "\n".join(cortex.table(found["cortex"])) in page
+    assert found["cortex_compiler"] in page
+    assert set(found["cortex"]) == {core.name for core in cortex.CORES}
 
 
 def test_statuses_and_their_texts_are_in_the_header(exported):

@@ -1,6 +1,7 @@
 """The one-way street: every room imports only rooms before it, and heavy libraries load late."""
 
 import ast
+import importlib
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -106,6 +107,21 @@ def test_the_engine_uses_numpy_numba_and_casadi_alone():
     files = [file for file in FILES if room_of(file) == "engine"]
     used = {name.split(".")[0] for file in files for _, name in modules(file)}
     assert used - sys.stdlib_module_names - {"ramsight"} <= ENGINE_LIBRARIES
+
+
+def test_the_drawing_of_the_rooms_is_that_of_the_code(monkeypatch):
+    root = SOURCE.parent.parent
+    monkeypatch.syspath_prepend(root / "evaluation")
+    drawing = importlib.import_module("rooms")
+    listed = drawing.listed()
+    found = drawing.edges(list(listed))
+    assert [{room} for room in listed] == [rooms & set(listed) for rooms in STREET if rooms & set(listed)]
+    assert set(listed) | FREE | {"__main__"} == {name for rooms in STREET for name in rooms} | FREE
+    here = {(room_of(file), other) for file in FILES for _, other in rooms(file)}
+    assert found == {(room, other) for room, other in here if room != other and {room, other} <= set(listed)}
+    assert drawing.reduced({("c", "b"), ("b", "a"), ("c", "a")}) == {("c", "b"), ("b", "a")}
+    picture = root / "docs" / "images" / "rooms.svg"
+    assert picture.read_text() == drawing.drawn(listed, found), "draw it anew: python evaluation/rooms.py ..."
 
 
 def test_the_test_sees_imports_of_every_kind(tmp_path, monkeypatch):

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from ramsight.deploy.c_sensor import golden_source, identifier_of, inputs_of, sensor_source, template
+from ramsight.deploy.c_sensor import golden_source, identifier_of, inputs_of, sensor_source, template, unit_table
 from ramsight.deploy.compiler import Footprint, find_compiler, footprint, version
 from ramsight.deploy.golden import SAMPLES, faulty_day
 from ramsight.engine.recursion import replay
@@ -117,6 +117,7 @@ def write_sensor(
             machine=machine.name,
             precision="float" if single else "double",
             samples=len(rows),
+            units=unit_table(sensor),
             measured=_table(measured, told),
         )
         (draft / _LAST).write_text(text, encoding="utf-8")
@@ -145,4 +146,5 @@ def _table(measured: list[Footprint], compiler: str | None) -> str:
         f"| {f.precision}, {f.optimised} | {f.code} | {f.stack} | {f.state} | {f.saved} | {1e9 * f.step:.0f} ns |"
         for f in measured
     )
-    return f"Bytes, and the time where it was exported ({compiler}):\n\n{head}{rows}"
+    words = "Bytes, and the time where it was exported"
+    return f"{words} ({compiler}); RAM is the state, a stack and the slots' bytes:\n\n{head}{rows}"

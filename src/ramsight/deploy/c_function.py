@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from ramsight.deploy.c_sections import by_section, titled
 from ramsight.engine.branches import Branch, schedule
 from ramsight.engine.cache import instructions
 from ramsight.engine.graph import SELECT, graph_of
@@ -54,6 +55,7 @@ def statements(
     read: Callable[[int, int], Term],
     write: Callable[[int, int, Term], str],
     dialect: Dialect,
+    sections: Sequence[str] = (),
 ) -> list[str]:
     """The lines of a function's body.
 
@@ -62,8 +64,12 @@ def statements(
         read: the term of an input's element, by argument and nonzero.
         write: the statement that gives an output's element its value; all stand behind everything that is read.
         dialect: how operations are written.
+        sections: titles of the parts that it consists of. All but the last have a mark among the function's last
+            outputs, which are not written: what the part leads to.
     """
     graph = graph_of(instructions(function))
+    marks = max(len(sections) - 1, 0)
+    graph, parts = by_section(graph, function.n_out() - marks, marks)
     terms: dict[int, Term] = {}
 
     def line(k: int) -> list[str]:
@@ -90,10 +96,12 @@ def statements(
         then, otherwise = ([f"  {text}" for text in body] for body in bodies)
         return [*declared, f"if ({_truth(terms[item.condition])}) {{", *then, "} else {", *otherwise, "}"]
 
-    lines = []
-    for item in schedule(graph) if dialect.branches else range(len(graph.nodes)):
-        lines += branch(item) if isinstance(item, Branch) else line(item)
-    return lines + [write(*place, terms[node]) for place, node in graph.results]
+    lines = [
+        (parts[max(item.chosen)], branch(item)) if isinstance(item, Branch) else (parts[item], line(item))
+        for item in (schedule(graph, parts) if dialect.branches else range(len(graph.nodes)))
+    ]
+    known = ["", "/* What is known from now on */"] if sections else []
+    return titled(lines, sections) + known + [write(*place, terms[node]) for place, node in graph.results]
 
 
 def array_function(name: str, function: ca.Function, dialect: Dialect, *, outputs_end: str = "_") -> str:

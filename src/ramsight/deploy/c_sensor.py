@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 
 from ramsight import __version__
 from ramsight.deploy.c_function import PLAIN, Term, as_kind, literal, number, statements
-from ramsight.engine.cache import hold
+from ramsight.deploy.c_sections import live_marks
+from ramsight.engine.cache import hold, instructions
+from ramsight.engine.graph import graph_of
 from ramsight.engine.recursion import Recursion
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.hypotheses import learned
@@ -37,6 +39,7 @@ _SLOTS = "slots 2"
 """How the bytes of a slot are laid out; part of its identity."""
 _OTHER_STATUSES = 4
 """Statuses among the golden samples in which floats may differ; doubles may in none."""
+_LAST_PART = "Status: which of the detectors has spoken; and what the sensor says"
 _MEANING = {
     "position": "0 = retracted",
     "position_std": "its standard deviation",
@@ -202,27 +205,45 @@ def _outputs(sensor: VirtualSensor, prefix: str) -> Iterator[str]:
         if name == "status":
             yield f"{prefix}_status status;"
             continue
-        unit, meaning = sensor.units[name], _MEANING.get(name.removesuffix("_std"))
-        words = f"standard deviation of {name.removesuffix('_std')}" if name not in _MEANING else meaning
-        yield f"{prefix}_real {name}; /* [{unit}] {words} */"
+        yield f"{prefix}_real {name}; /* [{sensor.units[name]}] {_meaning(name)} */"
+
+
+def unit_table(sensor: VirtualSensor) -> str:
+    """Inputs and outputs with their units, a row each of a Markdown table.
+
+    Args:
+        sensor: the `kalman` sensor of the unit.
+    """
+    rows = [
+        ("`in.time`", "s", "of any clock; only differences count"),
+        ("`in.motor_speed`", "rad/s", "positive extends"),
+        ("`in.motor_torque`", "N m", ""),
+        ("`in.oil_temperature`", "K", ""),
+    ]
+    rows += [(f"`in.{name}`", "1", "command, -1 to 1") for name in sensor.commands]
+    rows += [(f"`in.{name}`", *MEASURED[name]) for name in sensor.optional]
+    for name in sensor.recursion.outputs:
+        rows.append((f"`out.{name}`", sensor.units.get(name, ""), _meaning(name) if name != "status" else "see below"))
+    return "\n".join(f"| {name} | {unit} | {words} |" for name, unit, words in rows)
+
+
+def _meaning(name: str) -> str:
+    """What an output is, in words."""
+    return _MEANING.get(name, f"standard deviation of {name.removesuffix('_std')}")
 
 
 def _step(sensor: VirtualSensor, prefix: str) -> tuple[list[str], list[str], set[str]]:
     """Statements of the step, definitions of the constants that they use, and the states that are doubles."""
     recursion = sensor.recursion
-    n = recursion.x.numel()
-    both, q, prepare = hold(ca.densify(ca.vertcat(recursion.next_state, recursion.output)), recursion.p)
-    new, out = ca.vertsplit(both, [0, n, both.numel()])
-    step = ca.Function(
-        "step", [recursion.x, recursion.u, q], [new, out], ["x", "u", "q"], ["x_new", "out"], {"cse": True}
-    )
+    step, prepare = _marked(recursion, [found for _, found in sensor.sections])
+    titles = [*(title for title, _ in sensor.sections), _LAST_PART]
     values = prepare(sensor.parameters).full().ravel()
     extra = len(values) - len(recursion.parameters)
     names = [f"k_{k}" for k in range(extra)] + [f"k_{identifier_of(name)}" for name in recursion.parameters]
     wide: set[str] = {*PLACES, *CLOCKS, *ANGLES} & set(recursion.state)
     while True:  # a sum of doubles is a double, and so is a state that it becomes
         scribe = _Scribe(recursion, prefix, names, frozenset(wide))
-        lines = statements(step, scribe.read, scribe.write, PLAIN)
+        lines = statements(step, scribe.read, scribe.write, PLAIN, titles)
         if scribe.sums <= wide:
             break
         wide |= scribe.sums
@@ -231,7 +252,25 @@ def _step(sensor: VirtualSensor, prefix: str) -> tuple[list[str], list[str], set
         for name, value in zip(names, values, strict=True)
         if name in scribe.used
     ]
-    return [*scribe.loaded.values(), *lines], constants, wide
+    return ["/* What was known before */", *scribe.loaded.values(), *lines], constants, wide
+
+
+def _marked(recursion: Recursion, marks: list[Any]) -> tuple[ca.Function, ca.Function]:
+    """The step with what its parts lead to behind its results, and the function of its held values.
+
+    Of that only what the results need as well, so that the operations are those without it.
+    """
+    live = live_marks(graph_of(instructions(_split(recursion, marks)[0])), 2)
+    return _split(recursion, [mark[sorted(k for of, k in live if of == 2 + n)] for n, mark in enumerate(marks)])
+
+
+def _split(recursion: Recursion, marks: list[Any]) -> tuple[ca.Function, ca.Function]:
+    everything = [recursion.next_state, recursion.output, *marks]
+    both, q, prepare = hold(ca.densify(ca.vertcat(*everything)), recursion.p)
+    parts = ca.vertsplit(both, [0, *np.cumsum([part.numel() for part in everything]).tolist()])
+    names = ["x_new", "out", *(f"part_{k}" for k in range(len(marks)))]
+    inputs = [recursion.x, recursion.u, q]
+    return ca.Function("step", inputs, parts, ["x", "u", "q"], names, {"cse": True}), prepare
 
 
 def _relative(states: Sequence[str]) -> Iterator[str]:

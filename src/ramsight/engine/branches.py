@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import heapq
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -53,8 +53,14 @@ def choice(graph: Graph, place: int) -> tuple[int, int, int | None] | None:
     return None
 
 
-def schedule(graph: Graph) -> list[int | Branch]:
-    """All operations in an order in which they can be done, the seldom ones in branches."""
+def schedule(graph: Graph, parts: Sequence[int] | None = None) -> list[int | Branch]:
+    """All operations in an order in which they can be done, the seldom ones in branches.
+
+    Args:
+        graph: the operations.
+        parts: number of each operation's part, never less than that of what it needs; no branch has choices of two
+            parts. By default all of it is one.
+    """
     users: dict[int, list[int]] = defaultdict(list)
     for k, node in enumerate(graph.nodes):
         for source in node.sources:
@@ -64,7 +70,7 @@ def schedule(graph: Graph) -> list[int | Branch]:
     order: list[int | Branch] = list(range(len(graph.nodes)))
     branches: list[Branch] = []
     taken: set[int] = set()
-    for condition, members in _groups(graph, users):
+    for condition, members in _groups(graph, users, parts or [0] * len(graph.nodes)):
         branch = _branch(graph, users, condition, members, taken)
         if _cost(graph, branch) < _LEAST:
             continue
@@ -76,15 +82,15 @@ def schedule(graph: Graph) -> list[int | Branch]:
     return order
 
 
-def _groups(graph: Graph, users: dict[int, list[int]]) -> list[tuple[int, list[int]]]:
+def _groups(graph: Graph, users: dict[int, list[int]], parts: Sequence[int]) -> list[tuple[int, list[int]]]:
     """Choices that could be one branch, those that leave most out first."""
-    together: dict[int, list[int]] = defaultdict(list)
+    together: dict[tuple[int, int], list[int]] = defaultdict(list)
     for k in range(len(graph.nodes)):
         found = choice(graph, k)
         if found is not None:
-            together[found[0]].append(k)
+            together[found[0], parts[k]].append(k)
     costly = []
-    for condition, members in together.items():
+    for (condition, _), members in together.items():
         if _cost(graph, _branch(graph, users, condition, members, set())) < _LEAST:
             continue
         for level in _levels(graph, members):

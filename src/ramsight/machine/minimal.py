@@ -74,10 +74,12 @@ def minimal(machine: Machine, name: str = "my-machine") -> str:
         lines += ["", f"[units.{unit_name}]"]
         fields = type(unit).model_fields
         lines += [_line(key, getattr(unit, key), explain(fields[key])) for key in ("circuit", "load_direction")]
+        close = False  # parts of a circuit stand together
         for path, part, places in _parts(unit):
             values = list(_values(part, places))
             if values:
-                apart = [] if path.startswith("parts.") else [""]
+                apart = [] if close else [""]
+                close = path.startswith("parts.")
                 lines += [*apart, f"[units.{unit_name}.{path}]", *values]
     return "\n".join(lines) + "\n"
 

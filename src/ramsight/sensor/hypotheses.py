@@ -455,11 +455,12 @@ class Hypotheses:
         """Standard deviation of a factor under the likeliest hypothesis [1]."""
         return ca.sqrt(ca.fmax(self._best([h.covariance[k, k] for h in self.all]), 0.0))
 
-    def close(self) -> None:
-        """Hand all back to the graph."""
+    def close(self) -> list[Any]:
+        """Hand all back to the graph; returns what it is after the sample."""
         for name, h in zip(NAMES, self.all, strict=True):
             h.covariance.limit(self._stroke)
             h.covariance.close()
             for k, value in enumerate(h.mean):
                 self._graph.becomes(f"{name}_{k}", value)
             self._graph.becomes(f"{name}_weight", h.weight)
+        return [one for h in self.all for one in (*h.mean, *h.covariance.entries.values(), h.weight)]

@@ -78,6 +78,8 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     graph.initially("position", 0.5 * stroke)
     graph.parameters.add("stop_stiffness", float(unit.cylinder.stop_stiffness))
     intake = take_in(graph, unit, limits)
+    let_in = graph.motor_speed, graph.motor_torque, graph.oil_temperature
+    graph.section("Input check: what of the sample can be, and what stands in for the rest", intake, let_in)
     first = ca.logic_not(graph.held("started"))
     referenced, variance = graph.state(IS_REFERENCED), graph.state(VARIANCE)
     observer = LoadObserver(graph, circuit, limits, assumed)
@@ -99,10 +101,13 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     checks = check_pressures(graph, checks, step, assumed, limits, thinner)
     travel_by, torque_by = (leaking.derivatives(by, *learned) for by in (step.travel_by, step.torque_by))
 
+    title = "Balance: a step of the circuit's equations under the load that the torque corrects, and its derivatives"
+    graph.section(title, step, travel_by, torque_by)
     nominal = graph.position + step.travel
     setting = assumed.machine.relief
     doubt = passing(circuit, step.z, lambda name: symbol(f"circuit.{name}"), graph.extending_speed, setting)
     contact = watch.look(step, nominal, symbol("stroke"), ca.sqrt(bank.variance()), referenced, doubt)
+    graph.section("Contacts: whether the piston stands on something, and where", contact, doubt)
     passed, pending = _relief(graph, bank, step, doubt, contact)
     load = step.load / symbol("relief_load")
     creeps = creep(graph, unit, load, viscosity(graph.oil_temperature), warming, assumed.machine)
@@ -137,6 +142,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     gives = step.give * checks.torque_off / symbol("travel_per_radian")
     seen = unseen**2 + into**2 + step.noise_travel**2 + gives**2
     std = ca.sqrt(bank.band() ** 2 + seen) + pending
+    settled = graph.said
     code = judge(
         graph,
         intake,
@@ -154,7 +160,8 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
         fault_passed=fault_passed,
     )
     factors = [(after[k], bank.factor_std(k + LEAK)) for k in range(len(FACTORS))]
-    bank.close()
+    title = "Update: the filters of what is not known of machine and ends, by torque, contact or reference"
+    graph.section(title, settled, bank.close(), position)
     bound = ca.sqrt(bank.bound() ** 2 + CERTAIN**2 * seen) + CERTAIN * pending
     since = ca.fmax(graph.state(REFERENCED_NOW), measured.taken)
     graph.becomes(REFERENCED_NOW, since)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, is_dataclass
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
@@ -99,6 +99,7 @@ class SensorGraph:
         self._next: dict[str, Any] = {}
         self._always: set[str] = set()
         self._passed_over: Any = 0.0
+        self._sections: list[tuple[str, Any]] = []
         self.inputs = [ca.SX.sym(name) for name in INPUTS]
         self.time, self.motor_speed, self.motor_torque, self.oil_temperature = self.inputs[:4]
         self.reference, self.referenced = self.inputs[4:]
@@ -175,9 +176,24 @@ class SensorGraph:
         """What a state is after the sample, as far as it has been said."""
         return self._next[name]
 
+    @property
+    def said(self) -> list[Any]:
+        """What states are after the sample, as far as it has been said."""
+        return list(self._next.values())
+
     def pass_over(self, condition: Any) -> None:
         """Samples after which every state is what it was, as if they had never come."""
         self._passed_over = condition
+
+    def section(self, title: str, *found: Any) -> None:
+        """Name the part of the step that ends here; exported C says where it begins.
+
+        Args:
+            title: of the part.
+            found: what it leads to, expressions or objects that hold some; what is needed for it belongs to this part,
+                unless it was needed before.
+        """
+        self._sections.append((title, ca.vertcat(*(one for each in found for one in _expressions(each)))))
 
     def lost(self, relief_open: Any, found: Any) -> Any:
         """Whether the position is lost: the relief valve has let oil pass, and no reference came since.
@@ -238,7 +254,7 @@ class SensorGraph:
         )
         initial = np.array([value for _, value in self._states.values()])
         units = {**UNITS, **{name: unit for name, (_, unit) in more.items()}}
-        return VirtualSensor(kind, recursion, self.parameters.values, initial, units)
+        return VirtualSensor(kind, recursion, self.parameters.values, initial, units, tuple(self._sections))
 
     def counting(self, kind: str, *, position: Any, **said: Any) -> VirtualSensor:
         """Close the graph of a sensor that believes every reference: it takes the place of the position.
@@ -264,6 +280,17 @@ def _way(commands: list[Any]) -> Any:
     return way
 
 
+def _expressions(found: Any) -> Iterator[Any]:
+    """Expressions of CasADi that an object holds."""
+    if isinstance(found, ca.SX):
+        yield found
+    elif isinstance(found, list | tuple):
+        for one in found:
+            yield from _expressions(one)
+    elif is_dataclass(found):
+        yield from _expressions([getattr(found, one.name) for one in fields(found)])
+
+
 def _is_nan(value: Any) -> bool:
     """Whether an output is one that the sensor never knows."""
     return isinstance(value, float) and math.isnan(value)
@@ -279,6 +306,7 @@ class VirtualSensor:
         parameters: values of the recursion's parameters.
         initial: states before the first sample.
         units: of its outputs.
+        sections: parts of the step in order, each a title and what it leads to; the last part needs none.
     """
 
     kind: str
@@ -286,6 +314,7 @@ class VirtualSensor:
     parameters: Array
     initial: Array
     units: Mapping[str, str]
+    sections: tuple[tuple[str, Any], ...] = field(default=(), repr=False)
     _state: Array = field(init=False, repr=False)
     _says: Array = field(init=False, repr=False)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from typing import TYPE_CHECKING
 
-from ramsight.deploy.encoder.objects import OBJECTS, PRODUCT, REVISION, TYPES, Entry, Object
+from ramsight.deploy.encoder.objects import BITS, OBJECTS, PRODUCT, REVISION, TYPES, Entry, Object
 
 if TYPE_CHECKING:
     from canopen import ObjectDictionary
@@ -82,6 +82,13 @@ def _object(one: Object) -> list[str]:
     return [_section(f"{one.index:04X}", head), *below]
 
 
+def _default(entry: Entry) -> str:
+    """A default as other EDS files have it: in hexadecimal, as wide as its type; what is below 0 has no such form."""
+    if entry.type not in BITS or not isinstance(entry.default, int) or entry.default < 0:
+        return str(entry.default)
+    return f"0x{entry.default:0{BITS[entry.type] // 4}X}"
+
+
 def _entry(entry: Entry) -> dict[str, object]:
     values: dict[str, object] = {
         "ParameterName": entry.name,
@@ -90,7 +97,7 @@ def _entry(entry: Entry) -> dict[str, object]:
         "AccessType": entry.access,
     }
     if entry.default is not None:
-        values["DefaultValue"] = entry.default
+        values["DefaultValue"] = _default(entry)
     limits = {"LowLimit": entry.low, "HighLimit": entry.high}
     values |= {key: limit for key, limit in limits.items() if limit is not None}
     return {**values, "PDOMapping": int(entry.mappable)}

@@ -1,6 +1,6 @@
 """Exported C against Python over a million samples, with and without faults; adds its figures to bench.json.
 
-python bench/exported.py [--days 28] [--out bench.json]
+python benchmarks/exported.py [--days 28] [--out bench.json]
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Draws how cost grows, from bench.json: python bench/figures.py bench.json docs/images."""
+"""Draws how cost grows, from bench.json: python benchmarks/figures.py bench.json docs/images."""
 
 import json
 import sys

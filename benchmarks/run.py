@@ -1,6 +1,6 @@
 """Measures the engine against others on the same equations, in one run, and writes bench.json.
 
-    python bench/run.py [--quick]
+    python benchmarks/run.py [--quick]
 
 Every time is the median of repeats that take turns, so that a slow moment of the machine hits all alike.
 """
@@ -33,6 +33,7 @@ from ramsight.engine.batch import Job, batches
 from ramsight.engine.cache import WIDTH
 from ramsight.engine.recursion import replay, replay_many
 from ramsight.engine.run import DEFAULT_RTOL, integrate, outputs
+from ramsight.logs.drive import write_drive_log
 from ramsight.plant import linked
 from ramsight.plant.ddh import build
 from ramsight.plant.unit import circuit, initial_state
@@ -293,6 +294,19 @@ def sensor(results, quick):
     results["kalman_step_us"] = 1e6 * float(np.median([timed(live) for _ in range(5)])) / len(samples)
 
 
+def track_start(results, quick):
+    """`ramsight track` of a log of a minute, from the shell to its end, with a warm cache."""
+    duty = work_day(UNIT, (100e3, 370e3), 313.15, duration=60.0, seed=1)
+    log = report(simulate(UNIT, duty), DriveReport(seed=1)).sel(time=slice(0.0, 60.0))
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "minute.csv"
+        write_drive_log(log, file)
+        command = [sys.executable, "-m", "ramsight", "track", "mining-loader", str(file), "--unit", "boom"]
+        run = partial(subprocess.run, command, check=True, capture_output=True)
+        run()
+        results["track_start_s"] = float(np.median([timed(run) for _ in range(3 if quick else 9)]))
+
+
 def starts(results, quick):
     command = [sys.executable, "-m", "ramsight", "simulate", "mining-loader", "--unit", "boom", "--load", "441 kN"]
     cold, warm, asked = [], [], []
@@ -327,6 +341,7 @@ def main():
     loader(results, options.quick)
     sensor(results, options.quick)
     starts(results, options.quick)
+    track_start(results, options.quick)
     text = json.dumps({k: float(f"{v:.4g}") if isinstance(v, float) else v for k, v in results.items()}, indent=1)
     options.out.write_text(text + "\n")
     print(text)

@@ -1,6 +1,6 @@
 """Measures how many machines of a study a second are simulated and tracked, here and on Dask, into bench.json.
 
-    python bench/studies.py [--quick] [--out bench.json]
+    python benchmarks/studies.py [--quick] [--out bench.json]
 
 Runs take turns, so that a slow moment of the machine hits all alike, and the least time of each counts; workers have
 everything compiled before that.

@@ -1,0 +1,130 @@
+"""What an exported sensor takes of a Cortex-M: bytes by arm-none-eabi-gcc, instructions by QEMU; into bench.json.
+
+python benchmarks/cortex.py [--out bench.json]
+
+The golden samples run on emulated processors, so that what is counted is also right. QEMU counts instructions, not
+cycles: caches, waits for flash and long divisions are not in it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import shutil
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from ramsight import machine
+from ramsight.deploy.c_folder import write_sensor
+from ramsight.deploy.compiler import run, version
+
+HERE = Path(__file__).parent / "cortex"
+GCC, SIZE, QEMU = "arm-none-eabi-gcc", "arm-none-eabi-size", "qemu-system-arm"
+UNIT, PREFIX = "boom", "ramsight_boom"
+LEVEL = "-Os"
+_START_FILES = ("crti.o", "rdimon-crt0.o", "crtn.o")
+
+
+@dataclass(frozen=True)
+class Core:
+    """A processor: how it is compiled for, and the board of QEMU that has it."""
+
+    name: str
+    options: tuple[str, ...]
+    board: str
+    single: bool
+
+
+CORES = (
+    Core("m4f_float", ("-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"), "mps2-an386", True),
+    Core("m4f_double", ("-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"), "mps2-an386", False),
+    Core("m7_float", ("-mcpu=cortex-m7", "-mfpu=fpv5-d16", "-mfloat-abi=hard"), "mps2-an500", True),
+    Core("m7_double", ("-mcpu=cortex-m7", "-mfpu=fpv5-d16", "-mfloat-abi=hard"), "mps2-an500", False),
+)
+
+
+def measured(core: Core, folder: Path) -> dict[str, int]:
+    """Bytes of code, stack and state, and instructions of a step, on one processor."""
+    common = [*core.options, "-mthumb", "-std=c99", LEVEL, f"-D{PREFIX.upper()}_FLOAT={int(core.single)}"]
+    common += ["-ffunction-sections", "-fdata-sections"]
+    run([GCC, *common, "-c", f"{PREFIX}.c", "-o", "sensor.o"], folder)
+    code = sum(map(int, run([SIZE, "sensor.o"], folder).splitlines()[1].split()[:2]))
+    board = [str(HERE / "start.c"), "-T", str(HERE / "mps2.ld"), "-nostartfiles", "-Wl,--gc-sections"]
+    libraries = ["-Wl,--start-group", "-lm", "-lc", "-lgcc", "-lrdimon", "-Wl,--end-group"]
+    compiler = [GCC, *core.options, "-mthumb"]
+    start = [run([*compiler, f"-print-file-name={name}"], folder).strip() for name in _START_FILES]
+
+    def emulated(*sources: str) -> str:
+        run([GCC, *common, *board, *start, "sensor.o", *sources, *libraries, "-o", "image.elf"], folder)
+        semihosting = ["-semihosting-config", "enable=on,target=native", "-icount", "shift=0,sleep=off"]
+        return run([QEMU, "-M", core.board, "-nographic", *semihosting, "-kernel", "image.elf"], folder)
+
+    golden = emulated("-DROUNDS=1", f"{PREFIX}_test.c")
+    if "passed" not in golden:
+        raise SystemExit(f"{core.name}: {golden}")
+    told = emulated(*_macros(), str(HERE / "count.c"))
+    found = {key: int(value) for key, value in re.findall(r"(mean|most|stack|state|saved) (\d+)", told)}
+    return {
+        "code_bytes": code,
+        "stack_bytes": found["stack"],
+        "state_bytes": found["state"],
+        "saved_bytes": found["saved"],
+        "step_instructions": found["mean"],
+        "step_instructions_most": found["most"],
+    }
+
+
+def _macros() -> list[str]:
+    """What the counting program calls the sensor."""
+    names = {"SENSOR": "", "INPUTS": "_inputs", "OUTPUTS": "_outputs", "STEP": "_step", "START": "_start"}
+    names |= {"REFERENCE": "_reference", "REAL": "_real"}
+    macros = [f"-D{name}={PREFIX}{end}" for name, end in names.items()]
+    headers = [f'-DHEADER="{PREFIX}.h"', f'-DGOLDEN_HEADER="{PREFIX}_golden.h"']
+    return [*macros, *headers, f"-DSAVED={PREFIX.upper()}_BYTES", "-I."]
+
+
+def table(found: dict[str, dict[str, int]]) -> list[str]:
+    """The rows of docs/export.md."""
+    words = {"m4f": "Cortex-M4F", "m7": "Cortex-M7"}
+    rows = [
+        "| processor, reals | code and constants | stack | state | saved | instructions of a step, mean | most |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for name, one in found.items():
+        core, reals = name.split("_")
+        rows.append(f"| {words[core]}, {reals} | " + " | ".join(str(value) for value in one.values()) + " |")
+    return rows
+
+
+def renew(page: Path, found: dict[str, dict[str, int]]) -> None:
+    """Put the table into its page."""
+    begin, end = "<!-- cortex -->\n", "<!-- end of cortex -->"
+    before, _, rest = page.read_text(encoding="utf-8").partition(begin)
+    _, _, after = rest.partition(end)
+    page.write_text(f"{before}{begin}\n" + "\n".join(table(found)) + f"\n\n{end}{after}", encoding="utf-8")
+
+
+def main() -> None:
+    """Measure and write."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, default=Path("bench.json"))
+    options = parser.parse_args()
+    missing = [tool for tool in (GCC, SIZE, QEMU) if shutil.which(tool) is None]
+    if missing:
+        print(f"nothing measured on a Cortex-M: {', '.join(missing)} not found; what {options.out} has of it stays")
+        return
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name) / "sensor"
+        write_sensor(machine.load("mining-loader"), UNIT, folder, compiler="")
+        found = {core.name: measured(core, folder) for core in CORES}
+    results = json.loads(options.out.read_text()) if options.out.exists() else {}
+    results |= {"cortex_compiler": version(GCC), "cortex_emulator": version(QEMU), "cortex": found}
+    options.out.write_text(json.dumps(results, indent=1) + "\n")
+    renew(HERE.parents[1] / "docs" / "export.md", found)
+    print("\n".join(table(found)))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,67 @@
+"""The parts of a sensor's step one after the other: exported C is read as the pipe that the sensor is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from ramsight.engine.graph import Graph
+
+
+def live_marks(graph: Graph, first: int) -> set[tuple[int, int]]:
+    """Elements of a function's marks that its results need as well.
+
+    Args:
+        graph: of the function.
+        first: its first output that is a mark.
+
+    Returns:
+        Their places, output and element.
+    """
+    marks = [(place, node) for place, node in graph.results if place[0] >= first]
+    needed = replace(graph, results=[one for one in graph.results if one[0][0] < first]).live()
+    return {place for place, node in marks if node in needed}
+
+
+def by_section(graph: Graph, first: int, count: int) -> tuple[Graph, list[int]]:
+    """A graph whose operations stand by the parts of the step that they belong to, without the marks.
+
+    An operation belongs to the first mark that needs it; what no mark needs comes last. What an operation needs belongs
+    to the same part or to one before, so that the order is one in which all of it can be done.
+
+    Args:
+        graph: of a function whose outputs from `first` on are marks: what each part of the step leads to.
+        first: its first output that is a mark.
+        count: how many outputs are marks.
+
+    Returns:
+        The graph, and of each operation the number of its part, 0 to `count`.
+    """
+    parts = [count] * len(graph.nodes)
+    for mark in reversed(range(count)):
+        leads = replace(graph, results=[one for one in graph.results if one[0][0] == first + mark])
+        for node in leads.live():
+            parts[node] = mark
+    order = sorted(range(len(graph.nodes)), key=lambda k: (parts[k], k))
+    place = {old: new for new, old in enumerate(order)}
+    nodes = [replace(graph.nodes[k], sources=tuple(place[s] for s in graph.nodes[k].sources)) for k in order]
+    results = [(output, place[node]) for output, node in graph.results if output[0] < first]
+    return Graph(nodes, results), [parts[k] for k in order]
+
+
+def titled(lines: Sequence[tuple[int, Sequence[str]]], titles: Sequence[str]) -> list[str]:
+    """Statements with a comment where each part of the step begins.
+
+    Args:
+        lines: of each operation or branch the number of its part, and its statements, in order.
+        titles: of the parts.
+    """
+    found: list[str] = []
+    reached = -1
+    for part, statements in lines:
+        if part > reached and statements:
+            reached = part
+            if titles:
+                found += ["", f"/* {titles[part]} */"]
+        found += statements
+    return found
