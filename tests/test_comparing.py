@@ -1,5 +1,9 @@
 """A real position sensor beside the virtual one: who is wrong, how soon, and how it drifts."""
 
+import ctypes
+import itertools
+import subprocess
+
 import numpy as np
 import pytest
 import xarray
@@ -8,9 +12,14 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 import ramsight
+from ramsight import machine
 from ramsight.cli import app
+from ramsight.deploy.c_compare import comparison_source
+from ramsight.deploy.compiler import find_compiler
 from ramsight.errors import DescriptionError, LogError
 from ramsight.logs import write_drive_log
+from ramsight.plant.build import build
+from ramsight.plant.limits import limits_of
 from ramsight.sensor.comparing import Comparison, Verdict, drift_of, verdicts
 from ramsight.sensor.status import Status
 
@@ -138,3 +147,40 @@ def test_the_command_line_compares(tmp_path, recorded):
     assert figure.stat().st_size > 10_000
     over = CliRunner().invoke(app, [*words, "--out", str(tmp_path / "rod.csv")])
     assert over.exit_code != 0, "an input is never written over"
+
+
+SHIM = """
+#include "ramsight_boom_compare.h"
+static ramsight_boom_compare c;
+void begin(double tolerance, double time_to_alert) { ramsight_boom_compare_init(&c, tolerance, time_to_alert); }
+int step(double time, double position, double bound, int status, double other) {
+  return ramsight_boom_compare_step(&c, time, position, bound, status, other);
+}
+"""
+
+
+@pytest.mark.skipif(find_compiler() is None, reason="no C compiler here")
+def test_the_comparison_in_c_says_the_same(tmp_path):
+    boom = build("boom", machine.load("mining-loader").unit("boom"))
+    for name, text in comparison_source(boom, "ramsight_boom", "mining-loader").items():
+        (tmp_path / name).write_text(text)
+    (tmp_path / "shim.c").write_text(SHIM)
+    flags = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC"]
+    files = [str(tmp_path / name) for name in ("shim.c", "ramsight_boom_compare.c")]
+    subprocess.run([find_compiler(), *flags, *files, "-lm", "-o", str(tmp_path / "compare.so")], check=True)
+    c = ctypes.CDLL(str(tmp_path / "compare.so"))
+    real = ctypes.c_double
+    c.begin.argtypes, c.step.argtypes = [real, real], [real, real, real, ctypes.c_int, real]
+    fastest = float(boom.travel_per_radian) * limits_of(boom).max_speed
+    random, seen = np.random.default_rng(4), set()
+    for fault, code in itertools.product((0.0, 0.02, 0.5, np.nan), (Status.OK, Status.NEAR_RELIEF)):
+        other = np.where(TIME < 5.0, TRUE, TRUE + fault) + 1e-4 * random.standard_normal(TIME.size)
+        other = np.where(TIME < 7.0, other, TRUE + np.minimum(0.01 * (TIME - 7.0), 0.01))  # creeps away
+        status = np.where(TIME < 9.5, int(code), int(Status.NOT_REFERENCED))
+        pair = Comparison(float(boom.cylinder.stroke), fastest, TOLERANCE)
+        c.begin(TOLERANCE, pair.time_to_alert)
+        expected = verdicts(pair, TIME, TRUE, np.full(TIME.size, BOUND), status, other)
+        said = [c.step(*row) for row in zip(TIME, TRUE, np.full(TIME.size, BOUND), status.tolist(), other, strict=True)]
+        assert said == expected.tolist()
+        seen |= set(said)
+    assert seen == set(map(int, Verdict))

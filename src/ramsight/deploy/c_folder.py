@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from ramsight.deploy.c_compare import comparison_source
 from ramsight.deploy.c_sensor import golden_source, identifier_of, inputs_of, sensor_source, template, unit_table
 from ramsight.deploy.compiler import Footprint, find_compiler, footprint, version
 from ramsight.deploy.golden import SAMPLES, faulty_day
@@ -71,7 +72,8 @@ def write_sensor(
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     done = write_sensor(machine.load("mining-loader"), "boom", f"{folder}/boom-c", compiler="")
         ...     sorted(done.files)  # doctest: +NORMALIZE_WHITESPACE
-        ['README.md', 'ramsight_boom.c', 'ramsight_boom.h', 'ramsight_boom_golden.h', 'ramsight_boom_test.c']
+        ['README.md', 'ramsight_boom.c', 'ramsight_boom.h', 'ramsight_boom_compare.c', 'ramsight_boom_compare.h',
+         'ramsight_boom_golden.h', 'ramsight_boom_test.c']
     """
     out = Path(out)
     check_folder(out)
@@ -100,7 +102,8 @@ def write_sensor(
     )
     advance(1)
     with whole_folder(out, _LAST) as draft:
-        for name, text in source.files.items():
+        files = {**source.files, **comparison_source(built, prefix, machine.name)}
+        for name, text in files.items():
             (draft / name).write_text(text, encoding="utf-8")
         found = find_compiler() if compiler is None else compiler
         measured = []
@@ -121,7 +124,7 @@ def write_sensor(
             measured=_table(measured, told),
         )
         (draft / _LAST).write_text(text, encoding="utf-8")
-    return WrittenSensor(out, (*source.files, _LAST), told, tuple(measured))
+    return WrittenSensor(out, (*files, _LAST), told, tuple(measured))
 
 
 def shown(footprints: tuple[Footprint, ...]) -> str:

@@ -10,16 +10,21 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import IntEnum
+from functools import lru_cache
+from typing import Any
 
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.engine.recursion import Recursion, replay
 from ramsight.sensor.status import Status
 
 Array = NDArray[np.float64]
 
 _FASTEST = 1.2  # times the highest velocity, which no piston exceeds
 _LEAPS, _LATELY = 2.5, 1.0  # leaps within some s that are no single disturbance
+_LARGEST = 1e9  # m; beyond, or no number, a sensor says nothing
 
 
 class Verdict(IntEnum):
@@ -48,6 +53,71 @@ _TEXT = {
 }
 
 
+_INPUTS = ("time", "position", "bound", "status", "other")
+_SET = ("stroke", "fastest", "tolerance", "time_to_alert")
+_KEPT = ("begun", "time", "shown", "other", "leaps", "impossible", "apart", "since", "anchored", "at", "with_it")
+
+
+@lru_cache(maxsize=1)
+def comparison_graph() -> Recursion:
+    """The comparison of a sample as a graph: its inputs, what it is set to, and what it keeps, by name.
+
+    `shown`: whether the other sensor said something at the last sample, `other` what. `leaps`: leaps lately.
+    `impossible`: whether it did what no piston does since they last agreed. `apart`, `since`: whether and since when
+    they are apart. `anchored`, `at`, `with_it`: where the other one began to stand, and where the virtual one was then.
+    """
+    x, u, p = (ca.SX.sym(name, len(of)) for name, of in (("x", _KEPT), ("u", _INPUTS), ("p", _SET)))
+    begun, last_time, shown, last, leaps, impossible, apart, since, anchored, at, with_it = ca.vertsplit(x)
+    time, position, bound, status, other = ca.vertsplit(u)
+    stroke, fastest, tolerance, time_to_alert = ca.vertsplit(p)
+
+    says = ca.fabs(other) < _LARGEST
+    elapsed = ca.if_else(begun, time - last_time, 0.0)
+    outside = ca.logic_or(other < -tolerance, other > stroke + tolerance)
+    far = ca.fabs(other - last) > _FASTEST * fastest * elapsed + 2.0 * tolerance
+    leapt = ca.logic_and(ca.logic_and(says, shown), ca.logic_and(elapsed > 0.0, far))
+    decayed = leaps * ca.exp(-ca.fmax(elapsed, 0.0) / _LATELY)
+    leaps_1 = ca.if_else(says, ca.if_else(elapsed > 0.0, decayed + leapt, leaps), leaps)
+    impossible_1 = ca.logic_or(ca.logic_or(impossible, leapt), ca.logic_or(ca.logic_not(says), outside))
+    other_wrong = ca.logic_or(ca.logic_not(says), leaps_1 > _LEAPS)
+    unchecked = status >= float(Status.NOT_REFERENCED)
+
+    allowed = bound + tolerance
+    anew = ca.logic_or(ca.logic_not(anchored), ca.fabs(other - at) > tolerance)
+    stands = ca.logic_and(ca.logic_not(anew), ca.fabs(position - with_it) > allowed)
+    agree = ca.fabs(position - other) <= allowed
+    since_1 = ca.if_else(apart, since, time)
+    waits = time - since_1 < time_to_alert
+    wrong = ca.if_else(
+        ca.logic_or(impossible_1, stands),
+        float(Verdict.OTHER_WRONG),
+        ca.if_else(status == float(Status.OK), float(Verdict.APART), float(Verdict.VIRTUAL_WRONG)),
+    )
+    judged = ca.if_else(ca.logic_or(agree, waits), float(Verdict.AGREE), wrong)
+    verdict = ca.if_else(
+        other_wrong, float(Verdict.OTHER_WRONG), ca.if_else(unchecked, float(Verdict.UNCHECKED), judged)
+    )
+
+    def after(before: Any, compared: Any, none: Any = None) -> Any:
+        """What is kept: as before while the other one says nothing usable, none while the virtual one knows nothing."""
+        return ca.if_else(other_wrong, before, ca.if_else(unchecked, before if none is None else none, compared))
+
+    new = {
+        "begun": 1.0,
+        "time": time,
+        "shown": says,
+        "other": ca.if_else(says, other, last),
+        "leaps": leaps_1,
+        "impossible": after(impossible_1, ca.if_else(agree, 0.0, impossible_1)),
+        "apart": after(apart, ca.logic_not(agree), 0.0),
+        "since": after(since, since_1),
+        "anchored": after(anchored, 1.0, 0.0),
+        "at": after(at, ca.if_else(anew, other, at)),
+        "with_it": after(with_it, ca.if_else(anew, position, with_it)),
+    }
+    return Recursion(_KEPT, _INPUTS, _SET, ("verdict",), x, u, p, ca.vertcat(*(new[name] for name in _KEPT)), verdict)
+
+
 @dataclass
 class Comparison:
     """Compares sample by sample.
@@ -70,12 +140,7 @@ class Comparison:
     fastest: float
     tolerance: float
     time_to_alert: float = 0.2
-    _since: float = field(default=math.nan, init=False, repr=False)
-    _time: float = field(default=math.nan, init=False, repr=False)
-    _last: float = field(default=math.nan, init=False, repr=False)
-    _anchor: tuple[float, float] = field(default=(math.nan, math.nan), init=False, repr=False)
-    _leaps: float = field(default=0.0, init=False, repr=False)
-    _impossible: bool = field(default=False, init=False, repr=False)
+    _kept: Array = field(default_factory=lambda: np.zeros(len(_KEPT)), init=False, repr=False)
 
     def step(self, time: float, position: float, bound: float, status: int, other: float) -> Verdict:
         """One sample.
@@ -87,50 +152,18 @@ class Comparison:
             status: of it, a number of `Status`.
             other: position by the other sensor [m]; NaN where it says none.
         """
-        before, elapsed = self._last, time - self._time
-        self._time, self._last = time, other
-        if not math.isfinite(other):
-            self._impossible = True
-            return Verdict.OTHER_WRONG
-        if not -self.tolerance <= other <= self.stroke + self.tolerance:
-            self._impossible = True
-        if elapsed > 0.0:
-            self._leaps *= math.exp(-elapsed / _LATELY)
-            if abs(other - before) > _FASTEST * self.fastest * elapsed + 2.0 * self.tolerance:
-                self._impossible, self._leaps = True, self._leaps + 1.0
-        if self._leaps > _LEAPS:
-            return Verdict.OTHER_WRONG
-        if status >= Status.NOT_REFERENCED:
-            self._since, self._anchor = math.nan, (math.nan, math.nan)
-            return Verdict.UNCHECKED
-        allowed = bound + self.tolerance
-        stands = self._stands(position, other, allowed)
-        if abs(position - other) <= allowed:
-            self._since, self._impossible = math.nan, False
-            return Verdict.AGREE
-        if math.isnan(self._since):
-            self._since = time
-        if time - self._since < self.time_to_alert:
-            return Verdict.AGREE
-        if self._impossible or stands:
-            return Verdict.OTHER_WRONG
-        return Verdict.APART if status == Status.OK else Verdict.VIRTUAL_WRONG
+        return Verdict(int(self._replayed(np.array([[time, position, bound, float(status), other]]))[0]))
 
-    def _stands(self, position: float, other: float, allowed: float) -> bool:
-        """Whether the other one stands still while the piston goes further than both could be wrong by."""
-        begun, at = self._anchor
-        if math.isnan(begun) or abs(other - at) > self.tolerance:
-            self._anchor = (position, other)
-            return False
-        return abs(position - begun) > allowed
+    def _replayed(self, rows: Array) -> Array:
+        values = np.array([self.stroke, self.fastest, self.tolerance, self.time_to_alert])
+        return replay(comparison_graph(), rows, values, self._kept)[:, 0]
 
 
 def verdicts(
     pair: Comparison, time: Array, position: Array, bound: Array, status: NDArray[np.int64], other: Array
 ) -> NDArray[np.int16]:
     """A whole log; arguments as `Comparison.step`, shape (samples,)."""
-    rows = zip(time.tolist(), position.tolist(), bound.tolist(), status.tolist(), other.tolist(), strict=True)
-    return np.array([pair.step(*row) for row in rows], dtype=np.int16)
+    return pair._replayed(np.column_stack([time, position, bound, status.astype(float), other])).astype(np.int16)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,50 @@
+"""The comparison with another position sensor as C, beside a sensor's own."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from ramsight import __version__
+from ramsight.deploy.c_function import PLAIN, array_function
+from ramsight.deploy.c_sensor import template
+from ramsight.plant.limits import limits_of
+from ramsight.plant.unit import HydraulicUnit
+from ramsight.sensor.comparing import Verdict, comparison_graph
+
+
+def comparison_source(unit: HydraulicUnit, prefix: str, machine: str) -> dict[str, str]:
+    """Header and body of the comparison, text by file name.
+
+    Args:
+        unit: the unit.
+        prefix: of all names, the sensor's.
+        machine: the machine's name, for the comments.
+    """
+    graph = comparison_graph()
+    step = ca.Function(
+        "advance",
+        [graph.x, graph.u, graph.p],
+        [graph.next_state, graph.output],
+        ["x", "u", "p"],
+        ["x_new", "out"],
+        {"cse": True},
+    )
+    common = {
+        "p": prefix,
+        "P": prefix.upper(),
+        "version": __version__,
+        "machine": machine,
+        "title": f"Virtual position sensor of the {unit.name}",
+        "states": len(graph.state),
+    }
+    listed = "\n".join(f"  {prefix.upper()}_{one.name} = {int(one)}, /* {one.text} */" for one in Verdict)
+    header = template("compare.h", verdicts=listed, sets=len(graph.parameters), **common)
+    body = template(
+        "compare.c",
+        real=template("real.h"),
+        function=array_function("advance", step, PLAIN),
+        stroke=repr(float(unit.cylinder.stroke)),
+        fastest=repr(float(unit.travel_per_radian) * limits_of(unit).max_speed),
+        **common,
+    )
+    return {f"{prefix}_compare.h": header, f"{prefix}_compare.c": body}
