@@ -42,7 +42,7 @@ _FAR = 3.0  # standard deviations; a pressure that is farther away is of somethi
 _EVERY = 5  # samples between two that count; the others say the same
 _STEP = 0.05  # of a logarithm, to see which parameters of the equations follow a value
 _DIFFERENCE = 1e-3  # of a logarithm; active sets make the track rough below
-_GAIN, _BEND = 0.3, 0.1  # standard deviations: logarithm of a torque's gain, share lost at the largest torque
+_GAIN, _BEND = 0.3, 0.03  # standard deviations: logarithm of a torque's gain, share that saturation takes at the most
 
 
 @dataclass(frozen=True)
