@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 import xarray
 
+from ramsight.logs import read_truth
+
 HEADER = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n"
 
 
@@ -50,6 +52,42 @@ def test_simulate_writes_results_log_and_truth_and_closes_its_balances(simulated
     with gzip.open(folder / "log.csv.gz", "rt") as stream:
         assert stream.readline() == HEADER
     assert done.stderr == ""  # no progress bar where there is no terminal
+
+
+@pytest.mark.slow
+def test_a_recording_of_a_bench_has_the_truth_in_it(simulated, tmp_path):
+    """Drive, thermometer and an encoder of CiA 406 in one candump file: the encoder judges, unseen by the sensor."""
+    import ramsight as package
+    from ramsight.deploy.encoder.drive import PlayedDrive, played_map
+
+    folder, _ = simulated
+    log, truth = package.read_log(folder / "log.csv.gz"), read_truth(folder / "truth.csv")
+    frames = list(PlayedDrive(log, 5, 80.0, warm_node=7).frames())
+    moments = np.arange(0.0, float(log["time"][-1]), 0.01)
+    steps = np.round(1e5 * np.interp(moments, truth["time"], truth["position"] - 0.02)).astype(int)
+    frames += [
+        (at, f"186#{int(step).to_bytes(4, 'little').hex().upper()}") for at, step in zip(moments, steps, strict=True)
+    ]
+    lines = [f"({at:.6f}) can0 {frame}\n" for at, frame in sorted(frames, key=lambda one: one[0])]
+    (tmp_path / "bench.log").write_text("".join(lines))
+    encoder = '[measured]\nposition = {channel = "6004h", unit = "mm", scale = 0.01, offset = 20.0}\n'
+    encoder += '[[can.pdo]]\ncob_id = 0x186\nobjects = ["6004h"]\n'
+    (tmp_path / "map.toml").write_text(played_map(5, 7, 80.0) + encoder)
+    (tmp_path / "plain.toml").write_text(played_map(5, 7, 80.0))
+    command = ["track", "mining-loader", tmp_path / "bench.log", "--unit", "boom", "--start", "140 mm"]
+    done = ramsight(*command, "--map", tmp_path / "map.toml", "--out", tmp_path / "track.csv")
+    plain = ramsight(*command, "--map", tmp_path / "plain.toml", "--out", tmp_path / "plain.csv")
+    assert done.returncode == plain.returncode == 0, done.stderr + plain.stderr
+    assert float(re.search(r"error against the truth: largest (\S+) mm", done.stdout)[1]) < 1.0
+    assert "truth" not in plain.stdout
+    assert (tmp_path / "track.csv").read_bytes() == (tmp_path / "plain.csv").read_bytes()
+    boom, file = package.build("mining-loader", "boom"), tmp_path / "bench.log"
+    track = package.track(boom, file, "140 mm", channel_map=tmp_path / "map.toml")
+    assert track.attrs["error_largest"] < 1e-3
+    assert abs(float(track["true_position"][5]) - 0.14) < 1e-4
+    nothing = (tmp_path / "map.toml").read_text().replace("cob_id = 0x186", "cob_id = 0x187")
+    (tmp_path / "nothing.toml").write_text(nothing)
+    assert ramsight(*command, "--map", tmp_path / "nothing.toml").returncode == 2
 
 
 def test_track_finds_the_simulated_rod(simulated, tmp_path):

@@ -6,8 +6,13 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ramsight.errors import DescriptionError, MissingColumnError
-from ramsight.logs import read_truth
+import numpy as np
+
+from ramsight.errors import DescriptionError, LogError, MissingColumnError
+from ramsight.logs import load_map, read_truth
+from ramsight.logs.channels import POSITION
+from ramsight.logs.mapped import ChannelMap
+from ramsight.logs.opening import read_measured
 from ramsight.sensor.virtual_sensor import REPORTED
 
 if TYPE_CHECKING:
@@ -34,6 +39,29 @@ def checked(given: Any, name: str, needed: Iterable[str] = REPORTED) -> xarray.D
     if missing:
         raise MissingColumnError(file=name, missing=missing, found=[str(one) for one in given.variables])
     return given
+
+
+def truth_in(log: object, channel_map: ChannelMap | str | Path | None) -> xarray.Dataset | None:
+    """The true position that a log holds itself, where its map names one under `measured`.
+
+    Args:
+        log: a file; what is none holds none.
+        channel_map: of the file.
+
+    Returns:
+        `position` [m] over the log's `time` [s], where there is a number; None if the map names none.
+
+    Raises:
+        LogError: the log cannot be read, or has no number there.
+    """
+    known = load_map(channel_map) if isinstance(channel_map, str | Path) else channel_map
+    if not isinstance(log, str | Path) or known is None or POSITION.name not in known.measured:
+        return None
+    measured = read_measured(log, known)
+    found = measured[[POSITION.name]].isel(time=np.flatnonzero(np.isfinite(measured[POSITION.name].values)))
+    if not found.sizes["time"]:
+        raise LogError(f"has no number of {known.measured[POSITION.name].channel}", file=str(log))
+    return found
 
 
 def truth_of(truth: str | Path | xarray.Dataset) -> xarray.Dataset:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ramsight.api.given import checked, truth_of
+from ramsight.api.given import checked, truth_in, truth_of
 from ramsight.api.machines import AnyUnit, build
 from ramsight.calibration.sensors import TABLE_RUNS
 from ramsight.calibration.sensors import sensor_for as make_sensor
@@ -114,7 +114,8 @@ def track(
         start: piston position at the first sample [m], or ``"120 mm"``; None if nobody knows: the kalman sensor is
             not referenced until it meets an end stop or a reference, the others cannot work.
         truth: true position, to judge the track by: a file with ``time_s`` and ``position_m``, or a Dataset with
-            `position` [m] over `time` [s], for example of `simulate`.
+            `position` [m] over `time` [s], for example of `simulate`. None: what the map names as
+            ``measured.position`` of the log itself, if it does.
         unit: name of the unit, if the machine has several.
         start_std: standard deviation of `start` [m].
         sensor: as `sensor_for`'s kind.
@@ -146,7 +147,7 @@ def track(
     """
     built = build(machine, unit)
     position, std = start_of(built, start, start_std)
-    true = None if truth is None else truth_of(truth)
+    true = truth_in(log, channel_map) if truth is None else truth_of(truth)
     done = follow(
         built,
         log,

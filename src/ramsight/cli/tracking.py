@@ -76,7 +76,10 @@ def track(
         typer.Option("--map", help="Which of the log's channels are what: a TOML file of 'ramsight logs inspect'."),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="The track: .csv, .csv.gz, .parquet, .mf4 or .nc.")] = None,
-    truth: Annotated[Path | None, typer.Option(help="True position, to print the errors: .csv or .csv.gz.")] = None,
+    truth: Annotated[
+        Path | None,
+        typer.Option(help="True position, to print the errors: .csv or .csv.gz; or the map's measured.position."),
+    ] = None,
     figure: Annotated[Path | None, typer.Option(help="A picture of it: .png, .svg or .pdf.")] = None,
 ) -> None:
     """Say where the piston was, from the log of a motor drive.
@@ -88,6 +91,7 @@ def track(
 
     Example: ramsight track mining-loader log.csv.gz --unit boom --start "100 mm" --out track.csv
     """
+    from ramsight.api.given import truth_in
     from ramsight.api.machines import build, load_machine
     from ramsight.api.tracking import errors_of, follow, start_of
     from ramsight.logs import read_truth
@@ -98,7 +102,7 @@ def track(
     description = load_machine(machine)
     built = build(description, unit)
     position, std = start_of(built, start, start_std, named=option)
-    true = None if truth is None else read_truth(truth)
+    true = truth_in(log, channel_map) if truth is None else read_truth(truth)
     done = follow(
         built,
         log,
