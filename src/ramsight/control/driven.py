@@ -16,6 +16,7 @@ import numpy as np
 from ramsight.control.activity import STOPS, Activity
 from ramsight.control.position import Command, PositionControl
 from ramsight.control.setting import Feedback, Setting
+from ramsight.control.trajectory import together
 from ramsight.duty.drive_report import DriveReport
 from ramsight.duty.live import Instant, Reported
 from ramsight.duty.live_drive import LiveDrive
@@ -119,17 +120,17 @@ class DrivenUnits(ABC):
             self.step()
 
     def send(self, targets: Mapping[str, float]) -> float:
-        """Send cylinders to targets [m] so that all arrive together; returns how long that should take [s].
+        """Send cylinders to targets [m] on one way, so that all arrive together; returns how long that should take [s].
 
-        What arrives together feels the loads of the place where it stays: a cylinder that waits with its valve closed
-        while another moves the machine gives way to the load unseen.
+        Each has done the same share of its way at any time: velocity and acceleration over the way are those of the
+        cylinder that needs longest for either. What arrives together feels the loads of the place where it stays: a
+        cylinder that waits with its valve closed while another moves the machine gives way to the load unseen.
         """
         ways = {name: target - self._believed(name) for name, target in targets.items()}
-        longest = max(self.controls[name].limits.time(way) for name, way in ways.items())
-        for name, way in ways.items():
-            control = self.controls[name]
-            control.move_to(targets[name], control.limits.speed_for(way, longest))
-        return longest
+        shared = together({name: (self.controls[name].limits, way) for name, way in ways.items()})
+        for name, (speed, acceleration) in shared.items():
+            self.controls[name].move_to(targets[name], speed, acceleration)
+        return max(self.controls[name].limits.at(*shared[name]).time(way) for name, way in ways.items())
 
     def go(self, targets: Mapping[str, float], settle: float = 0.5) -> None:
         """Send cylinders to targets [m] and wait until they are there, or have stopped; then for a while [s]."""
