@@ -43,8 +43,9 @@ _REAL_NOISE = 0.5e-3  # m, standard deviation of a real position sensor
 class Record:
     """What happened to one unit, sample by sample.
 
-    `command` is the speed that the plant was given, after whatever the drive made of the control's. Where a report was
-    lost, `reported` has the last one that arrived, with its own time.
+    `command` is the speed that the plant was given, after whatever the drive made of the control's; `asked` is what the
+    control asked for. Where a report was lost, `reported` has the last one that arrived, with its own time. `learned` has the
+    factors of leakage and displacement that the control reckoned with.
     """
 
     position: list[float] = field(default_factory=list)
@@ -54,6 +55,8 @@ class Record:
     target: list[float] = field(default_factory=list)
     activity: list[Activity] = field(default_factory=list)
     reported: list[Reported] = field(default_factory=list)
+    asked: list[float] = field(default_factory=list)
+    learned: list[tuple[float, float]] = field(default_factory=list)
 
 
 class DrivenUnits(ABC):
@@ -193,6 +196,7 @@ class DrivenUnits(ABC):
         reported = self._reported(name, now)
         if reported is None:
             estimate, reported, command = record.estimate[-1], record.reported[-1], control.step_unreported()
+            record.learned.append(record.learned[-1])
         else:
             reference = self._references.pop(name, math.nan)
             values = reported.motor_speed, reported.motor_torque, reported.oil_temperature
@@ -201,10 +205,12 @@ class DrivenUnits(ABC):
             leak, displacement = learned[f"described_{LEAK}"], learned[f"described_{DISPLACEMENT}"]
             used = self._fed_back(estimate, now.position[name])
             command = control.step(used, reported, leak=leak, displacement=displacement)
+            record.learned.append((leak, displacement))
         self._commands[name] = command
         record.position.append(now.position[name])
         record.motor_torque.append(now.motor_torque[name])
         record.command.append(self._given[name])
+        record.asked.append(command.motor_speed)
         record.estimate.append(estimate)
         record.target.append(control.target)
         record.activity.append(command.activity)
