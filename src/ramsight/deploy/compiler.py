@@ -149,7 +149,7 @@ def control_footprint(compiler: str, folder: Path, prefix: str) -> ControlFootpr
             shutil.copyfile(file, work / file.name)
         common = [compiler, *STRICT, "-O2"]
         run([*common, "-c", f"{name}.c", "-o", "control.o"], work)
-        run([*common, "control.o", f"{prefix}.c", f"{name}_test.c", "-lm", "-o", "golden"], work)
+        run([*common, "control.o", f"{name}_test.c", "-lm", "-o", "golden"], work)
         times = [_step_nanoseconds(run([str(work / "golden")], work)) for _ in range(_RUNS)]
         probe = f'#include <stdio.h>\n#include "{name}.h"\nint main(void) {{ printf("%d", (int)sizeof({name})); return 0; }}\n'
         (work / "probe.c").write_text(probe, encoding="utf-8")

@@ -1,5 +1,5 @@
 /* Runs ${p}_control over a recorded run and compares with what Python's control asked for.
- *   cc -std=c99 -O2 ${p}.c ${p}_control.c ${p}_control_test.c -lm -o ${p}_control_test && ./${p}_control_test */
+ *   cc -std=c99 -O2 ${p}_control.c ${p}_control_test.c -lm -o ${p}_control_test && ./${p}_control_test */
 #include <math.h>
 #include <stdio.h>
 #include <time.h>
