@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ramsight.control.activity import STOPS, Activity
+from ramsight.control.judging import Trust, trust
 from ramsight.control.position import Command, PositionControl
 from ramsight.control.setting import Feedback, Setting
-from ramsight.control.trajectory import together
+from ramsight.control.trajectory import Limits, together
 from ramsight.duty.drive_report import DriveReport
 from ramsight.duty.live import Instant, Reported
 from ramsight.duty.live_drive import LiveDrive
@@ -92,6 +93,7 @@ class DrivenUnits(ABC):
         self.time: list[float] = []
         self._commands: dict[str, Command] = {}
         self._references: dict[str, float] = {}
+        self._waiting: dict[str, tuple[float, float]] = {}
 
     @property
     @abstractmethod
@@ -110,7 +112,7 @@ class DrivenUnits(ABC):
     @property
     def done(self) -> bool:
         """Whether all controls rest."""
-        return all(control.done for control in self.controls.values())
+        return not self._waiting and all(control.done for control in self.controls.values())
 
     @property
     def stopped(self) -> bool:
@@ -122,18 +124,44 @@ class DrivenUnits(ABC):
         for _ in range(round(time / self.period)):
             self.step()
 
-    def send(self, targets: Mapping[str, float]) -> float:
-        """Send cylinders to targets [m] on one way, so that all arrive together; returns how long that should take [s].
+    def send(self, targets: Mapping[str, float], *, scaled: bool = False) -> float:
+        """Send cylinders to targets [m] so that all arrive together; returns how long that should take [s].
 
-        Each has done the same share of its way at any time: velocity and acceleration over the way are those of the
-        cylinder that needs longest for either. What arrives together feels the loads of the place where it stays: a
-        cylinder that waits with its valve closed while another moves the machine gives way to the load unseen.
+        What arrives together feels the loads of the place where it stays: a cylinder that has arrived and closed its valve
+        while another moves the machine gives way to the load unseen. One that needs less time begins later: what leaks
+        in a move goes by its time, and so does the sensor's error.
+
+        Args:
+            targets: [m], by unit.
+            scaled: all begin at once, and each has done the same share of its way at any time: velocity and
+                acceleration over the way are those of the cylinder that needs longest for either.
         """
         ways = {name: target - self._believed(name) for name, target in targets.items()}
-        shared = together({name: (self.controls[name].limits, way) for name, way in ways.items()})
-        for name, (speed, acceleration) in shared.items():
-            self.controls[name].move_to(targets[name], speed, acceleration)
-        return max(self.controls[name].limits.at(*shared[name]).time(way) for name, way in ways.items())
+        paces = {name: self._pace(name) for name in ways}
+        self._waiting = {}
+        if scaled:
+            shared = together({name: (paces[name], way) for name, way in ways.items()})
+            for name, (speed, acceleration) in shared.items():
+                self.controls[name].move_to(targets[name], speed, acceleration)
+            return max(paces[name].at(*shared[name]).time(way) for name, way in ways.items())
+        times = {name: paces[name].time(way) for name, way in ways.items()}
+        longest = max(times.values())
+        self._waiting = {name: (self.now.time + longest - times[name], targets[name]) for name in ways}
+        self._send_who_waits()
+        return longest
+
+    def _pace(self, name: str) -> Limits:
+        """A unit's limits, at the speed that its sensor lets it go now."""
+        control, status = self.controls[name], self.records[name].estimate[-1].status
+        slowed = trust(status) is Trust.SLOW
+        return control.limits.at(control.tuning.slowed * control.limits.speed) if slowed else control.limits
+
+    def _send_who_waits(self) -> None:
+        """Let those begin whose time has come."""
+        for name, (begins, target) in tuple(self._waiting.items()):
+            if self.now.time >= begins - 1e-9:
+                del self._waiting[name]
+                self.controls[name].move_to(target)
 
     def go(self, targets: Mapping[str, float], settle: float = 0.5) -> None:
         """Send cylinders to targets [m] and wait until they are there, or have stopped; then for a while [s]."""
@@ -186,9 +214,12 @@ class DrivenUnits(ABC):
     def _decide(self) -> None:
         """Reports of this sample, what the sensors make of them, and the next commands."""
         now = self.now
+        self._send_who_waits()
         for name in self.units:
             self._decide_for(name, now)
         self._stop_together()
+        if self.stopped:
+            self._waiting = {}
         self.time.append(now.time)
 
     def _decide_for(self, name: str, now: Instant) -> None:
