@@ -79,7 +79,10 @@ def test_a_smoothed_trajectory_keeps_its_jerk_and_stays_slow_before_an_end_stop(
     assert np.abs(acceleration).max() <= limits.acceleration * (1.0 + DT / smoothing) + 1e-9
     assert np.abs(jerk).max() <= 1.15 * limits.jerk  # the last step to the target is not of the profile
     to_stop = 0.7 - places[1:] if target > start else places[1:]
-    assert np.abs(velocity[to_stop < limits.landing_zone - 1e-9]).max(initial=0.0) <= limits.landing_speed + limits.acceleration * DT
+    assert (
+        np.abs(velocity[to_stop < limits.landing_zone - 1e-9]).max(initial=0.0)
+        <= limits.landing_speed + limits.acceleration * DT
+    )
     assert (np.diff(places) * np.sign(target - start) >= -1e-12).all()
 
 

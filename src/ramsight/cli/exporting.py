@@ -50,7 +50,8 @@ def export_fmu(
     unit: Annotated[str, typer.Option(help="The unit, for example boom.")],
     out: Annotated[Path, typer.Option(help="The FMU: .fmu.")],
     what: Annotated[
-        str, typer.Option(help="sensor: the kalman sensor; control: that and a position control; plant: the unit itself.")
+        str,
+        typer.Option(help="sensor: the kalman sensor; control: that and a position control; plant: the unit itself."),
     ] = "sensor",
     fmi: Annotated[int, typer.Option(help="Version of the interface: 2 or 3.")] = 2,
     speed: Speed = None,

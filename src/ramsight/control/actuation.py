@@ -131,7 +131,8 @@ class Actuation:
         """
         stroke, slope = self.unit.cylinder.stroke, self.limits.acceleration * self.period
         up, down = (
-            choose(trusted, least(fastest, self.limits.landing(way, position, stroke)), fastest) for way in (1.0, -1.0)
+            choose(trusted, least(fastest, self.limits.landing(way, position, stroke, self.period)), fastest)
+            for way in (1.0, -1.0)
         )
         return velocity + within(within(wanted, -down, up) - velocity, -slope, slope)
 

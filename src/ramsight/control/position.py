@@ -120,7 +120,9 @@ class PositionControl:
         if not 0.0 <= target <= stroke:
             raise ValueError(f"target {1e3 * target:g} mm is not within the stroke, 0 to {1e3 * stroke:g} mm")
         self.target = target
-        self._take_up(Event.SENT, Moving(self.actuation, target, self.tuning.tries, self.limits.at(speed, acceleration)))
+        self._take_up(
+            Event.SENT, Moving(self.actuation, target, self.tuning.tries, self.limits.at(speed, acceleration))
+        )
 
     def steer(self, velocity: float) -> None:
         """Go as fast as a hand says, from whatever it is doing; takes a stopped cylinder up again.

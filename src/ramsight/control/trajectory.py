@@ -84,17 +84,20 @@ class Limits:
             return way / self.speed + self.speed / self.acceleration + self.smoothing
         return 2.0 * math.sqrt(way / self.acceleration) + self.smoothing
 
-    def landing(self, direction: Any, position: Any, stroke: float) -> Any:
+    def landing(self, direction: Any, position: Any, stroke: float, period: float) -> Any:
         """Largest velocity [m/s] from which an end stop is still approached at the landing speed; numbers or graphs.
 
         Args:
             direction: +1 or -1.
             position: [m].
             stroke: [m].
+            period: of the samples [s], for one of which it goes on as fast.
         """
         to_stop = choose(direction > 0.0, stroke - position, position)
         zone = self.landing_zone + 0.5 * self.smoothing * self.landing_speed  # what is smoothed comes later
-        return root(self.landing_speed**2 + 2.0 * self.acceleration * most(to_stop - zone, 0.0))
+        slope, least_time = self.acceleration, self.landing_speed / self.acceleration
+        braking = root(period**2 + least_time**2 + 2.0 * most(to_stop - zone, 0.0) / slope) - period
+        return most(self.landing_speed, slope * braking)
 
 
 def together(ways: Mapping[str, tuple[Limits, float]]) -> dict[str, tuple[float, float]]:
@@ -132,7 +135,7 @@ def ahead(
     way, slope = target - position, limits.acceleration
     direction = towards(way)
     braking = slope * (root(period**2 + 2.0 * abs(way) / slope) - period)
-    wanted = direction * least(least(speed, braking), limits.landing(direction, position, stroke))
+    wanted = direction * least(least(speed, braking), limits.landing(direction, position, stroke, period))
     new = velocity + within(wanted - velocity, -slope * period, slope * period)
     moved = 0.5 * (velocity + new) * period
     close = both(abs(way) <= abs(moved), direction * moved >= 0.0)
