@@ -15,6 +15,7 @@ import numpy as np
 
 from ramsight.control.activity import STOPS, Activity
 from ramsight.control.judging import Trust, trust
+from ramsight.control.planning import Visit
 from ramsight.control.position import Command, PositionControl
 from ramsight.control.setting import Feedback, Setting
 from ramsight.control.trajectory import Limits, together
@@ -169,18 +170,23 @@ class DrivenUnits(ABC):
         self.wait()
         self.rest(settle)
 
-    def home(self, unit: str, *, lifted: bool = False, settle: float = 0.5) -> None:
+    def calibrate(self, unit: str, visit: Visit) -> None:
+        """Make a planned visit with one unit."""
+        if not math.isnan(visit.turns):
+            self.go({unit: visit.turns})
+        self.home(unit, lifted=visit.lifted, slow=visit.slow)
+
+    def home(self, unit: str, *, lifted: bool = False, slow: bool = False, settle: float = 0.5) -> None:
         """Let one unit visit an end stop and wait until it has, or has stopped; then for a while [s].
 
         Whoever homes a machine says that nothing is in the way: where the rod then stands is a reference. What the
         sensor finds by itself could be an obstacle.
         """
         control = self.controls[unit]
-        control.home(lifted=lifted)
+        control.home(lifted=lifted, slow=slow)
         self.wait()
         if control.activity is Activity.RESTING:
-            up = lifted == (control.unit.lift_sign > 0.0)
-            self._references[unit] = control.unit.cylinder.stroke if up else 0.0
+            self._references[unit] = control.end(lifted=lifted)
         self.rest(settle)
 
     def leak_test(self, settle: float = 0.5) -> None:

@@ -136,15 +136,19 @@ class PositionControl:
         else:
             self._take_up(Event.STEERED, Manual(self.actuation, velocity))
 
-    def home(self, *, lifted: bool = False) -> None:
+    def end(self, *, lifted: bool) -> float:
+        """Where the end stop of lifting, or that of lowering, is [m]."""
+        return self.unit.cylinder.stroke if lifted == (self.unit.lift_sign > 0.0) else 0.0
+
+    def home(self, *, lifted: bool = False, slow: bool = False) -> None:
         """Visit an end stop and press on it, so that the sensor finds where it is; takes a stopped cylinder up again.
 
         Args:
             lifted: the stop at the end of lifting; by default that of lowering.
+            slow: go slowly all the way: what leaks meanwhile tells the sensor how much leaks.
         """
-        end = self.unit.cylinder.stroke if lifted == (self.unit.lift_sign > 0.0) else 0.0
         self.target = math.nan
-        self._take_up(Event.HOMED, Homing(self.actuation, end))
+        self._take_up(Event.HOMED, Homing(self.actuation, self.end(lifted=lifted), slow=slow))
 
     def leak_test(self) -> None:
         """Turn slowly against the closed valve: the rod stays, and the sensor learns how much the pump leaks.
