@@ -88,7 +88,7 @@ DUE = 5e-3  # m, standard deviation before which a reference is taken
 
 
 def planned(loop: ClosedLoop, references: int) -> None:
-    """One reference of each unit, then as many visits as tell something of work to come, the best for its time first."""
+    """One reference of each unit, then as many visits as tell something of work to come, the best one first."""
     for unit in UNITS:
         loop.home(unit, lifted=unit == "bucket")
         for _ in range(references - 1):
@@ -145,8 +145,8 @@ def arrivals(
     """Load the machine, reference it, send it from target to target; anew for each payload.
 
     Targets that are left when the machine stops, because a sensor asks for a reference, are missing from the result.
-    With `plans` the visits are chosen by what is expected of them, with `renews` they are taken again when they are due;
-    `spent` gains the time of the visits and that of the targets [s].
+    With `plans` the visits are chosen by what is expected of them, with `renews` they are taken again when they are
+    due; `spent` gains the time of the visits and that of the targets [s].
     """
     found: list[Arrival] = []
     for series, payload in enumerate(PAYLOADS):

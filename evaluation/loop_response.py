@@ -1,8 +1,8 @@
-"""Step and frequency response of the position control of each unit, from the running loop itself; a figure for the docs.
+"""Step and frequency response of the position control of each unit, from the running loop; a figure for the docs.
 
-A sum of sines is added to the position that a control is given while its rod goes a long way evenly. What the sensor then
-says of the position, over what the control was given, is the loop's gain at each frequency: plant, drive, sensor and control
-as they are, with nothing linearised by hand. From it come the margins.
+A sum of sines is added to the position that a control is given while its rod goes a long way evenly. What the sensor
+then says of the position, over what the control was given, is the loop's gain at each frequency: plant, drive, sensor
+and control as they are, with nothing linearised by hand. From it come the margins.
 """
 
 from __future__ import annotations

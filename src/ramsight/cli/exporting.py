@@ -35,8 +35,8 @@ def export_c(
     from ramsight.api.exporting import export_c as export_unit
     from ramsight.deploy.c_folder import shown, shown_control
 
-    driving = {"control": control, "speed": speed, "force": force, "period": period}
-    done = export_unit(machine, unit, out=out, single=single, **driving, progress=True, named=option)
+    driving = {"speed": speed, "force": force, "period": period}
+    done = export_unit(machine, unit, out=out, single=single, control=control, **driving, progress=True, named=option)
     typer.echo(
         shown(done.footprints) if done.footprints else "no C compiler was found: nothing was compiled or measured"
     )
@@ -51,14 +51,14 @@ def export_fmu(
     out: Annotated[Path, typer.Option(help="The FMU: .fmu.")],
     what: Annotated[
         str,
-        typer.Option(help="sensor: the kalman sensor; control: that and a position control; plant: the unit itself."),
+        typer.Option(help="sensor: the kalman one; control: that and a position control; plant: the unit itself."),
     ] = "sensor",
     fmi: Annotated[int, typer.Option(help="Version of the interface: 2 or 3.")] = 2,
     speed: Speed = None,
     force: Force = None,
     period: Period = None,
 ) -> None:
-    """Write a co-simulation FMU of a unit's sensor, of that with a position control, or of the unit with its own solver.
+    """Write a co-simulation FMU of a unit's sensor, of that with a control, or of the unit with its own solver.
 
     Its C sources are inside, and a binary for this machine where there is a C compiler. A step of the sensor takes the
     inputs as one sample, so step it as often as the drive reports (1 to 100 ms). The plant holds its inputs through a

@@ -97,7 +97,7 @@ class Actuation:
         return choose(lifts, speed, -lift * most(-lift * speed, self._least_lowering))
 
     def at_rest(self, velocity: Any, load: Any) -> Any:
-        """The motor's speed [rad/s] of a rod that is held: 0 behind a valve, else for a velocity [m/s] of correction."""
+        """The motor's speed [rad/s] of a rod that is held: 0 behind a valve, else for a velocity [m/s]."""
         return 0.0 if self.holding.stands else self.turning(velocity, load)
 
     def back(self, away: Any) -> Any:

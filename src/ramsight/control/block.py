@@ -1,8 +1,9 @@
 """A cylinder's position control as one step of a recursion, of which C is made: state and inputs in, motor speed out.
 
-The laws are those of `ramsight.control.actuation` and `ramsight.control.trajectory`, and what follows an activity stands in
-the table of `ramsight.control.activity`; a graph takes the place of Python's objects, and a test holds both to the same
-commands. Not in it are reference visits, leak tests and the watch over the drive: they are whoever's that drives the machine.
+The laws are those of `ramsight.control.actuation` and `ramsight.control.trajectory`, and what follows an activity
+stands in the table of `ramsight.control.activity`; a graph is in the place of Python's objects, and a test holds both
+to the same commands. Not in it are reference visits, leak tests and the watch over the drive: they stay with whoever
+drives the machine.
 """
 
 from __future__ import annotations
@@ -241,11 +242,11 @@ class _Step:
 
     def _do(self) -> Any:
         """What the activity asks for; what follows it."""
-        doing = {one: self.doing(one) for one in ACTIVITIES}  # before anything follows
+        doing: dict[Activity, Any] = {one: self.doing(one) for one in ACTIVITIES}  # before anything follows
         self.s["used_slope"] = choose(doing[Activity.STOPPING], self.s["slope"], self.by.slope)
         goes, steered = self._steered(doing[Activity.MANUAL])
         held = self._held()
-        wishes = {
+        wishes: dict[Activity, Any] = {
             Activity.MOVING: self._moved(doing[Activity.MOVING]),
             Activity.MANUAL: choose(goes, steered, held),
             Activity.LANDING: held,

@@ -46,8 +46,8 @@ class Record:
     """What happened to one unit, sample by sample.
 
     `command` is the speed that the plant was given, after whatever the drive made of the control's; `asked` is what the
-    control asked for. Where a report was lost, `reported` has the last one that arrived, with its own time. `learned` has the
-    factors of leakage and displacement that the control reckoned with.
+    control asked for. Where a report was lost, `reported` has the last one that arrived, with its own time. `learned`
+    has the factors of leakage and displacement that the control reckoned with.
     """
 
     position: list[float] = field(default_factory=list)
@@ -128,9 +128,9 @@ class DrivenUnits(ABC):
     def send(self, targets: Mapping[str, float], *, scaled: bool = False) -> float:
         """Send cylinders to targets [m] so that all arrive together; returns how long that should take [s].
 
-        What arrives together feels the loads of the place where it stays: a cylinder that has arrived and closed its valve
-        while another moves the machine gives way to the load unseen. One that needs less time begins later: what leaks
-        in a move goes by its time, and so does the sensor's error.
+        What arrives together feels the loads of the place where it stays: a cylinder that has arrived and closed its
+        valve while another moves the machine gives way to the load unseen. One that needs less time begins later: what
+        leaks in a move goes by its time, and so does the sensor's error.
 
         Args:
             targets: [m], by unit.

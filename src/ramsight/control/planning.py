@@ -1,9 +1,9 @@
 """Planned calibration visits: which reference tells most for its time, and when the next one is due.
 
-What a sensor does not know of its position, its leakage and its displacement is a covariance. A move makes the position's
-part grow, by the time for which its load leaks and by its way; a visit to an end stop measures the position, and with it
-whatever has made it wrong since the last one. So what is expected of a visit can be worked out before it is made. Left out
-are compliance, the thermometer's lag and how leakage goes with pressure: what is predicted is a lower limit.
+What a sensor does not know of its position, its leakage and its displacement is a covariance. A move makes the
+position's part grow, by the time for which its load leaks and by its way; a visit to an end stop measures the position,
+and with it whatever has made it wrong since the last one. So what is expected of a visit can be worked out before it is
+made. Left out are compliance, the thermometer's lag and how leakage goes with pressure: it is a lower limit.
 """
 
 from __future__ import annotations

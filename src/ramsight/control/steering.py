@@ -1,4 +1,4 @@
-"""A cylinder that is steered by hand: a velocity in the place of a target, from what it is doing and back without a jerk."""
+"""A cylinder that is steered by hand: a velocity in the place of a target, taken over and given back without a jerk."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ class Stopping(Doing):
 
     def slope(self) -> float:
         """So steep that the time for it suffices [rad/s2]."""
-        return self._slope
+        return float(self._slope)
 
 
 class Stopped(Doing):

@@ -1,8 +1,8 @@
 """The way to a target: never faster than allowed, never braking harder, slow where an end stop is near.
 
-A point goes ahead with limits of velocity and acceleration. What the rod is to follow is the mean of the point's way over
-the smoothing time: with it the acceleration comes and goes evenly, so that the way is of third order, and its jerk is at
-most twice the acceleration over that time. It needs no plan: the target and the largest velocity may change at any sample.
+A point goes ahead with limits of velocity and acceleration. What the rod is to follow is the mean of the point's way
+over the smoothing time: with it the acceleration comes and goes evenly, so that the way is of third order, and its jerk
+is at most twice the acceleration over that time. It needs no plan: target and velocity may change at any sample.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class Limits:
 
     @property
     def smoothing(self) -> float:
-        """Time over which the way is averaged [s]: an acceleration that turns round within it changes by twice itself."""
+        """Time over which the way is averaged [s]; an acceleration that turns round in it changes by twice itself."""
         return 2.0 * self.acceleration / self.jerk
 
     def at(self, speed: float | None = None, acceleration: float | None = None) -> Limits:

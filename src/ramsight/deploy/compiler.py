@@ -151,7 +151,8 @@ def control_footprint(compiler: str, folder: Path, prefix: str) -> ControlFootpr
         run([*common, "-c", f"{name}.c", "-o", "control.o"], work)
         run([*common, "control.o", f"{name}_test.c", "-lm", "-o", "golden"], work)
         times = [_step_nanoseconds(run([str(work / "golden")], work)) for _ in range(_RUNS)]
-        probe = f'#include <stdio.h>\n#include "{name}.h"\nint main(void) {{ printf("%d", (int)sizeof({name})); return 0; }}\n'
+        probe = f'#include <stdio.h>\n#include "{name}.h"\nint main(void) {{ printf("%d", (int)sizeof({name})); '
+        probe += "return 0; }\n"
         (work / "probe.c").write_text(probe, encoding="utf-8")
         run([*common, "probe.c", "-o", "probe"], work)
         state, code = int(run([str(work / "probe")], work)), _code_bytes(work / "control.o")
