@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from ramsight.control.activity import Activity, Event
 from ramsight.control.actuation import Actuation
 from ramsight.control.doing import Doing, Now, Wish
@@ -12,6 +14,7 @@ from ramsight.control.watch import Verdict
 from ramsight.plant.either import towards
 
 FORCE_REACHED = "the load has reached the largest force"
+_LEAVING = 5e-3  # m of the trajectory until a rod has surely left a stop
 PUSHING = 1.0  # s, for which a rod waits there until it is taken to be blocked
 
 
@@ -23,19 +26,21 @@ class Moving(Doing):
         target: [m].
         tries: how often it may be sought anew.
         limits: of this move.
+        felt: load on the way to the end stop that it leaves [N]; NaN if it leaves none.
     """
 
     activity = Activity.MOVING
 
-    def __init__(self, by: Actuation, target: float, tries: int, limits: Limits) -> None:
+    def __init__(self, by: Actuation, target: float, tries: int, limits: Limits, felt: float = math.nan) -> None:
         super().__init__(by)
+        self._felt, self._stop = felt, math.nan
         self.target, self._tries, self._limits = target, tries, limits
         self.trajectory = Trajectory(limits, by.unit.cylinder.stroke, by.period)
         self._direction, self._pushed = 1.0, 0.0
 
     def enter(self, now: Now) -> None:
         """Begin the trajectory where the rod is, and as fast as it goes."""
-        self._direction = towards(self.target - now.estimate.position)
+        self._direction, self._stop = towards(self.target - now.estimate.position), now.estimate.position
         self.trajectory.begin(now.estimate.position, now.estimate.velocity if now.speed != 0.0 else 0.0)
 
     def step(self, now: Now) -> Wish:
@@ -56,7 +61,17 @@ class Moving(Doing):
         remaining = self._direction * (self.target - estimate.position)
         if remaining <= by.to_stand(now.speed, self._direction, estimate.load):
             return Wish(0.0, Event.NEAR)
-        return Wish(by.pursuing(way.velocity, off, self._direction, estimate.load))
+        return Wish(by.pursuing(way.velocity, off, self._direction, self._load(estimate.load)))
+
+    def _load(self, load: float) -> float:
+        """The load [N] to reckon with: on a stop, which carries it, the one that was felt on the way there.
+
+        With what leaks under the load that the stop still carries the rod would stay there, and the motor turn for
+        nothing: neither a move nor a rest, of which a sensor makes the wrong one.
+        """
+        leaves = math.isfinite(self._felt) and abs(self.trajectory.position - self._stop) < _LEAVING
+        lift = self.by.unit.lift_sign
+        return max(load, self._felt) if leaves and self._direction * lift > 0.0 else load
 
     def _waits(self, now: Now) -> Wish:
         """At the largest force: hold the load, for a while."""

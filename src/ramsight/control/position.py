@@ -120,9 +120,10 @@ class PositionControl:
         if not 0.0 <= target <= stroke:
             raise ValueError(f"target {1e3 * target:g} mm is not within the stroke, 0 to {1e3 * stroke:g} mm")
         self.target = target
-        self._take_up(
-            Event.SENT, Moving(self.actuation, target, self.tuning.tries, self.limits.at(speed, acceleration))
-        )
+        stop = self._doing.on_stop if isinstance(self._doing, Resting) else None
+        felt = math.nan if stop is None else stop.felt
+        limits = self.limits.at(speed, acceleration)
+        self._take_up(Event.SENT, Moving(self.actuation, target, self.tuning.tries, limits, felt))
 
     def steer(self, velocity: float) -> None:
         """Go as fast as a hand says, from whatever it is doing; takes a stopped cylinder up again.
