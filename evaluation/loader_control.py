@@ -16,7 +16,7 @@ import numpy as np
 
 from ramsight import machine
 from ramsight.control.loop import ClosedLoop
-from ramsight.control.planning import Knowledge, Visit, due, expected
+from ramsight.control.planning import Knowledge, Visit, due, plan
 from ramsight.control.setting import Feedback, Setting
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.live import Reported
@@ -88,18 +88,14 @@ DUE = 5e-3  # m, standard deviation before which a reference is taken
 
 
 def planned(loop: ClosedLoop, references: int) -> None:
-    """One reference of each unit, then as many visits as tell something of work to come, the best one first."""
+    """One reference of each unit, then the visits that are planned for work to come."""
     for unit in UNITS:
         loop.home(unit, lifted=unit == "bucket")
-        for _ in range(references - 1):
-            load = felt(loop, unit)
-            control, known = loop.controls[unit], Knowledge.of(loop.sensors[unit], loop.controls[unit])
-            work = [(share * control.unit.cylinder.stroke, load) for share in WORK]
-            place = loop.records[unit].estimate[-1].position
-            best = expected(known, control, place, load, work, VISITS[unit])[0]
-            if best.visit is None or loop.stopped:
-                break
-            loop.calibrate(unit, best.visit)
+        load, control = felt(loop, unit), loop.controls[unit]
+        work = [(share * control.unit.cylinder.stroke, load) for share in WORK]
+        known, place = Knowledge.of(loop.sensors[unit], control), loop.records[unit].estimate[-1].position
+        for one in plan(known, control, place, load, work, VISITS[unit], references - 1).visits:
+            loop.calibrate(unit, one)
         loop.go({unit: START[unit]})
 
 
@@ -110,9 +106,8 @@ def renewed(loop: ClosedLoop, target: Mapping[str, float]) -> int:
         load, control = felt(loop, unit), loop.controls[unit]
         known, here = Knowledge.of(loop.sensors[unit], control), loop.records[unit].estimate[-1].position
         if due(known, control, here, [(place, load), (here, load)], DUE) < abs(place - here) / control.limits.speed:
-            best = expected(known, control, here, load, [(place, load)], VISITS[unit])[0]
-            if best.visit is not None:
-                loop.calibrate(unit, best.visit)
+            for one in plan(known, control, here, load, [(place, load)], VISITS[unit], 1).visits:
+                loop.calibrate(unit, one)
                 count += 1
     return count
 

@@ -37,6 +37,7 @@ WINDOW = 20.0  # s, in which every sine has whole periods
 PERIODS = (2, 3, 5, 8, 13, 21, 34, 55, 89, 144, 200)  # in the window: 0.1 to 10 Hz
 _SLOW, _QUICK = 0.4e-3, 0.2e-3  # m, of each sine below and above 1 Hz: more than noise, less than the motor's ramp
 _BEGINS = 4.0  # s until the rod goes evenly
+_SHOWN = 5  # samples from one point of a move to the next
 _LOAD, _INSIDE = 0.3, 0.8  # share of the load at relief pressure; of the stroke that is gone
 
 
@@ -135,7 +136,7 @@ def steps(unit: HydraulicUnit, drive: DriveResponse) -> dict[str, list[float]]:
     begun, at = loop.now.time, loop.now.position[name]
     loop.go({name: 0.4 * stroke + way}, settle=1.0)
     time, place = np.array(loop.time), np.array(loop.records[name].position)
-    after = time >= begun - 0.1
+    after = (time >= begun - 0.1) & (np.arange(len(time)) % _SHOWN == 0)
     return {"time": (time[after] - begun).tolist(), "share": ((place[after] - at) / way).tolist(), "way": [way]}
 
 

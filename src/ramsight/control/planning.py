@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,6 +24,8 @@ from ramsight.sensor.virtual_sensor import VirtualSensor
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+WORTH = 0.1  # of the standard deviation, below which a gain is not worth a visit
+_NEARLY = 0.1  # of what could be gained that may be left for less time
 _OF = (0, LEAK, DISPLACEMENT)  # places in the sensor's covariance
 
 
@@ -142,19 +145,17 @@ class Visit:
 
 @dataclass(frozen=True)
 class Expected:
-    """What is expected of a visit.
+    """What is expected of visits, one after the other.
 
     Attributes:
-        visit: the visit; None for none.
-        cost: time that it takes [s], the way back to work among it.
+        visits: the visits; none if it is empty.
+        cost: time that they take [s], the way back to work among it.
         std: root of the mean square of the position's standard deviations after each move of the work [m].
-        gain: by how much that is less than without a visit, a second of its cost [m/s].
     """
 
-    visit: Visit | None
+    visits: tuple[Visit, ...]
     cost: float
     std: float
-    gain: float
 
 
 def expected(
@@ -164,8 +165,40 @@ def expected(
     load: float,
     work: Sequence[tuple[float, float]],
     visits: Sequence[Visit],
-) -> list[Expected]:
-    """What is expected of visits before some work, the one with most gain for its time first.
+) -> Expected:
+    """What is expected of visits, one after the other, before some work.
+
+    Args:
+        known: what is not known now.
+        control: of the cylinder.
+        position: where it is [m].
+        load: on it [N].
+        work: targets [m] and loads on the way there [N].
+        visits: to make.
+    """
+    cost, at = 0.0, position
+    for visit in visits:
+        legs = visit.legs(control, at, load)
+        known, at = known.over(legs)[0].referenced(), control.end(lifted=visit.lifted)
+        cost += sum(leg.time for leg in legs) + control.tuning.pressing
+    back = abs(work[0][0] - at) - abs(work[0][0] - position)
+    cost += max(back, 0.0) / control.limits.speed if visits else 0.0
+    return Expected(tuple(visits), cost, _rms(known.over(_legs(control, at, work))[1]))
+
+
+def plan(
+    known: Knowledge,
+    control: PositionControl,
+    position: float,
+    load: float,
+    work: Sequence[tuple[float, float]],
+    visits: Sequence[Visit],
+    most: int = 2,
+) -> Expected:
+    """The visits to make before some work: the quickest of those that bring nearly all that could be gained.
+
+    One visit alone may tell nothing, as it cannot tell leakage from displacement, and the next one much; so they are
+    looked at together.
 
     Args:
         known: what is not known now.
@@ -174,18 +207,18 @@ def expected(
         load: on it [N].
         work: targets [m] and loads on the way there [N].
         visits: that could be made.
+        most: so many at most.
+
+    Returns:
+        The visits, none if they would bring less than `WORTH` of the standard deviation.
     """
-    without = _rms(known.over(_legs(control, position, work))[1])
-    found = []
-    for visit in visits:
-        legs = visit.legs(control, position, load)
-        there = known.over(legs)[0].referenced()
-        end = control.end(lifted=visit.lifted)
-        std = _rms(there.over(_legs(control, end, work))[1])
-        back = abs(work[0][0] - end) - abs(work[0][0] - position)
-        cost = sum(leg.time for leg in legs) + control.tuning.pressing + max(back, 0.0) / control.limits.speed
-        found.append(Expected(visit, cost, std, (without - std) / cost))
-    return sorted([*found, Expected(None, 0.0, without, 0.0)], key=lambda one: -one.gain)
+    ways = [way for count in range(most + 1) for way in product(visits, repeat=count)]
+    found = [expected(known, control, position, load, work, way) for way in ways]
+    without, best = found[0].std, min(one.std for one in found)
+    if without - best < WORTH * without:
+        return found[0]
+    enough = best + _NEARLY * (without - best)
+    return min((one for one in found if one.std <= enough), key=lambda one: one.cost)
 
 
 def due(
