@@ -12,17 +12,14 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ramsight.control.actuation import Actuation
 from ramsight.control.position import PositionControl
 from ramsight.sensor.hypotheses import DISPLACEMENT, LEAK
 from ramsight.sensor.virtual_sensor import VirtualSensor
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 WORTH = 0.1  # of the standard deviation, below which a gain is not worth a visit
 _NEARLY = 0.1  # of what could be gained that may be left for less time
