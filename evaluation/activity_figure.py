@@ -13,6 +13,7 @@ AT = {
     Activity.RESTING: (7.3, 3.1),
     Activity.HOMING: (1.3, 1.7),
     Activity.LEAK_TEST: (4.3, 1.7),
+    Activity.MANUAL: (7.3, 0.5),
     Activity.STOPPING: (1.3, 0.5),
     Activity.STOPPED: (4.3, 0.5),
 }

@@ -10,11 +10,13 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 
 from ramsight import machine
 from ramsight.control.loop import ClosedLoop
+from ramsight.control.planning import Knowledge, Visit, due, plan
 from ramsight.control.setting import Feedback, Setting
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.live import Reported
@@ -76,6 +78,49 @@ def visit(loop: ClosedLoop, references: int, leak_test: bool = False) -> None:
         loop.leak_test()
 
 
+VISITS = {
+    "boom": tuple(Visit(lifted, slow) for lifted in (False, True) for slow in (False, True)),
+    "bucket": tuple(Visit(lifted=True, slow=slow, turns=0.3) for slow in (False, True)),
+}
+"""What may be visited: the bucket is full, and goes to no other end."""
+WORK = (0.3, 0.7, 0.4, 0.8, 0.2, 0.5, 0.6, 0.3)  # shares of the stroke: what is planned for
+DUE = 5e-3  # m, standard deviation before which a reference is taken
+
+
+def planned(loop: ClosedLoop, references: int) -> None:
+    """One reference of each unit, then the visits that are planned for work to come."""
+    for unit in UNITS:
+        loop.home(unit, lifted=unit == "bucket")
+        load, control = felt(loop, unit), loop.controls[unit]
+        work = [(share * control.unit.cylinder.stroke, load) for share in WORK]
+        known, place = Knowledge.of(loop.sensors[unit], control), loop.records[unit].estimate[-1].position
+        for one in plan(known, control, place, load, work, VISITS[unit], references - 1).visits:
+            loop.calibrate(unit, one)
+        loop.go({unit: START[unit]})
+
+
+def renewed(loop: ClosedLoop, target: Mapping[str, float]) -> int:
+    """Visit what is due before a target is left for; how many visits that took."""
+    count = 0
+    for unit, place in target.items():
+        load, control = felt(loop, unit), loop.controls[unit]
+        known, here = Knowledge.of(loop.sensors[unit], control), loop.records[unit].estimate[-1].position
+        if due(known, control, here, [(place, load), (here, load)], DUE) < abs(place - here) / control.limits.speed:
+            for one in plan(known, control, here, load, [(place, load)], VISITS[unit], 1).visits:
+                loop.calibrate(unit, one)
+                count += 1
+    return count
+
+
+def felt(loop: ClosedLoop, unit: str) -> float:
+    """The load that a unit has felt while it moved lately, the median [N]."""
+    said = [one for one in loop.records[unit].estimate[-_LATELY:] if abs(one.velocity) > _MOVES]
+    return float(np.median([one.load for one in said])) if said else loop.records[unit].estimate[-1].load
+
+
+_LATELY, _MOVES = 1500, 1e-3  # samples, m/s
+
+
 def arrivals(
     sheet: LinkedMachine,
     actual: LinkedMachine,
@@ -88,10 +133,15 @@ def arrivals(
     assumptions: Assumptions | None = None,
     leak_test: bool = False,
     drive: DriveResponse = IDEAL,
+    plans: bool = False,
+    renews: bool = False,
+    spent: list[tuple[float, float]] | None = None,
 ) -> list[Arrival]:
     """Load the machine, reference it, send it from target to target; anew for each payload.
 
     Targets that are left when the machine stops, because a sensor asks for a reference, are missing from the result.
+    With `plans` the visits are chosen by what is expected of them, with `renews` they are taken again when they are
+    due; `spent` gains the time of the visits and that of the targets [s].
     """
     found: list[Arrival] = []
     for series, payload in enumerate(PAYLOADS):
@@ -100,14 +150,22 @@ def arrivals(
         setting = Setting(seed=number, drive=drive, **shared)
         loop = ClosedLoop(actual, sheet, START, setting)
         loop.load(payload, 2.0)
-        visit(loop, references, leak_test)
+        planned(loop, references) if plans else visit(loop, references, leak_test)
+        times, begun = [loop.now.time, 0.0], 0.0
         random = np.random.default_rng([seed, series])
         for _ in range(targets // len(PAYLOADS)):
             target = draw(sheet, payload, random)
+            begun = loop.now.time
+            if renews:
+                renewed(loop, target)
+            times[0] += loop.now.time - begun
             loop.go(target)
             if loop.stopped:
                 break
+            times[1] = loop.now.time - times[0]
             found.append(_arrival(sheet, loop, target))
+        if spent is not None:
+            spent.append((times[0], times[1]))
     return found
 
 
@@ -190,6 +248,17 @@ def broken(sheet: LinkedMachine, kind: str, *, seed: int = 0) -> dict[str, float
     }
 
 
+WAYS: dict[str, dict[str, Any]] = {
+    "deviating": {"references": 3},
+    "deviating_planned": {"references": 3, "plans": True},
+    "deviating_due": {"references": 3, "plans": True, "renews": True},
+    "deviating_leak_test": {"references": 3, "leak_test": True},
+    "deviating_once_leak_test": {"references": 1, "leak_test": True},
+    "deviating_unlearned": {"references": 1, "assumptions": KNOWN},
+}
+"""How machines that are not their data sheets are referenced."""
+
+
 def study(advance: Callable[[float], object] = lambda _: None, seeds: int = 2) -> dict[str, object]:
     """All of it.
 
@@ -205,20 +274,14 @@ def study(advance: Callable[[float], object] = lambda _: None, seeds: int = 2) -
             passed += arrivals(sheet, sheet, references=1, feedback=feedback, seed=seed, assumptions=KNOWN)
             advance(1)
         found[f"sheet_{feedback.name.lower()}"] = summed(passed)
-    ways = {
-        "deviating": (3, None, False),
-        "deviating_leak_test": (3, None, True),
-        "deviating_once_leak_test": (1, None, True),
-        "deviating_unlearned": (1, KNOWN, False),
-    }
-    for name, (references, assumptions, leak_test) in ways.items():
+    for name, options in WAYS.items():
         passed = []
+        spent: list[tuple[float, float]] = []
         for seed, (leak, offset) in enumerate(DEVIATIONS):
-            actual = as_built(sheet, leak)
-            options = {"references": references, "assumptions": assumptions, "leak_test": leak_test}
-            passed += arrivals(sheet, actual, offset=offset, seed=seed, **options)
+            passed += arrivals(sheet, as_built(sheet, leak), offset=offset, seed=seed, spent=spent, **options)
             advance(1)
-        found[name] = summed(passed)
+        visits, work = np.array(spent).mean(axis=0).tolist()
+        found[name] = summed(passed) | {"visits_time": visits, "work_time": work}
     faults = {}
     for kind in FAULTS:
         result = broken(sheet, kind)
@@ -230,4 +293,4 @@ def study(advance: Callable[[float], object] = lambda _: None, seeds: int = 2) -
 
 def runs(seeds: int = 2) -> int:
     """How many runs `study` makes."""
-    return len(Feedback) * seeds + 4 * len(DEVIATIONS) + len(FAULTS)
+    return len(Feedback) * seeds + len(WAYS) * len(DEVIATIONS) + len(FAULTS)

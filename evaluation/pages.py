@@ -12,6 +12,7 @@ from typing import Any
 import bounds
 import drive_control
 import effects
+import loop_response
 import real_machine
 import redundancy
 import second_channel
@@ -134,6 +135,7 @@ CONTROL_TABLES: dict[str, tuple[str, Callable[[Any], list[str]]]] = {
     "drives": ("drive_control", drive_control.table),
     "drive_faults": ("drive_control", drive_control.fault_table),
     "drive_loader": ("drive_control", drive_control.loader_table),
+    "loop": ("loop_response", loop_response.table),
 }
 """The tables of docs/control.md by their marks: whose figures, and how they are written."""
 

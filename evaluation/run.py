@@ -16,6 +16,7 @@ import effects
 import faults
 import identify_coverage
 import loader_control
+import loop_response
 import real_machine
 import real_oil
 import recorded
@@ -41,6 +42,7 @@ STUDIES = (
     "loader_control",
     "unit_control",
     "drive_control",
+    "loop_response",
     "real_machine",
     "effects",
 )
@@ -96,6 +98,9 @@ def main() -> None:
     if "drive_control" in given.only:
         with progress(drive_control.runs(), "driving with every drive") as bar:
             found["drive_control"] = drive_control.study(bar.advance)
+    if "loop_response" in given.only:
+        with progress(loop_response.runs(), "the loop's response") as bar:
+            found["loop_response"] = loop_response.study(bar.advance)
     if "real_machine" in given.only:
         with progress(real_machine.runs(real_machine.DAYS), "days of real machines") as bar:
             found["real_machine"] = real_machine.study(real_machine.DAYS, bar.advance)

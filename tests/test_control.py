@@ -13,7 +13,7 @@ from ramsight.control.loop import ClosedLoop
 from ramsight.control.position import PositionControl
 from ramsight.control.setting import Feedback, Setting
 from ramsight.control.stopping import STOPPING_TIME
-from ramsight.control.trajectory import Limits, Trajectory
+from ramsight.control.trajectory import Limits, Trajectory, together
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.linked import simulate_linked
 from ramsight.duty.live import LiveMachine, Reported
@@ -41,11 +41,11 @@ def off(run, targets):
 )
 def test_a_trajectory_keeps_its_limits_and_arrives(start, target):
     limits = Limits(0.05, 0.08, 0.008, 0.03)
-    way = Trajectory(limits, 0.7)
+    way = Trajectory(limits, 0.7, DT)
     way.begin(start)
     places, speeds = [start], [0.0]
     for _ in range(3000):
-        way.step(target, limits.speed, DT)
+        way.step(target, limits.speed)
         places.append(way.position)
         speeds.append(way.velocity)
     assert way.stands
@@ -57,13 +57,67 @@ def test_a_trajectory_keeps_its_limits_and_arrives(start, target):
     assert max(near, default=0.0) <= limits.landing_speed + limits.acceleration * DT
 
 
-def test_speeds_for_a_common_time_take_that_time():
-    limits = Limits(0.05, 0.08, 0.008, 0.03)
-    assert limits.time(0.5) == pytest.approx(0.5 / 0.05 + 0.05 / 0.08)
-    for time in (1.5, 4.0, 11.0):
-        slower = replace(limits, speed=limits.speed_for(0.02, time))
-        assert slower.time(0.02) == pytest.approx(time)
-    assert limits.speed_for(0.5, 1.0) == limits.speed
+def stepped(limits, start, target, speed=math.inf, stroke=0.7, period=DT, velocity=0.0):
+    """Positions of a trajectory, sample by sample, until it stands."""
+    way = Trajectory(limits, stroke, period)
+    way.begin(start, velocity)
+    places = [way.position]
+    while not (way.stands and len(places) > 1):
+        way.step(target, min(speed, limits.speed))
+        places.append(way.position)
+    return np.array(places)
+
+
+@pytest.mark.parametrize(("start", "target"), [(0.1, 0.6), (0.6, 0.1), (0.3, 0.31), (0.4, 0.0), (0.2, 0.7)])
+@pytest.mark.parametrize("smoothing", [0.1, 0.2, 0.6])
+def test_a_smoothed_trajectory_keeps_its_jerk_and_stays_slow_before_an_end_stop(start, target, smoothing):
+    limits = Limits(0.05, 0.08, 0.008, 0.03, jerk=2.0 * 0.08 / smoothing)
+    places = stepped(limits, start, target)
+    velocity, acceleration, jerk = (np.diff(places, k) / DT**k for k in (1, 2, 3))
+    assert places[-1] == pytest.approx(target, abs=1e-12)
+    assert np.abs(velocity).max() <= limits.speed + 1e-9
+    assert np.abs(acceleration).max() <= limits.acceleration * (1.0 + DT / smoothing) + 1e-9
+    assert np.abs(jerk).max() <= 1.15 * limits.jerk  # the last step to the target is not of the profile
+    to_stop = 0.7 - places[1:] if target > start else places[1:]
+    assert (
+        np.abs(velocity[to_stop < limits.landing_zone - 1e-9]).max(initial=0.0)
+        <= limits.landing_speed + limits.acceleration * DT
+    )
+    assert (np.diff(places) * np.sign(target - start) >= -1e-12).all()
+
+
+def test_the_time_of_a_way_is_that_of_its_profile():
+    limits = Limits(0.05, 0.08, 0.008, 0.0, jerk=0.8)
+    for way in (0.001, 0.02, 0.3):
+        assert (len(stepped(limits, 0.2, 0.2 + way)) - 1) * DT == pytest.approx(limits.time(way), abs=5 * DT)
+    assert limits.time(0.5) == pytest.approx(0.5 / 0.05 + 0.05 / 0.08 + limits.smoothing)
+
+
+def test_a_trajectory_goes_on_as_fast_as_it_begins():
+    limits = Limits(0.05, 0.08, 0.008, 0.03, jerk=0.8)
+    places = stepped(limits, 0.2, 0.5, velocity=0.03)
+    assert places[0] == pytest.approx(0.2)
+    assert (places[1] - places[0]) / DT == pytest.approx(0.03, abs=limits.acceleration * DT)
+    back = stepped(limits, 0.2, 0.1, velocity=0.03)
+    assert back.max() > 0.2
+    assert np.abs(np.diff(back, 2)).max() / DT**2 <= limits.acceleration * 1.1 + 1e-9
+
+
+def test_what_is_sent_together_is_on_one_way():
+    ways = {"boom": (Limits(0.03, 0.05, 0.004, 0.0, jerk=0.5), 0.3), "bucket": (Limits(0.09, 0.2, 0.01, 0.0, 2.0), 0.1)}
+    shared = together(ways)
+    done = []
+    for name, (limits, way) in ways.items():
+        here = limits.at(*shared[name])
+        assert here.smoothing == pytest.approx(limits.smoothing)
+        assert here.speed <= limits.speed
+        assert here.acceleration <= limits.acceleration
+        done.append(stepped(here, 0.2, 0.2 + way) - 0.2)
+    count = min(map(len, done))
+    share = [one[:count] / way for one, (_, way) in zip(done, ways.values(), strict=True)]
+    assert abs(len(done[0]) - len(done[1])) <= 2
+    assert np.abs(share[0] - share[1]).max() < 2e-3
+    assert together({"boom": (ways["boom"][0], 0.0)}) == {"boom": (0.03, 0.05)}
 
 
 def test_every_status_is_judged():
@@ -134,7 +188,7 @@ def test_uncertainty_slows_and_silence_is_no_trust():
 def test_a_drive_that_does_not_do_as_told_is_noticed(reports, why):
     control = PositionControl(BOOM)
     control.move_to(0.6)
-    commands = drive(control, [here(0.1 + 0.02 * k * DT) for k in range(120)], reports)
+    commands = drive(control, [here(0.1 + 0.02 * max(k - 20, 0) * DT) for k in range(120)], reports)
     assert commands[-1].activity is Activity.STOPPED
     assert why in commands[-1].reason
 

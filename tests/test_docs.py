@@ -145,10 +145,12 @@ def test_the_page_of_the_control_quotes_the_study_and_its_python_runs(monkeypatc
     for rows in (study.table(found), study.fault_table(found)):
         assert "\n".join(rows) in page
     assert all(row["standstill"] <= 0.3 for row in found.values())
-    drives, tables = json.loads((ROOT / "study.json").read_text())["drive_control"], importlib.import_module("pages")
+    everything, tables = json.loads((ROOT / "study.json").read_text()), importlib.import_module("pages")
     for name, (study_name, rows) in tables.CONTROL_TABLES.items():
-        if study_name == "drive_control":
-            assert "\n".join(rows(drives)) in page, name
+        assert "\n".join(rows(everything[study_name])) in page, name
+    margins = [row for drives in everything["loop_response"].values() for row in drives.values()]
+    assert min(row["phase_margin"] for row in margins) > 60.0
+    assert min(row["gain_margin"] or 10.0 for row in margins) > 3.0
     (block,) = re.findall(r"```python\n(.*?)```", page, flags=re.DOTALL)
     names = {}
     exec(block, names)

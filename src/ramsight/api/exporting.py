@@ -6,10 +6,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ramsight.api.machines import AnyMachine, load_machine, only_unit
+from ramsight.deploy.c_control import ControlOptions
 from ramsight.deploy.c_folder import STEPS, WrittenSensor, write_sensor
 from ramsight.deploy.fmu import WrittenFmu, write_fmu
+from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
 from ramsight.progress import progress as progress_bar
+from ramsight.units import argument
 
 
 def export_c(
@@ -18,18 +21,28 @@ def export_c(
     *,
     out: str | Path,
     single: bool = False,
+    control: bool = False,
+    speed: str | float | None = None,
+    force: str | float | None = None,
+    period: str | float | None = None,
     compiler: str | None = None,
     progress: bool = False,
+    named: Callable[[str], str] = str,
 ) -> WrittenSensor:
-    """Write the kalman sensor of a unit as C99 for an electronic control unit.
+    """Write the kalman sensor of a unit as C99 for an electronic control unit, and a position control if it is wanted.
 
     Args:
         machine: a machine, its name or file.
         unit: name of the unit; may be left out where there is only one.
         out: the folder; made if it is not there, files of an earlier export are replaced.
         single: floats in place of doubles.
+        control: the unit's position control too (docs/control.md); what follows is of it alone.
+        speed: largest velocity [m/s]; by default half of what the motor could do.
+        force: largest load against a motion that is pushed on [N]; by default none.
+        period: of the control's samples [s]; by default 20 ms.
         compiler: path of the C compiler that measures it; by default the one that is found, "" for none.
         progress: show a bar on a terminal if it takes long.
+        named: what errors call an argument.
 
     Returns:
         The folder, the names of its files, the compiler, and what it takes of memory [bytes] and time [s].
@@ -47,9 +60,12 @@ def export_c(
         True
     """
     described, name = _unit_of(machine, unit)
+    driving = _driving(control, speed, force, period, named)
     with progress_bar(STEPS, "exporting") as bar:
         advance = bar.advance if progress else lambda count: None
-        return write_sensor(described, name, out, single=single, compiler=compiler, advance=advance)
+        return write_sensor(
+            described, name, out, single=single, control=driving, compiler=compiler, advance=advance
+        )  # fmt: skip
 
 
 def export_fmu(
@@ -59,17 +75,23 @@ def export_fmu(
     out: str | Path,
     what: str = "sensor",
     fmi: int = 2,
+    speed: str | float | None = None,
+    force: str | float | None = None,
+    period: str | float | None = None,
     compiler: str | None = None,
     named: Callable[[str], str] = str,
 ) -> WrittenFmu:
-    """Write a co-simulation FMU of a unit's kalman sensor, or of the unit itself.
+    """Write a co-simulation FMU of a unit's kalman sensor, of that with a position control, or of the unit itself.
 
     Args:
         machine: a machine, its name or file.
         unit: name of the unit; may be left out where there is only one.
         out: the file, `.fmu`.
-        what: ``sensor`` or ``plant``.
+        what: ``sensor``, ``control`` or ``plant``.
         fmi: 2 or 3.
+        speed: of a control: largest velocity [m/s]; by default half of what the motor could do.
+        force: of a control: largest load against a motion that is pushed on [N]; by default none.
+        period: of a control's samples [s]; by default 20 ms.
         compiler: path of the C compiler; by default the one that is found. Without one, "", it has sources alone.
         named: what errors call an argument.
 
@@ -89,7 +111,35 @@ def export_fmu(
         ('boom.fmu', True)
     """
     described, name = _unit_of(machine, unit)
-    return write_fmu(described, name, out, what=what, fmi=fmi, compiler=compiler, named=named)
+    driving = _driving(what == "control", speed, force, period, named) or ControlOptions()
+    return write_fmu(described, name, out, what=what, fmi=fmi, control=driving, compiler=compiler, named=named)
+
+
+def _driving(
+    wanted: bool,
+    speed: str | float | None,
+    force: str | float | None,
+    period: str | float | None,
+    named: Callable[[str], str],
+) -> ControlOptions | None:
+    """How a control that is exported drives; None if none is wanted.
+
+    Raises:
+        DescriptionError: one of a control's options is given without a control.
+    """
+    given = {"speed": speed, "force": force, "period": period}
+    if not wanted:
+        for key, value in given.items():
+            if value is not None:
+                raise DescriptionError("is of a control, and none is exported", key=named(key), value=value)
+        return None
+    ranges = {"speed": ("m/s", "0.1 mm/s", "2 m/s"), "force": ("N", "1 N", "100 MN"), "period": ("s", "1 ms", "100 ms")}
+    known = {
+        key: argument(value, ranges[key][0], named(key), least=ranges[key][1], most=ranges[key][2])
+        for key, value in given.items()
+        if value is not None
+    }
+    return ControlOptions(**known)
 
 
 def _unit_of(machine: AnyMachine, unit: str | None) -> tuple[Machine, str]:

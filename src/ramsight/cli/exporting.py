@@ -9,14 +9,22 @@ import typer
 
 from ramsight.cli.common import Machine, SensedUnit, option
 
+Speed = Annotated[str | None, typer.Option(help="Of the control: largest velocity, for example '20 mm/s'.")]
+Force = Annotated[str | None, typer.Option(help="Of the control: largest load that is pushed against, '300 kN'.")]
+Period = Annotated[str | None, typer.Option(help="Of the control: time between its steps; by default 20 ms.")]
+
 
 def export_c(
     machine: Machine,
     unit: SensedUnit,
     out: Annotated[Path, typer.Option(help="Directory for the C; made if it is not there.")],
     single: Annotated[bool, typer.Option("--float", help="Floats in place of doubles.")] = False,
+    control: Annotated[bool, typer.Option("--control", help="The unit's position control too.")] = False,
+    speed: Speed = None,
+    force: Force = None,
+    period: Period = None,
 ) -> None:
-    """Write the kalman sensor as C99 for an electronic control unit.
+    """Write the kalman sensor as C99 for an electronic control unit, and a position control if it is wanted.
 
     One header and one body, libm alone: no memory is taken, nothing is global. With them a test program with samples of
     a simulated log, faults among them, and what Python says of each. Where there is a C compiler it is compiled and
@@ -25,12 +33,15 @@ def export_c(
     Example: ramsight export c mining-loader --unit boom --out boom-c
     """
     from ramsight.api.exporting import export_c as export_unit
-    from ramsight.deploy.c_folder import shown
+    from ramsight.deploy.c_folder import shown, shown_control
 
-    done = export_unit(machine, unit, out=out, single=single, progress=True)
+    driving = {"speed": speed, "force": force, "period": period}
+    done = export_unit(machine, unit, out=out, single=single, control=control, **driving, progress=True, named=option)
     typer.echo(
         shown(done.footprints) if done.footprints else "no C compiler was found: nothing was compiled or measured"
     )
+    if done.control:
+        typer.echo(f"control: {shown_control(done.control)}")
     typer.echo(f"{out}: {', '.join(sorted(done.files))} written")
 
 
@@ -38,10 +49,16 @@ def export_fmu(
     machine: Machine,
     unit: Annotated[str, typer.Option(help="The unit, for example boom.")],
     out: Annotated[Path, typer.Option(help="The FMU: .fmu.")],
-    what: Annotated[str, typer.Option(help="sensor: the kalman sensor; plant: the unit itself, simulated.")] = "sensor",
+    what: Annotated[
+        str,
+        typer.Option(help="sensor: the kalman one; control: that and a position control; plant: the unit itself."),
+    ] = "sensor",
     fmi: Annotated[int, typer.Option(help="Version of the interface: 2 or 3.")] = 2,
+    speed: Speed = None,
+    force: Force = None,
+    period: Period = None,
 ) -> None:
-    """Write a co-simulation FMU of a unit's virtual sensor, or of the unit itself with its own solver.
+    """Write a co-simulation FMU of a unit's sensor, of that with a control, or of the unit with its own solver.
 
     Its C sources are inside, and a binary for this machine where there is a C compiler. A step of the sensor takes the
     inputs as one sample, so step it as often as the drive reports (1 to 100 ms). The plant holds its inputs through a
@@ -51,6 +68,7 @@ def export_fmu(
     """
     from ramsight.api.exporting import export_fmu as export_unit
 
-    done = export_unit(machine, unit, out=out, what=what, fmi=fmi, named=option)
+    driving = {"speed": speed, "force": force, "period": period}
+    done = export_unit(machine, unit, out=out, what=what, fmi=fmi, **driving, named=option)
     binary = f"sources and a binary for {done.binary}" if done.binary else "sources alone: no C compiler was found"
     typer.echo(f"{out}: written; FMI {fmi}.0 co-simulation, {done.variables} variables, {binary}")

@@ -12,6 +12,7 @@ class Activity(Enum):
     RESTING = "resting"
     MOVING = "moving"
     LANDING = "landing"
+    MANUAL = "steered by hand"
     HOMING = "homing"
     LEAK_TEST = "leak test"
     STOPPING = "stopping"
@@ -24,6 +25,7 @@ class Event(Enum):
     SENT = "sent to a target"
     HOMED = "sent to an end stop"
     TESTED = "leak test asked for"
+    STEERED = "taken by hand"
     NEAR = "target is near"
     MISSED = "target was missed"
     SETTLED = "rod has settled"
@@ -56,6 +58,7 @@ TRANSITIONS = (
     Transition(ANY, Event.SENT, Activity.MOVING),
     Transition(ANY, Event.HOMED, Activity.HOMING),
     Transition(ANY, Event.TESTED, Activity.LEAK_TEST),
+    Transition(ANY, Event.STEERED, Activity.MANUAL),
     Transition((Activity.MOVING,), Event.NEAR, Activity.LANDING),
     Transition((Activity.LANDING,), Event.MISSED, Activity.MOVING),
     Transition((Activity.LANDING,), Event.SETTLED, Activity.RESTING),

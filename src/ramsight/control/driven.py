@@ -14,8 +14,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ramsight.control.activity import STOPS, Activity
+from ramsight.control.judging import Trust, trust
+from ramsight.control.planning import Visit
 from ramsight.control.position import Command, PositionControl
 from ramsight.control.setting import Feedback, Setting
+from ramsight.control.trajectory import Limits, together
 from ramsight.duty.drive_report import DriveReport
 from ramsight.duty.live import Instant, Reported
 from ramsight.duty.live_drive import LiveDrive
@@ -42,8 +45,9 @@ _REAL_NOISE = 0.5e-3  # m, standard deviation of a real position sensor
 class Record:
     """What happened to one unit, sample by sample.
 
-    `command` is the speed that the plant was given, after whatever the drive made of the control's. Where a report was
-    lost, `reported` has the last one that arrived, with its own time.
+    `command` is the speed that the plant was given, after whatever the drive made of the control's; `asked` is what the
+    control asked for. Where a report was lost, `reported` has the last one that arrived, with its own time. `learned`
+    has the factors of leakage and displacement that the control reckoned with.
     """
 
     position: list[float] = field(default_factory=list)
@@ -53,6 +57,8 @@ class Record:
     target: list[float] = field(default_factory=list)
     activity: list[Activity] = field(default_factory=list)
     reported: list[Reported] = field(default_factory=list)
+    asked: list[float] = field(default_factory=list)
+    learned: list[tuple[float, float]] = field(default_factory=list)
 
 
 class DrivenUnits(ABC):
@@ -88,6 +94,7 @@ class DrivenUnits(ABC):
         self.time: list[float] = []
         self._commands: dict[str, Command] = {}
         self._references: dict[str, float] = {}
+        self._waiting: dict[str, tuple[float, float]] = {}
 
     @property
     @abstractmethod
@@ -106,7 +113,7 @@ class DrivenUnits(ABC):
     @property
     def done(self) -> bool:
         """Whether all controls rest."""
-        return all(control.done for control in self.controls.values())
+        return not self._waiting and all(control.done for control in self.controls.values())
 
     @property
     def stopped(self) -> bool:
@@ -118,18 +125,44 @@ class DrivenUnits(ABC):
         for _ in range(round(time / self.period)):
             self.step()
 
-    def send(self, targets: Mapping[str, float]) -> float:
+    def send(self, targets: Mapping[str, float], *, scaled: bool = False) -> float:
         """Send cylinders to targets [m] so that all arrive together; returns how long that should take [s].
 
-        What arrives together feels the loads of the place where it stays: a cylinder that waits with its valve closed
-        while another moves the machine gives way to the load unseen.
+        What arrives together feels the loads of the place where it stays: a cylinder that has arrived and closed its
+        valve while another moves the machine gives way to the load unseen. One that needs less time begins later: what
+        leaks in a move goes by its time, and so does the sensor's error.
+
+        Args:
+            targets: [m], by unit.
+            scaled: all begin at once, and each has done the same share of its way at any time: velocity and
+                acceleration over the way are those of the cylinder that needs longest for either.
         """
         ways = {name: target - self._believed(name) for name, target in targets.items()}
-        longest = max(self.controls[name].limits.time(way) for name, way in ways.items())
-        for name, way in ways.items():
-            control = self.controls[name]
-            control.move_to(targets[name], control.limits.speed_for(way, longest))
+        paces = {name: self._pace(name) for name in ways}
+        self._waiting = {}
+        if scaled:
+            shared = together({name: (paces[name], way) for name, way in ways.items()})
+            for name, (speed, acceleration) in shared.items():
+                self.controls[name].move_to(targets[name], speed, acceleration)
+            return max(paces[name].at(*shared[name]).time(way) for name, way in ways.items())
+        times = {name: paces[name].time(way) for name, way in ways.items()}
+        longest = max(times.values())
+        self._waiting = {name: (self.now.time + longest - times[name], targets[name]) for name in ways}
+        self._send_who_waits()
         return longest
+
+    def _pace(self, name: str) -> Limits:
+        """A unit's limits, at the speed that its sensor lets it go now."""
+        control, status = self.controls[name], self.records[name].estimate[-1].status
+        slowed = trust(status) is Trust.SLOW
+        return control.limits.at(control.tuning.slowed * control.limits.speed) if slowed else control.limits
+
+    def _send_who_waits(self) -> None:
+        """Let those begin whose time has come."""
+        for name, (begins, target) in tuple(self._waiting.items()):
+            if self.now.time >= begins - 1e-9:
+                del self._waiting[name]
+                self.controls[name].move_to(target)
 
     def go(self, targets: Mapping[str, float], settle: float = 0.5) -> None:
         """Send cylinders to targets [m] and wait until they are there, or have stopped; then for a while [s]."""
@@ -137,18 +170,23 @@ class DrivenUnits(ABC):
         self.wait()
         self.rest(settle)
 
-    def home(self, unit: str, *, lifted: bool = False, settle: float = 0.5) -> None:
+    def calibrate(self, unit: str, visit: Visit) -> None:
+        """Make a planned visit with one unit."""
+        if not math.isnan(visit.turns):
+            self.go({unit: visit.turns})
+        self.home(unit, lifted=visit.lifted, slow=visit.slow)
+
+    def home(self, unit: str, *, lifted: bool = False, slow: bool = False, settle: float = 0.5) -> None:
         """Let one unit visit an end stop and wait until it has, or has stopped; then for a while [s].
 
         Whoever homes a machine says that nothing is in the way: where the rod then stands is a reference. What the
         sensor finds by itself could be an obstacle.
         """
         control = self.controls[unit]
-        control.home(lifted=lifted)
+        control.home(lifted=lifted, slow=slow)
         self.wait()
         if control.activity is Activity.RESTING:
-            up = lifted == (control.unit.lift_sign > 0.0)
-            self._references[unit] = control.unit.cylinder.stroke if up else 0.0
+            self._references[unit] = control.end(lifted=lifted)
         self.rest(settle)
 
     def leak_test(self, settle: float = 0.5) -> None:
@@ -182,9 +220,12 @@ class DrivenUnits(ABC):
     def _decide(self) -> None:
         """Reports of this sample, what the sensors make of them, and the next commands."""
         now = self.now
+        self._send_who_waits()
         for name in self.units:
             self._decide_for(name, now)
         self._stop_together()
+        if self.stopped:
+            self._waiting = {}
         self.time.append(now.time)
 
     def _decide_for(self, name: str, now: Instant) -> None:
@@ -192,6 +233,7 @@ class DrivenUnits(ABC):
         reported = self._reported(name, now)
         if reported is None:
             estimate, reported, command = record.estimate[-1], record.reported[-1], control.step_unreported()
+            record.learned.append(record.learned[-1])
         else:
             reference = self._references.pop(name, math.nan)
             values = reported.motor_speed, reported.motor_torque, reported.oil_temperature
@@ -200,10 +242,12 @@ class DrivenUnits(ABC):
             leak, displacement = learned[f"described_{LEAK}"], learned[f"described_{DISPLACEMENT}"]
             used = self._fed_back(estimate, now.position[name])
             command = control.step(used, reported, leak=leak, displacement=displacement)
+            record.learned.append((leak, displacement))
         self._commands[name] = command
         record.position.append(now.position[name])
         record.motor_torque.append(now.motor_torque[name])
         record.command.append(self._given[name])
+        record.asked.append(command.motor_speed)
         record.estimate.append(estimate)
         record.target.append(control.target)
         record.activity.append(command.activity)

@@ -26,13 +26,15 @@ class Homing(Doing):
     Args:
         by: the cylinder's motor speeds, limits and tuning.
         end: the stop's place [m].
+        slow: go slowly however far it is.
     """
 
     activity = Activity.HOMING
     without_position, may_stall = True, True
 
-    def __init__(self, by: Actuation, end: float) -> None:
+    def __init__(self, by: Actuation, end: float, *, slow: bool = False) -> None:
         super().__init__(by)
+        self._never_fast = slow
         self._end, self._direction = end, 1.0 if end > 0.0 else -1.0
         self._slow = by.tuning.homing_share * by.limits.speed
         self._velocity, self._felt = 0.0, math.nan
@@ -75,7 +77,8 @@ class Homing(Doing):
         limits, estimate = self.by.limits, now.estimate
         far = abs(self._end - estimate.position) - limits.landing_zone - _SURELY_FAR * estimate.std
         braking = 0.5 * limits.speed**2 / limits.acceleration
-        wanted = limits.speed if now.trust is not Trust.NONE and far > braking else self._slow
+        fast = now.trust is not Trust.NONE and far > braking and not self._never_fast
+        wanted = limits.speed if fast else self._slow
         change = limits.acceleration * self.by.period
         self._velocity = min(max(wanted, self._velocity - change), self._velocity + change)
 

@@ -9,8 +9,13 @@ from ramsight.control.actuation import Actuation
 from ramsight.control.doing import Doing, Now, Wish
 from ramsight.control.judging import Trust
 from ramsight.control.resting import Resting
-from ramsight.control.trajectory import Trajectory
+from ramsight.control.trajectory import Limits, Trajectory
 from ramsight.control.watch import Verdict
+from ramsight.plant.either import towards
+
+FORCE_REACHED = "the load has reached the largest force"
+_LEAVING = 5e-3  # m of the trajectory until a rod has surely left a stop
+PUSHING = 1.0  # s, for which a rod waits there until it is taken to be blocked
 
 
 class Moving(Doing):
@@ -20,42 +25,67 @@ class Moving(Doing):
         by: the cylinder's motor speeds, limits and tuning.
         target: [m].
         tries: how often it may be sought anew.
-        speed: largest velocity [m/s].
+        limits: of this move.
+        felt: load on the way to the end stop that it leaves [N]; NaN if it leaves none.
     """
 
     activity = Activity.MOVING
 
-    def __init__(self, by: Actuation, target: float, tries: int, speed: float) -> None:
+    def __init__(self, by: Actuation, target: float, tries: int, limits: Limits, felt: float = math.nan) -> None:
         super().__init__(by)
-        self.target, self._tries, self._most = target, tries, speed
-        self.trajectory = Trajectory(by.limits, by.unit.cylinder.stroke)
-        self._direction = 1.0
+        self._felt, self._stop = felt, math.nan
+        self.target, self._tries, self._limits = target, tries, limits
+        self.trajectory = Trajectory(limits, by.unit.cylinder.stroke, by.period)
+        self._direction, self._pushed = 1.0, 0.0
 
     def enter(self, now: Now) -> None:
-        """Begin the trajectory where the rod is."""
-        self._direction = math.copysign(1.0, self.target - now.estimate.position)
-        self.trajectory.begin(now.estimate.position)
+        """Begin the trajectory where the rod is, and as fast as it goes."""
+        self._direction, self._stop = towards(self.target - now.estimate.position), now.estimate.position
+        self.trajectory.begin(now.estimate.position, now.estimate.velocity if now.speed != 0.0 else 0.0)
 
     def step(self, now: Now) -> Wish:
         """The trajectory's velocity and a share of the error, until the target is near."""
         by, way, estimate = self.by, self.trajectory, now.estimate
         slow = now.trust is Trust.SLOW or now.verdict is Verdict.SLOW
         share = by.tuning.slowed if slow else 1.0
-        way.step(self.target, min(share * self._most, by.reachable(estimate.load)), by.period)
+        push = by.may_push(self._direction, estimate.load)
+        way.step(self.target, push * min(share * self._limits.speed, by.reachable(estimate.load)))
         if now.verdict is Verdict.AT_LIMIT:  # what the drive cannot do is not asked for
-            way.position, way.velocity = estimate.position, estimate.velocity
+            way.begin(estimate.position, estimate.velocity)
+        if push == 0.0:
+            return self._waits(now)
+        self._pushed = 0.0
         off = way.position - estimate.position
         if abs(off) > by.tuning.following(by.limits):
             return Wish(0.0, Event.FAILED, f"the rod is {1e3 * abs(off):.0f} mm from where it should be by now")
         remaining = self._direction * (self.target - estimate.position)
         if remaining <= by.to_stand(now.speed, self._direction, estimate.load):
             return Wish(0.0, Event.NEAR)
-        velocity = way.velocity + by.tuning.gain * off
-        return Wish(by.moving(max(self._direction * velocity, 0.0), self._direction, estimate.load))
+        return Wish(by.pursuing(way.velocity, off, self._direction, self._load(estimate.load)))
+
+    def _load(self, load: float) -> float:
+        """The load [N] to reckon with: on a stop, which carries it, the one that was felt on the way there.
+
+        With what leaks under the load that the stop still carries the rod would stay there, and the motor turn for
+        nothing: neither a move nor a rest, of which a sensor makes the wrong one.
+        """
+        leaves = math.isfinite(self._felt) and abs(self.trajectory.position - self._stop) < _LEAVING
+        lift = self.by.unit.lift_sign
+        return max(load, self._felt) if leaves and self._direction * lift > 0.0 else load
+
+    def _waits(self, now: Now) -> Wish:
+        """At the largest force: hold the load, for a while."""
+        self.trajectory.begin(now.estimate.position)
+        self._pushed += self.by.period
+        if self._pushed > PUSHING:
+            return Wish(0.0, Event.FAILED, FORCE_REACHED)
+        return Wish(self.by.at_rest(0.0, now.estimate.load))
 
     def leave(self, event: Event) -> Doing:
         """To the landing."""
-        return Landing(self.by, self.target, self._tries, self._most) if event is Event.NEAR else super().leave(event)
+        if event is Event.NEAR:
+            return Landing(self.by, self.target, self._tries, self._limits)
+        return super().leave(event)
 
 
 class Landing(Resting):
@@ -65,15 +95,15 @@ class Landing(Resting):
         by: the cylinder's motor speeds, limits and tuning.
         target: [m].
         tries: how often it may still be sought anew.
-        speed: largest velocity then [m/s].
+        limits: of the move then.
     """
 
     activity = Activity.LANDING
 
-    def __init__(self, by: Actuation, target: float, tries: int, speed: float) -> None:
+    def __init__(self, by: Actuation, target: float, tries: int, limits: Limits) -> None:
         super().__init__(by, target)
         self.without_position = False
-        self._tries, self._speed, self._stood = tries, speed, 0.0
+        self._tries, self._limits, self._stood = tries, limits, 0.0
 
     def step(self, now: Now) -> Wish:
         """Stand, or hold, and look once more at the target."""
@@ -89,5 +119,5 @@ class Landing(Resting):
     def leave(self, event: Event) -> Doing:
         """To the target again, or to rest."""
         if event is Event.MISSED:
-            return Moving(self.by, self.target, self._tries - 1, self._speed)
+            return Moving(self.by, self.target, self._tries - 1, self._limits)
         return Resting(self.by, self.target) if event is Event.SETTLED else super().leave(event)

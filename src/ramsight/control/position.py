@@ -20,6 +20,7 @@ from ramsight.control.judging import Trust, may_home, trust
 from ramsight.control.leak_testing import LeakTesting
 from ramsight.control.moving import Moving
 from ramsight.control.resting import Resting
+from ramsight.control.steering import Manual
 from ramsight.control.stopping import Stopping
 from ramsight.control.trajectory import Limits
 from ramsight.control.tuning import Tuning
@@ -104,12 +105,13 @@ class PositionControl:
         """What the cylinder is doing."""
         return self._doing.activity
 
-    def move_to(self, target: float, speed: float | None = None) -> None:
-        """Go to a position; takes a stopped cylinder up again.
+    def move_to(self, target: float, speed: float | None = None, acceleration: float | None = None) -> None:
+        """Go to a position, from whatever it is doing; takes a stopped cylinder up again.
 
         Args:
             target: [m].
-            speed: largest velocity [m/s]; by default that of the limits.
+            speed: largest velocity [m/s]; by default, and at most, that of the limits.
+            acceleration: the same of the acceleration [m/s2]; the jerk is less by as much.
 
         Raises:
             ValueError: the target is beyond an end stop.
@@ -118,18 +120,36 @@ class PositionControl:
         if not 0.0 <= target <= stroke:
             raise ValueError(f"target {1e3 * target:g} mm is not within the stroke, 0 to {1e3 * stroke:g} mm")
         self.target = target
-        most = self.limits.speed if speed is None else min(speed, self.limits.speed)
-        self._take_up(Event.SENT, Moving(self.actuation, target, self.tuning.tries, most))
+        stop = self._doing.on_stop if isinstance(self._doing, Resting) else None
+        felt = math.nan if stop is None else stop.felt
+        limits = self.limits.at(speed, acceleration)
+        self._take_up(Event.SENT, Moving(self.actuation, target, self.tuning.tries, limits, felt))
 
-    def home(self, *, lifted: bool = False) -> None:
+    def steer(self, velocity: float) -> None:
+        """Go as fast as a hand says, from whatever it is doing; takes a stopped cylinder up again.
+
+        Args:
+            velocity: [m/s], positive extends, within the limits; 0 holds the rod where it is.
+        """
+        self.target = math.nan
+        if isinstance(self._doing, Manual):
+            self._doing.wanted = velocity
+        else:
+            self._take_up(Event.STEERED, Manual(self.actuation, velocity))
+
+    def end(self, *, lifted: bool) -> float:
+        """Where the end stop of lifting, or that of lowering, is [m]."""
+        return self.unit.cylinder.stroke if lifted == (self.unit.lift_sign > 0.0) else 0.0
+
+    def home(self, *, lifted: bool = False, slow: bool = False) -> None:
         """Visit an end stop and press on it, so that the sensor finds where it is; takes a stopped cylinder up again.
 
         Args:
             lifted: the stop at the end of lifting; by default that of lowering.
+            slow: go slowly all the way: what leaks meanwhile tells the sensor how much leaks.
         """
-        end = self.unit.cylinder.stroke if lifted == (self.unit.lift_sign > 0.0) else 0.0
         self.target = math.nan
-        self._take_up(Event.HOMED, Homing(self.actuation, end))
+        self._take_up(Event.HOMED, Homing(self.actuation, self.end(lifted=lifted), slow=slow))
 
     def leak_test(self) -> None:
         """Turn slowly against the closed valve: the rod stays, and the sensor learns how much the pump leaks.
@@ -156,7 +176,7 @@ class PositionControl:
 
     @property
     def done(self) -> bool:
-        """Whether it rests where it was sent, or has stopped."""
+        """Whether it rests where it was sent, or has stopped; never while a hand has it."""
         if self.activity is Activity.RESTING and not self.holding.stands:
             return True
         return self.activity in {Activity.RESTING, Activity.STOPPED} and self._speed == 0.0
@@ -198,9 +218,7 @@ class PositionControl:
             slope = self._doing.slope()
         elif wish.event is not None:
             self._become(wish.event, self._doing.leave(wish.event))
-        change = min(max(wish.speed - self._speed, -slope * self.period), slope * self.period)
-        fastest = self.unit.max_speed
-        self._speed = min(max(self._speed + change, -fastest), fastest)
+        self._speed = self.actuation.ramped(self._speed, wish.speed, slope)
         self.watch.command(self._speed)
         return Command(self._speed, self.activity, self.reason)
 

@@ -43,7 +43,7 @@ class Resting(Doing):
 
     def step(self, now: Now) -> Wish:
         """Stand, or hold."""
-        return Wish(0.0 if self.by.holding.stands else self._held(now))
+        return Wish(self._held(now))
 
     def _held(self, now: Now) -> float:
         """As slowly as leakage takes, and back to where it is held once the rod has left the dead band.
@@ -51,15 +51,15 @@ class Resting(Doing):
         On an end stop the sensor feels what presses on the stop: the load there is the one that was felt on the way.
         What presses the rod to the stop, the stop carries.
         """
+        if self.by.holding.stands:
+            return 0.0
         if self.on_stop is not None:
             towards_lowered = (self.on_stop.end > 0.0) != (self.by.unit.lift_sign > 0.0)
             carried = towards_lowered == (self.on_stop.felt > 0.0)
-            return 0.0 if carried else self.by.turning(0.0, self.on_stop.felt)
-        velocity, tuning, most = 0.0, self.by.tuning, self.by.limits.landing_speed
+            return 0.0 if carried else float(self.by.turning(0.0, self.on_stop.felt))
+        velocity = 0.0
         if now.trust is not Trust.NONE:
             if math.isnan(self._place):
                 self._place = now.estimate.position
-            away = self._place - now.estimate.position
-            beyond = math.copysign(max(abs(away) - tuning.dead_band, 0.0), away)
-            velocity = min(max(tuning.gain * beyond, -most), most)
-        return self.by.turning(velocity, now.estimate.load)
+            velocity = self.by.back(self._place - now.estimate.position)
+        return float(self.by.at_rest(velocity, now.estimate.load))

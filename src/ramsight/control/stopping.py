@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from ramsight.control.activity import Activity, Event
 from ramsight.control.actuation import Actuation
 from ramsight.control.doing import Doing, Now, Wish
 
 STOPPING_TIME = 0.16  # s from a stop to the command's standstill: with the 0.14 s of the watch at most, 0.3 s
+
+
+def stopping_slope(speed: Any, period: float) -> Any:
+    """Change of the motor's speed [rad/s2] that stops it in time from a speed [rad/s]; a number or a graph."""
+    # A trifle steeper, so that rounding asks for no sample more.
+    return (1.0 + 1e-9) * abs(speed) / max(STOPPING_TIME - period, period)
 
 
 class Stopping(Doing):
@@ -21,8 +29,7 @@ class Stopping(Doing):
 
     def __init__(self, by: Actuation, speed: float) -> None:
         super().__init__(by)
-        # A trifle steeper, so that rounding asks for no sample more.
-        self._slope = (1.0 + 1e-9) * abs(speed) / max(STOPPING_TIME - by.period, by.period)
+        self._slope = stopping_slope(speed, by.period)
 
     def step(self, now: Now) -> Wish:
         """Down, until the motor is told to stand."""
@@ -35,7 +42,7 @@ class Stopping(Doing):
 
     def slope(self) -> float:
         """So steep that the time for it suffices [rad/s2]."""
-        return self._slope
+        return float(self._slope)
 
 
 class Stopped(Doing):

@@ -7,9 +7,19 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ramsight.deploy.c_compare import comparison_source
-from ramsight.deploy.c_sensor import golden_source, identifier_of, inputs_of, sensor_source, template, unit_table
-from ramsight.deploy.compiler import Footprint, find_compiler, footprint, version
+from ramsight.deploy.c_control import ControlOptions, control_source, golden_control
+from ramsight.deploy.c_sensor import (
+    SensorSource,
+    golden_source,
+    identifier_of,
+    inputs_of,
+    sensor_source,
+    template,
+    unit_table,
+)
+from ramsight.deploy.compiler import ControlFootprint, Footprint, control_footprint, find_compiler, footprint, version
 from ramsight.deploy.golden import SAMPLES, faulty_day
+from ramsight.deploy.golden_control import RecordedRun
 from ramsight.engine.recursion import replay
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
@@ -34,12 +44,14 @@ class WrittenSensor:
         files: names of the files.
         compiler: what compiled it; None if there is no compiler here.
         footprints: what it takes on this machine, a row a build.
+        control: what the control takes, if there is one and a compiler.
     """
 
     folder: Path
     files: tuple[str, ...]
     compiler: str | None
     footprints: tuple[Footprint, ...]
+    control: ControlFootprint | None = None
 
 
 def write_sensor(
@@ -48,6 +60,7 @@ def write_sensor(
     out: str | Path,
     *,
     single: bool = False,
+    control: ControlOptions | None = None,
     compiler: str | None = None,
     advance: Callable[[int], object] = lambda count: None,
 ) -> WrittenSensor:
@@ -58,6 +71,7 @@ def write_sensor(
         unit: name of its unit.
         out: the folder; made if it is not there. Files of an earlier export are replaced, others stay.
         single: reals are floats by default; the other precision is a macro away in either case.
+        control: write a position control beside the sensor, driving so.
         compiler: path of the C compiler that measures; by default the one that is found, "" for none.
         advance: called with 1 after each of `STEPS` parts of the work.
 
@@ -101,8 +115,9 @@ def write_sensor(
         sensor.further,
     )
     advance(1)
+    driven = _control(control, built, prefix, machine.name).files if control else {}
+    files = {**source.files, **comparison_source(built, prefix, machine.name), **driven}
     with whole_folder(out, _LAST) as draft:
-        files = {**source.files, **comparison_source(built, prefix, machine.name)}
         for name, text in files.items():
             (draft / name).write_text(text, encoding="utf-8")
         found = find_compiler() if compiler is None else compiler
@@ -112,6 +127,7 @@ def write_sensor(
                 measured.append(footprint(found, draft, prefix, single=floats, optimised=level))
             advance(1)
         told = version(found) if found else None
+        driving = control_footprint(found, draft, prefix) if found and control else None
         text = template(
             "README.md",
             p=prefix,
@@ -122,9 +138,28 @@ def write_sensor(
             samples=len(rows),
             units=unit_table(sensor),
             measured=_table(measured, told),
+            control=_about_control(prefix, driving) if control else "",
         )
         (draft / _LAST).write_text(text, encoding="utf-8")
-    return WrittenSensor(out, (*files, _LAST), told, tuple(measured))
+    return WrittenSensor(out, (*files, _LAST), told, tuple(measured), driving)
+
+
+def _control(options: ControlOptions, unit: HydraulicUnit, prefix: str, machine: str) -> SensorSource:
+    """The control's C, with a run of Python's control."""
+    block = options.block(unit)
+    run = RecordedRun(unit, block)
+    return golden_control(control_source(block, unit, prefix, machine), run.rows, run.said, unit.max_speed)
+
+
+def _about_control(prefix: str, measured: ControlFootprint | None) -> str:
+    """What the folder's README says of the control."""
+    taken = f" It takes {shown_control(measured)}." if measured else ""
+    return template("README_control.md", p=prefix, P=prefix.upper(), taken=taken)
+
+
+def shown_control(measured: ControlFootprint) -> str:
+    """What a control takes, in a few words."""
+    return f"{measured.code} bytes of code, {measured.state} of state, {1e9 * measured.step:.0f} ns a step"
 
 
 def shown(footprints: tuple[Footprint, ...]) -> str:

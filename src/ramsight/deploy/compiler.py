@@ -47,6 +47,21 @@ class Footprint:
     step: float
 
 
+@dataclass(frozen=True)
+class ControlFootprint:
+    """What a position control takes on this machine, compiled with ``-O2``.
+
+    Attributes:
+        code: bytes of code and constants.
+        state: bytes of the struct.
+        step: time of a step [s].
+    """
+
+    code: int
+    state: int
+    step: float
+
+
 def find_compiler() -> str | None:
     """`$CC`, gcc, clang or cc, whichever is there first."""
     names = [os.environ.get("CC"), "gcc", "clang", "cc"]
@@ -117,6 +132,31 @@ def footprint(compiler: str, folder: Path, prefix: str, *, single: bool, optimis
         state, saved, _ = map(int, run([str(work / "probe")], work).split())
         code = _code_bytes(work / "sensor.o")
     return Footprint("float" if single else "double", optimised, code, int(stack), state, saved, 1e-9 * min(times))
+
+
+def control_footprint(compiler: str, folder: Path, prefix: str) -> ControlFootprint:
+    """Compile and run the golden samples of an exported control, and measure; nothing is written into the folder.
+
+    Args:
+        compiler: its path.
+        folder: the exported folder.
+        prefix: of the names in it.
+    """
+    name = f"{prefix}_control"
+    with tempfile.TemporaryDirectory() as place:
+        work = Path(place)
+        for file in folder.glob("*.[ch]"):
+            shutil.copyfile(file, work / file.name)
+        common = [compiler, *STRICT, "-O2"]
+        run([*common, "-c", f"{name}.c", "-o", "control.o"], work)
+        run([*common, "control.o", f"{name}_test.c", "-lm", "-o", "golden"], work)
+        times = [_step_nanoseconds(run([str(work / "golden")], work)) for _ in range(_RUNS)]
+        probe = f'#include <stdio.h>\n#include "{name}.h"\nint main(void) {{ printf("%d", (int)sizeof({name})); '
+        probe += "return 0; }\n"
+        (work / "probe.c").write_text(probe, encoding="utf-8")
+        run([*common, "probe.c", "-o", "probe"], work)
+        state, code = int(run([str(work / "probe")], work)), _code_bytes(work / "control.o")
+    return ControlFootprint(code, state, 1e-9 * min(times))
 
 
 def _step_nanoseconds(said: str) -> int:

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from ramsight.deploy.c_control import ControlOptions
 from ramsight.deploy.c_sensor import identifier_of, template
 from ramsight.deploy.compiler import STRICT, find_compiler, library
 from ramsight.deploy.fmu_description import build_description, description_2, description_3
@@ -20,7 +21,7 @@ from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
 from ramsight.output import atomic_path, check_target
 
-WHAT = ("sensor", "plant")
+WHAT = ("sensor", "control", "plant")
 VERSIONS = (2, 3)
 _DATE = (1980, 1, 1, 0, 0, 0)  # of every file in the archive, so that the same content gives the same bytes
 
@@ -47,17 +48,19 @@ def write_fmu(
     *,
     what: str = "sensor",
     fmi: int = 2,
+    control: ControlOptions | None = None,
     compiler: str | None = None,
     named: Callable[[str], str] = str,
 ) -> WrittenFmu:
-    """Write a co-simulation FMU of a unit's virtual sensor, or of the unit itself.
+    """Write a co-simulation FMU of a unit's virtual sensor, of that with a position control, or of the unit itself.
 
     Args:
         machine: the machine.
         unit: name of its unit.
         out: the file, `.fmu`.
-        what: ``sensor`` or ``plant``.
+        what: ``sensor``, ``control`` or ``plant``.
         fmi: 2 or 3.
+        control: how a control drives.
         compiler: path of the C compiler; by default the one that is found. Without one the FMU has sources alone.
         named: what errors call an argument.
 
@@ -80,7 +83,7 @@ def write_fmu(
             )
     out = Path(out)
     check_target(out, (".fmu",))
-    model = _model(machine, unit, what)
+    model = _model(machine, unit, what, control or ControlOptions())
     identifier = f"ramsight_{identifier_of(unit)}_{what}"
     files = _sources(model, fmi)
     token = _token(identifier, files)
@@ -109,13 +112,15 @@ def write_fmu(
     return WrittenFmu(out, len(model.variables), place)
 
 
-def _model(machine: Machine, unit: str, what: str) -> FmuModel:
+def _model(machine: Machine, unit: str, what: str, control: ControlOptions) -> FmuModel:
     from ramsight.plant import build
 
     described = machine.unit(unit)
     if what == "plant":
         return plant_model(build.build(unit, described), machine.name)
-    return sensor_model(build.build(unit, described), f"ramsight_{identifier_of(unit)}", machine.name)
+    built = build.build(unit, described)
+    block = control.block(built) if what == "control" else None
+    return sensor_model(built, f"ramsight_{identifier_of(unit)}", machine.name, block)
 
 
 def _sources(model: FmuModel, fmi: int) -> dict[str, str]:

@@ -8,6 +8,8 @@ from typing import Any
 
 import casadi as ca
 
+from ramsight.control.block import Ask, Block
+from ramsight.deploy.c_control import control_source
 from ramsight.deploy.c_function import PLAIN, array_function, literal
 from ramsight.deploy.c_sensor import sensor_source, template
 from ramsight.engine.ode_module import pieces
@@ -75,13 +77,49 @@ class FmuModel:
 _TIME = Variable("time", "real", "independent", "s", "time")
 
 
-def sensor_model(unit: HydraulicUnit, prefix: str, machine: str) -> FmuModel:
-    """The `kalman` sensor of a unit.
+_ORDERS = (
+    Variable("ask", "real", "input", "", "0: stop, 1: go to the target, 2: steer", float(Ask.POSITION)),
+    Variable("target", "real", "input", "m", "where to; 1e10: nowhere", _UNKNOWN),
+    Variable("steering", "real", "input", "m/s", "velocity by hand, positive extends", 0.0),
+    Variable("speed", "real", "input", "m/s", "largest velocity of a move", _UNKNOWN),
+)
+_COMMANDED = (
+    Variable("motor_speed_command", "real", "output", "rad/s", "motor speed at the next sample"),
+    Variable("activity", "real", "output", "", "what the control is doing, a number of the header"),
+    Variable("reason", "real", "output", "", "why it stops or has stopped; 0: it does not"),
+)
+
+
+def _memory(prefix: str, block: Block | None) -> str:
+    control = f" {prefix}_control control;" if block else ""
+    return f"typedef struct {{ {prefix} sensor;{control} }} Memory;"
+
+
+def _began(prefix: str, place: int) -> str:
+    """A control at rest."""
+    return f"  {prefix}_control_init(&m->memory.control);\n{_commanded('0.0', place)}"
+
+
+def _driven(prefix: str, place: int) -> str:
+    """The control's step, behind the sensor's."""
+    orders = "".join(f"  order.{v.name} = m->real[{v.name.upper()}];\n" for v in _ORDERS)
+    sensed = f"  {prefix}_control_inputs order;\n  {prefix}_control_sense(&order, &m->memory.sensor, &in, &out);\n"
+    return f"{sensed}{orders}" + _commanded(f"{prefix}_control_step(&m->memory.control, &order)", place)
+
+
+def _commanded(speed: str, place: int) -> str:
+    said = (speed, "(double)m->memory.control.activity", "(double)m->memory.control.reason")
+    return "".join(f"  m->real[{place + k}] = {text};\n" for k, text in enumerate(said))
+
+
+def sensor_model(unit: HydraulicUnit, prefix: str, machine: str, block: Block | None = None) -> FmuModel:
+    """The `kalman` sensor of a unit, and its position control.
 
     Args:
         unit: its parts.
         prefix: of the C's names.
         machine: the machine's name, for comments.
+        block: the control, if it has one.
     """
     sensor = kalman(unit)
     source = sensor_source(sensor, unit, prefix, machine, single=False)
@@ -99,15 +137,18 @@ def sensor_model(unit: HydraulicUnit, prefix: str, machine: str) -> FmuModel:
             Variable(n, "real", "input", MEASURED[n][0], f"{n.replace('_', ' ')}, {_NOTHING}", _UNKNOWN)
             for n in sensor.optional
         ),
+        *(_ORDERS if block else ()),
         *(Variable(n, "real", "output", _fmi_unit(sensor.units[n]), n.replace("_", " ")) for n in says),
+        *(_COMMANDED if block else ()),
         Variable("status", "status", "output", "", "what the position is worth"),
         Variable("reference_known", "truth", "input", "", "whether the reference counts at this sample", 0.0),
         Variable("start_known", "truth", "parameter", "", "whether the position at the start is known", 0.0),
     )
-    first = 7 + len(sensor.further)
+    first = 7 + len(sensor.further) + (len(_ORDERS) if block else 0)
     macros = {name.upper(): k for k, name in enumerate(v.name for v in variables[:first]) if name != "time"}
-    config = [f'#include "{prefix}.h"', *(f"#define {name} {k}" for name, k in macros.items())]
-    config += ["#define REFERENCE_KNOWN 0", "#define START_KNOWN 1", f"typedef struct {{ {prefix} sensor; }} Memory;"]
+    header = f"{prefix}_control.h" if block else f"{prefix}.h"
+    config = [f'#include "{header}"', *(f"#define {name} {k}" for name, k in macros.items())]
+    config += ["#define REFERENCE_KNOWN 0", "#define START_KNOWN 1", _memory(prefix, block)]
     model = template(
         "sensor_model.c",
         p=prefix,
@@ -117,14 +158,16 @@ def sensor_model(unit: HydraulicUnit, prefix: str, machine: str) -> FmuModel:
         starts="\n".join(_starts(variables)),
         further="".join(f"  in.{name} = m->real[{name.upper()}];\n" for name in sensor.further),
         says="\n".join(f"  m->real[{first + k}] = out->{name};" for k, name in enumerate(says)),
+        began=_began(prefix, first + len(says)) if block else "",
+        driven=_driven(prefix, first + len(says)) if block else "",
         factors="\n".join(f"  out.{n}_factor = s->described_{k};" for k, n in enumerate(FACTORS, 1)),
     )
     return FmuModel(
         variables,
         "\n".join(config),
-        {**source.files, "model.c": model},
-        f"Virtual position sensor of the {unit.name} of {machine}",
-        0.02,
+        {**source.files, **(control_source(block, unit, prefix, machine).files if block else {}), "model.c": model},
+        f"Virtual position sensor{' and position control' if block else ''} of the {unit.name} of {machine}",
+        block.period if block else 0.02,
         linear=False,
     )
 

@@ -143,7 +143,7 @@ def _tested(unit: HydraulicUnit, loads: Sequence[float]) -> float:
 
 def _least(unit: HydraulicUnit, oil_temperature: float) -> float:
     """A motor speed that is a lift under any load, and no leak test [rad/s]."""
-    return _SURELY_LIFTS * Holding(unit).leakage(limits_of(unit).load, oil_temperature)
+    return _SURELY_LIFTS * float(Holding(unit).leakage(limits_of(unit).load, oil_temperature))
 
 
 def _leak_test(plan: Plan, speed: float) -> None:

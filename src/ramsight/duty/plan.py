@@ -54,7 +54,7 @@ class Plan:
     @property
     def leakage(self) -> float:
         """Motor speed that only makes up for what leaks under the load, positive where it lifts [rad/s]."""
-        return self._holding.leakage(self.load, self.temperature)
+        return float(self._holding.leakage(self.load, self.temperature))
 
     def rest(self, duration: float) -> None:
         """Let the motor stand for a time [s]; where the pump holds the load it sinks."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import casadi as ca
@@ -9,6 +10,7 @@ import numpy as np
 
 from ramsight.plant.accumulator import Accumulator
 from ramsight.plant.cylinder import Cylinder
+from ramsight.plant.either import choose, known, least, most
 from ramsight.plant.hose import Hose, Volume
 from ramsight.plant.pilot_check import PilotCheckValve
 from ramsight.plant.unit import HydraulicUnit, circuit, initial_state, opposite, pumped_into, reach, side_nodes
@@ -78,17 +80,22 @@ class Leaving:
         buffer, self._run = function.buffer()
         buffer.set_arg(0, memoryview(given))
         buffer.set_res(0, memoryview(found))
-        self._kept = function, buffer  # which `run` needs
+        self._function, self._buffer = function, buffer  # which `run` needs
         reliefs = [p.setting for p in unit.parts() if isinstance(p, ReliefValve) and p.inlet in inside]
         self._most = _BELOW_RELIEF * min(reliefs, default=np.inf)
 
-    def flow(self, pressure: float, temperature: float) -> float:
-        """The flow [m3/s] at a pressure above the tank's [Pa] and an oil temperature [K]."""
-        within = min(pressure, self._most)
-        self._given[:] = within, temperature
-        self._run()
-        flow = float(self._found[0])
-        return flow if within == pressure else flow * pressure / within
+    def flow(self, pressure: Any, temperature: Any) -> Any:
+        """The flow [m3/s] at a pressure above the tank's [Pa] and an oil temperature [K], numbers or graphs."""
+        within = least(pressure, self._most)
+        if isinstance(within, ca.SX):
+            flow = self._function(ca.vertcat(within, temperature))
+        else:
+            self._given[:] = within, temperature
+            self._run()
+            flow = float(self._found[0])
+        if not np.isfinite(self._most):
+            return flow
+        return choose(pressure <= self._most, flow, flow * pressure / self._most)
 
 
 class Holding:
@@ -122,22 +129,29 @@ class Holding:
     def _side(self, side: str) -> tuple[Leaving, float, float]:
         return Leaving(self.unit, side), float(self.unit.cylinder.area(side)), abs(pumped_into(self.unit, side))
 
-    def leakage(self, load: float, temperature: float) -> float:
+    def leakage(self, load: Any, temperature: Any) -> Any:
         """Motor speed that only makes up for what leaks [rad/s], positive where it turns the way that lifts.
 
         Args:
-            load: [N]; 0 if it is not known (NaN).
+            load: [N]; 0 if it is not known (NaN). A number or a graph, and so is what is found.
             temperature: of the oil [K].
         """
-        way, (leaving, area, pumped) = self._carrying(load)
-        pressure = max(way * load, 0.0) / area if np.isfinite(load) else 0.0
-        return float(way * leaving.flow(pressure, temperature) / pumped)
+        felt = choose(known(load), load, 0.0)
 
-    def travel_per_radian(self, load: float) -> float:
-        """Ideal travel per motor angle under a load [m/rad]."""
-        _, (_, area, pumped) = self._carrying(load)
-        return float(pumped / area)
+        def of(way: float, side: tuple[Leaving, float, float]) -> Any:
+            leaving, area, pumped = side
+            return way * leaving.flow(most(way * felt, 0.0) / area, temperature) / pumped
 
-    def _carrying(self, load: float) -> tuple[float, Any]:
-        pulls = load < 0.0 and len(self._sides) > 1
-        return (-1.0, self._sides[1]) if pulls else (1.0, self._sides[0])
+        return self._of_the_carrying(load, of)
+
+    def travel_per_radian(self, load: Any) -> Any:
+        """Ideal travel per motor angle under a load [m/rad]; a number or a graph."""
+        return self._of_the_carrying(load, lambda _, side: side[2] / side[1])
+
+    def _of_the_carrying(self, load: Any, of: Callable[[float, tuple[Leaving, float, float]], Any]) -> Any:
+        """What is asked for of the side that carries: of a number that side alone, of a graph both and a choice."""
+        if len(self._sides) == 1:
+            return of(1.0, self._sides[0])
+        if not isinstance(load, ca.SX):
+            return of(-1.0, self._sides[1]) if load < 0.0 else of(1.0, self._sides[0])
+        return choose(load < 0.0, of(-1.0, self._sides[1]), of(1.0, self._sides[0]))

@@ -25,7 +25,7 @@ const char *model_initialize(Model *m) {
   out.position_std = sqrt(s->covariance_00);
   out.status = m->truth[START_KNOWN] ? ${P}_OK : ${P}_NOT_REFERENCED;
 ${factors}
-  say(m, &out);
+${began}  say(m, &out);
   return NULL;
 }
 
@@ -39,6 +39,6 @@ const char *model_step(Model *m, double time, double step) {
   in.oil_temperature = m->real[OIL_TEMPERATURE];
 ${further}  ${p}_reference(&m->memory.sensor, m->truth[REFERENCE_KNOWN] ? m->real[REFERENCE] : NAN);
   ${p}_step(&m->memory.sensor, &in, &out);
-  say(m, &out);
+${driven}  say(m, &out);
   return NULL;
 }

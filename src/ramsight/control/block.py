@@ -1,0 +1,330 @@
+"""A cylinder's position control as one step of a recursion, of which C is made: state and inputs in, motor speed out.
+
+The laws are those of `ramsight.control.actuation` and `ramsight.control.trajectory`, and what follows an activity
+stands in the table of `ramsight.control.activity`; a graph is in the place of Python's objects, and a test holds both
+to the same commands. Not in it are reference visits, leak tests and the watch over the drive: they stay with whoever
+drives the machine.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from ramsight.control.activity import TRANSITIONS, Activity, Event
+from ramsight.control.actuation import Actuation
+from ramsight.control.judging import Trust, may_home, trust
+from ramsight.control.moving import PUSHING
+from ramsight.control.stopping import stopping_slope
+from ramsight.control.trajectory import Limits, ahead, begun, places, smoothed
+from ramsight.control.tuning import Tuning
+from ramsight.duty.simulate import SAMPLE_PERIOD
+from ramsight.engine.recursion import Recursion
+from ramsight.plant.either import both, choose, known, least, most, towards
+from ramsight.plant.oil import T40
+from ramsight.plant.unit import HydraulicUnit
+from ramsight.sensor.status import Status
+
+ACTIVITIES = tuple(a for a in Activity if a not in {Activity.HOMING, Activity.LEAK_TEST})
+"""What the block does; its `activity` is the place in here."""
+INPUTS = {
+    "position": "m",
+    "velocity": "m/s",
+    "load": "N",
+    "status": "1",
+    "oil_temperature": "K",
+    "leak": "1",
+    "displacement": "1",
+    "ask": "1",
+    "target": "m",
+    "steering": "m/s",
+    "speed": "m/s",
+}
+"""What it takes, with units: of the sensor, of the thermometer, and of whoever commands it."""
+OUTPUTS = {"motor_speed": "rad/s", "activity": "1", "reason": "1"}
+"""What it says, with units."""
+_NOTHING = -1e3  # a target and a place that are none: NaN would be lost in choices that a compiler may turn round
+
+
+class Ask(IntEnum):
+    """What is asked of a control, at every sample."""
+
+    STOP = 0
+    POSITION = 1
+    STEER = 2
+
+
+class Reason(IntEnum):
+    """Why a control stops or has stopped."""
+
+    NONE = 0
+    ASKED = 1
+    SENSOR = 2
+    ROD = 3
+    FORCE = 4
+
+    @property
+    def text(self) -> str:
+        """The words for it."""
+        return {
+            Reason.NONE: "",
+            Reason.ASKED: "asked to stop",
+            Reason.SENSOR: "the sensor is not to be relied on: see its status",
+            Reason.ROD: "the rod is not where it should be",
+            Reason.FORCE: "the load has reached the largest force",
+        }[self]
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """A control as a recursion.
+
+    Attributes:
+        recursion: its graph; the inputs are `INPUTS`, the outputs `OUTPUTS`.
+        initial: state at power-up: at rest, with no target.
+        period: of its samples [s].
+        limits: of the cylinder.
+    """
+
+    recursion: Recursion
+    initial: NDArray[np.float64]
+    period: float
+    limits: Limits
+
+
+def position_block(
+    unit: HydraulicUnit, limits: Limits | None = None, tuning: Tuning | None = None, period: float = SAMPLE_PERIOD
+) -> Block:
+    """The position control of a unit, whose drive follows at once, as a graph.
+
+    Args:
+        unit: the unit's parts, as its data sheet has them.
+        limits: what the cylinder may do; by default `Limits.of(unit)`.
+        tuning: how it is driven.
+        period: of the samples [s].
+
+    Raises:
+        DescriptionError: the motor cannot turn as fast as a valve of the unit asks for before it opens.
+
+    Example:
+        >>> from ramsight import machine
+        >>> from ramsight.plant.build import build
+        >>> block = position_block(build("boom", machine.load("mining-loader").unit("boom")))
+        >>> len(block.recursion.state), block.recursion.outputs
+        (25, ('motor_speed', 'activity', 'reason'))
+    """
+    used = limits or Limits.of(unit)
+    by = Actuation(unit, used, tuning or Tuning(), period)
+    graph = _Step(by)
+    x, u = ca.vertcat(*graph.x.values()), ca.vertcat(*graph.u.values())
+    new, out = graph.result()
+    recursion = Recursion(
+        tuple(graph.x), tuple(INPUTS), (), tuple(OUTPUTS), x, u, ca.SX.sym("p", 0), ca.vertcat(*new), ca.vertcat(*out)
+    )
+    start = dict.fromkeys(graph.x, 0.0) | {
+        "activity": float(ACTIVITIES.index(Activity.RESTING)),
+        "place": _NOTHING,
+        "target": _NOTHING,
+        "ask": float(Ask.POSITION),
+        "temperature": T40,
+        "direction": 1.0,
+    }
+    return Block(recursion, np.array([start[name] for name in graph.x]), period, used)
+
+
+class _Step:
+    """One step: the orders, the sensor's judgement, what the activity asks for, what follows it."""
+
+    def __init__(self, by: Actuation) -> None:
+        self.by, self.count = by, places(by.limits, by.period)
+        been = [f"been_{k}" for k in range(self.count + 1)]
+        names = (
+            "motor_speed", "activity", "fresh", "target", "ask", "place", "direction", "tries", "stood", "pushed",
+            "slope", "reason", "temperature", "lead_velocity",
+        )  # fmt: skip
+        self.x = {name: ca.SX.sym(name) for name in (*names, *been)}
+        self.u = {name: ca.SX.sym(name) for name in INPUTS}
+        self.s: dict[str, Any] = dict(self.x)
+        self.been = [self.x[name] for name in been]
+        self.position, self.load = self.u["position"], self.u["load"]
+        by.temperature = self.x["temperature"]
+        by.warm(self.u["oil_temperature"])
+        by.leak, by.displacement = self.u["leak"], self.u["displacement"]
+        self.full, self.none, self.mended = (
+            self._any(test)
+            for test in (lambda s: trust(s) is Trust.FULL, lambda s: trust(s) is Trust.NONE, may_home)
+        )  # fmt: skip
+
+    def _any(self, test: Any) -> Any:
+        """Whether the status is one of those that pass a test."""
+        found: Any = ca.SX(0.0)
+        for status in Status:
+            if test(status):
+                found = ca.logic_or(found, self.u["status"] == float(status))
+        return found
+
+    def result(self) -> tuple[list[Any], list[Any]]:
+        """The next state and the outputs."""
+        self._order()
+        self._judge()
+        self._enter()
+        wish = self._do()
+        s = self.s
+        speed = self.by.ramped(s["motor_speed"], wish, s["used_slope"])
+        s["motor_speed"], s["temperature"] = speed, self.by.temperature
+        s |= {f"been_{k}": place for k, place in enumerate(self.been)}
+        return [s[name] for name in self.x], [speed, s["activity"], s["reason"]]
+
+    def doing(self, activity: Activity) -> Any:
+        """Whether it does that now."""
+        return self.s["activity"] == float(ACTIVITIES.index(activity))
+
+    def happens(self, event: Event, when: Any, **then: Any) -> None:
+        """Go where the table leads, with changes of the state, if an event happens in an activity that knows it."""
+        for row in TRANSITIONS:
+            if row.when is event and row.after in ACTIVITIES:
+                befores = [self.doing(before) for before in row.before if before in ACTIVITIES]
+                goes, after = befores[0], float(ACTIVITIES.index(row.after))
+                for before in befores[1:]:
+                    goes = ca.logic_or(goes, before)
+                goes = ca.logic_and(goes, when)
+                changes = {"activity": after, "fresh": 1.0} | then
+                self.s |= {name: choose(goes, value, self.s[name]) for name, value in changes.items()}
+
+    def _order(self) -> None:
+        """What is asked for, where it is something else than before."""
+        ask, target, by = self.u["ask"], self.u["target"], self.by
+        inside = both(target >= 0.0, target <= by.unit.cylinder.stroke)
+        other = ca.logic_or(target != self.s["target"], ask != self.s["ask"])
+        sent = both(both(ask == float(Ask.POSITION), inside), other)
+        taken = both(ask == float(Ask.STEER), ask != self.s["ask"])
+        stop = ask == float(Ask.STOP)
+        anew = {"reason": float(Reason.NONE), "place": _NOTHING, "stood": 0.0, "pushed": 0.0}
+        self.happens(Event.SENT, sent, tries=float(by.tuning.tries), **anew)
+        self.happens(Event.STEERED, taken, **anew)
+        self.s["target"] = choose(inside, target, choose(ask == float(Ask.POSITION), self.s["target"], _NOTHING))
+        self.s["ask"] = ask
+        self._fail(stop, Reason.ASKED)
+
+    def _fail(self, when: Any, reason: Reason) -> None:
+        slope = stopping_slope(self.s["motor_speed"], self.by.period)
+        self.happens(Event.FAILED, when, slope=slope, reason=float(reason))
+
+    def _judge(self) -> None:
+        """Stop if the estimate is not to be relied on, but for one who keeps a load up or is steered."""
+        rests = self.doing(Activity.RESTING)
+        placeless = ca.logic_or(self.s["place"] == _NOTHING, float(not self.by.holding.stands))
+        homes = both(ca.logic_or(self.doing(Activity.MANUAL), both(rests, placeless)), self.mended)
+        lost = ca.logic_or(both(self.none, ca.logic_not(homes)), ca.logic_not(known(self.position)))
+        matters = ca.logic_or(ca.logic_not(rests), self.s["motor_speed"] != 0.0)
+        self._fail(both(lost, matters), Reason.SENSOR)
+
+    def _enter(self) -> None:
+        """The first sample of an activity: a trajectory begins where the rod is, as fast as it goes."""
+        s, fresh = self.s, self.s["fresh"]
+        velocity = choose(s["motor_speed"] == 0.0, 0.0, self.u["velocity"])
+        moves = both(fresh, self.doing(Activity.MOVING))
+        steers = both(fresh, self.doing(Activity.MANUAL))
+        s["direction"] = choose(moves, towards(s["target"] - self.position), s["direction"])
+        self._begin(moves, velocity)
+        s["lead_velocity"] = choose(steers, velocity, s["lead_velocity"])
+        s["fresh"] = ca.SX(0.0)
+
+    def _begin(self, when: Any, velocity: Any) -> None:
+        places_now = begun(self.position, velocity, self.count, self.by.period)
+        self.been = [choose(when, new, old) for new, old in zip(places_now, self.been, strict=True)]
+        self.s["lead_velocity"] = choose(when, velocity, self.s["lead_velocity"])
+
+    def _do(self) -> Any:
+        """What the activity asks for; what follows it."""
+        doing: dict[Activity, Any] = {one: self.doing(one) for one in ACTIVITIES}  # before anything follows
+        self.s["used_slope"] = choose(doing[Activity.STOPPING], self.s["slope"], self.by.slope)
+        goes, steered = self._steered(doing[Activity.MANUAL])
+        held = self._held()
+        wishes: dict[Activity, Any] = {
+            Activity.MOVING: self._moved(doing[Activity.MOVING]),
+            Activity.MANUAL: choose(goes, steered, held),
+            Activity.LANDING: held,
+            Activity.RESTING: held,
+        }
+        self._landed(doing[Activity.LANDING])
+        stands = abs(self.s["motor_speed"]) <= self.s["slope"] * self.by.period + 1e-9
+        self.happens(Event.STANDS, both(doing[Activity.STOPPING], stands))
+        wish: Any = ca.SX(0.0)
+        for activity, asked in wishes.items():
+            wish = choose(doing[activity], asked, wish)
+        failed = both(ca.logic_not(doing[Activity.STOPPING]), self.doing(Activity.STOPPING))
+        self.s["used_slope"] = choose(failed, self.s["slope"], self.s["used_slope"])
+        return choose(failed, 0.0, wish)
+
+    def _moved(self, moves: Any) -> Any:
+        s, by, u = self.s, self.by, self.u
+        push = by.may_push(s["direction"], self.load)
+        share = choose(self.full, 1.0, by.tuning.slowed)
+        allowed = most(least(u["speed"], by.limits.speed), by.tuning.creeping)
+        fastest = push * least(share * allowed, by.reachable(self.load))
+        lead = ahead(
+            by.limits, by.unit.cylinder.stroke, self.been[0], s["lead_velocity"], s["target"], fastest, by.period
+        )
+        before = self.been
+        self.been = [choose(moves, new, old) for new, old in zip([lead[0], *before[:-1]], before, strict=True)]
+        s["lead_velocity"] = choose(moves, lead[1], s["lead_velocity"])
+        waits = both(moves, push == 0.0)
+        self._begin(waits, 0.0)
+        s["pushed"] = choose(waits, s["pushed"] + by.period, choose(moves, 0.0, s["pushed"]))
+        place, velocity = smoothed(self.been, by.period) if self.count else (self.been[0], s["lead_velocity"])
+        off = place - self.position
+        remaining = s["direction"] * (s["target"] - self.position)
+        near = remaining <= by.to_stand(s["motor_speed"], s["direction"], self.load)
+        follows = both(moves, ca.logic_not(waits))
+        astray = both(follows, abs(off) > by.tuning.following(by.limits))
+        self._fail(both(waits, s["pushed"] > PUSHING), Reason.FORCE)
+        self._fail(astray, Reason.ROD)
+        landing = both(follows, near)
+        self.happens(Event.NEAR, landing, place=s["target"], stood=0.0)
+        pursued = choose(near, 0.0, by.pursuing(velocity, off, s["direction"], self.load))
+        return choose(waits, by.at_rest(0.0, self.load), pursued)
+
+    def _steered(self, steers: Any) -> tuple[Any, Any]:
+        """Whether a hand lets the rod go, and the motor speed for that."""
+        s, by, u = self.s, self.by, self.u
+        share = choose(self.none, by.tuning.homing_share, choose(self.full, 1.0, by.tuning.slowed))
+        fastest = least(share * by.limits.speed, by.reachable(self.load))
+        trusted = ca.logic_not(self.none)
+        velocity = by.steering(s["lead_velocity"], u["steering"], self.position, fastest, trusted)
+        direction = choose(velocity > 0.0, 1.0, -1.0)
+        push = by.may_push(direction, self.load)
+        velocity = choose(push == 0.0, 0.0, velocity)
+        s["lead_velocity"] = choose(steers, velocity, s["lead_velocity"])
+        goes = velocity != 0.0
+        s["place"] = choose(both(steers, goes), _NOTHING, s["place"])
+        return goes, by.moving(push * abs(velocity), direction, self.load)
+
+    def _held(self) -> Any:
+        """Stand, or hold the place; where none is given, the first at which the position may be relied on."""
+        s, by = self.s, self.by
+        trusted = ca.logic_not(self.none)
+        if by.holding.stands:
+            return 0.0
+        rests = ca.logic_or(self.doing(Activity.RESTING), self.doing(Activity.LANDING))
+        keeps = ca.logic_or(rests, both(self.doing(Activity.MANUAL), s["lead_velocity"] == 0.0))
+        first = both(both(keeps, trusted), s["place"] == _NOTHING)
+        s["place"] = choose(first, self.position, s["place"])
+        back = choose(trusted, by.back(s["place"] - self.position), 0.0)
+        return by.at_rest(back, self.load)
+
+    def _landed(self, lands: Any) -> None:
+        s, tuning = self.s, self.by.tuning
+        stands = ca.logic_or(self.x["motor_speed"] == 0.0, float(not self.by.holding.stands))
+        stood = choose(stands, s["stood"] + self.by.period, 0.0)
+        s["stood"] = choose(lands, stood, s["stood"])
+        settled = both(lands, s["stood"] >= tuning.settling)
+        missed = both(abs(s["target"] - self.position) > tuning.renewing, s["tries"] > 0.0)
+        again = both(both(settled, missed), ca.logic_not(self.none))
+        self.happens(Event.MISSED, again, tries=s["tries"] - 1.0, place=_NOTHING, stood=0.0, pushed=0.0)
+        self.happens(Event.SETTLED, both(settled, ca.logic_not(again)))

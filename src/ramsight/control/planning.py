@@ -1,0 +1,259 @@
+"""Planned calibration visits: which reference tells most for its time, and when the next one is due.
+
+What a sensor does not know of its position, its leakage and its displacement is a covariance. A move makes the
+position's part grow, by the time for which its load leaks and by its way; a visit to an end stop measures the position,
+and with it whatever has made it wrong since the last one. So what is expected of a visit can be worked out before it is
+made. Left out are compliance, the thermometer's lag and how leakage goes with pressure: it is a lower limit.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ramsight.control.actuation import Actuation
+from ramsight.control.position import PositionControl
+from ramsight.sensor.hypotheses import DISPLACEMENT, LEAK
+from ramsight.sensor.virtual_sensor import VirtualSensor
+
+WORTH = 0.1  # of the standard deviation, below which a gain is not worth a visit
+_NEARLY = 0.1  # of what could be gained that may be left for less time
+_OF = (0, LEAK, DISPLACEMENT)  # places in the sensor's covariance
+
+
+@dataclass(frozen=True)
+class Leg:
+    """A move that is to come.
+
+    Args:
+        way: [m], extension positive.
+        load: on the way [N].
+        speed: [m/s].
+    """
+
+    way: float
+    load: float
+    speed: float
+
+    @property
+    def time(self) -> float:
+        """How long it takes [s], ramps left aside."""
+        return abs(self.way) / self.speed
+
+
+@dataclass(frozen=True, eq=False)
+class Knowledge:
+    """What is not known of a cylinder.
+
+    Args:
+        by: the cylinder's motor speeds, with what is known of leakage and temperature.
+        covariance: of position [m], factors of leakage and displacement [1], shape (3, 3).
+
+    Example:
+        >>> from ramsight import machine
+        >>> from ramsight.control.trajectory import Limits
+        >>> from ramsight.control.tuning import Tuning
+        >>> from ramsight.plant.build import build
+        >>> boom = build("boom", machine.load("mining-loader").unit("boom"))
+        >>> new = Knowledge(Actuation(boom, Limits.of(boom), Tuning()), np.diag([1e-3, 0.15, 0.006]) ** 2)
+        >>> leg = Leg(0.4, 200e3, 0.028)
+        >>> f"{1e3 * new.std:.0f} mm, {1e3 * new.after(leg).std:.0f} mm"
+        '1 mm, 6 mm'
+        >>> known = new.after(leg).referenced()
+        >>> f"{known.after(leg).std < 0.5 * new.after(leg).std}"
+        'True'
+    """
+
+    by: Actuation
+    covariance: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, sensor: VirtualSensor, control: PositionControl) -> Knowledge:
+        """What a sensor does not know now, of the cylinder that a control drives."""
+        state = sensor.state
+        places = [(min(i, j), max(i, j)) for i in _OF for j in _OF]
+        values = [state[_named(i, j)] for i, j in places]
+        return cls(control.actuation, np.array(values).reshape(3, 3))
+
+    @property
+    def std(self) -> float:
+        """Of the position [m]."""
+        return math.sqrt(max(float(self.covariance[0, 0]), 0.0))
+
+    def after(self, leg: Leg) -> Knowledge:
+        """What is not known after a move."""
+        by, assumed = self.by, self.by.unit.assumptions
+        leaks = float(by.leakage(leg.load)) / by.leak  # of a pump as its data sheet has it
+        rate = -by.unit.lift_sign * leaks * float(by.holding.travel_per_radian(leg.load))
+        grows = np.eye(3)
+        grows[0, 1:] = rate * leg.time, leg.way
+        noise = 2.0 * assumed.drive.correlation * (assumed.drive.torque_gain * by.leak * rate) ** 2 * leg.time
+        walks = (assumed.machine.leak_walk**2, assumed.machine.displacement_walk**2)
+        gained = np.diag([noise + assumed.machine.walk**2 * abs(leg.way), *(one * leg.time for one in walks)])
+        return replace(self, covariance=grows @ self.covariance @ grows.T + gained)
+
+    def over(self, legs: Iterable[Leg]) -> tuple[Knowledge, list[float]]:
+        """What is not known after moves, and the position's standard deviation after each [m]."""
+        known, stds = self, []
+        for leg in legs:
+            known = known.after(leg)
+            stds.append(known.std)
+        return known, stds
+
+    def referenced(self) -> Knowledge:
+        """What is not known once the position was measured, by an end stop or a switch."""
+        seen = self.covariance[:, 0]
+        variance = self.by.unit.assumptions.stops.reference**2
+        return replace(self, covariance=self.covariance - np.outer(seen, seen) / (seen[0] + variance))
+
+
+def _named(i: int, j: int) -> str:
+    return f"described_covariance_{i}{j}"
+
+
+@dataclass(frozen=True)
+class Visit:
+    """A visit to an end stop that could be made.
+
+    Args:
+        lifted: the stop at the end of lifting; else that of lowering.
+        slow: as slowly as a reference is looked for all the way, so that more leaks, and more is learned of that.
+        turns: place from which the stop is visited [m], so that the way there is long enough; NaN: from where it is.
+    """
+
+    lifted: bool
+    slow: bool = False
+    turns: float = math.nan
+
+    def legs(self, control: PositionControl, position: float, load: float) -> tuple[Leg, ...]:
+        """Its moves, from a position [m] under a load [N]."""
+        end = control.end(lifted=self.lifted)
+        turns = position if math.isnan(self.turns) else self.turns
+        full = control.limits.speed
+        slow = control.tuning.homing_share * full if self.slow else full
+        legs = (Leg(turns - position, load, full), Leg(end - turns, load, slow))
+        return tuple(leg for leg in legs if leg.way != 0.0)
+
+
+@dataclass(frozen=True)
+class Expected:
+    """What is expected of visits, one after the other.
+
+    Attributes:
+        visits: the visits; none if it is empty.
+        cost: time that they take [s], the way back to work among it.
+        std: root of the mean square of the position's standard deviations after each move of the work [m].
+    """
+
+    visits: tuple[Visit, ...]
+    cost: float
+    std: float
+
+
+def expected(
+    known: Knowledge,
+    control: PositionControl,
+    position: float,
+    load: float,
+    work: Sequence[tuple[float, float]],
+    visits: Sequence[Visit],
+) -> Expected:
+    """What is expected of visits, one after the other, before some work.
+
+    Args:
+        known: what is not known now.
+        control: of the cylinder.
+        position: where it is [m].
+        load: on it [N].
+        work: targets [m] and loads on the way there [N].
+        visits: to make.
+    """
+    cost, at = 0.0, position
+    for visit in visits:
+        legs = visit.legs(control, at, load)
+        known, at = known.over(legs)[0].referenced(), control.end(lifted=visit.lifted)
+        cost += sum(leg.time for leg in legs) + control.tuning.pressing
+    back = abs(work[0][0] - at) - abs(work[0][0] - position)
+    cost += max(back, 0.0) / control.limits.speed if visits else 0.0
+    return Expected(tuple(visits), cost, _rms(known.over(_legs(control, at, work))[1]))
+
+
+def plan(
+    known: Knowledge,
+    control: PositionControl,
+    position: float,
+    load: float,
+    work: Sequence[tuple[float, float]],
+    visits: Sequence[Visit],
+    most: int = 2,
+) -> Expected:
+    """The visits to make before some work: the quickest of those that bring nearly all that could be gained.
+
+    One visit alone may tell nothing, as it cannot tell leakage from displacement, and the next one much; so they are
+    looked at together.
+
+    Args:
+        known: what is not known now.
+        control: of the cylinder.
+        position: where it is [m].
+        load: on it [N].
+        work: targets [m] and loads on the way there [N].
+        visits: that could be made.
+        most: so many at most.
+
+    Returns:
+        The visits, none if they would bring less than `WORTH` of the standard deviation.
+    """
+    ways = [way for count in range(most + 1) for way in product(visits, repeat=count)]
+    found = [expected(known, control, position, load, work, way) for way in ways]
+    without, best = found[0].std, min(one.std for one in found)
+    if without - best < WORTH * without:
+        return found[0]
+    enough = best + _NEARLY * (without - best)
+    return min((one for one in found if one.std <= enough), key=lambda one: one.cost)
+
+
+def due(
+    known: Knowledge,
+    control: PositionControl,
+    position: float,
+    work: Sequence[tuple[float, float]],
+    limit: float,
+    longest: float = 3600.0,
+) -> float:
+    """Time of work that is left until the position's standard deviation exceeds a limit [s].
+
+    Args:
+        known: what is not known now.
+        control: of the cylinder.
+        position: where it is [m].
+        work: targets [m] and loads on the way there [N], done again and again.
+        limit: of the standard deviation [m].
+        longest: time after which no more is looked for [s].
+    """
+    passed, at = 0.0, position
+    while passed < longest:
+        before = passed
+        for leg in _legs(control, at, work):
+            if known.std > limit:
+                return passed
+            known, passed = known.after(leg), passed + leg.time
+        at = work[-1][0]
+        if passed == before:
+            return longest
+    return longest
+
+
+def _legs(control: PositionControl, position: float, work: Sequence[tuple[float, float]]) -> list[Leg]:
+    begins = [position, *(target for target, _ in work[:-1])]
+    speed = control.limits.speed
+    return [Leg(target - begin, load, speed) for begin, (target, load) in zip(begins, work, strict=True)]
+
+
+def _rms(values: Sequence[float]) -> float:
+    return math.sqrt(sum(value**2 for value in values) / len(values))

@@ -1,0 +1,60 @@
+/* ${title}. Made by ramsight ${version} from the machine "${machine}"; do not edit, export anew. */
+#include "${p}_control.h"
+
+#include <math.h>
+#include <string.h>
+
+#if defined __FINITE_MATH_ONLY__ && __FINITE_MATH_ONLY__
+#error "NaN is a target that is none: compile without -ffast-math and -ffinite-math-only"
+#endif
+
+typedef double real;
+typedef double wide;
+#define R(x) (x)
+#define SQRT sqrt
+#define EXP exp
+#define LOG log
+#define TANH tanh
+#define POW pow
+#define ABS fabs
+#define SIN sin
+#define COS cos
+#define FLOOR floor
+#define CEIL ceil
+
+${advance}
+
+void ${p}_control_init(${p}_control *control) {
+  static const double start[${states}] = {${initial}};
+  memcpy(control->x, start, sizeof start);
+  control->activity = ${P}_RESTING;
+  control->reason = ${P}_REASON_NONE;
+}
+
+void ${p}_control_sense(${p}_control_inputs *order, const ${p} *sensor, const ${p}_inputs *in, const ${p}_outputs *out) {
+  order->position = (double)out->position;
+  order->velocity = (double)out->velocity;
+  order->load = (double)out->load;
+  order->status = (double)out->status;
+  order->oil_temperature = (double)in->oil_temperature;
+  order->leak = (double)sensor->${leak};
+  order->displacement = (double)sensor->${displacement};
+}
+
+double ${p}_control_step(${p}_control *control, const ${p}_control_inputs *order) {
+  const double u[] = {${inputs}};
+  double out[3];
+  double new[${states}];
+  advance(control->x, u, new, out);
+  memcpy(control->x, new, sizeof new);
+  control->activity = (${p}_activity)(int)out[1];
+  control->reason = (${p}_reason)(int)out[2];
+  return out[0];
+}
+
+const char *${p}_reason_text(${p}_reason reason) {
+  switch (reason) {
+${texts}
+  }
+  return "";
+}

@@ -1,0 +1,187 @@
+"""A control that is exported asks for what Python's control asks for: as a graph, as C, as an FMU around a plant."""
+
+import re
+import subprocess
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from ramsight import machine
+from ramsight.cli import app
+from ramsight.control.activity import Activity
+from ramsight.control.block import ACTIVITIES, INPUTS, Ask, Reason, position_block
+from ramsight.control.setting import Setting
+from ramsight.control.trajectory import Limits
+from ramsight.control.unit_loop import UnitLoop
+from ramsight.deploy.c_control import ControlOptions, control_source, golden_control
+from ramsight.deploy.c_sensor import sensor_source
+from ramsight.deploy.compiler import STRICT, CompilerError, find_compiler, run
+from ramsight.deploy.fmu import write_fmu
+from ramsight.deploy.golden_control import RecordedRun
+from ramsight.engine.recursion import replay
+from ramsight.plant.limits import limits_of
+from ramsight.sensor.kalman import kalman
+from ramsight.sensor.status import Status
+
+from .plant_bench import UNITS
+
+COMPILER = find_compiler()
+NAMES = ["mining-loader boom", "press ram", "eha-test-bench axis"]
+
+
+@pytest.fixture(scope="module", params=NAMES)
+def driven(request):
+    """A unit, its control as a graph, and a run of Python's control."""
+    unit = UNITS[request.param]
+    block = ControlOptions().block(unit)
+    return unit, block, RecordedRun(unit, block)
+
+
+def said_by(block, rows, state=None):
+    state = block.initial.copy() if state is None else state
+    return replay(block.recursion, np.ascontiguousarray(rows), np.zeros(0), state)
+
+
+def test_the_graph_asks_for_what_the_objects_ask_for(driven):
+    unit, block, run = driven
+    said = said_by(block, run.rows)
+    assert set(run.said[:, 1]) == set(range(len(ACTIVITIES))), "the run has all that the block does"
+    np.testing.assert_array_equal(said[:, 1], run.said[:, 1])
+    assert np.abs(said[:, 0] - run.said[:, 0]).max() < 1e-9 * unit.max_speed
+    reasons = {Reason(int(k)) for k in said[:, 2]}
+    assert {Reason.NONE, Reason.ASKED, Reason.SENSOR} <= reasons
+
+
+@pytest.mark.skipif(COMPILER is None, reason="there is no C compiler")
+def test_c_asks_for_it_too_and_a_wrong_sample_is_noticed(driven, tmp_path):
+    unit, block, run_ = driven
+    prefix = "ramsight_it"
+    source = golden_control(control_source(block, unit, prefix, "m"), run_.rows, run_.said, unit.max_speed)
+    files = {**sensor_source(kalman(unit), unit, prefix, "m", single=False).files, **source.files}
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+    strict = [*STRICT, "-Wconversion", "-Wdouble-promotion", "-DROUNDS=1"]
+    build = [COMPILER, *strict, f"{prefix}_control.c", f"{prefix}_control_test.c", "-lm", "-o", "golden"]
+    run(build, tmp_path)
+    said = run([str(tmp_path / "golden")], tmp_path)
+    assert "0 other activities" in said
+    assert float(re.findall(r"difference (\S+)", said)[0]) < 1e-12
+    wrong = run_.said.copy()
+    wrong[len(wrong) // 2, 0] += 1e-6 * unit.max_speed
+    text = golden_control(source, run_.rows, wrong, unit.max_speed).files[f"{prefix}_control_golden.h"]
+    (tmp_path / f"{prefix}_control_golden.h").write_text(text)
+    run(build, tmp_path)
+    with pytest.raises(CompilerError, match="golden failed"):
+        run([str(tmp_path / "golden")], tmp_path)
+
+
+BOOM = UNITS["mining-loader boom"]
+ORDER = dict.fromkeys(INPUTS, 0.0) | {
+    "position": 0.3, "load": 2e5, "oil_temperature": 313.15, "leak": 1.0, "displacement": 1.0,
+    "ask": float(Ask.POSITION), "target": np.nan, "speed": np.inf,
+}  # fmt: skip
+
+
+def orders(count, **changes):
+    return np.tile([float(({**ORDER, **changes})[name]) for name in INPUTS], (count, 1))
+
+
+def doing(said):
+    return [ACTIVITIES[int(k)] for k in said[:, 1]]
+
+
+def test_nothing_moves_before_it_is_told_to_and_a_stop_has_to_be_taken_back():
+    block = position_block(BOOM)
+    state = block.initial.copy()
+    assert (said_by(block, orders(50), state)[:, 0] == 0.0).all()
+    goes = said_by(block, orders(20, target=0.4), state)
+    assert goes[-1, 0] > 10.0
+    stops = said_by(block, orders(20, target=0.4, ask=float(Ask.STOP)), state)
+    assert stops[7:, 0].tolist() == [0.0] * 13
+    assert doing(stops)[-1] is Activity.STOPPED
+    assert Reason(int(stops[-1, 2])) is Reason.ASKED
+    again = said_by(block, orders(20, target=0.4), state)
+    assert again[-1, 0] > 10.0
+    lost = said_by(block, orders(20, target=0.4, status=float(Status.INPUT_LOST)), state)
+    assert Reason(int(lost[-1, 2])) is Reason.SENSOR
+    back = said_by(block, orders(20, target=0.4), state)
+    assert (back[:, 0] == 0.0).all(), "a sensor that is well again moves nothing"
+    assert said_by(block, orders(20, target=0.41), state)[-1, 0] > 10.0
+    outside = said_by(block, orders(20, target=0.9), state)
+    assert doing(outside)[-1] is Activity.MOVING, "a target beyond the stroke is none"
+
+
+def test_a_load_at_the_largest_force_stops_the_rod_and_a_slower_speed_is_kept():
+    block = position_block(BOOM, Limits.of(BOOM, force=2.5e5))
+    free, near = (said_by(block, orders(60, target=0.4, load=load))[-1, 0] for load in (2e5, 2.4e5))
+    assert 0.0 < near < free
+    state = block.initial.copy()
+    said_by(block, orders(25, target=0.4), state)
+    blocked = said_by(block, orders(80, target=0.4, load=2.6e5), state)
+    assert blocked[30, 0] == 0.0
+    assert Reason(int(blocked[-1, 2])) is Reason.FORCE
+    lowers = said_by(block, orders(60, target=0.2, load=2.6e5))
+    assert lowers[-1, 0] < -10.0, "what the load helps is not held up"
+    slow = said_by(position_block(BOOM), orders(60, target=0.4, speed=0.004))[-1, 0]
+    assert slow < 0.5 * said_by(position_block(BOOM), orders(60, target=0.4))[-1, 0]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(COMPILER is None, reason="there is no C compiler")
+def test_the_verb_writes_a_folder_with_a_control(tmp_path):
+    runner, out = CliRunner(), tmp_path / "boom"
+    base = ["export", "c", "mining-loader", "--unit", "boom", "--out", str(out)]
+    done = runner.invoke(app, [*base, "--control", "--speed", "10 mm/s", "--force", "600 kN", "--period", "10 ms"])
+    assert done.exit_code == 0, done.output
+    assert "control: " in done.output
+    header = (out / "ramsight_boom_control.h").read_text()
+    assert "at most 0.01 */" in header
+    assert "CONTROL_PERIOD 0.01" in header
+    assert "ramsight_boom_control_test.c" in (out / "README.md").read_text()
+    sources = ["ramsight_boom_control.c", "ramsight_boom_control_test.c", "-lm", "-o", "test"]
+    subprocess.run([COMPILER, *STRICT, "-DROUNDS=1", *sources], cwd=out, check=True)
+    assert "passed" in run([str(out / "test")], out)
+
+
+@pytest.mark.parametrize("name", ["c", "fmu"])
+def test_options_of_a_control_are_refused_without_one(name, tmp_path):
+    out = tmp_path / "x.fmu"
+    given = ["export", name, "mining-loader", "--unit", "boom", "--out", str(out), "--force", "1 kN"]
+    done = CliRunner().invoke(app, given)
+    assert done.exit_code != 0
+    assert not out.exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.skipif(COMPILER is None, reason="there is no C compiler")
+def test_the_fmu_of_a_control_moves_a_simulated_unit(tmp_path, fmi):
+    """Plant and drive of ramsight, sensor and control of the FMU: the commands are those of the loop in Python."""
+    fmpy = pytest.importorskip("fmpy")
+    from fmpy.validation import validate_fmu
+
+    from .test_export_fmu import Instance
+
+    path = write_fmu(machine.load("mining-loader"), "boom", tmp_path / "c.fmu", what="control", fmi=fmi).path
+    assert validate_fmu(str(path)) == []
+    loop = UnitLoop(BOOM, BOOM, 0.3, 0.3 * limits_of(BOOM).load, Setting(known=True))
+    loop.send({"boom": 0.36})
+    loop.rest(4.0)
+    record = loop.records["boom"]
+    one = Instance(path, tmp_path / f"unzipped{fmi}")
+    try:
+        one.begin(start_position=0.3, start_known=True, reference_known=False)
+        for k, (reported, asked) in enumerate(zip(record.reported, record.asked, strict=True)):
+            one.set(
+                motor_speed=reported.motor_speed,
+                motor_torque=reported.motor_torque,
+                oil_temperature=reported.oil_temperature,
+                target=0.36 if k else 1e10,
+            )
+            one.step(reported.time, 0.02)
+            assert one.get("motor_speed_command") == pytest.approx(asked, abs=1e-6)
+        assert max(record.asked) > 50.0
+    finally:
+        one.fmu.freeInstance()
+    assert fmpy is not None
