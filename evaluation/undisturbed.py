@@ -1,7 +1,7 @@
 """False alarms of what a drive's report is held against: many hours of work days of machines without a fault.
 
-Machines are drawn at random, a third of them with oil that warms by up to 15 K under a thermometer that does not see
-it, and a third with a coarse drive (steps of 1 % of the torque at relief pressure, and of 2 rpm).
+Machines are drawn at random, a third of them with oil that warms by 4 K a minute under a thermometer that is 90 s late,
+and a third with a coarse drive (steps of 1 % of the torque at relief pressure, and of 2 rpm).
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ from ramsight.sensor.kalman import kalman
 
 KINDS = ("as drawn", "warming", "coarse drive")
 _BESIDE = 32  # days that are tracked side by side
-_WARMER, _TORQUE, _SPEED = 15.0, 0.01, 2.0 * math.pi / 30.0  # K; share of the torque at relief pressure; rad/s
+_RATE, _LAG = 4.0 / 60.0, 90.0  # K/s; s
+_TORQUE, _SPEED = 0.01, 2.0 * math.pi / 30.0  # share of the torque at relief pressure; rad/s
 _EVENTS_95 = 3.0  # with 95 % confidence there are no more where none was seen, by Poisson's law
 
 
@@ -34,7 +35,7 @@ def _day(unit: Any, seed: int) -> work_days.Day:
     kind, log = KINDS[seed % len(KINDS)], day.log
     if kind == "warming":
         time = log["time"].values
-        log["oil_temperature"] -= _WARMER * time / time[-1]
+        log["oil_temperature"] -= _RATE * _LAG * (1.0 - np.exp(-time / _LAG))
     elif kind == "coarse drive":
         step = _TORQUE * limits_of(unit).torque
         log["motor_torque"].values[:] = step * np.round(log["motor_torque"].values / step)

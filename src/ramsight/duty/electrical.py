@@ -16,6 +16,9 @@ Array = NDArray[np.float64]
 _OTHER = 0x64637670  # apart from the drive's noise of the same seed
 
 
+_POWER = 0x706F7772  # apart from the noise of the torque of the same seed
+
+
 @dataclass(frozen=True)
 class ShaftReport:
     """The counter of a shaft's position.
@@ -74,7 +77,7 @@ class PowerReport:
             [2110.0]
         """
         power = torque * speed + self.standby + self.copper * torque**2 + self.iron * np.abs(speed)
-        power = self.gain * power + self.noise * np.random.default_rng(self.seed).standard_normal(len(power))
+        power = self.gain * power + self.noise * np.random.default_rng([self.seed, _POWER]).standard_normal(len(power))
         return np.asarray(np.round(power / self.step) * self.step if self.step > 0.0 else power)
 
 
