@@ -42,6 +42,7 @@ _FAR = 3.0  # standard deviations; a pressure that is farther away is of somethi
 _EVERY = 5  # samples between two that count; the others say the same
 _STEP = 0.05  # of a logarithm, to see which parameters of the equations follow a value
 _DIFFERENCE = 1e-3  # of a logarithm; active sets make the track rough below
+_HALVINGS = 20  # to find how far a value may go
 _GAIN, _BEND = 0.3, 0.03  # standard deviations: logarithm of a torque's gain, share that saturation takes at the most
 
 
@@ -143,7 +144,7 @@ def fit_track(
             diff_step=_DIFFERENCE,
             max_nfev=EVALUATIONS // 3 * share,
         )
-        change, evaluations = found.x, evaluations + int(found.nfev)
+        change, evaluations = model.possible(found.x), evaluations + int(found.nfev)
         if share == 2:
             model = _Model(machine, unit, runs, free, around=change)
     return _fitted(model, change, found.jac, evaluations)
@@ -172,6 +173,26 @@ class _Model:
         """The description after a change."""
         values = {one.key: one.at(float(c)) for one, c in zip(self.free, change, strict=False)}
         return with_values(self.machine, self.unit, values)
+
+    def possible(self, change: Array) -> Array:
+        """A change with values that a description may have: one that goes too far goes as far as it may."""
+        found = change.copy()
+        for k, one in enumerate(self.free):
+            near, far = float(self._around[k]), float(change[k])
+            if self._may_be(one, far):
+                continue
+            for _ in range(_HALVINGS):
+                middle = 0.5 * (near + far)
+                near, far = (middle, far) if self._may_be(one, middle) else (near, middle)
+            found[k] = near
+        return found
+
+    def _may_be(self, one: FreeValue, change: float) -> bool:
+        try:
+            with_values(self.machine, self.unit, {one.key: one.at(change)})
+        except DescriptionError:
+            return False
+        return True
 
     def sensor(self, change: Array) -> VirtualSensor:
         """The sensor of the description after a change."""

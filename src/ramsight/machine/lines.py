@@ -23,7 +23,7 @@ class Hose(Part):
     diameter: Annotated[float, quantity("mm", "inner diameter, for the resistance", above="1 mm", most="200 mm")]
     effective_bulk_modulus: Annotated[
         float,
-        quantity("GPa", "bulk modulus of oil and hose wall together", least="0.01 GPa", most="5 GPa"),
+        quantity("GPa", "bulk modulus of oil and hose wall together", least="0.001 GPa", most="5 GPa"),
     ]
     stiffening: Annotated[
         float,
