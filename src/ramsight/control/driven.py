@@ -266,11 +266,11 @@ class DrivenUnits(ABC):
         return replace(estimate, position=position + noise, std=_REAL_NOISE, status=Status.OK)
 
     def _stop_together(self) -> None:
-        """What stops one unit stops the machine: the other moves the same mechanism."""
+        """What stops one unit stops the machine: the other moves the same mechanism, or is about to."""
         for name, control in self.controls.items():
             if control.activity is Activity.STOPPING:
-                for other in self.controls.values():
-                    if other is not control and not other.done:
+                for one, other in self.controls.items():
+                    if other is not control and (one in self._waiting or not other.done):
                         other.stop(f"{name}: {control.reason}")
 
     def track(self, unit: str) -> xarray.Dataset:
