@@ -63,10 +63,10 @@ class Knowledge:
         >>> new = Knowledge(Actuation(boom, Limits.of(boom), Tuning()), np.diag([1e-3, 0.15, 0.006]) ** 2)
         >>> leg = Leg(0.4, 200e3, 0.028)
         >>> f"{1e3 * new.std:.0f} mm, {1e3 * new.after(leg).std:.0f} mm"
-        '1 mm, 6 mm'
+        '1 mm, 4 mm'
         >>> known = new.after(leg).referenced()
-        >>> f"{known.after(leg).std < 0.5 * new.after(leg).std}"
-        'True'
+        >>> f"{1e3 * known.after(leg).std:.0f} mm"
+        '2 mm'
     """
 
     by: Actuation

@@ -59,7 +59,7 @@ class Limits:
             >>> f"{1e3 * limits.speed:.0f} mm/s, {1e3 * limits.landing_speed:.1f} mm/s"
             '28 mm/s, 4.3 mm/s'
             >>> f"{limits.smoothing:.1f} s, {1e3 * limits.jerk:.0f} mm/s3"
-            '0.2 s, 354 mm/s3'
+            '0.2 s, 355 mm/s3'
         """
         fastest = _SPEED_SHARE * (unit.max_speed * unit.travel_per_radian) if speed is None else speed
         zone, ramp = _LANDING_ZONE * unit.cylinder.stroke, fastest / _RAMP
