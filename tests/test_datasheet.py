@@ -119,6 +119,16 @@ def test_a_drive_reports_what_it_was_drawn_as():
     assert np.abs(shown - behind).mean() < 0.25
 
 
+def test_a_small_machine_has_a_small_drive():
+    for name, unit, share in (("mining-loader", "boom", 1.0), ("eha-valve-rig", "axis", 0.1)):
+        described = machine.load(name).unit(unit)
+        made = draw(described, unit, ready(build(unit, described)), {})
+        time = 0.02 * np.arange(5000)
+        _, torque, _ = made.reported(time, time, 0.0 * time, 300.0 + 0.0 * time, seed=1)
+        assert np.std(torque) == pytest.approx(0.5 * share, rel=0.05)
+        assert np.std(torque) < 1.1 * made.unit.assumptions.drive.torque * made.relief_torque
+
+
 def test_a_machine_is_the_same_whatever_is_beside_it(study, found):
     bench = study.plan.bench
     alone = work_through(bench, study.plan.order(range(3, 4)))

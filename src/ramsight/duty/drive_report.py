@@ -23,6 +23,7 @@ from ramsight.logs.channels import (
     Channel,
     is_command,
 )
+from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 
 if TYPE_CHECKING:
@@ -129,6 +130,24 @@ class DriveReport:
 
 def _rounded(values: Array, step: float) -> Array:
     return np.round(values / step) * step if step > 0.0 else values
+
+
+def usual_report(unit: HydraulicUnit) -> DriveReport:
+    """That of a usual CANopen drive, its torque no noisier and in no larger steps than the unit declares.
+
+    Args:
+        unit: the unit; a small one has a small drive.
+
+    Example:
+        >>> from ramsight import machine
+        >>> from ramsight.plant.build import build
+        >>> axis = build("axis", machine.load("eha-test-bench").unit("axis"))
+        >>> round(usual_report(axis).torque_noise, 3)
+        0.106
+    """
+    usual, declared = DriveReport(), unit.assumptions.drive.torque * limits_of(unit).torque
+    share = min(declared / usual.torque_noise, 1.0)
+    return replace(usual, torque_noise=share * usual.torque_noise, torque_step=share * usual.torque_step)
 
 
 def declared_report(unit: HydraulicUnit, seed: int, like: DriveReport | None = None) -> DriveReport:

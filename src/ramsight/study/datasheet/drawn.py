@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.duty.drive_report import DriveReport
+from ramsight.duty.drive_report import DriveReport, usual_report
 from ramsight.duty.lagging import lagging
 from ramsight.machine.description import Unit
 from ramsight.machine.tolerances import KINDS
@@ -35,11 +35,13 @@ class Drawn:
         unit: its parts, as they are.
         values: what was drawn, by name [SI].
         relief_torque: of the motor at relief pressure, as described [N m].
+        usual: how its drive would report if nothing of it were drawn.
     """
 
     unit: HydraulicUnit
     values: Mapping[str, float]
     relief_torque: float
+    usual: DriveReport
 
     def reported(
         self, time: Array, speed: Array, torque: Array, temperature: Array, seed: int
@@ -60,11 +62,11 @@ class Drawn:
         warm = 1.0 - np.exp(-time / _MAGNETS)
         gain = drawn("torque_gain", 1.0) * (1.0 + drawn("torque_drift", 0.0) * warm)
         late = np.interp(time - drawn("torque_delay", 0.0), time, torque)
-        usual = DriveReport(seed=seed)
         how = replace(
-            usual,
+            self.usual,
+            seed=seed,
             temperature_offset=drawn("thermometer_offset", 0.0),
-            torque_noise=drawn("torque_noise", usual.torque_noise),
+            torque_noise=drawn("torque_noise", self.usual.torque_noise),
         )
         behind = lagging(time, temperature, drawn("thermometer_lag", 0.0))
         return how.of(speed, gain * late + drawn("torque_offset", 0.0) * self.relief_torque, behind)
@@ -113,7 +115,7 @@ def draw(described: Unit, name: str, nominal: HydraulicUnit, values: Mapping[str
         stroke=cylinder.stroke + values.get("stop", 0.0),
     )
     made = replace(changed, cylinder=cylinder, oil=_oil(unit.oil, values.get("viscosity", 1.0)))
-    return Drawn(made, values, limits_of(nominal).torque)
+    return Drawn(made, values, limits_of(nominal).torque, usual_report(nominal))
 
 
 def _part(part: Any, values: Mapping[str, float]) -> Any:
