@@ -542,6 +542,7 @@ def test_a_sensor_of_an_angle_is_not_in_a_data_sheet_yet():
         ramsight.Study(loader, unit="boom", n=2)
 
 
+@pytest.mark.slow
 def test_what_a_drive_declares_beside_is_reported_to_the_sensor():
     declared = {"shaft.std": math.radians(0.05), "power.std": 0.005, "pressure.std": 1e5, "pressure.lag": 0.1}
     changes = {f"units.boom.assumptions.{key}": value for key, value in declared.items()}

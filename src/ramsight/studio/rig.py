@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ramsight.duty.drive_report import DriveReport
+from ramsight.duty.drive_report import usual_report
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.duty.live import Instant, LiveMachine, LiveUnit
 from ramsight.duty.live_drive import LiveDrive
@@ -220,11 +220,12 @@ class Rig:
             for part_name, part in (("oil", worn.oil), *((part.name, part) for part in worn.parts())):
                 values |= {f"{prefix}{part_name}.{key}": v for key, v in vars(part).items() if isinstance(v, float)}
             self._plant.change({key: value for key, value in values.items() if key in known})
-        how = DriveReport(torque_step=knobs.torque_step) if knobs.torque_step > 0.0 else DriveReport()
         response = DriveResponse(report_delay=knobs.report_delay)
         said = (knobs.torque_step, knobs.report_delay, knobs.temperature_offset)
         if said != self._said:  # a drive that is as it was goes on with what it has on its way
-            for k, name in enumerate(self.sheet):
+            for k, (name, unit) in enumerate(self.sheet.items()):
+                how = usual_report(unit)
+                how = replace(how, torque_step=knobs.torque_step) if knobs.torque_step > 0.0 else how
                 self._drives[name] = LiveDrive(response, self.period, how, knobs.temperature_offset, stream=k)
         self._said = said
 
