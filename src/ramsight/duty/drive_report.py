@@ -156,11 +156,11 @@ def declared_report(unit: HydraulicUnit, seed: int, like: DriveReport | None = N
     Args:
         unit: the unit; what its sensors are off by is drawn from what it declares.
         seed: of that, and of all noise.
-        like: the rest; by default that of a usual CANopen drive.
+        like: the rest; by default that of a usual drive of the unit's size.
     """
     sensors = unit.assumptions.pressure
     return replace(
-        like or DriveReport(),
+        like or usual_report(unit),
         link=declared_link(unit, seed),
         shaft=declared_shaft(unit),
         power=declared_power(unit, seed),
