@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import casadi as ca
 
-from ramsight import __version__
 from ramsight.deploy.c_function import PLAIN, array_function
-from ramsight.deploy.c_sensor import template
+from ramsight.deploy.c_text import headings, indented, template
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.comparing import Verdict, comparison_graph
@@ -29,15 +28,9 @@ def comparison_source(unit: HydraulicUnit, prefix: str, machine: str) -> dict[st
         ["x_new", "out"],
         {"cse": True},
     )
-    common = {
-        "p": prefix,
-        "P": prefix.upper(),
-        "version": __version__,
-        "machine": machine,
-        "title": f"Virtual position sensor of the {unit.name}",
-        "states": len(graph.state),
-    }
-    listed = "\n".join(f"  {prefix.upper()}_{one.name} = {int(one)}, /* {one.text} */" for one in Verdict)
+    title = f"Virtual position sensor of the {unit.name}"
+    common = headings(prefix, machine, title) | {"states": len(graph.state)}
+    listed = indented(f"{prefix.upper()}_{one.name} = {int(one)}, /* {one.text} */" for one in Verdict)
     header = template("compare.h", verdicts=listed, sets=len(graph.parameters), **common)
     body = template(
         "compare.c",

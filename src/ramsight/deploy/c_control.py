@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import textwrap
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +15,8 @@ from ramsight.control.block import ACTIVITIES, INPUTS, Block, Reason, position_b
 from ramsight.control.stopping import STOPPING_TIME
 from ramsight.control.trajectory import Limits
 from ramsight.deploy.c_function import PLAIN, array_function, literal
-from ramsight.deploy.c_sensor import SensorSource, template
+from ramsight.deploy.c_sensor import SensorSource
+from ramsight.deploy.c_text import golden_table, headings, indented, template
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.hypotheses import DISPLACEMENT, LEAK
@@ -52,32 +51,26 @@ def control_source(block: Block, unit: HydraulicUnit, prefix: str, machine: str)
         machine: the machine's name, for the comments.
     """
     macro = prefix.upper()
-    common = {
-        "p": prefix,
-        "P": macro,
-        "version": __version__,
-        "machine": machine,
-        "title": f"Position control of the {unit.name}",
-        "states": len(block.initial),
-    }
+    common = headings(prefix, machine, f"Position control of the {unit.name}") | {"states": len(block.initial)}
     header = template(
         "control.h",
         ms=f"{1e3 * block.period:g}",
         period=repr(block.period),
         stopping=f"{STOPPING_TIME:g}",
         speed=f"{block.limits.speed:.6g}",
-        activities=_lines(f"{macro}_{a.name} = {k}," for k, a in enumerate(ACTIVITIES)),
-        reasons=_lines(f"{macro}_REASON_{r.name} = {int(r)}, /* {r.text or 'none'} */" for r in Reason),
+        activities=indented(f"{macro}_{a.name} = {k}," for k, a in enumerate(ACTIVITIES)),
+        reasons=indented(f"{macro}_REASON_{r.name} = {int(r)}, /* {r.text or 'none'} */" for r in Reason),
         **common,
     )
     body = template(
         "control.c",
+        real=template("real.h"),
         advance=array_function("advance", _step(block), PLAIN),
         initial=", ".join(map(literal, block.initial.tolist())),
         inputs=", ".join(f"order->{name}" for name in INPUTS),
         leak=f"described_{LEAK}",
         displacement=f"described_{DISPLACEMENT}",
-        texts=_lines((f'case {macro}_REASON_{r.name}: return "{r.text}";' for r in Reason), 4),
+        texts=indented((f'case {macro}_REASON_{r.name}: return "{r.text}";' for r in Reason), 4),
         **common,
     )
     return SensorSource(prefix, {f"{prefix}_control.h": header, f"{prefix}_control.c": body})
@@ -98,21 +91,12 @@ def golden_control(source: SensorSource, rows: Any, said: NDArray[np.float64], f
         said: motor speed [rad/s] and activity, shape (samples, 2).
         fastest: largest motor speed [rad/s].
     """
-
-    def table(name: str, values: NDArray[np.float64]) -> str:
-        body = ",\n".join(f"  {{{', '.join(map(literal, row))}}}" for row in values.tolist())
-        return f"static const double {name}[GOLDEN][{values.shape[1]}] = {{\n{body}\n}};\n"
-
     p = source.prefix
     text = (
         f"/* A simulated run, and what the control of ramsight {__version__} asked for in it. */\n#include <math.h>\n"
         f"#define GOLDEN {len(rows)}\n#define FASTEST {literal(fastest)} /* rad/s */\n"
-        f"/* {', '.join(INPUTS)} */\n{table('golden_in', np.asarray(rows))}"
-        f"/* motor speed [rad/s], activity */\n{table('golden_out', said)}"
+        f"/* {', '.join(INPUTS)} */\n{golden_table('golden_in', np.asarray(rows))}"
+        f"/* motor speed [rad/s], activity */\n{golden_table('golden_out', said)}"
     )
     program = template("control_test.c", p=p, row=", ".join(f"row[{k}]" for k in range(len(INPUTS))))
     return SensorSource(p, {**source.files, f"{p}_control_golden.h": text, f"{p}_control_test.c": program})
-
-
-def _lines(lines: Iterator[str], indent: int = 2) -> str:
-    return textwrap.indent("\n".join(lines), " " * indent)

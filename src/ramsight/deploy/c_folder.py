@@ -14,9 +14,9 @@ from ramsight.deploy.c_sensor import (
     identifier_of,
     inputs_of,
     sensor_source,
-    template,
     unit_table,
 )
+from ramsight.deploy.c_text import template
 from ramsight.deploy.compiler import ControlFootprint, Footprint, control_footprint, find_compiler, footprint, version
 from ramsight.deploy.golden import SAMPLES, faulty_day
 from ramsight.deploy.golden_control import RecordedRun

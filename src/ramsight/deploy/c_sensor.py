@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import textwrap
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from importlib import resources
-from string import Template
 from typing import Any
 
 import casadi as ca
@@ -17,6 +14,7 @@ from numpy.typing import NDArray
 from ramsight import __version__
 from ramsight.deploy.c_function import PLAIN, Term, as_kind, literal, number, statements
 from ramsight.deploy.c_sections import live_marks
+from ramsight.deploy.c_text import golden_table, headings, indented, template
 from ramsight.engine.cache import hold, instructions
 from ramsight.engine.graph import graph_of
 from ramsight.engine.recursion import Recursion
@@ -72,12 +70,6 @@ class SensorSource:
     files: Mapping[str, str]
 
 
-def template(name: str, **values: object) -> str:
-    """A file of `deploy/c` with the places `${...}` filled in."""
-    text = (resources.files("ramsight.deploy") / "c" / name).read_text(encoding="utf-8")
-    return Template(text).substitute({key: str(value) for key, value in values.items()})
-
-
 def sensor_source(
     sensor: VirtualSensor, unit: HydraulicUnit, prefix: str, machine: str, *, single: bool
 ) -> SensorSource:
@@ -97,48 +89,42 @@ def sensor_source(
     identity = "\n".join((_SLOTS, sensor.kind, *states, *recursion.parameters)).encode() + sensor.parameters.tobytes()
     wides, changing = len(wide), {of for state, of in ANGLES.items() if state in states}
     macro = prefix.upper()
-    common = {
-        "p": prefix,
-        "P": macro,
-        "version": __version__,
-        "machine": machine,
-        "title": f"Virtual position sensor of the {unit.name}",
-    }
+    common = headings(prefix, machine, f"Virtual position sensor of the {unit.name}")
     header = template(
         "sensor.h",
         float=int(single),
         stroke=repr(unit.cylinder.stroke),
         further="".join(_further(sensor, prefix)),
-        statuses=_lines(f"{macro}_{s.name} = {int(s)}, /* {s.text} */" for s in Status),
-        outputs=_lines(_outputs(sensor, prefix)),
-        states=_lines(f"{'double' if name in wide else f'{prefix}_real'} {name};" for name in states),
+        statuses=indented(f"{macro}_{s.name} = {int(s)}, /* {s.text} */" for s in Status),
+        outputs=indented(_outputs(sensor, prefix)),
+        states=indented(f"{'double' if name in wide else f'{prefix}_real'} {name};" for name in states),
         bytes=f"(16 + 8 * {wides} + (int)sizeof({prefix}_real) * {len(states) - wides})",
         **common,
     )
     body = template(
         "sensor.c",
         constants="\n".join(constants),
-        initial=_lines(
+        initial=indented(
             f"s->{name} = {'' if name in wide else 'R'}({literal(values[name])});" for name in states if name in values
         ),
         further="".join(f"  const real u_{name} = in->{name};\n" for name in sensor.further if name not in changing),
-        relative=_lines(_relative(states)),
-        step=_lines(step),
-        texts=_lines((f'case {macro}_{s.name}: return "{s.text}";' for s in Status), 4),
+        relative=indented(_relative(states)),
+        step=indented(step),
+        texts=indented((f'case {macro}_{s.name}: return "{s.text}";' for s in Status), 4),
         identity=f"0x{zlib.crc32(identity):08X}",
         wides=wides,
         count=len(states),
         stroke=repr(sensor.stroke),
         slack=START_SLACK,
-        unknown=_lines((f"out->{name} = (real)NAN;" for name in recursion.outputs if name != "status"), 4),
+        unknown=indented((f"out->{name} = (real)NAN;" for name in recursion.outputs if name != "status"), 4),
         turning=TURNING,
         creeping=CREEPING,
         resting=RESTING,
         moved=CHANGED,
         doubt=DOUBTED,
         settling=SETTLING,
-        variances=_lines(f"if (s->{name} < R(0.0)) return 0;" for name in states if is_variance(name)),
-        learned=_lines(f"to->{name} = from->{name};" for name in learned(sensor.recursion.state)),
+        variances=indented(f"if (s->{name} < R(0.0)) return 0;" for name in states if is_variance(name)),
+        learned=indented(f"to->{name} = from->{name};" for name in learned(sensor.recursion.state)),
         **common,
     )
     return SensorSource(prefix, {f"{prefix}.h": header, f"{prefix}.c": body})
@@ -163,19 +149,14 @@ def golden_source(
         std: its standard deviation [m].
         further: names of the columns after those of `ROW`.
     """
-
-    def rows(name: str, table: NDArray[np.float64]) -> str:
-        body = ",\n".join(f"  {{{', '.join(map(literal, row))}}}" for row in table.tolist())
-        return f"static const double {name}[GOLDEN][{table.shape[1]}] = {{\n{body}\n}};\n"
-
     text = (
         f"/* A simulated log with faults in it, and what ramsight {__version__} says of it. */\n"
         f"#define GOLDEN {len(inputs)}\n"
         f"static const double golden_start = {literal(start)}, golden_std = {literal(std)}; /* m */\n"
         f"/* {', '.join((*ROW, *further))} */\n"
-        f"{rows('golden_in', inputs)}"
+        f"{golden_table('golden_in', inputs)}"
         "/* position [m], its standard deviation [m], velocity [m/s], load [N], status */\n"
-        f"{rows('golden_out', outputs)}"
+        f"{golden_table('golden_out', outputs)}"
     )
     p = source.prefix
     reads = reading(p, further, "in", "sample")
@@ -194,10 +175,6 @@ def reading(prefix: str, further: Sequence[str], sample: str, row: str) -> str:
     return "".join(
         f"    {sample}.{name} = ({type_of(name, prefix)}){row}[{k}];\n" for k, name in enumerate(further, len(ROW))
     )
-
-
-def _lines(lines: Iterator[str] | list[str], indent: int = 2) -> str:
-    return textwrap.indent("\n".join(lines), " " * indent)
 
 
 def _outputs(sensor: VirtualSensor, prefix: str) -> Iterator[str]:

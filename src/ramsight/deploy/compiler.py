@@ -7,7 +7,8 @@ import re
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -115,23 +116,13 @@ def footprint(compiler: str, folder: Path, prefix: str, *, single: bool, optimis
         single: with floats.
         optimised: ``-O2`` or ``-Os``.
     """
-    macro = f"-D{prefix.upper()}_FLOAT={int(single)}"
-    with tempfile.TemporaryDirectory() as name:
-        work = Path(name)
-        for file in folder.glob("*.[ch]"):
-            shutil.copyfile(file, work / file.name)
-        common = [compiler, *STRICT, optimised, macro]
-        run([*common, "-fstack-usage", "-c", f"{prefix}.c", "-o", "sensor.o"], work)
-        run([*common, "sensor.o", f"{prefix}_test.c", "-lm", "-o", "golden"], work)
-        times = [_step_nanoseconds(run([str(work / "golden")], work)) for _ in range(_RUNS)]
-        (stack,) = re.findall(rf":{prefix}_step\t(\d+)", (work / "sensor.su").read_text(encoding="utf-8"))
-        probe = f'#include <stdio.h>\n#include "{prefix}.h"\nint main(void) {{ printf("%d %d %d", '
-        probe += f"(int)sizeof({prefix}), {prefix.upper()}_BYTES, {prefix.upper()}_FLOAT); return 0; }}\n"
-        (work / "probe.c").write_text(probe, encoding="utf-8")
-        run([*common, "probe.c", "-o", "probe"], work)
-        state, saved, _ = map(int, run([str(work / "probe")], work).split())
-        code = _code_bytes(work / "sensor.o")
-    return Footprint("float" if single else "double", optimised, code, int(stack), state, saved, 1e-9 * min(times))
+    options = [optimised, "-fstack-usage", f"-D{prefix.upper()}_FLOAT={int(single)}"]
+    with _copied(folder) as work:
+        step = _timed(compiler, work, prefix, options)
+        (stack,) = re.findall(rf":{prefix}_step\t(\d+)", (work / f"{prefix}.su").read_text(encoding="utf-8"))
+        state, saved = _numbers(compiler, work, prefix, [f"sizeof({prefix})", f"{prefix.upper()}_BYTES"], options)
+        code = _code_bytes(work / f"{prefix}.o")
+    return Footprint("float" if single else "double", optimised, code, int(stack), state, saved, step)
 
 
 def control_footprint(compiler: str, folder: Path, prefix: str) -> ControlFootprint:
@@ -142,21 +133,38 @@ def control_footprint(compiler: str, folder: Path, prefix: str) -> ControlFootpr
         folder: the exported folder.
         prefix: of the names in it.
     """
-    name = f"{prefix}_control"
+    name, options = f"{prefix}_control", ["-O2"]
+    with _copied(folder) as work:
+        step = _timed(compiler, work, name, options)
+        (state,) = _numbers(compiler, work, name, [f"sizeof({name})"], options)
+        code = _code_bytes(work / f"{name}.o")
+    return ControlFootprint(code, state, step)
+
+
+@contextmanager
+def _copied(folder: Path) -> Iterator[Path]:
+    """A folder with the C of an exported one, to be worked in."""
     with tempfile.TemporaryDirectory() as place:
-        work = Path(place)
         for file in folder.glob("*.[ch]"):
-            shutil.copyfile(file, work / file.name)
-        common = [compiler, *STRICT, "-O2"]
-        run([*common, "-c", f"{name}.c", "-o", "control.o"], work)
-        run([*common, "control.o", f"{name}_test.c", "-lm", "-o", "golden"], work)
-        times = [_step_nanoseconds(run([str(work / "golden")], work)) for _ in range(_RUNS)]
-        probe = f'#include <stdio.h>\n#include "{name}.h"\nint main(void) {{ printf("%d", (int)sizeof({name})); '
-        probe += "return 0; }\n"
-        (work / "probe.c").write_text(probe, encoding="utf-8")
-        run([*common, "probe.c", "-o", "probe"], work)
-        state, code = int(run([str(work / "probe")], work)), _code_bytes(work / "control.o")
-    return ControlFootprint(code, state, 1e-9 * min(times))
+            shutil.copyfile(file, Path(place) / file.name)
+        yield Path(place)
+
+
+def _timed(compiler: str, work: Path, name: str, options: Sequence[str]) -> float:
+    """Compile `name.c`, link it with its golden samples, and run them: the least time of a step [s]."""
+    common = [compiler, *STRICT, *options]
+    run([*common, "-c", f"{name}.c", "-o", f"{name}.o"], work)
+    run([*common, f"{name}.o", f"{name}_test.c", "-lm", "-o", "golden"], work)
+    return 1e-9 * min(_step_nanoseconds(run([str(work / "golden")], work)) for _ in range(_RUNS))
+
+
+def _numbers(compiler: str, work: Path, name: str, asked: Sequence[str], options: Sequence[str]) -> list[int]:
+    """What constant expressions are worth behind `name.h`."""
+    said = " ".join(f"(int)({one})," for one in asked).rstrip(",")
+    probe = f'#include <stdio.h>\n#include "{name}.h"\nint main(void) {{ printf("{" %d" * len(asked)}", {said}); '
+    (work / "probe.c").write_text(probe + "return 0; }\n", encoding="utf-8")
+    run([compiler, *STRICT, *options, "probe.c", "-o", "probe"], work)
+    return [int(word) for word in run([str(work / "probe")], work).split()]
 
 
 def _step_nanoseconds(said: str) -> int:

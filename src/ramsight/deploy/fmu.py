@@ -13,7 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ramsight.deploy.c_control import ControlOptions
-from ramsight.deploy.c_sensor import identifier_of, template
+from ramsight.deploy.c_sensor import identifier_of
+from ramsight.deploy.c_text import template
 from ramsight.deploy.compiler import STRICT, find_compiler, library
 from ramsight.deploy.fmu_description import build_description, description_2, description_3
 from ramsight.deploy.fmu_model import FmuModel, config_text, plant_model, sensor_model

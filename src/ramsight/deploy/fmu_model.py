@@ -11,7 +11,8 @@ import casadi as ca
 from ramsight.control.block import Ask, Block
 from ramsight.deploy.c_control import control_source
 from ramsight.deploy.c_function import PLAIN, array_function, literal
-from ramsight.deploy.c_sensor import sensor_source, template
+from ramsight.deploy.c_sensor import sensor_source
+from ramsight.deploy.c_text import template
 from ramsight.engine.ode_module import pieces
 from ramsight.engine.run import DEFAULT_RTOL
 from ramsight.equation import OdeModel

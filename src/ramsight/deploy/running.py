@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ramsight.deploy.c_sensor import ROW, SensorSource, reading, template
+from ramsight.deploy.c_sensor import ROW, SensorSource, reading
+from ramsight.deploy.c_text import template
 from ramsight.deploy.compiler import STRICT, library
 from ramsight.sensor.virtual_sensor import VirtualSensor
 

@@ -25,7 +25,8 @@ from ramsight.sensor.virtual_sensor import DC_POWER, LAST_SHAFT_ANGLE, SHAFT_ANG
 _LARGEST = 1e9  # rad, W; beyond, or no number, it is not measured
 _FASTEST = 1.5  # share of the highest speed; a counter that leaps farther was set anew
 _LEAPS = 2.5  # within a second or so, that no overflow explains
-_TURNS = 3.0  # rad/s, below which friction and rounding make up the power
+TURNS = 3.0
+"""Motor speed below which friction and rounding make up torque and power [rad/s]."""
 _USUAL = 0.5  # share of what may be missing up to which it teaches gain and losses
 _LEARNED = ("gain", "copper", "iron")
 _LEAST = 1.0  # rad turned lately, below which power says nothing of a torque
@@ -273,7 +274,7 @@ class _Power:
         """
         h, dt = ca.fmax(self._graph.elapsed, 1e-3), self._graph.elapsed
         usual = ca.fabs(found.by) < _USUAL * found.allowed
-        use = ca.logic_and(ca.logic_and(self._there, usual), ca.fabs(speed) > _TURNS)
+        use = ca.logic_and(ca.logic_and(self._there, usual), ca.fabs(speed) > TURNS)
         # What delays make of a changing level lasts as long as the change, noise as long as filters do.
         filtered = self._noise(speed) ** 2 * ca.fmax(1.0, 2.0 * self._drive.delay / h)
         variance = filtered + (found.late / MEMORY) ** 2 * ca.fmax(1.0, MEMORY / h)

@@ -8,6 +8,7 @@ is wrong it does not tell.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -41,7 +42,7 @@ def check_pressures(
         return checks
     drive, (over, off) = assumptions.drive, step.over_pressures
     shown = off > 0.0
-    gain = ca.sqrt(drive.torque_gain**2 + _PUMP**2) * ca.fabs(graph.motor_torque)
+    gain = math.hypot(drive.torque_gain, _PUMP) * ca.fabs(graph.motor_torque)
     noise = drive.torque * limits.torque
     found = apart(
         graph,

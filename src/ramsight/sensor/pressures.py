@@ -13,11 +13,11 @@ import casadi as ca
 
 from ramsight.plant.balance import Balance, Solution
 from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.drive_check import TURNS
 from ramsight.sensor.virtual_sensor import PRESSURES, SensorGraph
 
 _SETTLES = 1.0  # s, within which the oil of a standing piston takes the pressure that is shown; errors are shorter
 _SHOWN = 0.5  # share of a pressure that the torque shows, from which on one is held against the other
-_TURNS = 3.0  # rad/s, below which friction makes up the torque
 _LARGEST = 1e9  # Pa; beyond, or no number, it is not measured
 
 
@@ -101,7 +101,7 @@ class MeasuredPressures:
             force = force + area * (self._measured[k] - solution.z[place])
             slope = slope + area * by_load[place]
         # Behind a valve that is shut, and while the motor hardly turns, the torque shows no pressure.
-        shows = ca.logic_and(ca.fabs(torque_by_load) > _SHOWN * per_angle, ca.fabs(graph.motor_speed) > _TURNS)
+        shows = ca.logic_and(ca.fabs(torque_by_load) > _SHOWN * per_angle, ca.fabs(graph.motor_speed) > TURNS)
         shows = ca.logic_and(ca.logic_and(shows, ca.logic_not(held)), ca.fabs(slope) > _SHOWN)
         shows = ca.logic_and(ca.logic_and(*self._known), ca.logic_and(self._begun, shows))
         per_force = ca.if_else(shows, torque_by_load / slope, 0.0)

@@ -1,27 +1,13 @@
 /* ${title}. Made by ramsight ${version} from the machine "${machine}"; do not edit, export anew. */
 #include "${p}_control.h"
 
-#include <math.h>
 #include <string.h>
 
 #if defined __FINITE_MATH_ONLY__ && __FINITE_MATH_ONLY__
 #error "NaN is a target that is none: compile without -ffast-math and -ffinite-math-only"
 #endif
 
-typedef double real;
-typedef double wide;
-#define R(x) (x)
-#define SQRT sqrt
-#define EXP exp
-#define LOG log
-#define TANH tanh
-#define POW pow
-#define ABS fabs
-#define SIN sin
-#define COS cos
-#define FLOOR floor
-#define CEIL ceil
-
+${real}
 ${advance}
 
 void ${p}_control_init(${p}_control *control) {

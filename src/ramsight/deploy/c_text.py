@@ -1,0 +1,47 @@
+"""Text of exported C: templates, lists of lines, tables of numbers, and the names that every template has."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable
+from importlib import resources
+from string import Template
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ramsight import __version__
+from ramsight.deploy.c_function import literal
+
+
+def template(name: str, **values: object) -> str:
+    """A file of `deploy/c` with the places `${...}` filled in."""
+    text = (resources.files("ramsight.deploy") / "c" / name).read_text(encoding="utf-8")
+    return Template(text).substitute({key: str(value) for key, value in values.items()})
+
+
+def headings(prefix: str, machine: str, title: str) -> dict[str, object]:
+    """What every template of a header or body is filled with.
+
+    Args:
+        prefix: of all names.
+        machine: the machine's name.
+        title: what it is the C of.
+    """
+    return {"p": prefix, "P": prefix.upper(), "version": __version__, "machine": machine, "title": title}
+
+
+def indented(statements: Iterable[str], indent: int = 2) -> str:
+    r"""Statements, a line each.
+
+    Example:
+        >>> indented(["a = 1;", "b = 2;"])
+        '  a = 1;\n  b = 2;'
+    """
+    return textwrap.indent("\n".join(statements), " " * indent)
+
+
+def golden_table(name: str, values: NDArray[np.float64]) -> str:
+    """Golden samples as an array of `GOLDEN` rows, shape (samples, columns)."""
+    body = ",\n".join(f"  {{{', '.join(map(literal, row))}}}" for row in values.tolist())
+    return f"static const double {name}[GOLDEN][{values.shape[1]}] = {{\n{body}\n}};\n"
