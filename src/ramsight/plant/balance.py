@@ -74,6 +74,16 @@ class Solution:
         loose, by_load, _ = self._sliding
         return self._balance.solve(loose, by_load)
 
+    def by_settled_load(self) -> Any:
+        """The same for a load that was another one before the step already, its pressures settled [state/N].
+
+        What the oil gives way to under it is past: of the position only leakage is left.
+        """
+        loose, by_load, _ = self._sliding
+        settled = self.by_large_load()
+        settled[0] = 0.0
+        return self._balance.solve(loose, settled / self._h + by_load)
+
     def by_start(self, direction: Any, load: Any = 0.0) -> Any:
         """How `z` follows a change of the states before the step, with a change of the load beside it [N]."""
         return self._balance.solve(self._factors, direction / self._h + self._rate_by_load * load)

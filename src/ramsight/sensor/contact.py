@@ -88,19 +88,27 @@ class ContactWatch:
 
     def __init__(self, graph: SensorGraph, lift_sign: float, stops: AssumedStops) -> None:
         self._graph, self._lift, self._stops = graph, lift_sign, stops
-        self._kept_for, self._stood = graph.state("torque_kept_for"), graph.state("stands_for")
+        self._stood = graph.state("stands_for")
         self._sank = graph.state("sank")
         self._mode = graph.state("mode")
         self.held = is_in(self._mode, HELD)
-        self._leaves = is_in(self._mode, (Mode.LEAVING,))
+        self.leaves = is_in(self._mode, (Mode.LEAVING,))
         self._direction = ca.if_else(self._mode == float(Mode.HELD_EXTENDING), 1.0, -1.0)
         self._anchor = graph.state("standing_place")
         self._delivered = graph.state("delivered_in_vain")
         self._turned, self._since = graph.state("turned"), graph.state("turns_or_rests_for")
         self._left_from, self._gone = graph.state("left_from"), graph.state("gone_since_contact", _APART)
-        self._torque = graph.state("torque_when_pushing_began")
+        self._leaves_way = graph.state("leaves_way")
+        self._torque, self._pushed = graph.state("torque_when_it_began"), graph.state("pushed")
+        self._friction = graph.parameters.symbol("circuit.cylinder.coulomb_friction")
         self._load = graph.state("load_before_standing")
         self._carried, self._carried_at = graph.state("carried_lately"), graph.state("carried_until")
+
+    def before_it(self, position: Any) -> Any:
+        """A position that is not beyond what the motor pulls it off: it does not go through that [m]."""
+        way, left_from = self._leaves_way, self._left_from
+        kept = ca.if_else(way > 0.0, ca.fmax(position, left_from), ca.fmin(position, left_from))
+        return ca.if_else(ca.logic_and(self.leaves, way != 0.0), kept, position)
 
     def look(self, step: LoadStep, position: Any, stroke: Any, std: Any, known: Any, relief: Any) -> Contact:
         """One sample.
@@ -120,7 +128,7 @@ class ContactWatch:
         since = ca.if_else(turns == self._turned, self._since + graph.elapsed, 0.0)
         graph.becomes("turned", turns)
         graph.becomes("turns_or_rests_for", since)
-        free = ca.logic_and(since > _FOUND, ca.logic_not(ca.logic_or(self.held, self._leaves)))
+        free = ca.logic_and(since > _FOUND, ca.logic_not(ca.logic_or(self.held, self.leaves)))
         delivered = self._delivered + step.free_travel  # also by leakage, where the pump holds the load at rest
         way = ca.if_else(turns, ca.sign(w), ca.sign(delivered))
         slips = ca.if_else(known, _SLIPS, _SLIPS_ANYWHERE)
@@ -155,14 +163,19 @@ class ContactWatch:
         graph.becomes("load_before_standing", load)
         pressed = self._lift * (step.carried - load)
 
+        rests = ca.logic_and(self.held, ca.logic_and(ca.logic_not(turns), moves))
         pushing = ca.logic_and(self.held, ca.logic_and(turns, way == self._direction))
         back = ca.logic_and(self.held, ca.logic_and(turns, way != self._direction))
-        built = step.torque - self._torque
+        # Pushing or resting, the torque of a closed volume changes; one that does not is not closed.
+        unchanged = ca.logic_and(self.held, ca.logic_and(pushing == self._pushed, ca.logic_not(back)))
+        built = ca.if_else(unchanged, step.torque - self._torque, 0.0)
         missing = -step.surprise * ca.sign(built)
-        yields = ca.logic_and(pushing, missing > _NOISE * step.noise + _SOFTER * ca.fabs(built))
-        released = ca.logic_or(ca.logic_or(back, yields), self._leaves_at_rest(step, turns, pressed))
+        yields = ca.logic_and(unchanged, missing > _NOISE * step.noise + _SOFTER * ca.fabs(built))
+        lost = ca.logic_and(rests, pressed * self._direction < -self._friction)
+        released = ca.logic_or(ca.logic_or(back, yields), lost)
         holds = ca.logic_and(touched, ca.logic_not(leaving))
-        graph.becomes("torque_when_pushing_began", ca.if_else(pushing, self._torque, step.torque))
+        graph.becomes("torque_when_it_began", ca.if_else(unchanged, self._torque, step.torque))
+        graph.becomes("pushed", ca.if_else(touched, turns, pushing))
         away = ca.fabs(position - self._left_from) > _SURE * sigma
         pulled = ca.logic_and(touched, leaving)
         conditions = {
@@ -179,7 +192,9 @@ class ContactWatch:
         mode = next_mode(self._mode, conditions)
         graph.becomes("mode", mode)
         held = is_in(mode, HELD)
-        graph.becomes("left_from", ca.if_else(ca.logic_or(released, pulled), position, self._left_from))
+        leaves = ca.logic_or(released, pulled)
+        graph.becomes("left_from", ca.if_else(leaves, position, self._left_from))
+        graph.becomes("leaves_way", ca.if_else(back, way, ca.if_else(leaves, 0.0, self._leaves_way)))
         stood_at = ca.if_else(in_vain, self._anchor, ca.if_else(sunk, settled, before))
         doubt = ca.if_else(ca.logic_and(sunk, ca.logic_not(in_vain)), _SETTLING * (before - settled), 0.0)
         at_top = ca.if_else(leaving, way < 0.0, way > 0.0)
@@ -203,17 +218,6 @@ class ContactWatch:
         gone = self._gone + ca.fabs(step.travel) / stroke
         self._graph.becomes("gone_since_contact", ca.if_else(touched, 0.0, ca.fmin(gone, _APART)))
         return ca.logic_and(touched, ca.logic_or(gone >= _APART, ca.logic_not(known)))
-
-    def _leaves_at_rest(self, step: LoadStep, turns: Any, pressed: Any) -> Any:
-        """Whether a held piston has left what holds it while the motor stands."""
-        rests = ca.logic_and(self.held, ca.logic_and(ca.logic_not(turns), self._graph.elapsed > 0.0))
-        friction = self._graph.parameters.symbol("circuit.cylinder.coulomb_friction")
-        lost = pressed * self._direction < -friction
-        shown = step.seen > SEEN_AT
-        kept = ca.logic_and(shown, step.surprise * self._direction > _NOISE * step.noise)
-        kept_for = ca.if_else(ca.logic_and(rests, kept), self._kept_for + self._graph.elapsed, 0.0)
-        self._graph.becomes("torque_kept_for", kept_for)
-        return ca.logic_and(rests, ca.logic_or(lost, kept_for > _FOUND))
 
     def _settles(self, step: LoadStep, before: Any) -> Any:
         """Where the piston was when the pump's side last carried what it had carried before [m].

@@ -97,13 +97,13 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     warming = warming_of(graph)
     around = bank.means()
     learned = (around[0], *around[3:])
-    step = observer.step([leaking.factor(*learned), around[1], around[2]], watch.held, warming)
+    step = observer.step([leaking.factor(*learned), around[1], around[2]], watch.held, watch.leaves, warming)
     checks = check_pressures(graph, checks, step, assumed, limits, thinner)
     travel_by, torque_by = (leaking.derivatives(by, *learned) for by in (step.travel_by, step.torque_by))
 
     title = "Balance: a step of the circuit's equations under the load that the torque corrects, and its derivatives"
     graph.section(title, step, travel_by, torque_by)
-    nominal = graph.position + step.travel
+    nominal = watch.before_it(graph.position + step.travel)
     setting = assumed.machine.relief
     doubt = passing(circuit, step.z, lambda name: symbol(f"circuit.{name}"), graph.extending_speed, setting)
     contact = watch.look(step, nominal, symbol("stroke"), ca.sqrt(bank.variance()), referenced, doubt)

@@ -37,6 +37,7 @@ _STANDING = 1.0  # rad/s; friction of a motor slower than this has a sign that n
 _WITHIN = 0.2  # s; time constant for a torque that friction at standstill may explain
 _ROUGHER = 1.25  # friction of a usual pump over the described one
 _FIRST = 0.3  # of the load at relief pressure: standard deviation of one that has not been seen yet
+_NO_VARIANCE = 1e-12  # of the square of the load at relief pressure: a load that is known has nothing to correct
 _NOTHING = 4.0  # standard deviations of the torque; a load that shows no more may be none
 
 
@@ -143,15 +144,17 @@ class LoadObserver:
         first = (_FIRST * limits.load) ** 2
         self._walked = graph.state("load_variance", first if self._passive else 0.0)
         self._initial = graph.state("first_load_variance", 0.0 if self._passive else first)
+        self._covariance = graph.state("load_position_covariance")
         self._pressures = MeasuredPressures(graph, balance, assumptions) if PRESSURES[0] in graph.measured else None
         self._slopes = {name: [graph.state(f"{state}_by_{name}") for state in self._names] for name in FACTORS}
 
-    def step(self, factors: list[Any], held: Any, warming: Any = None) -> LoadStep:
+    def step(self, factors: list[Any], held: Any, leaves: Any = 0.0, warming: Any = None) -> LoadStep:
         """One sample.
 
         Args:
             factors: in the order of `FACTORS`, as believed before the sample.
             held: whether the piston is held where it is.
+            leaves: whether it was let go, and may still stand there.
             warming: of the oil [K/s], if it is known already.
         """
         graph, balance = self._graph, self._balance
@@ -179,7 +182,8 @@ class LoadObserver:
         h_walked, h_initial = first.torque_by(by_large), first.torque_by(by_initial)
         noise2, friction = self._noise(first, early.torque - first.torque, p, h)
         missed = graph.motor_torque - first.torque
-        surprise, slowly = self._surprise(first, missed, h_walked, h_initial, noise2, friction, h)
+        shown = self._shown(first, h_walked, friction)
+        surprise, slowly = self._surprise(shown, missed, h_walked, h_initial, noise2, friction, h)
         gains = self._gains(first, surprise, h_walked, h_initial, noise2, held, h)
         d_initial, d_walked = gains.initial * surprise, gains.walked * surprise
         after_torque = (1.0 - gains.walked * h_walked) * gains.walked_variance
@@ -207,8 +211,17 @@ class LoadObserver:
         kept = ca.if_else(moves, (1.0 - gains.initial * h_initial) * gains.initial_variance, self._initial)
         graph.becomes("first_load_variance", kept)
         believed = ca.if_else(ca.fabs(missed) < friction, slowly, 1.0)
+        possible = corrected == asked
+        rests = ca.logic_and(shown, ca.logic_not(ca.logic_or(held, leaves)))
+        leaks = first.by_settled_load()[0]
+        position_gain = self._position_gain(rests, leaks, gains, h_walked * believed)
+        position_gain = ca.if_else(possible, position_gain, 0.0)
         taken = [gains.initial * believed, gains.walked * believed]
-        travel_by, torque_by = self._follow(first, second, by_first, taken, corrected == asked, moves, goes)
+        travel_by, torque_by = self._follow(first, second, by_first, taken, possible, moves, goes)
+        travel_by = tuple(
+            by - ca.if_else(goes, position_gain * believed * expected, 0.0)
+            for by, expected in zip(travel_by, torque_by, strict=True)
+        )
         # At its limit a relief valve gives way in the model, and not the oil.
         limited = ca.logic_or(ca.fmin(load, corrected) <= self._least, ca.fmax(load, corrected) >= self._relief_load)
         other = ca.logic_or(held, ca.logic_or(may_be_empty, limited))
@@ -216,7 +229,7 @@ class LoadObserver:
         graph.becomes("give", give)
         self._graph.becomes("expected_torque", second.torque)
         return LoadStep(
-            travel=ca.if_else(goes, solved[0] - before[0], 0.0),
+            travel=ca.if_else(goes, solved[0] - before[0] + position_gain * surprise, 0.0),
             free_travel=ca.if_else(goes, balance.near(first.z, before, mean, h)[0] - before[0], 0.0),
             travel_by=travel_by,
             torque_by=torque_by,
@@ -239,16 +252,19 @@ class LoadObserver:
             over_pressures=over_pressures,
         )
 
+    def _shown(self, first: Solution, h_walked: Any, friction: Any) -> Any:
+        """Whether the torque of a motor that stands shows the load that it holds, but for friction."""
+        shown = ca.logic_and(friction > 0.0, ca.fabs(h_walked) > SEEN_AT * self._per_angle)
+        return ca.logic_and(shown, self._holds(first))
+
     def _surprise(
-        self, first: Solution, missed: Any, h_walked: Any, h_initial: Any, noise2: Any, friction: Any, h: Any
+        self, shown: Any, missed: Any, h_walked: Any, h_initial: Any, noise2: Any, friction: Any, h: Any
     ) -> tuple[Any, Any]:
         """What a torque says beside what was expected [N m], and the share of it that is taken within friction.
 
         Friction at standstill may have either sign, so what lies within it is still the likeliest, and taken slowly. A
         first load there is nothing to go on with.
         """
-        shown = ca.logic_and(friction > 0.0, ca.fabs(h_walked) > SEEN_AT * self._per_angle)
-        shown = ca.logic_and(shown, self._holds(first))
         slowly = ca.if_else(shown, ca.fmin(h / _WITHIN, 1.0), 0.0)
         unknown = h_initial**2 * self._initial
         first_share = unknown / (unknown + h_walked**2 * self._walked + noise2)
@@ -279,6 +295,29 @@ class LoadObserver:
         if self._passive:
             k_walked = ca.if_else(ca.logic_and(first.stands, surprise > 0.0), 0.0, k_walked)
         return _Gains(k_initial, k_walked, initial, walked)
+
+    def _position_gain(self, rests: Any, leaks: Any, gains: _Gains, taken: Any) -> Any:
+        """How a torque's surprise corrects the position while the pump holds the load at rest [m/(N m)].
+
+        What friction may explain is taken slowly, and the piston sinks meanwhile under a load that was another one:
+        errors of load and position belong together, and what corrects the one corrects the other,
+
+            c = c + dx/dF P,    K_x = c H / (H^2 P + R) = K c / P,    c = c (1 - K H).
+
+        What the oil gives way under the corrected load is none of it; the equations have that already.
+
+        Args:
+            rests: whether that is so, and nothing else carries a part of the load.
+            leaks: what the piston goes in this sample by leakage, per load that its pressures have settled to [m/N].
+            gains: of the load.
+            taken: how the torque shows the load, as far as it is taken [N m/N].
+        """
+        graph = self._graph
+        grown = self._covariance + leaks * self._walked
+        after = ca.if_else(rests, grown * (1.0 - gains.walked * taken), 0.0)
+        graph.becomes("load_position_covariance", ca.if_else(graph.elapsed > 0.0, after, self._covariance))
+        least = _NO_VARIANCE * self._relief_load**2
+        return ca.if_else(rests, gains.walked * grown / ca.fmax(gains.walked_variance, least), 0.0)
 
     def _is_empty(self, z: Any, load: Any) -> tuple[Any, Any]:
         """Whether oil may give the piston no force, and whether it surely gives none.
