@@ -99,9 +99,9 @@ class ContactWatch:
         self._turned, self._since = graph.state("turned"), graph.state("turns_or_rests_for")
         self._left_from, self._gone = graph.state("left_from"), graph.state("gone_since_contact", _APART)
         self._leaves_way = graph.state("leaves_way")
-        self._torque, self._pushed = graph.state("torque_when_it_began"), graph.state("pushed")
+        self._torque = graph.state("torque_when_pushing_began")
         self._friction = graph.parameters.symbol("circuit.cylinder.coulomb_friction")
-        self._load = graph.state("load_before_standing")
+        self._loads = {name: graph.state(name) for name in ("least_load_lately", "largest_load_lately")}
         self._carried, self._carried_at = graph.state("carried_lately"), graph.state("carried_until")
 
     def before_it(self, position: Any) -> Any:
@@ -159,23 +159,19 @@ class ContactWatch:
         graph.becomes("delivered_in_vain", ca.if_else(ca.logic_and(keeps, ca.logic_not(touched)), delivered, 0.0))
         graph.becomes("standing_place", ca.if_else(keeps, self._anchor, position))
         keeps_load = ca.logic_or(keeps, ca.logic_or(self.held, touched))
-        load = ca.if_else(keeps_load, self._load, step.load)
-        graph.becomes("load_before_standing", load)
-        pressed = self._lift * (step.carried - load)
+        pressed = self._lift * (step.carried - self._load_before(step.load, keeps_load))
 
         rests = ca.logic_and(self.held, ca.logic_and(ca.logic_not(turns), moves))
         pushing = ca.logic_and(self.held, ca.logic_and(turns, way == self._direction))
         back = ca.logic_and(self.held, ca.logic_and(turns, way != self._direction))
-        # Pushing or resting, the torque of a closed volume changes; one that does not is not closed.
-        unchanged = ca.logic_and(self.held, ca.logic_and(pushing == self._pushed, ca.logic_not(back)))
-        built = ca.if_else(unchanged, step.torque - self._torque, 0.0)
+        built = step.torque - self._torque
         missing = -step.surprise * ca.sign(built)
-        yields = ca.logic_and(unchanged, missing > _NOISE * step.noise + _SOFTER * ca.fabs(built))
+        yields = ca.logic_and(pushing, missing > _NOISE * step.noise + _SOFTER * ca.fabs(built))
+        yields = ca.logic_or(yields, self._stays(step, rests))
         lost = ca.logic_and(rests, pressed * self._direction < -self._friction)
         released = ca.logic_or(ca.logic_or(back, yields), lost)
         holds = ca.logic_and(touched, ca.logic_not(leaving))
-        graph.becomes("torque_when_it_began", ca.if_else(unchanged, self._torque, step.torque))
-        graph.becomes("pushed", ca.if_else(touched, turns, pushing))
+        graph.becomes("torque_when_pushing_began", ca.if_else(pushing, self._torque, step.torque))
         away = ca.fabs(position - self._left_from) > _SURE * sigma
         pulled = ca.logic_and(touched, leaving)
         conditions = {
@@ -218,6 +214,41 @@ class ContactWatch:
         gone = self._gone + ca.fabs(step.travel) / stroke
         self._graph.becomes("gone_since_contact", ca.if_else(touched, 0.0, ca.fmin(gone, _APART)))
         return ca.logic_and(touched, ca.logic_or(gone >= _APART, ca.logic_not(known)))
+
+    def _stays(self, step: LoadStep, rests: Any) -> Any:
+        """Whether the torque stays while a piston that is held at rest would let it change: it is not held.
+
+        It is the change that counts: a load that was taken slowly may have been another one when the piston seemed to
+        stand.
+        """
+        graph = self._graph
+        rested = graph.state("rested")
+        names = ("torque_when_rest_began", "torque_shown_when_rest_began")
+        changes = []
+        for name, now in zip(names, (step.torque, graph.motor_torque), strict=True):
+            began = graph.state(name)
+            graph.becomes(name, ca.if_else(ca.logic_and(rests, rested), began, now))
+            changes.append(ca.if_else(rested, now - began, 0.0))
+        graph.becomes("rested", rests)
+        expected, shown = changes
+        way = ca.sign(expected)
+        stays = (expected - shown) * way > _NOISE * step.noise + _SOFTER * ca.fabs(expected)
+        return ca.logic_and(ca.logic_and(rests, stays), -step.surprise * way > _NOISE * step.noise)
+
+    def _load_before(self, load: Any, keeps: Any) -> Any:
+        """The load that the oil carried before the piston came to stand [N].
+
+        While it comes to stand the load seems to collapse, for what stops it carries it: the largest or the least one of
+        the last moments is the one from before.
+        """
+        share = ca.fmin(self._graph.elapsed / _REMEMBERED, 1.0)
+        kept = []
+        for (name, before), extreme in zip(self._loads.items(), (ca.fmin, ca.fmax), strict=True):
+            lately = ca.if_else(keeps, before, extreme(load, before + share * (load - before)))
+            self._graph.becomes(name, lately)
+            kept.append(lately)
+        least, largest = kept
+        return ca.if_else(self._direction * self._lift > 0.0, least, largest)
 
     def _settles(self, step: LoadStep, before: Any) -> Any:
         """Where the piston was when the pump's side last carried what it had carried before [m].

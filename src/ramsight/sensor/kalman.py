@@ -115,7 +115,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     grows = intake.drift + passed + ca.if_else(rests, creeps, 0.0) + checks.grows
     _predict(graph, bank, step, travel_by, around, grows, leaking, assumed)
     observer.release(contact.released, step.carried)
-    _torque(graph, bank, step, contact, torque_by, around, checks)
+    _torque(graph, bank, step, contact, torque_by, around, checks, doubt)
     measured = _measure(graph, bank, step, contact, nominal, assumed, link, referenced, checks)
     # A stop gives way; what it gives back once the piston is let go is travel.
     given_way = contact.pressed / symbol("stop_stiffness")
@@ -261,14 +261,15 @@ def _torque(
     torque_by: list[Any],
     around: list[Any],
     checks: DriveChecks,
+    relief: Any,
 ) -> None:
     """What a torque tells of the machine where it tells nothing of the load.
 
-    While the piston is held the pressures rise as the oil gives way; while a closed valve keeps the load from the pump,
+    While the piston is held the pressures rise as the oil gives way, where none of it may pass a relief valve; while a closed valve keeps the load from the pump,
     all that the pump delivers is leakage.
     """
     inflation = _CORRELATED / ca.fmax(graph.elapsed, 1e-3)
-    compressed = ca.logic_and(contact.pushing, ca.logic_not(step.empty))
+    compressed = ca.logic_and(contact.pushing, ca.logic_not(ca.logic_or(step.empty, relief > 0.0)))
     pushes = ca.logic_and(compressed, ca.fabs(torque_by[2]) > step.noise)
     turns = ca.logic_and(ca.fabs(graph.motor_speed) > _TURNING, ca.logic_not(contact.held))
     steady = ca.fabs(step.change) < _STEADY * ca.fabs(torque_by[0])
