@@ -222,14 +222,14 @@ class ContactWatch:
         stand.
         """
         graph = self._graph
-        rested = graph.state("rested")
+        rested = graph.state("held_at_rest")
         names = ("torque_when_rest_began", "torque_shown_when_rest_began")
         changes = []
         for name, now in zip(names, (step.torque, graph.motor_torque), strict=True):
             began = graph.state(name)
             graph.becomes(name, ca.if_else(ca.logic_and(rests, rested), began, now))
             changes.append(ca.if_else(rested, now - began, 0.0))
-        graph.becomes("rested", rests)
+        graph.becomes("held_at_rest", rests)
         expected, shown = changes
         way = ca.sign(expected)
         stays = (expected - shown) * way > _NOISE * step.noise + _SOFTER * ca.fabs(expected)
@@ -238,14 +238,15 @@ class ContactWatch:
     def _load_before(self, load: Any, keeps: Any) -> Any:
         """The load that the oil carried before the piston came to stand [N].
 
-        While it comes to stand the load seems to collapse, for what stops it carries it: the largest or the least one of
-        the last moments is the one from before.
+        While it comes to stand the load seems to collapse, for what stops it carries it: the largest or the least one
+        of the last moments is the one from before.
         """
-        share = ca.fmin(self._graph.elapsed / _REMEMBERED, 1.0)
+        graph = self._graph
+        share = ca.if_else(graph.held("started"), ca.fmin(graph.elapsed / _REMEMBERED, 1.0), 1.0)
         kept = []
         for (name, before), extreme in zip(self._loads.items(), (ca.fmin, ca.fmax), strict=True):
             lately = ca.if_else(keeps, before, extreme(load, before + share * (load - before)))
-            self._graph.becomes(name, lately)
+            graph.becomes(name, lately)
             kept.append(lately)
         least, largest = kept
         return ca.if_else(self._direction * self._lift > 0.0, least, largest)

@@ -265,8 +265,8 @@ def _torque(
 ) -> None:
     """What a torque tells of the machine where it tells nothing of the load.
 
-    While the piston is held the pressures rise as the oil gives way, where none of it may pass a relief valve; while a closed valve keeps the load from the pump,
-    all that the pump delivers is leakage.
+    While the piston is held the pressures rise as the oil gives way, where none of it may pass a relief valve; while a
+    closed valve keeps the load from the pump, all that the pump delivers is leakage.
     """
     inflation = _CORRELATED / ca.fmax(graph.elapsed, 1e-3)
     compressed = ca.logic_and(contact.pushing, ca.logic_not(ca.logic_or(step.empty, relief > 0.0)))

@@ -37,7 +37,6 @@ _STANDING = 1.0  # rad/s; friction of a motor slower than this has a sign that n
 _WITHIN = 0.2  # s; time constant for a torque that friction at standstill may explain
 _ROUGHER = 1.25  # friction of a usual pump over the described one
 _FIRST = 0.3  # of the load at relief pressure: standard deviation of one that has not been seen yet
-_NO_VARIANCE = 1e-12  # of the square of the load at relief pressure: a load that is known has nothing to correct
 _NOTHING = 4.0  # standard deviations of the torque; a load that shows no more may be none
 
 
@@ -144,7 +143,6 @@ class LoadObserver:
         first = (_FIRST * limits.load) ** 2
         self._walked = graph.state("load_variance", first if self._passive else 0.0)
         self._initial = graph.state("first_load_variance", 0.0 if self._passive else first)
-        self._covariance = graph.state("load_position_covariance")
         self._pressures = MeasuredPressures(graph, balance, assumptions) if PRESSURES[0] in graph.measured else None
         self._slopes = {name: [graph.state(f"{state}_by_{name}") for state in self._names] for name in FACTORS}
 
@@ -211,17 +209,16 @@ class LoadObserver:
         kept = ca.if_else(moves, (1.0 - gains.initial * h_initial) * gains.initial_variance, self._initial)
         graph.becomes("first_load_variance", kept)
         believed = ca.if_else(ca.fabs(missed) < friction, slowly, 1.0)
-        possible = corrected == asked
-        rests = ca.logic_and(shown, ca.logic_not(ca.logic_or(held, leaves)))
-        leaks = first.by_settled_load()[0]
-        position_gain = self._position_gain(rests, leaks, gains, h_walked * believed)
-        position_gain = ca.if_else(possible, position_gain, 0.0)
         taken = [gains.initial * believed, gains.walked * believed]
-        travel_by, torque_by = self._follow(first, second, by_first, taken, possible, moves, goes)
-        travel_by = tuple(
-            by - ca.if_else(goes, position_gain * believed * expected, 0.0)
-            for by, expected in zip(travel_by, torque_by, strict=True)
-        )
+        travel_by, torque_by = self._follow(first, second, by_first, taken, corrected == asked, moves, goes)
+        # What friction hides of the load is taken slowly, and leaks meanwhile as the torque says.
+        rests = 0.0 if self._passive else ca.logic_and(shown, ca.logic_not(ca.logic_or(held, leaves)))
+        sinks = ca.if_else(ca.logic_and(goes, rests), first.by_settled_load()[0] / h_walked, 0.0)
+        hidden = missed - h_initial * d_initial - h_walked * d_walked
+        least, most = h_walked * (self._least - corrected), h_walked * (self._relief_load - corrected)
+        sunk = sinks * ca.fmin(ca.fmax(hidden, ca.fmin(least, most)), ca.fmax(least, most))
+        left = 1.0 - believed * (gains.initial * h_initial + gains.walked * h_walked)
+        travel_by = tuple(by - sinks * left * more for by, more in zip(travel_by, torque_by, strict=True))
         # At its limit a relief valve gives way in the model, and not the oil.
         limited = ca.logic_or(ca.fmin(load, corrected) <= self._least, ca.fmax(load, corrected) >= self._relief_load)
         other = ca.logic_or(held, ca.logic_or(may_be_empty, limited))
@@ -229,7 +226,7 @@ class LoadObserver:
         graph.becomes("give", give)
         self._graph.becomes("expected_torque", second.torque)
         return LoadStep(
-            travel=ca.if_else(goes, solved[0] - before[0] + position_gain * surprise, 0.0),
+            travel=ca.if_else(goes, solved[0] - before[0], 0.0) + sunk,
             free_travel=ca.if_else(goes, balance.near(first.z, before, mean, h)[0] - before[0], 0.0),
             travel_by=travel_by,
             torque_by=torque_by,
@@ -295,29 +292,6 @@ class LoadObserver:
         if self._passive:
             k_walked = ca.if_else(ca.logic_and(first.stands, surprise > 0.0), 0.0, k_walked)
         return _Gains(k_initial, k_walked, initial, walked)
-
-    def _position_gain(self, rests: Any, leaks: Any, gains: _Gains, taken: Any) -> Any:
-        """How a torque's surprise corrects the position while the pump holds the load at rest [m/(N m)].
-
-        What friction may explain is taken slowly, and the piston sinks meanwhile under a load that was another one:
-        errors of load and position belong together, and what corrects the one corrects the other,
-
-            c = c + dx/dF P,    K_x = c H / (H^2 P + R) = K c / P,    c = c (1 - K H).
-
-        What the oil gives way under the corrected load is none of it; the equations have that already.
-
-        Args:
-            rests: whether that is so, and nothing else carries a part of the load.
-            leaks: what the piston goes in this sample by leakage, per load that its pressures have settled to [m/N].
-            gains: of the load.
-            taken: how the torque shows the load, as far as it is taken [N m/N].
-        """
-        graph = self._graph
-        grown = self._covariance + leaks * self._walked
-        after = ca.if_else(rests, grown * (1.0 - gains.walked * taken), 0.0)
-        graph.becomes("load_position_covariance", ca.if_else(graph.elapsed > 0.0, after, self._covariance))
-        least = _NO_VARIANCE * self._relief_load**2
-        return ca.if_else(rests, gains.walked * grown / ca.fmax(gains.walked_variance, least), 0.0)
 
     def _is_empty(self, z: Any, load: Any) -> tuple[Any, Any]:
         """Whether oil may give the piston no force, and whether it surely gives none.
