@@ -243,6 +243,7 @@ class _Layout:
             port = next(symbol.ports[p] for p in ("port_a", "port_b") if element.ends[p] == node)
             self.sheet.run(node, (self.x[side], y), (port[0], y), port)
         self._label(element, symbol, (symbol.box[2] + 8.0, middle), "start")
+        self._pilot(element, symbol)
         pump, back = symbol.ports["pump_port"], symbol.ports["tank_port"]
         if element.ends["tank_port"] == self.order.bottom:
             self.hanging.append(back)

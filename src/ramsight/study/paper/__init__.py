@@ -71,7 +71,7 @@ CHAPTERS = (
 )
 """The parts of the study, in the report's order."""
 
-_FIGURES = 23
+_FIGURES = 24
 STEPS = len(CHAPTERS) + _FIGURES
 """Steps of progress that `reproduce` and `write_report` tell together."""
 
