@@ -13,7 +13,9 @@ from ramsight.study.paper.markdown import MEANING, chapter_lines, table_lines, t
 
 ROOT = Path(__file__).parents[1]
 PAGE, FIGURES = ROOT / "docs" / "paper.md", ROOT / "docs" / "paper"
+_DRAWN = ("fig01_loader", "fig02_circuit", "fig05_hydraulics", "fig06_pumps")
 SHOWN = (
+    *_DRAWN,
     "fig09_boom_movement",
     "fig15_boom_errors",
     "fig18_references",

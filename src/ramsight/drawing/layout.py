@@ -186,9 +186,11 @@ class _Layout:
         self.sheet.others += moved(turned, self.centre, top)
         self._motor((self.centre, middle), (self.centre + symbols.MOTOR_RADIUS + 7.0, middle - 2.0), "start")
 
-    def _motor(self, at: Point, words: Point, anchor: str, *, above: bool = False) -> None:
-        element = Element("drive", "drive", symbols.motor(), {}, (f"to {self.unit.max_speed * 30 / math.pi:.4g} rpm",))
-        self._label(element, element.symbol.moved(*at), words, anchor, above=above)
+    def _motor(self, at: Point, beside: Point, anchor: str, *, above: bool = False) -> None:
+        note = (self.notes["drive"],) if "drive" in self.notes else ()
+        words = (*note, f"to {self.unit.max_speed * 30 / math.pi:.4g} rpm")
+        element = Element("drive", "drive", symbols.motor(), {}, words)
+        self._label(element, element.symbol.moved(*at), beside, anchor, above=above)
 
     def _shaft(self, begin: float, end: float) -> tuple[Shape, ...]:
         return symbols.shaft(begin, end, both_ways=self.order.valve is None)
