@@ -16,6 +16,7 @@ from ramsight.control.unit_loop import UnitLoop
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.duty.live import LiveUnit, Reported
 from ramsight.machine.assumptions import AssumedMachine, Assumptions
+from ramsight.plant.holding import Holding
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate
@@ -200,3 +201,16 @@ def test_a_rod_that_is_lowered_behind_a_valve_stands_as_soon_as_the_motor_does()
     held = actuation(RAM)
     assert held.to_stand(held.leakage(LOAD), -1.0, LOAD) == pytest.approx(0.0)
     assert held.to_stand(0.0, -1.0, LOAD) > 0.5 * DT * held.leakage(LOAD) * held.holding.travel_per_radian(LOAD)
+
+
+def test_a_sensor_of_a_late_drive_is_told_where_the_rod_was_at_the_beginning():
+    """What such a drive reports first is of before: a pump that holds its load was not sinking then."""
+    axis, errors = UNITS["eha-test-bench axis"], []
+    load = 0.4 * limits_of(axis).load
+    for delay in (0.0, 0.1):
+        loop = UnitLoop(axis, axis, 0.1, load, Setting(known=True, drive=DriveResponse(report_delay=delay)))
+        loop.rest(3.0)
+        errors.append(loop.records["axis"].estimate[-1].position - loop.now.position["axis"])
+    sinks = actuation(axis).leakage(load) * Holding(axis).travel_per_radian(load) * 0.1
+    assert sinks > 0.3e-3
+    assert abs(errors[1] - errors[0]) < 0.4 * sinks

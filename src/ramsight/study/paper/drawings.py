@@ -61,7 +61,12 @@ def drawings(benches: dict[str, Bench]) -> Chapter:
                 (_WIDTH, _WIDTH * (bottom - top) / (right - left)),
             ),
             *(
-                Picture(name, f"Model of the boom's {what} (the paper's {place}).", _diagram(diagram), (_WIDTH, high))
+                Picture(
+                    name,
+                    f"Model of the boom's {what} (the paper's {place}); its oil goes either way.",
+                    _diagram(diagram),
+                    (_WIDTH, high),
+                )
                 for name, what, diagram, place, high in models
             ),
         ),
