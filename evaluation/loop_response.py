@@ -135,12 +135,15 @@ def _lines(time: NDArray[np.float64], values: NDArray[np.float64], frequency: An
 
 
 def steps(unit: HydraulicUnit, drive: DriveResponse) -> dict[str, list[float]]:
-    """A move of a twentieth of the stroke: time [s], target's way done by trajectory and by the true rod [m]."""
+    """A move of a twentieth of the stroke: time [s], and what the true rod has done of its way [1], 1 at the target.
+
+    What it has sunk by before a late drive holds it is no part of the way.
+    """
     name, stroke = unit.name, float(unit.cylinder.stroke)
     loop = UnitLoop(unit, unit, 0.4 * stroke, _LOAD * limits_of(unit).load, Setting(known=True, drive=drive))
     loop.rest(1.0)
     way = 0.05 * unit.lift_sign * stroke
-    begun, at = loop.now.time, loop.now.position[name]
+    begun, at = loop.now.time, 0.4 * stroke
     loop.go({name: 0.4 * stroke + way}, settle=1.0)
     time, place = np.array(loop.time), np.array(loop.records[name].position)
     after = (time >= begun - 0.1) & (np.arange(len(time)) % _SHOWN == 0)
