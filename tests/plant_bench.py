@@ -206,7 +206,7 @@ def _random(name, rng, count):
         return rng.uniform(-2e-3, 2e-3, count)
     if name.startswith("felt"):
         return rng.uniform(0.0, 4e7, count)
-    if name.startswith(("opening", "stroke")):
+    if name.startswith(("opening", "swivel")):
         return rng.uniform(0.0, 1.0, count)
     if name.startswith("spool"):
         return rng.uniform(-1.0, 1.0, count)

@@ -65,7 +65,7 @@ def test_the_pump_idles_at_its_margin_and_stops_at_its_cut_off():
     run = held(0.0, 129e3, end=2.0)
     over = float(run["pressure_pump_line"][-1] - run["pressure_load_line"][-1])
     assert PUMP.margin - PUMP.band < over < PUMP.margin
-    assert 0.0 < float(run["pump_stroke"][-1]) < 0.02  # it makes up for its own leakage
+    assert 0.0 < float(run["pump_swivel"][-1]) < 0.02  # it makes up for its own leakage
     assert abs(run.attrs["energy_residual"]) < 1e-6
     stalled = held(0.3, 129e3, end=6.0, start=0.69)  # against the stop
     above = float(stalled["pressure_pump_line"][-1]) - UNIT.tank_pressure

@@ -152,7 +152,7 @@ class PlacedLoadSensingPump(PlacedPump):
         float, quantity("bar", "pressure rise where it delivers nothing", above="1 bar", most="1000 bar")
     ]
     band: Annotated[
-        float, quantity("bar", "below these within which it goes to full stroke", above="0 bar", most="100 bar")
+        float, quantity("bar", "below these within which it goes to full displacement", above="0 bar", most="100 bar")
     ]
     swivel_time: Annotated[
         float, quantity("ms", "until it has gone 95 % of a step, first order", above="1 ms", most="10 s")

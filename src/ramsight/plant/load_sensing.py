@@ -27,7 +27,7 @@ class LoadSensingPump(Pump):
     """A pump of variable displacement that keeps its outlet by a margin above the pressure of a sensing line.
 
     Leakage and friction are those of a pump at full displacement, whatever it swivels to, as in Wilson's law: gaps and
-    loaded surfaces do not get smaller with the stroke. So it is worse at part stroke, and turns with losses when idle.
+    loaded surfaces do not get smaller with it. So it is worse at part displacement, and turns with losses when idle.
 
     Args:
         load_line: node whose pressure it answers.
@@ -54,13 +54,13 @@ class LoadSensingPump(Pump):
         short = ca.fmin(sensed + self.margin, inlet + self.cut_off) - outlet
         return ca.fmin(ca.fmax(short / self.band, 0.0), 1.0)
 
-    def stroked(self, circuit: Circuit) -> Any:
+    def swivel(self, circuit: Circuit) -> Any:
         """Share of the displacement that it moves per revolution [1], a state."""
-        name = f"stroke_{self.name}"
+        name = f"swivel_{self.name}"
         share = circuit.state(name, "1", 1e-6)
         outlet, inlet, sensed = (circuit.pressure(node) for node in (self.outlet, self.inlet, self.load_line))
         circuit.derivative(name, (self.asked(outlet, inlet, sensed) - share) * (SETTLED / self.swivel_time))
-        circuit.output(f"{self.name}.stroke", "1", share)
+        circuit.output(f"{self.name}.swivel", "1", share)
         return share
 
 

@@ -223,7 +223,7 @@ class Pump:
             viscosity = viscosity * circuit.oil.thickening(0.5 * (inlet + outlet))
         leak = self.leakage(speed, rise, viscosity, circuit.density)
         friction = self.friction(speed, rise, circuit.viscosity)
-        displacement = self.displacement * self.stroked(circuit)
+        displacement = self.displacement * self.swivel(circuit)
         if self.belt_loss is None and self.belt_creep is None:
             circuit.shaft_torque(self.belt * (displacement * rise + friction))
         else:
@@ -243,7 +243,7 @@ class Pump:
         circuit.loss(f"{self.name}.leakage", leak * rise)
         circuit.loss(f"{self.name}.friction", friction * speed)
 
-    def stroked(self, circuit: Circuit) -> Any:
+    def swivel(self, circuit: Circuit) -> Any:
         """Share of its displacement that it moves per revolution [1]; a pump of fixed displacement moves all of it."""
         del circuit
         return 1.0
