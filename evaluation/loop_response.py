@@ -48,10 +48,18 @@ class Response:
     Attributes:
         frequency: [Hz].
         gain: complex, of the position that the control is given to the one that the sensor then says.
+        delay: dead time that the drive is declared to have [s].
     """
 
     frequency: NDArray[np.float64]
     gain: NDArray[np.complex128]
+    delay: float = 0.0
+
+    @property
+    def phase(self) -> NDArray[np.float64]:
+        """Without jumps [rad]: the known dead time turns it by more than half a turn from one sine to the next."""
+        turned = 2.0 * np.pi * self.delay * self.frequency
+        return np.unwrap(np.angle(self.gain * np.exp(1j * turned))) - turned
 
     @property
     def crossover(self) -> float:
@@ -61,13 +69,12 @@ class Response:
     @property
     def phase_margin(self) -> float:
         """What the phase has left to -180 degrees there [degrees]."""
-        phase = np.unwrap(np.angle(self.gain))
-        return 180.0 + math.degrees(float(np.interp(math.log(self.crossover), np.log(self.frequency), phase)))
+        return 180.0 + math.degrees(float(np.interp(math.log(self.crossover), np.log(self.frequency), self.phase)))
 
     @property
     def gain_margin(self) -> float:
         """By how much the gain may grow until the phase of -180 degrees has a gain of 1; NaN: not up to 10 Hz."""
-        at = _where(self.frequency, np.unwrap(np.angle(self.gain)) + math.pi)
+        at = _where(self.frequency, self.phase + math.pi)
         if math.isnan(at):
             return math.nan
         level = np.interp(math.log(at), np.log(self.frequency), np.log(np.abs(self.gain)))
@@ -115,7 +122,7 @@ def response(unit: HydraulicUnit, drive: DriveResponse) -> Response:
     found = _lines(times[inside], positions[inside], frequency) / _lines(
         times[inside], np.array(given)[inside], frequency
     )
-    return Response(frequency, -found)
+    return Response(frequency, -found, drive.command_delay + drive.report_delay + setting.period)
 
 
 def _lines(time: NDArray[np.float64], values: NDArray[np.float64], frequency: Any) -> NDArray[np.complex128]:
@@ -128,12 +135,15 @@ def _lines(time: NDArray[np.float64], values: NDArray[np.float64], frequency: An
 
 
 def steps(unit: HydraulicUnit, drive: DriveResponse) -> dict[str, list[float]]:
-    """A move of a twentieth of the stroke: time [s], target's way done by trajectory and by the true rod [m]."""
+    """A move of a twentieth of the stroke: time [s], and what the true rod has done of its way [1], 1 at the target.
+
+    What it has sunk by before a late drive holds it is no part of the way.
+    """
     name, stroke = unit.name, float(unit.cylinder.stroke)
     loop = UnitLoop(unit, unit, 0.4 * stroke, _LOAD * limits_of(unit).load, Setting(known=True, drive=drive))
     loop.rest(1.0)
     way = 0.05 * unit.lift_sign * stroke
-    begun, at = loop.now.time, loop.now.position[name]
+    begun, at = loop.now.time, 0.4 * stroke
     loop.go({name: 0.4 * stroke + way}, settle=1.0)
     time, place = np.array(loop.time), np.array(loop.records[name].position)
     after = (time >= begun - 0.1) & (np.arange(len(time)) % _SHOWN == 0)
@@ -153,7 +163,7 @@ def study(advance: Callable[[float], object] = lambda _: None) -> dict[str, Any]
                 "gain_margin": None if math.isnan(one.gain_margin) else one.gain_margin,
                 "frequency": one.frequency.tolist(),
                 "gain": np.abs(one.gain).tolist(),
-                "phase": np.degrees(np.unwrap(np.angle(one.gain))).tolist(),
+                "phase": np.degrees(one.phase).tolist(),
                 "step": {key: np.round(value, 5).tolist() for key, value in steps(unit, how).items()},
             }
             advance(1)

@@ -13,7 +13,17 @@ from ramsight.study.paper.markdown import MEANING, chapter_lines, table_lines, t
 
 ROOT = Path(__file__).parents[1]
 PAGE, FIGURES = ROOT / "docs" / "paper.md", ROOT / "docs" / "paper"
-SHOWN = ("fig09_boom_movement", "fig15_boom_errors", "fig18_references", "fig19_speeds", "fig20_ramps", "fig22_wear")
+_DRAWN = ("fig01_loader", "fig02_circuit", "fig05_hydraulics", "fig06_pumps")
+SHOWN = (
+    *_DRAWN,
+    "fig09_boom_movement",
+    "fig15_boom_errors",
+    "fig18_references",
+    "fig19_speeds",
+    "fig20_ramps",
+    "fig22_wear",
+    "fig28_valve_controlled",
+)
 """Figures that the page shows; the report has all."""
 _LEFT_OUT = ("the paper's tables 1 and 2", "pump efficiencies", "movement per", "what cannot be tested")
 _WIDTH = 128

@@ -18,6 +18,7 @@ from ramsight.plant.cylinder import Cylinder
 from ramsight.plant.directional import DirectionalValve
 from ramsight.plant.drive import IdealDrive, ServoDrive
 from ramsight.plant.hose import Hose, Volume
+from ramsight.plant.load_sensing import LoadSensingPump, MeteringValve
 from ramsight.plant.loss_table import LossTable
 from ramsight.plant.oil import Oil, walther_constants
 from ramsight.plant.pilot_check import PilotCheckValve
@@ -94,6 +95,18 @@ PARTS = {
     "orifice": Orifice("orifice", "in", "out", 1e-6),
     "directional valve": DirectionalValve("valve", "in", TANK, "out", "pilot", 1e-6, 0.1),
     "directional valve that takes time": DirectionalValve("valve", "in", TANK, "out", "pilot", 1e-6, -0.1, 0.05),
+    "metering valve": MeteringValve("valve", "in", TANK, "out", "pilot", 1e-6, 0.1, load_line="line", sensing=3e-8),
+    "load-sensing pump": LoadSensingPump(
+        **vars(PUMP), load_line="out", margin=20e5, cut_off=200e5, band=4e5, swivel_time=0.1
+    ),
+    "load-sensing pump that compresses its oil": LoadSensingPump(
+        **{**vars(PUMP), "compressed": 0.02, "inlet": TANK},
+        load_line="out",
+        margin=20e5,
+        cut_off=200e5,
+        band=4e5,
+        swivel_time=0.1,
+    ),
     "cylinder": CYLINDER,
     "cylinder under a load that resists": replace(CYLINDER, passive=True),
     "cylinder that leaks": replace(CYLINDER, seal_leak=1e-18),
@@ -118,6 +131,8 @@ UNITS = {
 WHOLE = {
     **UNITS,
     # A motor that turns one way and a load that only resists: what other tests ask of units does not hold for it.
+    # And a pump that goes to its margin by itself as long as it turns.
+    "loader-valve-controlled boom": built.build("boom", machine.load("loader-valve-controlled").unit("boom")),
     "eha-valve-rig axis": built.build("axis", machine.load("eha-valve-rig").unit("axis")),
     "loader with every option of the oil": replace(UNITS["mining-loader boom"], oil=FULL_OIL),
     "loader with every option of the oil, compressed in its pumps": replace(
@@ -191,7 +206,7 @@ def _random(name, rng, count):
         return rng.uniform(-2e-3, 2e-3, count)
     if name.startswith("felt"):
         return rng.uniform(0.0, 4e7, count)
-    if name.startswith("opening"):
+    if name.startswith(("opening", "swivel")):
         return rng.uniform(0.0, 1.0, count)
     if name.startswith("spool"):
         return rng.uniform(-1.0, 1.0, count)
@@ -209,7 +224,7 @@ def bench(name):
     else:
         part = PARTS[name]
         ports = ("inlet", "outlet", "node", "node_a", "node_b", "pump_side", "cylinder_side", "pilot",
-                 "pump_port", "tank_port", "port_a", "port_b")  # fmt: skip
+                 "pump_port", "tank_port", "port_a", "port_b", "load_line")  # fmt: skip
         nodes = {getattr(part, key) for key in ports if hasattr(part, key)} - {TANK}
         ends = [Volume(f"volume_{node}", node, 1e-3) for node in sorted(nodes)]
         model = join("bench", OIL, TANK_PRESSURE, [part, *ends], audited=True)

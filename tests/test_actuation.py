@@ -9,11 +9,14 @@ import pytest
 from ramsight.control.activity import Activity
 from ramsight.control.actuation import Actuation
 from ramsight.control.position import PositionControl
+from ramsight.control.setting import Setting
 from ramsight.control.trajectory import Limits
 from ramsight.control.tuning import Tuning
+from ramsight.control.unit_loop import UnitLoop
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.duty.live import LiveUnit, Reported
 from ramsight.machine.assumptions import AssumedMachine, Assumptions
+from ramsight.plant.holding import Holding
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate
@@ -21,7 +24,7 @@ from ramsight.sensor.virtual_sensor import Estimate
 from .plant_bench import UNITS
 
 DT, WARM, LOAD = 0.02, 313.15, 200e3
-BOOM, RAM = UNITS["mining-loader boom"], UNITS["press ram"]
+BOOM, RAM, BUCKET = UNITS["mining-loader boom"], UNITS["press ram"], UNITS["mining-loader bucket"]
 
 
 def actuation(unit, **changes):
@@ -137,13 +140,44 @@ def test_the_way_to_standstill_is_what_the_rod_goes(name, direction):
 
 def test_what_is_on_its_way_is_the_angle_less_what_leaks_meanwhile():
     late = actuation(BOOM, response=DriveResponse(report_delay=0.1))
-    speed = 100.0
-    way = late.on_its_way(speed * 0.1, speed, LOAD)
-    velocity = (speed - late.leakage(LOAD)) * late.holding.travel_per_radian(LOAD)
+    speeds = (60.0, 80.0, 100.0, 120.0, 140.0)  # on its way to a standstill, the newest first
+    angle = 0.02 * sum(speeds)
+    way = late.on_its_way(angle, [(speed, 0.02) for speed in speeds], LOAD)
+    velocity = (100.0 - late.leakage(LOAD)) * late.holding.travel_per_radian(LOAD)
     assert way == pytest.approx(velocity * 0.1)
-    assert late.on_its_way(0.0, speed, LOAD) == 0.0
-    assert math.isfinite(late.on_its_way(1.0, speed, math.nan))
-    assert actuation(BOOM).on_its_way(1.0, speed, LOAD) == 0.0
+    assert math.isfinite(late.on_its_way(1.0, [(10.0, 0.1)], math.nan))
+    assert actuation(BOOM).on_its_way(1.0, [(10.0, 0.1)], LOAD) == 0.0
+
+
+def test_nothing_is_on_its_way_to_a_rod_that_a_valve_holds():
+    """What is left of an angle by rounding must not bring a tenth of a second's leakage with it."""
+    late = actuation(BOOM, response=DriveResponse(report_delay=0.1))
+    leaks = late.leakage(LOAD)
+    assert leaks > 1.0
+    for speed in (0.0, 0.9 * leaks, -0.9 * late.holding.opening_speed):
+        assert late.on_its_way(0.1 * speed + 1e-15, [(speed, 0.1)], LOAD) == pytest.approx(0.0, abs=1e-12)
+    lowered = late.on_its_way(-5.0, [(-50.0, 0.1)], LOAD)
+    assert lowered == pytest.approx(-(5.0 + 0.1 * leaks) * late.holding.travel_per_radian(LOAD))
+    press = actuation(RAM, response=DriveResponse(report_delay=0.1))  # its pump holds it, and turns for the leakage
+    at_rest = press.leakage(LOAD)
+    assert press.on_its_way(0.1 * at_rest, [(at_rest, 0.1)], LOAD) == pytest.approx(0.0, abs=1e-12)
+    assert press.on_its_way(0.0, [(0.0, 0.1)], LOAD) < 0.0  # and sinks where it does not
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.1, 0.2])
+def test_a_landing_is_as_near_with_a_drive_that_is_late(delay):
+    drive = DriveResponse(command_delay=0.5 * delay, report_delay=0.5 * delay)
+    loop = UnitLoop(BUCKET, BUCKET, 0.25, 70e3, Setting(known=True, drive=drive))
+    off, landings = [], 0
+    for target in (0.35, 0.15, 0.3):
+        begun = len(loop.time)
+        loop.go({"bucket": target})
+        record = loop.records["bucket"]
+        off.append(abs(record.estimate[-1].position - target))
+        went = record.activity[begun:]
+        landings += sum(a is not b and b is Activity.LANDING for a, b in pairwise(went))
+    assert max(off) < 0.15e-3
+    assert landings == 3  # none is sought anew
 
 
 def test_no_more_is_asked_of_a_motor_than_it_is_declared_to_do():
@@ -167,3 +201,16 @@ def test_a_rod_that_is_lowered_behind_a_valve_stands_as_soon_as_the_motor_does()
     held = actuation(RAM)
     assert held.to_stand(held.leakage(LOAD), -1.0, LOAD) == pytest.approx(0.0)
     assert held.to_stand(0.0, -1.0, LOAD) > 0.5 * DT * held.leakage(LOAD) * held.holding.travel_per_radian(LOAD)
+
+
+def test_a_sensor_of_a_late_drive_is_told_where_the_rod_was_at_the_beginning():
+    """What such a drive reports first is of before: a pump that holds its load was not sinking then."""
+    axis, errors = UNITS["eha-test-bench axis"], []
+    load = 0.4 * limits_of(axis).load
+    for delay in (0.0, 0.1):
+        loop = UnitLoop(axis, axis, 0.1, load, Setting(known=True, drive=DriveResponse(report_delay=delay)))
+        loop.rest(3.0)
+        errors.append(loop.records["axis"].estimate[-1].position - loop.now.position["axis"])
+    sinks = actuation(axis).leakage(load) * Holding(axis).travel_per_radian(load) * 0.1
+    assert sinks > 0.3e-3
+    assert abs(errors[1] - errors[0]) < 0.4 * sinks

@@ -203,7 +203,7 @@ def test_junk_in_any_place_is_read_or_refused_in_one_line(path, junk):
 
 
 def test_every_kind_of_part_is_used_or_shown_in_the_catalogue():
-    known = [*MACHINES, ("eha-valve-rig", "axis")]
+    known = [*MACHINES, ("eha-valve-rig", "axis"), ("loader-valve-controlled", "boom")]
     used = {part.kind for name, unit in known for part in machine.load(name).unit(unit).parts.values()}
     assert used == set(KINDS)
 

@@ -189,7 +189,7 @@ def test_what_is_pending_is_the_angle_that_reports_will_still_show(response):
         speed = drive.follow(command)
     # What was commanded before a sample, and only that, is on its way there.
     for k in (40, 80):
-        way = 0.02 * (sum(asked[:k]) - sum(shown[: k + 1]))
+        way = 0.02 * (sum(asked[:k]) - 0.5 * asked[k - 1] - sum(shown[:k]) - 0.5 * shown[k])
         assert pending[k] == pytest.approx(way, abs=0.02 * 0.06 * k)
     assert pending[-1] == pytest.approx(0.0, abs=1e-6)
     assert (max(abs(angle) for angle in pending) > 1.0) == (response is not IDEAL)

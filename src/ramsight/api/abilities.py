@@ -10,6 +10,7 @@ from ramsight.api.machines import AnyUnit, build
 from ramsight.deploy.compiler import find_compiler
 from ramsight.duty.commissioning import leak_test_speeds, usual_loads
 from ramsight.plant.holding import Holding, held_by_valve
+from ramsight.plant.load_sensing import MeteringValve
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.plant.valve import ReliefValve
 
@@ -47,8 +48,16 @@ def abilities(machine: AnyUnit, *, unit: str | None = None) -> tuple[Ability, ..
         identify True all but stiffness: the load sinks at rest, so that nobody sees the oil give way
     """
     built = build(machine, unit)
+    if any(isinstance(part, MeteringValve) for part in built.parts()):
+        return (_sensors(built), *_METERED, *_exports())
     holding = Holding(built)
     return (_sensors(built), _leak_test(built, holding), _identify(built), _control(holding), *_exports())
+
+
+_METERED = tuple(
+    Ability(what, False, "the motor turns at one speed, and a valve decides what moves")
+    for what in ("leak test", "identify", "control")
+)
 
 
 def _sensors(unit: HydraulicUnit) -> Ability:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from ramsight.control.trajectory import Limits
 from ramsight.control.tuning import Tuning
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.errors import DescriptionError
-from ramsight.plant.either import both, choose, known, least, most, within
+from ramsight.plant.either import both, choose, least, most, within
 from ramsight.plant.holding import Holding
 from ramsight.plant.oil import T40
 from ramsight.plant.unit import HydraulicUnit
@@ -175,16 +176,25 @@ class Actuation:
         left = _REACHABLE * self.unit.max_speed - abs(self.leakage(load))
         return most(left * self.holding.travel_per_radian(load), self.tuning.creeping)
 
-    def on_its_way(self, angle: float, speed: float, load: float) -> Any:
-        """Way that the rod will go by an angle that was commanded and is in no report yet [m], less what leaks.
+    def on_its_way(self, angle: float, commanded: Iterable[tuple[float, float]], load: float) -> Any:
+        """Way that the rod will go by what was commanded and is in no report yet [m].
 
         Args:
-            angle: [rad].
-            speed: commanded now [rad/s].
+            angle: of all that [rad].
+            commanded: the speeds in it [rad/s], and for how long each [s].
             load: [N].
         """
-        if self.lag == 0.0 or angle == 0.0:
+        if self.lag == 0.0:
             return 0.0
-        time = abs(angle) / max(abs(speed), abs(angle) / self.lag)
-        leaks = self.unit.lift_sign * self.leakage(load) * time if known(load) else 0.0
-        return (angle - leaks) * self.holding.travel_per_radian(load) * self.displacement
+        lost = sum(self._moves_nothing(speed, load) * time for speed, time in commanded)
+        return (angle - lost) * self.holding.travel_per_radian(load) * self.displacement
+
+    def _moves_nothing(self, speed: float, load: float) -> float:
+        """What of a motor's speed does not move the rod [rad/s]: what leaks, or all of it where a valve holds the rod.
+
+        It does while the motor lifts less than leaks, or lowers too slowly to open it.
+        """
+        lift, leaks = self.unit.lift_sign, self.leakage(load)
+        if self.holding.stands and -self.holding.opening_speed <= lift * speed <= leaks:
+            return speed
+        return float(lift * leaks)

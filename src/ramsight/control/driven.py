@@ -90,6 +90,9 @@ class DrivenUnits(ABC):
         }
         for name, sensor in self.sensors.items():
             sensor.start(start_position[name] if setting.known else None)
+        # What a late drive reports until then is of before the beginning; the position told is that of the beginning.
+        self._begins = setting.drive.report_delay - 1e-9
+        self._told = set(self.units) if setting.known and setting.drive.report_delay > 0.0 else set()
         self.records = {name: Record() for name in self.units}
         self.time: list[float] = []
         self._commands: dict[str, Command] = {}
@@ -235,6 +238,9 @@ class DrivenUnits(ABC):
             estimate, reported, command = record.estimate[-1], record.reported[-1], control.step_unreported()
             record.learned.append(record.learned[-1])
         else:
+            if name in self._told and now.time >= self._begins:
+                self._told.remove(name)
+                sensor.start(self._start[name])
             reference = self._references.pop(name, math.nan)
             values = reported.motor_speed, reported.motor_torque, reported.oil_temperature
             estimate = sensor.step(reported.time, *values, reference)

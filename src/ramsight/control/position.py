@@ -206,7 +206,7 @@ class PositionControl:
     def _decide(self, estimate: Estimate) -> Command:
         how = trust(estimate.status)
         self._judge(estimate, how)
-        coming = self.actuation.on_its_way(self.watch.pending, self._speed, estimate.load)
+        coming = self.actuation.on_its_way(self.watch.pending, self.watch.underway, estimate.load)
         there = replace(estimate, position=estimate.position + coming) if coming != 0.0 else estimate
         now = Now(there, how, self._verdict, self._speed)
         if not self._entered:

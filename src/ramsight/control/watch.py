@@ -103,7 +103,10 @@ class DriveWatch:
         self._delay = Delay(response.report_delay, period, 0.0)
         self._speeds = deque([0.0] * (self._patience + 1), maxlen=self._patience + 1)
         self._asked = deque(self._speeds, maxlen=self._patience + 1)
-        self._commanded = self._integral = 0.0
+        whole = math.floor(response.lag / period + 1e-9)
+        self._times = (*(period for _ in range(whole)), max(response.lag - whole * period, 0.0))
+        self._underway = deque([0.0] * len(self._times), maxlen=len(self._times))
+        self._commanded = self._integral = self._shown = 0.0
         self._speed = self._torque = math.nan
         self._seen, self._repeated = 0, 0
         self.begin()
@@ -118,6 +121,11 @@ class DriveWatch:
         """Count anew how long a speed has been reported unchanged, and what the model did meanwhile."""
         self._same = self._gone = 0
         self._began, self._side = (0.0, 0.0), 0.0
+
+    @property
+    def underway(self) -> tuple[tuple[float, float], ...]:
+        """Mean speeds of the samples within the declared lag, the newest first [rad/s], and how much of each [s]."""
+        return tuple(zip(self._underway, self._times, strict=True))
 
     def command(self, speed: float) -> None:
         """What the drive was asked for: the speed at the next sample [rad/s]."""
@@ -157,10 +165,13 @@ class DriveWatch:
 
     def _advance(self) -> None:
         """The declared drive's next sample."""
+        before = self._asked[-1]
         self._asked.append(self._commanded)
+        self._underway.appendleft(0.5 * (before + self._commanded))  # a command is reached evenly
         self._speeds.append(self._model.step(self._commanded))
         shown = self._delay.step(self._reporting.step(self._commanded))
-        self.pending += (self._commanded - shown) * self.period
+        self.pending += 0.5 * (before + self._commanded - self._shown - shown) * self.period
+        self._shown = shown
 
     def _gives_way(self, torque: float) -> float:
         """Speed by which a servo is below its reference, as its torque has it [rad/s]."""

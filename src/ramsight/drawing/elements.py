@@ -13,6 +13,7 @@ from ramsight.errors import DescriptionError
 from ramsight.plant.accumulator import Accumulator
 from ramsight.plant.directional import DirectionalValve
 from ramsight.plant.hose import Hose, Volume
+from ramsight.plant.load_sensing import LoadSensingPump, MeteringValve
 from ramsight.plant.pilot_check import PilotCheckValve
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit
@@ -64,6 +65,10 @@ def elements(unit: HydraulicUnit, notes: Mapping[str, str]) -> tuple[Element, ..
 
 def _element(part: Any, *, one_way: bool) -> Element:
     match part:
+        case LoadSensingPump():
+            ends = {**_two(part), "pilot": part.load_line}
+            words = (*_pump_words(part), f"{_bar(part.margin)} over the load")
+            return Element(part.name, "pump", symbols.load_sensing_pump(), ends, words)
         case Pump():
             return Element(part.name, "pump", symbols.pump(reversible=not one_way), _two(part), _pump_words(part))
         case ReliefValve():
@@ -89,7 +94,10 @@ def _element(part: Any, *, one_way: bool) -> Element:
             return Element(part.name, "orifice", symbols.orifice(), _two(part), (f"{at:.3g} l/min at 1 bar",))
         case DirectionalValve():
             ends = {key: getattr(part, key) for key in ("port_a", "port_b", "pump_port", "tank_port")}
-            return Element(part.name, "directional valve", valves.directional(), ends, ("drawn at command 1",))
+            symbol = valves.directional()
+            if isinstance(part, MeteringValve):
+                ends["pilot"], symbol = part.load_line, valves.metering()
+            return Element(part.name, "directional valve", symbol, ends, ("drawn at command 1",))
         case Accumulator():
             words = (f"{part.volume * 1e3:.3g} l", f"{_bar(part.precharge)} abs.")
             return Element(part.name, "accumulator", symbols.accumulator(), {"node": part.node}, words)

@@ -186,9 +186,11 @@ class _Layout:
         self.sheet.others += moved(turned, self.centre, top)
         self._motor((self.centre, middle), (self.centre + symbols.MOTOR_RADIUS + 7.0, middle - 2.0), "start")
 
-    def _motor(self, at: Point, words: Point, anchor: str, *, above: bool = False) -> None:
-        element = Element("drive", "drive", symbols.motor(), {}, (f"to {self.unit.max_speed * 30 / math.pi:.4g} rpm",))
-        self._label(element, element.symbol.moved(*at), words, anchor, above=above)
+    def _motor(self, at: Point, beside: Point, anchor: str, *, above: bool = False) -> None:
+        note = (self.notes["drive"],) if "drive" in self.notes else ()
+        words = (*note, f"to {self.unit.max_speed * 30 / math.pi:.4g} rpm")
+        element = Element("drive", "drive", symbols.motor(), {}, words)
+        self._label(element, element.symbol.moved(*at), beside, anchor, above=above)
 
     def _shaft(self, begin: float, end: float) -> tuple[Shape, ...]:
         return symbols.shaft(begin, end, both_ways=self.order.valve is None)
@@ -243,6 +245,7 @@ class _Layout:
             port = next(symbol.ports[p] for p in ("port_a", "port_b") if element.ends[p] == node)
             self.sheet.run(node, (self.x[side], y), (port[0], y), port)
         self._label(element, symbol, (symbol.box[2] + 8.0, middle), "start")
+        self._pilot(element, symbol)
         pump, back = symbol.ports["pump_port"], symbol.ports["tank_port"]
         if element.ends["tank_port"] == self.order.bottom:
             self.hanging.append(back)

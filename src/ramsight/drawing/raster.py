@@ -23,39 +23,52 @@ def save(sheet: Sheet, path: Path) -> None:
 
     left, top, right, bottom = sheet.box
     figure = Figure(figsize=((right - left) / _PER_INCH, (bottom - top) / _PER_INCH))
-    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
-    axes.set_axis_off()
-    for wire in sheet.wires:
-        _draw(axes, Line((wire.begin, wire.end), wire.style))
-    for _, point in sheet.junctions:
-        _draw(axes, Disc(point, DOT, "ink"))
-    for shape in (*sheet.others, *(s for one in sheet.placed for s in (*one.symbol.shapes, *one.words)), *sheet.words):
-        _draw(axes, shape)
+    paint(figure.add_axes((0.0, 0.0, 1.0, 1.0)), sheet)
     figure.savefig(path, dpi=240, format=path.suffix.removeprefix("."))
 
 
-def _draw(axes: Axes, shape: Shape) -> None:
+def paint(axes: Axes, sheet: Sheet, *, width: float | None = None) -> None:
+    """Draw a sheet into axes that fill a figure.
+
+    Args:
+        axes: matplotlib's.
+        sheet: the drawing.
+        width: of the figure [inch], by which lines and words are scaled; by default that of the sheet on paper.
+    """
+    left, top, right, bottom = sheet.box
+    scale = 1.0 if width is None else width * _PER_INCH / (right - left)
+    axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
+    axes.set_axis_off()
+    for wire in sheet.wires:
+        _draw(axes, Line((wire.begin, wire.end), wire.style), scale)
+    for _, point in sheet.junctions:
+        _draw(axes, Disc(point, DOT, "ink"), scale)
+    for shape in (*sheet.others, *(s for one in sheet.placed for s in (*one.symbol.shapes, *one.words)), *sheet.words):
+        _draw(axes, shape, scale)
+
+
+def _draw(axes: Axes, shape: Shape, scale: float) -> None:
     """One shape, over those before it."""
+    unit = scale * _POINTS
     from matplotlib.patches import Circle, Polygon
 
     order = 2.0 + 1e-3 * len(axes.get_children())
     match shape:
         case Line():
             width, dashes = (1.6, "-") if shape.style == "line" else (1.1, "-" if shape.style == "thin" else "--")
-            axes.plot(*zip(*shape.points, strict=True), dashes, color=_INK, lw=width * _POINTS, zorder=order)
+            axes.plot(*zip(*shape.points, strict=True), dashes, color=_INK, lw=width * unit, zorder=order)
         case Area():
-            axes.add_patch(Polygon(shape.points, fc=_FILLS[shape.fill], ec=_INK, lw=1.6 * _POINTS, zorder=order))
+            axes.add_patch(Polygon(shape.points, fc=_FILLS[shape.fill], ec=_INK, lw=1.6 * unit, zorder=order))
         case Disc():
             axes.add_patch(
-                Circle(shape.centre, shape.radius, fc=_FILLS[shape.fill], ec=_INK, lw=1.6 * _POINTS, zorder=order)
+                Circle(shape.centre, shape.radius, fc=_FILLS[shape.fill], ec=_INK, lw=1.6 * unit, zorder=order)
             )
         case Word():
             across = {"start": "left", "middle": "center", "end": "right"}[shape.anchor]
             axes.text(
                 *shape.at,
                 shape.text,
-                size=SIZES[shape.kind] * _POINTS,
+                size=SIZES[shape.kind] * unit,
                 ha=across,
                 va="baseline",
                 color=_QUIET if shape.kind == "node" else _INK,

@@ -35,6 +35,15 @@ def pump(*, reversible: bool) -> Symbol:
     return Symbol((Disc((0.0, 0.0), r), up, *((down,) if reversible else ())), {"outlet": (0.0, -r), "inlet": (0.0, r)})
 
 
+def load_sensing_pump() -> Symbol:
+    """A pump of variable displacement that turns one way; the dashed line beside it is what its control answers."""
+    r = PUMP_RADIUS
+    fixed = pump(reversible=False)
+    tilted = Line(((-r - 6.0, r - 2.0), (r + 6.0, 2.0 - r)), "thin"), arrow_head((r + 6.0, 2.0 - r), (-r, r), 9.0)
+    line = Line(((0.7 * r, 0.7 * r), (r + 4.0, 0.7 * r), (r + 4.0, r + 8.0)), "pilot")
+    return Symbol((*fixed.shapes, *tilted, line), {**fixed.ports, "pilot": (r + 4.0, r + 8.0)})
+
+
 def motor() -> Symbol:
     """An electric motor."""
     return Symbol((Disc((0.0, 0.0), MOTOR_RADIUS), Word((0.0, 7.0), "M", "letter", "middle")), {})

@@ -115,3 +115,11 @@ def directional() -> Symbol:
         anchor = "end" if side < 0.0 else "start"
         shapes.append(Word((x + side * 4.0, y + (9.0 if y > 0.0 else -1.0)), letter, "port", anchor))
     return Symbol(tuple(shapes), ports)
+
+
+def metering() -> Symbol:
+    """A proportional directional valve, the lines above and below it; a dashed line leaves for the pump's control."""
+    plain, w = directional(), _WIDE
+    lines = [Line(((-2.0 * w, y), (2.0 * w, y)), "thin") for y in (-w - 4.0, w + 4.0)]
+    sensed = Line(((1.6 * w, w), (1.6 * w, w + 16.0)), "pilot")
+    return Symbol((*plain.shapes, *lines, sensed), {**plain.ports, "pilot": (1.6 * w, w + 16.0)})

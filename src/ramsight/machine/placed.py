@@ -139,6 +139,42 @@ class PlacedDirectional(Part):
         return self.rated_flow / math.sqrt(self.rated_pressure_drop)
 
 
+class PlacedLoadSensingPump(PlacedPump):
+    """Pump of variable displacement that keeps its outlet by a margin above a sensing line."""
+
+    kind: Annotated[Literal["load-sensing pump"], Field(description="kind of part")]  # type: ignore[assignment]
+    load_line: Annotated[Node, Field(description="node of the sensing line that it answers")]
+    margin: Annotated[
+        float,
+        quantity("bar", "of its outlet over the line, where it delivers nothing", above="1 bar", most="100 bar"),
+    ]
+    cut_off: Annotated[
+        float, quantity("bar", "pressure rise where it delivers nothing", above="1 bar", most="1000 bar")
+    ]
+    band: Annotated[
+        float, quantity("bar", "below these within which it goes to full displacement", above="0 bar", most="100 bar")
+    ]
+    swivel_time: Annotated[
+        float, quantity("ms", "until it has gone 95 % of a step, first order", above="1 ms", most="10 s")
+    ]
+
+
+class PlacedMetering(PlacedDirectional):
+    """Proportional directional valve that meters by its opening, and tells a pump the fed port's pressure."""
+
+    kind: Annotated[Literal["metering valve"], Field(description="kind of part")]  # type: ignore[assignment]
+    load_line: Annotated[Node, Field(description="node of the sensing line")]
+    sensing_flow: Annotated[
+        float,
+        quantity("l/min", "through the sensing bore at rated_pressure_drop", above="0 l/min", most="100 l/min"),
+    ]
+
+    @property
+    def sensing_coefficient(self) -> float:
+        """Q/sqrt(dp) of the sensing bore [m3/s/sqrt(Pa)]."""
+        return self.sensing_flow / math.sqrt(self.rated_pressure_drop)
+
+
 class PlacedAccumulator(Part):
     """Gas-loaded accumulator, or the reservoir of a closed circuit; at rest it has the tank's pressure."""
 
@@ -155,6 +191,7 @@ class PlacedAccumulator(Part):
 
 PLACED: tuple[type[Part], ...] = (
     PlacedPump,
+    PlacedLoadSensingPump,
     PlacedRelief,
     PlacedCheck,
     PlacedPilotCheck,
@@ -163,6 +200,7 @@ PLACED: tuple[type[Part], ...] = (
     PlacedVolume,
     PlacedOrifice,
     PlacedDirectional,
+    PlacedMetering,
     PlacedAccumulator,
 )
 KINDS: dict[str, type[Part]] = {part.model_fields["kind"].annotation.__args__[0]: part for part in PLACED}  # type: ignore[union-attr]
@@ -175,6 +213,7 @@ def _tag(value: Any) -> str | None:
 
 AnyPlaced = Annotated[
     Annotated[PlacedPump, Tag("@pump")]
+    | Annotated[PlacedLoadSensingPump, Tag("@load-sensing pump")]
     | Annotated[PlacedRelief, Tag("@relief valve")]
     | Annotated[PlacedCheck, Tag("@check valve")]
     | Annotated[PlacedPilotCheck, Tag("@pilot check valve")]
@@ -183,12 +222,13 @@ AnyPlaced = Annotated[
     | Annotated[PlacedVolume, Tag("@volume")]
     | Annotated[PlacedOrifice, Tag("@orifice")]
     | Annotated[PlacedDirectional, Tag("@directional valve")]
+    | Annotated[PlacedMetering, Tag("@metering valve")]
     | Annotated[PlacedAccumulator, Tag("@accumulator")],
     Discriminator(_tag),
 ]
 
 
-_PORTS = ("inlet", "outlet", "pilot", "node", "pump_port", "tank_port", "port_a", "port_b")
+_PORTS = ("inlet", "outlet", "pilot", "node", "pump_port", "tank_port", "port_a", "port_b", "load_line")
 
 
 def nodes_of(part: Part) -> tuple[str, ...]:

@@ -15,7 +15,6 @@ from ramsight.plant import described
 from ramsight.plant.accumulator import Accumulator
 from ramsight.plant.circuit import Part
 from ramsight.plant.cylinder import Cylinder
-from ramsight.plant.directional import DirectionalValve
 from ramsight.plant.drive import Drive
 from ramsight.plant.hose import Volume
 from ramsight.plant.linkage.lever import Lever
@@ -105,6 +104,8 @@ def build(name: str, unit: Composed) -> ComposedUnit:
 def _part(name: str, spec: Described, unit: Composed) -> Part:
     """The part of a description."""
     match spec:
+        case placed.PlacedLoadSensingPump():
+            return described.load_sensing_pump(spec, name, unit.oil.bulk_modulus)
         case placed.PlacedPump():
             return described.pump(spec, name, spec.inlet, spec.outlet, unit.oil.bulk_modulus)
         case placed.PlacedRelief():
@@ -133,15 +134,7 @@ def _part(name: str, spec: Described, unit: Composed) -> Part:
         case placed.PlacedOrifice():
             return Orifice(name, spec.inlet, spec.outlet, spec.flow_coefficient)
         case placed.PlacedDirectional():
-            ports = spec.pump_port, spec.tank_port, spec.port_a, spec.port_b
-            return DirectionalValve(
-                name,
-                *ports,
-                spec.flow_coefficient,
-                spec.overlap,
-                spec.switching_time or None,
-                described.closed_leak(spec.closed_leakage),
-            )
+            return described.directional_valve(spec, name)
         case placed.PlacedAccumulator():
             return Accumulator(name, spec.node, spec.gas_volume, spec.precharge, spec.gas_exponent)
     raise TypeError(f"no part is made of {type(spec).__name__}")

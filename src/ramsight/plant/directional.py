@@ -12,6 +12,9 @@ from ramsight.plant.valve import SETTLED, orifice_slope, seeping
 if TYPE_CHECKING:
     from ramsight.plant.circuit import Circuit
 
+Edge = tuple[str, str, str, Any, Any]
+"""Name, node that oil leaves, node that it comes to, opening [1] and conductance when open [m3/s/sqrt(Pa)]."""
+
 
 @dataclass(frozen=True)
 class DirectionalValve:
@@ -66,16 +69,20 @@ class DirectionalValve:
             asked, spool = spool, circuit.state(state, "1", 1e-6)
             circuit.derivative(state, (asked - spool) * (SETTLED / self.switching_time))
         circuit.output(f"{self.name}.spool", "1", spool)
-        edges = (
-            ("pa", self.pump_port, self.port_a, 1.0),
-            ("bt", self.port_b, self.tank_port, 1.0),
-            ("pb", self.pump_port, self.port_b, -1.0),
-            ("at", self.port_a, self.tank_port, -1.0),
-        )
-        for edge, source, target, way in edges:
+        for edge, source, target, opening, conductance in self.edges(spool):
             difference = circuit.pressure(source) - circuit.pressure(target)
-            slope = self.opening(spool, way) * orifice_slope(self.conductance, difference)
+            slope = opening * orifice_slope(conductance, difference)
             flow = circuit.coefficient(slope) * difference
             flow = seeping(circuit, flow, self.closed_leak, difference)
             circuit.flow(f"{self.name}.{edge}", source, target, flow)
             circuit.loss(f"{self.name}.{edge}.throttling", flow * difference)
+
+    def edges(self, spool: Any) -> tuple[Edge, ...]:
+        """What the spool opens at a place, -1 to 1."""
+        forward, back = self.opening(spool, 1.0), self.opening(spool, -1.0)
+        return (
+            ("pa", self.pump_port, self.port_a, forward, self.conductance),
+            ("bt", self.port_b, self.tank_port, forward, self.conductance),
+            ("pb", self.pump_port, self.port_b, back, self.conductance),
+            ("at", self.port_a, self.tank_port, back, self.conductance),
+        )

@@ -5,7 +5,7 @@ The paper's eqs 3-10; eq. 7 with the absolute value that its text lost, eq. 10 i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import casadi as ca
@@ -223,24 +223,30 @@ class Pump:
             viscosity = viscosity * circuit.oil.thickening(0.5 * (inlet + outlet))
         leak = self.leakage(speed, rise, viscosity, circuit.density)
         friction = self.friction(speed, rise, circuit.viscosity)
+        displacement = self.displacement * self.swivel(circuit)
         if self.belt_loss is None and self.belt_creep is None:
-            circuit.shaft_torque(self.belt * (self.displacement * rise + friction))
+            circuit.shaft_torque(self.belt * (displacement * rise + friction))
         else:
-            torque = self.displacement * rise + friction
+            torque = displacement * rise + friction
             lost, driven = self.belt_torque(speed, torque), self.driven_speed(speed, torque)
             circuit.shaft_torque(self.belt * (torque + lost))
             circuit.loss(f"{self.name}.belt", lost * speed + torque * (speed - driven))
             speed = driven
         if self.compressed is None:
-            circuit.flow(self.name, self.inlet, self.outlet, self.displacement * speed - leak)
+            circuit.flow(self.name, self.inlet, self.outlet, displacement * speed - leak)
         else:
             volumes = circuit.oil.specific_volume(inlet), circuit.oil.specific_volume(outlet)
-            drawn, delivered = self.flows(speed, leak, volumes)
+            drawn, delivered = replace(self, displacement=displacement).flows(speed, leak, volumes)
             circuit.flow(self.name, self.inlet, self.outlet, drawn, arriving=delivered)
-            given = self.displacement * speed * rise - leak * rise
+            given = displacement * speed * rise - leak * rise
             circuit.work(f"{self.name}.compression", given - (delivered * outlet - drawn * inlet))
         circuit.loss(f"{self.name}.leakage", leak * rise)
         circuit.loss(f"{self.name}.friction", friction * speed)
+
+    def swivel(self, circuit: Circuit) -> Any:
+        """Share of its displacement that it moves per revolution [1]; a pump of fixed displacement moves all of it."""
+        del circuit
+        return 1.0
 
     def shaft_torque(self, speed: Any, pressure_rise: Any, viscosity: Any = None) -> Any:
         """Torque at the motor's shaft [N m], the belt's loss in it; arguments as `friction`."""

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from ramsight.output import atomic_path
 from ramsight.plant.linked import LinkedMachine
-from ramsight.study.loader.drawing import COLOURS, ROCK, draw_scenery, draw_shapes
+from ramsight.study.loader.bucket import rock
+from ramsight.study.loader.drawing import COLOURS, draw_ground, draw_rock, draw_scenery, draw_shapes
 from ramsight.study.loader.scenery import heap_radius, scenery
 from ramsight.study.loader.shapes import Shapes, shapes
 from ramsight.study.pieces import as_said
@@ -151,6 +152,7 @@ def page_text(
         "truth": [_shown(here) for here, _ in seen],
         "estimate": [None if ghost is None else _shown(ghost) for _, ghost in seen],
         "heap": [round(heap_radius(mass), 3) for mass in payload],
+        "rock": [_rock(here, float(mass)) for (here, _), mass in zip(seen, payload, strict=True)],
         "statuses": dict(meanings),
         "units": [
             {
@@ -178,11 +180,21 @@ def bounds(machine: LinkedMachine, seen: Sequence[tuple[Shapes, Shapes | None]])
     """The part of the plane that holds all poses [m]: least and greatest x, least and greatest z."""
     places = np.concatenate([np.concatenate([*here.bodies.values(), np.array(here.frame)]) for here, _ in seen])
     places = np.concatenate([places, scenery(seen[0][0].frame).outline])
-    heaps = np.array([here.load for here, _ in seen if here.load is not None]).reshape(-1, 2)
-    above = [0.0, heap_radius(machine.mechanism.rated_payload or 0.0)]
+    rated = machine.mechanism.rated_payload or 0.0
+    full = [rock(here.bucket, rated) for here, _ in seen if here.bucket is not None]
+    places = np.concatenate([places, *full])
+    heaps = np.array([here.load for here, _ in seen if here.load is not None and here.bucket is None]).reshape(-1, 2)
+    above = [0.0, heap_radius(rated)]
     places = np.concatenate([places, heaps + above])
     low, high = places.min(axis=0) - _MARGIN, places.max(axis=0) + _MARGIN
     return [float(low[0]), float(high[0]), float(min(low[1], -_MARGIN)), float(high[1])]
+
+
+def _rock(seen: Shapes, payload: float) -> list[list[float]] | None:
+    """Outline of the payload in the bucket; None where there is none, or no bucket."""
+    if seen.bucket is None or payload <= 0.0:
+        return None
+    return np.round(rock(seen.bucket, payload), 3).tolist()  # type: ignore[no-any-return]
 
 
 def _shown(seen: Shapes) -> dict[str, Any]:
@@ -213,12 +225,11 @@ def _write_gif(
 ) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
-    from matplotlib.patches import Circle
     from PIL import Image
 
     x0, x1, z0, z1 = bounds(machine, seen)
     around = scenery(seen[0][0].frame)
-    heaps = [heap_radius(mass) for mass in np.interp(times, run["time"].values, run["payload"].values)]
+    payload = np.interp(times, run["time"].values, run["payload"].values)
     tracked = [unit for unit in units if unit["tracked"]]
     heights = [3.0, *(0.7 for _ in tracked)]
     figure = Figure(figsize=(6.0, 4.6 + 0.9 * len(tracked)), dpi=80, layout="constrained")
@@ -240,12 +251,11 @@ def _write_gif(
         axes.clear()
         here, ghost = seen[k]
         draw_scenery(axes, around)
-        if here.load is not None and heaps[k] > 0.0:
-            axes.add_patch(Circle(_pair(here.load), heaps[k], color=ROCK, alpha=0.6, zorder=1))
+        draw_rock(axes, here, float(payload[k]))
         draw_shapes(axes, here)
         if ghost is not None:
             draw_shapes(axes, ghost, ghost=True)
-        axes.axhline(0.0, color="#8a7a66", lw=1.5)
+        draw_ground(axes)
         axes.set(xlim=(x0, x1), ylim=(z0, z1), aspect="equal", xticks=[], yticks=[])
         axes.set_title(f"{times[k]:.1f} s    filled: true, dashed: estimated", fontsize=9, loc="left")
         for cursor in cursors:
@@ -257,7 +267,3 @@ def _write_gif(
     pause = round(1e3 * which.step * PAGE_STEP / _GIF_SPEED)
     with atomic_path(path) as draft:
         pictures[0].save(draft, format="GIF", save_all=True, append_images=pictures[1:], duration=pause, loop=0)
-
-
-def _pair(place: Array) -> tuple[float, float]:
-    return float(place[0]), float(place[1])

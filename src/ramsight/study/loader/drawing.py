@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 from ramsight.output import atomic_path
 from ramsight.plant.linkage import joints, tip
 from ramsight.plant.linked import LinkedMachine
-from ramsight.study.loader.scenery import Scenery
+from ramsight.study.loader.bucket import rock
+from ramsight.study.loader.scenery import Scenery, heap_radius
 from ramsight.study.loader.shapes import Array, Shapes, shapes
 
 if TYPE_CHECKING:
@@ -49,10 +50,10 @@ def mechanism_figure(
         draw_shapes(axes, shapes(machine.mechanism, other), 0.25)
     whole = shapes(machine.mechanism, main)
     draw_shapes(axes, whole)
-    _names(axes, whole)
+    name_parts(axes, whole)
     way = np.column_stack([np.linspace(0.0, strokes[0], _POSES)] + [np.full(_POSES, x) for x in main[1:]])
     axes.plot(*tip(machine.mechanism, joints(machine.mechanism, way)).T, ":", color=_INK, lw=1.0)
-    axes.axhline(0.0, color="#8a7a66", lw=1.5)
+    draw_ground(axes)
     axes.margins(0.06)
     axes.set(xlabel="forward [m]", ylabel="up [m]", title=f"{machine.name}: mechanism, to scale")
     axes.grid(color="#dddddd", lw=0.5)
@@ -98,24 +99,47 @@ def draw_scenery(axes: Axes, around: Scenery) -> None:
         axes.add_patch(Circle(_pair(wheel), 0.45 * around.radius, facecolor=_STEEL, zorder=0.6))
 
 
-def _names(axes: Axes, seen: Shapes) -> None:
+def draw_ground(axes: Axes) -> None:
+    """Draw the ground, z = 0."""
+    axes.axhline(0.0, color="#8a7a66", lw=1.5)
+
+
+def draw_rock(axes: Axes, seen: Shapes, payload: float) -> None:
+    """Draw a payload [kg] by its volume: in the bucket, or as a round heap where it acts."""
+    from matplotlib.patches import Circle
+
+    if payload > 0.0 and seen.bucket is not None:
+        axes.fill(*rock(seen.bucket, payload).T, facecolor=ROCK, alpha=0.75, zorder=1)
+    elif payload > 0.0 and seen.load is not None:
+        axes.add_patch(Circle(_pair(seen.load), heap_radius(payload), color=ROCK, alpha=0.6, zorder=1))
+
+
+def name_parts(axes: Axes, seen: Shapes) -> None:
+    """Write the names of bodies, cylinders, payload and tip beside them.
+
+    Args:
+        axes: matplotlib's.
+        seen: the mechanism in the pose that is drawn.
+    """
     for name, place in seen.centres.items():
         axes.plot(*place, "P", color=_INK, ms=6.0, zorder=6)
-        axes.annotate(name, _pair(place), (6, 6), textcoords="offset points", fontsize=9, zorder=7)
+        axes.annotate(name, _pair(place), (4, -11), textcoords="offset points", fontsize=8, zorder=7)
     for strut in seen.struts:
         middle = 0.5 * (strut.base + strut.rod)
+        low = any(np.array_equal(strut.base, pin) for pin in seen.frame)  # its name goes where no body is
         axes.annotate(
             f"cylinder of {strut.name}",
             _pair(middle),
-            (8, -14),
+            (10, -12) if low else (0, 7),
             textcoords="offset points",
+            ha="left" if low else "center",
             color="#b03030",
-            fontsize=9,
+            fontsize=8,
         )
     if seen.load is not None:
         axes.plot(*seen.load, "v", color="#1b5fc9", ms=7.0, zorder=6)
-        axes.annotate("payload", _pair(seen.load), (6, 6), textcoords="offset points", color="#1b5fc9", fontsize=9)
-    axes.annotate("tip", _pair(seen.tip), (4, -12), textcoords="offset points", fontsize=9)
+        axes.annotate("payload", _pair(seen.load), (6, 6), textcoords="offset points", color="#1b5fc9", fontsize=8)
+    axes.annotate("tip", _pair(seen.tip), (4, -12), textcoords="offset points", fontsize=8)
     for place in seen.frame:
         axes.plot(*place, "s", color="none", mec=_INK, ms=9.0, zorder=6)
 

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.study.loader.bucket import DENSITY, WIDTH
+
 Array = NDArray[np.float64]
 
-_DENSITY, _WIDTH = 1900.0, 2.0  # kg/m3 of broken rock, m of the bucket, [G]: what makes a heap of a mass
 _WHEEL, _BETWEEN = 0.36, 1.55  # of the arm's height: radius of a wheel; distance of the axles
 # Corners behind the arm's pins, in shares of its height: low and flat as loaders for mines are, a cab in the middle.
 _CHASSIS = (
@@ -65,6 +66,6 @@ def heap_radius(payload: float) -> float:
 
     Example:
         >>> round(heap_radius(7750.0), 2)
-        0.81
+        0.77
     """
-    return math.sqrt(max(payload, 0.0) / (_DENSITY * _WIDTH * math.pi))
+    return math.sqrt(max(payload, 0.0) / (DENSITY * WIDTH * math.pi))

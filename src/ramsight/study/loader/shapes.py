@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ramsight.plant.linkage import Mechanism, points
 from ramsight.plant.linkage import joints as joints_at
+from ramsight.study.loader.bucket import Bucket, bucket
 
 Array = NDArray[np.float64]
 
@@ -33,7 +34,8 @@ class Shapes:
     """A mechanism in one pose; all points are [x, z] in m.
 
     Attributes:
-        bodies: hull of each body's pins, shape (corners, 2), by name; the frame is none of them.
+        bodies: outline of each body, shape (corners, 2), by name: a bucket's shell, of others the hull of their pins;
+            the frame is none of them.
         links: both pins of each link, shape (2, 2).
         struts: the cylinders.
         pivots: pins that bodies turn about.
@@ -41,6 +43,7 @@ class Shapes:
         centres: centres of mass, by body.
         load: where the payload's mass acts, if there is a payload.
         tip: of the tool.
+        bucket: that carries the payload and has the tip, if there is one.
     """
 
     bodies: dict[str, Array]
@@ -51,6 +54,7 @@ class Shapes:
     centres: dict[str, Array]
     load: Array | None
     tip: Array
+    bucket: Bucket | None = None
 
 
 def shapes(mechanism: Mechanism, positions: ArrayLike) -> Shapes:
@@ -79,12 +83,16 @@ def shapes(mechanism: Mechanism, positions: ArrayLike) -> Shapes:
         base, rod = found[strut.base][f"base of {strut.name}"], found[strut.rod][f"rod of {strut.name}"]
         share = min(_BARREL * strut.retracted_length / float(np.linalg.norm(rod - base)), 1.0)
         struts.append(Strut(strut.name, base, base + share * (rod - base), rod))
+    bodies = {
+        name: hull(np.array([place for what, place in own if what != "centre of mass"]))
+        for name, own in pins.items()
+        if name != "frame"
+    }
+    shell = _shell(mechanism, found)
+    if shell is not None:
+        bodies[mechanism.tip.body] = shell.outline
     return Shapes(
-        bodies={
-            name: hull(np.array([place for what, place in own if what != "centre of mass"]))
-            for name, own in pins.items()
-            if name != "frame"
-        },
+        bodies=bodies,
         links=tuple(np.array(places) for places in ends.values()),
         struts=tuple(struts),
         pivots=tuple(place for name, own in pins.items() if name != "frame" for what, place in own if what == "pivot"),
@@ -92,7 +100,17 @@ def shapes(mechanism: Mechanism, positions: ArrayLike) -> Shapes:
         centres={name: found[name]["centre of mass"] for name in found if name != "frame"},
         load=None if mechanism.load is None else found[mechanism.load.body]["payload"],
         tip=found[mechanism.tip.body]["tip"],
+        bucket=shell,
     )
+
+
+def _shell(mechanism: Mechanism, found: dict[str, dict[str, Array]]) -> Bucket | None:
+    """The bucket: what a cylinder turns, and carries the payload and has the tip."""
+    body = mechanism.tip.body
+    strut = next((one for one in mechanism.struts if one.rod == body), None)
+    if strut is None or mechanism.load is None or mechanism.load.body != body or "pivot" not in found[body]:
+        return None
+    return bucket(found[body]["pivot"], found[body][f"rod of {strut.name}"], found[body]["tip"])
 
 
 _BARREL = 0.92  # the barrel's share of the retracted length, for the eye only

@@ -15,6 +15,7 @@ from ramsight.study.paper.combined import combined
 from ramsight.study.paper.curves import movements
 from ramsight.study.paper.cycles import cycles, warm_and_cold
 from ramsight.study.paper.diagrams import diagrams
+from ramsight.study.paper.drawings import drawings
 from ramsight.study.paper.efficiency import efficiencies
 from ramsight.study.paper.energy import energy
 from ramsight.study.paper.hoses import hoses
@@ -48,6 +49,7 @@ __all__ = [
 
 CHAPTERS = (
     provenance,
+    drawings,
     diagrams,
     open_points,
     efficiencies,
@@ -71,7 +73,7 @@ CHAPTERS = (
 )
 """The parts of the study, in the report's order."""
 
-_FIGURES = 23
+_FIGURES = 28
 STEPS = len(CHAPTERS) + _FIGURES
 """Steps of progress that `reproduce` and `write_report` tell together."""
 

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 from ramsight.study.paper.parts import Study, Verdict
 
-_MACHINE, _BENCH, _DIAGRAMS, _CYCLE, _MOVEMENT, _PUMPS = (
+_MACHINE, _DRAWN, _DIAGRAMS, _CYCLE, _MOVEMENT, _PUMPS = (
     "The machine: the paper's Tables 1 and 2",
-    "The bench: motor, controller, battery and instruments",
+    "The machine and its models, drawn (Figs 1, 2, 5 and 6)",
     "How the position is calculated (Figs 4, 7 and 8)",
     "One lift-lower cycle (Figs 11 to 16)",
     "Movement per motor revolution (Figs 9 and 10)",
@@ -34,14 +34,12 @@ class Item(NamedTuple):
 
 
 DRAWN = (
-    Item(
-        "Fig. 1", "the loader's arm; dimensions not given, derived from loads and strokes", "ramsight loader", _FITTED
-    ),
-    Item("Fig. 2", "circuit and components of the boom's unit; motor, battery, controller by name", _BENCH, _GOOD),
+    Item("Fig. 1", "the loader's arm; dimensions not given, derived from loads and strokes", _DRAWN, _FITTED),
+    Item("Fig. 2", "circuit and components of the boom's unit; motor, battery, controller by name", _DRAWN, _GOOD),
     Item("Fig. 3", "efficiencies of the pumps over pressure: the shapes; values not readable", _PUMPS, _GOOD),
     Item("Fig. 4", "how the parts of the calculation act on each other: the order of the laws", _DIAGRAMS, _GOOD),
-    Item("Fig. 5", "model of the boom's hydraulics: here an equation of the whole circuit", "docs/plant.md", _GOOD),
-    Item("Fig. 6", "model of the pumps: pumps that also work as motors", "docs/plant.md", _GOOD),
+    Item("Fig. 5", "model of the boom's hydraulics: here an equation of the whole circuit", _DRAWN, _GOOD),
+    Item("Fig. 6", "model of the pumps: pumps that also work as motors", _DRAWN, _GOOD),
     Item("Fig. 7", "from torque, speed and temperature to the position: the table sensor", _DIAGRAMS, _GOOD),
     Item("Fig. 8", "sensorless control of a cylinder, the loop closed (ramsight loader)", _DIAGRAMS, _GOOD),
     Item("Fig. 9", "boom, movement per revolution over torque and temperature", _MOVEMENT, _GOOD),

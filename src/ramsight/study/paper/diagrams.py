@@ -122,26 +122,32 @@ def diagrams(benches: dict[str, Bench]) -> Chapter:
             Picture(
                 "fig04_relations",
                 "How the parts act on each other (the paper's Fig. 4).",
-                partial(_draw, diagram=RELATIONS),
+                partial(draw_diagram, diagram=RELATIONS),
                 (7.2, 3.6),
             ),
             Picture(
                 "fig07_process",
                 "From what the drive reports to the position (the paper's Fig. 7).",
-                partial(_draw, diagram=PROCESS),
+                partial(draw_diagram, diagram=PROCESS),
                 (7.2, 3.4),
             ),
             Picture(
                 "fig08_control",
                 "Sensorless control of a cylinder (the paper's Fig. 8).",
-                partial(_draw, diagram=CONTROL),
+                partial(draw_diagram, diagram=CONTROL),
                 (7.2, 2.4),
             ),
         ),
     )
 
 
-def _draw(figure: Any, diagram: Diagram) -> None:
+def draw_diagram(figure: Any, diagram: Diagram) -> None:
+    """Draw boxes and arrows over the whole of a figure.
+
+    Args:
+        figure: matplotlib's.
+        diagram: what to draw.
+    """
     axes = figure.add_subplot()
     axes.set(xlim=(0, 1), ylim=(0, 1))
     axes.set_axis_off()

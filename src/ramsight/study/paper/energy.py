@@ -11,8 +11,9 @@ from ramsight.duty.lift_lower import SPEED
 from ramsight.duty.profile import Duty, constant, trapezoid_moves
 from ramsight.duty.simulate import simulate
 from ramsight.plant.steady import derive, torque_at_load
+from ramsight.study.paper import baseline
 from ramsight.study.paper.bench import RPM, TEMPERATURE, Bench
-from ramsight.study.paper.parts import Chapter, Grid, Picture, Statement, Verdict
+from ramsight.study.paper.parts import Chapter, Grid, Picture
 from ramsight.study.paper.words import both, figure
 
 Array = NDArray[np.float64]
@@ -22,7 +23,6 @@ _SPEEDS = np.linspace(200.0, 3000.0, 24)  # rpm
 _BATTERY = 96.0 * 60.0 * 3600.0  # J, 96 V [P] of modules of 24 V and 60 Ah (the paper's reference 15)
 _THIN = 0.012  # share of an energy; thinner arrows are not drawn
 _LOW, _HIGH = 0.2, 0.6  # shares of the stroke between which a closed cycle goes
-_SAVES = 10.0  # % of the energy; less would be no selling point
 _LOSSES = {
     "leakage of the pumps": ("pump_a.leakage", "pump_b.leakage"),
     "friction of the pumps": ("pump_a.friction", "pump_b.friction"),
@@ -44,6 +44,7 @@ def energy(benches: dict[str, Bench]) -> Chapter:
     battery = {
         unit: {load: _battery(bench, value) for load, value in bench.loads.items()} for unit, bench in benches.items()
     }
+    driven = baseline.baseline(benches, _LOW, _HIGH)
     back = {unit: by["high"]["back_percent"] for unit, by in battery.items()}
     return Chapter(
         "Energy",
@@ -60,15 +61,17 @@ def energy(benches: dict[str, Bench]) -> Chapter:
             "cycle takes "
             + both({unit: by["high"]["net_percent_of_battery"] for unit, by in battery.items()}, 2, "%")
             + ".",
+            *baseline.text(driven),
         ),
         {
+            "valve_controlled_kJ": driven,
             "energy_flow_kJ": flows,
             "battery_by_load": battery,
             "best_efficiency_percent": {
                 unit: {way: 100.0 * float(np.nanmax(of[way])) for way in _WAYS} for unit, of in maps.items()
             },
         },
-        (_saves(battery),),
+        (baseline.saves(driven),),
         (
             Picture(
                 "fig26_efficiency_maps",
@@ -82,8 +85,9 @@ def energy(benches: dict[str, Bench]) -> Chapter:
                 lambda figure: _draw_flows(figure, flows),
                 (7.2, 7.0),
             ),
+            *baseline.pictures(driven),
         ),
-        (_grid(battery),),
+        (_grid(battery), *baseline.grids(driven)),
     )
 
 
@@ -141,20 +145,6 @@ def _battery(bench: Bench, load: float) -> dict[str, float]:
         "back_percent": 100.0 * back / given,
         "net_percent_of_battery": 100.0 * (given - back) / _BATTERY,
     }
-
-
-def _saves(battery: dict[str, dict[str, dict[str, float]]]) -> Statement:
-    back = {load: {unit: by[load]["back_percent"] for unit, by in battery.items()} for load in ("light", "high")}
-    return Statement(
-        "Abstract, introduction",
-        "Direct drive saves energy against valve-controlled hydraulics: no idling, no losses in directional valves.",
-        "A cylinder behind a valve gives nothing back when it lowers. Even if its valve lost nothing while lifting, "
-        "and "
-        f"its pump nothing while idling, direct drive saves what comes back: {both(back['high'], 0, '%')} of the "
-        f"battery's energy at high load, {both(back['light'], 0, '%')} at light load. This is a bound; no machine with "
-        "valves is described in the paper, and none was simulated.",
-        Verdict.of(min(back["high"].values()) > _SAVES),
-    )
 
 
 def _grid(battery: dict[str, dict[str, dict[str, float]]]) -> Grid:
