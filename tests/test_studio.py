@@ -14,6 +14,7 @@ from ramsight import machine
 from ramsight.cli import app
 from ramsight.errors import DescriptionError
 from ramsight.normal import TWO_SIDED_95
+from ramsight.studio import draft
 from ramsight.studio.guard import Guard
 from ramsight.studio.rig import FAULTS, LIE, Knobs, Rig
 from ramsight.studio.session import Session
@@ -275,6 +276,72 @@ def test_elsewhere_the_token_is_needed_once_and_kept_in_a_cookie_that_scripts_do
     assert "SameSite=Strict" in cookie
     assert status_of(asked(guard, {**there, "cookie": cookie.split(";")[0]})) == 200
     assert status_of(asked(guard, {**there, "cookie": "ramsight-token=wrong"})) == 401
+
+
+# -- descriptions
+
+
+@pytest.mark.parametrize("name", [one.name for one in machine.catalogue.entries() if one.kind == "machine"])
+def test_an_edit_changes_one_value_and_its_source_and_nothing_else(name):
+    text = draft.text_of(machine.load(name))
+    before = machine.loads(text)
+    path = f"units.{next(iter(before.units))}.cylinder.stroke"
+    after = draft.read(draft.edited(text, before, path, "1.25 m"))
+    pairs = list(zip(machine.walk(before), machine.walk(after), strict=True))
+    assert [new.path for old, new in pairs if old.value != new.value] == [path]
+    assert path not in after.sources
+    assert {**after.sources} == {key: words for key, words in before.sources.items() if key != path}
+    assert before.tolerances == after.tolerances
+
+
+def shown(text):
+    return {row.path: row for row in draft.rows(text, machine.load("mining-loader"))}
+
+
+def test_a_value_that_is_taken_away_is_the_catalogue_s_again():
+    boom = machine.load("mining-loader")
+    path = "units.boom.pump_a.nominal_speed"
+    mine = draft.edited(draft.text_of(boom), boom, path, "1400 rpm", "measured")
+    assert (shown(mine)[path].text, shown(mine)[path].source) == ("1400 rpm", "measured")
+    back = draft.edited(mine, boom, path, "")
+    assert shown(back)[path].text == ""
+    assert shown(back)[path].usual == "1450 rpm"
+    assert draft.read(back) == boom
+
+
+def test_a_source_alone_writes_the_value_that_holds():
+    boom = machine.load("mining-loader")
+    path = "units.boom.oil.density"
+    text = draft.edited(draft.text_of(boom), boom, path, source='a "label"')
+    assert draft.read(text).source_of(path) == 'a "label"'
+    assert draft.read(text) == boom
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("cylinder.bore", "3 kg", "expected a length"),
+        ("cylinder.number", "1.5", "whole number"),
+        ("pump_a.model", "PGI", "unknown pump"),
+        ("load_direction", "up", "unknown choice"),
+        ("cylinder.stroke", "", "is missing"),
+    ],
+)
+def test_what_is_wrong_is_said_where_it_is_and_stays_as_it_was_written(key, value, words):
+    boom = machine.load("mining-loader")
+    path = f"units.boom.{key}"
+    text = draft.edited(draft.text_of(boom), boom, path, value)
+    said = draft.read(text)
+    assert isinstance(said, draft.Problem)
+    assert said.path == path
+    assert words in said.words
+    assert shown(text)[path].text == value
+
+
+def test_what_follows_is_what_the_verb_says(tmp_path):
+    said = CliRunner().invoke(app, ["check", "press"]).stdout
+    words = [" ".join(line.split()) for line in draft.follows(machine.load("press")).splitlines()]
+    assert words == [" ".join(line.split()) for line in said.splitlines()]
 
 
 # -- logs

@@ -197,6 +197,47 @@ def test_a_wrong_file_says_why(page, tmp_path):
     assert said.inner_text().startswith("holiday.png: ")
 
 
+def test_a_description_is_edited_and_kept_over_a_reload_and_comes_as_the_file_that_check_accepts(page, tmp_path):
+    page.get_by_role("tab", name="Machines").click()
+    said, follows = page.locator("#machine-said"), page.locator("#machine-follows")
+    wait(page, lambda: "load at relief pressure" in follows.inner_text())
+    verb = CliRunner().invoke(app, ["check", "mining-loader"])
+    shown = {" ".join(line.split()) for line in follows.inner_text().splitlines()}
+    assert {" ".join(line.split()) for line in verb.stdout.splitlines() if "area" in line} <= shown
+    page.get_by_text("units.boom.cylinder", exact=True).click()
+    bore = page.locator("[id='value-units.boom.cylinder.bore']")
+    assert bore.input_value() == "127 mm"
+    field = page.locator("[data-path='units.boom.cylinder.bore']")
+    assert "at most 1 m" in field.inner_text()
+    bore.fill("40 mm")
+    bore.press("Tab")
+    rod = page.locator("[data-path='units.boom.cylinder.rod']")
+    wait(page, lambda: "does not fit into the bore" in rod.inner_text())  # at the field that has to give way
+    assert rod.locator("input").first.get_attribute("aria-invalid") == "true"
+    picture(page, "studio-machine.png")
+    page.reload()
+    page.get_by_role("tab", name="Machines").click()
+    wait(page, lambda: "does not fit into the bore" in said.inner_text())
+    assert bore.input_value() == "40 mm"
+    bore.fill("130 mm")
+    bore.press("Tab")
+    wait(page, lambda: "holds" in said.inner_text() and "26546" in follows.inner_text())  # 2 pi/4 130^2 mm2
+    source = field.get_by_label("source of units.boom.cylinder.bore")
+    assert source.input_value() == ""  # another value has another source
+    source.fill("drawing 4711")
+    source.press("Tab")
+    wait(page, lambda: "drawing 4711" in page.locator("#machine-file").input_value())
+    with page.expect_download() as coming:
+        page.locator("#download-description").click()
+    file = tmp_path / "mine.toml"
+    coming.value.save_as(file)
+    assert 'bore = { value = "130 mm", source = "drawing 4711" }' in file.read_text()
+    assert "26546" in CliRunner().invoke(app, ["check", str(file)]).stdout
+    file.write_text(file.read_text().replace('"130 mm"', '"140 mm"'))
+    page.locator("#open-description input[type=file]").set_input_files(file)
+    wait(page, lambda: bore.input_value() == "140 mm")
+
+
 def test_a_second_visitor_has_a_machine_of_his_own_and_a_closed_tab_ends_its_process(loader, browser, page):
     address, server = loader
     wait(page, lambda: newest(page, "position") is not None)

@@ -3,31 +3,28 @@
 from __future__ import annotations
 
 import json
-import tempfile
 from pathlib import Path
 from typing import Any
 
 from nicegui import run, ui
 
-from ramsight.machine.description import Machine
 from ramsight.studio.rig import SENSORS
 from ramsight.studio.tracking import propose, track
+from ramsight.studio.visit import Visit
 
 _LARGEST = 250 * 2**20  # bytes of a file; a little less than the server takes of a request
 
 
-def logs_page(described: Machine) -> None:
-    """Build the page for one visitor, whose files lie in a folder of their own as long as the page is open."""
-    page = _LogsPage(described)
+def logs_page(visit: Visit) -> None:
+    """Build the page for one visitor, whose files lie in his folder as long as the page is open."""
+    page = _LogsPage(visit)
     page.build()
 
 
 class _LogsPage:
-    def __init__(self, described: Machine) -> None:
-        self.machine = described
-        self.folder = tempfile.TemporaryDirectory(prefix="ramsight-studio-")
+    def __init__(self, visit: Visit) -> None:
+        self.visit = visit
         self.files: dict[str, Path] = {}
-        ui.context.client.on_delete(self.folder.cleanup)
 
     def build(self) -> None:
         """Lay the page out."""
@@ -38,7 +35,9 @@ class _LogsPage:
                 self._upload("log", "drop the log here")
                 self._upload("truth", "true position, if known")
                 with ui.column().classes("gap-1"):
-                    self.unit = ui.select(list(self.machine.units), value=next(iter(self.machine.units)), label="unit")
+                    self.unit = ui.select(
+                        list(self.visit.machine.units), value=next(iter(self.visit.machine.units)), label="unit"
+                    )
                     self.start = ui.input("piston at first, e.g. 120 mm")
                     self.sensor = ui.select(list(SENSORS), value=SENSORS[0], label="sensor")
                     self.mapped = ui.checkbox("use the proposed channel map")
@@ -64,7 +63,7 @@ class _LogsPage:
     async def _take(self, role: str, event: Any) -> None:
         """Keep an uploaded file under its own name, without whatever folder its name has in it."""
         name = Path(event.file.name.replace("\\", "/")).name or "log"
-        place = Path(self.folder.name) / role
+        place = self.visit.folder / role
         place.mkdir(exist_ok=True)
         file = place / name
         await event.file.save(file)
@@ -92,7 +91,7 @@ class _LogsPage:
         self._say("tracking …")
         truth = self.files.get("truth")
         done = await run.cpu_bound(
-            track, self.machine, self.unit.value, str(self.files["log"]), None if truth is None else str(truth),
+            track, self.visit.machine, self.unit.value, str(self.files["log"]), None if truth is None else str(truth),
             self.start.value or "", self.sensor.value, self.map.value if self.mapped.value else "",
         )  # fmt: skip
         if done is None or "error" in done:
