@@ -306,7 +306,7 @@ def test_a_value_that_is_taken_away_is_the_catalogue_s_again():
     back = draft.edited(mine, boom, path, "")
     assert shown(back)[path].text == ""
     assert shown(back)[path].usual == "1450 rpm"
-    assert draft.read(back) == boom
+    assert draft.read(back).units == boom.units
 
 
 def test_a_source_alone_writes_the_value_that_holds():
@@ -314,7 +314,7 @@ def test_a_source_alone_writes_the_value_that_holds():
     path = "units.boom.oil.density"
     text = draft.edited(draft.text_of(boom), boom, path, source='a "label"')
     assert draft.read(text).source_of(path) == 'a "label"'
-    assert draft.read(text) == boom
+    assert draft.read(text).units == boom.units
 
 
 @pytest.mark.parametrize(

@@ -238,6 +238,39 @@ def test_a_description_is_edited_and_kept_over_a_reload_and_comes_as_the_file_th
     wait(page, lambda: bore.input_value() == "140 mm")
 
 
+def test_a_data_sheet_fills_is_stopped_goes_on_and_is_the_sheet_of_the_verb(page, loader, tmp_path):
+    _, server = loader
+    page.get_by_role("tab", name="Studies").click()
+    said = page.locator("#study-said")
+    page.get_by_label("duty").click()
+    page.get_by_role("option", name="lift-lower").click()
+    page.get_by_label("machines", exact=True).fill("400")
+    running = {p.pid for p in workers(server)}
+    page.locator("#study-start").click()
+    wait(page, lambda: "of 400 machines" in said.inner_text(), 120.0)
+    assert page.locator("#study-accuracy tbody tr").count() >= 3
+    page.locator("#study-stop").click()
+    wait(page, lambda: "stopped" in said.inner_text())
+    assert {p.pid for p in workers(server)} <= running
+    page.get_by_label("machines", exact=True).fill("20")
+    page.locator("#study-start").click()
+    wait(page, lambda: page.get_by_text("open the sheet").count() > 0, 120.0)
+    picture(page, "studio-studies.png")
+    with page.expect_download() as coming:
+        page.get_by_role("button", name="download sheet.json").click()
+    mine = json.loads(Path(coming.value.path()).read_text())
+    words = ["datasheet", "mining-loader", "--unit", "boom", "--duty", "lift-lower", "--machines", "20"]
+    assert CliRunner().invoke(app, [*words, "--out", str(tmp_path / "sheet")]).exit_code == 0
+    assert mine["accuracy"] == json.loads((tmp_path / "sheet" / "sheet.json").read_text())["accuracy"]
+    with page.expect_popup() as opened:
+        page.get_by_text("open the sheet").click()
+    opened.value.get_by_role("heading", level=1).wait_for()
+    address = opened.value.url
+    opened.value.close()
+    with pytest.raises(urllib.error.HTTPError):
+        urllib.request.urlopen(address.rsplit("/", 2)[0] + "/another/sheet.html")
+
+
 def test_a_second_visitor_has_a_machine_of_his_own_and_a_closed_tab_ends_its_process(loader, browser, page):
     address, server = loader
     wait(page, lambda: newest(page, "position") is not None)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from nicegui import ui
+from nicegui import background_tasks, run, ui
 
 from ramsight.machine.description import Machine
 from ramsight.studio.visit import Visit
@@ -20,7 +20,7 @@ def tabs(described: Machine, live: Callable[[], None]) -> None:
         live: builds the first tab.
     """
     visit = Visit(described)
-    ui.context.client.on_delete(visit.end)
+    ui.context.client.on_delete(lambda: background_tasks.create(run.io_bound(visit.end)))
     waiting: dict[str, tuple[ui.tab_panel, Build]] = {}
     with ui.tabs().classes("w-full") as row:
         ui.tab("Live")
@@ -55,5 +55,11 @@ def _logs(visit: Visit) -> None:
     logs_page(visit)
 
 
+def _studies(visit: Visit) -> None:
+    from ramsight.studio.studies_page import studies_page
+
+    studies_page(visit)
+
+
 _DESCRIBED = "Machines"
-_LATER: dict[str, Build] = {_DESCRIBED: _machines, "Logs": _logs}
+_LATER: dict[str, Build] = {_DESCRIBED: _machines, "Logs": _logs, "Studies": _studies}

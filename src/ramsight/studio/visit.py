@@ -20,6 +20,7 @@ class Visit:
         self.machine = machine
         self._folder = tempfile.TemporaryDirectory(prefix="ramsight-studio-")
         self._told: list[Callable[[Machine], None]] = []
+        self._ends: list[Callable[[], None]] = []
 
     @property
     def folder(self) -> Path:
@@ -36,6 +37,12 @@ class Visit:
         for tell in self._told:
             tell(machine)
 
+    def on_end(self, end: Callable[[], None]) -> None:
+        """Have something done when the page is gone, before its folder is thrown away."""
+        self._ends.append(end)
+
     def end(self) -> None:
-        """Throw the folder away."""
+        """End what runs for the visitor, and throw the folder away."""
+        for end in self._ends:
+            end()
         self._folder.cleanup()

@@ -14,23 +14,34 @@
     if (!typing) input.value = text;
   }
 
-  studio.description = (fields, wrong) => {
+  let fields = {}, wrong = {};
+
+  function show() {
     const form = document.getElementById("machine-form");
-    const show = () => {
-      for (const field of form.querySelectorAll(".field")) {
-        const [text, usual, source] = fields[field.dataset.path] ?? ["", "", ""];
-        const words = wrong[field.dataset.path] ?? "";
-        const [value, from] = field.querySelectorAll("input");
-        put(value, text);
-        value.placeholder = usual;
-        value.setAttribute("aria-invalid", words !== "");
-        put(from, source);
-        field.querySelector(".wrong").textContent = words;
-        if (words) field.closest("details").open = true;
-      }
-    };
-    requestAnimationFrame(show); // the form that came with it is there by then
+    for (const field of form?.querySelectorAll(".field") ?? []) {
+      const [text, usual, source] = fields[field.dataset.path] ?? ["", "", ""];
+      const words = wrong[field.dataset.path] ?? "";
+      const [value, from] = field.querySelectorAll("input");
+      put(value, text);
+      value.placeholder = usual;
+      value.setAttribute("aria-invalid", words !== "");
+      put(from, source);
+      const said = field.querySelector(".wrong");
+      if (said.textContent !== words) said.textContent = words;
+      if (words) field.closest("details").open = true;
+    }
+  }
+
+  studio.description = (nowFields, nowWrong) => {
+    [fields, wrong] = [nowFields, nowWrong];
+    show();
   };
+
+  // A form that is drawn anew, or seen for the first time, is filled.
+  addEventListener("DOMContentLoaded", () => {
+    const empty = () => document.querySelector("#machine-form .field input:not([data-held])") && show();
+    new MutationObserver(empty).observe(document.body, { childList: true, subtree: true });
+  });
 
   document.addEventListener("change", (event) => {
     const input = event.target, field = input.closest?.("#machine-form .field");
