@@ -10,11 +10,14 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+import ramsight
 from ramsight import machine
 from ramsight.cli import app
+from ramsight.duty.live import LiveUnit
 from ramsight.errors import DescriptionError
 from ramsight.normal import TWO_SIDED_95
 from ramsight.studio import draft
+from ramsight.studio.energy import flows
 from ramsight.studio.guard import Guard
 from ramsight.studio.rig import FAULTS, LIE, Knobs, Rig
 from ramsight.studio.session import Session
@@ -193,6 +196,46 @@ def test_every_kind_of_machine_follows_its_levers(name):
         rig.levers[unit] = -0.4
     back = run(rig, 3.0)[-1]
     assert all(back[unit].position < row.position for unit, row in last.items())
+
+
+# -- where the energy goes
+
+
+def test_the_books_of_a_run_that_is_lived_are_those_of_its_audit():
+    unit = ramsight.build("press")
+    duty = ramsight.lift_lower(unit, "300 kN")
+    audited = ramsight.simulate(unit, duty=duty).attrs
+    live = LiveUnit(unit, duty.start_position, float(duty.load(0.0)), float(duty.oil_temperature(0.0)))
+    live.open_books()
+    for k in range(1, round(duty.duration / 0.02) + 1):
+        live.advance(float(duty.motor_speed(0.02 * k)), float(duty.load(0.02 * k)))
+    books = live.books["ram"]
+    known = {"shaft_given": books.given, "shaft_taken": books.taken, "load": books.lifted - books.lowered}
+    known |= books.losses | books.works | {f"stored_{name}": value for name, value in books.stored.items()}
+    for name, energy in known.items():
+        assert energy == pytest.approx(audited[f"energy.{name}"], rel=1e-3, abs=1.0), name
+    assert abs(books.missing) < 1e-5 * books.given
+
+
+@pytest.mark.parametrize("name", ["mining-loader", "forklift-mast", "eha-valve-rig"])
+def test_every_joule_that_came_in_is_somewhere(name):
+    rig = Rig(machine.load(name))
+    unit = next(iter(rig.levers))
+    lift = rig.sheet[unit].lift_sign
+    for lever in (0.5 * lift, -0.5 * lift):
+        rig.levers[unit] = lever
+        run(rig, 3.0)
+    found = flows(rig.sheet[unit], rig.books[unit])
+    came, went = sum(found["in"].values()), sum(found["out"].values())
+    assert came == pytest.approx(went, abs=1e-3 * came + 0.01)
+    assert found["in"]["drive"] > 0.0
+    assert found["out"]["pumps: friction"] > 0.0
+    if found["in"]["load comes down"] > 0.1:
+        assert found["regenerated"] == pytest.approx(
+            found["out"]["back to the drive"] / found["in"]["load comes down"], abs=0.01
+        )
+    rig.open_books()
+    assert flows(rig.sheet[unit], rig.books[unit])["in"]["drive"] == 0.0
 
 
 # -- the guard

@@ -164,6 +164,25 @@ def test_a_fault_changes_the_status_and_goes_again(page):
     wait(page, lambda: "oil temperature" not in status.inner_text())
 
 
+def test_the_energy_that_came_in_is_drawn_as_wide_as_what_went_out(page):
+    page.get_by_role("button", name="lift boom").click()
+    wait(page, lambda: page.locator("#sankey rect").count() >= 4)
+    wait(page, lambda: "pumps: friction" in page.locator("#sankey").inner_text())
+    page.get_by_role("button", name="lower boom").click()
+    wait(page, lambda: "back to the drive" in page.locator("#sankey").inner_text(), 60.0)
+    sides = page.evaluate(
+        """() => { const found = {};
+        for (const one of document.querySelectorAll('#sankey rect'))
+          found[one.getAttribute('x')] = (found[one.getAttribute('x')] ?? 0) + +one.getAttribute('height');
+        return Object.values(found); }"""
+    )
+    assert len(sides) == 2
+    assert sides[0] == pytest.approx(sides[1], rel=0.15)  # gaps between the entries are beside
+    assert re.search(r"regenerated: \d+ % of what the load gave", page.locator("#energy-said").inner_text())
+    picture(page, "studio-energy.png")
+    page.get_by_role("button", name="stop boom").click()
+
+
 def figures(text):
     return re.findall(r"largest .*", text) + re.findall(r"position .* at last", text)
 

@@ -90,6 +90,7 @@ def live_page(prepared: Prepared) -> None:
                 ui.label("red and pale: where the sensor takes it to be; blue: the payload").classes("text-xs")
                 scene = MachineScene(described, prepared.linked)
             _circuits(prepared.circuits)
+            _energy(session)
         with ui.column().classes("gap-3 min-w-0"):
             _said(units)
             with ui.element("section").classes("panel").props("id=strips"):
@@ -154,7 +155,8 @@ def _faults(session: Session, units: list[str]) -> None:
     with ui.element("section").classes("panel"):
         ui.html("<h2>Faults and references</h2>", sanitize=False)
         for name, words in FAULTS.items():
-            ui.switch(words, on_change=lambda e, name=name: session.say("fault", name, bool(e.value))).props("dense")
+            switch = ui.switch(words, on_change=lambda e, name=name: session.say("fault", name, bool(e.value)))
+            switch.props("dense").classes("w-full")
         start = ui.button("start the sensors anew", on_click=lambda: session.say("start")).props("dense size=sm")
         start.tooltip("they are told where the pistons are")
         for name in units:
@@ -183,6 +185,14 @@ def _circuits(circuits: Mapping[str, str]) -> None:
             ui.toggle(
                 units, value=units[0], on_change=lambda e: ui.run_javascript(f"studio.show({json.dumps(e.value)})")
             )
+
+
+def _energy(session: Session) -> None:
+    with ui.element("section").classes("panel"):
+        ui.html("<h2>Where the energy goes</h2>", sanitize=False)
+        ui.label("–").props("id=energy-said").classes("text-xs")
+        ui.element("div").props("id=sankey").classes("w-full")
+        ui.button("begin anew", on_click=lambda: session.say("books")).props("dense size=sm")
 
 
 def _said(units: list[str]) -> None:
@@ -227,6 +237,7 @@ async def _follow(session: Session, client: Any, scene: MachineScene, units: lis
 def _joined(frames: list[Frame]) -> Frame:
     """Several frames as one: all their rows, and the newest of the rest."""
     last = frames[-1]
+    last.energy = next((frame.energy for frame in reversed(frames) if frame.energy), {})
     for name in last.columns:
         parts = [frame.columns[name] for frame in frames]
         if name == "time":

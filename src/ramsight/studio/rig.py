@@ -12,6 +12,7 @@ from ramsight.duty.drive_report import usual_report
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.duty.live import Instant, LiveMachine, LiveUnit
 from ramsight.duty.live_drive import LiveDrive
+from ramsight.duty.live_energy import Books
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
@@ -146,6 +147,7 @@ class Rig:
         else:
             ((name, unit),) = self.sheet.items()
             self._plant = LiveUnit(unit, begin[name], load, warm, self.period)
+        self._plant.open_books()
         self._load, self._warm = load, warm
         self.sensors: dict[str, dict[str, VirtualSensor]] = {
             name: {"kalman": kalman(unit), "balance": balance(unit)} for name, unit in self.sheet.items()
@@ -228,6 +230,15 @@ class Rig:
                 how = replace(how, torque_step=knobs.torque_step) if knobs.torque_step > 0.0 else how
                 self._drives[name] = LiveDrive(response, self.period, how, knobs.temperature_offset, stream=k)
         self._said = said
+
+    def open_books(self) -> None:
+        """Keep the energy's books anew from now on."""
+        self._plant.open_books()
+
+    @property
+    def books(self) -> dict[str, Books]:
+        """Energies since they were opened, by unit."""
+        return self._plant.books
 
     # -- a sample
 

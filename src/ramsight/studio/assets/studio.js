@@ -125,6 +125,7 @@ window.studio = (() => {
     set("now-balance-error", last.balance_error[k] === null ? "–" : last.balance_error[k].toFixed(2));
     set("now-time", f.columns.time.at(-1).toFixed(1));
     if (f.factor !== null) set("now-factor", f.factor.toFixed(1));
+    if (f.energy[shown]) studio.energy(f.energy[shown]);
     if (!waiting) { waiting = true; requestAnimationFrame(draw); }
     return drawn;
   }
