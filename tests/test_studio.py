@@ -2,12 +2,15 @@
 
 import asyncio
 import gzip
+import itertools
 import math
 import time
 from dataclasses import fields, replace
 from pathlib import Path
 
+import numpy as np
 import pytest
+import xarray as xr
 from typer.testing import CliRunner
 
 import ramsight
@@ -21,7 +24,8 @@ from ramsight.studio.energy import flows
 from ramsight.studio.guard import Guard
 from ramsight.studio.rig import FAULTS, LIE, Knobs, Rig
 from ramsight.studio.session import Session
-from ramsight.studio.tracking import propose, track
+from ramsight.studio.thinning import keep, kept, thinned
+from ramsight.studio.tracking import Asked, find_factors, find_leak, judge, propose, references, track
 
 TRACES = Path(__file__).parent / "traces"
 
@@ -392,38 +396,125 @@ def test_what_follows_is_what_the_verb_says(tmp_path):
 
 def test_a_log_is_proposed_a_map_and_tracked_with_the_figures_of_the_verb(tmp_path):
     log, truth = TRACES / "boom_441kN_40C.csv.gz", TRACES / "boom_441kN_40C_truth.csv.gz"
-    found = propose(str(log))
+    found = told(propose, str(log))["proposed"]
     assert {one["role"] for one in found["channels"]} >= {"speed", "torque", "temperature"}
-    done = track(machine.load("mining-loader"), "boom", str(log), str(truth), "100 mm", "kalman", "")
-    words = ["track", "mining-loader", str(log), "--unit", "boom", "--start", "100 mm", "--truth", str(truth)]
-    said = CliRunner().invoke(app, words)
-    assert said.exit_code == 0
-    assert done["summary"].splitlines() == [line for line in said.stdout.splitlines() if line]
-    assert len(done["columns"]["time"]) == len(done["columns"]["true"]) > 1000
     copied = tmp_path / log.name
     copied.write_bytes(log.read_bytes())
-    mapped = track(machine.load("mining-loader"), "boom", str(copied), str(truth), "100 mm", "kalman", found["map"])
-    assert "error against the truth" in mapped["summary"]
+    loader = machine.load("mining-loader")
+    done = told(track, Asked(loader, "boom", str(copied), str(truth), "100 mm"))
+    words = ["track", "mining-loader", str(log), "--unit", "boom", "--start", "100 mm", "--truth", str(truth)]
+    said = CliRunner().invoke(app, [*words, "--out", str(tmp_path / "verb.csv")])
+    assert said.exit_code == 0
+    assert done["tracked"]["summary"].splitlines() == [line for line in said.stdout.splitlines()[:-1] if line]
+    assert (tmp_path / "track.csv").read_bytes() == (tmp_path / "verb.csv").read_bytes()
+    assert done["drawn"] == ["track.png", "track.svg"]
+    assert (tmp_path / "track.png").read_bytes()[1:4] == b"PNG"
+    view = kept(tmp_path / "view")
+    assert len(view["time"]) == len(view["true"]) == done["tracked"]["samples"] > 1000
+    mapped = told(track, Asked(loader, "boom", str(copied), str(truth), "100 mm", "kalman", found["map"]))
+    assert "error against the truth" in mapped["tracked"]["summary"]
+    assert done["progress"] == pytest.approx(1.0, abs=0.05)
+
+
+def told(work, asked):
+    """What some work said last of each thing."""
+    found = {}
+    work(found.__setitem__, asked)
+    return found
+
+
+@pytest.fixture(scope="module")
+def commissioned(tmp_path_factory):
+    """A rehearsed commissioning: its log and true position."""
+    folder = tmp_path_factory.mktemp("commissioned")
+    words = ["simulate", "mining-loader", "--unit", "boom", "--duty", "commissioning", "--log", str(folder / "log.csv")]
+    assert CliRunner().invoke(app, [*words, "--truth", str(folder / "truth.csv")]).exit_code == 0
+    return folder / "log.csv", folder / "truth.csv"
+
+
+def test_references_leak_test_factors_and_report_are_those_of_the_verbs(commissioned):
+    log, truth = (str(one) for one in commissioned)
+    asked = Asked(machine.load("mining-loader"), "boom", log, truth)
+    rows = told(track, asked)["tracked"]["references"]
+    assert {row["what"] for row in rows} == {"end stop, retracted", "end stop, extended"}
+    assert len(rows) == 3
+    assert all(abs(row["error [mm]"]) < 5.0 for row in rows)
+    verbs = {
+        "leak test": ["leaktest", "mining-loader", log, "--unit", "boom"],
+        "report": ["commission", "mining-loader", log, "--unit", "boom", "--truth", truth],
+    }
+    for work, what in ((find_leak, "leak test"), (judge, "report")):
+        assert told(work, asked)[what].strip() == CliRunner().invoke(app, verbs[what]).stdout.strip()
+    assert "Mining loader" in (asked.folder / "report.html").read_text()
+    assert "leakage" in told(find_factors, asked)["factors"]
+    assert "need the true position" in told(find_factors, replace(asked, truth=None))["error"]
+
+
+def test_a_log_without_a_leak_test_says_so():
+    log = TRACES / "boom_441kN_40C.csv.gz"
+    assert "no leak test" in told(find_leak, Asked(machine.load("mining-loader"), "boom", str(log)))["error"]
+
+
+def test_references_of_the_log_are_found():
+    time = np.arange(100) * 0.02
+    reference = np.full(100, np.nan)
+    reference[[20, 21, 22, 60]] = 0.25
+    log = xr.Dataset({"reference": ("time", reference)}, coords={"time": time})
+    found = xr.Dataset({"position": ("time", np.full(100, 0.2))}, coords={"time": time})
+    rows = references(log, found, None, 0.7)
+    assert [(row["time [s]"], row["what"], row["position [mm]"]) for row in rows] == [
+        (0.4, "of the log", 250.0),
+        (1.2, "of the log", 250.0),
+    ]
+
+
+# -- long tracks
+
+
+def test_thinning_keeps_every_extreme_and_looking_closer_shows_the_samples():
+    time = np.arange(360_000) * 0.01
+    wave = np.sin(time)
+    wave[123_456], wave[200_000:200_100] = 7.0, np.nan
+    columns = {"time": time, "position": wave, "low": wave - 1.0, "high": wave + 1.0}
+    seen = thinned(columns, 500)
+    assert len(seen["time"]) == 1000
+    assert all(after > before for before, after in itertools.pairwise(seen["time"]))
+    assert max(value for value in seen["position"] if value is not None) == 7.0
+    assert max(value for value in seen["high"] if value is not None) == 8.0
+    assert min(value for value in seen["low"] if value is not None) == pytest.approx(-2.0, abs=1e-3)
+    close = thinned(columns, 500, 1234.5, 1235.0)
+    assert len(close["time"]) < 60
+    assert 7.0 in close["position"]
+    assert thinned(columns, 500, 2000.2, 2000.5)["position"][10] is None
+
+
+def test_ten_hours_at_100_hz_are_thinned_in_a_moment(tmp_path):
+    at = np.arange(3_600_000) * 0.01
+    keep(tmp_path / "view", {"time": at, "position": np.sin(at).astype(np.float32)})
+    columns = kept(tmp_path / "view")
+    begun = time.perf_counter()
+    thinned(columns, 1500)
+    assert time.perf_counter() - begun < 1.0
 
 
 def test_a_wrong_file_says_why_and_names_no_folder(tmp_path):
     file = tmp_path / "day.csv"
     file.write_text("time_s,motor_speed_rpm\n0.0,12\n0.1,x\n")
-    said = track(machine.load("press"), "ram", str(file), None, "", "kalman", "")["error"]
+    said = told(track, Asked(machine.load("press"), "ram", str(file)))["error"]
     assert said.startswith("day.csv: ")
     assert "motor_torque_nm" in said
     picture = tmp_path / "a.png"
     picture.write_bytes(b"\x89PNG\r\n")
-    assert "unknown" in propose(str(picture))["error"]
+    assert "unknown" in told(propose, str(picture))["error"]
     damaged = tmp_path / "b.csv.gz"
     damaged.write_bytes(gzip.compress(b"time_s\n" * 1000)[:40])
-    (said,) = propose(str(damaged))["warnings"]
+    (said,) = told(propose, str(damaged))["warnings"]
     assert said.startswith("b.csv.gz: only what stands before this is listed")
 
 
 def test_a_start_outside_the_stroke_is_refused():
     log = str(TRACES / "boom_441kN_40C.csv.gz")
-    found = track(machine.load("mining-loader"), "boom", log, None, "9 m", "kalman", "")
+    found = told(track, Asked(machine.load("mining-loader"), "boom", log, None, "9 m"))
     assert "allowed" in found["error"]
 
 

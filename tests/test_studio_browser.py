@@ -204,6 +204,44 @@ def test_a_dropped_log_has_the_figures_of_the_verb(page):
     assert figures(said.inner_text()) == figures(verb.stdout)
     assert len(figures(verb.stdout)) == 2
     picture(page, "studio-logs.png")
+    whole = page.evaluate("[studio.seen.columns.time[0], studio.seen.columns.time.at(-1)]")
+    over = page.locator("#track-picture .u-over").bounding_box()
+    x, y = over["x"], over["y"] + 0.5 * over["height"]
+    page.mouse.move(x + 0.4 * over["width"], y)
+    page.mouse.down()
+    page.mouse.move(x + 0.5 * over["width"], y)
+    page.mouse.up()
+    wait(page, lambda: page.evaluate("studio.seen.columns.time.at(-1)") < whole[1] - 1.0)
+    page.locator("#track-picture .u-over").dblclick()
+    wait(page, lambda: page.evaluate("studio.seen.columns.time.at(-1)") == whole[1])
+    for name, begins in (("track.csv", b"time_s"), ("track.png", b"\x89PNG"), ("track.svg", b"<?xml")):
+        with page.expect_download() as coming:
+            page.get_by_role("link", name=f"download {name}").click()
+        assert Path(coming.value.path()).read_bytes().startswith(begins)
+    page.get_by_role("button", name="leak test").click()
+    wait(page, lambda: "no leak test" in said.inner_text(), 60.0)
+
+
+def test_a_rehearsed_commissioning_shows_its_references_and_gives_its_report(page, tmp_path):
+    log, truth = tmp_path / "log.csv", tmp_path / "truth.csv"
+    words = ["simulate", "mining-loader", "--unit", "boom", "--duty", "commissioning", "--log", str(log)]
+    assert CliRunner().invoke(app, [*words, "--truth", str(truth)]).exit_code == 0
+    page.get_by_role("tab", name="Logs").click()
+    said, judged = page.locator("#log-said"), page.locator("#log-judged")
+    page.locator("#upload-truth input[type=file]").set_input_files(truth)
+    wait(page, lambda: "true position" in said.inner_text())
+    page.locator("#upload-log input[type=file]").set_input_files(log)
+    wait(page, lambda: "channels" in said.inner_text(), 60.0)
+    page.locator("#track").click()
+    wait(page, lambda: "end stop, extended" in page.locator("#log-references").inner_text(), 90.0)
+    page.get_by_role("link", name="download track.svg").wait_for(timeout=READY)
+    for name, words in (("leak test", "leak factor"), ("identified factors", "displacement"), ("report", "end stops")):
+        page.get_by_role("button", name=name, exact=True).click()
+        wait(page, lambda words=words: words in judged.inner_text(), 90.0)
+    picture(page, "studio-judged.png")
+    with page.expect_download() as coming:
+        page.get_by_role("link", name="download report.html").click()
+    assert b"<!doctype html>" in Path(coming.value.path()).read_bytes()[:40]
 
 
 def test_a_wrong_file_says_why(page, tmp_path):
@@ -276,7 +314,7 @@ def test_a_data_sheet_fills_is_stopped_goes_on_and_is_the_sheet_of_the_verb(page
     wait(page, lambda: page.get_by_text("open the sheet").count() > 0, 120.0)
     picture(page, "studio-studies.png")
     with page.expect_download() as coming:
-        page.get_by_role("button", name="download sheet.json").click()
+        page.get_by_role("link", name="download sheet.json").click()
     mine = json.loads(Path(coming.value.path()).read_text())
     words = ["datasheet", "mining-loader", "--unit", "boom", "--duty", "lift-lower", "--machines", "20"]
     assert CliRunner().invoke(app, [*words, "--out", str(tmp_path / "sheet")]).exit_code == 0

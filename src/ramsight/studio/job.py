@@ -1,4 +1,8 @@
-"""Work that takes long, in a process of its own: it says how far it is, and can be stopped at any time."""
+"""Work that takes long, in a process of its own: it says how far it is, and can be stopped at any time.
+
+Its process is spawned. One that is forked, as `nicegui.run.cpu_bound` does, holds the sockets of visitors' browsers:
+the server closes one, the browser does not hear of it, and what it asks for next over that socket never comes.
+"""
 
 from __future__ import annotations
 

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import secrets
 from html import escape
 from pathlib import Path
 from typing import Any
 
-from fastapi import Response
-from fastapi.responses import FileResponse
-from nicegui import app, run, ui
+from nicegui import run, ui
 
 from ramsight.machine.description import Machine
+from ramsight.studio.files import Shared
 from ramsight.studio.job import Job
 from ramsight.studio.studies import DUTIES, SHEET_SENSORS, Wanted, fill
 from ramsight.studio.visit import Visit
@@ -19,18 +17,6 @@ from ramsight.study.datasheet.writing import FILES
 
 _LOOK = 0.25  # s, from one look at what a study says to the next
 _MOST, _USUAL = 100_000, 200  # machines
-_FREE = 16  # bytes of a sheet's address
-
-_sheets: dict[str, Path] = {}
-
-
-@app.get("/sheets/{token}/{name}")
-def sheet_file(token: str, name: str) -> Response:
-    """A file of a sheet, for whom its address was made."""
-    folder = _sheets.get(token)
-    if folder is None or name not in FILES:
-        return Response("no such sheet", status_code=404)
-    return FileResponse(folder / name)
 
 
 def studies_page(visit: Visit) -> None:
@@ -42,7 +28,7 @@ class _StudiesPage:
     def __init__(self, visit: Visit) -> None:
         self.visit = visit
         self.job: Job | None = None
-        self.token = secrets.token_urlsafe(_FREE)
+        self.shared = Shared()
         visit.on_end(self._end)
 
     def build(self) -> None:
@@ -118,17 +104,13 @@ class _StudiesPage:
         self.shown.set_content(_table(found["accuracy"]))
 
     def _written(self, folder: Path) -> None:
-        _sheets[self.token] = folder
         with self.links:
-            ui.link("open the sheet", f"/sheets/{self.token}/{FILES[0]}", new_tab=True)
+            self.shared.opening_link("open the sheet", folder / FILES[0])
             for name in FILES:
-                ui.button(f"download {name}", on_click=lambda _, n=name: self._download(n)).props("flat dense no-caps")
-
-    def _download(self, name: str) -> None:
-        ui.download.file(_sheets[self.token] / name, name)
+                self.shared.link(folder / name)
 
     def _end(self) -> None:
-        _sheets.pop(self.token, None)
+        self.shared.end()
         if self.job is not None:
             self.job.stop()
 

@@ -130,17 +130,53 @@ window.studio = (() => {
     return drawn;
   }
 
-  function track(id, columns) {
+  // A track between two times: what is dragged over is asked for anew, as fine as the picture can show it.
+  const seen = {};
+
+  function look(plot) {
+    const { left, width } = plot.select;
+    if (width < 4) return;
+    emitEvent("track-view", [plot.posToVal(left, "x"), plot.posToVal(left + width, "x"), plot.width]);
+    plot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
+  }
+
+  function marks(plot) {
+    const { ctx, bbox } = plot;
+    ctx.save();
+    ctx.strokeStyle = css("--true");
+    ctx.setLineDash([4, 4]);
+    for (const at of seen.references) {
+      const x = plot.valToPos(at, "x", true);
+      if (x < bbox.left || x > bbox.left + bbox.width) continue;
+      ctx.beginPath();
+      ctx.moveTo(x, bbox.top);
+      ctx.lineTo(x, bbox.top + bbox.height);
+      ctx.stroke();
+    }
+    ctx.restore();
+  }
+
+  function panel(id, title, height, lines, data, bands) {
     const place = document.getElementById(id);
     place.replaceChildren();
     const axis = (more = {}) => ({ stroke: css("--ink"), grid: { stroke: css("--grid"), width: 1 }, font: "12px sans-serif", size: 56, ...more });
+    const plot = new uPlot({ title, width: place.clientWidth || 600, height, series: [{ label: "time [s]" }, ...lines],
+      axes: [axis({ size: 28, values: (_, all) => all.map((v) => v + " s") }), axis()], bands, legend: { live: false },
+      cursor: { drag: { x: true, y: false, setScale: false } }, hooks: { setSelect: [look], draw: [marks] },
+      scales: { x: { time: false } } }, data, place);
+    plot.over.addEventListener("dblclick", () => emitEvent("track-view", [null, null, plot.width]));
+    return plot;
+  }
+
+  function track(columns, references) {
+    Object.assign(seen, { columns, references });
     const known = columns.true !== undefined;
     const lines = [series("estimate", "--kalman"), series("band +", "--kalman", { width: 0 }), series("band −", "--kalman", { width: 0 })];
-    if (known) lines.push(series("true", "--true"));
-    const data = [columns.time, columns.position, columns.high, columns.low, ...(known ? [columns.true] : [])];
-    new uPlot({ title: "position [mm]", width: place.clientWidth || 600, height: 320, series: [{ label: "time [s]" }, ...lines],
-      axes: [axis({ size: 28, values: (_, all) => all.map((v) => v + " s") }), axis()], bands: [{ series: [2, 3], fill: css("--band") }],
-      scales: { x: { time: false } } }, data, place);
+    const data = [columns.time, columns.position, columns.high, columns.low];
+    if (known) { lines.push(series("true", "--true")); data.push(columns.true); }
+    panel("track-picture", "position [mm]", 320, lines, data, [{ series: [2, 3], fill: css("--band") }]);
+    if (known) panel("error-picture", "error [mm]", 160, [series("error", "--kalman")], [columns.time, columns.error], []);
+    else document.getElementById("error-picture").replaceChildren();
     return columns.time.length;
   }
 
@@ -159,5 +195,5 @@ window.studio = (() => {
   }
   addEventListener("DOMContentLoaded", () => new MutationObserver(label).observe(document.body, { childList: true, subtree: true }));
 
-  return { begin, show, frame, track, count: () => drawn, units };
+  return { begin, show, frame, track, count: () => drawn, units, seen };
 })();
