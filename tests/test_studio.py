@@ -22,6 +22,7 @@ from ramsight.normal import TWO_SIDED_95
 from ramsight.studio import draft
 from ramsight.studio.energy import flows
 from ramsight.studio.guard import Guard
+from ramsight.studio.playing import DUTIES
 from ramsight.studio.rig import FAULTS, LIE, Knobs, Rig
 from ramsight.studio.session import Session
 from ramsight.studio.thinning import keep, kept, thinned
@@ -200,6 +201,50 @@ def test_every_kind_of_machine_follows_its_levers(name):
         rig.levers[unit] = -0.4
     back = run(rig, 3.0)[-1]
     assert all(back[unit].position < row.position for unit, row in last.items())
+
+
+def test_an_obstacle_stops_the_piston_and_lets_it_go_again(press):
+    begun = press.step()["ram"].position
+    press.fault("obstacle", on=True)
+    press.levers["ram"] = 0.5
+    held = run(press, 4.0)[-1]["ram"]
+    assert held.position == pytest.approx(begun + 0.02, abs=3e-3)
+    assert held.pressure_a > 200e5  # it presses until a relief valve opens
+    press.turn(replace(press.knobs, leak=1.1))  # another knob leaves it there
+    assert run(press, 0.5)[-1]["ram"].position == pytest.approx(begun + 0.02, abs=3e-3)
+    press.fault("obstacle", on=False)
+    assert run(press, 4.0)[-1]["ram"].position > begun + 0.05
+
+
+def test_sensors_are_switched_on_where_the_piston_is_and_off(press):
+    press.levers["ram"] = 0.5
+    run(press, 1.0)
+    press.sense("balance", on=False)
+    press.sense("unreferenced", on=True)
+    row = press.step()["ram"]
+    assert set(row.estimates) == {"kalman", "unreferenced"}
+    assert row.estimates["unreferenced"].position == pytest.approx(row.position, abs=1e-3)
+    press.refer("ram", 0.003)
+    row = press.step()["ram"]
+    heard, deaf = (row.estimates[kind].position - row.position for kind in ("kalman", "unreferenced"))
+    assert abs(heard - deaf) > 1e-5
+    with pytest.raises(ValueError, match="no sensor 'radar'"):
+        press.sense("radar", on=True)
+
+
+@pytest.mark.parametrize("name", list(DUTIES))
+def test_a_duty_that_plays_goes_up_and_down_between_its_turning_points(press, name):
+    press.turn(replace(press.knobs, load=0.25))
+    press.play(name)
+    seen = [row["ram"].position / 0.4 for row in run(press, 40.0)]
+    assert 0.1 < min(seen) < 0.2
+    assert 0.8 < max(seen) < 0.9
+    speeds = {round(press.levers["ram"], 3)}
+    press.play(None)
+    assert press.levers == {"ram": 0.0}
+    assert len(speeds) == 1
+    if name == "paper":
+        assert press.knobs.load != 0.25
 
 
 # -- where the energy goes

@@ -34,6 +34,7 @@ class Frame:
         status: by unit and sensor, in words.
         factor: times faster than life that it really runs.
         energy: by unit, as `energy.flows`; empty in most frames.
+        load: on the unit [N], or what the mechanism carries [kg].
     """
 
     columns: dict[str, Any] = field(default_factory=dict)
@@ -41,6 +42,7 @@ class Frame:
     status: dict[str, dict[str, str]] = field(default_factory=dict)
     factor: float = 0.0
     energy: dict[str, Any] = field(default_factory=dict)
+    load: float = 0.0
 
 
 def run(pipe: Connection, machine: str) -> None:
@@ -118,6 +120,10 @@ class _Clock:
                     self.rig.fault(values[0], on=values[1])
                 case "refer":
                     self.rig.refer(values[0], LIE if values[1] else 0.0)
+                case "sense":
+                    self._sense(values[0], on=values[1])
+                case "play":
+                    self.rig.play(values[0])
                 case "books":
                     self.rig.open_books()
                 case "start":
@@ -128,6 +134,15 @@ class _Clock:
                 case "stop":
                     return False
         return True
+
+    def _sense(self, kind: str, *, on: bool) -> None:
+        """Switch a sensor; time stands while it is made."""
+        try:
+            self.rig.sense(kind, on=on)
+        except RamsightError as error:
+            self.pipe.send(("refused", str(error)))
+        self.rows = []  # of one kind of columns
+        self._from_now(time.perf_counter())
 
     def _frame(self, now: float) -> Frame:
         every = max(math.ceil(len(self.rows) / _ROWS), 1)
@@ -140,7 +155,7 @@ class _Clock:
         first = next(iter(self.rig.sheet))
         frame.columns["time"] = [round(row[first].time, 3) for row in kept]
         self.ran += _SMOOTH * (len(self.rows) * self.rig.period / max(now - self.sent, _FRAME) - self.ran)
-        frame.factor = self.ran
+        frame.factor, frame.load = self.ran, round(self.rig.load, 1)
         if now - self.told >= _ENERGY:
             self.told = now
             frame.energy = {name: flows(self.rig.sheet[name], books) for name, books in self.rig.books.items()}
