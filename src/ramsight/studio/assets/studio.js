@@ -48,6 +48,7 @@ window.studio = (() => {
     for (const name of names) units[name] = { time: [] };
     shown = names[0];
     plots = strips().map(make);
+    studio.laidOut = performance.now(); // ms since the page was asked for
     const fit = () => plots.forEach((p) => p.plot.setSize({ width: p.place.clientWidth, height: p.height }));
     new ResizeObserver(fit).observe(document.getElementById("strips"));
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => setTimeout(() => { plots = strips().map(make); draw(); }, 100));
