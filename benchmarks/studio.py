@@ -54,6 +54,11 @@ def first_paint(page: Any) -> float:
     return float(page.evaluate("performance.getEntriesByName('first-contentful-paint')[0].startTime")) / 1e3
 
 
+def laid_out(page: Any) -> float:
+    """From the page being asked for until its levers and strips are there [s]."""
+    return float(page.evaluate("studio.laidOut")) / 1e3
+
+
 def watch(page: Any, begun: tuple[float, float]) -> dict[str, float]:
     """Frames a second now, and how far the page's time is behind the wall's since `begun` (wall, machine) [s]."""
     count, start = page.evaluate("studio.count()"), time.monotonic()
@@ -96,7 +101,8 @@ def measure(minutes: float, sessions: int) -> dict[str, Any]:
         with sync_playwright() as p:
             browser = p.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
             page = opened(browser, address)
-            found: dict[str, Any] = {"first_paint_s": first_paint(page), "cores": os.cpu_count()}
+            found: dict[str, Any] = {"first_paint_s": first_paint(page), "laid_out_s": laid_out(page)}
+            found["cores"], found["load"] = os.cpu_count(), os.getloadavg()[0]
             page.get_by_role("button", name="lift boom").click()
             page.wait_for_timeout(5000)
             begun = time.monotonic(), newest(page)
@@ -104,12 +110,14 @@ def measure(minutes: float, sessions: int) -> dict[str, Any]:
             page.wait_for_timeout(max(60e3 * minutes - 2e3 * _WATCHED, 0.0))
             found["last"] = watch(page, begun) | {"page_mib": heap(page), "workers_mib": workers(server)}
             found["minutes"] = minutes
-            found["again_first_paint_s"] = first_paint(opened(browser, address))
-            pages = [opened(browser, address) for _ in range(sessions - 2)]
+            again = opened(browser, address)
+            found["again_first_paint_s"], found["again_laid_out_s"] = first_paint(again), laid_out(again)
+            pages = [again, *(opened(browser, address) for _ in range(sessions - 2))]
             before = [newest(one) for one in pages]
             page.wait_for_timeout(1e3 * _WATCHED)
             gone = [(newest(one) - then) / _WATCHED for one, then in zip(pages, before, strict=True)]
             found["sessions"] = {"number": sessions, "slowest_of_life": min(gone), "fastest_of_life": max(gone)}
+            found["sessions"]["alive"] = len(workers(server))
             browser.close()
     finally:
         server.terminate()
@@ -126,12 +134,17 @@ def table(found: dict[str, Any]) -> list[str]:
     shares = f"{many['slowest_of_life']:.2f} to {many['fastest_of_life']:.2f}"
     rows = [
         ("first paint, first and second visitor", ", ".join(paints)),
+        (
+            "levers and strips there, the same",
+            ", ".join(f"{found[f'{which}laid_out_s']:.1f} s" for which in ("", "again_")),
+        ),
         ("frames a second of five strips", f"{first['frames_per_s']:.0f}"),
         (f"the same after {found['minutes']:g} minutes", f"{last['frames_per_s']:.0f}"),
         ("the page behind its machine by then", f"{max(last['behind_s'], 0.0):.2f} s"),
         ("the page's objects, then and now", ", ".join(pages)),
         ("the machine's process, then and now", ", ".join(machines)),
         (f"{many['number']} visitors at once: time over life", shares),
+        ("of their machines' processes still there", f"{many['alive']}"),
     ]
     return ["| | |", "|---|---|", *(f"| {what} | {figure} |" for what, figure in rows)]
 

@@ -2,22 +2,31 @@
 
 import asyncio
 import gzip
+import itertools
 import math
 import time
 from dataclasses import fields, replace
 from pathlib import Path
 
+import numpy as np
 import pytest
+import xarray as xr
 from typer.testing import CliRunner
 
+import ramsight
 from ramsight import machine
 from ramsight.cli import app
+from ramsight.duty.live import LiveUnit
 from ramsight.errors import DescriptionError
 from ramsight.normal import TWO_SIDED_95
+from ramsight.studio import draft
+from ramsight.studio.energy import flows
 from ramsight.studio.guard import Guard
+from ramsight.studio.playing import DUTIES
 from ramsight.studio.rig import FAULTS, LIE, Knobs, Rig
 from ramsight.studio.session import Session
-from ramsight.studio.tracking import propose, track
+from ramsight.studio.thinning import keep, kept, thinned
+from ramsight.studio.tracking import Asked, find_factors, find_leak, judge, propose, references, track
 
 TRACES = Path(__file__).parent / "traces"
 
@@ -194,6 +203,90 @@ def test_every_kind_of_machine_follows_its_levers(name):
     assert all(back[unit].position < row.position for unit, row in last.items())
 
 
+def test_an_obstacle_stops_the_piston_and_lets_it_go_again(press):
+    begun = press.step()["ram"].position
+    press.fault("obstacle", on=True)
+    press.levers["ram"] = 0.5
+    held = run(press, 4.0)[-1]["ram"]
+    assert held.position == pytest.approx(begun + 0.02, abs=3e-3)
+    assert held.pressure_a > 200e5  # it presses until a relief valve opens
+    press.turn(replace(press.knobs, leak=1.1))  # another knob leaves it there
+    assert run(press, 0.5)[-1]["ram"].position == pytest.approx(begun + 0.02, abs=3e-3)
+    press.fault("obstacle", on=False)
+    assert run(press, 4.0)[-1]["ram"].position > begun + 0.05
+
+
+def test_sensors_are_switched_on_where_the_piston_is_and_off(press):
+    press.levers["ram"] = 0.5
+    run(press, 1.0)
+    press.sense("balance", on=False)
+    press.sense("unreferenced", on=True)
+    row = press.step()["ram"]
+    assert set(row.estimates) == {"kalman", "unreferenced"}
+    assert row.estimates["unreferenced"].position == pytest.approx(row.position, abs=1e-3)
+    press.refer("ram", 0.003)
+    row = press.step()["ram"]
+    heard, deaf = (row.estimates[kind].position - row.position for kind in ("kalman", "unreferenced"))
+    assert abs(heard - deaf) > 1e-5
+    with pytest.raises(ValueError, match="no sensor 'radar'"):
+        press.sense("radar", on=True)
+
+
+@pytest.mark.parametrize("name", list(DUTIES))
+def test_a_duty_that_plays_goes_up_and_down_between_its_turning_points(press, name):
+    press.turn(replace(press.knobs, load=0.25))
+    press.play(name)
+    seen = [row["ram"].position / 0.4 for row in run(press, 40.0)]
+    assert 0.1 < min(seen) < 0.2
+    assert 0.8 < max(seen) < 0.9
+    speeds = {round(press.levers["ram"], 3)}
+    press.play(None)
+    assert press.levers == {"ram": 0.0}
+    assert len(speeds) == 1
+    if name == "paper":
+        assert press.knobs.load != 0.25
+
+
+# -- where the energy goes
+
+
+def test_the_books_of_a_run_that_is_lived_are_those_of_its_audit():
+    unit = ramsight.build("press")
+    duty = ramsight.lift_lower(unit, "300 kN")
+    audited = ramsight.simulate(unit, duty=duty).attrs
+    live = LiveUnit(unit, duty.start_position, float(duty.load(0.0)), float(duty.oil_temperature(0.0)))
+    live.open_books()
+    for k in range(1, round(duty.duration / 0.02) + 1):
+        live.advance(float(duty.motor_speed(0.02 * k)), float(duty.load(0.02 * k)))
+    books = live.books["ram"]
+    known = {"shaft_given": books.given, "shaft_taken": books.taken, "load": books.lifted - books.lowered}
+    known |= books.losses | books.works | {f"stored_{name}": value for name, value in books.stored.items()}
+    for name, energy in known.items():
+        assert energy == pytest.approx(audited[f"energy.{name}"], rel=1e-3, abs=1.0), name
+    assert abs(books.missing) < 1e-5 * books.given
+
+
+@pytest.mark.parametrize("name", ["mining-loader", "forklift-mast", "eha-valve-rig"])
+def test_every_joule_that_came_in_is_somewhere(name):
+    rig = Rig(machine.load(name))
+    unit = next(iter(rig.levers))
+    lift = rig.sheet[unit].lift_sign
+    for lever in (0.5 * lift, -0.5 * lift):
+        rig.levers[unit] = lever
+        run(rig, 3.0)
+    found = flows(rig.sheet[unit], rig.books[unit])
+    came, went = sum(found["in"].values()), sum(found["out"].values())
+    assert came == pytest.approx(went, abs=1e-3 * came + 0.01)
+    assert found["in"]["drive"] > 0.0
+    assert found["out"]["pumps: friction"] > 0.0
+    if found["in"]["load comes down"] > 0.1:
+        assert found["regenerated"] == pytest.approx(
+            found["out"]["back to the drive"] / found["in"]["load comes down"], abs=0.01
+        )
+    rig.open_books()
+    assert flows(rig.sheet[unit], rig.books[unit])["in"]["drive"] == 0.0
+
+
 # -- the guard
 
 
@@ -277,43 +370,196 @@ def test_elsewhere_the_token_is_needed_once_and_kept_in_a_cookie_that_scripts_do
     assert status_of(asked(guard, {**there, "cookie": "ramsight-token=wrong"})) == 401
 
 
+# -- descriptions
+
+
+@pytest.mark.parametrize("name", [one.name for one in machine.catalogue.entries() if one.kind == "machine"])
+def test_an_edit_changes_one_value_and_its_source_and_nothing_else(name):
+    text = draft.text_of(machine.load(name))
+    before = machine.loads(text)
+    path = f"units.{next(iter(before.units))}.cylinder.stroke"
+    after = draft.read(draft.edited(text, before, path, "1.25 m"))
+    pairs = list(zip(machine.walk(before), machine.walk(after), strict=True))
+    assert [new.path for old, new in pairs if old.value != new.value] == [path]
+    assert path not in after.sources
+    assert {**after.sources} == {key: words for key, words in before.sources.items() if key != path}
+    assert before.tolerances == after.tolerances
+
+
+def shown(text):
+    return {row.path: row for row in draft.rows(text, machine.load("mining-loader"))}
+
+
+def test_a_value_that_is_taken_away_is_the_catalogue_s_again():
+    boom = machine.load("mining-loader")
+    path = "units.boom.pump_a.nominal_speed"
+    mine = draft.edited(draft.text_of(boom), boom, path, "1400 rpm", "measured")
+    assert (shown(mine)[path].text, shown(mine)[path].source) == ("1400 rpm", "measured")
+    back = draft.edited(mine, boom, path, "")
+    assert shown(back)[path].text == ""
+    assert shown(back)[path].usual == "1450 rpm"
+    assert draft.read(back).units == boom.units
+
+
+def test_a_source_alone_writes_the_value_that_holds():
+    boom = machine.load("mining-loader")
+    path = "units.boom.oil.density"
+    text = draft.edited(draft.text_of(boom), boom, path, source='a "label"')
+    assert draft.read(text).source_of(path) == 'a "label"'
+    assert draft.read(text).units == boom.units
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("cylinder.bore", "3 kg", "expected a length"),
+        ("cylinder.number", "1.5", "whole number"),
+        ("pump_a.model", "PGI", "unknown pump"),
+        ("load_direction", "up", "unknown choice"),
+        ("cylinder.stroke", "", "is missing"),
+    ],
+)
+def test_what_is_wrong_is_said_where_it_is_and_stays_as_it_was_written(key, value, words):
+    boom = machine.load("mining-loader")
+    path = f"units.boom.{key}"
+    text = draft.edited(draft.text_of(boom), boom, path, value)
+    said = draft.read(text)
+    assert isinstance(said, draft.Problem)
+    assert said.path == path
+    assert words in said.words
+    assert shown(text)[path].text == value
+
+
+def test_what_follows_is_what_the_verb_says(tmp_path):
+    said = CliRunner().invoke(app, ["check", "press"]).stdout
+    words = [" ".join(line.split()) for line in draft.follows(machine.load("press")).splitlines()]
+    assert words == [" ".join(line.split()) for line in said.splitlines()]
+
+
 # -- logs
 
 
 def test_a_log_is_proposed_a_map_and_tracked_with_the_figures_of_the_verb(tmp_path):
     log, truth = TRACES / "boom_441kN_40C.csv.gz", TRACES / "boom_441kN_40C_truth.csv.gz"
-    found = propose(str(log))
+    found = told(propose, str(log))["proposed"]
     assert {one["role"] for one in found["channels"]} >= {"speed", "torque", "temperature"}
-    done = track(machine.load("mining-loader"), "boom", str(log), str(truth), "100 mm", "kalman", "")
-    words = ["track", "mining-loader", str(log), "--unit", "boom", "--start", "100 mm", "--truth", str(truth)]
-    said = CliRunner().invoke(app, words)
-    assert said.exit_code == 0
-    assert done["summary"].splitlines() == [line for line in said.stdout.splitlines() if line]
-    assert len(done["columns"]["time"]) == len(done["columns"]["true"]) > 1000
     copied = tmp_path / log.name
     copied.write_bytes(log.read_bytes())
-    mapped = track(machine.load("mining-loader"), "boom", str(copied), str(truth), "100 mm", "kalman", found["map"])
-    assert "error against the truth" in mapped["summary"]
+    loader = machine.load("mining-loader")
+    done = told(track, Asked(loader, "boom", str(copied), str(truth), "100 mm"))
+    words = ["track", "mining-loader", str(log), "--unit", "boom", "--start", "100 mm", "--truth", str(truth)]
+    said = CliRunner().invoke(app, [*words, "--out", str(tmp_path / "verb.csv")])
+    assert said.exit_code == 0
+    assert done["tracked"]["summary"].splitlines() == [line for line in said.stdout.splitlines()[:-1] if line]
+    assert (tmp_path / "track.csv").read_bytes() == (tmp_path / "verb.csv").read_bytes()
+    assert done["drawn"] == ["track.png", "track.svg"]
+    assert (tmp_path / "track.png").read_bytes()[1:4] == b"PNG"
+    view = kept(tmp_path / "view")
+    assert len(view["time"]) == len(view["true"]) == done["tracked"]["samples"] > 1000
+    mapped = told(track, Asked(loader, "boom", str(copied), str(truth), "100 mm", "kalman", found["map"]))
+    assert "error against the truth" in mapped["tracked"]["summary"]
+    assert done["progress"] == pytest.approx(1.0, abs=0.05)
+
+
+def told(work, asked):
+    """What some work said last of each thing."""
+    found = {}
+    work(found.__setitem__, asked)
+    return found
+
+
+@pytest.fixture(scope="module")
+def commissioned(tmp_path_factory):
+    """A rehearsed commissioning: its log and true position."""
+    folder = tmp_path_factory.mktemp("commissioned")
+    words = ["simulate", "mining-loader", "--unit", "boom", "--duty", "commissioning", "--log", str(folder / "log.csv")]
+    assert CliRunner().invoke(app, [*words, "--truth", str(folder / "truth.csv")]).exit_code == 0
+    return folder / "log.csv", folder / "truth.csv"
+
+
+def test_references_leak_test_factors_and_report_are_those_of_the_verbs(commissioned):
+    log, truth = (str(one) for one in commissioned)
+    asked = Asked(machine.load("mining-loader"), "boom", log, truth)
+    rows = told(track, asked)["tracked"]["references"]
+    assert {row["what"] for row in rows} == {"end stop, retracted", "end stop, extended"}
+    assert len(rows) == 3
+    assert all(abs(row["error [mm]"]) < 5.0 for row in rows)
+    verbs = {
+        "leak test": ["leaktest", "mining-loader", log, "--unit", "boom"],
+        "report": ["commission", "mining-loader", log, "--unit", "boom", "--truth", truth],
+    }
+    for work, what in ((find_leak, "leak test"), (judge, "report")):
+        assert told(work, asked)[what].strip() == CliRunner().invoke(app, verbs[what]).stdout.strip()
+    assert "Mining loader" in (asked.folder / "report.html").read_text()
+    assert "leakage" in told(find_factors, asked)["factors"]
+    assert "need the true position" in told(find_factors, replace(asked, truth=None))["error"]
+
+
+def test_a_log_without_a_leak_test_says_so():
+    log = TRACES / "boom_441kN_40C.csv.gz"
+    assert "no leak test" in told(find_leak, Asked(machine.load("mining-loader"), "boom", str(log)))["error"]
+
+
+def test_references_of_the_log_are_found():
+    time = np.arange(100) * 0.02
+    reference = np.full(100, np.nan)
+    reference[[20, 21, 22, 60]] = 0.25
+    log = xr.Dataset({"reference": ("time", reference)}, coords={"time": time})
+    found = xr.Dataset({"position": ("time", np.full(100, 0.2))}, coords={"time": time})
+    rows = references(log, found, None, 0.7)
+    assert [(row["time [s]"], row["what"], row["position [mm]"]) for row in rows] == [
+        (0.4, "of the log", 250.0),
+        (1.2, "of the log", 250.0),
+    ]
+
+
+# -- long tracks
+
+
+def test_thinning_keeps_every_extreme_and_looking_closer_shows_the_samples():
+    time = np.arange(360_000) * 0.01
+    wave = np.sin(time)
+    wave[123_456], wave[200_000:200_100] = 7.0, np.nan
+    columns = {"time": time, "position": wave, "low": wave - 1.0, "high": wave + 1.0}
+    seen = thinned(columns, 500)
+    assert len(seen["time"]) == 1000
+    assert all(after > before for before, after in itertools.pairwise(seen["time"]))
+    assert max(value for value in seen["position"] if value is not None) == 7.0
+    assert max(value for value in seen["high"] if value is not None) == 8.0
+    assert min(value for value in seen["low"] if value is not None) == pytest.approx(-2.0, abs=1e-3)
+    close = thinned(columns, 500, 1234.5, 1235.0)
+    assert len(close["time"]) < 60
+    assert 7.0 in close["position"]
+    assert thinned(columns, 500, 2000.2, 2000.5)["position"][10] is None
+
+
+def test_ten_hours_at_100_hz_are_thinned_in_a_moment(tmp_path):
+    at = np.arange(3_600_000) * 0.01
+    keep(tmp_path / "view", {"time": at, "position": np.sin(at).astype(np.float32)})
+    columns = kept(tmp_path / "view")
+    begun = time.perf_counter()
+    thinned(columns, 1500)
+    assert time.perf_counter() - begun < 1.0
 
 
 def test_a_wrong_file_says_why_and_names_no_folder(tmp_path):
     file = tmp_path / "day.csv"
     file.write_text("time_s,motor_speed_rpm\n0.0,12\n0.1,x\n")
-    said = track(machine.load("press"), "ram", str(file), None, "", "kalman", "")["error"]
+    said = told(track, Asked(machine.load("press"), "ram", str(file)))["error"]
     assert said.startswith("day.csv: ")
     assert "motor_torque_nm" in said
     picture = tmp_path / "a.png"
     picture.write_bytes(b"\x89PNG\r\n")
-    assert "unknown" in propose(str(picture))["error"]
+    assert "unknown" in told(propose, str(picture))["error"]
     damaged = tmp_path / "b.csv.gz"
     damaged.write_bytes(gzip.compress(b"time_s\n" * 1000)[:40])
-    (said,) = propose(str(damaged))["warnings"]
+    (said,) = told(propose, str(damaged))["warnings"]
     assert said.startswith("b.csv.gz: only what stands before this is listed")
 
 
 def test_a_start_outside_the_stroke_is_refused():
     log = str(TRACES / "boom_441kN_40C.csv.gz")
-    found = track(machine.load("mining-loader"), "boom", log, None, "9 m", "kalman", "")
+    found = told(track, Asked(machine.load("mining-loader"), "boom", log, None, "9 m"))
     assert "allowed" in found["error"]
 
 

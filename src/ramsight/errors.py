@@ -67,7 +67,7 @@ class UnknownNameError(RamsightError):
     """
 
     def __init__(self, kind: str, name: str, known: Iterable[str], where: str | None = None) -> None:
-        self.kind, self.name, self.known = kind, name, sorted(known)
+        self.kind, self.name, self.known, self.where = kind, name, sorted(known), where
         close = get_close_matches(name[:_LONGEST], self.known, n=1)
         hint = f"; did you mean {short(close[0])!r}?" if close else ""
         listing = ", ".join(short(one) for one in self.known[:_MOST]) or "none"

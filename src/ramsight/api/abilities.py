@@ -32,6 +32,11 @@ class Ability:
     can: bool
     how: str
 
+    @property
+    def text(self) -> str:
+        """It as a line of a list."""
+        return f"{self.what:<10} {'yes' if self.can else 'no':<3}  {self.how}"
+
 
 def abilities(machine: AnyUnit, *, unit: str | None = None) -> tuple[Ability, ...]:
     """What a unit can have, from its parts and from what is installed here.

@@ -201,7 +201,9 @@ def follow(
     keep_track: bool = False,
     keep_log: bool = False,
     all_of_it: bool = False,
+    more: tuple[str, ...] = (),
     progress: bool = False,
+    advance: Callable[[float], object] | None = None,
     say: Callable[[str], object] = lambda text: None,
 ) -> Pieces:
     """Make a sensor, start or resume it, track a log piece by piece, and keep the sensor's state.
@@ -218,7 +220,9 @@ def follow(
         keep_track: whether the track is kept.
         keep_log: whether the log is kept.
         all_of_it: whether every variable of them is kept.
+        more: further variables that are kept of them, where they have them.
         progress: show a bar on a terminal.
+        advance: told the share of a file that was read since the last call, where there is no bar.
         say: told what became of the state file.
     """
     with ExitStack() as stack:
@@ -231,9 +235,12 @@ def follow(
         virtual.start(start, start_std)
     with ExitStack() as stack:
         bar = stack.enter_context(progress_bar(1.0, "tracking")) if progress else None
-        pieces, file = _pieces(log, channel_map, bar.advance if bar else None)
+        pieces, file = _pieces(log, channel_map, bar.advance if bar else advance)
         checked = watched(pieces, unit, file, channel_map)
-        done = track_pieces(virtual, checked, out, keep_track=keep_track, keep_log=keep_log, all_of_it=all_of_it)
+        done = track_pieces(
+            virtual, checked, out, keep_track=keep_track, keep_log=keep_log, all_of_it=all_of_it,
+            more=more,
+        )  # fmt: skip
     if kept is not None:
         kept.save()
     return done

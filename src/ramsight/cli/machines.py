@@ -32,7 +32,7 @@ def check(
     for name in described.units if unit is None else (unit,):
         typer.echo(f"\nwhat {name} can have")
         for one in abilities(described, unit=name):
-            typer.echo(f"{one.what:<10} {'yes' if one.can else 'no':<3}  {one.how}")
+            typer.echo(one.text)
 
 
 def catalog_list(context: typer.Context) -> None:

@@ -18,7 +18,8 @@ def studio(
     """Open a page on this machine with a machine that runs, its circuit, and what its sensors say.
 
     Levers or arrow keys move it; load, oil, wear, drive and thermometer are sliders that the sensor is not told of;
-    faults are switches. A second tab tracks a drive log that is dropped on it. Needs the extra studio. Ctrl-C ends it.
+    faults are switches. Other tabs hold a form for descriptions, a drive log that is dropped on it, and data sheets
+    that fill. Needs the extra studio. Ctrl-C ends it.
 
     Example: ramsight studio mining-loader --no-show
     """

@@ -8,8 +8,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ramsight.duty.audit import Audited
 from ramsight.duty.drive_report import DriveReport
 from ramsight.duty.linked import audited_model
+from ramsight.duty.live_energy import Books, LiveEnergy
 from ramsight.duty.profile import Array, constant
 from ramsight.duty.simulate import SAMPLE_PERIOD, audited_circuit, check_temperature
 from ramsight.engine.outcome import Outcome
@@ -79,6 +81,7 @@ class _Stepped:
     def __init__(self, ode: OdeModel, parameters: Array, state: Array, inputs: Array, period: float) -> None:
         self.ode, self.state, self.inputs, self.period = ode, state, inputs, period
         self._parameters, self._samples, self._slope = parameters[None].copy(), 0, np.zeros_like(inputs)
+        self._found: Mapping[str, Array] | None = None  # of this sample, once somebody has asked
 
     @property
     def time(self) -> float:
@@ -98,17 +101,29 @@ class _Stepped:
             raise SimulationError(f"{self.ode.name}: {run.message}")
         self.state, self.inputs = run.state[-1], inputs
         self._samples += 1
+        self._found = None
 
     def found(self) -> Mapping[str, Array]:
         """The outputs now, by name; a torque is the one just before the next command."""
-        segment = self._segment()
-        return outputs(self.ode, segment, segment.start, self.state[None])
+        if self._found is None:
+            segment = self._segment()
+            self._found = outputs(self.ode, segment, segment.start, self.state[None])
+        return self._found
 
     def inside(self) -> dict[str, float]:
         """States and outputs now, by name, in SI; integrals of the audit are left out."""
         states = zip(self.ode.states, self.state.tolist(), strict=True)
         known = {state.name: value for state, value in states if not state.integral}
         return known | {name: float(values[0]) for name, values in self.found().items()}
+
+    def all_inside(self) -> dict[str, float]:
+        """As `inside`, with the integrals of the audit."""
+        states = zip((state.name for state in self.ode.states), self.state.tolist(), strict=True)
+        return dict(states) | {name: float(values[0]) for name, values in self.found().items()}
+
+    def value(self, parameter: str) -> float:
+        """What a parameter is now, in SI."""
+        return float(self._parameters[0, self.ode.parameters.index(parameter)])
 
     def change(self, values: Mapping[str, float]) -> None:
         """Go on with other values of parameters, by name, in SI.
@@ -119,6 +134,7 @@ class _Stepped:
         places = {name: k for k, name in enumerate(self.ode.parameters)}
         for name, value in values.items():
             self._parameters[0, places[name]] = value
+        self._found = None
 
     def speed(self, name: str, commanded: float) -> float:
         """A motor's speed [rad/s]: the state of that name, if a servo has one, otherwise what is commanded."""
@@ -130,10 +146,41 @@ class _Stepped:
         return Segments(ends[:1], ends[1:], self.inputs[None], self._slope[None], self._parameters)
 
 
+def _of(inside: Mapping[str, float], prefix: str) -> Mapping[str, float]:
+    """What one unit's circuit knows, without the unit's name."""
+    if not prefix:
+        return inside
+    return {name.removeprefix(prefix): value for name, value in inside.items() if name.startswith(prefix)}
+
+
 class _Live:
     """What can be changed of a machine that runs, and looked at in it."""
 
+    def __init__(self) -> None:
+        self._books: dict[str, LiveEnergy] = {}
+
     _run: _Stepped
+    _circuits: Mapping[str, tuple[str, Audited]]
+
+    def open_books(self) -> None:
+        """Keep books of the energy from now on; they stand in `books`, by unit."""
+        inside = self._run.all_inside()
+        self._books = {
+            name: LiveEnergy(audited, _of(inside, prefix), self._run.value(f"{prefix}tank.pressure"))
+            for name, (prefix, audited) in self._circuits.items()
+        }
+
+    @property
+    def books(self) -> dict[str, Books]:
+        """Energies since `open_books`, by unit; empty before."""
+        return {name: kept.books for name, kept in self._books.items()}
+
+    def _enter(self) -> None:
+        if not self._books:
+            return
+        inside = self._run.all_inside()
+        for name, kept in self._books.items():
+            kept.enter(_of(inside, self._circuits[name][0]))
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -182,8 +229,10 @@ class LiveUnit(_Live):
         oil_temperature: float = 313.15,
         period: float = SAMPLE_PERIOD,
     ) -> None:
+        super().__init__()
         check_temperature(unit, constant(oil_temperature))
         model = audited_circuit(unit)
+        self._circuits = {unit.name: ("", model)}
         state = initial_state(unit, model, start_position, load)
         values = model.parameters(oil_temperature=oil_temperature)
         self._name, self._run = unit.name, _Stepped(model.ode, values, state, np.array([0.0, load]), period)
@@ -203,6 +252,7 @@ class LiveUnit(_Live):
             SimulationError: the equations cannot be followed so far.
         """
         self._run.advance(np.array([motor_speed, load]))
+        self._enter()
         self.now = self._look()
         return self.now
 
@@ -238,8 +288,10 @@ class LiveMachine(_Live):
         payload: float = 0.0,
         period: float = SAMPLE_PERIOD,
     ) -> None:
+        super().__init__()
         self.machine = machine
         model = audited_model(machine)
+        self._circuits = {name: (f"{name}.", terms) for name, terms in model.audit_terms.items()}
         values = model.values.copy()
         for unit in machine.units:
             check_temperature(unit, constant(oil_temperature[unit.name]))
@@ -267,6 +319,7 @@ class LiveMachine(_Live):
         """
         speeds = (motor_speed[name] for name in self.machine.mechanism.cylinders)
         self._run.advance(np.array([*speeds, payload, *tip_force]))
+        self._enter()
         self.now = self._look()
         return self.now
 

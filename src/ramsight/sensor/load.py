@@ -215,8 +215,7 @@ class LoadObserver:
         rests = 0.0 if self._passive else ca.logic_and(shown, ca.logic_not(ca.logic_or(held, leaves)))
         sinks = ca.if_else(ca.logic_and(goes, rests), first.by_settled_load()[0] / h_walked, 0.0)
         hidden = missed - h_initial * d_initial - h_walked * d_walked
-        least, most = h_walked * (self._least - corrected), h_walked * (self._relief_load - corrected)
-        sunk = sinks * ca.fmin(ca.fmax(hidden, ca.fmin(least, most)), ca.fmax(least, most))
+        sunk = sinks * ca.fmin(ca.fmax(hidden, -friction), friction)
         left = 1.0 - believed * (gains.initial * h_initial + gains.walked * h_walked)
         travel_by = tuple(by - sinks * left * more for by, more in zip(travel_by, torque_by, strict=True))
         # At its limit a relief valve gives way in the model, and not the oil.

@@ -154,7 +154,13 @@ class SensorGraph:
         return self.way * self.angle
 
     def state(self, name: str, initial: float = 0.0) -> Any:
-        """A new state's symbol."""
+        """A new state's symbol.
+
+        Raises:
+            ValueError: there is one of that name already.
+        """
+        if name in self._states:
+            raise ValueError(f"two states are named {name}")
         self._states[name] = (ca.SX.sym(name), initial)
         return self._states[name][0]
 

@@ -16,7 +16,8 @@ from ramsight.machine.description import Machine
 from ramsight.plant.build import build
 from ramsight.plant.linked import LinkedMachine
 from ramsight.plant.linked import build as build_linked
-from ramsight.studio.rig import FAULTS, LIE, SENSORS
+from ramsight.studio.playing import DUTIES
+from ramsight.studio.rig import FAULTS, KINDS, LIE, SENSORS
 from ramsight.studio.scene import MachineScene
 from ramsight.studio.session import Session
 from ramsight.studio.worker import FASTEST, Frame
@@ -24,6 +25,7 @@ from ramsight.studio.worker import FASTEST, Frame
 _PAUSE = 0.03  # s between two looks at what has come
 _ANSWERS = 5.0  # s that a page may take for a frame
 _SCENE = 3  # every how many frames the machine in space is moved
+_MAGNIFIED = 100  # times, at most, that an error is shown as large as it is
 _HIGHEST = 250.0  # bar, that the circuit's warmest colour stands for where no relief valve says it
 
 KNOBS = (
@@ -84,12 +86,20 @@ def live_page(prepared: Prepared) -> None:
             _levers(session, units, signs)
             _knobs(session)
             _faults(session, units)
+            _sensors(session)
         with ui.column().classes("gap-3 min-w-0"):
             with ui.element("section").classes("panel"):
                 ui.html("<h2>The machine</h2>", sanitize=False)
-                ui.label("red and pale: where the sensor takes it to be; blue: the payload").classes("text-xs")
+                ui.label("red and pale: where the sensor takes it to be; its error as large as you like").classes(
+                    "text-xs"
+                )
                 scene = MachineScene(described, prepared.linked)
+                ui.label("error × true").classes("text-sm")
+                ui.slider(min=1, max=_MAGNIFIED, value=1, on_change=lambda e: scene.magnify(float(e.value))).props(
+                    'label dense aria-label="error in the picture over the true one"'
+                )
             _circuits(prepared.circuits)
+            _energy(session)
         with ui.column().classes("gap-3 min-w-0"):
             _said(units)
             with ui.element("section").classes("panel").props("id=strips"):
@@ -118,6 +128,10 @@ def _levers(session: Session, units: list[str], signs: dict[str, float]) -> None
                         "dense size=sm"
                     )
                     button.props(f'aria-label="{text} {name}"')
+        ui.label("a duty that plays").classes("text-sm")
+        duties = {"": "none", **{name: f"{name}: {words}" for name, words in DUTIES.items()}}
+        play = ui.select(duties, value="", on_change=lambda e: session.say("play", e.value or None))
+        play.props('dense aria-label="duty that plays"').classes("w-full")
         ui.keyboard(on_key=lambda e: _key(e, list(sliders.values())), ignore=["input", "select", "textarea"])
         ui.label("time × life").classes("text-sm")
         ui.slider(min=0, max=FASTEST, step=1, value=1, on_change=lambda e: session.say("factor", e.value)).props(
@@ -154,7 +168,8 @@ def _faults(session: Session, units: list[str]) -> None:
     with ui.element("section").classes("panel"):
         ui.html("<h2>Faults and references</h2>", sanitize=False)
         for name, words in FAULTS.items():
-            ui.switch(words, on_change=lambda e, name=name: session.say("fault", name, bool(e.value))).props("dense")
+            switch = ui.switch(words, on_change=lambda e, name=name: session.say("fault", name, bool(e.value)))
+            switch.props("dense").classes("w-full")
         start = ui.button("start the sensors anew", on_click=lambda: session.say("start")).props("dense size=sm")
         start.tooltip("they are told where the pistons are")
         for name in units:
@@ -166,6 +181,16 @@ def _faults(session: Session, units: list[str]) -> None:
                     f"{name}: switch lies by {1e3 * LIE:g} mm",
                     on_click=lambda name=name: session.say("refer", name, True),
                 ).props("dense size=sm")
+
+
+def _sensors(session: Session) -> None:
+    with ui.element("section").classes("panel"):
+        ui.html("<h2>Sensors</h2>", sanitize=False)
+        for kind, words in KINDS.items():
+            switch = ui.switch(words, value=kind in SENSORS).props("dense").classes("w-full")
+            switch.on_value_change(lambda e, kind=kind: session.say("sense", kind, bool(e.value)))
+        refused = ui.label().props("role=status").classes("text-sm")
+        refused.bind_text_from(session, "refused")
 
 
 def _circuits(circuits: Mapping[str, str]) -> None:
@@ -185,6 +210,14 @@ def _circuits(circuits: Mapping[str, str]) -> None:
             )
 
 
+def _energy(session: Session) -> None:
+    with ui.element("section").classes("panel"):
+        ui.html("<h2>Where the energy goes</h2>", sanitize=False)
+        ui.label("–").props("id=energy-said").classes("text-xs")
+        ui.element("div").props("id=sankey").classes("w-full")
+        ui.button("begin anew", on_click=lambda: session.say("books")).props("dense size=sm")
+
+
 def _said(units: list[str]) -> None:
     numbers = (
         ("true", "now-true", "mm"), ("kalman", "now-kalman", "mm"), ("its error", "now-error", "mm"),
@@ -193,9 +226,9 @@ def _said(units: list[str]) -> None:
     )  # fmt: skip
     rows = "".join(f'<span>{words} <b id="{place}">–</b> {unit}</span>' for words, place, unit in numbers)
     status = "".join(
-        f'<div>{unit}, {kind}: <span class="status" id="status-{unit}-{kind}">–</span></div>'
+        f'<div data-kind="{kind}">{unit}, {kind}: <span class="status" id="status-{unit}-{kind}">–</span></div>'
         for unit in units
-        for kind in SENSORS
+        for kind in KINDS
     )
     with ui.element("section").classes("panel").props("aria-live=off"):
         ui.html(f'<h2>What the sensors say</h2><div class="now">{rows}</div>{status}', sanitize=False)
@@ -220,26 +253,32 @@ async def _follow(session: Session, client: Any, scene: MachineScene, units: lis
         seen += 1
         if seen % _SCENE == 0:
             with client:
-                scene.show(*(_positions(frame, column, units) for column in ("position", "kalman")))
+                scene.show(_positions(frame, "position", units), _positions(frame, "kalman", units), frame.load)
     session.close()
 
 
 def _joined(frames: list[Frame]) -> Frame:
     """Several frames as one: all their rows, and the newest of the rest."""
     last = frames[-1]
+    last.energy = next((frame.energy for frame in reversed(frames) if frame.energy), {})
     for name in last.columns:
         parts = [frame.columns[name] for frame in frames]
         if name == "time":
             last.columns[name] = [value for part in parts for value in part]
         else:
-            last.columns[name] = {key: [v for part in parts for v in part[key]] for key in parts[0]}
+            last.columns[name] = {key: _row(parts, key) for key in parts[-1]}
     return last
+
+
+def _row(parts: list[dict[str, list[float | None]]], key: str) -> list[float | None]:
+    """One column of several frames; a sensor that was off has None."""
+    return [v for part in parts for v in part.get(key, [None] * len(part["position"]))]
 
 
 def _positions(frame: Frame, column: str, units: list[str]) -> dict[str, float]:
     """Newest positions [m] by unit; the true one where the sensor has none."""
     found = {}
     for name in units:
-        value = frame.columns[name][column][-1]
+        value = frame.columns[name].get(column, [None])[-1]
         found[name] = 1e-3 * (frame.columns[name]["position"][-1] if value is None else value)
     return found

@@ -1,56 +1,107 @@
-"""The page of a recorded log: drop it, see what its channels are taken for, track it."""
+"""The page of a recorded log: drop it, see what its channels are taken for, track it, judge it, take the results."""
 
 from __future__ import annotations
 
 import json
-import tempfile
+from collections.abc import Callable
+from html import escape
 from pathlib import Path
 from typing import Any
 
 from nicegui import run, ui
 
 from ramsight.machine.description import Machine
+from ramsight.studio.files import Shared
+from ramsight.studio.job import Job, Say
 from ramsight.studio.rig import SENSORS
-from ramsight.studio.tracking import propose, track
+from ramsight.studio.thinning import Array, kept, thinned
+from ramsight.studio.tracking import (
+    REPORT,
+    TRACK,
+    VIEW,
+    Asked,
+    find_factors,
+    find_leak,
+    judge,
+    propose,
+    track,
+)
+from ramsight.studio.visit import Visit
 
 _LARGEST = 250 * 2**20  # bytes of a file; a little less than the server takes of a request
+_LOOK = 0.2  # s, from one look at what a process says to the next
+_PIXELS = 1500  # of a picture, where the page does not say how wide it is
+_WORK: dict[str, Callable[[Say, Asked], None]] = {
+    "leak test": find_leak,
+    "identified factors": find_factors,
+    "report": judge,
+}
 
 
-def logs_page(described: Machine) -> None:
-    """Build the page for one visitor, whose files lie in a folder of their own as long as the page is open."""
-    page = _LogsPage(described)
+def logs_page(visit: Visit) -> None:
+    """Build the page for one visitor, whose files lie in his folder as long as the page is open."""
+    page = _LogsPage(visit)
     page.build()
 
 
 class _LogsPage:
-    def __init__(self, described: Machine) -> None:
-        self.machine = described
-        self.folder = tempfile.TemporaryDirectory(prefix="ramsight-studio-")
+    def __init__(self, visit: Visit) -> None:
+        self.visit = visit
         self.files: dict[str, Path] = {}
-        ui.context.client.on_delete(self.folder.cleanup)
+        self.asked: Asked | None = None
+        self.job: Job | None = None
+        self.columns: dict[str, Array] = {}
+        self.references: list[dict[str, Any]] = []
+        self.client, self.shared = ui.context.client, Shared()
+        visit.on_end(self.shared.end)
+        visit.on_end(lambda: None if self.job is None else self.job.stop())
 
     def build(self) -> None:
         """Lay the page out."""
         with ui.element("section").classes("panel"):
-            ui.html("<h2>A drive log</h2>", sanitize=False)
-            ui.label("CSV, CSV.GZ, Parquet, MF4, BLF, ASC or candump: motor speed, motor torque and oil temperature.")
-            with ui.row().classes("items-start"):
-                self._upload("log", "drop the log here")
-                self._upload("truth", "true position, if known")
-                with ui.column().classes("gap-1"):
-                    self.unit = ui.select(list(self.machine.units), value=next(iter(self.machine.units)), label="unit")
-                    self.start = ui.input("piston at first, e.g. 120 mm")
-                    self.sensor = ui.select(list(SENSORS), value=SENSORS[0], label="sensor")
-                    self.mapped = ui.checkbox("use the proposed channel map")
-                    ui.button("track", on_click=self._track).props("id=track")
-            self.said = ui.label().props("id=log-said role=status").classes("whitespace-pre-wrap font-mono text-sm")
-        self.shown = ui.element("section").classes("panel")
-        with self.shown:
-            ui.element("div").props("id=track-picture").classes("w-full")
+            self._inputs()
         with ui.element("section").classes("panel"):
+            ui.label("drag to look closer, double-click for all of it").classes("text-xs")
+            ui.element("div").props("id=track-picture").classes("w-full")
+            ui.element("div").props("id=error-picture").classes("w-full")
+            self.exports = ui.row().props("id=log-exports").classes("gap-4")
+        with ui.element("div").classes("described"):
+            with ui.element("section").classes("panel"):
+                ui.html("<h2>References found</h2>", sanitize=False)
+                self.found = ui.element("div").props("id=log-references").classes("w-full")
+            with ui.element("section").classes("panel"):
+                ui.html("<h2>What the log says of the machine</h2>", sanitize=False)
+                with ui.row().classes("gap-1"):
+                    for name in _WORK:
+                        ui.button(name, on_click=lambda _, n=name: self._begin(_WORK[n])).props("dense no-caps")
+                self.judged = ui.html("", sanitize=False).props("id=log-judged").classes("w-full")
+        with ui.element("section").classes("panel mt-3"):
             ui.html("<h2>Channels and the proposed map</h2>", sanitize=False)
             self.channels = ui.element("div").classes("w-full")
             self.map = ui.textarea("channel map, to be checked: signs above all").classes("w-full font-mono")
+        ui.timer(_LOOK, self._look)
+        ui.on("track-view", self._show)
+        self.visit.on_machine(self._another)
+
+    def _inputs(self) -> None:
+        machine = self.visit.machine
+        ui.html("<h2>A drive log</h2>", sanitize=False)
+        ui.label("CSV, CSV.GZ, Parquet, MF4, BLF, ASC or candump: motor speed, motor torque and oil temperature.")
+        with ui.row().classes("items-start"):
+            self._upload("log", "drop the log here")
+            self._upload("truth", "true position, if known")
+            with ui.column().classes("gap-1"):
+                self.unit = ui.select(list(machine.units), value=next(iter(machine.units)), label="unit")
+                self.start = ui.input("piston at first, e.g. 120 mm")
+                self.sensor = ui.select(list(SENSORS), value=SENSORS[0], label="sensor")
+                self.mapped = ui.checkbox("use the proposed channel map")
+                ui.button("track", on_click=lambda: self._begin(track)).props("id=track")
+        self.bar = ui.linear_progress(0.0, show_value=False).props('aria-label="share of the log that is done"')
+        self.said = ui.label().props("id=log-said role=status").classes("whitespace-pre-wrap font-mono text-sm")
+
+    def _another(self, machine: Machine) -> None:
+        value = self.unit.value if self.unit.value in machine.units else next(iter(machine.units))
+        self.unit.set_options(list(machine.units), value=value)
 
     def _upload(self, role: str, words: str) -> None:
         async def take(event: Any) -> None:
@@ -64,42 +115,112 @@ class _LogsPage:
     async def _take(self, role: str, event: Any) -> None:
         """Keep an uploaded file under its own name, without whatever folder its name has in it."""
         name = Path(event.file.name.replace("\\", "/")).name or "log"
-        place = Path(self.folder.name) / role
+        place = self.visit.folder / role
         place.mkdir(exist_ok=True)
         file = place / name
         await event.file.save(file)
         self.files[role] = file
         if role == "log":
-            self._say(f"{name}: looking through …")
-            self._proposed(name, await run.cpu_bound(propose, str(file)))
+            await self._propose(name)
         else:
-            self._say(f"{name}: the true position")
+            self._say(f"{name}: taken as the true position")
 
-    def _proposed(self, name: str, found: dict[str, Any] | None) -> None:
-        if found is None or "error" in found:
-            self._say("the studio ends" if found is None else found["error"])
-            return
-        self._say("\n".join([f"{name}: {len(found['channels'])} channels", *found["warnings"]]))
+    async def _propose(self, name: str) -> None:
+        self._say(f"{name}: looked through …")
+        await self._work(propose, str(self.files["log"]))
+
+    def _proposed(self, found: dict[str, Any]) -> None:
+        self._say(f"{self.files['log'].name}: {len(found['channels'])} channels")
         self.map.set_value(found["map"])
         self.channels.clear()
         with self.channels:
             ui.table(rows=found["channels"], row_key="name").classes("w-full").props("dense flat")
 
-    async def _track(self) -> None:
+    async def _work(self, work: Callable[..., None], *arguments: Any) -> None:
+        """Have something done; whatever is still going on is stopped."""
+        if self.job is not None:
+            await run.io_bound(self.job.stop)
+        self.job = await run.io_bound(Job, work, *arguments)
+
+    async def _begin(self, work: Callable[[Say, Asked], None]) -> None:
+        """Have a log worked on."""
         if "log" not in self.files:
             self._say("drop a log first")
             return
-        self._say("tracking …")
         truth = self.files.get("truth")
-        done = await run.cpu_bound(
-            track, self.machine, self.unit.value, str(self.files["log"]), None if truth is None else str(truth),
+        self.asked = Asked(
+            self.visit.machine, self.unit.value, str(self.files["log"]), None if truth is None else str(truth),
             self.start.value or "", self.sensor.value, self.map.value if self.mapped.value else "",
         )  # fmt: skip
-        if done is None or "error" in done:
-            self._say("the studio ends" if done is None else done["error"])
+        self.bar.set_value(0.0)
+        if work is track:
+            self._say("tracking …")
+            self.exports.clear()
+        else:
+            self.judged.set_content("<p>worked out …</p>")
+        await self._work(work, self.asked)
+
+    async def _look(self) -> None:
+        """Hear what a process says."""
+        job = self.job
+        if job is None:
             return
-        self._say("\n".join([done["summary"], *done["warnings"]]))
-        await ui.run_javascript(f"studio.track('track-picture', {json.dumps(done['columns'])})", timeout=20.0)
+        for what, value in job.news():
+            await self._hear(what, value)
+        if not job.alive and self.job is job:
+            self.job = None
+
+    async def _hear(self, what: str, value: Any) -> None:
+        if what == "progress":
+            self.bar.set_value(value)
+        elif what == "error":
+            self._say(value)
+            self.judged.set_content("")
+        elif what == "warnings" and value:
+            self._say("\n".join([self.said.text, *value]))
+        elif what == "proposed":
+            self._proposed(value)
+        elif what == "tracked":
+            await self._tracked(value)
+        elif what == "drawn":
+            self._offer(*value)
+        elif what in ("leak test", "factors", "report"):
+            self.judged.set_content(f"<pre>{escape(value)}</pre>")
+            if what == "report":
+                self._offer(REPORT)
+
+    async def _tracked(self, found: dict[str, Any]) -> None:
+        assert self.asked is not None
+        self.bar.set_value(1.0)
+        self._say(found["summary"])
+        self._offer(TRACK)
+        self.references = found["references"]
+        self.found.clear()
+        with self.found:
+            if self.references:
+                ui.table(rows=self.references, pagination=10).classes("w-full").props("dense flat")
+            else:
+                ui.label("none: neither an end stop nor a reference of the log")
+        self.columns = await run.io_bound(kept, self.asked.folder / VIEW) or {}
+        await self._send(None, None, _PIXELS)
+
+    async def _show(self, event: Any) -> None:
+        """The visitor looks closer."""
+        begin, end, pixels = event.args
+        if self.columns:
+            await self._send(begin, end, max(min(int(pixels), 4000), 50))
+
+    async def _send(self, begin: float | None, end: float | None, pixels: int) -> None:
+        seen = await run.io_bound(thinned, self.columns, pixels, begin, end)
+        at = [row["time [s]"] for row in self.references]
+        self.client.run_javascript(f"studio.track({json.dumps(seen)}, {json.dumps(at)})")
+
+    def _offer(self, *names: str) -> None:
+        """Links to what was written."""
+        assert self.asked is not None
+        with self.exports:
+            for name in names:
+                self.shared.link(self.asked.folder / name)
 
     def _say(self, text: str) -> None:
         self.said.set_text(text)

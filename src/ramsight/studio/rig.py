@@ -8,10 +8,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from ramsight.calibration.sensors import sensor_for
 from ramsight.duty.drive_report import usual_report
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.duty.live import Instant, LiveMachine, LiveUnit
 from ramsight.duty.live_drive import LiveDrive
+from ramsight.duty.live_energy import Books
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
@@ -21,19 +23,20 @@ from ramsight.plant.directional import DirectionalValve
 from ramsight.plant.linked import LinkedMachine
 from ramsight.plant.linked import build as build_linked
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.balance import balance
-from ramsight.sensor.kalman import kalman
 from ramsight.sensor.persistence import StateFile
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
+from ramsight.studio.playing import Playing
 
 FAULTS = {
     "temperature": "temperature lost",
     "torque": "torque frozen",
     "speed": "speed reads 3 % too much",
     "power": "power cut",
+    "obstacle": "an obstacle, 20 mm further out",
 }
 """Faults that can be switched on, and what they are."""
+_OBSTACLE = 0.02  # m beyond where the piston is, extending
 LIE = 0.02  # m, by which a switch that lies is off
 _SPEED_GAIN = 1.03
 _RAMP = 1.0  # s, in which a motor gets from rest to its highest speed
@@ -41,6 +44,14 @@ _WARMING = 0.5  # K/s, at most, by which a machine's oil changes its temperature
 _SHARE = 0.5  # of the highest motor speed at a lever's end: what a machine works with
 _START = 0.4  # of the stroke, where the pistons are at first
 SENSORS = ("kalman", "balance")
+"""Sensors that are on at first."""
+KINDS = {
+    "kalman": "kalman",
+    "balance": "balance",
+    "unreferenced": "kalman that is given no reference",
+    "table": "table (calibrated when it is switched on first)",
+}
+"""Sensors that can be on, and what they are."""
 
 
 @dataclass(frozen=True)
@@ -127,6 +138,8 @@ class Rig:
         self._frozen: dict[str, float] = {}
         self._drives: dict[str, LiveDrive] = {}
         self._said: tuple[float, float, float] | None = None
+        self._obstacles: dict[str, float] = {}
+        self._playing: Playing | None = None
         self._start_all()
 
     def _largest_load(self, machine: Machine) -> float:
@@ -146,9 +159,10 @@ class Rig:
         else:
             ((name, unit),) = self.sheet.items()
             self._plant = LiveUnit(unit, begin[name], load, warm, self.period)
+        self._plant.open_books()
         self._load, self._warm = load, warm
         self.sensors: dict[str, dict[str, VirtualSensor]] = {
-            name: {"kalman": kalman(unit), "balance": balance(unit)} for name, unit in self.sheet.items()
+            name: {kind: _sensor(unit, kind) for kind in SENSORS} for name, unit in self.sheet.items()
         }
         for name, sensors in self.sensors.items():
             for sensor in sensors.values():
@@ -183,6 +197,39 @@ class Rig:
             for sensor in sensors.values():
                 sensor.start(min(max(self._at[name], 0.0), self.sheet[name].cylinder.stroke))
 
+    def sense(self, kind: str, *, on: bool) -> None:
+        """Switch a sensor of `KINDS` on, told where the pistons are, or off.
+
+        Raises:
+            RamsightError: the machine cannot have this sensor.
+        """
+        if kind not in KINDS:
+            raise ValueError(f"no sensor {kind!r}; there are {', '.join(KINDS)}")
+        made = {name: _sensor(unit, kind) for name, unit in self.sheet.items()} if on else {}
+        for name, unit in self.sheet.items():
+            self.sensors[name].pop(kind, None)
+            self._last[name].pop(kind, None)
+            if on:
+                at = min(max(self._at[name], 0.0), unit.cylinder.stroke)
+                made[name].start(at)
+                self.sensors[name][kind] = made[name]
+                self._last[name][kind] = Estimate(at, 0.0, 0.0, math.nan, Status.OK)
+
+    def play(self, name: str | None) -> None:
+        """Play a duty of `playing.DUTIES` from now on; None leaves the levers to whoever holds them."""
+        signs = {unit: float(built.lift_sign) for unit, built in self.sheet.items()}
+        speeds = {unit: _SHARE * built.max_speed for unit, built in self.sheet.items()}
+        self._playing = None if name is None else Playing(name, signs, speeds)
+        self.levers = dict.fromkeys(self.sheet, 0.0)
+
+    def _played(self) -> None:
+        """Move the levers, and the load, as the duty that plays wants them."""
+        if self._playing is not None:
+            shares = {name: self._at[name] / unit.cylinder.stroke for name, unit in self.sheet.items()}
+            self.levers = self._playing.levers(shares, self.period)
+            if self._playing.load is not None:
+                self.knobs = replace(self.knobs, load=self._playing.load)
+
     def refer(self, unit: str, off: float = 0.0) -> None:
         """Tell the sensors of a unit its true position at the next sample, as a switch would, off by this much [m]."""
         self._references[unit] = off
@@ -195,12 +242,17 @@ class Rig:
             self._power(on=on)
         (self.faults.add if on else self.faults.discard)(name)
         self._frozen.clear()
+        if name == "obstacle":
+            self._obstacles = {unit: at + _OBSTACLE for unit, at in self._at.items()} if on else {}
+            self._apply(self.knobs)
 
     def _power(self, *, on: bool) -> None:
         """Power goes, or comes back: the sensors that can save their state resume it, the others begin anew."""
         if on:
             self._saved = tempfile.TemporaryDirectory(prefix="ramsight-")
         for unit, sensors in self.sensors.items():
+            if "kalman" not in sensors:
+                continue
             state = StateFile(Path(self._saved.name) / f"{unit}.state", sensors["kalman"])
             if on:
                 state.save()
@@ -219,6 +271,7 @@ class Rig:
             values: dict[str, float] = {}
             for part_name, part in (("oil", worn.oil), *((part.name, part) for part in worn.parts())):
                 values |= {f"{prefix}{part_name}.{key}": v for key, v in vars(part).items() if isinstance(v, float)}
+            values |= self._in_the_way(name, worn, prefix)
             self._plant.change({key: value for key, value in values.items() if key in known})
         response = DriveResponse(report_delay=knobs.report_delay)
         said = (knobs.torque_step, knobs.report_delay, knobs.temperature_offset)
@@ -229,6 +282,28 @@ class Rig:
                 self._drives[name] = LiveDrive(response, self.period, how, knobs.temperature_offset, stream=k)
         self._said = said
 
+    def _in_the_way(self, name: str, worn: HydraulicUnit, prefix: str) -> dict[str, float]:
+        """An obstacle, as an end stop nearer than the cylinder's; what is beyond it stays in the chamber."""
+        cylinder = worn.cylinder
+        place = min(self._obstacles.get(name, math.inf), cylinder.stroke)
+        beyond = cylinder.area_b * (cylinder.stroke - place)
+        of = f"{prefix}{cylinder.name}"
+        return {f"{of}.stroke": place, f"{of}.dead_volume_b": cylinder.dead_volume_b + beyond}
+
+    def open_books(self) -> None:
+        """Keep the energy's books anew from now on."""
+        self._plant.open_books()
+
+    @property
+    def load(self) -> float:
+        """On the unit [N], or what the mechanism carries [kg], now."""
+        return self._load
+
+    @property
+    def books(self) -> dict[str, Books]:
+        """Energies since they were opened, by unit."""
+        return self._plant.books
+
     # -- a sample
 
     def step(self) -> dict[str, Row]:
@@ -237,6 +312,7 @@ class Rig:
         Raises:
             SimulationError: the equations cannot be followed so far.
         """
+        self._played()
         speeds = {name: self._followed(name) for name in self.sheet}
         aim = self.knobs.load * self._largest
         most = self._largest * self.period / _RAMP
@@ -317,4 +393,9 @@ class Rig:
         for kind, sensor in self.sensors[name].items():
             others = {column: commands[name] for column in sensor.commands if name in commands}
             values = said.motor_speed, said.motor_torque, said.oil_temperature
-            self._last[name][kind] = sensor.step(said.time, *values, reference, **others)
+            given = None if kind == "unreferenced" else reference
+            self._last[name][kind] = sensor.step(said.time, *values, given, **others)
+
+
+def _sensor(unit: HydraulicUnit, kind: str) -> VirtualSensor:
+    return sensor_for(unit, "kalman" if kind == "unreferenced" else kind)

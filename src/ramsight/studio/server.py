@@ -16,6 +16,16 @@ _FREE = 16  # bytes of a token
 _GONE = 5.0  # s, until a page that has gone away is given up, and its machine ended
 
 
+_FIRST = (
+    f'<div id="first" style="position:absolute;inset:0;padding:8px 16px;font:600 18px sans-serif;color:{_INK};'
+    'background:#f3f5f7">ramsight studio is being laid out …</div>'
+    "<script>new MutationObserver((_, all) => { if (document.querySelector('.q-header')) {"
+    " document.getElementById('first').remove(); all.disconnect(); } })"
+    ".observe(document.documentElement, { childList: true, subtree: true });</script>"
+)
+"""What a page shows before its own scripts are there, and until they have laid it out."""
+
+
 def address(host: str, port: int, token: str | None) -> str:
     """What a browser opens.
 
@@ -48,7 +58,7 @@ def serve(machine: str, *, host: str, port: int, show: bool) -> None:
             "needs the extra studio: pip install 'ramsight[studio]'", key="ramsight studio"
         ) from None
     from ramsight.studio.live_page import live_page, prepare
-    from ramsight.studio.logs_page import logs_page
+    from ramsight.studio.tabs import tabs
 
     token = None if host in LOOPBACK else secrets.token_urlsafe(_FREE)
     app.add_middleware(Guard, token=token, largest=LARGEST)
@@ -61,18 +71,13 @@ def serve(machine: str, *, host: str, port: int, show: bool) -> None:
         ui.colors(primary=_INK)
         for name in ("uPlot.min.css", "studio.css"):
             ui.add_head_html(f'<link rel="stylesheet" href="/studio-assets/{name}">')
-        for name in ("uPlot.iife.min.js", "studio.js"):
+        for name in ("uPlot.iife.min.js", "studio.js", "description.js", "energy.js"):
             ui.add_head_html(f'<script src="/studio-assets/{name}"></script>')
+        ui.add_body_html(_FIRST)
         with ui.header().classes("items-center py-1"):
             ui.html('<h1 class="text-lg font-bold">ramsight studio</h1>', sanitize=False)
             ui.label(described.title or described.name)
-        with ui.tabs().classes("w-full") as tabs:
-            live, logs = ui.tab("Live"), ui.tab("Logs")
-        with ui.tab_panels(tabs, value=live, keep_alive=True).classes("w-full bg-transparent"):
-            with ui.tab_panel(live):
-                live_page(prepared)
-            with ui.tab_panel(logs):
-                logs_page(described)
+        tabs(described, lambda: live_page(prepared))
 
     print(f"ramsight studio: {address(host, port, token)}", flush=True)
     ui.run(

@@ -23,6 +23,7 @@ class Session:
     Attributes:
         about: name, units and strokes; None until it is ready.
         ended: why it has ended, in words; "" while it has not.
+        refused: why it did not do the last thing that it could not do; "" at first.
         dropped: frames that the page was too slow for.
     """
 
@@ -33,7 +34,7 @@ class Session:
         self._process.start()
         other.close()
         self.about: dict[str, Any] | None = None
-        self.ended, self.dropped = "", 0
+        self.ended, self.refused, self.dropped = "", "", 0
         self._frames: deque[Frame] = deque()
         self._lock, self._closed = threading.Lock(), False
         threading.Thread(target=self._listen, daemon=True, name="ramsight-listen").start()
@@ -75,7 +76,12 @@ class Session:
         self._pipe.close()
 
     def _listen(self) -> None:
-        take: dict[str, Callable[[Any], None]] = {"ready": self._ready, "frame": self._frame, "ended": self._ended}
+        take: dict[str, Callable[[Any], None]] = {
+            "ready": self._ready,
+            "frame": self._frame,
+            "ended": self._ended,
+            "refused": self._refused,
+        }
         try:
             while True:
                 kind, value = self._pipe.recv()
@@ -92,6 +98,9 @@ class Session:
         while len(self._frames) > _WAITING:
             self._frames.popleft()
             self.dropped += 1
+
+    def _refused(self, text: str) -> None:
+        self.refused = text
 
     def _ended(self, text: str) -> None:
         self.ended = text

@@ -13,11 +13,13 @@ from ramsight.errors import RamsightError
 from ramsight.machine import load
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.virtual_sensor import Estimate
+from ramsight.studio.energy import flows
 from ramsight.studio.rig import LIE, Rig, Row
 
 _FRAME = 0.04  # s, from one frame to the next
 _SMOOTH = 0.1  # share of a frame in how fast the machine is said to run
 _ROWS = 8  # of a frame, at most: of a faster machine only every nth sample is sent
+_ENERGY = 0.3  # s, from one look at the energy books to the next
 _BEHIND = 0.5  # s; whoever is later than that runs slower than it should, and does not catch up
 FASTEST = 50.0  # times faster than life
 
@@ -31,12 +33,16 @@ class Frame:
         circuit: by unit: pressures of nodes [bar], openings of valves [1] and flows of parts [l/min] now.
         status: by unit and sensor, in words.
         factor: times faster than life that it really runs.
+        energy: by unit, as `energy.flows`; empty in most frames.
+        load: on the unit [N], or what the mechanism carries [kg].
     """
 
     columns: dict[str, Any] = field(default_factory=dict)
     circuit: dict[str, dict[str, float]] = field(default_factory=dict)
     status: dict[str, dict[str, str]] = field(default_factory=dict)
     factor: float = 0.0
+    energy: dict[str, Any] = field(default_factory=dict)
+    load: float = 0.0
 
 
 def run(pipe: Connection, machine: str) -> None:
@@ -75,7 +81,7 @@ class _Clock:
 
     def __init__(self, rig: Rig, pipe: Connection) -> None:
         self.rig, self.pipe, self.factor = rig, pipe, 1.0
-        self.begun, self.steps, self.sent = time.perf_counter(), 0, 0.0
+        self.begun, self.steps, self.sent, self.told = time.perf_counter(), 0, 0.0, 0.0
         self.rows: list[dict[str, Row]] = []
         self.ran = 0.0
 
@@ -114,6 +120,12 @@ class _Clock:
                     self.rig.fault(values[0], on=values[1])
                 case "refer":
                     self.rig.refer(values[0], LIE if values[1] else 0.0)
+                case "sense":
+                    self._sense(values[0], on=values[1])
+                case "play":
+                    self.rig.play(values[0])
+                case "books":
+                    self.rig.open_books()
                 case "start":
                     self.rig.start_sensors()
                 case "factor":
@@ -122,6 +134,15 @@ class _Clock:
                 case "stop":
                     return False
         return True
+
+    def _sense(self, kind: str, *, on: bool) -> None:
+        """Switch a sensor; time stands while it is made."""
+        try:
+            self.rig.sense(kind, on=on)
+        except RamsightError as error:
+            self.pipe.send(("refused", str(error)))
+        self.rows = []  # of one kind of columns
+        self._from_now(time.perf_counter())
 
     def _frame(self, now: float) -> Frame:
         every = max(math.ceil(len(self.rows) / _ROWS), 1)
@@ -134,7 +155,10 @@ class _Clock:
         first = next(iter(self.rig.sheet))
         frame.columns["time"] = [round(row[first].time, 3) for row in kept]
         self.ran += _SMOOTH * (len(self.rows) * self.rig.period / max(now - self.sent, _FRAME) - self.ran)
-        frame.factor = self.ran
+        frame.factor, frame.load = self.ran, round(self.rig.load, 1)
+        if now - self.told >= _ENERGY:
+            self.told = now
+            frame.energy = {name: flows(self.rig.sheet[name], books) for name, books in self.rig.books.items()}
         self.rows = []
         return frame
 

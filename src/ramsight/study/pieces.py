@@ -48,6 +48,7 @@ def track_pieces(
     keep_track: bool = False,
     keep_log: bool = False,
     all_of_it: bool = False,
+    more: tuple[str, ...] = (),
 ) -> Pieces:
     """Track a log piece by piece, and write the track.
 
@@ -59,12 +60,13 @@ def track_pieces(
         keep_track: whether the track is kept, to compare it with the truth.
         keep_log: whether the log is kept, for a figure.
         all_of_it: whether every variable of what is kept is kept.
+        more: further variables that are kept of track and log, where they have them.
 
     Raises:
         OutputError: the file cannot be written; then there is none.
     """
     words = {"status": {int(status): status.text for status in Status}}
-    tally, track, log = Tally(), _Kept(None if all_of_it else _TRACK), _Kept(None if all_of_it else _LOG)
+    tally, track, log = Tally(), *(_Kept(None if all_of_it else names, more) for names in (_TRACK, _LOG))
     with nullcontext() if out is None else open_dataset(out, variables=_TRACK, words=words) as writer:
         for piece in pieces:
             tracked = as_said(sensor.track(piece))
@@ -91,10 +93,10 @@ def as_said(tracked: xarray.Dataset) -> xarray.Dataset:
 
 
 class _Kept:
-    """Some variables of many pieces, or all."""
+    """Some variables of many pieces, and `more` where they are there; or all."""
 
-    def __init__(self, names: tuple[str, ...] | None) -> None:
-        self._names = names
+    def __init__(self, names: tuple[str, ...] | None, more: tuple[str, ...]) -> None:
+        self._names, self._more = names, more
         self._parts: dict[str, list[NDArray[np.generic]]] = {}
         self._first: xarray.Dataset | None = None
 
@@ -102,7 +104,9 @@ class _Kept:
         """Keep a piece's."""
         if self._first is None:
             self._first = piece.isel(time=slice(0)).copy(deep=True)
-            names = map(str, piece.data_vars) if self._names is None else self._names
+            there = tuple(map(str, piece.data_vars))
+            wanted = None if self._names is None else (*self._names, *(one for one in self._more if one in there))
+            names = there if wanted is None else wanted
             self._parts = {name: [] for name in ("time", *names)}
         for name, parts in self._parts.items():
             parts.append(piece[name].values.copy())  # a view would hold all that the sensor says

@@ -2,7 +2,7 @@
 "use strict";
 window.studio = (() => {
   const KEEP = 1500; // points of a strip
-  const SENSORS = ["kalman", "balance"];
+  const SENSORS = ["kalman", "balance", "unreferenced", "table"];
   const units = {};
   let shown = "", plots = [], drawn = 0, waiting = false, highest = 250;
 
@@ -13,19 +13,19 @@ window.studio = (() => {
     const band = { width: 0, fill: undefined };
     return [
       { id: "strip-position", title: "position [mm]", height: 170,
-        names: ["position", "kalman", "balance", "high", "low"],
-        series: [series("true", "--true"), series("kalman", "--kalman"), series("balance", "--balance"), series("band +", "--kalman", band), series("band −", "--kalman", band)],
-        bands: [{ series: [4, 5], fill: css("--band") }] },
+        names: ["position", ...SENSORS, "high", "low"],
+        series: [series("true", "--true"), ...SENSORS.map((one) => series(one, "--" + one)), series("band +", "--kalman", band), series("band −", "--kalman", band)],
+        bands: [{ series: [6, 7], fill: css("--band") }] },
       { id: "strip-error", title: "error [mm]", height: 150,
-        names: ["kalman_error", "balance_error", "plus", "minus"],
-        series: [series("kalman", "--kalman"), series("balance", "--balance"), series("band +", "--kalman", band), series("band −", "--kalman", band)],
-        bands: [{ series: [3, 4], fill: css("--band") }] },
+        names: [...SENSORS.map((one) => one + "_error"), "plus", "minus"],
+        series: [...SENSORS.map((one) => series(one, "--" + one)), series("band +", "--kalman", band), series("band −", "--kalman", band)],
+        bands: [{ series: [5, 6], fill: css("--band") }] },
       { id: "strip-drive", title: "motor speed [rpm], torque [N m]", height: 150, names: ["speed", "torque"],
         series: [series("speed", "--true"), series("torque", "--kalman", { scale: "torque" })], second: "torque" },
       { id: "strip-pressure", title: "chambers [bar]", height: 140, names: ["pressure_a", "pressure_b"],
         series: [series("A", "--kalman"), series("B", "--true")] },
-      { id: "strip-status", title: "status: 0 ok, 1 uncertain, 2 not referenced, 3 invalid", height: 110, names: ["kalman_validity", "balance_validity"],
-        series: [series("kalman", "--kalman"), series("balance", "--balance")], range: [-0.2, 3.2] },
+      { id: "strip-status", title: "status: 0 ok, 1 uncertain, 2 not referenced, 3 invalid", height: 110, names: SENSORS.map((one) => one + "_validity"),
+        series: SENSORS.map((one) => series(one, "--" + one)), range: [-0.2, 3.2] },
     ];
   }
 
@@ -48,6 +48,7 @@ window.studio = (() => {
     for (const name of names) units[name] = { time: [] };
     shown = names[0];
     plots = strips().map(make);
+    studio.laidOut = performance.now(); // ms since the page was asked for
     const fit = () => plots.forEach((p) => p.plot.setSize({ width: p.place.clientWidth, height: p.height }));
     new ResizeObserver(fit).observe(document.getElementById("strips"));
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => setTimeout(() => { plots = strips().map(make); draw(); }, 100));
@@ -62,12 +63,15 @@ window.studio = (() => {
   function take(unit, time, columns) {
     const kept = units[unit];
     const more = { ...columns };
+    for (const one of SENSORS)  // of a sensor that is off nothing is shown
+      for (const name of ["", "_error", "_band", "_status"]) more[one + name] ??= time.map(() => null);
+    columns = more;
     const sum = (a, b, sign) => a.map((v, k) => (v === null || b[k] === null ? null : v + sign * b[k]));
     more.high = sum(columns.kalman, columns.kalman_band, 1);
     more.low = sum(columns.kalman, columns.kalman_band, -1);
     more.plus = columns.kalman_band;
     more.minus = columns.kalman_band.map((v) => (v === null ? null : -v));
-    for (const one of SENSORS) more[one + "_validity"] = columns[one + "_status"].map((v) => Math.floor(v / 10));
+    for (const one of SENSORS) more[one + "_validity"] = columns[one + "_status"].map((v) => (v === null ? null : Math.floor(v / 10)));
     for (const [name, values] of Object.entries({ ...more, time })) {
       const row = (kept[name] ??= []);
       row.push(...values);
@@ -107,7 +111,11 @@ window.studio = (() => {
   function frame(f) {
     for (const unit of Object.keys(units)) take(unit, f.columns.time, f.columns[unit]);
     paint(shown, f.circuit[shown]);
-    for (const [unit, said] of Object.entries(f.status))
+    for (const [unit, said] of Object.entries(f.status)) {
+      for (const one of SENSORS) {
+        const row = document.getElementById(`status-${unit}-${one}`)?.closest("[data-kind]");
+        if (row) row.hidden = !(one in said);
+      }
       for (const [sensor, text] of Object.entries(said)) {
         const place = document.getElementById(`status-${unit}-${sensor}`);
         if (place && place.textContent !== text) {
@@ -115,31 +123,69 @@ window.studio = (() => {
           place.className = "status " + text.split(":")[0].replace(" ", "-");
         }
       }
+    }
     const last = f.columns[shown], k = last.position.length - 1;
-    const mm = (v) => (v === null ? "–" : v.toFixed(1));
+    const mm = (v, digits = 1) => (v === null || v === undefined ? "–" : v.toFixed(digits));
     const set = (id, text) => { const place = document.getElementById(id); if (place) place.textContent = text; };
     set("now-true", mm(last.position[k]));
-    set("now-kalman", mm(last.kalman[k]));
-    set("now-error", last.kalman_error[k] === null ? "–" : last.kalman_error[k].toFixed(2));
-    set("now-band", last.kalman_band[k] === null ? "–" : last.kalman_band[k].toFixed(2));
-    set("now-balance-error", last.balance_error[k] === null ? "–" : last.balance_error[k].toFixed(2));
+    set("now-kalman", mm(last.kalman?.[k]));
+    set("now-error", mm(last.kalman_error?.[k], 2));
+    set("now-band", mm(last.kalman_band?.[k], 2));
+    set("now-balance-error", mm(last.balance_error?.[k], 2));
     set("now-time", f.columns.time.at(-1).toFixed(1));
     if (f.factor !== null) set("now-factor", f.factor.toFixed(1));
+    if (f.energy[shown]) studio.energy(f.energy[shown]);
     if (!waiting) { waiting = true; requestAnimationFrame(draw); }
     return drawn;
   }
 
-  function track(id, columns) {
+  // A track between two times: what is dragged over is asked for anew, as fine as the picture can show it.
+  const seen = {};
+
+  function look(plot) {
+    const { left, width } = plot.select;
+    if (width < 4) return;
+    emitEvent("track-view", [plot.posToVal(left, "x"), plot.posToVal(left + width, "x"), plot.width]);
+    plot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
+  }
+
+  function marks(plot) {
+    const { ctx, bbox } = plot;
+    ctx.save();
+    ctx.strokeStyle = css("--true");
+    ctx.setLineDash([4, 4]);
+    for (const at of seen.references) {
+      const x = plot.valToPos(at, "x", true);
+      if (x < bbox.left || x > bbox.left + bbox.width) continue;
+      ctx.beginPath();
+      ctx.moveTo(x, bbox.top);
+      ctx.lineTo(x, bbox.top + bbox.height);
+      ctx.stroke();
+    }
+    ctx.restore();
+  }
+
+  function panel(id, title, height, lines, data, bands) {
     const place = document.getElementById(id);
     place.replaceChildren();
     const axis = (more = {}) => ({ stroke: css("--ink"), grid: { stroke: css("--grid"), width: 1 }, font: "12px sans-serif", size: 56, ...more });
+    const plot = new uPlot({ title, width: place.clientWidth || 600, height, series: [{ label: "time [s]" }, ...lines],
+      axes: [axis({ size: 28, values: (_, all) => all.map((v) => v + " s") }), axis()], bands, legend: { live: false },
+      cursor: { drag: { x: true, y: false, setScale: false } }, hooks: { setSelect: [look], draw: [marks] },
+      scales: { x: { time: false } } }, data, place);
+    plot.over.addEventListener("dblclick", () => emitEvent("track-view", [null, null, plot.width]));
+    return plot;
+  }
+
+  function track(columns, references) {
+    Object.assign(seen, { columns, references });
     const known = columns.true !== undefined;
     const lines = [series("estimate", "--kalman"), series("band +", "--kalman", { width: 0 }), series("band −", "--kalman", { width: 0 })];
-    if (known) lines.push(series("true", "--true"));
-    const data = [columns.time, columns.position, columns.high, columns.low, ...(known ? [columns.true] : [])];
-    new uPlot({ title: "position [mm]", width: place.clientWidth || 600, height: 320, series: [{ label: "time [s]" }, ...lines],
-      axes: [axis({ size: 28, values: (_, all) => all.map((v) => v + " s") }), axis()], bands: [{ series: [2, 3], fill: css("--band") }],
-      scales: { x: { time: false } } }, data, place);
+    const data = [columns.time, columns.position, columns.high, columns.low];
+    if (known) { lines.push(series("true", "--true")); data.push(columns.true); }
+    panel("track-picture", "position [mm]", 320, lines, data, [{ series: [2, 3], fill: css("--band") }]);
+    if (known) panel("error-picture", "error [mm]", 160, [series("error", "--kalman")], [columns.time, columns.error], []);
+    else document.getElementById("error-picture").replaceChildren();
     return columns.time.length;
   }
 
@@ -158,5 +204,5 @@ window.studio = (() => {
   }
   addEventListener("DOMContentLoaded", () => new MutationObserver(label).observe(document.body, { childList: true, subtree: true }));
 
-  return { begin, show, frame, track, count: () => drawn, units };
+  return { begin, show, frame, track, count: () => drawn, units, seen };
 })();

@@ -41,15 +41,31 @@ class Contacts:
     elsewhere: int
 
 
-def contacts(track: xarray.Dataset, stroke: float) -> Contacts:
-    """Count the visits to the ends that a track of the kalman sensor shows.
+@dataclass(frozen=True)
+class Visit:
+    """One visit that the sensor saw.
+
+    Attributes:
+        begins, ends: [s].
+        position: in the end [m]; NaN where it is unknown.
+        where: ``retracted``, ``extended`` or ``elsewhere``.
+    """
+
+    begins: float
+    ends: float
+    position: float
+    where: str
+
+
+def visits(track: xarray.Dataset, stroke: float) -> list[Visit]:
+    """The visits to the ends that a track of the kalman sensor shows, in order.
 
     Args:
         track: with `mode`, `position` [m], NaN where it is unknown, over `time` [s].
         stroke: of the cylinder [m].
     """
     time, mode, position = (track[name].values for name in ("time", "mode", "position"))
-    counts = {"retracted": 0, "extended": 0, "elsewhere": 0}
+    found = []
     for held, end, name in ((Mode.HELD_RETRACTING, 0.0, "retracted"), (Mode.HELD_EXTENDING, stroke, "extended")):
         there = np.concatenate([[False], mode == int(held), [False]])
         edges, last = np.flatnonzero(np.diff(there.astype(int))), -np.inf
@@ -57,9 +73,21 @@ def contacts(track: xarray.Dataset, stroke: float) -> Contacts:
             begins, ends = float(time[first]), float(time[after - 1])
             if ends - begins < _LONG or begins - last < _APART:
                 continue
-            last, at = ends, position[after - 1]
-            counts[name if abs(at - end) < _AT_END * stroke else "elsewhere"] += bool(np.isfinite(at))
-    return Contacts(**counts)
+            last, at = ends, float(position[after - 1])
+            where = "elsewhere" if abs(at - end) >= _AT_END * stroke else name
+            found.append(Visit(begins, ends, at, where))
+    return sorted(found, key=lambda one: one.begins)
+
+
+def contacts(track: xarray.Dataset, stroke: float) -> Contacts:
+    """Count the visits whose position is known.
+
+    Args:
+        track: as `visits` takes it.
+        stroke: of the cylinder [m].
+    """
+    known = [one.where for one in visits(track, stroke) if np.isfinite(one.position)]
+    return Contacts(*(known.count(name) for name in ("retracted", "extended", "elsewhere")))
 
 
 def stops(track: xarray.Dataset, unit: HydraulicUnit) -> Finding:

@@ -1,0 +1,100 @@
+"""Where the energy of a machine goes while it runs: the books of `audit`, kept from sample to sample.
+
+Losses, works and what the shaft gave and took are the same integrals. What is stored in compressed oil is summed up
+over samples instead of the integrator's steps, so that the books close a little less well than an audit's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from ramsight.duty.audit import Audited
+
+_LOADS = ("load", "rods")  # works that a load does or has done to it
+
+
+@dataclass
+class Books:
+    """Energies since the books were opened [J].
+
+    Attributes:
+        given: by the motor.
+        taken: back by the motor.
+        lifted: work done on the load.
+        lowered: work that the load did.
+        losses: by the circuit's names, ``pump_a.leakage``.
+        works: all other works, net, by name; ``tank`` is what went back to it.
+        stored: net, by name.
+    """
+
+    given: float = 0.0
+    taken: float = 0.0
+    lifted: float = 0.0
+    lowered: float = 0.0
+    losses: dict[str, float] = field(default_factory=dict)
+    works: dict[str, float] = field(default_factory=dict)
+    stored: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def missing(self) -> float:
+        """What came in and is in none of the entries [J]."""
+        gone = sum(self.losses.values()) + sum(self.works.values()) + sum(self.stored.values())
+        return self.given - self.taken + self.lowered - self.lifted - gone
+
+
+class LiveEnergy:
+    """Keeps the books of one circuit.
+
+    Args:
+        audited: names of what is to be entered.
+        inside: all that its equation knows at first, by name, integrals too, in SI.
+        tank_pressure: [Pa].
+    """
+
+    def __init__(self, audited: Audited, inside: Mapping[str, float], tank_pressure: float) -> None:
+        self._audited, self._tank_pressure, self._last = audited, tank_pressure, dict(inside)
+        self.books = Books()
+
+    def begin_anew(self) -> None:
+        """Close the books and open new ones."""
+        self.books = Books()
+
+    def enter(self, inside: Mapping[str, float]) -> None:
+        """Enter what happened since the last sample.
+
+        Args:
+            inside: as at first.
+        """
+        last, books, audited = self._last, self.books, self._audited
+
+        def grown(name: str) -> float:
+            return inside[name] - last[name]
+
+        books.given += grown("energy.shaft_given")
+        books.taken += grown("energy.shaft_taken")
+        for name in audited.losses:
+            books.losses[name] = books.losses.get(name, 0.0) + grown(f"energy.{name}")
+        for name in audited.works:
+            done = grown(f"energy.{name}")
+            if name in _LOADS:
+                books.lifted += max(done, 0.0)
+                books.lowered += max(-done, 0.0)
+            else:
+                books.works[name] = books.works.get(name, 0.0) + done
+        drawn = sum(grown(f"volume.{name}") for name in audited.tank_flows)
+        books.works["tank"] = books.works.get("tank", 0.0) - self._tank_pressure * drawn
+        self._store(inside)
+        self._last = dict(inside)
+
+    def _store(self, inside: Mapping[str, float]) -> None:
+        stored, last = self.books.stored, self._last
+        for name in inside:
+            if name.startswith("stored."):
+                short = name.removeprefix("stored.")
+                stored[short] = stored.get(short, 0.0) + inside[name] - last[name]
+        compressed = 0.0
+        for node in self._audited.nodes:
+            capacity = 0.5 * (inside[f"capacity_{node}"] + last[f"capacity_{node}"])
+            compressed += capacity * 0.5 * (inside[f"pressure_{node}"] ** 2 - last[f"pressure_{node}"] ** 2)
+        stored["compression"] = stored.get("compression", 0.0) + compressed

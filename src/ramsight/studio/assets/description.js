@@ -1,0 +1,50 @@
+// The form of a description: what its fields hold, what is wrong at them, and what the browser keeps of it.
+"use strict";
+(() => {
+  // A tab keeps its own; what is kept for all is there when a new one is opened.
+  studio.keep = (name, value) => {
+    for (const place of [sessionStorage, localStorage]) place.setItem(name, JSON.stringify(value));
+  };
+  studio.kept = (name) => JSON.parse(sessionStorage.getItem(name) ?? localStorage.getItem(name) ?? "null");
+
+  // What is being typed is left alone.
+  function put(input, text) {
+    const typing = document.activeElement === input && input.value !== (input.dataset.held ?? "");
+    input.dataset.held = text;
+    if (!typing) input.value = text;
+  }
+
+  let fields = {}, wrong = {};
+
+  function show() {
+    const form = document.getElementById("machine-form");
+    for (const field of form?.querySelectorAll(".field") ?? []) {
+      const [text, usual, source] = fields[field.dataset.path] ?? ["", "", ""];
+      const words = wrong[field.dataset.path] ?? "";
+      const [value, from] = field.querySelectorAll("input");
+      put(value, text);
+      value.placeholder = usual;
+      value.setAttribute("aria-invalid", words !== "");
+      put(from, source);
+      const said = field.querySelector(".wrong");
+      if (said.textContent !== words) said.textContent = words;
+      if (words) field.closest("details").open = true;
+    }
+  }
+
+  studio.description = (nowFields, nowWrong) => {
+    [fields, wrong] = [nowFields, nowWrong];
+    show();
+  };
+
+  // A form that is drawn anew, or seen for the first time, is filled.
+  addEventListener("DOMContentLoaded", () => {
+    const empty = () => document.querySelector("#machine-form .field input:not([data-held])") && show();
+    new MutationObserver(empty).observe(document.body, { childList: true, subtree: true });
+  });
+
+  document.addEventListener("change", (event) => {
+    const input = event.target, field = input.closest?.("#machine-form .field");
+    if (field && input.dataset.key) emitEvent("description-edited", [field.dataset.path, input.dataset.key, input.value]);
+  });
+})();

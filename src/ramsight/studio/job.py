@@ -1,0 +1,83 @@
+"""Work that takes long, in a process of its own: it says how far it is, and can be stopped at any time.
+
+Its process is spawned. One that is forked, as `nicegui.run.cpu_bound` does, holds the sockets of visitors' browsers:
+the server closes one, the browser does not hear of it, and what it asks for next over that socket never comes.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import threading
+from collections import deque
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from typing import Any
+
+from ramsight.errors import RamsightError
+
+_PATIENCE = 2.0  # s, until a process that does not stop is ended
+
+Say = Callable[[str, Any], None]
+News = tuple[str, Any]
+
+
+class Job:
+    """One piece of work.
+
+    Args:
+        work: a function of a module; it is given `say(what, value)`, with which it tells what becomes of it, and the
+            arguments. A `RamsightError` is said as ``error``, in words.
+        arguments: that can be sent to a process.
+    """
+
+    def __init__(self, work: Callable[..., None], *arguments: Any) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._pipe, other = context.Pipe(duplex=False)
+        self._process = context.Process(target=_do, args=(other, work, arguments), daemon=True, name="ramsight-job")
+        self._process.start()
+        other.close()
+        self._news: deque[News] = deque()
+        self._listener = threading.Thread(target=self._listen, daemon=True, name="ramsight-listen")
+        self._listener.start()
+
+    @property
+    def alive(self) -> bool:
+        """Whether it goes on, or has said something that nobody has heard yet."""
+        return self._listener.is_alive() or bool(self._news)
+
+    def news(self) -> list[News]:
+        """What was said since the last call."""
+        found = []
+        while self._news:
+            found.append(self._news.popleft())
+        return found
+
+    def stop(self) -> None:
+        """End it, whatever it is doing."""
+        self._process.terminate()
+        self._process.join(_PATIENCE)
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join()
+
+    def _listen(self) -> None:
+        try:
+            while True:
+                self._news.append(self._pipe.recv())
+        except (EOFError, OSError):
+            self._process.join()
+            if self._process.exitcode not in (0, -15):
+                self._news.append(("error", f"the process has ended ({self._process.exitcode})"))
+
+
+def _do(pipe: Connection, work: Callable[..., None], arguments: tuple[Any, ...]) -> None:
+    def say(what: str, value: Any) -> None:
+        pipe.send((what, value))
+
+    try:
+        try:
+            work(say, *arguments)
+        except RamsightError as error:
+            say("error", str(error))
+    except (BrokenPipeError, ConnectionResetError, KeyboardInterrupt):
+        return

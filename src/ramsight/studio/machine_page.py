@@ -1,0 +1,169 @@
+"""The page of a description: a form of all its values, what follows from them, and the file itself."""
+
+from __future__ import annotations
+
+import json
+from html import escape
+from typing import Any
+
+from nicegui import run, ui
+
+from ramsight.machine import catalogue
+from ramsight.machine.description import Machine
+from ramsight.studio.draft import Problem, Row, can_be_read, edited, follows, read, rows, text_of
+from ramsight.studio.visit import Visit
+
+_KEPT = "ramsight-description"  # where the browser keeps it
+_LARGEST = 2**20  # bytes of a description
+
+
+def machine_page(visit: Visit) -> None:
+    """Build the page for one visitor."""
+    page = _MachinePage(visit)
+    page.build()
+    ui.timer(0.0, page.begin, once=True)
+
+
+class _MachinePage:
+    def __init__(self, visit: Visit) -> None:
+        self.visit, self.machine = visit, visit.machine
+        self.text = self.valid = text_of(visit.machine)
+        self.problem: Problem | None = None
+        self.client = ui.context.client
+
+    def build(self) -> None:
+        """Lay the page out."""
+        with ui.element("section").classes("panel"):
+            ui.html("<h2>A description</h2>", sanitize=False)
+            ui.label("Every value with its unit, its range and where it comes from; other tabs use it once it holds.")
+            with ui.row().classes("items-center gap-2"):
+                names = [one.name for one in catalogue.entries() if one.kind == "machine"]
+                self.like = ui.select(names, label="begin with").classes("w-48").props("dense")
+                self.like.on_value_change(lambda e: self._begin_with(e.value))
+                opened = ui.upload(
+                    label="open a TOML file", on_upload=self._open, auto_upload=True, max_file_size=_LARGEST
+                )
+                opened.props("id=open-description flat bordered").classes("w-60")
+                ui.button("download the TOML file", on_click=self._download).props("id=download-description")
+            self.said = ui.label().props("id=machine-said role=status").classes("whitespace-pre-wrap")
+        with ui.element("div").classes("described"):
+            with ui.element("section").classes("panel"):
+                ui.html("<h2>Values</h2>", sanitize=False)
+                self.form = ui.html("", sanitize=False).props("id=machine-form").classes("w-full")
+            with ui.column().classes("gap-3 min-w-0 w-full"):
+                with ui.element("section").classes("panel"):
+                    ui.html("<h2>What follows</h2>", sanitize=False)
+                    self.follows = ui.html("", sanitize=False).props("id=machine-follows").classes("w-full")
+                with ui.element("section").classes("panel"):
+                    ui.html("<h2>The file</h2>", sanitize=False)
+                    self.file = ui.textarea("TOML").classes("w-full font-mono").props("for=machine-file rows=16")
+                    ui.button("take this text", on_click=lambda: self._take(self.file.value or "")).props("dense")
+        ui.on("description-edited", self._edited)
+
+    async def begin(self) -> None:
+        """Show what the browser kept of the last time, or the machine that the studio was opened with."""
+        found = await ui.run_javascript(f"studio.kept({json.dumps(_KEPT)})", timeout=20.0)
+        if found:
+            kept = read(found["valid"])
+            if isinstance(kept, Machine):
+                self.machine, self.valid = kept, found["valid"]
+            await self._take(found["text"])
+        else:
+            await self._take(self.text)
+
+    async def _begin_with(self, name: str) -> None:
+        await self._take(catalogue.find("machine", name).path.read_text(encoding="utf-8"))
+
+    async def _open(self, event: Any) -> None:
+        content = await event.file.read()
+        await self._take(content.decode("utf-8-sig", errors="replace"))
+
+    def _download(self) -> None:
+        ui.download.content(self.text, f"{self.machine.name}.toml", "application/toml")
+
+    async def _edited(self, event: Any) -> None:
+        """One field of the form was changed."""
+        path, key, value = event.args
+        if key not in ("value", "source"):
+            return
+        before = {row.path for row in rows(self.text, self.machine)}
+        self.text = edited(self.text, self.machine, path, **{key: value})
+        self._read(path)
+        shown = rows(self.text, self.machine)
+        if {row.path for row in shown} != before:
+            self._draw(shown)
+        self._mark(shown)
+        await self._after()
+
+    async def _take(self, text: str) -> None:
+        """Take a whole text in the place of the one before."""
+        wrong = can_be_read(text)
+        if wrong is not None:
+            self.said.set_text(f"not taken: {wrong.words}")
+            return
+        self.text = text
+        self._read("")
+        shown = rows(self.text, self.machine)
+        self._draw(shown)
+        self._mark(shown)
+        await self._after()
+
+    def _read(self, path: str) -> None:
+        """See whether the text holds; what is wrong and names no field is put to the one that was edited."""
+        found = read(self.text)
+        if isinstance(found, Problem):
+            self.problem = Problem(found.path or path, found.words)
+        else:
+            self.machine, self.valid, self.problem = found, self.text, None
+
+    def _draw(self, shown: list[Row]) -> None:
+        self.form.set_content("".join(_tables(shown)))
+
+    def _mark(self, shown: list[Row]) -> None:
+        """Say at the fields what they hold and what is wrong."""
+        fields = {row.path: [row.text, row.usual, row.source] for row in shown}
+        wrong = {} if self.problem is None else {self.problem.path: self.problem.words}
+        self.client.run_javascript(f"studio.description({json.dumps(fields)}, {json.dumps(wrong)})")
+
+    async def _after(self) -> None:
+        """Keep the text in the browser, and say what follows from it."""
+        self.file.set_value(self.text)
+        kept = {"text": self.text, "valid": self.valid}
+        self.client.run_javascript(f"studio.keep({json.dumps(_KEPT)}, {json.dumps(kept)})")
+        if self.problem is not None:
+            where = f"{self.problem.path}: " if self.problem.path else ""
+            self.said.set_text(f"{where}{self.problem.words}")
+            return
+        self.visit.use(self.machine)
+        self.said.set_text(f"{self.machine.title or self.machine.name} holds")
+        text = await run.io_bound(follows, self.machine)
+        self.follows.set_content(f"<pre>{escape(text or '')}</pre>")
+
+
+def _tables(shown: list[Row]) -> list[str]:
+    """The form: a table of the description a group that opens, a value a row."""
+    groups: dict[str, list[Row]] = {}
+    for row in shown:
+        groups.setdefault(row.path.rpartition(".")[0], []).append(row)
+    parts = []
+    for k, (name, own) in enumerate(groups.items()):
+        opened = " open" if k == 0 else ""
+        parts.append(f"<details{opened}><summary>{escape(name or 'machine')}</summary>")
+        parts += [_field(row) for row in own]
+        parts.append("</details>")
+    return parts
+
+
+def _field(row: Row) -> str:
+    """A value's row: its name and meaning, the value, its source, its range and what is wrong with it."""
+    path, name = escape(row.path), escape(row.path.rpartition(".")[2])
+    allowed = "; ".join(one for one in (row.unit if row.unit != "1" else "", row.range) if one)
+    return (
+        f'<div class="field" data-path="{path}"><label for="value-{path}">{name}'
+        f' <span class="meaning">{escape(row.meaning)}</span></label>'
+        f'<input id="value-{path}" data-key="value" aria-describedby="note-{path}" autocomplete="off"'
+        ' spellcheck="false">'
+        f'<input data-key="source" aria-label="source of {path}" placeholder="source" autocomplete="off">'
+        f'<div class="note" id="note-{path}"><span class="range">{escape(allowed)}</span>'
+        f' <span class="wrong" role="alert"></span></div></div>'
+    )

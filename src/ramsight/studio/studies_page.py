@@ -1,0 +1,138 @@
+"""The page of a data sheet: ask for one, watch it fill, stop it, open it."""
+
+from __future__ import annotations
+
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from nicegui import run, ui
+
+from ramsight.machine.description import Machine
+from ramsight.studio.files import Shared
+from ramsight.studio.job import Job
+from ramsight.studio.studies import DUTIES, SHEET_SENSORS, Wanted, fill
+from ramsight.studio.visit import Visit
+from ramsight.study.datasheet.writing import FILES
+
+_LOOK = 0.25  # s, from one look at what a study says to the next
+_MOST, _USUAL = 100_000, 200  # machines
+
+
+def studies_page(visit: Visit) -> None:
+    """Build the page for one visitor."""
+    _StudiesPage(visit).build()
+
+
+class _StudiesPage:
+    def __init__(self, visit: Visit) -> None:
+        self.visit = visit
+        self.job: Job | None = None
+        self.shared = Shared()
+        visit.on_end(self._end)
+
+    def build(self) -> None:
+        """Lay the page out."""
+        machine = self.visit.machine
+        with ui.element("section").classes("panel"):
+            ui.html("<h2>A data sheet</h2>", sanitize=False)
+            self.of = ui.label(_named(machine)).classes("font-medium")
+            ui.label("Machines are drawn from the description's tolerances, simulated and tracked, by numbers.")
+            with ui.row().classes("items-end gap-3"):
+                self.unit = ui.select(list(machine.units), value=next(iter(machine.units)), label="unit of the sheet")
+                self.duty = ui.select(list(DUTIES), value=DUTIES[0], label="duty").classes("w-36")
+                self.sensor = ui.select(list(SHEET_SENSORS), value=SHEET_SENSORS[0], label="sensor of the sheet")
+                self.machines = ui.number("machines", value=_USUAL, min=1, max=_MOST, precision=0).classes("w-28")
+                self.seed = ui.number("seed", value=0, min=0, precision=0).classes("w-24")
+                ui.button("start", on_click=self._start).props("id=study-start")
+                self.stopper = ui.button("stop", on_click=self._stop).props("id=study-stop")
+            self.stopper.disable()
+            self.bar = ui.linear_progress(0.0, show_value=False).props('aria-label="machines done" size=14px')
+            self.said = ui.label().props("id=study-said role=status").classes("whitespace-pre-wrap")
+        with ui.element("section").classes("panel"):
+            ui.html("<h2>Accuracy so far</h2>", sanitize=False)
+            self.shown = ui.html("", sanitize=False).props("id=study-accuracy").classes("w-full overflow-x-auto")
+            self.links = ui.row().props("id=study-links").classes("gap-4")
+        self.visit.on_machine(self._another)
+        ui.timer(_LOOK, self._look)
+
+    def _another(self, machine: Machine) -> None:
+        self.of.set_text(_named(machine))
+        kept = self.unit.value if self.unit.value in machine.units else next(iter(machine.units))
+        self.unit.set_options(list(machine.units), value=kept)
+
+    async def _start(self) -> None:
+        await self._stop()
+        self.links.clear()
+        self.shown.set_content("")
+        self.bar.set_value(0.0)
+        self.said.set_text("is being made ready …")
+        wanted = Wanted(
+            self.visit.machine, self.unit.value, self.duty.value, self.sensor.value,
+            int(self.machines.value or 1), int(self.seed.value or 0),
+        )  # fmt: skip
+        self.job = await run.io_bound(Job, fill, wanted, self.visit.folder)
+        self.stopper.enable()
+
+    async def _stop(self) -> None:
+        job, self.job = self.job, None
+        self.stopper.disable()
+        if job is not None:
+            await run.io_bound(job.stop)
+            self.said.set_text(f"stopped; {self.said.text}\nThe same study goes on where it was.")
+
+    def _look(self) -> None:
+        if self.job is None:
+            return
+        for what, value in self.job.news():
+            if what == "error":
+                self.said.set_text(value)
+            elif what == "so far":
+                self._so_far(value)
+            elif what == "written":
+                self._written(Path(value))
+        if not self.job.alive:
+            self.job = None
+            self.stopper.disable()
+
+    def _so_far(self, found: dict[str, Any]) -> None:
+        self.bar.set_value(found["done"] / found["wanted"])
+        self.said.set_text(
+            f"{found['done']} of {found['wanted']} machines, {found['failed']} that could not be simulated; "
+            f"status: {found['status']}"
+        )
+        self.shown.set_content(_table(found["accuracy"]))
+
+    def _written(self, folder: Path) -> None:
+        with self.links:
+            self.shared.opening_link("open the sheet", folder / FILES[0])
+            for name in FILES:
+                self.shared.link(folder / name)
+
+    def _end(self) -> None:
+        self.shared.end()
+        if self.job is not None:
+            self.job.stop()
+
+
+def _named(machine: Machine) -> str:
+    return f"of {machine.title or machine.name}"
+
+
+def _table(rows: list[dict[str, Any]]) -> str:
+    """The accuracy of each group of errors; lengths in mm."""
+    if not rows:
+        return ""
+    head = "".join(f'<th scope="col">{escape(name)}{_unit(name)}</th>' for name in rows[0])
+    body = "".join(
+        "<tr>" + "".join(f"<td>{escape(_text(value))}</td>" for value in row.values()) + "</tr>" for row in rows
+    )
+    return f'<table class="numbers"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
+
+
+def _unit(name: str) -> str:
+    return "" if name in ("errors", "machines") else " [mm]"
+
+
+def _text(value: Any) -> str:
+    return f"{value:.2f}" if isinstance(value, float) else str(value)

@@ -1,0 +1,65 @@
+"""The studio's tabs; each but the first is made when it is opened first, so that the page is there at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from nicegui import background_tasks, run, ui
+
+from ramsight.machine.description import Machine
+from ramsight.studio.visit import Visit
+
+Build = Callable[[Visit], None]
+
+
+def tabs(described: Machine, live: Callable[[], None]) -> None:
+    """Lay the tabs out for one visitor.
+
+    Args:
+        described: the machine that he begins with.
+        live: builds the first tab.
+    """
+    visit = Visit(described)
+    ui.context.client.on_delete(lambda: background_tasks.create(run.io_bound(visit.end)))
+    waiting: dict[str, tuple[ui.tab_panel, Build]] = {}
+    with ui.tabs().classes("w-full") as row:
+        ui.tab("Live")
+        for name in _LATER:
+            ui.tab(name)
+    with ui.tab_panels(row, value="Live", keep_alive=True).classes("w-full bg-transparent"):
+        with ui.tab_panel("Live"):
+            live()
+        for name, build in _LATER.items():
+            with ui.tab_panel(name) as panel:
+                waiting[name] = panel, build
+
+    def opened(name: str) -> None:
+        for one in (_DESCRIBED, name):  # the others work with what the browser kept of the description
+            if one in waiting and name != "Live":
+                panel, build = waiting.pop(one)
+                with panel:
+                    build(visit)
+
+    row.on_value_change(lambda e: opened(e.value))
+
+
+def _machines(visit: Visit) -> None:
+    from ramsight.studio.machine_page import machine_page
+
+    machine_page(visit)
+
+
+def _logs(visit: Visit) -> None:
+    from ramsight.studio.logs_page import logs_page
+
+    logs_page(visit)
+
+
+def _studies(visit: Visit) -> None:
+    from ramsight.studio.studies_page import studies_page
+
+    studies_page(visit)
+
+
+_DESCRIBED = "Machines"
+_LATER: dict[str, Build] = {_DESCRIBED: _machines, "Logs": _logs, "Studies": _studies}

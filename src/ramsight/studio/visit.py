@@ -1,0 +1,48 @@
+"""What the tabs of one visitor share: the machine that he works with, as he has described it last."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from ramsight.machine.description import Machine
+
+
+class Visit:
+    """One visitor: his machine, and a folder of his own as long as his page is open.
+
+    Args:
+        machine: that he begins with.
+    """
+
+    def __init__(self, machine: Machine) -> None:
+        self.machine = machine
+        self._folder = tempfile.TemporaryDirectory(prefix="ramsight-studio-")
+        self._told: list[Callable[[Machine], None]] = []
+        self._ends: list[Callable[[], None]] = []
+
+    @property
+    def folder(self) -> Path:
+        """His folder."""
+        return Path(self._folder.name)
+
+    def on_machine(self, tell: Callable[[Machine], None]) -> None:
+        """Have somebody told when the machine becomes another."""
+        self._told.append(tell)
+
+    def use(self, machine: Machine) -> None:
+        """Work with another machine from now on."""
+        self.machine = machine
+        for tell in self._told:
+            tell(machine)
+
+    def on_end(self, end: Callable[[], None]) -> None:
+        """Have something done when the page is gone, before its folder is thrown away."""
+        self._ends.append(end)
+
+    def end(self) -> None:
+        """End what runs for the visitor, and throw the folder away."""
+        for end in self._ends:
+            end()
+        self._folder.cleanup()
