@@ -214,8 +214,10 @@ class LoadObserver:
         # What friction hides of the load is taken slowly, and leaks meanwhile as the torque says.
         rests = 0.0 if self._passive else ca.logic_and(shown, ca.logic_not(ca.logic_or(held, leaves)))
         sinks = ca.if_else(ca.logic_and(goes, rests), first.by_settled_load()[0] / h_walked, 0.0)
+        free_travel = ca.if_else(goes, balance.near(first.z, before, mean, h)[0] - before[0], 0.0)
         hidden = missed - h_initial * d_initial - h_walked * d_walked
-        sunk = sinks * ca.fmin(ca.fmax(hidden, -friction), friction)
+        hidden = ca.fmin(ca.fmax(hidden, -friction), friction)
+        sunk = ca.fmin(ca.fmax(sinks * hidden, -ca.fabs(free_travel)), ca.fabs(free_travel))
         left = 1.0 - believed * (gains.initial * h_initial + gains.walked * h_walked)
         travel_by = tuple(by - sinks * left * more for by, more in zip(travel_by, torque_by, strict=True))
         # At its limit a relief valve gives way in the model, and not the oil.
@@ -226,7 +228,7 @@ class LoadObserver:
         self._graph.becomes("expected_torque", second.torque)
         return LoadStep(
             travel=ca.if_else(goes, solved[0] - before[0], 0.0) + sunk,
-            free_travel=ca.if_else(goes, balance.near(first.z, before, mean, h)[0] - before[0], 0.0),
+            free_travel=free_travel,
             travel_by=travel_by,
             torque_by=torque_by,
             surprise=surprise,
