@@ -77,7 +77,9 @@ def load_observer(unit, factors=None, *, watches=False, assumptions=None):
     if watches:
         watch = ContactWatch(graph, float(unit.lift_sign), unit.assumptions.stops)
         step = observer.step(believed, watch.held)
-        contact = watch.look(step, graph.position + step.travel, stroke, ca.SX(2e-3), ca.SX(1.0), ca.SX(0.0))
+        contact = watch.look(
+            step, graph.position + step.travel, stroke, ca.SX(2e-3), ca.SX(1.0), ca.SX(0.0), ca.SX(1e12)
+        )
         observer.release(contact.released, step.carried)
         names = ("touched", "place", "at_top", "held", "released", "stands", "pushing", "built")
         more |= {name: (getattr(contact, name), "1") for name in names}

@@ -595,3 +595,27 @@ def test_a_change_that_friction_cannot_hold_has_a_slope_of_its_own(name):
     free = balance(unit).step(z, 0.0, 0.0, 0.0, force, parameters(without_friction(unit)), 0.02, **tight)
     large, freely = float(ca.DM(step.by_large_load()[0])), float(ca.DM(free.by_load()[0]))
     assert large == pytest.approx(freely, rel=0.02)
+
+
+@pytest.mark.parametrize("name", ["eha-test-bench axis", "eha-single-rod axis"])
+def test_a_load_that_has_settled_moves_the_piston_by_leakage_alone(name):
+    """Two loads, each until its pressures have settled; then a step of each, the motor standing."""
+    unit, h = UNITS[name], 0.02
+    found = with_friction(unit)
+    p = found.parameters_at(list(found.values), WARM)
+    load = 0.3 * limits_of(unit).load
+
+    def sinks(load):
+        z = found.at_rest(0.5 * unit.cylinder.stroke, load)
+        for _ in range(100):
+            z = ca.DM(found.step(z, 0.0, 0.0, 0.0, load, p, h, iterations=8).z)
+            z[0] = 0.5 * unit.cylinder.stroke
+        step = found.step(z, 0.0, 0.0, 0.0, load, p, h, iterations=8)
+        return float(step.z[0]) - 0.5 * unit.cylinder.stroke, step
+
+    more = 0.01 * load
+    here, step = sinks(load)
+    slope = (sinks(load + more)[0] - sinks(load - more)[0]) / (2.0 * more)
+    assert here * unit.lift_sign < 0.0, "the pump alone holds it, and leaks"
+    assert float(step.by_settled_load()[0]) == pytest.approx(slope, rel=0.05)
+    assert abs(slope) < 0.2 * abs(float(step.by_large_load()[0])), "what the oil gives way is more"

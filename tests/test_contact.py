@@ -210,3 +210,51 @@ def test_a_load_pulls_a_piston_off_its_upper_stop_while_the_motor_stands(unit, s
     assert abs(place[-1] - top) > 0.01 * unit.cylinder.stroke
     assert said["position"][-1] == pytest.approx(place[-1], abs=0.003 * unit.cylinder.stroke)
     assert said["load"][-1] == pytest.approx(load, rel=0.03)
+
+
+@lru_cache
+def pressed_and_rested(name, share):
+    """Onto the lower stop, pressed, three seconds of rest while the pressures even out, and up: run, log, when up."""
+    unit = UNITS[name]
+    way = 0.18 * unit.cylinder.stroke / (0.25 * unit.max_speed * unit.travel_per_radian)
+    corners = [(0.0, 0.0), (0.5, 0.0), (0.9, -0.25), (1.3 + way, -0.25), (1.7 + way, 0.0), (4.7 + way, 0.0)]
+    corners += [(5.1 + way, 0.25), (6.1 + way, 0.25), (6.5 + way, 0.0)]
+    run, log = moves(unit, corners, share * limits_of(unit).load, lowered(unit, 0.15 * unit.cylinder.stroke))
+    return run, log, 4.7 + way
+
+
+@pytest.mark.parametrize("name", ["eha-test-bench axis", "eha-single-rod axis"])
+@pytest.mark.parametrize("share", [0.1, 0.3])
+def test_a_piston_stays_on_a_stop_that_its_load_presses_it_on(name, share):
+    """The load seems to collapse as it comes to stand; the one from before is what would have to pull it off."""
+    run, log, up = pressed_and_rested(name, share)
+    said = watched(name, run, log)
+    held = run["time"].values[said["held"] > 0.0]
+    assert held[0] < up - 3.0
+    assert held[-1] == pytest.approx(up, abs=0.06)
+    assert said["position"][-1] == pytest.approx(run["position"].values[-1], abs=0.4e-3)
+
+
+@pytest.mark.parametrize("name", ["eha-test-bench axis", "eha-single-rod axis"])
+def test_a_piston_does_not_go_through_the_stop_that_the_motor_pulls_it_off(name):
+    run, log, _ = pressed_and_rested(name, 0.3)
+    said = watched(name, run, log)
+    leaves = np.flatnonzero(said["state_mode"] == Mode.LEAVING)
+    assert leaves.size > 2
+    begins = said["position"][leaves[0]]
+    assert said["position"][leaves].min() >= begins - 1e-12
+
+
+@pytest.mark.parametrize("span", [0.2, 0.4, 0.6])
+def test_a_load_that_falls_at_rest_is_no_contact_for_long(span):
+    """What the oil gives back hides that the piston sinks; the torque then stays, which no closed volume's does."""
+    unit = UNITS["eha-test-bench axis"]
+    load, stroke = limits_of(unit).load, unit.cylinder.stroke
+    up = 0.1 * stroke / (0.25 * unit.max_speed * unit.travel_per_radian)
+    corners = [(0.0, 0.0), (0.5, 0.0), (0.9, 0.25), (0.9 + up, 0.25), (1.3 + up, 0.0), (5.3 + up, 0.0)]
+    loads = changing([(0.0, 0.6 * load), (2.3 + up, 0.6 * load), (2.3 + up + span, 0.15 * load)])
+    run, log = moves(unit, corners, loads, lowered(unit, 0.4 * stroke))
+    said = watched("eha-test-bench axis", run, log)
+    assert said["held"].sum() * 0.02 < 0.8
+    assert not said["held"][-50:].any()
+    assert abs(said["position"][-1] - run["position"].values[-1]) < 0.25e-3

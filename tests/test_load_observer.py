@@ -488,6 +488,24 @@ def test_a_torque_within_friction_is_the_load_in_the_end(tight):
     assert abs(said["carried"][5] - plain["carried"][0]) < 0.7 * grown
 
 
+@pytest.mark.parametrize("name", FREE)
+@pytest.mark.parametrize(("first", "then"), [(0.4, 0.15), (0.2, 0.5)])
+def test_a_load_that_changes_at_rest_leaks_as_the_torque_says(name, first, then):
+    """Friction hides a part of it for a moment, in which the piston sinks by millimetres."""
+    unit = UNITS[name]
+    load, stroke = limits_of(unit).load, unit.cylinder.stroke
+    up = 0.1 * stroke / (0.25 * unit.max_speed * unit.travel_per_radian)
+    corners = [(0.0, 0.0), (0.5, 0.0), (0.9, 0.25), (0.9 + up, 0.25), (1.3 + up, 0.0), (5.3 + up, 0.0)]
+    changes = 2.3 + up
+    loads = changing([(0.0, first * load), (changes, first * load), (changes + 0.4, then * load)])
+    run, log = moves(unit, corners, loads, lowered(unit, 0.4 * stroke))
+    _, error = followed(name, run, log)
+    before = int(np.searchsorted(run["time"].values, changes))
+    assert run["position"].values[before] - run["position"].values[-1] > 2e-3, "it sinks"
+    assert abs(error[before]) < 0.05e-3
+    assert abs(error[-1]) < 0.15e-3
+
+
 def test_behind_a_closed_valve_nothing_within_friction_is_taken():
     name = "mining-loader bucket"
     unit, observer = UNITS[name], observers(name)

@@ -59,7 +59,7 @@ class Contact:
         stands: whether the piston may be standing while the pump delivers, not yet surely.
         pushing: whether the motor pushes against what holds it.
         built: change of the expected torque since it pushes [N m].
-        pressed: force by which it presses on what holds it, extension positive [N].
+        given_way: by which what holds it gives way under it, extension positive [m].
         mode: what the piston is doing after this sample, a number of `Mode`.
     """
 
@@ -73,7 +73,7 @@ class Contact:
     stands: Any
     pushing: Any
     built: Any
-    pressed: Any
+    given_way: Any
     mode: Any
 
 
@@ -110,7 +110,9 @@ class ContactWatch:
         kept = ca.if_else(way > 0.0, ca.fmax(position, left_from), ca.fmin(position, left_from))
         return ca.if_else(ca.logic_and(self.leaves, way != 0.0), kept, position)
 
-    def look(self, step: LoadStep, position: Any, stroke: Any, std: Any, known: Any, relief: Any) -> Contact:
+    def look(
+        self, step: LoadStep, position: Any, stroke: Any, std: Any, known: Any, relief: Any, stiffness: Any
+    ) -> Contact:
         """One sample.
 
         Args:
@@ -120,6 +122,7 @@ class ContactWatch:
             std: of the position [m].
             known: whether the position is known.
             relief: how likely oil passes a relief valve, 0 to 1.
+            stiffness: of the stops [N/m].
         """
         graph, w = self._graph, self._graph.extending_speed
         sigma, moves = step.noise_travel, graph.elapsed > 0.0
@@ -189,7 +192,8 @@ class ContactWatch:
         graph.becomes("mode", mode)
         held = is_in(mode, HELD)
         leaves = ca.logic_or(released, pulled)
-        graph.becomes("left_from", ca.if_else(leaves, position, self._left_from))
+        given_way = pressed / stiffness
+        graph.becomes("left_from", ca.if_else(leaves, position + given_way, self._left_from))
         graph.becomes("leaves_way", ca.if_else(back, way, ca.if_else(leaves, 0.0, self._leaves_way)))
         stood_at = ca.if_else(in_vain, self._anchor, ca.if_else(sunk, settled, before))
         doubt = ca.if_else(ca.logic_and(sunk, ca.logic_not(in_vain)), _SETTLING * (before - settled), 0.0)
@@ -205,7 +209,7 @@ class ContactWatch:
             stands,
             pushing,
             built,
-            pressed,
+            given_way,
             mode,
         )
 

@@ -106,7 +106,8 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     nominal = watch.before_it(graph.position + step.travel)
     setting = assumed.machine.relief
     doubt = passing(circuit, step.z, lambda name: symbol(f"circuit.{name}"), graph.extending_speed, setting)
-    contact = watch.look(step, nominal, symbol("stroke"), ca.sqrt(bank.variance()), referenced, doubt)
+    stiffness = symbol("stop_stiffness")
+    contact = watch.look(step, nominal, symbol("stroke"), ca.sqrt(bank.variance()), referenced, doubt, stiffness)
     graph.section("Contacts: whether the piston stands on something, and where", contact, doubt)
     passed, pending = _relief(graph, bank, step, doubt, contact)
     load = step.load / symbol("relief_load")
@@ -118,8 +119,8 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     _torque(graph, bank, step, contact, torque_by, around, checks, doubt)
     measured = _measure(graph, bank, step, contact, nominal, assumed, link, referenced, checks)
     # A stop gives way; what it gives back once the piston is let go is travel.
-    given_way = contact.pressed / symbol("stop_stiffness")
-    begins = ca.if_else(contact.touched, contact.place, nominal + ca.if_else(contact.released, given_way, 0.0))
+    back = ca.if_else(contact.released, contact.given_way, 0.0)
+    begins = ca.if_else(contact.touched, contact.place, nominal + back)
     position = begins + measured.moved
     after = bank.means()
     observer.shift([new - old for new, old in zip(after[:3], around[:3], strict=True)])
@@ -138,7 +139,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     unmoved = 1.0 if unit.cylinder.passive else contact.held
     unseen = unseen_load(graph, step, unmoved, assumed.machine.unseen_load * symbol("relief_load"))
     # How much of what the oil carries the stop carries is not known while it is held.
-    into = ca.if_else(contact.held, step.carried / symbol("stop_stiffness"), 0.0)
+    into = ca.if_else(contact.held, step.carried / stiffness, 0.0)
     gives = step.give * checks.torque_off / symbol("travel_per_radian")
     seen = unseen**2 + into**2 + step.noise_travel**2 + gives**2
     std = ca.sqrt(bank.band() ** 2 + seen) + pending
