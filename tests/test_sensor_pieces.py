@@ -391,3 +391,27 @@ def test_a_held_piston_has_left_when_its_torque_stays(holding):
     assert rested(holding, [(10, begins), (40, {"torque": 3.0, "surprise": -5.0})]) is None, "it lost more"
     sank = {"motor_torque": -5.0}
     assert rested(holding, [(10, begins), (40, {"torque": 3.0, "surprise": 5.0} | sank)]) is None, "it sank as well"
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_piston_is_not_beyond_what_the_motor_pulls_it_off(way):
+    def write(graph, x):
+        graph.parameters.add("circuit.cylinder.coulomb_friction", 500.0)
+        watch = ContactWatch(graph, 1.0, AssumedStops())
+        kept = watch.before_it(x["place"])
+        watch.look(made(LoadStep), 0.3, 0.7, 1e-3, 1.0, 0.0, 1e8)
+        return kept
+
+    piece = fed(("place",), write)
+    names = piece.sensor.recursion.state
+
+    def said(place, mode, way):
+        piece.state = piece.sensor.initial.copy()
+        for name, value in {"mode": float(mode), "leaves_way": way, "left_from": 0.2}.items():
+            piece.state[names.index(name)] = value
+        return float(samples(piece, [(1, 50.0, {"place": place})])[0][0])
+
+    assert said(0.2 + way * 0.01, Mode.LEAVING, way) == 0.2 + way * 0.01, "away from it"
+    assert said(0.2 - way * 0.01, Mode.LEAVING, way) == 0.2, "not through it"
+    assert said(0.2 - way * 0.01, Mode.LEAVING, 0.0) == 0.2 - way * 0.01, "what gave way itself is gone through"
+    assert said(0.2 - way * 0.01, Mode.MOVING, way) == 0.2 - way * 0.01, "it has left"
