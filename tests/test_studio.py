@@ -255,15 +255,15 @@ def test_the_books_of_a_run_that_is_lived_are_those_of_its_audit():
     duty = ramsight.lift_lower(unit, "300 kN")
     audited = ramsight.simulate(unit, duty=duty).attrs
     live = LiveUnit(unit, duty.start_position, float(duty.load(0.0)), float(duty.oil_temperature(0.0)))
-    live.open_books()
+    live.begin_account()
     for k in range(1, round(duty.duration / 0.02) + 1):
         live.advance(float(duty.motor_speed(0.02 * k)), float(duty.load(0.02 * k)))
-    books = live.books["ram"]
-    known = {"shaft_given": books.given, "shaft_taken": books.taken, "load": books.lifted - books.lowered}
-    known |= books.losses | books.works | {f"stored_{name}": value for name, value in books.stored.items()}
+    account = live.accounts["ram"]
+    known = {"shaft_given": account.given, "shaft_taken": account.taken, "load": account.lifted - account.lowered}
+    known |= account.losses | account.works | {f"stored_{name}": value for name, value in account.stored.items()}
     for name, energy in known.items():
         assert energy == pytest.approx(audited[f"energy.{name}"], rel=1e-3, abs=1.0), name
-    assert abs(books.missing) < 1e-5 * books.given
+    assert abs(account.missing) < 1e-5 * account.given
 
 
 @pytest.mark.parametrize("name", ["mining-loader", "forklift-mast", "eha-valve-rig"])
@@ -274,7 +274,7 @@ def test_every_joule_that_came_in_is_somewhere(name):
     for lever in (0.5 * lift, -0.5 * lift):
         rig.levers[unit] = lever
         run(rig, 3.0)
-    found = flows(rig.sheet[unit], rig.books[unit])
+    found = flows(rig.sheet[unit], rig.accounts[unit])
     came, went = sum(found["in"].values()), sum(found["out"].values())
     assert came == pytest.approx(went, abs=1e-3 * came + 0.01)
     assert found["in"]["drive"] > 0.0
@@ -283,8 +283,8 @@ def test_every_joule_that_came_in_is_somewhere(name):
         assert found["regenerated"] == pytest.approx(
             found["out"]["back to the drive"] / found["in"]["load comes down"], abs=0.01
         )
-    rig.open_books()
-    assert flows(rig.sheet[unit], rig.books[unit])["in"]["drive"] == 0.0
+    rig.begin_account()
+    assert flows(rig.sheet[unit], rig.accounts[unit])["in"]["drive"] == 0.0
 
 
 # -- the guard

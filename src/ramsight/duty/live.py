@@ -11,7 +11,7 @@ import numpy as np
 from ramsight.duty.audit import Audited
 from ramsight.duty.drive_report import DriveReport
 from ramsight.duty.linked import audited_model
-from ramsight.duty.live_energy import Books, LiveEnergy
+from ramsight.duty.live_energy import EnergyAccount, LiveEnergy
 from ramsight.duty.profile import Array, constant
 from ramsight.duty.simulate import SAMPLE_PERIOD, audited_circuit, check_temperature
 from ramsight.engine.outcome import Outcome
@@ -157,29 +157,29 @@ class _Live:
     """What can be changed of a machine that runs, and looked at in it."""
 
     def __init__(self) -> None:
-        self._books: dict[str, LiveEnergy] = {}
+        self._accounts: dict[str, LiveEnergy] = {}
 
     _run: _Stepped
     _circuits: Mapping[str, tuple[str, Audited]]
 
-    def open_books(self) -> None:
-        """Keep books of the energy from now on; they stand in `books`, by unit."""
+    def begin_account(self) -> None:
+        """Account for the energy from now on, by unit in `accounts`."""
         inside = self._run.all_inside()
-        self._books = {
+        self._accounts = {
             name: LiveEnergy(audited, _of(inside, prefix), self._run.value(f"{prefix}tank.pressure"))
             for name, (prefix, audited) in self._circuits.items()
         }
 
     @property
-    def books(self) -> dict[str, Books]:
-        """Energies since `open_books`, by unit; empty before."""
-        return {name: kept.books for name, kept in self._books.items()}
+    def accounts(self) -> dict[str, EnergyAccount]:
+        """Energies since `begin_account`, by unit; empty before."""
+        return {name: kept.account for name, kept in self._accounts.items()}
 
     def _enter(self) -> None:
-        if not self._books:
+        if not self._accounts:
             return
         inside = self._run.all_inside()
-        for name, kept in self._books.items():
+        for name, kept in self._accounts.items():
             kept.enter(_of(inside, self._circuits[name][0]))
 
     @property

@@ -1,7 +1,7 @@
-"""Where the energy of a machine goes while it runs: the books of `audit`, kept from sample to sample.
+"""Where the energy of a machine goes while it runs: the terms of `audit`, from sample to sample.
 
 Losses, works and what the shaft gave and took are the same integrals. What is stored in compressed oil is summed up
-over samples instead of the integrator's steps, so that the books close a little less well than an audit's.
+over samples instead of the integrator's steps, so that the balance closes a little less well than an audit's.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ _LOADS = ("load", "rods")  # works that a load does or has done to it
 
 
 @dataclass
-class Books:
-    """Energies since the books were opened [J].
+class EnergyAccount:
+    """Energies since the account began [J].
 
     Attributes:
         given: by the motor.
@@ -44,7 +44,7 @@ class Books:
 
 
 class LiveEnergy:
-    """Keeps the books of one circuit.
+    """The energy account of one circuit.
 
     Args:
         audited: names of what is to be entered.
@@ -54,11 +54,11 @@ class LiveEnergy:
 
     def __init__(self, audited: Audited, inside: Mapping[str, float], tank_pressure: float) -> None:
         self._audited, self._tank_pressure, self._last = audited, tank_pressure, dict(inside)
-        self.books = Books()
+        self.account = EnergyAccount()
 
     def begin_anew(self) -> None:
-        """Close the books and open new ones."""
-        self.books = Books()
+        """Begin the account anew."""
+        self.account = EnergyAccount()
 
     def enter(self, inside: Mapping[str, float]) -> None:
         """Enter what happened since the last sample.
@@ -66,29 +66,29 @@ class LiveEnergy:
         Args:
             inside: as at first.
         """
-        last, books, audited = self._last, self.books, self._audited
+        last, account, audited = self._last, self.account, self._audited
 
         def grown(name: str) -> float:
             return inside[name] - last[name]
 
-        books.given += grown("energy.shaft_given")
-        books.taken += grown("energy.shaft_taken")
+        account.given += grown("energy.shaft_given")
+        account.taken += grown("energy.shaft_taken")
         for name in audited.losses:
-            books.losses[name] = books.losses.get(name, 0.0) + grown(f"energy.{name}")
+            account.losses[name] = account.losses.get(name, 0.0) + grown(f"energy.{name}")
         for name in audited.works:
             done = grown(f"energy.{name}")
             if name in _LOADS:
-                books.lifted += max(done, 0.0)
-                books.lowered += max(-done, 0.0)
+                account.lifted += max(done, 0.0)
+                account.lowered += max(-done, 0.0)
             else:
-                books.works[name] = books.works.get(name, 0.0) + done
+                account.works[name] = account.works.get(name, 0.0) + done
         drawn = sum(grown(f"volume.{name}") for name in audited.tank_flows)
-        books.works["tank"] = books.works.get("tank", 0.0) - self._tank_pressure * drawn
+        account.works["tank"] = account.works.get("tank", 0.0) - self._tank_pressure * drawn
         self._store(inside)
         self._last = dict(inside)
 
     def _store(self, inside: Mapping[str, float]) -> None:
-        stored, last = self.books.stored, self._last
+        stored, last = self.account.stored, self._last
         for name in inside:
             if name.startswith("stored."):
                 short = name.removeprefix("stored.")

@@ -1,11 +1,11 @@
-"""The energy books of a unit as what a page draws: what came in, where it went, and what share came back."""
+"""The energy account of a unit as what a page draws: what came in, where it went, and what share came back."""
 
 from __future__ import annotations
 
 import math
 from typing import Any
 
-from ramsight.duty.live_energy import Books
+from ramsight.duty.live_energy import EnergyAccount
 from ramsight.plant.hose import Hose
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit
@@ -16,31 +16,31 @@ _OF_CYLINDER = {"friction": "cylinder: friction", "stop": "end stops"}
 _STORED = "stored, tank and air"
 
 
-def flows(unit: HydraulicUnit, books: Books) -> dict[str, Any]:
+def flows(unit: HydraulicUnit, account: EnergyAccount) -> dict[str, Any]:
     """Energies in kJ, by what people call them.
 
     Args:
         unit: whose parts tell what a loss is.
-        books: of its circuit.
+        account: of its circuit.
 
     Returns:
         `in` and `out`, energies by words, which are the same sum but for `missing`; `regenerated`, what the motor took
         back over what the load gave, and `recovered`, over what the motor gave, None where there was nothing.
     """
     kinds = {part.name: part for part in unit.parts()}
-    out = {"load": books.lifted, "back to the drive": books.taken}
-    for name, energy in books.losses.items():
+    out = {"load": account.lifted, "back to the drive": account.taken}
+    for name, energy in account.losses.items():
         words = _words(kinds, name)
         out[words] = out.get(words, 0.0) + energy
-    came = {"drive": books.given, "load comes down": books.lowered}
-    kept = sum(books.works.values()) + sum(books.stored.values())
+    came = {"drive": account.given, "load comes down": account.lowered}
+    kept = sum(account.works.values()) + sum(account.stored.values())
     (out if kept >= 0.0 else came)[_STORED] = abs(kept)
     return {
         "in": {name: _kj(energy) for name, energy in came.items()},
         "out": {name: _kj(energy) for name, energy in out.items()},
-        "missing": _kj(books.missing),
-        "regenerated": _share(books.taken, books.lowered),
-        "recovered": _share(books.taken, books.given),
+        "missing": _kj(account.missing),
+        "regenerated": _share(account.taken, account.lowered),
+        "recovered": _share(account.taken, account.given),
     }
 
 

@@ -215,7 +215,7 @@ def _energy(session: Session) -> None:
         ui.html("<h2>Where the energy goes</h2>", sanitize=False)
         ui.label("–").props("id=energy-said").classes("text-xs")
         ui.element("div").props("id=sankey").classes("w-full")
-        ui.button("begin anew", on_click=lambda: session.say("books")).props("dense size=sm")
+        ui.button("begin anew", on_click=lambda: session.say("account")).props("dense size=sm")
 
 
 def _said(units: list[str]) -> None:

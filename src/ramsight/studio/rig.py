@@ -13,7 +13,7 @@ from ramsight.duty.drive_report import usual_report
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.duty.live import Instant, LiveMachine, LiveUnit
 from ramsight.duty.live_drive import LiveDrive
-from ramsight.duty.live_energy import Books
+from ramsight.duty.live_energy import EnergyAccount
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
@@ -159,7 +159,7 @@ class Rig:
         else:
             ((name, unit),) = self.sheet.items()
             self._plant = LiveUnit(unit, begin[name], load, warm, self.period)
-        self._plant.open_books()
+        self._plant.begin_account()
         self._load, self._warm = load, warm
         self.sensors: dict[str, dict[str, VirtualSensor]] = {
             name: {kind: _sensor(unit, kind) for kind in SENSORS} for name, unit in self.sheet.items()
@@ -290,9 +290,9 @@ class Rig:
         of = f"{prefix}{cylinder.name}"
         return {f"{of}.stroke": place, f"{of}.dead_volume_b": cylinder.dead_volume_b + beyond}
 
-    def open_books(self) -> None:
-        """Keep the energy's books anew from now on."""
-        self._plant.open_books()
+    def begin_account(self) -> None:
+        """Account for the energy anew from now on."""
+        self._plant.begin_account()
 
     @property
     def load(self) -> float:
@@ -300,9 +300,9 @@ class Rig:
         return self._load
 
     @property
-    def books(self) -> dict[str, Books]:
-        """Energies since they were opened, by unit."""
-        return self._plant.books
+    def accounts(self) -> dict[str, EnergyAccount]:
+        """Energies since the account began, by unit."""
+        return self._plant.accounts
 
     # -- a sample
 

@@ -19,7 +19,7 @@ from ramsight.studio.rig import LIE, Rig, Row
 _FRAME = 0.04  # s, from one frame to the next
 _SMOOTH = 0.1  # share of a frame in how fast the machine is said to run
 _ROWS = 8  # of a frame, at most: of a faster machine only every nth sample is sent
-_ENERGY = 0.3  # s, from one look at the energy books to the next
+_ENERGY = 0.3  # s, from one look at the energy accounts to the next
 _BEHIND = 0.5  # s; whoever is later than that runs slower than it should, and does not catch up
 FASTEST = 50.0  # times faster than life
 
@@ -124,8 +124,8 @@ class _Clock:
                     self._sense(values[0], on=values[1])
                 case "play":
                     self.rig.play(values[0])
-                case "books":
-                    self.rig.open_books()
+                case "account":
+                    self.rig.begin_account()
                 case "start":
                     self.rig.start_sensors()
                 case "factor":
@@ -158,7 +158,7 @@ class _Clock:
         frame.factor, frame.load = self.ran, round(self.rig.load, 1)
         if now - self.told >= _ENERGY:
             self.told = now
-            frame.energy = {name: flows(self.rig.sheet[name], books) for name, books in self.rig.books.items()}
+            frame.energy = {name: flows(self.rig.sheet[name], account) for name, account in self.rig.accounts.items()}
         self.rows = []
         return frame
 
