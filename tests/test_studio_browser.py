@@ -300,7 +300,7 @@ def test_a_data_sheet_fills_is_stopped_goes_on_and_is_the_sheet_of_the_verb(page
     _, server = loader
     page.get_by_role("tab", name="Studies").click()
     said = page.locator("#study-said")
-    page.get_by_label("duty").click()
+    page.get_by_label("duty", exact=True).click()
     page.get_by_role("option", name="lift-lower").click()
     page.get_by_label("machines", exact=True).fill("400")
     running = {p.pid for p in workers(server)}
