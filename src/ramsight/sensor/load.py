@@ -97,6 +97,21 @@ def _beyond(value: Any, limit: Any) -> Any:
     return ca.sign(value) * ca.fmax(ca.fabs(value) - limit, 0.0)
 
 
+def _sunk(sinks: Any, hidden: Any, friction: Any, free_travel: Any) -> Any:
+    """What a piston at rest sinks beside what its load makes of it [m].
+
+    What friction hides of the load is taken slowly, and leaks meanwhile as the torque says; no more than the load does.
+
+    Args:
+        sinks: by leakage, per torque [m/(N m)].
+        hidden: torque that no load accounts for yet [N m].
+        friction: that may hide it [N m].
+        free_travel: under the load [m].
+    """
+    most = ca.fabs(free_travel)
+    return ca.fmin(ca.fmax(sinks * ca.fmin(ca.fmax(hidden, -friction), friction), -most), most)
+
+
 @dataclass(frozen=True)
 class _Gains:
     """Of the torque's surprise on the first load and on the load that walked, and their variances before it [N2]."""
@@ -211,13 +226,10 @@ class LoadObserver:
         believed = ca.if_else(ca.fabs(missed) < friction, slowly, 1.0)
         taken = [gains.initial * believed, gains.walked * believed]
         travel_by, torque_by = self._follow(first, second, by_first, taken, corrected == asked, moves, goes)
-        # What friction hides of the load is taken slowly, and leaks meanwhile as the torque says.
         rests = 0.0 if self._passive else ca.logic_and(shown, ca.logic_not(ca.logic_or(held, leaves)))
         sinks = ca.if_else(ca.logic_and(goes, rests), first.by_settled_load()[0] / h_walked, 0.0)
         free_travel = ca.if_else(goes, balance.near(first.z, before, mean, h)[0] - before[0], 0.0)
-        hidden = missed - h_initial * d_initial - h_walked * d_walked
-        hidden = ca.fmin(ca.fmax(hidden, -friction), friction)
-        sunk = ca.fmin(ca.fmax(sinks * hidden, -ca.fabs(free_travel)), ca.fabs(free_travel))
+        sunk = _sunk(sinks, missed - h_initial * d_initial - h_walked * d_walked, friction, free_travel)
         left = 1.0 - believed * (gains.initial * h_initial + gains.walked * h_walked)
         travel_by = tuple(by - sinks * left * more for by, more in zip(travel_by, torque_by, strict=True))
         # At its limit a relief valve gives way in the model, and not the oil.

@@ -14,8 +14,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from ramsight.errors import RamsightError
-
-_PATIENCE = 2.0  # s, until a process that does not stop is ended
+from ramsight.studio.spawned import end, taken
 
 Say = Callable[[str, Any], None]
 News = tuple[str, Any]
@@ -47,18 +46,12 @@ class Job:
 
     def news(self) -> list[News]:
         """What was said since the last call."""
-        found = []
-        while self._news:
-            found.append(self._news.popleft())
-        return found
+        return taken(self._news)
 
     def stop(self) -> None:
         """End it, whatever it is doing."""
         self._process.terminate()
-        self._process.join(_PATIENCE)
-        if self._process.is_alive():
-            self._process.kill()
-            self._process.join()
+        end(self._process)
 
     def _listen(self) -> None:
         try:

@@ -8,10 +8,10 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
+from ramsight.studio.spawned import end, taken
 from ramsight.studio.worker import Frame, run
 
 _WAITING = 4  # frames that wait for a page; older ones are dropped, as of a page that is too slow
-_PATIENCE = 2.0  # s, until a process that does not stop is ended
 
 
 class Session:
@@ -60,19 +60,13 @@ class Session:
 
     def frames(self) -> list[Frame]:
         """What has come since the last call."""
-        found = []
-        while self._frames:
-            found.append(self._frames.popleft())
-        return found
+        return taken(self._frames)
 
     def close(self) -> None:
         """Stop the machine and end its process."""
         self.say("stop")
         self._closed = True
-        self._process.join(_PATIENCE)
-        if self._process.is_alive():
-            self._process.kill()
-            self._process.join()
+        end(self._process)
         self._pipe.close()
 
     def _listen(self) -> None:

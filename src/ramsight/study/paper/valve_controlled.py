@@ -29,6 +29,17 @@ _ROUNDS = 12
 _CLOSED, _SAME = 1e-4, 2e-3  # m of the position, 1 of the velocity; a cycle that ends and goes so near is the same
 _OPENINGS = (0.3, 0.1)  # of the spool's edges, lifting and lowering, to begin the search with
 
+_LOSSES = (".leakage", ".friction", ".throttling", ".belt", ".stop")
+_STILL = 1e-4  # m/s; a rod that is slower rests
+PLACES = (
+    "motor, inverter and battery",
+    "pumps",
+    "directional valve",
+    "other valves and hoses",
+    "friction of the cylinders",
+)
+"""Where the net energy of a closed cycle goes; the rest is in oil, tank and air."""
+
 Account = dict[str, float]
 """Energies of one cycle [kJ], by name."""
 
@@ -158,18 +169,6 @@ def account(run: xarray.Dataset) -> Account:
         "friction of the cylinders": cylinder,
     }
     return {name: value / 1e3 for name, value in found.items()}
-
-
-_LOSSES = (".leakage", ".friction", ".throttling", ".belt", ".stop")
-_STILL = 1e-4  # m/s; a rod that is slower rests
-PLACES = (
-    "motor, inverter and battery",
-    "pumps",
-    "directional valve",
-    "other valves and hoses",
-    "friction of the cylinders",
-)
-"""Where the net energy of a closed cycle goes; the rest is in oil, tank and air."""
 
 
 def compared(bench: Bench, low: float, high: float) -> dict[str, dict[str, Account]]:
