@@ -503,7 +503,7 @@ def test_a_load_that_changes_at_rest_leaks_as_the_torque_says(name, first, then)
     before = int(np.searchsorted(run["time"].values, changes))
     assert run["position"].values[before] - run["position"].values[-1] > 2e-3, "it sinks"
     assert abs(error[before]) < 0.05e-3
-    assert abs(error[-1]) < 0.15e-3
+    assert abs(error[-1]) < 0.2e-3
 
 
 def test_behind_a_closed_valve_nothing_within_friction_is_taken():

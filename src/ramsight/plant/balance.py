@@ -2,12 +2,15 @@
 
 The laws are those of the circuit's own parts, solved implicitly over a step h as one samples a drive,
 
-    z1 = z0 + h f(z1, w, F, p),    tau = tau(z1, w, dw/dt, p),
+    z1 = z0 + h [f(z1, w, F, p) + (g(z0) - g(z1)) / 2],    tau = tau(z1, w, dw/dt, p),
 
-with w the mean speed of the step. What leaves one node enters another in every iteration, so no oil is made or lost
-however coarse the solution is. Valves open and close within a step: the slope of a flow over its pressure difference
-(`Circuit.coefficient`) is kept for an iteration and renewed for the next (Picard), where a tangent would swing between
-open and closed. Everything else is Newton's method with the elimination written out for the entries that exist.
+with w the mean speed of the step and g that part of f which is leakage of pumps. It goes by the mean of the pressures
+before and after: at those after alone a pump that builds up pressure, as it does at each start of a lift, would lose
+half a step of leakage too much, and always the same way. What leaves one node enters another in every iteration, so no
+oil is made or lost however coarse the solution is. Valves open and close within a step: the slope of a flow over its
+pressure difference (`Circuit.coefficient`) is kept for an iteration and renewed for the next (Picard), where a tangent
+would swing between open and closed. Everything else is Newton's method with the elimination written out for the
+entries that exist.
 
 Inertia of the cylinder is left out: whoever solves for the load finds both together, and pressures follow the load at
 once. Its friction slides or holds: a piston stands as long as no more is needed than its law has beyond breakaway. End
@@ -18,7 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import lru_cache
+from functools import lru_cache, reduce
 from typing import Any
 
 import casadi as ca
@@ -38,6 +41,10 @@ _HELD = 1e4  # 1/s; rate at which the velocity of a held piston ends, fast again
 _MASSLESS = 1e-4  # share of the mass that is left: oscillations are a hundred times faster than the machine's
 _BEYOND = 5.0  # Stribeck velocities from which on breakaway plays no part
 _SLIDES = 1e-3  # m/s; a piston that went faster the other way slides at once, a slower one stands first
+_SETTLED = (
+    2e6  # Pa; an iteration that changes a pressure by more was wrong about a valve; friction that turns is a tenth
+)
+_EARLY = 0.5  # share of the leakage that is that of the pressures before the step: the trapezoidal rule
 _NEAR = 0.02  # share of the stroke that the oil gives at most in a step
 _ITERATIONS = 3
 _LOAD_STEP = 1e3  # N; for the slope of the pressures at rest over the load, which is constant
@@ -62,6 +69,7 @@ class Solution:
     _rate_by_load: Any
     _torque_by_factors: Any
     _sliding: Any
+    _before_by_z: Any
     _balance: Balance
     _h: Any
 
@@ -82,11 +90,11 @@ class Solution:
         loose, by_load, _ = self._sliding
         settled = self.by_large_load()
         settled[0] = 0.0
-        return self._balance.solve(loose, settled / self._h + by_load)
+        return self._balance.solve(loose, self._from(settled) + by_load)
 
     def by_start(self, direction: Any, load: Any = 0.0) -> Any:
         """How `z` follows a change of the states before the step, with a change of the load beside it [N]."""
-        return self._balance.solve(self._factors, direction / self._h + self._rate_by_load * load)
+        return self._balance.solve(self._factors, self._from(direction) + self._rate_by_load * load)
 
     def by_factor(self, k: int, before: Any, load: Any) -> Any:
         """dz/dfactor from that before the step, while the load changes by `load` [N] per factor.
@@ -94,7 +102,11 @@ class Solution:
         Of a piston that slides: what friction holds for a while it does not hold for long.
         """
         loose, by_load, by_factors = self._sliding
-        return self._balance.solve(loose, before / self._h + by_factors[:, k] + by_load * load)
+        return self._balance.solve(loose, self._from(before) + by_factors[:, k] + by_load * load)
+
+    def _from(self, before: Any) -> Any:
+        """What a change of the states before the step adds to the right-hand side [state/s]."""
+        return before / self._h + ca.mtimes(self._before_by_z, before)
 
     def torque_by(self, direction: Any) -> Any:
         """How the torque follows a change of `z`."""
@@ -173,16 +185,25 @@ class Balance:
         column = ca.vertcat(*expressions) if expressions else ca.SX(0, 1)
         for _ in expressions:
             column = ca.substitute(column, kept, column)
+        leaked = ca.SX.sym("leaked", len(rates))
+        leaks = rate - ca.substitute(rate, factors[0], 0.0)
         jacobian = ca.jacobian(rate, z)
         arguments = [z, speed, load, p, factors]
         options = {"cse": True}
         self._coefficients = ca.Function("coefficients", arguments, [column], options)
-        self._iteration = ca.Function(
-            "iteration", [*arguments, kept, stands, friction], [rate, ca.vec(jacobian.nz[:])], options
+        self._leaks = ca.Function(
+            "leaks",
+            [*arguments, kept],
+            [ca.densify(leaks), ca.densify(ca.jacobian(leaks, factors)), ca.densify(ca.jacobian(leaks, z))],
+            options,
         )
+        rate = rate + _EARLY * (leaked - leaks)
+        arguments += [kept, stands, friction, leaked]
+        entries = ca.project(ca.jacobian(rate, z), jacobian.sparsity())
+        self._iteration = ca.Function("iteration", arguments, [rate, ca.vec(entries.nz[:])], options)
         self._sensitive = ca.Function(
             "sensitive",
-            [*arguments, kept, stands, friction],
+            arguments,
             [ca.densify(ca.jacobian(rate, load)), ca.densify(ca.jacobian(rate, factors))],
             options,
         )
@@ -307,6 +328,11 @@ class Balance:
         position = ca.fmin(ca.fmax(z[0], z0[0] - far), z0[0] + far)
         return ca.vertcat(position, ca.fmin(ca.fmax(z[1], -far / h), far / h), z[2:])
 
+    def _changed(self, dz: Any) -> Any:
+        """The largest change of a pressure [Pa]."""
+        changes = [ca.fabs(dz[k]) for k, name in enumerate(self.states) if name.startswith("pressure_")]
+        return reduce(ca.fmax, changes)
+
     def torque(self, z: Any, speed: Any, acceleration: Any, p: Any, factors: Any = (1.0, 1.0, 1.0)) -> Any:
         """Torque at the motor [N m] at states, speed [rad/s] and acceleration [rad/s2]."""
         return self._torque(z, speed, acceleration, p, ca.vertcat(*factors))[0]
@@ -329,6 +355,7 @@ class Balance:
         held: Any = 0.0,
         guess: Any = None,
         iterations: int = _ITERATIONS,
+        more: int = 0,
     ) -> Solution:
         """Solve one step.
 
@@ -343,24 +370,93 @@ class Balance:
             factors: in the order of `FACTORS` [1].
             held: whether the piston is held where it is.
             guess: of the states after it; those before it, if none.
-            iterations: how many.
+            iterations: how many, two at least with `more`.
+            more: how many more where the last but one was still far from any end.
         """
-        theta = ca.vertcat(*factors)
+        begun = self._begin(z0, mean_speed, load, p, h, ca.vertcat(*factors), held)
         z = z0 if guess is None else guess
-        for _ in range(iterations):
-            z = self.near(z, z0, mean_speed, h)
-            kept = self._coefficients(z, mean_speed, load, p, theta)
-            stuck, friction = self._friction(z, load, p)
-            stands = ca.logic_or(held, stuck)
-            rate, entries = self._iteration(z, mean_speed, load, p, theta, kept, stands, friction)
-            factored = self._elimination.factor(entries, 1.0 / h)
-            z = z + self._elimination.solve(factored, rate - (z - z0) / h)
-        by_load, _ = self._sensitive(z, mean_speed, load, p, theta, kept, stands, friction)
-        _, entries = self._iteration(z, mean_speed, load, p, theta, kept, held, friction)
-        loose = self._elimination.factor(entries, 1.0 / h)
-        sliding = loose, *self._sensitive(z, mean_speed, load, p, theta, kept, held, friction)
-        torque, torque_by_z, torque_by_factors = self._torque(z, speed, acceleration, p, theta)
-        return Solution(z, torque, stuck, factored, torque_by_z, by_load, torque_by_factors, sliding, self, h)
+        for _ in range(iterations - 1):
+            last, z = z, begun.iterate(z).z
+        if more:
+            further = z
+            for _ in range(more):
+                further = begun.iterate(further).z
+            z = ca.if_else(self._changed(z - last) > _SETTLED, further, z)
+        return begun.concluded(begun.iterate(z), speed, acceleration)
+
+    def _begin(self, z0: Any, mean_speed: Any, load: Any, p: Any, h: Any, theta: Any, held: Any) -> _Step:
+        """A step before its first iteration."""
+        given = (mean_speed, load, p, theta)
+        return _Step(self, z0, given, h, held, self._leaks(z0, *given, self._coefficients(z0, *given)))
+
+
+@dataclass(frozen=True)
+class _Iterated:
+    """What an iteration leads to, and what it was solved with."""
+
+    z: Any
+    kept: Any
+    stuck: Any
+    stands: Any
+    friction: Any
+    factored: Any
+
+
+@dataclass(frozen=True)
+class _Step:
+    """A step that is being solved.
+
+    Attributes:
+        balance: whose equations these are.
+        z0: states before it.
+        given: mean speed, load, parameters and factors.
+        h: how long it is [s].
+        held: whether the piston is held where it is.
+        leaks: what leaks before it, as rates of the states, and by factors and states.
+    """
+
+    balance: Balance
+    z0: Any
+    given: tuple[Any, ...]
+    h: Any
+    held: Any
+    leaks: tuple[Any, Any, Any]
+
+    def iterate(self, z: Any) -> _Iterated:
+        """Once from these states."""
+        balance, (mean_speed, load, p, _) = self.balance, self.given
+        z = balance.near(z, self.z0, mean_speed, self.h)
+        kept = balance._coefficients(z, *self.given)
+        stuck, friction = balance._friction(z, load, p)
+        stands = ca.logic_or(self.held, stuck)
+        rate, entries = balance._iteration(z, *self.given, kept, stands, friction, self.leaks[0])
+        factored = balance._elimination.factor(entries, 1.0 / self.h)
+        after = z + balance._elimination.solve(factored, rate - (z - self.z0) / self.h)
+        return _Iterated(after, kept, stuck, stands, friction, factored)
+
+    def concluded(self, last: _Iterated, speed: Any, acceleration: Any) -> Solution:
+        """The solution after its last iteration, with what its derivatives need."""
+        balance, (_, _, p, theta) = self.balance, self.given
+        leaked, leaked_by_factors, leaked_by_z = self.leaks
+        at = (last.z, *self.given, last.kept)
+        by_load, _ = balance._sensitive(*at, last.stands, last.friction, leaked)
+        _, entries = balance._iteration(*at, self.held, last.friction, leaked)
+        loose = balance._elimination.factor(entries, 1.0 / self.h)
+        by_loose, by_factors = balance._sensitive(*at, self.held, last.friction, leaked)
+        torque, torque_by_z, torque_by_factors = balance._torque(last.z, speed, acceleration, p, theta)
+        return Solution(
+            z=last.z,
+            torque=torque,
+            stands=last.stuck,
+            _factors=last.factored,
+            _torque_by_z=torque_by_z,
+            _rate_by_load=by_load,
+            _torque_by_factors=torque_by_factors,
+            _sliding=(loose, by_loose, by_factors + _EARLY * leaked_by_factors),
+            _before_by_z=_EARLY * leaked_by_z,
+            _balance=balance,
+            _h=self.h,
+        )
 
 
 def without_friction(unit: Any) -> Any:

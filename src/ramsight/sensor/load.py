@@ -182,9 +182,20 @@ class LoadObserver:
             before = self._pressures.settled(before, h)
         load = self._load
 
-        def solve(z0: Any, load: Any, guess: Any, iterations: int, speed: Any = mean) -> Solution:
+        def solve(z0: Any, load: Any, guess: Any, iterations: int, speed: Any = mean, more: int = 0) -> Solution:
             return balance.step(
-                z0, speed, w, acceleration, load, p, h, factors=factors, held=held, guess=guess, iterations=iterations
+                z0,
+                speed,
+                w,
+                acceleration,
+                load,
+                p,
+                h,
+                factors=factors,
+                held=held,
+                guess=guess,
+                iterations=iterations,
+                more=more,
             )
 
         first = solve(before, load, before, 3)
@@ -210,7 +221,7 @@ class LoadObserver:
         corrected = ca.fmin(ca.fmax(asked, self._least), self._relief_load)
         z0 = before + by_first * d_initial
         guess = balance.possible(first.z + by_load * d_walked + by_initial * d_initial)
-        second = solve(z0, corrected, guess, 2)
+        second = solve(z0, corrected, guess, 2, more=3)
         moves = graph.elapsed > 0.0
         # Iterations that have not found an end leave nothing behind that cannot be.
         solved = balance.possible(balance.near(second.z, z0, mean, h))
