@@ -65,7 +65,7 @@ class Stepped:
         self.state = np.array([self.sensor.state[name] for name in self.sensor.recursion.state])
 
 
-def load_observer(unit, factors=None, *, watches=False, assumptions=None):
+def load_observer(unit, factors=None, *, watches=False, assumptions=None, std=2e-3):
     """The load observer of a unit, perhaps with a watch for contacts, and nothing else around it."""
     graph, limits, circuit = SensorGraph(), limits_of(unit), balance(unit)
     graph.initially("position", 0.5 * unit.cylinder.stroke)
@@ -78,7 +78,7 @@ def load_observer(unit, factors=None, *, watches=False, assumptions=None):
         watch = ContactWatch(graph, float(unit.lift_sign), unit.assumptions.stops)
         step = observer.step(believed, watch.held)
         contact = watch.look(
-            step, graph.position + step.travel, stroke, ca.SX(2e-3), ca.SX(1.0), ca.SX(0.0), ca.SX(1e12)
+            step, graph.position + step.travel, stroke, ca.SX(std), ca.SX(1.0), ca.SX(0.0), ca.SX(1e12)
         )
         observer.release(contact.released, step.carried)
         names = ("touched", "place", "at_top", "held", "released", "stands", "pushing", "built")

@@ -236,6 +236,20 @@ def test_a_piston_stays_on_a_stop_that_its_load_presses_it_on(name, share):
 
 
 @pytest.mark.parametrize("name", ["eha-test-bench axis", "eha-single-rod axis"])
+def test_a_piston_that_came_down_onto_a_stop_does_not_leave_the_other_one(name):
+    """It is believed near the upper end, so unsurely that both ends may be it; which one, the way there tells."""
+    unit = UNITS[name]
+    run, log, _ = pressed_and_rested(name, 0.3)
+    observer = load_observer(unit, watches=True, std=0.3 * unit.cylinder.stroke)
+    begin(observer, float(run["position"][0]) + unit.lift_sign * 0.55 * unit.cylinder.stroke)
+    said = observer.track(log)
+    down = run["time"].values < 4.0
+    assert (said["touched"][down] > 0.0).sum() == 1
+    assert not (said["at_top"] * said["touched"])[down].any()
+    assert (said["held"][down] > 0.0).any()
+
+
+@pytest.mark.parametrize("name", ["eha-test-bench axis", "eha-single-rod axis"])
 def test_a_piston_does_not_go_through_the_stop_that_the_motor_pulls_it_off(name):
     run, log, _ = pressed_and_rested(name, 0.3)
     said = watched(name, run, log)

@@ -401,6 +401,30 @@ def test_a_machine_that_leaks_much_more_than_described_is_found_by_the_first_con
     assert bank.matrix("described")[LEAK, LEAK] ** 0.5 < 0.1, "it is learnt now"
 
 
+@pytest.mark.parametrize("by", [-0.06, -0.2])
+@pytest.mark.parametrize("leak", [1.5, 2.0])
+def test_a_machine_that_leaks_otherwise_is_found_by_its_third_contact_at_the_latest(bank, by, leak):
+    """At an end again and again, after ways on which far more leaks: each alone may likelier be an obstacle."""
+    bank.begin(0.3, std=1e-3)
+    truth, believed = 0.3, 1.0
+    for _ in range(3):
+        bank.go(travel_by_0=by)
+        truth += by * (leak - believed)
+        bank.go(travel=-truth)
+        said = bank.go(place=0.0, low=1.0, **CONTACT)
+        truth, believed = 0.0, said["leak"]
+    assert said["position"] == pytest.approx(0.0, abs=1e-3)
+    assert said["p_described"] > 0.5
+    assert said["leak"] == pytest.approx(leak, abs=0.05)
+
+
+def test_an_end_that_is_elsewhere_does_not_refute_that_the_position_is_wrong(bank):
+    bank.begin(0.3, std=1e-3, described_weight=-6.0, low_weight=0.0, wrong_weight=-4.0)
+    bank.go(travel_by_0=-0.1)
+    at(bank, 0.03, place=0.0, low=1.0, **CONTACT)
+    assert bank.matrix("wrong")[POSITION, POSITION] ** 0.5 < 0.01 * STROKE, "it has a place now, and keeps it"
+
+
 def test_a_machine_that_leaks_almost_as_described_is_widened_by_nothing(bank):
     _, before = leaks_otherwise(bank, 1.1)
     assert bank.means("described")[LEAK] == pytest.approx(1.1, abs=0.03)

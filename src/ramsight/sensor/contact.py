@@ -41,6 +41,7 @@ _LEFT, _REMEMBERED = 0.7, 1.0  # share of what the oil carried within as many se
 _SETTLING = 0.1  # share of the seeming way since then by which that place is unsure
 _NOISE = 4.0  # standard deviations
 _APART = 0.05  # share of the stroke that the piston goes between two contacts that are not the same
+_CAME = 0.02  # share of the stroke; whoever went farther back has left an end
 _SOFTER = 0.5  # share of the expected torque's change that compliance does not explain, twice its deviation
 
 
@@ -150,14 +151,18 @@ class ContactWatch:
         low, top = self._stops.retracted, stroke - self._stops.extended
         ahead = ca.if_else(way > 0.0, top - before, before - low)
         ends = ca.logic_and(known, ahead < _NEAR * std + _NEAR_LEAST * stroke)
-        over = ca.logic_and(ca.logic_and(turns, relief > _OVER), ca.logic_and(ends, ca.logic_not(self.held)))
+        driven_up = ca.logic_and(turns, relief > _OVER)
+        over = ca.logic_and(driven_up, ca.logic_and(ends, ca.logic_not(self.held)))
         sunk = ca.logic_and(sinks, self._sank)
         touched = ca.logic_or(in_vain, ca.logic_or(sunk, over))
         graph.becomes("sank", sinks)
-        # Oil that decompresses at an end: a piston that has stood there is about to leave.
+        # Oil that decompresses at an end: a piston that has come there is about to leave. No end holds it back so that
+        # the motor would need the relief valve's pressure.
         behind = ca.if_else(way > 0.0, self._anchor - low, top - self._anchor)
         nearer = behind < top - low - behind
         leaving = ca.logic_and(ca.logic_and(known, nearer), behind < _NEAR * std + _NEAR_LEAST * stroke)
+        turns_back = ca.logic_and(self._came(step.travel, stroke) * way < 0.0, ca.logic_not(driven_up))
+        leaving = ca.logic_and(leaving, turns_back)
         keeps = ca.logic_or(stands, ca.logic_not(graph.elapsed > 0.0))
         graph.becomes("delivered_in_vain", ca.if_else(ca.logic_and(keeps, ca.logic_not(touched)), delivered, 0.0))
         graph.becomes("standing_place", ca.if_else(keeps, self._anchor, position))
@@ -212,6 +217,12 @@ class ContactWatch:
             given_way,
             mode,
         )
+
+    def _came(self, travel: Any, stroke: Any) -> Any:
+        """The way that the piston went last, of which the newest hundredths of the stroke decide [m]."""
+        came, most = self._graph.state("came"), _CAME * stroke
+        self._graph.becomes("came", ca.fmin(ca.fmax(came + travel, -most), most))
+        return came
 
     def _is_anew(self, touched: Any, step: LoadStep, stroke: Any, known: Any) -> Any:
         """Whether a contact is another one than the last: the piston went somewhere, or nobody knew where it was."""

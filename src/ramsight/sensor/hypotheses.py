@@ -139,8 +139,11 @@ class Hypotheses:
         for name, (probability, low, top) in priors.items():
             means = (0.0, 1.0, 1.0, 1.0, lag.lag, 0.0, stops.retracted, -stops.extended, 0.0)[: self._size]
             mean = [graph.state(f"{name}_{k}", value) for k, value in enumerate(means)]
-            factors = (machine.leak, machine.displacement, machine.compliance)
-            prior = (0.0, *factors, lag.lag_std, machine.leak_exponent, low * stroke, top * stroke)
+            leak, exponent = machine.leak, machine.leak_exponent
+            if name == "wrong":
+                leak, exponent = max(leak, machine.other_leak), max(exponent, machine.other_exponent)
+            factors = (leak, machine.displacement, machine.compliance)
+            prior = (0.0, *factors, lag.lag_std, exponent, low * stroke, top * stroke)
             std = (*prior, assumptions.link_angle.offset)
             covariance = Covariance(graph, std[: self._size], prefix=f"{name}_")
             least = ca.if_else(known, start_variance, self._unknown**2) if name != "wrong" else self._unknown**2
@@ -382,14 +385,17 @@ class Hypotheses:
         first.covariance.replaced(wrong.covariance, found)
         first.mean = [ca.if_else(found, b, a) for a, b in zip(first.mean, wrong.mean, strict=True)]
         first.weight = ca.if_else(found, wrong.weight, first.weight)
-        unlikely = wrong.weight < math.log(0.1)
-        anew = ca.logic_or(found, ca.logic_and(taken, unlikely))
+        # An end that is elsewhere than described explains a wrong position as well, so that refutes nothing.
+        refuted = ca.logic_and(wrong.weight < math.log(0.1), self._best([float(h is first) for h in self.all]))
+        anew = ca.logic_or(found, ca.logic_and(taken, refuted))
         perhaps = ca.logic_and(doubts < 0.0, doubts > math.log(_OUTSIDE))
         # Of a position that nobody knew there is nothing to go on with.
         perhaps = ca.logic_and(perhaps, before.covariance[POSITION, POSITION] < (0.5 * self._unknown) ** 2)
         doubtful = ca.logic_and(ca.logic_and(anew, ca.logic_not(found)), perhaps)
         wrong.covariance.replaced(first.covariance, anew, std=self._unknown)
         wrong.covariance.replaced(before.covariance, doubtful)
+        for quantity, wide in self._others:
+            wrong.covariance.widened(quantity, self._untaught(first) * wide, anew)
         goes_on = [ca.if_else(doubtful, old, new) for old, new in zip(before.mean, first.mean, strict=True)]
         wrong.mean = [ca.if_else(anew, b, a) for a, b in zip(wrong.mean, goes_on, strict=True)]
         began = ca.if_else(doubtful, first.weight + doubts, math.log(self._assumptions.stops.wrong))
