@@ -12,7 +12,7 @@ import xarray
 import ramsight
 
 TRACES = Path(__file__).parent / "traces"
-HEAVY = ["numpy", "casadi", "numba", "xarray", "pint", "matplotlib", "scipy", "pydantic", "rich", "typer"]
+HEAVY = ["numpy", "casadi", "llvmlite", "xarray", "pint", "matplotlib", "scipy", "pydantic", "rich", "typer"]
 
 
 @pytest.fixture(scope="module")

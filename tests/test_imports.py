@@ -37,9 +37,9 @@ FREE = {"elimination", "equation", "errors", "normal", "output", "progress", "st
 DOOR = "__init__"
 """The package itself: anyone may ask it for the version, and it loads no room by itself."""
 
-ENGINE_LIBRARIES = {"numpy", "numba", "llvmlite", "casadi"}
+ENGINE_LIBRARIES = {"numpy", "llvmlite", "casadi"}
 HEAVY = [
-    "numpy", "casadi", "numba", "llvmlite", "xarray", "pint", "matplotlib", "scipy", "pandas", "pyarrow", "h5py",
+    "numpy", "casadi", "llvmlite", "xarray", "pint", "matplotlib", "scipy", "pandas", "pyarrow", "h5py",
     "h5netcdf", "asammdf", "can", "canopen", "cantools", "fmpy", "zarr", "SALib", "dask", "distributed", "nicegui",
 ]  # fmt: skip
 
@@ -103,7 +103,7 @@ def test_imports_run_one_way(file):
     assert not wrong
 
 
-def test_the_engine_uses_numpy_numba_and_casadi_alone():
+def test_the_engine_uses_numpy_llvmlite_and_casadi_alone():
     files = [file for file in FILES if room_of(file) == "engine"]
     used = {name.split(".")[0] for file in files for _, name in modules(file)}
     assert used - sys.stdlib_module_names - {"ramsight"} <= ENGINE_LIBRARIES

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ramsight.calibration.movement import LOADS, METHOD, TEMPERATURES, calibrate
 from ramsight.calibration.sensor_file import FORMAT, SUFFIX, SensorFileError, load, save
 from ramsight.duty.lift_lower import SPEED
-from ramsight.engine.cache import cache_directory, content_hash, instructions
+from ramsight.engine.cache import cache_directory, content_hash
 from ramsight.engine.run import DEFAULT_RTOL
 from ramsight.errors import OutputError
 from ramsight.plant.unit import HydraulicUnit, circuit
@@ -36,8 +36,8 @@ def cache_file(
     """
     model = circuit(unit)
     settings = [motor_speed, np.asarray(temperatures).tolist(), loads, DEFAULT_RTOL, METHOD, FORMAT]
-    laws = [instructions(model.ode.function), instructions(model.ode.output_function)]
-    key = content_hash(unit.name, repr(unit), model.values.tolist(), settings, laws)
+    laws = (model.ode.function.serialize(), model.ode.output_function.serialize())
+    key = content_hash(unit.name, repr(unit), repr((model.values.tolist(), settings)), *laws)
     return cache_directory() / f"table_{key}{SUFFIX}"
 
 

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import inspect
-import json
 import os
-import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import casadi as ca
+from llvmlite import ir
 
-from ramsight.engine import branches, graph, llvm
+from ramsight.engine import branches, graph, llvm, loop, terms
+from ramsight.engine.loop import Kinds
 from ramsight.engine.object_code import NativeFunction
 from ramsight.engine.private_folder import private_folder
+from ramsight.engine.terms import View
 
 WIDTH = 8
 """Runs side by side: one AVX-512 register of doubles, two of AVX2."""
@@ -49,23 +51,12 @@ def instructions(function: ca.Function) -> list[list[Any]]:
     return listing
 
 
-def content_hash(*parts: Any) -> str:
-    """A short hash of JSON-able content; the same content always has the same one."""
-    text = json.dumps(parts, sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(text.encode()).hexdigest()[:24]
-
-
-def _wrapper(name: str, function: ca.Function, width: int) -> list[str]:
-    """Source of the compiled function `name(inputs..., outputs...)`; an output named like an input overwrites it."""
-    inputs, outputs = function.name_in(), [out.removesuffix("_new") for out in function.name_out()]
-    arguments = ", ".join(dict.fromkeys(inputs + outputs))
-    return [
-        f"_{name} = operations(lambda: load({name!r}), {width})",
-        "@inner",
-        f"def {name}({arguments}):",
-        f"    _{name}(({', '.join(inputs)},), ({', '.join(outputs)},))",
-        "",
-    ]
+def content_hash(*parts: str) -> str:
+    """A short hash of texts; the same texts always have the same one."""
+    found = hashlib.sha256()
+    for part in parts:
+        found.update(f"{len(part)} {part}".encode())
+    return found.hexdigest()[:24]
 
 
 def generated_module(
@@ -82,30 +73,19 @@ def generated_module(
         functions: SX functions by name; each becomes `name(inputs..., outputs...)` on float64 arrays. The sparse
             entries of an input or output are its nonzeros. An output `b_new` is written over the input `b`.
         constants: module-level names that `body` uses.
-        body: source of further functions; `def` at the left margin is compiled.
+        body: source of further functions, of what `engine.terms` and `engine.loop` know.
         widths: functions that work on several runs side by side, and on how many; their arrays are (n, width).
     """
-    programs = {name: instructions(function) for name, function in functions.items()}
-    lines = ['"""Generated; may be deleted at any time."""', "import numpy as np", "import numba as nb"]
-    lines += ["from ramsight.engine.llvm import operations", "from ramsight.engine.object_code import OPTIONS", ""]
-    lines += [f"{name} = {value!r}" for name, value in constants.items()]
-    # What only other compiled functions call becomes part of their code, and is compiled with it.
-    inner = "nb.njit(inline='always', **OPTIONS)" if body else "compiled"
-    lines += ["compiled = nb.njit(**OPTIONS)", f"inner = {inner}"]
-    lines += [""]
-    for name, function in functions.items():
-        lines += _wrapper(name, function, (widths or {}).get(name, 1))
-    lines += [line if not line.startswith("def ") else f"@compiled\n{line}" for line in body.splitlines()]
-    source = "\n".join(lines) + "\n"
+    widths = {name: (widths or {}).get(name, 1) for name in functions}
     name = "model_" + content_hash(
-        programs,
-        source,
-        *map(inspect.getsource, (graph, branches, llvm)),
+        *(text for name, function in functions.items() for text in (name, function.serialize())),
+        repr((list(constants.items()), widths)),
+        body,
+        *map(inspect.getsource, (graph, branches, llvm, terms, loop)),
         ca.CasadiMeta.version(),
-        sys.version_info[:2],
     )
     if name not in _loaded:
-        _loaded[name] = CompiledModule(name, source, programs)
+        _loaded[name] = CompiledModule(name, functions, constants, body, widths)
     return _loaded[name]
 
 
@@ -114,23 +94,70 @@ class CompiledModule:
 
     Args:
         name: of the module and its files.
-        source: its text.
-        programs: the operations of its functions, by name.
+        functions: what it is made of, by name.
+        constants: names that have a number.
+        body: source of the loops around them.
+        widths: of each function.
     """
 
-    def __init__(self, name: str, source: str, programs: Mapping[str, graph.Program]) -> None:
-        self._folder = cache_directory()
-        self._module = ModuleType(name)
-        self._module.__dict__["load"] = programs.__getitem__
-        sys.modules[name] = self._module
-        exec(compile(source, f"<{name}>", "exec"), self._module.__dict__)
+    def __init__(
+        self,
+        name: str,
+        functions: Mapping[str, ca.Function],
+        constants: Mapping[str, object],
+        body: str,
+        widths: Mapping[str, int],
+    ) -> None:
+        self._folder, self._name = cache_directory(), name
+        self._functions, self._widths = functions, widths
+        statements = ast.parse(body).body
+        self._loops = {one.name: one for one in statements if isinstance(one, ast.FunctionDef)}
+        self._constants: dict[str, Any] = dict(constants)
+        rest: list[ast.stmt] = [one for one in statements if isinstance(one, ast.Assign)]
+        exec(compile(ast.Module(rest, []), f"<{name}>", "exec"), {}, self._constants)
 
     def __getattr__(self, name: str) -> Any:
-        value = getattr(self._module, name)
-        if hasattr(value, "overloads"):
-            value = NativeFunction(value, f"{self._module.__name__}.{name}", self._folder)
+        if name in self._loops or name in self._functions:
+            value: Any = NativeFunction(partial(self._written, name), f"{self._name}.{name}", self._folder)
+        elif name in self._constants:
+            value = self._constants[name]
+        else:
+            raise AttributeError(name)
         self.__dict__[name] = value
         return value
+
+    def _written(self, name: str, kinds: Kinds) -> tuple[str, int]:
+        """The text of a function for LLVM, and the size of its workspace."""
+        module = ir.Module(name)
+        source = self._loops.get(name) or self._alone(name)
+        words = loop.emit_loop(module, source, kinds, self._constants, self._call)
+        return str(module), words
+
+    def _alone(self, name: str) -> ast.FunctionDef:
+        """A loop that calls one function once."""
+        call = f"{name}({', '.join(_arguments(self._functions[name]))})"
+        (source,) = ast.parse(f"def {call}:\n    {call}").body
+        assert isinstance(source, ast.FunctionDef)
+        return source
+
+    def _call(self, builder: Any, name: str, views: Sequence[View]) -> bool:
+        """Emit the call of a function, and the function if it is the first."""
+        if name not in self._functions:
+            return False
+        function, module = self._functions[name], builder.module
+        inputs, outputs = function.name_in(), [out.removesuffix("_new") for out in function.name_out()]
+        symbol = f"operations.{name}"
+        emitted = module.globals.get(symbol) or llvm.emit_program(
+            module, symbol, instructions(function), len(inputs), len(outputs), self._widths[name]
+        )
+        given = dict(zip(_arguments(function), views, strict=True))
+        builder.call(emitted, [given[name].data for name in (*inputs, *outputs)])
+        return True
+
+
+def _arguments(function: ca.Function) -> list[str]:
+    """The names of inputs and outputs; an output named like an input overwrites it."""
+    return list(dict.fromkeys([*function.name_in(), *(out.removesuffix("_new") for out in function.name_out())]))
 
 
 def hold(expression: Any, parameters: Any) -> tuple[Any, Any, ca.Function]:

@@ -55,7 +55,8 @@ def integrate(
             stage_5(y, u0, slopes[s], q, h, ft, w, k0, k1, k2, k3, k4, k5)
             finish(y, k0, k1, k2, k3, k4, k5, atol, relative, y1, error)
             before = t[0]
-            y0[:] = y
+            for i in range(N):
+                y0[i] = y[i]
             conclude(y, y1, error, h, t, t1, h_next, rejected)
             if rejected[0] == 0.0:
                 while progress[SAMPLE] < n_samples and sample_t[int(progress[SAMPLE])] <= t[0]:
@@ -67,7 +68,8 @@ def integrate(
                 if capacity > 0:
                     j = int(progress[RECORDED])
                     step_t[j] = t[0]
-                    step_y[j] = y
+                    for i in range(N):
+                        step_y[j, i] = y[i]
                     progress[RECORDED] += 1
             else:
                 progress[REFUSED] += 1

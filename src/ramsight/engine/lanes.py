@@ -91,7 +91,8 @@ def integrate_lanes(
             if sampling and run[j] == r:
                 row[j] = sample_of[r]
                 if row[j] < sample_of[r + 1]:
-                    samples[row[j]] = states[r]
+                    for i in range(N):
+                        samples[row[j], i] = states[r, i]
                     row[j] += 1
         empty = 0
         if active == 0:
@@ -109,7 +110,9 @@ def integrate_lanes(
         if sampling:
             for j in range(W):
                 before[j] = t[0, j]
-            y0[:] = y
+            for i in range(N):
+                for j in range(W):
+                    y0[i, j] = y[i, j]
         conclude(y, y1, error, h, t, t1, h_next, rejected)
         extremes(y, low, high)
         for j in range(W):

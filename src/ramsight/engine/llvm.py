@@ -1,6 +1,6 @@
 """Machine code from a CasADi graph: every elementary operation becomes one LLVM operation on doubles or vectors.
 
-A `Program` (the operations of one SX function) is emitted inside a Numba function, for one run at a time or for
+A `Program` (the operations of one SX function) becomes one function of machine code, for one run at a time or for
 `width` runs side by side. No compiler is needed on the machine, and the same graph gives both.
 """
 
@@ -12,8 +12,6 @@ from typing import Any
 
 import casadi as ca
 from llvmlite import ir
-from numba import types
-from numba.extending import intrinsic
 
 from ramsight.engine.branches import Branch, schedule
 from ramsight.engine.graph import SELECT, Program, graph_of
@@ -228,28 +226,25 @@ class _Emitter:
         return self.b.bitcast(self.b.gep(base, [offset], source_etype=ir.DoubleType()), self.real.as_pointer())
 
 
-def operations(load: Callable[[], Program], width: int = 1) -> Any:
-    """A Numba intrinsic `f(inputs, outputs)` that runs a program on tuples of C-contiguous float64 arrays.
+def emit_program(module: Any, name: str, program: Program, inputs: int, outputs: int, width: int = 1) -> Any:
+    """Emit a program as a function of its own, which stays one.
 
     Args:
-        load: returns the program; called only when machine code has to be made.
+        module: gets the function.
+        name: of the function.
+        program: the operations.
+        inputs: how many arrays it reads.
+        outputs: how many it writes.
         width: runs side by side. With 1 the arrays have shape (n,), else (n, width).
+
+    Returns:
+        The function, of pointers to the inputs and then to the outputs; an output may be an input.
     """
-
-    def emit(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        pointers = []
-        for tuple_type, packed in zip(signature.args, arguments, strict=True):
-            unpacked = [builder.extract_value(packed, i) for i in range(len(tuple_type))]
-            pointers.append(
-                [
-                    context.make_array(kind)(context, builder, a).data
-                    for kind, a in zip(tuple_type, unpacked, strict=True)
-                ]
-            )
-        _Emitter(builder, width).run(load(), *pointers)
-        return context.get_dummy_value()
-
-    def typed(typing_context: Any, inputs: Any, outputs: Any) -> Any:
-        return types.void(inputs, outputs), emit
-
-    return intrinsic(typed)
+    pointers = [ir.DoubleType().as_pointer()] * (inputs + outputs)
+    function = ir.Function(module, ir.FunctionType(ir.VoidType(), pointers), name)
+    function.linkage = "internal"
+    function.attributes.add("noinline")
+    builder = ir.IRBuilder(function.append_basic_block())
+    _Emitter(builder, width).run(program, function.args[:inputs], function.args[inputs:])
+    builder.ret_void()
+    return function

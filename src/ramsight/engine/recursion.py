@@ -39,8 +39,10 @@ def replay_lanes(inputs, begin, length, p, states, kept, out):
             first[lane], last[lane] = begin[run], begin[run] + length[run] - 1
             longest = max(longest, length[run])
             prepare(p[run], one)
-            q[:, lane] = one
-            x[:, lane] = states[run]
+            for k in range(NQ):
+                q[k, lane] = one[k]
+            for k in range(N):
+                x[k, lane] = states[run, k]
         for i in range(longest):
             for lane in range(W):
                 row = max(min(first[lane] + i, last[lane]), 0)
