@@ -135,9 +135,9 @@ def test_threads_have_their_own_arrays(both):
 @pytest.mark.parametrize(
     "line",
     [
-        "x[:] = out", "x[0] = out", "x[1:2] = out", "k = x[0, 1]", "k = x[:2]", "k = x[1] ** 2", "k = 3 // 2", "k = ~3", "k = 0 < x[0] < 1",
-        "k = sum(x)", "k = x.T", "print(x)", "unknown(x)", "for k in x: pass", "with x: pass", "k = 1\n    k = 2.5", "k = 'text'",
-        "(lambda: 1)()", "x.y = 1", "k = missing",
+        "x[:] = out", "x[0] = out", "x[1:2] = out", "x.y = 1", "k = x[0, 1]", "k = x[:2]", "k = x.T", "k = x[1] ** 2",
+        "k = 3 // 2", "k = ~3", "k = 0 < x[0] < 1", "k = sum(x)", "k = 'text'", "k = missing", "k = 1\n    k = 2.5",
+        "print(x)", "unknown(x)", "(lambda: 1)()", "for k in x: pass", "with x: pass",
     ],
 )  # fmt: skip
 def test_what_is_not_known_is_an_error(line):

@@ -1,7 +1,7 @@
 """LLVM code of the terms in a loop's Python: whole numbers, real numbers, truths and C-contiguous arrays.
 
 What a loop around a graph's operations needs, and nothing more; what is not known here is an error when the loop is
-compiled. A name that is assigned keeps the kind of its first value. Indices are not checked, and none counts from the end.
+compiled. A name keeps the kind of the first value that it gets. Indices are not checked, and none counts from the end.
 """
 
 from __future__ import annotations
