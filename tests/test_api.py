@@ -11,6 +11,8 @@ import xarray
 
 import ramsight
 
+from .command import at_once
+
 TRACES = Path(__file__).parent / "traces"
 HEAVY = ["numpy", "casadi", "llvmlite", "xarray", "pint", "matplotlib", "scipy", "pydantic", "rich", "typer"]
 
@@ -144,10 +146,8 @@ def test_a_track_says_what_the_verb_says(boom, tmp_path):
     file, truth = TRACES / "boom_441kN_40C.csv.gz", TRACES / "boom_441kN_40C_truth.csv.gz"
     command = ["track", "mining-loader", file, "--unit", "boom", "--start", "100 mm", "--truth", truth]
     out = tmp_path / "track.nc"
-    done = subprocess.run(
-        [sys.executable, "-m", "ramsight.cli", *map(str, command), "--out", str(out)],
-        check=True, capture_output=True, text=True,
-    )  # fmt: skip
+    done = at_once(*command, "--out", out)
+    assert done.returncode == 0, done.stderr
     track = ramsight.track(boom, file, "100 mm", truth)
     assert f"error against the truth: largest {1e3 * track.attrs['error_largest']:.3f} mm" in done.stdout
     with xarray.open_dataset(out) as written:

@@ -3,8 +3,6 @@
 import csv
 import gzip
 import re
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -12,12 +10,9 @@ import xarray
 
 from ramsight.logs import read_truth
 
+from .command import as_command, at_once
+
 HEADER = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n"
-
-
-def ramsight(*arguments, cwd=None):
-    command = [sys.executable, "-m", "ramsight.cli", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, check=False)
 
 
 def refused(done, *words):
@@ -32,7 +27,7 @@ def refused(done, *words):
 @pytest.fixture(scope="module")
 def simulated(tmp_path_factory):
     folder = tmp_path_factory.mktemp("simulated")
-    done = ramsight(
+    done = as_command(
         "simulate", "mining-loader", "--unit", "boom", "--load", "441 kN", "--oil-temperature", "40 degC",
         "--out", "run.nc", "--log", "log.csv.gz", "--truth", "truth.csv", cwd=folder,
     )  # fmt: skip
@@ -57,11 +52,11 @@ def test_simulate_writes_results_log_and_truth_and_closes_its_balances(simulated
 @pytest.mark.slow
 def test_a_recording_of_a_bench_has_the_truth_in_it(simulated, tmp_path):
     """Drive, thermometer and an encoder of CiA 406 in one candump file: the encoder judges, unseen by the sensor."""
-    import ramsight as package
+    import ramsight
     from ramsight.deploy.encoder.drive import PlayedDrive, played_map
 
     folder, _ = simulated
-    log, truth = package.read_log(folder / "log.csv.gz"), read_truth(folder / "truth.csv")
+    log, truth = ramsight.read_log(folder / "log.csv.gz"), read_truth(folder / "truth.csv")
     frames = list(PlayedDrive(log, 5, 80.0, warm_node=7).frames())
     moments = np.arange(0.0, float(log["time"][-1]), 0.01)
     steps = np.round(1e5 * np.interp(moments, truth["time"], truth["position"] - 0.02)).astype(int)
@@ -75,24 +70,24 @@ def test_a_recording_of_a_bench_has_the_truth_in_it(simulated, tmp_path):
     (tmp_path / "map.toml").write_text(played_map(5, 7, 80.0) + encoder)
     (tmp_path / "plain.toml").write_text(played_map(5, 7, 80.0))
     command = ["track", "mining-loader", tmp_path / "bench.log", "--unit", "boom", "--start", "140 mm"]
-    done = ramsight(*command, "--map", tmp_path / "map.toml", "--out", tmp_path / "track.csv")
-    plain = ramsight(*command, "--map", tmp_path / "plain.toml", "--out", tmp_path / "plain.csv")
+    done = at_once(*command, "--map", tmp_path / "map.toml", "--out", tmp_path / "track.csv")
+    plain = at_once(*command, "--map", tmp_path / "plain.toml", "--out", tmp_path / "plain.csv")
     assert done.returncode == plain.returncode == 0, done.stderr + plain.stderr
     assert float(re.search(r"error against the truth: largest (\S+) mm", done.stdout)[1]) < 1.0
     assert "truth" not in plain.stdout
     assert (tmp_path / "track.csv").read_bytes() == (tmp_path / "plain.csv").read_bytes()
-    boom, file = package.build("mining-loader", "boom"), tmp_path / "bench.log"
-    track = package.track(boom, file, "140 mm", channel_map=tmp_path / "map.toml")
+    boom, file = ramsight.build("mining-loader", "boom"), tmp_path / "bench.log"
+    track = ramsight.track(boom, file, "140 mm", channel_map=tmp_path / "map.toml")
     assert track.attrs["error_largest"] < 1e-3
     assert abs(float(track["true_position"][5]) - 0.14) < 1e-4
     nothing = (tmp_path / "map.toml").read_text().replace("cob_id = 0x186", "cob_id = 0x187")
     (tmp_path / "nothing.toml").write_text(nothing)
-    assert ramsight(*command, "--map", tmp_path / "nothing.toml").returncode == 2
+    assert at_once(*command, "--map", tmp_path / "nothing.toml").returncode == 2
 
 
 def test_track_finds_the_simulated_rod(simulated, tmp_path):
     folder, _ = simulated
-    done = ramsight(
+    done = as_command(
         "track", "mining-loader", folder / "log.csv.gz", "--unit", "boom", "--start", "140 mm",
         "--out", tmp_path / "track.csv", "--truth", folder / "truth.csv", "--figure", tmp_path / "track.png",
     )  # fmt: skip
@@ -113,7 +108,7 @@ def test_track_finds_the_simulated_rod(simulated, tmp_path):
 @pytest.mark.parametrize("sensor", ["balance", "table"])
 def test_track_on_a_log_of_the_independent_simulator(trace, sensor, tmp_path):
     case = trace("boom_258kN_40C")
-    done = ramsight(
+    done = at_once(
         "track", "mining-loader", case.log, "--unit", "boom", "--start", "100 mm", "--sensor", sensor,
         "--truth", case.truth, "--out", tmp_path / "track.csv.gz",
     )  # fmt: skip
@@ -126,8 +121,8 @@ def test_track_on_a_log_of_the_independent_simulator(trace, sensor, tmp_path):
 
 def test_a_machine_file_does_as_well_as_a_catalogue_name(simulated, tmp_path):
     folder, _ = simulated
-    assert ramsight("new", "mine.toml", cwd=tmp_path).returncode == 0
-    done = ramsight("track", "mine.toml", folder / "log.csv.gz", "--unit", "boom", "--start", "140 mm", cwd=tmp_path)
+    assert at_once("new", "mine.toml", cwd=tmp_path).returncode == 0
+    done = at_once("track", "mine.toml", folder / "log.csv.gz", "--unit", "boom", "--start", "140 mm", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
 
 
@@ -148,7 +143,7 @@ GOOD = ["track", "mining-loader", "log.csv", "--unit", "boom", "--start", "100 m
 def test_a_wrong_word_on_the_command_line_gets_one_line(tmp_path, change, words):
     (tmp_path / "log.csv").write_text(HEADER + "0,0,0,40\n0.02,0,0,40\n")
     arguments = [change.get(k, word) for k, word in enumerate(GOOD)]
-    refused(ramsight(*arguments, cwd=tmp_path), *words)
+    refused(at_once(*arguments, cwd=tmp_path), *words)
 
 
 @pytest.mark.parametrize(
@@ -164,7 +159,7 @@ def test_a_wrong_word_on_the_command_line_gets_one_line(tmp_path, change, words)
 )
 def test_a_bad_log_gets_one_line_and_leaves_nothing(tmp_path, text, words):
     (tmp_path / "log.csv").write_text(text)
-    refused(ramsight(*GOOD, "--out", "track.csv", cwd=tmp_path), *words)
+    refused(at_once(*GOOD, "--out", "track.csv", cwd=tmp_path), *words)
     assert [file.name for file in tmp_path.iterdir()] == ["log.csv"]
 
 
@@ -182,19 +177,19 @@ def test_a_bad_log_gets_one_line_and_leaves_nothing(tmp_path, text, words):
 )
 def test_a_bad_simulation_gets_one_line(tmp_path, option, value, words):
     arguments = {"--unit": "boom", "--load": "100 kN"} | {option: value}
-    refused(ramsight("simulate", "mining-loader", *sum(arguments.items(), ()), cwd=tmp_path), *words)
+    refused(at_once("simulate", "mining-loader", *sum(arguments.items(), ()), cwd=tmp_path), *words)
 
 
 def test_a_track_that_fails_leaves_the_old_one(simulated, tmp_path):
     (tmp_path / "track.csv").write_text("precious")
     (tmp_path / "log.csv").write_text(HEADER + "0,0,0,40\n0.02,0,x,40\n")
-    refused(ramsight(*GOOD, "--out", "track.csv", cwd=tmp_path), "line 3")
+    refused(as_command(*GOOD, "--out", "track.csv", cwd=tmp_path), "line 3")
     assert (tmp_path / "track.csv").read_text() == "precious"
 
 
 def test_simulations_repeat_to_the_last_bit(tmp_path):
-    for name in ("one", "two"):
-        done = ramsight(
+    for name, run in (("one", at_once), ("two", as_command)):
+        done = run(
             "simulate",
             "mining-loader",
             "--unit",
@@ -213,7 +208,7 @@ def test_simulations_repeat_to_the_last_bit(tmp_path):
 
 def test_a_rod_that_nobody_has_seen_has_no_position(simulated, tmp_path):
     folder, _ = simulated
-    done = ramsight(
+    done = at_once(
         "track", "mining-loader", folder / "log.csv.gz", "--unit", "boom", "--truth", folder / "truth.csv",
         "--out", "track.csv", cwd=tmp_path,
     )  # fmt: skip
@@ -227,13 +222,13 @@ def test_a_rod_that_nobody_has_seen_has_no_position(simulated, tmp_path):
 
 def test_a_load_and_a_torque_beyond_the_limits_are_said(tmp_path):
     of = ("simulate", "mining-loader", "--unit", "boom")
-    done = ramsight(*of, "--load", "600 kN", "--hold", "1 s", cwd=tmp_path)
+    done = at_once(*of, "--load", "600 kN", "--hold", "1 s", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "look twice: the load, up to 600 kN, is more than the 535 kN" in done.stdout
-    fits = ramsight(*of, "--load", "441 kN", "--hold", "1 s", cwd=tmp_path)
+    fits = at_once(*of, "--load", "441 kN", "--hold", "1 s", cwd=tmp_path)
     assert "look twice" not in fits.stdout
-    assert ramsight("new", "weak.toml", "--circuit", "ddh", "--minimal", cwd=tmp_path).returncode == 0
+    assert at_once("new", "weak.toml", "--circuit", "ddh", "--minimal", cwd=tmp_path).returncode == 0
     weak = tmp_path / "weak.toml"
     weak.write_text(weak.read_text().replace('"90 N m"', '"60 N m"'))
-    done = ramsight("simulate", "weak.toml", "--unit", "boom", "--load", "441 kN", "--hold", "1 s", cwd=tmp_path)
+    done = at_once("simulate", "weak.toml", "--unit", "boom", "--load", "441 kN", "--hold", "1 s", cwd=tmp_path)
     assert "it has 60 N m" in done.stdout

@@ -1,8 +1,6 @@
 """A commissioning is judged: what is right passes, what cannot be this machine's log is refused with the reason."""
 
 import re
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -15,6 +13,8 @@ from ramsight.sensor.mode import Mode
 from ramsight.study.commissioning import log_checks, sensor_checks, sheet_checks
 from ramsight.study.commissioning.finding import Finding, Verdict
 from ramsight.study.commissioning.walk import Commissioning
+
+from .command import as_command, at_once
 
 AS_BUILT = ramsight.AsBuilt(leak=1.15, displacement=0.998, stiffness=0.9, friction=1.2)
 
@@ -171,16 +171,11 @@ def test_the_worst_finding_is_the_verdict():
     assert whole(Verdict.DOUBT, Verdict.FAILED, Verdict.PASSED) is Verdict.FAILED
 
 
-def run(*arguments, cwd):
-    command = [sys.executable, "-m", "ramsight.cli", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, check=False)
-
-
 def test_the_verb_writes_one_page_to_sign_and_its_exit_code_tells(boom, rehearsed, tmp_path):
     log, _ = rehearsed
     write_drive_log(log, tmp_path / "log.csv.gz")
     of = ("--unit", "boom", "--out", "report.html")
-    done = run("commission", "mining-loader", "log.csv.gz", *of, cwd=tmp_path)
+    done = as_command("commission", "mining-loader", "log.csv.gz", *of, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "boom: commissioned" in done.stdout
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
@@ -190,7 +185,7 @@ def test_the_verb_writes_one_page_to_sign_and_its_exit_code_tells(boom, rehearse
     for words in ("Signature", "motor_speed_rpm", "leak test", "Track"):
         assert words in page
     write_drive_log(log.assign(motor_torque=-log["motor_torque"]), tmp_path / "log.csv.gz")
-    refused = run("commission", "mining-loader", "log.csv.gz", *of, cwd=tmp_path)
+    refused = at_once("commission", "mining-loader", "log.csv.gz", *of, cwd=tmp_path)
     assert refused.returncode == 1
     assert "boom: not commissioned" in refused.stdout
     assert "must not be relied on" in (tmp_path / "report.html").read_text(encoding="utf-8")

@@ -1,8 +1,6 @@
 """Drawings of circuits: what is joined is drawn joined, nothing is drawn over anything, and every part is there."""
 
 import importlib
-import subprocess
-import sys
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from itertools import combinations
@@ -23,6 +21,8 @@ from ramsight.plant.build import build
 from ramsight.plant.hose import Volume
 from ramsight.plant.pilot_check import PilotCheckValve
 from ramsight.plant.valve import CheckValve, Orifice, ReliefValve
+
+from .command import as_command, at_once
 
 UNITS = [(entry.name, unit) for entry in ramsight.catalogue("machine") for unit in machine.load(entry.name).units]
 SVG = "{http://www.w3.org/2000/svg}"
@@ -240,7 +240,7 @@ def test_any_circuit_is_drawn_as_it_is_joined(unit):
 
 def test_port_reliefs_of_the_direct_driven_unit_stand_beside_the_others(tmp_path):
     file = tmp_path / "loader.toml"
-    assert subprocess.run([sys.executable, "-m", "ramsight.cli", "new", file], check=False).returncode == 0
+    assert at_once("new", file).returncode == 0
     text = file.read_text(encoding="utf-8")
     valve = '\n[units.boom.port_relief_valve]\nmodel = "DB10P-01"\nsetting = "250 bar"\n'
     file.write_text(text + valve, encoding="utf-8")
@@ -297,22 +297,18 @@ def test_words_of_a_description_are_no_markup():
 @pytest.mark.parametrize(("suffix", "begins"), [(".svg", b"<svg"), (".png", b"\x89PNG"), (".pdf", b"%PDF")])
 def test_the_verb_writes_what_the_suffix_says(suffix, begins, tmp_path):
     file = tmp_path / f"boom{suffix}"
-    command = [sys.executable, "-m", "ramsight.cli", "draw", "mining-loader", "--unit", "boom", "--out", str(file)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    run = as_command if suffix == ".png" else at_once
+    done = run("draw", "mining-loader", "--unit", "boom", "--out", file)
     assert (done.returncode, done.stderr, done.stdout) == (0, "", f"{file}: written\n")
     assert file.read_bytes().startswith(begins)
     assert [one.name for one in tmp_path.iterdir()] == [file.name]
 
 
-def test_the_verb_says_what_is_wrong(tmp_path, monkeypatch, capsys):
-    from ramsight.cli import main
-
+def test_the_verb_says_what_is_wrong(tmp_path):
     def said(*words):
-        monkeypatch.setattr(sys, "argv", ["ramsight", "draw", *words])
-        with pytest.raises(SystemExit) as stopped:
-            main()
-        assert stopped.value.code == 2
-        return capsys.readouterr().err
+        done = at_once("draw", *words)
+        assert done.returncode == 2
+        return done.stderr
 
     assert "name one" in said("mining-loader", "--out", str(tmp_path / "a.svg"))
     assert "unknown suffix" in said("press", "--out", str(tmp_path / "a.bmp"))

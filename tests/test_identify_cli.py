@@ -1,24 +1,19 @@
 """The user's path: identify, check and use the tuned machine, and one clear line for what is wrong. Run as commands."""
 
 import re
-import subprocess
-import sys
 
 import pytest
 
+from .command import as_command, at_once
+
 pytestmark = pytest.mark.slow
-
-
-def ramsight(*arguments, cwd):
-    command = [sys.executable, "-m", "ramsight.cli", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, check=False)
 
 
 @pytest.fixture(scope="module")
 def identified(trace, tmp_path_factory):
     folder = tmp_path_factory.mktemp("identified")
     case = trace("boom_asbuilt1_leaktest")
-    done = ramsight(
+    done = as_command(
         "identify", "mining-loader", case.log, "--unit", "boom", "--truth", case.truth, "--out", "tuned.toml",
         cwd=folder,
     )  # fmt: skip
@@ -43,11 +38,11 @@ def test_the_table_tells_each_factor_with_its_interval(identified):
 
 def test_the_tuned_machine_is_a_machine(identified):
     folder, case, _ = identified
-    done = ramsight("check", "tuned.toml", "--unit", "boom", cwd=folder)
+    done = at_once("check", "tuned.toml", "--unit", "boom", cwd=folder)
     assert done.returncode == 0, done.stderr
     errors = []
     for described in ("mining-loader", "tuned.toml"):
-        leaktest = ramsight("leaktest", described, case.log, "--unit", "boom", cwd=folder)
+        leaktest = at_once("leaktest", described, case.log, "--unit", "boom", cwd=folder)
         assert leaktest.returncode == 0, leaktest.stderr
         errors.append(abs(float(re.search(r"leak factor ([\d.]+)", leaktest.stdout)[1]) - 1.0))
     # The tuned description is told what the leak test, which needs no position, finds of the untuned one.
@@ -66,7 +61,7 @@ def test_the_tuned_machine_is_a_machine(identified):
 def test_what_is_wrong_is_said_in_one_line(trace, tmp_path, change, words):
     case = trace("boom_441kN_40C")
     given = {"machine": "mining-loader", "unit": "boom", "truth": case.truth, "out": "tuned.toml", **change}
-    done = ramsight(
+    done = at_once(
         "identify", given["machine"], case.log, "--unit", given["unit"], "--truth", given["truth"], "--out",
         given["out"], cwd=tmp_path,
     )  # fmt: skip
@@ -79,6 +74,6 @@ def test_what_is_wrong_is_said_in_one_line(trace, tmp_path, change, words):
 
 
 def test_help_teaches(tmp_path):
-    text = ramsight("identify", "--help", cwd=tmp_path).stdout
+    text = at_once("identify", "--help", cwd=tmp_path).stdout
     assert "--truth" in text
     assert "Example: ramsight identify" in " ".join(text.split())

@@ -2,8 +2,6 @@
 
 import gzip
 import importlib
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -18,12 +16,9 @@ from ramsight.machine import load
 from ramsight.plant.ddh import build
 from ramsight.study.pieces import track_pieces
 
+from .command import as_command, at_once
+
 DBC = Path(__file__).parent / "can" / "drive.dbc"
-
-
-def ramsight(*arguments, cwd):
-    command = [sys.executable, "-m", "ramsight.cli", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, check=False)
 
 
 def refused(done, *words):
@@ -36,7 +31,7 @@ def refused(done, *words):
 
 def track(log, *more, cwd):
     options = ("--unit", "boom", "--start", "100 mm", "--sensor", "balance")
-    return ramsight("track", "mining-loader", log, *options, *more, cwd=cwd)
+    return at_once("track", "mining-loader", log, *options, *more, cwd=cwd)
 
 
 @pytest.fixture(scope="module")
@@ -61,10 +56,10 @@ def blf(trace, tmp_path_factory):
 
 @pytest.mark.slow
 def test_a_can_log_is_looked_into_mapped_and_tracked(blf, trace, tmp_path):
-    shown = ramsight("logs", "inspect", blf, cwd=tmp_path)
+    shown = at_once("logs", "inspect", blf, cwd=tmp_path)
     assert "0x181" in shown.stdout
     assert 'dbc = "drive.dbc"' in shown.stdout
-    done = ramsight("logs", "inspect", blf, "--dbc", DBC, "--out", "map.toml", cwd=tmp_path)
+    done = as_command("logs", "inspect", blf, "--dbc", DBC, "--out", "map.toml", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     row = next(line for line in done.stdout.splitlines() if "MotorSpeed" in line)
     assert row.split()[:5] == ["DriveState.MotorSpeed", "rpm", "1376", "50", "Hz"]
@@ -126,10 +121,10 @@ def test_a_log_with_faults_is_tracked_and_they_are_named(trace, tmp_path):
         cells = lines[row].split(",")
         lines[row] = ",".join([cells[0], "", *cells[2:]])
     (tmp_path / "log.csv").write_text("\n".join(lines))
-    done = ramsight("track", "mining-loader", "log.csv", "--unit", "boom", "--start", "100 mm", cwd=tmp_path)
+    done = at_once("track", "mining-loader", "log.csv", "--unit", "boom", "--start", "100 mm", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "missing" in done.stdout
-    done = ramsight("leaktest", "mining-loader", "log.csv", "--unit", "boom", cwd=tmp_path)
+    done = as_command("leaktest", "mining-loader", "log.csv", "--unit", "boom", cwd=tmp_path)
     refused(done, "motor_speed", "is missing in sample 600")
 
 
@@ -142,7 +137,7 @@ def test_a_wrong_map_gets_one_line_and_leaves_nothing(blf, tmp_path):
 
 
 def test_help_teaches():
-    done = ramsight("logs", "inspect", "--help", cwd=None)
+    done = at_once("logs", "inspect", "--help")
     assert done.returncode == 0
     assert "Example: ramsight logs inspect day.mf4 --out map.toml" in " ".join(done.stdout.split())
 

@@ -2,8 +2,6 @@
 
 import math
 import re
-import subprocess
-import sys
 
 import pytest
 from hypothesis import given, settings
@@ -19,6 +17,8 @@ from ramsight.plant import ddh
 from ramsight.plant.build import build
 from ramsight.plant.steady import cautions, derive, torque_at_load
 from ramsight.plant.unit import side_nodes
+
+from .command import at_once
 
 MACHINES = [
     ("eha-test-bench", "axis"),
@@ -80,8 +80,7 @@ def test_check_and_simulate_as_commands(name, unit, tmp_path):
         ["new", tmp_path / "mine.toml", "--like", name],
         ["check", tmp_path / "mine.toml"],
     ):
-        command = [sys.executable, "-m", "ramsight.cli", *map(str, arguments)]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        done = at_once(*arguments)
         assert done.returncode == 0, done.stderr
         assert "look twice" not in done.stdout
 

@@ -12,14 +12,11 @@ from ramsight.output import atomic_path, check_apart, check_state, whole_folder
 from ramsight.output.drafts import draft_of
 from ramsight.output.forgiving import ForgivingFile
 
+from .command import at_once
+
 LOG = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n" + "".join(
     f"{k / 50:.2f},0,12.5,40.1\n" for k in range(100)
 )
-
-
-def ramsight(*arguments, cwd):
-    command = [sys.executable, "-m", "ramsight.cli", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, check=False)
 
 
 def contents(folder):
@@ -53,7 +50,7 @@ def place(tmp_path):
 def test_track_writes_over_nothing_that_it_reads(place, options, said):
     before = contents(place)
     options = [one.format(folder=place.name) for one in options]
-    done = ramsight("track", "mining-loader", "log.csv", "--unit", "boom", "--start", "100 mm", *options, cwd=place)
+    done = at_once("track", "mining-loader", "log.csv", "--unit", "boom", "--start", "100 mm", *options, cwd=place)
     assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
     assert said in done.stderr
     assert contents(place) == before
@@ -66,7 +63,7 @@ def test_other_verbs_write_over_nothing_that_they_read(place):
         ("simulate", "mining-loader", "--unit", "boom", "--load", "100 kN", "--out", "a.csv", "--log", "a.csv"),
         ("identify", "machine.toml", "log.csv", "--unit", "boom", "--truth", "truth.csv", "--out", "machine.toml"),
     ):
-        done = ramsight(*arguments, cwd=place)
+        done = at_once(*arguments, cwd=place)
         assert done.returncode == 2
         assert "give another file" in done.stderr
     assert contents(place) == before

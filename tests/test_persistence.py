@@ -1,8 +1,6 @@
 """A sensor's state over a power loss: the newest, an older one's knowledge, or none; never a wrong position."""
 
 import math
-import subprocess
-import sys
 from itertools import pairwise
 
 import numpy as np
@@ -17,6 +15,8 @@ from ramsight.sensor.kalman import kalman
 from ramsight.sensor.persistence import StateError, StateFile
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import IS_REFERENCED, REFERENCED_NOW, StartError
+
+from .command import as_command, at_once
 
 
 @pytest.fixture(scope="module")
@@ -256,28 +256,23 @@ def test_states_of_others_and_of_the_future_are_refused(tmp_path, sensor, unit):
         StateFile(path, balance(unit))
 
 
-def ramsight(*words, cwd):
-    command = [sys.executable, "-m", "ramsight", *words]
-    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=120, check=False)
-
-
 @pytest.mark.slow
 def test_the_command_resumes_where_it_stopped(tmp_path, trace):
     log = str(trace("boom_258kN_40C").log)
     words = ("track", "mining-loader", log, "--unit", "boom", "--state", "boom.state")
-    first = ramsight(*words, "--start", "100 mm", cwd=tmp_path)
+    first = as_command(*words, "--start", "100 mm", cwd=tmp_path)
     assert first.returncode == 0, first.stderr
     ended = first.stdout.split("mm at first, ")[1].split(" mm")[0]
-    second = ramsight(*words, cwd=tmp_path)
+    second = as_command(*words, cwd=tmp_path)
     assert "boom.state: resumed" in second.stdout
     assert f"position {ended} mm at first" in second.stdout
     (tmp_path / "boom.state").write_bytes(b"rubbish")
-    third = ramsight(*words, cwd=tmp_path)
+    third = at_once(*words, cwd=tmp_path)
     assert third.returncode == 2
     assert "boom.state: is there already, and is no state of a sensor" in third.stderr
     assert (tmp_path / "boom.state").read_bytes() == b"rubbish"
     (tmp_path / "boom.state").write_bytes(b"")
-    fourth = ramsight(*words, cwd=tmp_path)
+    fourth = at_once(*words, cwd=tmp_path)
     assert fourth.returncode == 0
     assert "no state to resume" in fourth.stdout
     assert "not referenced" in fourth.stdout
@@ -285,7 +280,7 @@ def test_the_command_resumes_where_it_stopped(tmp_path, trace):
 
 def test_a_sensor_that_cannot_find_the_piston_has_to_be_told(tmp_path, trace):
     log = str(trace("boom_258kN_40C").log)
-    told = ramsight("track", "mining-loader", log, "--unit", "boom", "--sensor", "balance", cwd=tmp_path)
+    told = at_once("track", "mining-loader", log, "--unit", "boom", "--sensor", "balance", cwd=tmp_path)
     assert told.returncode == 2
     assert "--start" in told.stderr
     assert len(told.stderr.strip().splitlines()) == 1

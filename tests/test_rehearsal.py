@@ -1,8 +1,6 @@
 """Rehearsals: duties that are planned end where they should, and what is simulated passes through the other verbs."""
 
 import re
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -13,6 +11,8 @@ from ramsight.duty.commissioning import commissioning, leak_test_duty, usual_loa
 from ramsight.duty.plan import Plan
 from ramsight.duty.profile import trapezoid_moves
 from ramsight.plant.limits import limits_of
+
+from .command import at_once
 
 RPM = np.pi / 30.0
 UNITS = {
@@ -162,8 +162,7 @@ def test_a_duty_that_cannot_be_names_argument_and_choices(units, given, words):
 
 
 def run(*arguments, cwd):
-    command = [sys.executable, "-m", "ramsight.cli", *map(str, arguments)]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=cwd, check=False)
+    done = at_once(*arguments, cwd=cwd)
     assert done.returncode == 0, done.stderr
     return done.stdout
 

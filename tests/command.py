@@ -1,0 +1,43 @@
+"""The command line as tests run it: as a user does, in a process of its own, or at once, in this one.
+
+A process takes a second or two to start. One test of a verb goes that way; what else a verb says is asked at once.
+"""
+
+import contextlib
+import io
+import logging
+import os
+import subprocess
+import sys
+import warnings
+
+import pytest
+
+
+def as_command(*arguments, cwd=None, **environment):
+    """Run `ramsight` in a process of its own."""
+    command = [sys.executable, "-m", "ramsight.cli", *map(str, arguments)]
+    return subprocess.run(
+        command, capture_output=True, text=True, cwd=cwd, env=os.environ | environment, check=False, timeout=300
+    )
+
+
+def at_once(*arguments, cwd=None):
+    """Run `ramsight` in this process, from its arguments to its exit code; what it changes of the process goes back."""
+    from ramsight.cli import main
+
+    words, out, err = ["ramsight", *map(str, arguments)], io.StringIO(), io.StringIO()
+    with contextlib.ExitStack() as stack:
+        patch = stack.enter_context(pytest.MonkeyPatch.context())
+        patch.setattr(sys, "argv", words)
+        patch.setattr(logging.getLogger(), "handlers", list(logging.getLogger().handlers))
+        stack.enter_context(warnings.catch_warnings())
+        stack.enter_context(contextlib.redirect_stdout(out))
+        stack.enter_context(contextlib.redirect_stderr(err))
+        stack.enter_context(contextlib.chdir(cwd or "."))
+        try:
+            main()
+            code = 0
+        except SystemExit as end:
+            code = end.code or 0
+    return subprocess.CompletedProcess(words, code, out.getvalue(), err.getvalue())
