@@ -110,13 +110,17 @@ def _keeps(graph: Graph, members: list[int]) -> bool:
 
 def _levels(graph: Graph, members: list[int]) -> list[list[int]]:
     """Choices by how many others of them stand before each: those of one level do not depend on each other."""
-    among = set(members)
+    among, first = set(members), min(members)
     depth = [0] * len(graph.nodes)
     levels: dict[int, list[int]] = defaultdict(list)
-    for k, node in enumerate(graph.nodes):
-        depth[k] = max((depth[s] + (s in among) for s in node.sources), default=0)
+    for k in range(first, max(members) + 1):  # what stands before the first of them depends on none
+        deepest = 0
+        for source in graph.nodes[k].sources:
+            if source >= first:
+                deepest = max(deepest, depth[source] + (source in among))
+        depth[k] = deepest
         if k in among:
-            levels[depth[k]].append(k)
+            levels[deepest].append(k)
     return [levels[depth] for depth in sorted(levels)]
 
 
