@@ -1,9 +1,8 @@
 """Units, once, at the border: `"250 bar"` becomes `25e6` and back.
 
 Inside ramsight every number is an SI float. A number with a unit exists only in files, on the command line
-and in printed results. Pint knows the units; it is asked once per distinct unit and its factor is kept, and
-it is imported at the first text that is parsed, not before. Angles are a dimension of their own here, so
-that a pump's ``cm3/rev`` cannot be mistaken for a volume, nor a speed in rpm for a frequency.
+and in printed results. `unit_algebra` knows the units; it is asked once per distinct unit. Angles are a dimension of
+their own here, so that a pump's ``cm3/rev`` cannot be mistaken for a volume, nor a speed in rpm for a frequency.
 """
 
 from __future__ import annotations
@@ -14,65 +13,12 @@ from decimal import Decimal
 from fractions import Fraction
 from functools import cache
 from numbers import Real
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
+from ramsight import unit_algebra
 from ramsight.errors import DescriptionError
 
-if TYPE_CHECKING:
-    import pint
-
 __all__ = ["argument", "format_si", "name_of", "parse", "to_si"]
-
-_DEFINITIONS = """
-tera- = 1e12 = T-
-giga- = 1e9 = G-
-mega- = 1e6 = M-
-kilo- = 1e3 = k-
-hecto- = 1e2 = h-
-deci- = 1e-1 = d-
-centi- = 1e-2 = c-
-milli- = 1e-3 = m-
-micro- = 1e-6 = µ- = u-
-nano- = 1e-9 = n-
-pico- = 1e-12 = p-
-metre = [length] = m = meter
-second = [time] = s = sec
-kilogram = [mass] = kg
-radian = [angle] = rad
-kelvin = [temperature]; offset: 0 = K
-ampere = [current] = A
-gram = 1e-3 * kilogram = g
-tonne = 1000 * kilogram = t = ton
-pound = 0.45359237 * kilogram = lb
-minute = 60 * second = min
-hour = 3600 * second = h
-inch = 0.0254 * metre = in
-foot = 0.3048 * metre = ft
-turn = 6.283185307179586 * radian = rev = revolution
-degree = 0.017453292519943295 * radian = deg
-rpm = 0.10471975511965977 * radian / second
-hertz = 1 / second = Hz
-litre = 1e-3 * metre ** 3 = l = L = liter
-cc = 1e-6 * metre ** 3
-gallon = 3.785411784e-3 * metre ** 3 = gal
-gpm = 6.30901964e-5 * metre ** 3 / second
-lpm = 1.6666666666666667e-5 * metre ** 3 / second
-newton = kilogram * metre / second ** 2 = N
-lbf = 4.4482216152605 * newton
-pascal = newton / metre ** 2 = Pa
-bar = 1e5 * pascal
-psi = 6894.757293168361 * pascal
-atm = 101325 * pascal
-joule = newton * metre = J
-watt = joule / second = W
-volt = watt / ampere = V
-stokes = 1e-4 * metre ** 2 / second = St
-poise = 0.1 * pascal * second
-degC = kelvin; offset: 273.15
-degF = 5 / 9 * kelvin; offset: 255.3722222222222
-percent = 0.01
-permille = 0.001
-"""
 
 #: what a quantity is called and how one is written, by its SI unit
 _KNOWN = {
@@ -137,55 +83,29 @@ class _Unit(NamedTuple):
     dimension: tuple[tuple[str, Fraction], ...]
 
 
-@cache
-def _registry() -> pint.UnitRegistry[float]:
-    import pint
-
-    registry: pint.UnitRegistry[float] = pint.UnitRegistry(None, autoconvert_offset_to_baseunit=True)
-    registry.load_definitions(_DEFINITIONS.strip().splitlines())
-    return registry
-
-
 def _spell(unit: str) -> str:
-    """Turn an engineer's spelling (``cm3/rev``, ``Nm``, ``°C``, ``%``) into Pint's."""
+    """Turn an engineer's spelling (``cm3/rev``, ``Nm``, ``°C``, ``%``) into a product of units."""
     text = unit.translate(_TIDY).strip().replace("°C", "degC").replace("°F", "degF").replace("°", "deg")
     text = text.replace("%", "percent").replace("‰", "permille")
     text = re.sub(r"\b([kM]?N)[.-]?m\b", r"\1 m", text)
     return _TOKEN.sub(lambda m: f"{m[1]}**{m[2]} " if m[2] else m[0], text).strip()
 
 
-def _clean(number: float) -> float:
-    """Undo the last-digit noise of chained conversions."""
-    short = float(f"{number:.12g}")
-    return short if math.isclose(short, number, rel_tol=1e-15) else number
-
-
 @cache
 def _unit(unit: str) -> _Unit | None:
-    """Ask Pint what a unit is; `None` if it does not know it."""
+    """What a unit is; `None` if there is none of that name."""
     difference = unit.startswith("delta_")
     spelt = _spell(unit.removeprefix("delta_"))
     if spelt in ("", "1"):
         return _Unit(Decimal(1), Decimal(0), ())
     if len(spelt) > _LONGEST_UNIT or not _UNIT.fullmatch(spelt):
-        return None  # before Pint evaluates m**9**9**9
-    spelt = _ROOT.sub(r"(\1)**0.5", spelt)
+        return None
     try:
-        units = _registry().parse_units(spelt) if not spelt.startswith("1") else None
-        one = _registry().Quantity(1.0, units) if units is not None else _registry().Quantity(spelt)
-        dimension = tuple(sorted((key, Fraction(str(power))) for key, power in one.dimensionality.items()))
-        offset = 0.0
-        if dimension == (("[temperature]", Fraction(1)),):
-            base = _registry().Quantity(0.0, units).to("kelvin").magnitude
-            factor = _clean(_registry().Quantity(1e3, units).to("kelvin").magnitude / 1e3 - base / 1e3)
-            offset = 0.0 if difference else base
-        else:
-            factor = _clean(float(one.to_root_units().magnitude))
-    except Exception:  # Pint raises a dozen kinds, down to tokenizer errors, for text that is no unit
+        found = unit_algebra.product(_ROOT.sub(r"(\1)**0.5", spelt))
+        factor, offset = float(found.factor), 0.0 if difference else float(found.offset)
+    except (ValueError, OverflowError):
         return None
-    if not (math.isfinite(factor) and factor > 0):
-        return None
-    return _Unit(Decimal(repr(factor)), Decimal(repr(offset)), dimension)
+    return _Unit(Decimal(repr(factor)), Decimal(repr(offset)), found.dimension)
 
 
 def _known(unit: str) -> _Unit:
