@@ -25,6 +25,7 @@ def as_command(*arguments, cwd=None, **environment):
 def at_once(*arguments, cwd=None):
     """Run `ramsight` in this process, from its arguments to its exit code; what it changes of the process goes back."""
     from ramsight.cli import main
+    from ramsight.cli.running import OTHER_ARRAYS
 
     words, out, err = ["ramsight", *map(str, arguments)], io.StringIO(), io.StringIO()
     with contextlib.ExitStack() as stack:
@@ -40,4 +41,7 @@ def at_once(*arguments, cwd=None):
             code = 0
         except SystemExit as end:
             code = end.code or 0
+        for name in OTHER_ARRAYS:  # a command never loads them; this process may want to
+            if sys.modules[name] is None:
+                del sys.modules[name]
     return subprocess.CompletedProcess(words, code, out.getvalue(), err.getvalue())

@@ -149,6 +149,22 @@ def test_the_test_sees_imports_of_every_kind(tmp_path, monkeypatch):
     assert allowed("cli", "studio")
 
 
+def test_a_command_does_not_load_what_no_verb_uses(tmp_path):
+    words = ["ramsight", "simulate", "press", "--unit", "ram", "--load", "50 kN", "--out", str(tmp_path / "run.csv")]
+    code = f"""
+import sys
+sys.argv = {words}
+from ramsight.cli import main
+try:
+    main()
+finally:
+    print("loaded:", *(name for name in ("dask.array", "pint", "scipy.optimize") if sys.modules.get(name)))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1] == "loaded:"
+
+
 @pytest.mark.parametrize("module", ["ramsight", "ramsight.cli", "ramsight.errors", "ramsight.progress"])
 def test_heavy_libraries_load_late(module):
     code = f"import sys, {module}\nprint(*(name for name in {HEAVY} if name in sys.modules))"

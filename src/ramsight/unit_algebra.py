@@ -1,7 +1,7 @@
 """Units as products of a few: factors are exact fractions until the end, dimensions are powers of base units.
 
-The definitions are written as Pint writes its own, and a test compares what becomes of them with what Pint says. Loading
-Pint itself takes as long as all the rest of a short command.
+The definitions are written as Pint writes its own, and a test compares what becomes of them with what Pint says.
+Loading Pint itself takes as long as all the rest of a short command.
 """
 
 from __future__ import annotations

@@ -16,6 +16,7 @@ def main() -> None:
     from ramsight.errors import RamsightError
 
     _say_warnings()
+    _without_other_arrays()
     try:
         app()
     except RamsightError as error:
@@ -24,6 +25,18 @@ def main() -> None:
     except OSError as error:
         typer.echo(f"error: {_cause(error)}{error.strerror or error}", err=True)
         sys.exit(2)
+
+
+OTHER_ARRAYS = ("dask.array", "pint")
+
+
+def _without_other_arrays() -> None:
+    """Where these are installed xarray loads them, half a second, to ask each array whether it is one of theirs.
+
+    No verb has such arrays; Dask's workers, which a data sheet may be made by, do without them.
+    """
+    for name in OTHER_ARRAYS:
+        sys.modules.setdefault(name, None)  # type: ignore[arg-type]
 
 
 def _say_warnings() -> None:
