@@ -42,6 +42,6 @@ def at_once(*arguments, cwd=None):
         except SystemExit as end:
             code = end.code or 0
         for name in OTHER_ARRAYS:  # a command never loads them; this process may want to
-            if sys.modules[name] is None:
-                del sys.modules[name]
+            if sys.modules.get(name) is None:
+                sys.modules.pop(name, None)
     return subprocess.CompletedProcess(words, code, out.getvalue(), err.getvalue())

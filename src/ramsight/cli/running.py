@@ -27,16 +27,17 @@ def main() -> None:
         sys.exit(2)
 
 
-OTHER_ARRAYS = ("dask.array", "pint")
+OTHER_ARRAYS = ("dask", "pint")
 
 
 def _without_other_arrays() -> None:
     """Where these are installed xarray loads them, half a second, to ask each array whether it is one of theirs.
 
-    No verb has such arrays; Dask's workers, which a data sheet may be made by, do without them.
+    No verb has such arrays. Dask itself is needed by who asks for its workers.
     """
-    for name in OTHER_ARRAYS:
-        sys.modules.setdefault(name, None)  # type: ignore[arg-type]
+    if not any(word.startswith("--cluster") for word in sys.argv):
+        for name in OTHER_ARRAYS:
+            sys.modules.setdefault(name, None)  # type: ignore[arg-type]
 
 
 def _say_warnings() -> None:
