@@ -88,8 +88,8 @@ def product(text: str) -> Known:
 
     Example:
         >>> known = product("cm**3 /rev")
-        >>> float(known.factor), [(name, int(power)) for name, power in known.dimension]
-        (1.5915494309189533e-07, [('[angle]', -1), ('[length]', 3)])
+        >>> f"{float(known.factor):.6g}", [(name, int(power)) for name, power in known.dimension]
+        ('1.59155e-07', [('[angle]', -1), ('[length]', 3)])
     """
     tokens = _tokens(text)
     found = _terms(tokens)
