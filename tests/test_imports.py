@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import ramsight
+from ramsight.cli import running
 
 SOURCE = Path(ramsight.__file__).parent
 
@@ -165,6 +166,19 @@ finally:
     assert done.stdout.splitlines()[-1] == "loaded:"
 
 
+@pytest.mark.parametrize(
+    ("words", "kept"), [(["simulate"], False), (["datasheet", "--cluster", "local"], True), (["--cluster=local"], True)]
+)
+def test_who_asks_for_a_cluster_has_dask(words, kept, monkeypatch):
+    for name in running.OTHER_ARRAYS:
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    monkeypatch.setattr(sys, "argv", ["ramsight", *words])
+    running._without_other_arrays()
+    assert [name in sys.modules for name in running.OTHER_ARRAYS] == [not kept] * 2
+    for name in running.OTHER_ARRAYS:
+        sys.modules.pop(name, None)
+
+
 @pytest.mark.parametrize("module", ["ramsight", "ramsight.cli", "ramsight.errors", "ramsight.progress"])
 def test_heavy_libraries_load_late(module):
     code = f"import sys, {module}\nprint(*(name for name in {HEAVY} if name in sys.modules))"
@@ -187,7 +201,7 @@ for verb in verbs(get_command(app)):
     with contextlib.redirect_stdout(io.StringIO()) as said, contextlib.suppress(SystemExit):
         main()
     assert "Usage: " in said.getvalue(), verb
-    print(*verb, *(f"loads:{name}" for name in HEAVY if name in sys.modules))
+    print(*verb, *(f"loads:{name}" for name in HEAVY if sys.modules.get(name) is not None))
 """
 
 
