@@ -17,6 +17,8 @@ from ramsight.logs.mapped import HOLD, ChannelMap, Mapped, Pdo, to_si_of
 
 WRITTEN = "2100h"
 """The channel of the oil temperature that somebody writes into the encoder's own object."""
+OTHER = "position"
+"""The measured quantity of a map that a real position sensor says; the virtual one never sees it."""
 TORQUES = ("6077h", "4602h:0Ch")
 USUAL = ("606Ch", "6077h")
 """What a CiA 402 drive reports: velocity [1/min] and torque [per mille of 6076h]."""
@@ -142,6 +144,8 @@ class Listener:
             )
             for one in channel_map.references
         ]
+        position = channel_map.measured.get(OTHER)
+        self._other = None if position is None else self._channel(OTHER, position, channel_map)
         self._places = self._placed()
         temperature = self.channels["temperature"]
         if temperature.mapped.constant is not None:
@@ -194,6 +198,18 @@ class Listener:
         held = self.channels[name]
         return held.value if now - held.at <= held.mapped.hold else math.nan
 
+    @property
+    def has_other(self) -> bool:
+        """Whether the map names a real position sensor."""
+        return self._other is not None
+
+    def other(self, now: float) -> tuple[float, float]:
+        """What the real sensor says [m], and when it was sent [s]; no numbers if that is older than it may be."""
+        other = self._other
+        if other is None or now - other.at > other.mapped.hold:
+            return math.nan, math.nan
+        return other.value, other.sent
+
     def sample(self, now: float) -> Sample | None:
         """The sample that has just become whole, if one has."""
         speed, torque = self.channels["speed"], self.channels["torque"]
@@ -232,7 +248,8 @@ class Listener:
 
     def _placed(self) -> dict[int, list[tuple[Field, list[_Channel | _Reference]]]]:
         """What each frame's fields go to."""
-        wired = [one for one in self.channels.values() if one.mapped.channel not in ("", WRITTEN)]
+        listed = [*self.channels.values(), *([] if self._other is None else [self._other])]
+        wired = [one for one in listed if one.mapped.channel not in ("", WRITTEN)]
         takers: list[tuple[Field, _Channel | _Reference]] = [
             *((self._named(one.mapped.channel, None), one) for one in wired),
             *((self._named(one.channel.mapped.channel, None), one) for one in self._references),
