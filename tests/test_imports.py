@@ -41,7 +41,7 @@ ENGINE_LIBRARIES = {"numpy", "numba", "llvmlite", "casadi"}
 HEAVY = [
     "numpy", "casadi", "numba", "llvmlite", "xarray", "pint", "matplotlib", "scipy", "pandas", "pyarrow", "h5py",
     "h5netcdf", "asammdf", "mcap", "can", "canopen", "cantools", "fmpy", "zarr", "SALib", "dask", "distributed",
-    "nicegui",
+    "nicegui", "asyncua",
 ]  # fmt: skip
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
 
@@ -39,6 +40,9 @@ def encoder(
         typer.Option(help="Send the position as a J1939 message, too: its PGN and source address, 'FF40h 80h'."),
     ] = None,
     j1939_period: Annotated[str, typer.Option(help="Between two of them.")] = "20 ms",
+    opcua: Annotated[
+        str | None, typer.Option(help="Offer it as an OPC UA server, too: '127.0.0.1:4840', or the port alone.")
+    ] = None,
     eds: Annotated[Path | None, typer.Option(help="Write its EDS file here first: .eds.")] = None,
 ) -> None:
     """Be a position sensor on a CANopen bus: a linear encoder of CiA 406.
@@ -64,6 +68,7 @@ def encoder(
     from ramsight.deploy.encoder.flood import limited_log_lines
     from ramsight.deploy.encoder.j1939 import Broadcasting, message_of
     from ramsight.deploy.encoder.listening import drive_map
+    from ramsight.deploy.encoder.opcua import OpcuaServer, address_of
     from ramsight.deploy.encoder.runner import open_bus, serve, until_stopped
     from ramsight.logs.channel_map import load_map
 
@@ -90,7 +95,10 @@ def encoder(
         with atomic_path(eds) as draft:
             draft.write_text(eds_text(), encoding="ascii")
         say_written(eds)
-    with open_bus(interface, channel) as bus, limited_log_lines(), until_stopped() as stop:
+    shown = None if opcua is None else OpcuaServer(encoder, unit, *address_of(opcua))
+    with open_bus(interface, channel) as bus, limited_log_lines(), until_stopped() as stop, shown or nullcontext():
         typer.echo(f"{channel}: node {node_id} is the position of {unit}; {ready.said}")
-        serve(ready, bus, stop)
+        if shown is not None:
+            typer.echo(f"{shown.endpoint}: read only")
+        serve(ready, bus, stop, each=(lambda: None) if shown is None else shown.take)
     typer.echo(f"{channel}: node {node_id} is gone; {ready.said}")
