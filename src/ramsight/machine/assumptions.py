@@ -166,6 +166,15 @@ class AssumedPower(Part):
     losses: Annotated[float, quantity("%", "of those losses, std", least="1 %", most="100 %")] = 0.2
 
 
+class AssumedInertia(Part):
+    """Moment of inertia at the motor shaft; a sensor holds the torque of ramps against it only where it is declared."""
+
+    # Of a motor by its data sheet 10 %, with belt and pumps that nobody has weighed a third.
+    std: Annotated[
+        float, quantity("%", "of its value, std; 0 where ramps are not looked at", least="0 %", most="100 %")
+    ] = 0.0
+
+
 class AssumedStops(Part):
     """End stops, other contacts, switches and positions given by hand."""
 
@@ -243,4 +252,5 @@ class Assumptions(Part):
     pressure: Annotated[AssumedPressure, Field(description="sensors of the chambers' pressures")] = AssumedPressure()
     shaft: Annotated[AssumedShaft, Field(description="the drive's counter of the shaft's position")] = AssumedShaft()
     power: Annotated[AssumedPower, Field(description="the drive's power from its DC link")] = AssumedPower()
+    inertia: Annotated[AssumedInertia, Field(description="moment of inertia at the motor shaft")] = AssumedInertia()
     link_angle: Annotated[AssumedLinkAngle, Field(description="sensor of the moved body's angle")] = AssumedLinkAngle()

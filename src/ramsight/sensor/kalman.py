@@ -9,6 +9,7 @@ stops that the sensor finds by itself (`contact`), switches and positions given 
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import casadi as ca
@@ -23,6 +24,7 @@ from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.contact import Contact, ContactWatch
 from ramsight.sensor.drive_check import DriveChecks, check_drive, declared_checks
 from ramsight.sensor.hypotheses import CERTAIN, LEAK, Hypotheses, Measured
+from ramsight.sensor.inertia_check import check_inertia
 from ramsight.sensor.intake import Intake, take_in
 from ramsight.sensor.judgement import Relief, judge
 from ramsight.sensor.leaking import Leaking
@@ -87,6 +89,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     viscosity = circuit.oil_of(lambda name: symbol(f"circuit.{name}")).viscosity
     thinner = viscosity(T40) / viscosity(graph.oil_temperature)
     checks = check_drive(graph, assumed, limits, thinner)
+    checks = check_inertia(graph, checks, assumed, limits, float(unit.drive.inertia))
     leaking = Leaking(graph, viscosity, first, observer.expected / symbol("relief_torque"))
     watch = ContactWatch(graph, float(unit.lift_sign), assumed.stops)
     link = None if lever is None else LinkAngle(graph, lever, assumed)
@@ -179,12 +182,19 @@ def _fault_passed(graph: SensorGraph, checks: DriveChecks, measured: Measured) -
         return 0.0
     decided = ca.logic_or(checks.speed_wrong, checks.counter_wrong)
     since = []
-    for name, now, over in (("speed", checks.undecided, decided), ("torque", checks.torque_wrong, 0.0)):
+    found = (
+        ("speed", checks.undecided, decided),
+        ("torque", checks.torque_wrong, 0.0),
+        ("sign", checks.sign_wrong, 0.0),
+    )
+    for name, now, over in found:
+        if isinstance(now, float):
+            continue  # never, on this machine
         before = graph.state(f"{name}_contradicted")
         after = ca.if_else(now, 1.0, ca.if_else(ca.logic_or(measured.taken, over), 0.0, before))
         graph.becomes(f"{name}_contradicted", after)
         since.append(after)
-    return ca.logic_or(*since)
+    return functools.reduce(ca.logic_or, since)
 
 
 def _lever(unit: HydraulicUnit, assumed: Assumptions) -> Lever | None:

@@ -114,6 +114,7 @@ OF_STATUS = {
     Status.INPUT_LOST: Fault.IMPLAUSIBLE,
     Status.SPEED_CONTRADICTED: Fault.IMPLAUSIBLE,
     Status.TORQUE_CONTRADICTED: Fault.IMPLAUSIBLE,
+    Status.SIGN_CONTRADICTED: Fault.IMPLAUSIBLE,
     Status.STATE_INVALID: Fault.INTERNAL,
 }
 """The fault behind each status of the sensor."""
