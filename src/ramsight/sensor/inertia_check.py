@@ -59,7 +59,7 @@ def check_inertia(
     variance = noise**2 + (declared**2 + _OTHER**2) * x**2
     tells = ca.logic_and(ca.fabs(x) > noise, ca.fabs(y) < _OUTSIDE * ca.fabs(x) + noise)
     speaks = ca.fmin(ca.fmax(-2.0 * x * y / variance, -_MOST), _MOST)
-    use = ca.logic_and(ca.logic_and(turns, tells), graph.elapsed > 0.0)
+    use = ca.logic_and(turns, tells)
     before, was = graph.state("reversed"), graph.state("reversed_alarm")
     grown = ca.fmin(ca.fmax(before + speaks * graph.elapsed / _SLOW, 0.0), _MEMORY * ALARM)
     now = ca.if_else(use, grown, before)
@@ -74,7 +74,8 @@ def _turning(graph: SensorGraph) -> Any:
     """Whether the motor has turned one way since the last sample but one."""
     w, last = graph.motor_speed, graph.last_speed
     one_way = ca.logic_and(ca.fmin(ca.fabs(w), ca.fabs(last)) > _TURNS, w * last > 0.0)
-    now = ca.logic_and(one_way, graph.elapsed < _LONGEST)
+    follows = ca.logic_and(graph.elapsed > 0.0, graph.elapsed < _LONGEST)
+    now = ca.logic_and(one_way, follows)
     before = graph.state("ramp_begun")
     graph.becomes("ramp_begun", now)
     return ca.logic_and(before, now)

@@ -13,6 +13,7 @@ from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.logs.align import Samples, Switch
 from ramsight.logs.can_field import Field
 from ramsight.logs.can_pdo import pdo_fields
+from ramsight.logs.channels import DC_CURRENT, DC_POWER, DC_VOLTAGE
 from ramsight.logs.mapped import HOLD, ChannelMap, Mapped, Pdo, to_si_of
 
 WRITTEN = "2100h"
@@ -134,7 +135,8 @@ class Listener:
         if not channel_map.is_can:
             raise DescriptionError("says nothing of CAN frames: [can] with pdo or dbc is needed", file=channel_map.file)
         self._fields = _fields(channel_map)
-        roles = {**channel_map.roles, **channel_map.further}
+        roles = {**channel_map.roles, **channel_map.further, **channel_map.linked}
+        self._linked = bool(channel_map.linked)
         self.channels = {role: self._channel(role, mapped, channel_map) for role, mapped in roles.items()}
         self._further = tuple(channel_map.further)
         self._references = [
@@ -217,6 +219,8 @@ class Listener:
             return None
         speed.fresh = torque.fresh = False
         further = {name: self._held(name, now) for name in self._further}
+        if self._linked:
+            further[DC_POWER.name] = self._held(DC_VOLTAGE.name, now) * self._held(DC_CURRENT.name, now)
         return Sample(speed.sent, speed.value, torque.value, self.temperature(now), self._reference(now), further)
 
     def _reference(self, now: float) -> float:
