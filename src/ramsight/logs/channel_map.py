@@ -25,6 +25,7 @@ from ramsight.logs.mapped import (
     MEASURED,
     ROLES,
     SI,
+    USUAL_HOLD,
     ChannelMap,
     Commanded,
     Counted,
@@ -210,7 +211,7 @@ def _mapped(keys: Keys, role: str, *, end: bool = True) -> Mapped:
         raise keys.wrong("hold", "has to be longer than nothing", 'for example "0.5 s"')
     if end:
         keys.end()
-    usual = HOLD.get(role, 0.5)
+    usual = HOLD.get(role, USUAL_HOLD)
     held = usual if hold is None else hold
     return Mapped(channel, unit, float(sign), float(scale), float(offset), rated, held, constant)
 

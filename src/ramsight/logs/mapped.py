@@ -48,10 +48,11 @@ SI = {
     "time": "s", "speed": "rad/s", "torque": "N m", "temperature": "K", "reference": "m", "angle": "rad",
     "current": "A", "command": "1", "position": "m", "pressure_a": "Pa", "pressure_b": "Pa",
     "link_angle": "rad", "shaft_angle": "rad", "dc_power": "W",
-    "dc_voltage": "V", "dc_current": "A",
+    "motor_temperature": "K", "dc_voltage": "V", "dc_current": "A",
 }  # fmt: skip
 
-HOLD = {"speed": 0.5, "torque": 0.5, "temperature": 60.0, "reference": 0.5}
+USUAL_HOLD = 0.5  # s
+HOLD = {"speed": 0.5, "torque": 0.5, "temperature": 60.0, "reference": 0.5, "motor_temperature": 60.0}
 """How long a value holds without a new one [s], unless the map says otherwise: a drive reports every few
 milliseconds, and oil does not change its temperature within a minute."""
 
@@ -229,7 +230,10 @@ def standard_map(names: list[str]) -> ChannelMap:
     references = (Referenced(Mapped(REFERENCE.column, "m")),) if REFERENCE.column in names else ()
     commands = {part_of(name): Commanded(Mapped(name, "1", hold=math.inf)) for name in names if is_command(name)}
     listed = {name: channel for name, channel in FURTHER.items() if channel.column in names}
-    further = {name: Mapped(one.column, one.units, scale=one.factor) for name, one in listed.items()}
+    further = {
+        name: Mapped(one.column, one.units, scale=one.factor, offset=one.offset, hold=HOLD.get(name, USUAL_HOLD))
+        for name, one in listed.items()
+    }
     pair = {name: Mapped(one.column, one.units) for name, one in LINKED.items() if one.column in names}
     linked = pair if len(pair) == len(LINKED) and DC_POWER.name not in further else {}
     return ChannelMap(
@@ -261,7 +265,7 @@ def to_si_of(
     try:
         if rated is not None:
             return parse(f"1 {unit}", "1") * rated, 0.0
-        if role == "temperature":
+        if SI[role] == "K":
             offset = parse(f"0 {unit}", "K")
             return round(parse(f"1000 {unit}", "K") - offset, 9) / 1000.0, offset
         return parse(f"1 {unit}", SI[role]), 0.0

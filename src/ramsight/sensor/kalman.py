@@ -30,6 +30,7 @@ from ramsight.sensor.judgement import Relief, judge
 from ramsight.sensor.leaking import Leaking
 from ramsight.sensor.link_angle import LinkAngle
 from ramsight.sensor.load import LoadObserver, LoadStep
+from ramsight.sensor.magnets import correct_torque, declared_temperature
 from ramsight.sensor.mode import Mode, is_in
 from ramsight.sensor.pressure_check import check_pressures
 from ramsight.sensor.pressures import measured_pressures
@@ -74,11 +75,12 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     limits, circuit = limits_of(unit), balance(unit)
     lever = _lever(unit, assumed)
     angles = () if lever is None else (LINK_ANGLE,)
-    further = (*measured_pressures(assumed), *angles, *declared_checks(assumed))
+    further = (*measured_pressures(assumed), *angles, *declared_checks(assumed), *declared_temperature(assumed))
     graph = SensorGraph(circuit.model.commands, further)
     stroke = float(unit.cylinder.stroke)
     graph.initially("position", 0.5 * stroke)
     graph.parameters.add("stop_stiffness", float(unit.cylinder.stop_stiffness))
+    assumed = correct_torque(graph, assumed)
     intake = take_in(graph, unit, limits)
     let_in = graph.motor_speed, graph.motor_torque, graph.oil_temperature
     graph.section("Input check: what of the sample can be, and what stands in for the rest", intake, let_in)
