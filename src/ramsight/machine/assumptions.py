@@ -175,9 +175,7 @@ class AssumedMotorTemperature(Part):
         quantity("%", "of the torque's gain that is left, std; 0 where there is none", least="0 %", most="30 %"),
     ] = 0.0
     # Neodymium magnets lose 0.09 to 0.12 % of their remanence a kelvin, ferrites 0.2 %.
-    coefficient: Annotated[
-        float, quantity("1/K", "change of the torque's constant", least="-0.01 1/K", most="0 1/K")
-    ] = -1.1e-3
+    loss: Annotated[float, quantity("1/K", "of the torque's constant", least="0 1/K", most="0.01 1/K")] = 1.1e-3
     reference: Annotated[
         float,
         quantity("degC", "for which the drive knows that constant", least="-40 degC", most="200 degC"),

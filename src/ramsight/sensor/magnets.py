@@ -3,9 +3,9 @@
 Magnets lose remanence as they warm up, and the torque of a current with it: a drive that takes its torque constant for
 one temperature reports too much above it. Where the temperature is declared,
 
-    torque = reported torque (1 + c (theta - theta_0))
+    torque = reported torque (1 - c (theta - theta_0))
 
-What is left of the gain's error, of the coefficient and of magnets that are not as warm as the sensor, is declared too.
+What is left of the gain's error, of that loss and of magnets that are not as warm as the sensor, is declared too.
 """
 
 from __future__ import annotations
@@ -44,5 +44,7 @@ def correct_torque(graph: SensorGraph, assumptions: Assumptions) -> Assumptions:
     warmer: Any = ca.if_else(there, given - assumed.reference, last)
     used = ca.if_else(ca.fabs(warmer - last) >= _STEP, warmer, last)
     graph.becomes("magnets_warmer", used)
-    graph.motor_torque = graph.motor_torque * (1.0 + assumed.coefficient * used)
-    return assumptions.replace({"drive.torque_gain": math.hypot(assumptions.drive.torque_gain, assumed.std)})
+    graph.motor_torque = graph.motor_torque * (1.0 - assumed.loss * used)
+    gain = math.hypot(assumptions.drive.torque_gain, assumed.std)
+    drive = assumptions.drive.model_copy(update={"torque_gain": gain})
+    return assumptions.model_copy(update={"drive": drive})
