@@ -27,8 +27,8 @@ MODEL = {
 """Equations by name, with their unknowns: what each signal measures, and the laws between them. The load is unknown;
 the position follows from the flow and from where it began, which a reference says."""
 LAWS = ("pumps' torque", "pumps' flow", "load")
-KNOWN = {"one load": {"F"}}
-"""What may be known beside signals."""
+KNOWN = {"one load": {"F"}, "inertia": {"w", "tau"}}
+"""What may be known beside signals: a load; and the torque that a ramp of the shaft asks for, by its inertia."""
 REPORTED = ("speed", "torque", "temperature")
 SETS = {
     "speed, torque, temperature": (),
@@ -38,6 +38,8 @@ SETS = {
     "+ counter and DC power": ("counter", "DC power"),
     "+ pressures": ("pressures",),
     "+ one load that is known": ("one load",),
+    "+ inertia of the shaft, in ramps": ("inertia",),
+    "+ counter and inertia, in ramps": ("counter", "inertia"),
     "all": ("counter", "DC power", "pressures", "reference"),
 }
 

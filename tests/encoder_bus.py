@@ -17,7 +17,7 @@ from ramsight.logs.mapped import ChannelMap
 from ramsight.plant.ddh import DdhUnit, build
 
 EDS = Path(ramsight.deploy.encoder.__file__).parent / NAME
-NODE, DRIVE, WARM = 6, 5, 7
+NODE, DRIVE, WARM, REAL = 6, 5, 7, 8
 RATED = 80.0  # N m
 FAULT = 0x7FFF_FFFF
 PE, WATCHDOG, NOT_REFERENCED, DUE, COLD = 1, 1 << 2, 1 << 5, 1 << 12, 1 << 14
@@ -110,6 +110,23 @@ class Master(canopen.Network):
 def sample(rpm: int, torque: float) -> Frame:
     share = round(1e3 * torque / RATED)
     return Frame(0x180 + DRIVE, rpm.to_bytes(4, "little", signed=True) + share.to_bytes(2, "little", signed=True))
+
+
+OTHER_MAP = f"""
+[measured.position]
+channel = "6004h"
+unit = "mm"
+scale = 0.01
+hold = "100 ms"
+[[can.pdo]]
+cob_id = 0x{0x180 + REAL:X}
+objects = ["6004h INT32"]
+"""
+
+
+def other_frame(steps: int) -> Frame:
+    """What a real position sensor sends, in steps of 10 um."""
+    return Frame(0x180 + REAL, steps.to_bytes(4, "little", signed=True))
 
 
 def played(log: object, **options: object) -> Iterable[tuple[float, Frame]]:

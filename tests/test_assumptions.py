@@ -81,7 +81,8 @@ def same_graph(one, other):
 
 def test_every_number_of_the_assumptions_can_be_declared():
     assert {path.split(".")[0] for path in FIELDS} == {
-        "drive", "machine", "thermometer", "stops", "pressure", "shaft", "power", "link_angle"
+        "drive", "machine", "thermometer", "stops", "pressure", "shaft", "power", "inertia",
+        "motor_temperature", "link_angle",
     }  # fmt: skip
     assert all(assumed.declared and not assumed.given for assumed in FIELDS.values())
 
@@ -102,7 +103,12 @@ def test_all_values_together_reach_the_unit():
 def test_a_declared_value_changes_the_sensor(path):
     # Sensors of pressure and of the link's angle are taken where their noise is declared.
     beside = {"pressure.std": '"5 bar"'} if path == "pressure.lag" else {}
-    for sensor, std in (("link_angle", "0.2 deg"), ("shaft", "0.1 deg"), ("power", "1 %")):
+    for sensor, std in (
+        ("link_angle", "0.2 deg"),
+        ("shaft", "0.1 deg"),
+        ("power", "1 %"),
+        ("motor_temperature", "1 %"),
+    ):
         if path.startswith(f"{sensor}.") and path != f"{sensor}.std":
             beside = {f"{sensor}.std": f'"{std}"'}
     changed = {**beside, path: written(path, 0.4)[0]}

@@ -23,8 +23,11 @@ from ramsight.duty.drive_report import declared_report
 from ramsight.duty.electrical import PowerReport, ShaftReport, declared_power, declared_shaft
 from ramsight.duty.faults import Fault, inject
 from ramsight.duty.work_day import work_day
+from ramsight.errors import DescriptionError
 from ramsight.logs import read_drive_log, write_drive_log
+from ramsight.logs.channel_map import load_map
 from ramsight.logs.mapped import ChannelMap, Mapped, Pdo
+from ramsight.output import write_table
 from ramsight.plant.build import build
 from ramsight.plant.limits import Limits, limits_of
 from ramsight.sensor.detectors import CONTRADICTIONS
@@ -400,6 +403,53 @@ def test_a_counter_that_overflows_raises_nothing_and_one_that_leaps_is_wrong(day
         assert (status[late] == Status.COUNTER_WRONG).mean() > 0.2
         assert not np.isin(status[late], (Status.OK, Status.SPEED_CONTRADICTED)).any()
         assert error[late].max() < 10e-3
+
+
+def test_voltage_and_current_of_the_link_are_its_power(tmp_path, day):
+    log = day[1].isel(time=slice(0, 50))
+    columns = {"time_s": log["time"].values, "motor_speed_rpm": log["motor_speed"].values * 30.0 / math.pi,
+               "motor_torque_nm": log["motor_torque"].values, "oil_temperature_c": np.full(50, 40.0),
+               "dc_voltage_v": np.full(50, 96.0), "dc_current_a": log["dc_power"].values / 96.0}  # fmt: skip
+    write_table(columns, tmp_path / "log.parquet")
+    assert np.allclose(read_drive_log(tmp_path / "log.parquet")["dc_power"], log["dc_power"])
+    assert "dc_voltage" not in read_drive_log(tmp_path / "log.parquet")
+    text = 'time = {channel = "time_s", unit = "s"}\nspeed = {channel = "motor_speed_rpm", unit = "rpm"}\n'
+    text += 'torque = {channel = "motor_torque_nm", unit = "N m"}\ntemperature = {constant = "40 degC"}\n'
+    voltage = 'dc_voltage = {channel = "dc_voltage_v", unit = "V"}\n'
+    current = 'dc_current = {channel = "dc_current_a", unit = "A", sign = -1}\n'
+    (tmp_path / "map.toml").write_text(text + voltage + current)
+    assert np.allclose(read_drive_log(tmp_path / "log.parquet", tmp_path / "map.toml")["dc_power"], -log["dc_power"])
+    for wrong in (voltage, current, voltage + current + 'dc_power = {channel = "dc_current_a", unit = "W"}\n'):
+        (tmp_path / "map.toml").write_text(text + wrong)
+        with pytest.raises(DescriptionError, match="dc_"):
+            read_drive_log(tmp_path / "log.parquet", tmp_path / "map.toml")
+
+
+def test_the_encoder_multiplies_two_objects(tmp_path):
+    text = """
+speed = {channel = "606Ch", unit = "1/min"}
+torque = {channel = "4602h:0Ch"}
+temperature = {constant = "40 degC"}
+dc_voltage = {channel = "6079h", hold = "200 ms"}
+dc_current = {channel = "6078h", rated = "300 A"}
+[[can.pdo]]
+cob_id = 0x185
+objects = ["606Ch", "4602h:0Ch"]
+[[can.pdo]]
+cob_id = 0x285
+objects = ["6079h", "6078h"]
+"""
+    (tmp_path / "map.toml").write_text(text)
+    listener = Listener(load_map(tmp_path / "map.toml"))
+    assert listener.take(Frame(0x285, struct.pack("<Ih", 96_000, 250)), 0.0, 0.0)
+    said = []
+    for k in range(2):
+        assert listener.take(Frame(0x185, struct.pack("<ih", 1500, 160)), 0.15 * k, 0.15 * k)
+        said.append(listener.sample(0.15 * k).further["dc_power"])
+        listener.take(Frame(0x285, struct.pack("<Ih", 96_000, -100)), 0.15 * k, 0.15 * k)
+    assert said == pytest.approx([96.0 * 75.0, -96.0 * 30.0])
+    assert listener.take(Frame(0x185, struct.pack("<ih", 1500, 160)), 0.5, 0.5)
+    assert math.isnan(listener.sample(0.5).further["dc_power"]), "a voltage that is too old makes no power"
 
 
 @pytest.mark.slow

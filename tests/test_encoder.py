@@ -123,7 +123,7 @@ def test_it_says_that_it_is_a_linear_encoder(master):
     assert sdo[0x1018][4].raw == sdo[0x650B].raw == 4711
     assert sdo[0x6002].raw == round(boom().cylinder.stroke / STEP)
     assert sdo[0x650A][3].raw == sdo[0x6002].raw
-    assert sdo[0x6504].raw == 0x3001
+    assert sdo[0x6504].raw == 0x7001
     assert sdo[0x6506].raw == 0xF025
 
 

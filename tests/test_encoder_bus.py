@@ -15,13 +15,16 @@ from canopen import SdoAbortedError
 
 import can
 from ramsight.cli import app
+from ramsight.deploy.encoder.assembly import overrides
 from ramsight.deploy.encoder.drive import PlayedDrive, played_map
 from ramsight.deploy.encoder.runner import frame_of, message_of, serve
 from ramsight.errors import RamsightError
 from ramsight.logs import read_drive_log, read_truth
 from ramsight.logs.channel_map import load_map
+from ramsight.sensor.comparing import Verdict
+from ramsight.sensor.status import Status
 
-from .encoder_bus import DRIVE, EDS, FAULT, NODE, PE, RATED, WARM, encoder
+from .encoder_bus import DRIVE, EDS, FAULT, NODE, OTHER_MAP, PE, RATED, WARM, encoder, other_frame
 
 GROUP = "239.74.163.2"
 
@@ -103,6 +106,27 @@ class Machine:
             self.at += 0.02
 
 
+class RealSensor:
+    """A position sensor that sends 6004h in steps of 10 um every 10 ms, or nothing."""
+
+    def __init__(self, bus) -> None:
+        self._bus, self.steps, self._stop = bus, 10000, threading.Event()
+        self._thread = threading.Thread(target=self._send)
+
+    def __enter__(self):
+        self._thread.start()
+        return self
+
+    def __exit__(self, *error):
+        self._stop.set()
+        self._thread.join()
+
+    def _send(self) -> None:
+        while not self._stop.wait(0.01):
+            if self.steps is not None:
+                self._bus.send(message_of(other_frame(self.steps)))
+
+
 def wait_for(condition, seconds=3.0):
     end = time.monotonic() + seconds
     while not condition():
@@ -165,6 +189,46 @@ def test_a_life_as_a_controller_sees_it(buses, tmp_path, trace):
             machine.__exit__()
             wait_for(lambda: any(emcy.code == 0x8250 for emcy in node.emcy.log))
             wait_for(lambda: positions[-1][1] == FAULT)
+    finally:
+        network.disconnect()
+
+
+def test_a_real_sensor_on_the_bus_is_held_against_it(buses, tmp_path, trace):
+    """At rest: both agree; the real one leaps and comes back; it falls silent."""
+    log = read_drive_log(trace("boom_441kN_40C").log).isel(time=slice(30, 80))
+    log = log.assign_coords(time=log["time"] - log["time"][0])
+    (tmp_path / "map.toml").write_text(played_map(DRIVE, WARM, RATED) + OTHER_MAP)
+    network = canopen.Network(buses.open())
+    network.connect()
+    node = network.add_node(NODE, str(EDS))
+    node.sdo.RESPONSE_TIMEOUT = 2.0
+    device = encoder(None, load_map(tmp_path / "map.toml"), overrides=overrides(False, None, 1e-3, 0.1))
+    machine_bus, real_bus = buses.open(), buses.open()
+    try:
+        with (
+            Machine(machine_bus, log),
+            RealSensor(real_bus) as real,
+            running(device, buses.open()),
+        ):
+            wait_for(lambda: node.nmt.state == "PRE-OPERATIONAL")
+            wait_for(lambda: node.sdo["Sensor status"].raw == Status.NOT_REFERENCED)
+            assert node.sdo["Verdict on both sensors"].raw == Verdict.UNCHECKED
+            node.sdo["Preset value"].raw = 10000
+            node.nmt.state = "OPERATIONAL"
+            wait_for(lambda: node.sdo["Verdict on both sensors"].raw == Verdict.AGREE)
+            assert abs(node.sdo["Position by the real sensor"].raw - 10000) <= 1
+            assert node.sdo["Tolerance of the real sensor"].raw == 1000
+            assert (node.sdo["Alarms"].raw, node.sdo["Warnings"].raw & 1 << 2) == (0, 0)
+            real.steps = 14000
+            wait_for(lambda: node.sdo["Verdict on both sensors"].raw == Verdict.OTHER_WRONG)
+            assert node.sdo["Warnings"].raw & 1 << 2
+            assert node.sdo["Alarms"].raw == 0
+            real.steps = 10000
+            wait_for(lambda: node.sdo["Verdict on both sensors"].raw == Verdict.AGREE)
+            real.steps = None
+            wait_for(lambda: node.sdo["Position by the real sensor"].raw == FAULT)
+            assert node.sdo["Verdict on both sensors"].raw == Verdict.OTHER_WRONG
+            assert 0xFF06 in [emcy.code for emcy in node.emcy.log]
     finally:
         network.disconnect()
 

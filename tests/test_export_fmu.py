@@ -17,14 +17,18 @@ from ramsight.duty.profile import Duty, Profile, constant
 from ramsight.errors import DescriptionError, OutputError
 from ramsight.plant import build as any_circuit
 from ramsight.plant.ddh import build
+from ramsight.plant.limits import limits_of
+from ramsight.sensor.comparing import Comparison, Verdict
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
+from ramsight.sensor.virtual_sensor import BOUND
 
 fmpy = pytest.importorskip("fmpy")
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(find_compiler() is None, reason="there is no C compiler")]
 LOADER = machine.load("mining-loader")
 FMI = (2, 3)
 KINDS = [(what, fmi) for what in ("sensor", "plant") for fmi in FMI]
+WRITTEN = [*KINDS, *(("compare", fmi) for fmi in FMI)]
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +36,8 @@ def fmus(tmp_path_factory):
     """The boom's FMUs by what and version."""
     folder = tmp_path_factory.mktemp("fmus")
     return {
-        kind: write_fmu(LOADER, "boom", folder / f"{kind[0]}{kind[1]}.fmu", what=kind[0], fmi=kind[1]) for kind in KINDS
+        kind: write_fmu(LOADER, "boom", folder / f"{kind[0]}{kind[1]}.fmu", what=kind[0], fmi=kind[1])
+        for kind in WRITTEN
     }
 
 
@@ -104,7 +109,7 @@ def instances(fmus, tmp_path):
         one.fmu.freeInstance()
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", WRITTEN)
 def test_fmpy_finds_no_problem(fmus, kind):
     from fmpy.validation import validate_fmu
 
@@ -140,6 +145,42 @@ def test_the_sensor_tracks_a_faulty_day_as_in_python(fmus, instances, fmi):
         said = sensor.step(time, speed, torque, temperature, reference)
         assert one.get("position") == pytest.approx(said.position, abs=1e-12)
         assert whole([one.place["status"]])[0] == said.status
+
+
+@pytest.mark.parametrize("fmi", FMI)
+def test_the_comparison_says_what_python_says(instances, fmi):
+    """A real sensor that is right, leaps, says nothing, is right again, and stands while the piston goes on."""
+    unit = build("boom", LOADER.unit("boom"))
+    rows, start = faulty_day(unit, duration=60.0, every=30.0, seed=5)
+    sensor = kalman(unit)
+    sensor.start(start)
+    pair = Comparison(unit.cylinder.stroke, unit.travel_per_radian * limits_of(unit).max_speed, 1e-3, 0.1)
+    one = instances("compare", fmi)
+    one.begin(start_position=start, start_known=True, other_tolerance=1e-3, time_to_alert=0.1)
+    whole = one.fmu.getInteger if fmi == 2 else one.fmu.getInt64
+    assert whole([one.place["verdict"]])[0] == Verdict.UNCHECKED
+    met, stood = set(), 0.0
+    for k, (time, speed, torque, temperature, _) in enumerate(rows):
+        said = sensor.step(time, speed, torque, temperature)
+        true = said.position + (0.1 if 500 < k < 600 else 0.0)
+        stood = stood if k > 1200 else true
+        other = np.nan if 700 < k < 720 else stood
+        one.set(motor_speed=speed, motor_torque=torque, oil_temperature=temperature)
+        one.set(other_position=1e10 if np.isnan(other) else other)
+        one.step(time, 0.02)
+        verdict = pair.step(time, said.position, sensor.says(BOUND), said.status, other)
+        assert whole([one.place["verdict"]])[0] == verdict
+        met.add(verdict)
+    assert {Verdict.AGREE, Verdict.UNCHECKED, Verdict.OTHER_WRONG} <= met
+
+
+@pytest.mark.parametrize("fmi", FMI)
+def test_a_comparison_that_cannot_be_is_refused(instances, fmi):
+    from fmpy.fmi1 import FMICallException
+
+    for k, wrong in enumerate(({"other_tolerance": 0.0}, {"other_tolerance": np.nan}, {"time_to_alert": 61.0})):
+        with pytest.raises(FMICallException):
+            instances("compare", fmi, f"wrong{k}").begin(**wrong)
 
 
 @pytest.mark.parametrize("fmi", FMI)

@@ -41,7 +41,8 @@ DOOR = "__init__"
 ENGINE_LIBRARIES = {"numpy", "llvmlite", "casadi"}
 HEAVY = [
     "numpy", "casadi", "llvmlite", "xarray", "pint", "matplotlib", "scipy", "pandas", "pyarrow", "h5py",
-    "h5netcdf", "asammdf", "can", "canopen", "cantools", "fmpy", "zarr", "SALib", "dask", "distributed", "nicegui",
+    "h5netcdf", "asammdf", "mcap", "can", "canopen", "cantools", "fmpy", "zarr", "SALib", "dask", "distributed",
+    "nicegui", "asyncua",
 ]  # fmt: skip
 
 

@@ -2,8 +2,10 @@
 
 import gzip
 import importlib
+import json
 import math
 import re
+import warnings
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -12,8 +14,11 @@ import pytest
 import xarray
 from hypothesis import given
 from hypothesis import strategies as st
+from typer.testing import CliRunner
 
-from ramsight.errors import LogError, OutputError, RamsightError
+import ramsight
+from ramsight.cli import app
+from ramsight.errors import LogError, LogWarning, OutputError, RamsightError
 from ramsight.logs import load_map, mdf_file, open_log, read_drive_log, write_drive_log
 from ramsight.logs.can_field import Field, big_endian, little_endian
 from ramsight.logs.inspect import inspect_log
@@ -21,6 +26,7 @@ from ramsight.logs.proposal import map_text
 from ramsight.output import write_dataset
 from ramsight.output.cells import Coded, decimals_of
 from ramsight.output.table import open_table, write_table
+from ramsight.sensor.status import Status
 
 DBC = Path(__file__).parent / "can" / "drive.dbc"
 RPM = 2.0 * math.pi / 60.0
@@ -265,12 +271,12 @@ def test_a_missing_package_names_its_extra(tmp_path, monkeypatch):
     def absent(name, *rest):
         raise ImportError(name)
 
-    for name in ("log.parquet", "log.mf4"):
+    for name in ("log.parquet", "log.mf4", "log.mcap"):
         (tmp_path / name).write_bytes(b"x")
     monkeypatch.setattr(importlib, "import_module", absent)
     monkeypatch.setattr(mdf_file, "find_spec", lambda name: None)
     for name, package, extra in (
-        ("log.parquet", "pyarrow", "logs"), ("log.mf4", "asammdf", "logs")
+        ("log.parquet", "pyarrow", "logs"), ("log.mf4", "asammdf", "logs"), ("log.mcap", "mcap", "logs")
     ):  # fmt: skip
         with pytest.raises(LogError, match=rf'needs the package {package}: pip install "ramsight\[{extra}\]"'):
             read_drive_log(tmp_path / name)
@@ -279,7 +285,7 @@ def test_a_missing_package_names_its_extra(tmp_path, monkeypatch):
     assert not (tmp_path / "new.parquet").exists()
 
 
-@pytest.mark.parametrize("name", ["log.parquet", "log.mf4", "log.blf", "log.asc", "log.log", "log.xyz"])
+@pytest.mark.parametrize("name", ["log.parquet", "log.mf4", "log.mcap", "log.blf", "log.asc", "log.log", "log.xyz"])
 @pytest.mark.parametrize("data", [b"", b"rubbish\n" * 50, bytes(range(256)) * 8])
 def test_rubbish_of_every_kind_gets_one_line(tmp_path, name, data):
     (tmp_path / name).write_bytes(data)
@@ -290,7 +296,7 @@ def test_rubbish_of_every_kind_gets_one_line(tmp_path, name, data):
     assert name in str(caught.value)
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".csv.gz", ".parquet", ".mf4"])
+@pytest.mark.parametrize("suffix", [".csv", ".csv.gz", ".parquet", ".mf4", ".mcap"])
 def test_a_drive_log_goes_out_and_comes_back_in_every_format(trace, tmp_path, suffix):
     log = read_drive_log(trace("boom_441kN_40C").log)
     log["reference"] = log.motor_speed * np.nan
@@ -311,7 +317,7 @@ def test_fast_digits_are_those_of_the_format(tmp_path_factory, values, unit):
     assert file.read_text().splitlines()[1:] == ["" if math.isnan(v) else f"{v:.{decimals}f}" for v in rounded]
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".parquet", ".mf4"])
+@pytest.mark.parametrize("suffix", [".csv", ".parquet", ".mf4", ".mcap"])
 def test_pieces_of_a_table_are_the_table(tmp_path, suffix):
     status = Coded(np.array([0, 17, 36] * 40), {0: "ok", 17: "uncertain: gap", 36: "invalid: speed, torque"})
     columns = {"time_s": np.arange(120) * 0.01, "position_m": np.sqrt(np.arange(120.0)), "status": status}
@@ -330,6 +336,18 @@ def test_pieces_of_a_table_are_the_table(tmp_path, suffix):
         assert table["status"].to_pylist()[:3] == ["ok", "uncertain: gap", "invalid: speed, torque"]
         assert table["position_m"].null_count == 1
         np.testing.assert_allclose(table["position_m"].to_numpy(), columns["position_m"])
+    elif suffix == ".mcap":
+        topics = mcap_messages(tmp_path / "pieces.mcap")
+        assert topics["/status"][0]["properties"]["status"]["enum"] == list(status.words.values())
+        schema, times, messages = topics["/position"]
+        assert schema["properties"]["position_m"] == {"type": "number", "unit": "m", "description": "in m"}
+        np.testing.assert_allclose(np.array(times) / 1e9, columns["time_s"])
+        assert messages[7] == {}
+        assert [one["position_m"] for k, one in enumerate(messages) if k != 7] == [
+            value for k, value in enumerate(columns["position_m"]) if k != 7
+        ]
+        words = [one["status"] for one in topics["/status"][2]]
+        assert words[:3] == ["ok", "uncertain: gap", "invalid: speed, torque"]
     else:
         with importlib.import_module("asammdf").MDF(tmp_path / "pieces.mf4") as mdf:
             found = mdf.get("status")
@@ -338,6 +356,80 @@ def test_pieces_of_a_table_are_the_table(tmp_path, suffix):
             assert mdf.get("position_m").unit == "m"
             np.testing.assert_allclose(mdf.get("position_m").samples, columns["position_m"])
             assert mdf.header.start_time == datetime(1970, 1, 1, tzinfo=UTC)
+
+
+def mcap_messages(path):
+    """Schema, times [ns] and contents of the messages of each topic, as the library's own reader has them."""
+    found = {}
+    with open(path, "rb") as file:
+        for schema, channel, message in importlib.import_module("mcap.reader").make_reader(file).iter_messages():
+            _, times, contents = found.setdefault(channel.topic, (json.loads(schema.data), [], []))
+            times.append(message.log_time)
+            contents.append(json.loads(message.data))
+    return found
+
+
+def test_a_track_as_mcap_has_all_that_the_sensor_says(tmp_path, trace):
+    log = read_drive_log(trace("boom_441kN_40C").log)
+    write_drive_log(log, tmp_path / "log.mcap")
+    verb = ["track", "mining-loader", str(tmp_path / "log.mcap"), "--unit", "boom", "--start", "100 mm"]
+    done = CliRunner().invoke(app, [*verb, "--out", str(tmp_path / "track.mcap")])
+    assert done.exit_code == 0, done.output
+    topics = mcap_messages(tmp_path / "track.mcap")
+    assert {"/position", "/velocity", "/load", "/status", "/factors"} <= set(topics)
+    track = ramsight.track("mining-loader", log, "100 mm", unit="boom")
+    _, times, messages = topics["/position"]
+    np.testing.assert_allclose(np.array(times) / 1e9, track["time"].values)
+    np.testing.assert_allclose([one["position_m"] for one in messages], track["position"].values, rtol=1e-9)
+    assert {one["status"] for one in topics["/status"][2]} <= {status.text for status in Status}
+
+
+def test_mcap_counts_from_zero(tmp_path):
+    with pytest.raises(OutputError, match=r"new\.mcap: a sample at -1 s; MCAP counts from 0 s on"):
+        write_table({"time_s": [0.0, -1.0]}, tmp_path / "new.mcap")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_mcap_file_that_breaks_off_is_read_up_to_there(tmp_path, trace):
+    log = read_drive_log(trace("boom_441kN_40C").log)
+    path = tmp_path / "log.mcap"
+    with open(path, "wb") as file:
+        writer = importlib.import_module("mcap.writer").Writer(file, chunk_size=4096)
+        writer.start()
+        fields = {"n": {"type": "number", "unit": "rad/s"}, "M": {"type": "integer", "unit": "N m"}}
+        schema = writer.register_schema("drive", "jsonschema", json.dumps({"properties": fields}).encode())
+        channel = writer.register_channel("/drive", "json", schema)
+        for k, (time, speed) in enumerate(zip(log["time"].values, log["motor_speed"].values, strict=True)):
+            content = {"n": speed} if k == 3 else {"n": speed, "M": 7, "note": "x"}
+            stamp = 1_700_000_000_000_000_000 + round(1e9 * time)
+            writer.add_message(channel, stamp, json.dumps(content).encode(), stamp)
+        writer.finish()
+    text = 'speed = {channel = "n"}\ntorque = {channel = "M"}\ntemperature = {constant = "40 degC"}\n'
+    channel_map = written(tmp_path, text)
+    whole = read_drive_log(path, channel_map)
+    np.testing.assert_allclose(whole["motor_speed"].values, log["motor_speed"].values)
+    assert np.flatnonzero(np.isnan(whole["motor_torque"].values)).tolist() == [3]
+    data = path.read_bytes()
+    path.write_bytes(data[: len(data) // 2])
+    with pytest.warns(LogWarning, match="breaks off"):
+        part = read_drive_log(path, channel_map)
+    assert 100 < part.sizes["time"] < whole.sizes["time"]
+    np.testing.assert_allclose(part["motor_speed"].values, whole["motor_speed"].values[: part.sizes["time"]])
+    said = []
+    rng = np.random.default_rng(3)
+    for _ in range(40):
+        bad = bytearray(data)
+        for place in rng.integers(0, len(data), 8):
+            bad[place] ^= 1 << int(rng.integers(8))
+        path.write_bytes(bad)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", LogWarning)
+            try:
+                read_drive_log(path, channel_map)
+            except RamsightError as error:
+                said.append(str(error))
+    assert len(said) > 30
+    assert {len(text.splitlines()) for text in said} == {1}
 
 
 def test_netcdf_in_pieces_is_netcdf_at_once(tmp_path):

@@ -183,8 +183,10 @@ def test_columns_of_different_length_are_a_mistake(tmp_path):
 
 
 def test_an_unknown_suffix_is_refused_with_those_known(tmp_path):
-    assert refusal(write_dataset, run(), tmp_path / "run.xlsx").endswith("(known: .nc, .csv, .csv.gz, .parquet, .mf4)")
-    assert refusal(write_table, {}, tmp_path / "run.nc").endswith("(known: .csv, .csv.gz, .parquet, .mf4)")
+    assert refusal(write_dataset, run(), tmp_path / "run.xlsx").endswith(
+        "(known: .nc, .csv, .csv.gz, .parquet, .mf4, .mcap)"
+    )
+    assert refusal(write_table, {}, tmp_path / "run.nc").endswith("(known: .csv, .csv.gz, .parquet, .mf4, .mcap)")
     assert "unknown suffix" in refusal(write_dataset, run(), tmp_path / ".csv")
 
 

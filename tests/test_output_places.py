@@ -177,6 +177,7 @@ except OutputError as error:
         (".csv.gz", 60_000, "pieces"),
         (".parquet", 60_000, "pieces"),
         (".mf4", 60_000, "pieces"),
+        (".mcap", 60_000, "pieces"),
     ],
 )
 def test_a_full_disk_is_one_line_in_every_format(tmp_path, suffix, most, how):

@@ -156,7 +156,7 @@ def test_changes_that_were_seen_teach_how_large_the_next_may_be(resting):
 ASKED = (
     "usable", "lost", "overspeed", "overtorque", "stuck", "frozen", "gap", "cold", "surprise", "noise", "asked",
     "friction", "held", "doubt", "grown", "std", "untaught", "position", "disputed", "known", "warmth",
-    "speed_wrong", "counter_wrong", "undecided", "torque_wrong", "fault_passed",
+    "speed_wrong", "counter_wrong", "undecided", "torque_wrong", "sign_wrong", "fault_passed",
 )  # fmt: skip
 FINE = dict.fromkeys(ASKED, 0.0) | {
     "known": 1.0,
@@ -181,7 +181,7 @@ def judged():
         step = made(LoadStep, surprise=x["surprise"], noise=x["noise"], asked=x["asked"], friction=x["friction"])
         contact = made(Contact, held=x["held"])
         more = {name: x[name] for name in ("std", "untaught", "position", "disputed", "known", "fault_passed")}
-        found = {name: x[name] for name in ("speed_wrong", "counter_wrong", "undecided", "torque_wrong")}
+        found = {name: x[name] for name in ("speed_wrong", "counter_wrong", "undecided", "torque_wrong", "sign_wrong")}
         more["checks"] = replace(UNCHECKED, **found, declared=True)
         return judge(graph, intake, step, contact, Relief(x["doubt"], x["grown"]), limits, stroke=0.7, **more)
 
@@ -211,6 +211,7 @@ STATUSES = {
     Status.COUNTER_WRONG: (TURN, {"counter_wrong": 1.0}),
     Status.SPEED_CONTRADICTED: (TURN, {"undecided": 1.0}),
     Status.TORQUE_CONTRADICTED: (TURN, {"torque_wrong": 1.0}),
+    Status.SIGN_CONTRADICTED: (TURN, {"sign_wrong": 1.0}),
     Status.FAULT_PASSED: (TURN, {"fault_passed": 1.0}),
 }
 

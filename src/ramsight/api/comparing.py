@@ -14,7 +14,17 @@ from ramsight.api.tracking import AnyMap, Quantity, track
 from ramsight.errors import LogError
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.limits import limits_of
-from ramsight.sensor.comparing import ALERTS, Comparison, Drift, Verdict, drift_of, verdicts
+from ramsight.sensor.comparing import (
+    ALERTS,
+    LONGEST_ALERT,
+    TIME_TO_ALERT,
+    TOLERANCE,
+    Comparison,
+    Drift,
+    Verdict,
+    drift_of,
+    verdicts,
+)
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import BOUND
 from ramsight.stretches import stretches
@@ -65,8 +75,8 @@ def compare(
     other: str | Path | xarray.Dataset,
     *,
     unit: str | None = None,
-    tolerance: Quantity = "2 mm",
-    time_to_alert: Quantity = "0.2 s",
+    tolerance: Quantity = TOLERANCE,
+    time_to_alert: Quantity = TIME_TO_ALERT,
     start: Quantity | None = None,
     channel_map: AnyMap | None = None,
     progress: bool = False,
@@ -104,7 +114,7 @@ def compare(
     built = build(machine, unit)
     limits, stroke = limits_of(built), float(built.cylinder.stroke)
     allowed = argument(tolerance, "m", "tolerance", least="0.001 mm", most=format_si(stroke, "mm"))
-    alert = argument(time_to_alert, "s", "time_to_alert", least="0 s", most="60 s")
+    alert = argument(time_to_alert, "s", "time_to_alert", least="0 s", most=f"{LONGEST_ALERT:g} s")
     tracked = track(built, log, start, channel_map=channel_map, progress=progress)
     true = truth_of(other)
     time, known = tracked["time"].values, np.isfinite(true["time"].values)

@@ -81,13 +81,14 @@ def export_fmu(
     compiler: str | None = None,
     named: Callable[[str], str] = str,
 ) -> WrittenFmu:
-    """Write a co-simulation FMU of a unit's kalman sensor, of that with a position control, or of the unit itself.
+    """Write a co-simulation FMU of a unit's kalman sensor, alone or with what stands behind it, or of the unit itself.
 
     Args:
         machine: a machine, its name or file.
         unit: name of the unit; may be left out where there is only one.
         out: the file, `.fmu`.
-        what: ``sensor``, ``control`` or ``plant``.
+        what: ``sensor``, ``control`` (with a position control), ``compare`` (with the comparison with a real sensor) or
+            ``plant``.
         fmi: 2 or 3.
         speed: of a control: largest velocity [m/s]; by default half of what the motor could do.
         force: of a control: largest load against a motion that is pushed on [N]; by default none.

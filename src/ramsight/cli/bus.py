@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
 
@@ -29,19 +30,27 @@ def encoder(
     state: Annotated[Path | None, typer.Option(help="Keep position and parameters here over a power loss.")] = None,
     hold: Annotated[bool, typer.Option("--hold", help="An invalid position is held; else 6004h is 7FFFFFFFh.")] = False,
     timeout: Annotated[str | None, typer.Option(help="So long without the drive is invalid [default: 100 ms].")] = None,
+    tolerance: Annotated[
+        str | None, typer.Option(help="Of a real position sensor that the map names [default: 2 mm].")
+    ] = None,
+    time_to_alert: Annotated[str | None, typer.Option(help="For which both have to be apart [default: 0.2 s].")] = None,
     serial: Annotated[int, typer.Option(min=0, max=0xFFFFFFFF, help="Its serial number.")] = 0,
     j1939: Annotated[
         str | None,
         typer.Option(help="Send the position as a J1939 message, too: its PGN and source address, 'FF40h 80h'."),
     ] = None,
     j1939_period: Annotated[str, typer.Option(help="Between two of them.")] = "20 ms",
+    opcua: Annotated[
+        str | None, typer.Option(help="Offer it as an OPC UA server, too: '127.0.0.1:4840', or the port alone.")
+    ] = None,
     eds: Annotated[Path | None, typer.Option(help="Write its EDS file here first: .eds.")] = None,
 ) -> None:
     """Be a position sensor on a CANopen bus: a linear encoder of CiA 406.
 
     Listens to the drive's process data, follows the piston with the kalman sensor, and offers 6004h, 6030h, alarms,
     warnings and emergencies as a wire-draw or magnetostrictive sensor does, so that a controller need not be changed.
-    A preset (6003h) is a reference by hand; end stops are references too. Runs until Ctrl-C.
+    A preset (6003h) is a reference by hand; end stops are references too. A real position sensor on the bus, which a
+    map names as [measured] position, is held against it (2031h). Runs until Ctrl-C.
 
     Example: ramsight encoder mining-loader --unit boom --channel can0 --node-id 6 --drive-node 5 --rated-torque 80Nm
     """
@@ -59,6 +68,7 @@ def encoder(
     from ramsight.deploy.encoder.flood import limited_log_lines
     from ramsight.deploy.encoder.j1939 import Broadcasting, message_of
     from ramsight.deploy.encoder.listening import drive_map
+    from ramsight.deploy.encoder.opcua import OpcuaServer, address_of
     from ramsight.deploy.encoder.runner import open_bus, serve, until_stopped
     from ramsight.logs.channel_map import load_map
 
@@ -71,7 +81,11 @@ def encoder(
         if rated_torque is None
         else parse_option(rated_torque, "N m", "--rated-torque", least="0.01 N m", most="1e5 N m")
     )
-    settings = Settings(node_id, drive_node, serial, overrides(hold, within))
+    wrong = None if tolerance is None else parse_option(tolerance, "m", "--tolerance", least="0.001 mm", most="1 m")
+    alert = (
+        None if time_to_alert is None else parse_option(time_to_alert, "s", "--time-to-alert", least="0 s", most="60 s")
+    )
+    settings = Settings(node_id, drive_node, serial, overrides(hold, within, wrong, alert))
     described = load_machine(machine)
     built = build(unit, described.unit(unit), described.linkage)
     meanings = drive_map(drive_node, objects.split(","), rated) if channel_map is None else load_map(channel_map)
@@ -81,7 +95,10 @@ def encoder(
         with atomic_path(eds) as draft:
             draft.write_text(eds_text(), encoding="ascii")
         say_written(eds)
-    with open_bus(interface, channel) as bus, limited_log_lines(), until_stopped() as stop:
+    shown = None if opcua is None else OpcuaServer(encoder, unit, *address_of(opcua))
+    with open_bus(interface, channel) as bus, limited_log_lines(), until_stopped() as stop, shown or nullcontext():
         typer.echo(f"{channel}: node {node_id} is the position of {unit}; {ready.said}")
-        serve(ready, bus, stop)
+        if shown is not None:
+            typer.echo(f"{shown.endpoint}: read only")
+        serve(ready, bus, stop, each=(lambda: None) if shown is None else shown.take)
     typer.echo(f"{channel}: node {node_id} is gone; {ready.said}")

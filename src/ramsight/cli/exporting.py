@@ -51,7 +51,10 @@ def export_fmu(
     out: Annotated[Path, typer.Option(help="The FMU: .fmu.")],
     what: Annotated[
         str,
-        typer.Option(help="sensor: the kalman one; control: that and a position control; plant: the unit itself."),
+        typer.Option(
+            help="sensor: the kalman one; control: that and a position control; compare: that and the comparison with "
+            "a real one; plant: the unit itself."
+        ),
     ] = "sensor",
     fmi: Annotated[int, typer.Option(help="Version of the interface: 2 or 3.")] = 2,
     speed: Speed = None,

@@ -75,7 +75,7 @@ def track(
         Path | None,
         typer.Option("--map", help="Which of the log's channels are what: a TOML file of 'ramsight logs inspect'."),
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="The track: .csv, .csv.gz, .parquet, .mf4 or .nc.")] = None,
+    out: Annotated[Path | None, typer.Option(help="The track: .csv, .csv.gz, .parquet, .mf4, .mcap or .nc.")] = None,
     truth: Annotated[
         Path | None,
         typer.Option(help="True position, to print the errors: .csv or .csv.gz; or the map's measured.position."),

@@ -16,13 +16,14 @@ from ramsight.deploy.c_control import ControlOptions
 from ramsight.deploy.c_sensor import identifier_of
 from ramsight.deploy.c_text import template
 from ramsight.deploy.compiler import STRICT, find_compiler, library
+from ramsight.deploy.fmu_behind import comparison_behind, control_behind
 from ramsight.deploy.fmu_description import build_description, description_2, description_3
 from ramsight.deploy.fmu_model import FmuModel, config_text, plant_model, sensor_model
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
 from ramsight.output import atomic_path, check_target
 
-WHAT = ("sensor", "control", "plant")
+WHAT = ("sensor", "control", "compare", "plant")
 VERSIONS = (2, 3)
 _DATE = (1980, 1, 1, 0, 0, 0)  # of every file in the archive, so that the same content gives the same bytes
 
@@ -53,13 +54,14 @@ def write_fmu(
     compiler: str | None = None,
     named: Callable[[str], str] = str,
 ) -> WrittenFmu:
-    """Write a co-simulation FMU of a unit's virtual sensor, of that with a position control, or of the unit itself.
+    """Write a co-simulation FMU of a unit's virtual sensor, alone or with what stands behind it, or of the unit itself.
 
     Args:
         machine: the machine.
         unit: name of its unit.
         out: the file, `.fmu`.
-        what: ``sensor``, ``control`` or ``plant``.
+        what: ``sensor``, ``control`` (with a position control), ``compare`` (with the comparison with a real sensor) or
+            ``plant``.
         fmi: 2 or 3.
         control: how a control drives.
         compiler: path of the C compiler; by default the one that is found. Without one the FMU has sources alone.
@@ -119,9 +121,13 @@ def _model(machine: Machine, unit: str, what: str, control: ControlOptions) -> F
     described = machine.unit(unit)
     if what == "plant":
         return plant_model(build.build(unit, described), machine.name)
-    built = build.build(unit, described)
-    block = control.block(built) if what == "control" else None
-    return sensor_model(built, f"ramsight_{identifier_of(unit)}", machine.name, block)
+    built, prefix = build.build(unit, described), f"ramsight_{identifier_of(unit)}"
+    behind = None
+    if what == "control":
+        behind = control_behind(control.block(built), built, prefix, machine.name)
+    elif what == "compare":
+        behind = comparison_behind(built, prefix, machine.name)
+    return sensor_model(built, prefix, machine.name, behind)
 
 
 def _sources(model: FmuModel, fmi: int) -> dict[str, str]:

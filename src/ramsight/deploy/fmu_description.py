@@ -7,8 +7,8 @@ from xml.sax.saxutils import quoteattr
 
 from ramsight import __version__
 from ramsight.deploy.c_function import literal
-from ramsight.deploy.fmu_model import FmuModel, Variable
-from ramsight.sensor.status import Status
+from ramsight.deploy.fmu_model import FmuModel
+from ramsight.deploy.fmu_variable import ENUMERATIONS, Variable
 
 _BASE = {
     "s": {"s": 1},
@@ -44,8 +44,18 @@ def _units(variables: Sequence[Variable]) -> str:
     return "\n".join(["  <UnitDefinitions>", *lines, "  </UnitDefinitions>"])
 
 
-def _statuses(indent: str) -> str:
-    return "\n".join(f"{indent}<Item{_attributes(name=s.name, value=int(s), description=s.text)}/>" for s in Status)
+def _types(variables: Sequence[Variable]) -> list[str]:
+    """The enumerations that the variables are of, by their kinds."""
+    return [kind for kind in ENUMERATIONS if any(v.kind == kind for v in variables)]
+
+
+def _declared(v: Variable) -> str | None:
+    return v.kind.capitalize() if v.enumeration else None
+
+
+def _items(kind: str, indent: str) -> list[str]:
+    of = ENUMERATIONS[kind]
+    return [f"{indent}<Item{_attributes(name=one.name, value=int(one), description=one.text)}/>" for one in of]
 
 
 def _variability(v: Variable, discrete: bool) -> str:
@@ -97,7 +107,7 @@ def description_2(model: FmuModel, identifier: str, token: str, sources: Sequenc
         "  <ModelVariables>",
     ]
     for k, v in enumerate(variables):
-        kind = {"real": "Real", "status": "Enumeration", "truth": "Boolean"}[v.kind]
+        kind = "Enumeration" if v.enumeration else {"real": "Real", "truth": "Boolean"}[v.kind]
         head = _attributes(
             name=v.name,
             valueReference=k,
@@ -106,8 +116,7 @@ def description_2(model: FmuModel, identifier: str, token: str, sources: Sequenc
             variability=_variability(v, discrete),
             initial=_initial(v),
         )
-        declared = "Status" if v.kind == "status" else None
-        value = _attributes(declaredType=declared, unit=v.unit, start=_start(v))
+        value = _attributes(declaredType=_declared(v), unit=v.unit, start=_start(v))
         lines.append(f"    <ScalarVariable{head}><{kind}{value}/></ScalarVariable>")
     outputs = [k for k, v in enumerate(variables, 1) if v.causality == "output"]
     unknowns = [f'      <Unknown index="{k}"/>' for k in outputs]
@@ -139,7 +148,7 @@ def description_3(model: FmuModel, identifier: str, token: str) -> str:
         "  <ModelVariables>",
     ]
     for k, v in enumerate(variables):
-        kind = {"real": "Float64", "status": "Enumeration", "truth": "Boolean"}[v.kind]
+        kind = "Enumeration" if v.enumeration else {"real": "Float64", "truth": "Boolean"}[v.kind]
         text = _attributes(
             name=v.name,
             valueReference=k,
@@ -147,7 +156,7 @@ def description_3(model: FmuModel, identifier: str, token: str) -> str:
             causality=v.causality,
             variability=_variability(v, not model.linear),
             initial=_initial(v),
-            declaredType="Status" if v.kind == "status" else None,
+            declaredType=_declared(v),
             unit=v.unit,
             start=_start(v),
         )
@@ -161,22 +170,26 @@ def description_3(model: FmuModel, identifier: str, token: str) -> str:
 
 
 def _types_2(variables: Sequence[Variable]) -> Iterator[str]:
-    if any(v.kind == "status" for v in variables):
+    kinds = _types(variables)
+    if kinds:
         yield "  <TypeDefinitions>"
-        yield '    <SimpleType name="Status">'
-        yield "      <Enumeration>"
-        yield _statuses("        ")
-        yield "      </Enumeration>"
-        yield "    </SimpleType>"
+        for kind in kinds:
+            yield f'    <SimpleType name="{kind.capitalize()}">'
+            yield "      <Enumeration>"
+            yield from _items(kind, "        ")
+            yield "      </Enumeration>"
+            yield "    </SimpleType>"
         yield "  </TypeDefinitions>"
 
 
 def _types_3(variables: Sequence[Variable]) -> Iterator[str]:
-    if any(v.kind == "status" for v in variables):
+    kinds = _types(variables)
+    if kinds:
         yield "  <TypeDefinitions>"
-        yield '    <EnumerationType name="Status">'
-        yield _statuses("      ")
-        yield "    </EnumerationType>"
+        for kind in kinds:
+            yield f'    <EnumerationType name="{kind.capitalize()}">'
+            yield from _items(kind, "      ")
+            yield "    </EnumerationType>"
         yield "  </TypeDefinitions>"
 
 

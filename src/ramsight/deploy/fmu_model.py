@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 
-from ramsight.control.block import Ask, Block
-from ramsight.deploy.c_control import control_source
 from ramsight.deploy.c_function import PLAIN, array_function, literal
 from ramsight.deploy.c_sensor import sensor_source
 from ramsight.deploy.c_text import template
+from ramsight.deploy.fmu_behind import Behind
+from ramsight.deploy.fmu_variable import NOTHING, UNKNOWN, Variable
 from ramsight.engine.ode_module import pieces
 from ramsight.engine.run import DEFAULT_RTOL
 from ramsight.equation import OdeModel
@@ -24,29 +25,6 @@ from ramsight.sensor.kalman import kalman
 from ramsight.sensor.virtual_sensor import MEASURED, START_STD
 
 _T0 = 313.15  # K
-_UNKNOWN = 1e10  # what no pressure in Pa and no angle in rad is
-_NOTHING = "1e10 where it is not measured"
-
-
-@dataclass(frozen=True)
-class Variable:
-    """A variable of an FMU.
-
-    Args:
-        name: of it.
-        kind: ``real``, ``status`` or ``truth``.
-        causality: ``input``, ``output``, ``parameter`` or ``independent``.
-        unit: SI unit; empty if it has none.
-        text: what it is.
-        start: value before anything is set; outputs have none.
-    """
-
-    name: str
-    kind: str
-    causality: str
-    unit: str = ""
-    text: str = ""
-    start: float | None = None
 
 
 @dataclass(frozen=True)
@@ -54,7 +32,7 @@ class FmuModel:
     """The model of an FMU.
 
     Attributes:
-        variables: time first, then the other reals, the status, the truths; the place is the value reference.
+        variables: time first, then the other reals, the enumerations, the truths; the place is the value reference.
         config: C that says how many there are and what the model remembers.
         files: C of the model by name.
         description: a line of text.
@@ -71,56 +49,26 @@ class FmuModel:
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many variables of each kind."""
-        return {kind: sum(v.kind == kind for v in self.variables) for kind in ("real", "status", "truth")}
+        """How many variables of each sort: reals, enumerations, truths."""
+        sorts = Counter("word" if v.enumeration else v.kind for v in self.variables)
+        return {sort: sorts[sort] for sort in ("real", "word", "truth")}
+
+
+def _memory(prefix: str, behind: Behind | None) -> str:
+    return f"typedef struct {{ {prefix} sensor;{f' {behind.member}' if behind else ''} }} Memory;"
 
 
 _TIME = Variable("time", "real", "independent", "s", "time")
 
 
-_ORDERS = (
-    Variable("ask", "real", "input", "", "0: stop, 1: go to the target, 2: steer", float(Ask.POSITION)),
-    Variable("target", "real", "input", "m", "where to; 1e10: nowhere", _UNKNOWN),
-    Variable("steering", "real", "input", "m/s", "velocity by hand, positive extends", 0.0),
-    Variable("speed", "real", "input", "m/s", "largest velocity of a move", _UNKNOWN),
-)
-_COMMANDED = (
-    Variable("motor_speed_command", "real", "output", "rad/s", "motor speed at the next sample"),
-    Variable("activity", "real", "output", "", "what the control is doing, a number of the header"),
-    Variable("reason", "real", "output", "", "why it stops or has stopped; 0: it does not"),
-)
-
-
-def _memory(prefix: str, block: Block | None) -> str:
-    control = f" {prefix}_control control;" if block else ""
-    return f"typedef struct {{ {prefix} sensor;{control} }} Memory;"
-
-
-def _began(prefix: str, place: int) -> str:
-    """A control at rest."""
-    return f"  {prefix}_control_init(&m->memory.control);\n{_commanded('0.0', place)}"
-
-
-def _driven(prefix: str, place: int) -> str:
-    """The control's step, behind the sensor's."""
-    orders = "".join(f"  order.{v.name} = m->real[{v.name.upper()}];\n" for v in _ORDERS)
-    sensed = f"  {prefix}_control_inputs order;\n  {prefix}_control_sense(&order, &m->memory.sensor, &in, &out);\n"
-    return f"{sensed}{orders}" + _commanded(f"{prefix}_control_step(&m->memory.control, &order)", place)
-
-
-def _commanded(speed: str, place: int) -> str:
-    said = (speed, "(double)m->memory.control.activity", "(double)m->memory.control.reason")
-    return "".join(f"  m->real[{place + k}] = {text};\n" for k, text in enumerate(said))
-
-
-def sensor_model(unit: HydraulicUnit, prefix: str, machine: str, block: Block | None = None) -> FmuModel:
-    """The `kalman` sensor of a unit, and its position control.
+def sensor_model(unit: HydraulicUnit, prefix: str, machine: str, behind: Behind | None = None) -> FmuModel:
+    """The `kalman` sensor of a unit, and what stands behind it.
 
     Args:
         unit: its parts.
         prefix: of the C's names.
         machine: the machine's name, for comments.
-        block: the control, if it has one.
+        behind: a control or a comparison, if it has one.
     """
     sensor = kalman(unit)
     source = sensor_source(sensor, unit, prefix, machine, single=False)
@@ -135,21 +83,25 @@ def sensor_model(unit: HydraulicUnit, prefix: str, machine: str, block: Block | 
         Variable("start_std", "real", "parameter", "m", "its standard deviation", START_STD),
         *(Variable(n, "real", "input", "1", "command, -1 to 1", COMMANDED) for n in sensor.commands),
         *(
-            Variable(n, "real", "input", MEASURED[n][0], f"{n.replace('_', ' ')}, {_NOTHING}", _UNKNOWN)
+            Variable(n, "real", "input", MEASURED[n][0], f"{n.replace('_', ' ')}, {NOTHING}", UNKNOWN)
             for n in sensor.optional
         ),
-        *(_ORDERS if block else ()),
+        *(behind.takes if behind else ()),
         *(Variable(n, "real", "output", _fmi_unit(sensor.units[n]), n.replace("_", " ")) for n in says),
-        *(_COMMANDED if block else ()),
+        *(behind.says if behind else ()),
         Variable("status", "status", "output", "", "what the position is worth"),
+        *(behind.words if behind else ()),
         Variable("reference_known", "truth", "input", "", "whether the reference counts at this sample", 0.0),
         Variable("start_known", "truth", "parameter", "", "whether the position at the start is known", 0.0),
     )
-    first = 7 + len(sensor.further) + (len(_ORDERS) if block else 0)
+    first = 7 + len(sensor.further) + (len(behind.takes) if behind else 0)
     macros = {name.upper(): k for k, name in enumerate(v.name for v in variables[:first]) if name != "time"}
-    header = f"{prefix}_control.h" if block else f"{prefix}.h"
-    config = [f'#include "{header}"', *(f"#define {name} {k}" for name, k in macros.items())]
-    config += ["#define REFERENCE_KNOWN 0", "#define START_KNOWN 1", _memory(prefix, block)]
+    config = [
+        f'#include "{prefix}.h"',
+        *([f'#include "{behind.header}"'] if behind else []),
+        *(f"#define {name} {k}" for name, k in macros.items()),
+    ]
+    config += ["#define REFERENCE_KNOWN 0", "#define START_KNOWN 1", _memory(prefix, behind)]
     model = template(
         "sensor_model.c",
         p=prefix,
@@ -159,16 +111,16 @@ def sensor_model(unit: HydraulicUnit, prefix: str, machine: str, block: Block | 
         starts="\n".join(_starts(variables)),
         further="".join(f"  in.{name} = m->real[{name.upper()}];\n" for name in sensor.further),
         says="\n".join(f"  m->real[{first + k}] = out->{name};" for k, name in enumerate(says)),
-        began=_began(prefix, first + len(says)) if block else "",
-        driven=_driven(prefix, first + len(says)) if block else "",
+        began=behind.began(first + len(says)) if behind else "",
+        driven=behind.step(first + len(says)) if behind else "",
         factors="\n".join(f"  out.{n}_factor = s->described_{k};" for k, n in enumerate(FACTORS, 1)),
     )
     return FmuModel(
         variables,
         "\n".join(config),
-        {**source.files, **(control_source(block, unit, prefix, machine).files if block else {}), "model.c": model},
-        f"Virtual position sensor{' and position control' if block else ''} of the {unit.name} of {machine}",
-        block.period if block else 0.02,
+        {**source.files, **(behind.files if behind else {}), "model.c": model},
+        f"Virtual position sensor{behind.title if behind else ''} of the {unit.name} of {machine}",
+        behind.period if behind else 0.02,
         linear=False,
     )
 
@@ -238,7 +190,7 @@ def plant_model(unit: HydraulicUnit, machine: str) -> FmuModel:
 def config_text(model: FmuModel, token: str) -> str:
     """The header that an FMU's C files share."""
     counts = model.counts
-    lines = [f'#define TOKEN "{token}"', f"#define REALS {counts['real']}", f"#define WHOLES {counts['status']}"]
+    lines = [f'#define TOKEN "{token}"', f"#define REALS {counts['real']}", f"#define WHOLES {counts['word']}"]
     lines += [
         f"#define TRUTHS {counts['truth']}",
         f"#define TOLERANCE {DEFAULT_RTOL}",
@@ -253,12 +205,12 @@ def _letters(variables: Sequence[Variable]) -> str:
 
 
 def _starts(variables: Sequence[Variable]) -> Iterator[str]:
-    place = {"real": 0, "status": 0, "truth": 0}
-    field = {"real": "real", "status": "whole", "truth": "truth"}
+    place = Counter[str]()
     for v in variables:
+        field = "whole" if v.enumeration else v.kind
         if v.start:
-            yield f"  m->{field[v.kind]}[{place[v.kind]}] = {literal(v.start) if v.kind == 'real' else int(v.start)};"
-        place[v.kind] += 1
+            yield f"  m->{field}[{place[field]}] = {literal(v.start) if v.kind == 'real' else int(v.start)};"
+        place[field] += 1
 
 
 def _fmi_unit(unit: str) -> str:

@@ -17,6 +17,7 @@ from ramsight.logs.channels import (
     DC_POWER,
     DRIVE_LOG,
     LINK_ANGLE,
+    MOTOR_TEMPERATURE,
     PRESSURE_A,
     PRESSURE_B,
     SHAFT_ANGLE,
@@ -97,6 +98,8 @@ class DriveReport:
         pressure_noise: standard deviation of sensors of the chambers' pressures [Pa]; None where there are none.
         pressure_lag: of those sensors [s].
         magnets: of the motor, if their warming up changes its torque constant.
+        warm_at: temperature of the motor at which the drive knows its torque constant, above which magnets are warmer
+            [K]; None where it reports no temperature.
         seed: of the noise; the same seed gives the same log.
     """
 
@@ -113,6 +116,7 @@ class DriveReport:
     pressure_noise: float | None = None
     pressure_lag: float = 0.0
     magnets: Magnets | None = None
+    warm_at: float | None = None
     seed: int = 0
 
     def of(self, speed: Array, torque: Array, temperature: Array) -> tuple[Array, Array, Array]:
@@ -166,6 +170,7 @@ def declared_report(unit: HydraulicUnit, seed: int, like: DriveReport | None = N
         power=declared_power(unit, seed),
         pressure_noise=sensors.std if sensors.std > 0.0 else None,
         pressure_lag=sensors.lag,
+        warm_at=unit.assumptions.motor_temperature.reference if unit.assumptions.motor_temperature.std > 0.0 else None,
         seed=seed,
     )
 
@@ -213,6 +218,9 @@ def further_report(how: DriveReport, true: Callable[[str], Array]) -> dict[Chann
         found[SHAFT_ANGLE] = how.shaft.reported(true("time"), true("motor_speed"))
     if how.power is not None:
         found[DC_POWER] = how.power.reported(true("motor_speed"), true("motor_torque"))
+    if how.warm_at is not None:
+        warmer = 0.0 if how.magnets is None else how.magnets.warmth(true("time"), true("motor_torque"))
+        found[MOTOR_TEMPERATURE] = np.round(how.warm_at + warmer + np.zeros(len(true("time"))))
     if how.pressure_noise is not None:
         time = true("time")
         for k, channel in enumerate((PRESSURE_A, PRESSURE_B)):

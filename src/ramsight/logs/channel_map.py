@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import math
 import tomllib
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from ramsight.errors import DescriptionError
+from ramsight.logs.channels import DC_POWER
 from ramsight.logs.header import SEPARATORS, CsvForm
 from ramsight.logs.lines import file_name
 from ramsight.logs.map_keys import Keys
@@ -19,9 +21,11 @@ from ramsight.logs.mapped import (
     FURTHER,
     HOLD,
     INSTEAD,
+    LINKED,
     MEASURED,
     ROLES,
     SI,
+    USUAL_HOLD,
     ChannelMap,
     Commanded,
     Counted,
@@ -100,12 +104,25 @@ def _read_map(keys: Keys, folder: Path, file: str) -> ChannelMap:
     commands, measured = _commands(keys.table("command")), _measured(keys.table("measured"))
     tables = {name: keys.table(name) for name in FURTHER}
     further = {name: _mapped(table, name) for name, table in tables.items() if table is not None}
+    linked = _linked(keys, further)
     keys.end()
     clock = None if time is None else _mapped(time, "time")
     return ChannelMap(
         file, clock, roles, references, base, bool(empty), form, dbc, pdos, bus, date, angle, motor, commands, further,
-        measured, USUAL_PERIOD if angle is not None and period is None else period,
+        measured, linked, USUAL_PERIOD if angle is not None and period is None else period,
     )  # fmt: skip
+
+
+def _linked(keys: Keys, further: Mapping[str, Mapped]) -> dict[str, Mapped]:
+    """Voltage and current of the DC link, of which a map names both, or the power, or nothing."""
+    tables = {name: keys.table(name) for name in LINKED}
+    found = {name: _mapped(table, name) for name, table in tables.items() if table is not None}
+    if found and len(found) < len(LINKED):
+        missing = next(name for name in LINKED if name not in found)
+        raise keys.wrong(missing, "power needs voltage and current of the DC link", "both tables")
+    if found and DC_POWER.name in further:
+        raise keys.wrong(DC_POWER.name, "and voltage and current of the DC link are two for one", "one of the two")
+    return found
 
 
 def _roles(keys: Keys, file: str) -> tuple[dict[str, Mapped], Counted | None, Motor | None]:
@@ -180,7 +197,7 @@ def _mapped(keys: Keys, role: str, *, end: bool = True) -> Mapped:
         other = " or a constant, one of the two" if role == "temperature" else ""
         raise keys.wrong("channel", f"a channel is needed{other}", None)
     unit = keys.take("unit", str, None)
-    rated = keys.quantity("rated", SI[role]) if role in ("speed", "torque") else None
+    rated = keys.quantity("rated", SI[role]) if role in ("speed", "torque", "dc_current") else None
     if unit is not None:
         to_si_of(unit, role, rated, file=keys.file, key=f"{keys.path}unit")
     sign = keys.take("sign", (int, float), 1)
@@ -194,7 +211,7 @@ def _mapped(keys: Keys, role: str, *, end: bool = True) -> Mapped:
         raise keys.wrong("hold", "has to be longer than nothing", 'for example "0.5 s"')
     if end:
         keys.end()
-    usual = HOLD.get(role, 0.5)
+    usual = HOLD.get(role, USUAL_HOLD)
     held = usual if hold is None else hold
     return Mapped(channel, unit, float(sign), float(scale), float(offset), rated, held, constant)
 

@@ -95,9 +95,16 @@ SHAFT_ANGLE = Channel(
     factor=math.pi / 180.0,
 )
 DC_POWER = Channel("dc_power_w", "dc_power", "W", "power that the drive takes from its DC link")
+DC_VOLTAGE = Channel("dc_voltage_v", "dc_voltage", "V", "voltage of the drive's DC link")
+DC_CURRENT = Channel("dc_current_a", "dc_current", "A", "current that the drive takes from its DC link")
+MOTOR_TEMPERATURE = Channel(
+    "motor_temperature_c", "motor_temperature", "K", "temperature of the motor, as its drive reports it", offset=273.15
+)
 PRESSURES = (PRESSURE_A, PRESSURE_B)
-FURTHER = (LINK_ANGLE, *PRESSURES, SHAFT_ANGLE, DC_POWER)
+FURTHER = (LINK_ANGLE, *PRESSURES, SHAFT_ANGLE, DC_POWER, MOTOR_TEMPERATURE)
 """What a sensor takes beside a drive's report where its machine declares it."""
+LINK = (DC_VOLTAGE, DC_CURRENT)
+"""What the power of the DC link is made of where a drive does not report it itself."""
 DRIVE_LOG = "drive log"
 """Kind of a `Dataset` that is what a drive reports and nothing else, in its attributes."""
 

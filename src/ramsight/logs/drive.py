@@ -93,7 +93,7 @@ def write_drive_log(log: xarray.Dataset, path: str | Path) -> None:
         log: over ``time`` [s]: ``motor_speed`` [rad/s], ``motor_torque`` [N m], ``oil_temperature`` [K] and perhaps
             ``reference`` [m], ``link_angle`` [rad], ``shaft_angle`` [rad], ``dc_power`` [W], and of a drive's report
             ``pressure_a`` and ``pressure_b`` [Pa], NaN where there is none.
-        path: the file, ``.csv``, ``.csv.gz``, ``.parquet`` or ``.mf4``.
+        path: the file, ``.csv``, ``.csv.gz``, ``.parquet``, ``.mf4`` or ``.mcap``.
 
     Raises:
         OutputError: a variable is absent, the log could not be read back, or the file cannot be written.

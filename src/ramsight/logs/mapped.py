@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.errors import DescriptionError
-from ramsight.logs.channels import FURTHER as FURTHER_CHANNELS
 from ramsight.logs.channels import (
+    DC_POWER,
+    LINK,
     MOTOR_SPEED,
     MOTOR_TORQUE,
     OIL_TEMPERATURE,
@@ -24,6 +25,7 @@ from ramsight.logs.channels import (
     is_command,
     part_of,
 )
+from ramsight.logs.channels import FURTHER as FURTHER_CHANNELS
 from ramsight.logs.header import CsvForm
 from ramsight.units import parse
 
@@ -39,13 +41,18 @@ MEASURED = {"position": POSITION, "pressure_a": PRESSURE_A, "pressure_b": PRESSU
 FURTHER = {channel.name: channel for channel in FURTHER_CHANNELS}
 """Tables of a map, and columns of a log, that a sensor takes where its machine declares them."""
 
+LINKED = {channel.name: channel for channel in LINK}
+"""Tables of a map, both or none, whose product is the power of the DC link."""
+
 SI = {
     "time": "s", "speed": "rad/s", "torque": "N m", "temperature": "K", "reference": "m", "angle": "rad",
     "current": "A", "command": "1", "position": "m", "pressure_a": "Pa", "pressure_b": "Pa",
     "link_angle": "rad", "shaft_angle": "rad", "dc_power": "W",
+    "motor_temperature": "K", "dc_voltage": "V", "dc_current": "A",
 }  # fmt: skip
 
-HOLD = {"speed": 0.5, "torque": 0.5, "temperature": 60.0, "reference": 0.5}
+USUAL_HOLD = 0.5  # s
+HOLD = {"speed": 0.5, "torque": 0.5, "temperature": 60.0, "reference": 0.5, "motor_temperature": 60.0}
 """How long a value holds without a new one [s], unless the map says otherwise: a drive reports every few
 milliseconds, and oil does not change its temperature within a minute."""
 
@@ -179,6 +186,7 @@ class ChannelMap:
         commands: to parts of the circuit, by their names.
         further: what else a sensor may be given, by their names in `FURTHER`.
         measured: position and pressures, by their names in `MEASURED`; no sensor is given them.
+        linked: voltage and current of the DC link, by their names in `LINKED`, or none; their product is the power.
         period: of the log's samples, if they are made anew [s].
     """
 
@@ -198,6 +206,7 @@ class ChannelMap:
     commands: Mapping[str, Commanded] = field(default_factory=dict)
     further: Mapping[str, Mapped] = field(default_factory=dict)
     measured: Mapping[str, Mapped] = field(default_factory=dict)
+    linked: Mapping[str, Mapped] = field(default_factory=dict)
     period: float | None = None
 
     @property
@@ -210,8 +219,8 @@ def standard_map(names: list[str]) -> ChannelMap:
     """The map of a log whose channels have ramsight's own names.
 
     Args:
-        names: the file's channels; a reference, commands to parts, ``valve_command``, and what is in `FURTHER` are
-            mapped if among them.
+        names: the file's channels; a reference, commands to parts, ``valve_command``, and what is in `FURTHER` or
+            `LINKED` are mapped if among them.
     """
     roles = {
         "speed": Mapped(MOTOR_SPEED.column, "rpm", hold=HOLD["speed"]),
@@ -221,8 +230,15 @@ def standard_map(names: list[str]) -> ChannelMap:
     references = (Referenced(Mapped(REFERENCE.column, "m")),) if REFERENCE.column in names else ()
     commands = {part_of(name): Commanded(Mapped(name, "1", hold=math.inf)) for name in names if is_command(name)}
     listed = {name: channel for name, channel in FURTHER.items() if channel.column in names}
-    further = {name: Mapped(one.column, one.units, scale=one.factor) for name, one in listed.items()}
-    return ChannelMap(time=Mapped(TIME, "s"), roles=roles, references=references, commands=commands, further=further)
+    further = {
+        name: Mapped(one.column, one.units, scale=one.factor, offset=one.offset, hold=HOLD.get(name, USUAL_HOLD))
+        for name, one in listed.items()
+    }
+    pair = {name: Mapped(one.column, one.units) for name, one in LINKED.items() if one.column in names}
+    linked = pair if len(pair) == len(LINKED) and DC_POWER.name not in further else {}
+    return ChannelMap(
+        time=Mapped(TIME, "s"), roles=roles, references=references, commands=commands, further=further, linked=linked
+    )
 
 
 def to_si_of(
@@ -249,13 +265,13 @@ def to_si_of(
     try:
         if rated is not None:
             return parse(f"1 {unit}", "1") * rated, 0.0
-        if role == "temperature":
+        if SI[role] == "K":
             offset = parse(f"0 {unit}", "K")
             return round(parse(f"1000 {unit}", "K") - offset, 9) / 1000.0, offset
         return parse(f"1 {unit}", SI[role]), 0.0
     except DescriptionError as error:
         hint = ""
-        if rated is None and role in ("speed", "torque") and _is_share(unit):
+        if rated is None and role in ("speed", "torque", "dc_current") and _is_share(unit):
             hint = "; a share needs what 100 % is: rated = ..."
         raise DescriptionError(f"{error.message}{hint}", file=file, key=key, value=unit) from None
 

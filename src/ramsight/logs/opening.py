@@ -13,6 +13,9 @@ from ramsight.errors import DescriptionError, LogError
 from ramsight.logs.align import Aligner, Array, Block, Switch
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.channels import (
+    DC_CURRENT,
+    DC_POWER,
+    DC_VOLTAGE,
     MOTOR_SPEED,
     MOTOR_TORQUE,
     OIL_TEMPERATURE,
@@ -172,6 +175,8 @@ def _columns(
         columns |= {name: np.full(len(aligned["time"]), value) for name, value in constants.items()}
         if known.motor is not None:
             columns[MOTOR_TORQUE.name] = known.motor.torque(columns[MOTOR_TORQUE.name])
+        if known.linked:
+            columns[DC_POWER.name] = columns.pop(DC_VOLTAGE.name) * columns.pop(DC_CURRENT.name)
         columns |= {name: _given(columns[name], value) for name, value in least.items()}
         if references:
             columns[REFERENCE.name] = np.full(len(aligned["time"]), np.nan)
@@ -189,7 +194,9 @@ def _held_channels(known: ChannelMap, measured: Mapping[str, Mapped]) -> dict[st
     """What is held until its next sample comes, by role or by name: its role, which says its unit, and its channel."""
     held = {role: (role, one) for role, one in known.roles.items() if one.channel}
     held |= {column_of(name): ("command", one.mapped) for name, one in known.commands.items()}
-    return held | {name: (name, one) for name, one in [*known.further.items(), *measured.items()]}
+    return held | {
+        name: (name, one) for name, one in [*known.further.items(), *known.linked.items(), *measured.items()]
+    }
 
 
 def _given(values: Array, least: float) -> Array:

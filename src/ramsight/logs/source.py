@@ -20,8 +20,9 @@ from ramsight.logs.mapped import ChannelMap
 CSV = (".csv", ".csv.gz", ".txt", ".txt.gz", ".tsv", ".tsv.gz")
 PARQUET = (".parquet", ".pq")
 MDF = (".mf4", ".mdf")
+MCAP = (".mcap",)
 CAN = (".blf", ".asc", ".asc.gz", ".log", ".log.gz")
-READABLE = (*CSV, *PARQUET, *MDF, *CAN)
+READABLE = (*CSV, *PARQUET, *MDF, *MCAP, *CAN)
 
 _IN_BRACKETS = re.compile(r".*[\[(]([^\[\]()]*)[\])]\s*")
 _ENDINGS = {
@@ -175,6 +176,10 @@ def open_source(path: str | Path, file_map: ChannelMap | None = None, advance: A
         from ramsight.logs.source_mdf import MdfSource
 
         return MdfSource(path, advance)
+    if name.endswith(MCAP):
+        from ramsight.logs.source_mcap import McapSource
+
+        return McapSource(path, advance)
     if name.endswith(CSV):
         from ramsight.logs.source_csv import CsvSource
 

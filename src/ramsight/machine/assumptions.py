@@ -166,6 +166,31 @@ class AssumedPower(Part):
     losses: Annotated[float, quantity("%", "of those losses, std", least="1 %", most="100 %")] = 0.2
 
 
+class AssumedMotorTemperature(Part):
+    """The motor's temperature as its drive reports it; a sensor corrects the torque by it only where it is declared."""
+
+    # 10 K between a sensor in the windings and the magnets, and a tenth of the coefficient at 60 K.
+    std: Annotated[
+        float,
+        quantity("%", "of the torque's gain that is left, std; 0 where there is none", least="0 %", most="30 %"),
+    ] = 0.0
+    # Neodymium magnets lose 0.09 to 0.12 % of their remanence a kelvin, ferrites 0.2 %.
+    loss: Annotated[float, quantity("1/K", "of the torque's constant", least="0 1/K", most="0.01 1/K")] = 1.1e-3
+    reference: Annotated[
+        float,
+        quantity("degC", "for which the drive knows that constant", least="-40 degC", most="200 degC"),
+    ] = 298.15
+
+
+class AssumedInertia(Part):
+    """Moment of inertia at the motor shaft; a sensor holds the torque of ramps against it only where it is declared."""
+
+    # Of a motor by its data sheet 10 %, with belt and pumps that nobody has weighed a third.
+    std: Annotated[
+        float, quantity("%", "of its value, std; 0 where ramps are not looked at", least="0 %", most="100 %")
+    ] = 0.0
+
+
 class AssumedStops(Part):
     """End stops, other contacts, switches and positions given by hand."""
 
@@ -243,4 +268,8 @@ class Assumptions(Part):
     pressure: Annotated[AssumedPressure, Field(description="sensors of the chambers' pressures")] = AssumedPressure()
     shaft: Annotated[AssumedShaft, Field(description="the drive's counter of the shaft's position")] = AssumedShaft()
     power: Annotated[AssumedPower, Field(description="the drive's power from its DC link")] = AssumedPower()
+    inertia: Annotated[AssumedInertia, Field(description="moment of inertia at the motor shaft")] = AssumedInertia()
+    motor_temperature: Annotated[AssumedMotorTemperature, Field(description="the motor's temperature")] = (
+        AssumedMotorTemperature()
+    )
     link_angle: Annotated[AssumedLinkAngle, Field(description="sensor of the moved body's angle")] = AssumedLinkAngle()

@@ -1,4 +1,4 @@
-"""Results as files, whole or not at all, in the format that the suffix says: CSV, Parquet, MF4, NetCDF.
+"""Results as files, whole or not at all, in the format that the suffix says: CSV, Parquet, MF4, MCAP, NetCDF.
 
 `write_table` and `write_dataset` write what is there; `open_table` and `open_dataset` take a long result some rows
 after others. `atomic_path` is for files of any other kind, `whole_folder` for several that belong together.

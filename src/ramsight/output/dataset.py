@@ -39,7 +39,7 @@ def open_dataset(
 
     Args:
         path: the file: ``.nc`` (NetCDF) keeps all there is; ``.csv``, ``.csv.gz``, ``.parquet`` and ``.mf4`` are
-            tables, whose columns are called by variable and unit.
+            tables, whose columns are called by variable and unit; so are fields of ``.mcap``, whose topics hold all.
         variables: which of them a table has besides the dimension; None for all.
         words: for variables of whole numbers, what a table says in their place.
 
@@ -64,7 +64,8 @@ def open_dataset(
         0.000000,0.100000
         1.000000,0.100000
     """
-    if suffix_of(path, DATASET_FILES) == ".nc":
+    suffix = suffix_of(path, DATASET_FILES)
+    if suffix == ".nc":
         from ramsight.output.netcdf import NetcdfPieces
 
         with atomic_path(path) as draft, NetcdfPieces(draft, one_line(path)) as pieces:
@@ -72,7 +73,7 @@ def open_dataset(
         return
     units: dict[str, str] = {}
     with open_table(path, units=units) as table:
-        yield _Table(table, variables, words or {}, units, one_line(path))
+        yield _Table(table, None if suffix == ".mcap" else variables, words or {}, units, one_line(path))
 
 
 def write_dataset(dataset: xarray.Dataset, path: str | Path) -> None:
@@ -80,7 +81,7 @@ def write_dataset(dataset: xarray.Dataset, path: str | Path) -> None:
 
     NetCDF keeps all there is, compressed. In a table the variables over the one dimension are columns, named
     by variable and unit (``position`` in m is ``position_m``, ``pressure_a`` in Pa is ``pressure_a_pa``). Tables may
-    be ``.parquet`` and ``.mf4`` too.
+    be ``.parquet``, ``.mf4`` and ``.mcap`` too.
 
     Args:
         dataset: what to write; for a table, over one dimension.

@@ -1,4 +1,4 @@
-"""Tables as CSV, Parquet and MF4 files, some rows after others."""
+"""Tables as CSV, Parquet, MF4 and MCAP files, some rows after others."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ramsight.output.atomic import atomic_path, one_line, suffix_of
 from ramsight.output.cells import Coded, Column, quoted, rows_text
 
 TABLES = (".csv", ".csv.gz")
-TABLE_FILES = (*TABLES, ".parquet", ".mf4")
+TABLE_FILES = (*TABLES, ".parquet", ".mf4", ".mcap")
 
 _ROWS_AT_ONCE = 1 << 14
 _PACKED = 4  # gzip's level: twice as fast as its usual 9 is, and a tenth larger
@@ -63,7 +63,7 @@ def open_table(
     The same rows give the same bytes, in however many pieces they come (CSV; the others keep pieces apart).
 
     Args:
-        path: the file: ``.csv``, ``.csv.gz``, ``.parquet`` or ``.mf4``.
+        path: the file: ``.csv``, ``.csv.gz``, ``.parquet``, ``.mf4`` or ``.mcap``.
         formats: for columns of floats in CSV, column name to a format such as ``"%.12g"``.
         units: of the columns, where the format has a place for them.
 
@@ -99,6 +99,11 @@ def open_table(
 
             with MdfTable(draft, units if units is not None else {}) as open_writer:
                 yield open_writer
+        elif suffix == ".mcap":
+            from ramsight.output.mcap import McapTable
+
+            with McapTable(draft, units if units is not None else {}, one_line(path)) as open_writer:
+                yield open_writer
         else:
             with open(draft, "wb") as file:
                 if suffix.endswith(".gz"):
@@ -111,14 +116,14 @@ def open_table(
 def write_table(
     columns: Mapping[str, ArrayLike | Coded], path: str | Path, *, formats: Mapping[str, str] | None = None
 ) -> None:
-    """Columns as a file with a header: CSV, or compressed with gzip, or Parquet or MF4, by its suffix.
+    """Columns as a file with a header: CSV, or compressed with gzip, or Parquet, MF4 or MCAP, by its suffix.
 
     The same columns always give the same bytes. In CSV, floats get decimals by the unit that the column's name ends
     in (`DECIMALS`); NaN is written as an empty cell, true and false as 1 and 0.
 
     Args:
         columns: column name to values, each of shape (n,).
-        path: the file, ``.csv``, ``.csv.gz``, ``.parquet`` or ``.mf4``.
+        path: the file, ``.csv``, ``.csv.gz``, ``.parquet``, ``.mf4`` or ``.mcap``.
         formats: for columns of floats, column name to a format such as ``"%.12g"`` in place of the decimals.
 
     Raises:
@@ -163,7 +168,7 @@ def numbers(column: NDArray[Any]) -> NDArray[Any]:
     return column if column.dtype.kind in "iufb" else column.astype(str)
 
 
-_PACKAGES = {".parquet": ("pyarrow.parquet", "logs"), ".mf4": ("asammdf", "logs")}
+_PACKAGES = {".parquet": ("pyarrow.parquet", "logs"), ".mf4": ("asammdf", "logs"), ".mcap": ("mcap.writer", "logs")}
 
 
 def check_installed(path: str | Path) -> None:

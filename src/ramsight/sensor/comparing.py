@@ -22,6 +22,11 @@ from ramsight.sensor.status import Status
 
 Array = NDArray[np.float64]
 
+TOLERANCE, TIME_TO_ALERT = 2e-3, 0.2
+"""What a position sensor may be wrong by [m], and for how long two have to be apart [s], if nobody says more."""
+LONGEST_ALERT = 60.0
+"""The longest time to alert [s]."""
+
 _FASTEST = 1.2  # times the highest velocity, which no piston exceeds
 _LEAPS, _LATELY = 2.5, 1.0  # leaps within some s that are no single disturbance
 _LARGEST = 1e9  # m; beyond, or no number, a sensor says nothing
@@ -139,7 +144,7 @@ class Comparison:
     stroke: float
     fastest: float
     tolerance: float
-    time_to_alert: float = 0.2
+    time_to_alert: float = TIME_TO_ALERT
     _kept: Array = field(default_factory=lambda: np.zeros(len(_KEPT)), init=False, repr=False)
 
     def step(self, time: float, position: float, bound: float, status: int, other: float) -> Verdict:

@@ -126,6 +126,14 @@ DETECTORS = (
         then="deviation grows by what leaks otherwise; no contact is believed",
     ),
     Detector(
+        Status.SIGN_CONTRADICTED,
+        (SPEED, TORQUE),
+        "where the shaft speeds up or slows down, Fτ = FJ dω/dt (F a band-pass filter), and not −FJ dω/dt",
+        "a cumulative sum of log-likelihood ratios above 18: one false alarm in 1000 h, from undisturbed days",
+        "some ramps",
+        "no contact is believed",
+    ),
+    Detector(
         Status.INPUT_STUCK, (TORQUE,), "a torque has noise", "20 changes that did not come while the motor turned"
     ),
     Detector(Status.TIME_FROZEN, (TIME,), "time goes on", "the same time twice, or an earlier one"),

@@ -45,6 +45,7 @@ class DriveChecks:
         torque_off: how much the torque may be off while it is contradicted [N m], else 0.
         more: outputs with their units.
         declared: whether anything is held against anything.
+        sign_wrong: the sign of torque or speed contradicts the shaft's inertia.
     """
 
     speed_wrong: Any
@@ -56,11 +57,12 @@ class DriveChecks:
     more: dict[str, tuple[Any, str]]
 
     declared: bool = True
+    sign_wrong: Any = 0.0
 
     @property
     def contradicted(self) -> Any:
         """Whether an input may be wrong that the sensor cannot do without."""
-        return ca.logic_or(self.undecided, self.torque_wrong)
+        return ca.logic_or(ca.logic_or(self.undecided, self.torque_wrong), self.sign_wrong)
 
     def unless_contradicted(self, condition: Any) -> Any:
         """A condition, and no input contradicts another; the condition alone where nothing is held against anything."""

@@ -121,6 +121,7 @@ def judge(
         Status.IMPLAUSIBLE_SPEED: intake.overspeed,
         Status.SPEED_CONTRADICTED: checks.undecided,
         Status.TORQUE_CONTRADICTED: checks.torque_wrong,
+        Status.SIGN_CONTRADICTED: checks.sign_wrong,
         Status.INPUT_STUCK: intake.stuck,
         Status.TIME_FROZEN: intake.frozen,
         Status.INPUT_LOST: intake.lost,

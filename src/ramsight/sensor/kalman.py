@@ -9,6 +9,7 @@ stops that the sensor finds by itself (`contact`), switches and positions given 
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import casadi as ca
@@ -23,11 +24,13 @@ from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.contact import Contact, ContactWatch
 from ramsight.sensor.drive_check import DriveChecks, check_drive, declared_checks
 from ramsight.sensor.hypotheses import CERTAIN, LEAK, Hypotheses, Measured
+from ramsight.sensor.inertia_check import check_inertia
 from ramsight.sensor.intake import Intake, take_in
 from ramsight.sensor.judgement import Relief, judge
 from ramsight.sensor.leaking import Leaking
 from ramsight.sensor.link_angle import LinkAngle
 from ramsight.sensor.load import LoadObserver, LoadStep
+from ramsight.sensor.magnets import correct_torque, declared_temperature
 from ramsight.sensor.mode import Mode, is_in
 from ramsight.sensor.pressure_check import check_pressures
 from ramsight.sensor.pressures import measured_pressures
@@ -72,11 +75,12 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     limits, circuit = limits_of(unit), balance(unit)
     lever = _lever(unit, assumed)
     angles = () if lever is None else (LINK_ANGLE,)
-    further = (*measured_pressures(assumed), *angles, *declared_checks(assumed))
+    further = (*measured_pressures(assumed), *angles, *declared_checks(assumed), *declared_temperature(assumed))
     graph = SensorGraph(circuit.model.commands, further)
     stroke = float(unit.cylinder.stroke)
     graph.initially("position", 0.5 * stroke)
     graph.parameters.add("stop_stiffness", float(unit.cylinder.stop_stiffness))
+    assumed = correct_torque(graph, assumed)
     intake = take_in(graph, unit, limits)
     let_in = graph.motor_speed, graph.motor_torque, graph.oil_temperature
     graph.section("Input check: what of the sample can be, and what stands in for the rest", intake, let_in)
@@ -87,6 +91,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     viscosity = circuit.oil_of(lambda name: symbol(f"circuit.{name}")).viscosity
     thinner = viscosity(T40) / viscosity(graph.oil_temperature)
     checks = check_drive(graph, assumed, limits, thinner)
+    checks = check_inertia(graph, checks, assumed, limits, float(unit.drive.inertia))
     leaking = Leaking(graph, viscosity, first, observer.expected / symbol("relief_torque"))
     watch = ContactWatch(graph, float(unit.lift_sign), assumed.stops)
     link = None if lever is None else LinkAngle(graph, lever, assumed)
@@ -179,12 +184,19 @@ def _fault_passed(graph: SensorGraph, checks: DriveChecks, measured: Measured) -
         return 0.0
     decided = ca.logic_or(checks.speed_wrong, checks.counter_wrong)
     since = []
-    for name, now, over in (("speed", checks.undecided, decided), ("torque", checks.torque_wrong, 0.0)):
+    found = (
+        ("speed", checks.undecided, decided),
+        ("torque", checks.torque_wrong, 0.0),
+        ("sign", checks.sign_wrong, 0.0),
+    )
+    for name, now, over in found:
+        if isinstance(now, float):
+            continue  # never, on this machine
         before = graph.state(f"{name}_contradicted")
         after = ca.if_else(now, 1.0, ca.if_else(ca.logic_or(measured.taken, over), 0.0, before))
         graph.becomes(f"{name}_contradicted", after)
         since.append(after)
-    return ca.logic_or(*since)
+    return functools.reduce(ca.logic_or, since)
 
 
 def _lever(unit: HydraulicUnit, assumed: Assumptions) -> Lever | None:

@@ -43,6 +43,7 @@ class Status(IntEnum):
     SPEED_CONTRADICTED = 47
     TORQUE_CONTRADICTED = 48
     STATE_INVALID = 49
+    SIGN_CONTRADICTED = 50
 
     @property
     def validity(self) -> str:
@@ -79,6 +80,7 @@ _REASON = {
     Status.INPUT_LOST: "motor speed, motor torque or time missing",
     Status.SPEED_CONTRADICTED: "motor speed and the shaft's counter contradict each other",
     Status.TORQUE_CONTRADICTED: "motor torque contradicts the drive's power or the pressures",
+    Status.SIGN_CONTRADICTED: "the sign of motor torque or motor speed is wrong by the shaft's inertia",
     Status.STATE_INVALID: "the sensor was never started, or a value is no finite number; start it anew",
 }
 

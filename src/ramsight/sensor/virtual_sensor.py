@@ -32,11 +32,13 @@ PRESSURES = ("pressure_a", "pressure_b")
 LINK_ANGLE = "link_angle"
 SHAFT_ANGLE = "shaft_angle"
 DC_POWER = "dc_power"
+MOTOR_TEMPERATURE = "motor_temperature"
 MEASURED = {
     **dict.fromkeys(PRESSURES, ("Pa", "absolute")),
     LINK_ANGLE: ("rad", "of the body that the cylinder turns, against what it hangs on, 0 as drawn"),
     SHAFT_ANGLE: ("rad", "that the drive's counter says of the shaft, growing where speed is positive"),
     DC_POWER: ("W", "that the drive takes from its DC link, negative where it gives"),
+    MOTOR_TEMPERATURE: ("K", "of the motor, as its drive reports it"),
 }
 """Inputs that a sensor takes where they are measured, no number where one shows nothing: unit, and what they are."""
 LAST_SHAFT_ANGLE, SHAFT_BEGUN = "last_shaft_angle", "shaft_begun"

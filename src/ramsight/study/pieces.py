@@ -55,7 +55,7 @@ def track_pieces(
     Args:
         sensor: started; goes on from piece to piece.
         pieces: of a drive log, in order, for example from `ramsight.logs.open_log`.
-        out: the track's file: NetCDF holds all that the sensor says, a table (CSV, Parquet, MF4) position, its
+        out: the track's file: NetCDF and MCAP hold all that the sensor says, a table (CSV, Parquet, MF4) position, its
             standard deviation and status in words; None writes none.
         keep_track: whether the track is kept, to compare it with the truth.
         keep_log: whether the log is kept, for a figure.

@@ -7,12 +7,14 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from ramsight.deploy.encoder.beside import ALERT, TOLERANCE
 from ramsight.deploy.encoder.encoder import Encoder, Settings
 from ramsight.deploy.encoder.listening import Listener
 from ramsight.deploy.encoder.parameters import SUFFIX, ParameterFile
 from ramsight.deploy.encoder.persistence import Persistence
 from ramsight.logs.mapped import ChannelMap
 from ramsight.plant.unit import HydraulicUnit
+from ramsight.sensor.comparing import Comparison
 from ramsight.sensor.kalman import kalman
 
 HOLD, TIMEOUT = (0x2000, 0), (0x2002, 0)
@@ -38,17 +40,23 @@ def encoder_for(
     compiled = replace(sensor)  # the first step compiles, which takes longer than any cycle
     compiled.start(None)
     compiled.step(0.0, 0.0, 0.0, math.nan)
+    Comparison(1.0, 1.0, 1.0).step(0.0, 0.0, 0.0, 0, 0.0)
     persistence = None if state is None else Persistence(state, sensor, aside=aside)
     parameters = None if state is None else ParameterFile(state.with_name(state.name + SUFFIX))
     return Encoder(sensor, unit, listener, settings, persistence=persistence, parameters=parameters)
 
 
-def overrides(hold: bool, timeout: float | None) -> Mapping[tuple[int, int], int]:
-    """What options set in the dictionary.
+def overrides(
+    hold: bool, timeout: float | None, tolerance: float | None = None, alert: float | None = None
+) -> Mapping[tuple[int, int], int]:
+    """What options set in the dictionary; None leaves it.
 
     Args:
         hold: whether the last valid position is held while it is invalid.
-        timeout: of the drive [s]; None leaves it.
+        timeout: of the drive [s].
+        tolerance: of a real sensor [m].
+        alert: for which it has to be apart from the virtual one [s].
     """
-    chosen = {HOLD: 0} if hold else {}
-    return chosen if timeout is None else {**chosen, TIMEOUT: round(1e3 * timeout)}
+    given = ((TIMEOUT, timeout, 1e3), (TOLERANCE, tolerance, 1e6), (ALERT, alert, 1e3))
+    chosen = {key: round(scale * value) for key, value, scale in given if value is not None}
+    return {**chosen, HOLD: 0} if hold else chosen

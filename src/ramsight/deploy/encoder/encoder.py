@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from ramsight import __version__
+from ramsight.deploy.encoder.beside import Beside
 from ramsight.deploy.encoder.bus_clock import BusClock
 from ramsight.deploy.encoder.emergencies import Emergencies
 from ramsight.deploy.encoder.faults import ALARMS, OF_STATUS, WARNINGS, Fault, alarms, register, warnings
@@ -120,6 +121,7 @@ class Encoder:
         self._published = Published(unit.max_speed * unit.travel_per_radian)
         self._scale = Scale(self._node, unit.cylinder.stroke, self._published)
         self._emergencies = Emergencies(self._node)
+        self._beside = Beside(listener, unit, self._node)
         self._now = 0.0
         self._sample: Sample | None = None
         self._estimate: Estimate | None = None
@@ -265,6 +267,7 @@ class Encoder:
             return
         self._drive.sampled(self._now)
         self._sample, self._estimate = sample, estimate
+        self._beside.compare(self._now, sample, estimate, self._sensor.says(BOUND))
         after = self._sensor.state
         if (after["time"], after["started"]) != (before["time"], before["started"]):  # else it was passed over
             self._listener.referenced()
@@ -316,6 +319,10 @@ class Encoder:
             Fault.NOT_SAVED: self._saving.failed,
             Fault.PARAMETERS_DAMAGED: self._stored.damaged,
         }
+        if self._drive.silent:
+            self._beside.unchecked()
+        if self._beside.fault is not None:
+            faults.add(self._beside.fault)
         self._faults = faults | {fault for fault, holds in conditions.items() if holds}
         valid = estimate is not None and not alarms(self._faults)
         position = math.nan if estimate is None else estimate.position
@@ -396,6 +403,8 @@ class Encoder:
             (0x2013, 0): lambda: 0 if self._estimate is None else whole(self._estimate.load, LEAST, MOST),
             (0x2014, 0): lambda: scale.steps(min(self.bound, stroke)),
             (0x2015, 0): lambda: int(self.referenced),
+            (0x2030, 0): lambda: scale.elsewhere(self._beside.position),
+            (0x2031, 0): lambda: self._beside.verdict,
             (0x6002, 0): lambda: scale.steps(stroke),
             (0x6004, 0): lambda: scale.position,
             (0x6030, 1): lambda: scale.speed(self._estimate),

@@ -10,6 +10,7 @@ from ramsight.sensor.status import Status
 POSITION_ERROR = 1 << 0
 DATA_DAMAGED = 1 << 12
 CANNOT_SAVE = 1 << 13
+CONTRADICTED = 1 << 14
 _FAST, _INPUT, _NEVER = 1 << 0, 1 << 2, 1 << 5
 _DUE, _EDGE, _COLD, _MISSED = 1 << 12, 1 << 13, 1 << 14, 1 << 15
 _ANY, _WARMTH, _BUS, _PROFILE, _DEVICE = 1, 1 << 3, 1 << 4, 1 << 5, 1 << 7
@@ -37,6 +38,23 @@ class Fault(Enum):
     REFUSED = (POSITION_ERROR, 0, 0xFF02, _DEVICE, "F", "a reference (preset, switch, stop) contradicts the position")
     IMPLAUSIBLE = (POSITION_ERROR, 0, 0xFF03, _DEVICE, "F", "torque or speed implausible or contradicted, time frozen")
     ONE_OF_TWO = (0, _INPUT, 0xFF04, _DEVICE, "M", "speed or counter of the shaft is wrong; the other one is used")
+    APART = (
+        POSITION_ERROR | CONTRADICTED,
+        0,
+        0xFF05,
+        _DEVICE,
+        "F",
+        "a real sensor and this one are apart, and nothing tells which is wrong",
+    )
+    OTHER_WRONG = (0, _INPUT, 0xFF06, _DEVICE, "M", "the real sensor is wrong or silent")
+    VIRTUAL_WRONG = (
+        POSITION_ERROR | CONTRADICTED,
+        0,
+        0xFF07,
+        _DEVICE,
+        "F",
+        "a real sensor is elsewhere, and this one says itself that it may be wrong",
+    )
     DRIVE_SILENT = (POSITION_ERROR, _INPUT, 0x8250, _BUS, "F", "no speed and torque from the drive within 2002h")
     DRIVE_GONE = (POSITION_ERROR, _INPUT, 0x8130, _BUS, "F", "the drive's heartbeat is missing (1016h)")
     SHORT = (0, 0, 0x8210, _BUS, "S", "a PDO of the drive is shorter than what is mapped")
@@ -96,11 +114,12 @@ OF_STATUS = {
     Status.INPUT_LOST: Fault.IMPLAUSIBLE,
     Status.SPEED_CONTRADICTED: Fault.IMPLAUSIBLE,
     Status.TORQUE_CONTRADICTED: Fault.IMPLAUSIBLE,
+    Status.SIGN_CONTRADICTED: Fault.IMPLAUSIBLE,
     Status.STATE_INVALID: Fault.INTERNAL,
 }
 """The fault behind each status of the sensor."""
 
-ALARMS = POSITION_ERROR | DATA_DAMAGED | CANNOT_SAVE
+ALARMS = POSITION_ERROR | DATA_DAMAGED | CANNOT_SAVE | CONTRADICTED
 WARNINGS = _FAST | _INPUT | _NEVER | _DUE | _EDGE | _COLD | _MISSED
 
 

@@ -13,10 +13,13 @@ from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.logs.align import Samples, Switch
 from ramsight.logs.can_field import Field
 from ramsight.logs.can_pdo import pdo_fields
+from ramsight.logs.channels import DC_CURRENT, DC_POWER, DC_VOLTAGE
 from ramsight.logs.mapped import HOLD, ChannelMap, Mapped, Pdo, to_si_of
 
 WRITTEN = "2100h"
 """The channel of the oil temperature that somebody writes into the encoder's own object."""
+OTHER = "position"
+"""The measured quantity of a map that a real position sensor says; the virtual one never sees it."""
 TORQUES = ("6077h", "4602h:0Ch")
 USUAL = ("606Ch", "6077h")
 """What a CiA 402 drive reports: velocity [1/min] and torque [per mille of 6076h]."""
@@ -132,7 +135,8 @@ class Listener:
         if not channel_map.is_can:
             raise DescriptionError("says nothing of CAN frames: [can] with pdo or dbc is needed", file=channel_map.file)
         self._fields = _fields(channel_map)
-        roles = {**channel_map.roles, **channel_map.further}
+        roles = {**channel_map.roles, **channel_map.further, **channel_map.linked}
+        self._linked = bool(channel_map.linked)
         self.channels = {role: self._channel(role, mapped, channel_map) for role, mapped in roles.items()}
         self._further = tuple(channel_map.further)
         self._references = [
@@ -142,6 +146,8 @@ class Listener:
             )
             for one in channel_map.references
         ]
+        position = channel_map.measured.get(OTHER)
+        self._other = None if position is None else self._channel(OTHER, position, channel_map)
         self._places = self._placed()
         temperature = self.channels["temperature"]
         if temperature.mapped.constant is not None:
@@ -194,6 +200,18 @@ class Listener:
         held = self.channels[name]
         return held.value if now - held.at <= held.mapped.hold else math.nan
 
+    @property
+    def has_other(self) -> bool:
+        """Whether the map names a real position sensor."""
+        return self._other is not None
+
+    def other(self, now: float) -> tuple[float, float]:
+        """What the real sensor says [m], and when it was sent [s]; no numbers if that is older than it may be."""
+        other = self._other
+        if other is None or now - other.at > other.mapped.hold:
+            return math.nan, math.nan
+        return other.value, other.sent
+
     def sample(self, now: float) -> Sample | None:
         """The sample that has just become whole, if one has."""
         speed, torque = self.channels["speed"], self.channels["torque"]
@@ -201,6 +219,8 @@ class Listener:
             return None
         speed.fresh = torque.fresh = False
         further = {name: self._held(name, now) for name in self._further}
+        if self._linked:
+            further[DC_POWER.name] = self._held(DC_VOLTAGE.name, now) * self._held(DC_CURRENT.name, now)
         return Sample(speed.sent, speed.value, torque.value, self.temperature(now), self._reference(now), further)
 
     def _reference(self, now: float) -> float:
@@ -232,7 +252,8 @@ class Listener:
 
     def _placed(self) -> dict[int, list[tuple[Field, list[_Channel | _Reference]]]]:
         """What each frame's fields go to."""
-        wired = [one for one in self.channels.values() if one.mapped.channel not in ("", WRITTEN)]
+        listed = [*self.channels.values(), *([] if self._other is None else [self._other])]
+        wired = [one for one in listed if one.mapped.channel not in ("", WRITTEN)]
         takers: list[tuple[Field, _Channel | _Reference]] = [
             *((self._named(one.mapped.channel, None), one) for one in wired),
             *((self._named(one.channel.mapped.channel, None), one) for one in self._references),

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ramsight.sensor.comparing import LONGEST_ALERT, TIME_TO_ALERT, TOLERANCE
+
 TYPES = {"INT16": 3, "INT32": 4, "UINT8": 5, "UINT16": 6, "UINT32": 7, "VISIBLE_STRING": 9}
 """Data types of CiA 301 and their codes."""
 
@@ -16,7 +18,7 @@ BITS = {"INT16": 16, "INT32": 32, "UINT8": 8, "UINT16": 16, "UINT32": 32}
 DEVICE_TYPE = 0x0008_0196
 """Absolute linear encoder, profile 406."""
 PRODUCT = 0x5253_0001
-REVISION = 0x0001_0000
+REVISION = 0x0001_0001
 SAVE, LOAD, FORGET = 0x6576_6173, 0x6461_6F6C, 0x6772_6F66
 """'save', 'load' and 'forg' as CiA 301 has signatures: the first letter in the lowest byte."""
 NO_TEMPERATURE = -(1 << 15)
@@ -169,6 +171,14 @@ OBJECTS: tuple[Object, ...] = (
          mappable=True),
     _var(0x2015, "Referenced since power-up", "UINT8", "ro", None, "1: an end stop, a switch or a preset has been seen",
          mappable=True),
+    _var(0x2030, "Position by the real sensor", "INT32", "ro", None, "measuring steps; 7FFFFFFFh: it says none",
+         mappable=True),
+    _var(0x2031, "Verdict on both sensors", "UINT8", "ro", None,
+         "0 agree, 1 unchecked, 2 apart, 3 the real one is wrong, 4 this one is wrong; 255: no real one is mapped",
+         mappable=True),
+    _var(0x2032, "Tolerance of the real sensor", "UINT32", "rw", round(1e6 * TOLERANCE), "µm", 1, 1_000_000),
+    _var(0x2033, "Time to alert", "UINT16", "rw", round(1e3 * TIME_TO_ALERT), "ms for which both have to be apart",
+         0, round(1e3 * LONGEST_ALERT)),
     _var(0x2100, "Oil temperature", "INT16", "rw", NO_TEMPERATURE, "0.1 °C, for who writes it; 8000h: none"),
     _var(0x6000, "Operating parameters", "UINT16", "rw", 0x0004,
          "bit 2: steps of 6005h, else of 6501h; bit 3: extending counts down"),
@@ -191,7 +201,8 @@ OBJECTS: tuple[Object, ...] = (
     _var(0x6500, "Operating status", "UINT16", "ro", None, "6000h as it is"),
     _var(0x6501, "Measuring step", "UINT32", "const", 1_000, "0.001 µm, the finest"),
     _var(0x6503, "Alarms", "UINT16", "ro", None,
-         "bit 0 position error, 12 stored data damaged, 13 state cannot be saved", mappable=True),
+         "bit 0 position error, 12 stored data damaged, 13 state cannot be saved, 14 a real sensor contradicts",
+         mappable=True),
     _var(0x6504, "Supported alarms", "UINT16", "ro", None),
     _var(0x6505, "Warnings", "UINT16", "ro", None,
          "bit 0 overspeed, 2 input lost, 5 not referenced, 12 reference due, 13 limits, 14 temperature, 15 gap",

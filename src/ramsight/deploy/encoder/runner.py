@@ -32,6 +32,7 @@ def serve(
     *,
     clock: Callable[[], float] = time.monotonic,
     sent: Callable[[float, Frame], object] | None = None,
+    each: Callable[[], object] = lambda: None,
 ) -> None:
     """Run an encoder until it is told to stop.
 
@@ -44,6 +45,7 @@ def serve(
         stop: set it to end.
         clock: [s], runs only forward.
         sent: told of every frame that went out, with its time.
+        each: called whenever something has been done, at least ten times a second.
     """
 
     def send(frames: Iterable[Frame]) -> None:
@@ -68,6 +70,7 @@ def serve(
             frame = None if message is None else frame_of(message)
             if frame is not None:
                 send(encoder.receive(clock(), frame))
+            each()
     finally:
         encoder.stop()
 

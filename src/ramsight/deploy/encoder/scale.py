@@ -52,6 +52,10 @@ class Scale:
             return self._node.get(0x2001)
         return self.steps(self._turned(position))
 
+    def elsewhere(self, position: float) -> int:
+        """A position by another sensor [m] in steps; the largest number where it says none."""
+        return self.steps(self._turned(position)) if math.isfinite(position) else MOST
+
     def is_plausible(self, steps: int) -> bool:
         """Whether a number of steps could be taken for a position, or for one not far from the stroke, in any steps."""
         finest = round(self._stroke / (self._node.get(0x6501) * 1e-9))

@@ -1,0 +1,120 @@
+"""What may stand behind a sensor in its FMU: a position control, or the comparison with a real sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from ramsight.control.block import Ask, Block
+from ramsight.deploy.c_compare import comparison_source
+from ramsight.deploy.c_control import control_source
+from ramsight.deploy.c_text import template
+from ramsight.deploy.fmu_variable import NOTHING, UNKNOWN, Variable
+from ramsight.plant.unit import HydraulicUnit
+from ramsight.sensor.comparing import LONGEST_ALERT, TIME_TO_ALERT, TOLERANCE, Verdict
+from ramsight.sensor.virtual_sensor import BOUND
+
+
+@dataclass(frozen=True)
+class Behind:
+    """C that takes what a sensor says, sample by sample.
+
+    Attributes:
+        files: its C by name; ``header`` is among them.
+        header: what the model includes.
+        member: of the instance's memory.
+        takes: inputs and parameters of its own.
+        says: real outputs of its own.
+        words: outputs of its own that are enumerations.
+        began: its C at the start, from the place of the first of `says`.
+        step: its C after the sensor's step, from the same.
+        title: what it adds, in the FMU's description.
+        period: of the steps [s].
+    """
+
+    files: Mapping[str, str]
+    header: str
+    member: str
+    takes: tuple[Variable, ...]
+    says: tuple[Variable, ...]
+    words: tuple[Variable, ...]
+    began: Callable[[int], str]
+    step: Callable[[int], str]
+    title: str
+    period: float
+
+
+_ORDERS = (
+    Variable("ask", "real", "input", "", "0: stop, 1: go to the target, 2: steer", float(Ask.POSITION)),
+    Variable("target", "real", "input", "m", "where to; 1e10: nowhere", UNKNOWN),
+    Variable("steering", "real", "input", "m/s", "velocity by hand, positive extends", 0.0),
+    Variable("speed", "real", "input", "m/s", "largest velocity of a move", UNKNOWN),
+)
+_COMMANDED = (
+    Variable("motor_speed_command", "real", "output", "rad/s", "motor speed at the next sample"),
+    Variable("activity", "real", "output", "", "what the control is doing, a number of the header"),
+    Variable("reason", "real", "output", "", "why it stops or has stopped; 0: it does not"),
+)
+
+
+def control_behind(block: Block, unit: HydraulicUnit, prefix: str, machine: str) -> Behind:
+    """A position control.
+
+    Args:
+        block: the control.
+        unit: its unit.
+        prefix: of the C's names, the sensor's.
+        machine: the machine's name, for comments.
+    """
+    of = f"{prefix}_control"
+    orders = "".join(f"  order.{v.name} = m->real[{v.name.upper()}];\n" for v in _ORDERS)
+    sensed = f"  {of}_inputs order;\n  {of}_sense(&order, &m->memory.sensor, &in, &out);\n{orders}"
+    return Behind(
+        control_source(block, unit, prefix, machine).files,
+        f"{of}.h",
+        f"{of} control;",
+        _ORDERS,
+        _COMMANDED,
+        (),
+        lambda place: f"  {of}_init(&m->memory.control);\n{_commanded('0.0', place)}",
+        lambda place: sensed + _commanded(f"{of}_step(&m->memory.control, &order)", place),
+        " and position control",
+        block.period,
+    )
+
+
+def _commanded(speed: str, place: int) -> str:
+    said = (speed, "(double)m->memory.control.activity", "(double)m->memory.control.reason")
+    return "".join(f"  m->real[{place + k}] = {text};\n" for k, text in enumerate(said))
+
+
+_COMPARED = (
+    Variable("other_position", "real", "input", "m", f"position by the other sensor, {NOTHING}", UNKNOWN),
+    Variable("other_tolerance", "real", "parameter", "m", "of the other sensor, by data sheet and mounting", TOLERANCE),
+    Variable("time_to_alert", "real", "parameter", "s", "for which both have to be apart", TIME_TO_ALERT),
+)
+_VERDICT = Variable("verdict", "verdict", "output", "", "what both sensors say together")
+
+
+def comparison_behind(unit: HydraulicUnit, prefix: str, machine: str) -> Behind:
+    """The comparison with a real sensor; arguments as `control_behind`."""
+    text = {
+        "p": f"{prefix}_compare",
+        "stroke": f"{unit.cylinder.stroke:g}",
+        "longest": f"{LONGEST_ALERT:g}",
+        "bound": BOUND,
+        "unchecked": str(int(Verdict.UNCHECKED)),
+    }
+    began, step = template("fmu_compare_began.c", **text), template("fmu_compare_step.c", **text)
+    return Behind(
+        comparison_source(unit, prefix, machine),
+        f"{prefix}_compare.h",
+        f"{prefix}_compare compare;",
+        _COMPARED,
+        (),
+        (_VERDICT,),
+        lambda place: began,
+        lambda place: step,
+        ", and the comparison with a real one,",
+        0.02,
+    )

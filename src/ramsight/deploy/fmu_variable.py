@@ -1,0 +1,41 @@
+"""A variable of an FMU, and the enumerations that it may be of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+from ramsight.sensor.comparing import Verdict
+from ramsight.sensor.status import Status
+
+UNKNOWN = 1e10
+"""What no pressure in Pa, no angle in rad and no position in m is."""
+NOTHING = "1e10 where it is not measured"
+ENUMERATIONS: dict[str, type[Status] | type[Verdict]] = {"status": Status, "verdict": Verdict}
+"""Kinds of variables that are whole numbers with words."""
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A variable of an FMU.
+
+    Args:
+        name: of it.
+        kind: ``real``, ``status``, ``verdict`` or ``truth``.
+        causality: ``input``, ``output``, ``parameter`` or ``independent``.
+        unit: SI unit; empty if it has none.
+        text: what it is.
+        start: value before anything is set; outputs have none.
+    """
+
+    name: str
+    kind: str
+    causality: str
+    unit: str = ""
+    text: str = ""
+    start: float | None = None
+
+    @property
+    def enumeration(self) -> type[IntEnum] | None:
+        """What its numbers mean, if they have words."""
+        return ENUMERATIONS.get(self.kind)

@@ -1,0 +1,166 @@
+"""Logs in MCAP files (``.mcap``): messages in JSON, each topic with times of its own."""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ramsight.errors import LogError, warn_of_log
+from ramsight.logs.align import Block, Samples
+from ramsight.logs.lines import Advance, first_line
+from ramsight.logs.packed import opened
+from ramsight.logs.source import Offered, Source, needs, unit_in_name
+
+_AT_ONCE = 1 << 14  # messages
+_LARGEST = 1 << 28  # bytes of a record; a recorder's chunk has a few million
+_NS = 1e9
+_NUMBERS = {"number", "integer", "boolean"}
+
+
+class McapSource(Source):
+    """An MCAP file with messages in JSON. A channel is a field, or ``TOPIC/FIELD`` where several topics have it.
+
+    A field that the schema has and a message has not is missing there.
+    """
+
+    def __init__(self, path: str | Path, advance: Advance | None = None) -> None:
+        super().__init__(path, advance)
+        self._mcap: Any = needs("mcap.stream_reader", "logs", self.file)
+        self._known: Any = needs("mcap.records", "logs", self.file)
+        packing: Any = needs("zstandard", "logs", self.file)
+        errors: Any = needs("mcap.exceptions", "logs", self.file)
+        self._cut = errors.EndOfFile
+        self._damage = (errors.McapError, packing.ZstdError, struct.error, OSError, ValueError, KeyError, MemoryError,
+                        RuntimeError, AssertionError)  # fmt: skip
+        self._topics = self._find()
+        self._places = _named(self._topics)
+
+    def offered(self) -> list[Offered]:
+        """The fields of all topics that schemas declare as numbers."""
+        return [
+            Offered(name, unit or unit_in_name(field), topic)
+            for name, (topic, field) in self._places.items()
+            for unit in [self._topics[topic][field]]
+        ]
+
+    def blocks(self, channels: Sequence[str]) -> Iterator[Block]:
+        """16 384 messages at a time, and those of the same time."""
+        self.check(channels)
+        wanted: dict[str, list[tuple[str, str]]] = {}
+        for channel in channels:
+            topic, field = self._places[channel]
+            wanted.setdefault(topic, []).append((channel, field))
+        rows: dict[str, list[list[float]]] = {topic: [] for topic in wanted}
+        latest, count = 0, 0
+        for topic, stamp, message in self._messages(wanted):
+            if count >= _AT_ONCE and stamp > latest:
+                yield _block(rows, wanted)
+                rows, count = {topic: [] for topic in wanted}, 0
+            latest, count = max(latest, stamp), count + 1
+            values = [_number(message.get(field)) for _, field in wanted[topic]]
+            rows[topic].append([latest / _NS, stamp / _NS, *values])
+        yield _block(rows, wanted)
+        if self.advance is not None:
+            self.advance(1.0)
+
+    def _messages(self, wanted: Mapping[str, object]) -> Iterator[tuple[str, int, dict[str, Any]]]:
+        """Topic, time [ns] and content of the messages of some topics, as they stand in the file."""
+        topics: dict[int, str] = {}
+        for record in self._records():
+            if isinstance(record, self._known.Channel) and record.message_encoding == "json":
+                topics[record.id] = record.topic
+            elif isinstance(record, self._known.Message) and topics.get(record.channel_id) in wanted:
+                topic = topics[record.channel_id]
+                try:
+                    content = json.loads(record.data)
+                except ValueError as error:
+                    raise LogError(f"a message at {record.log_time / _NS:g} s: {first_line(error)}", file=self.file,
+                                   column=topic) from None  # fmt: skip
+                yield topic, record.log_time, content if isinstance(content, dict) else {}
+
+    def _records(self) -> Iterator[Any]:
+        """All records in their order; a file that breaks off ends with a warning."""
+        found = False
+        with opened(self.path) as file:
+            reader = self._mcap.StreamReader(file, validate_crcs=True, record_size_limit=_LARGEST)
+            try:
+                for record in reader.records:
+                    found = found or isinstance(record, self._known.Message)
+                    yield record
+            except self._cut:
+                if not found:
+                    raise LogError("is no MCAP file, or a damaged one: it breaks off", file=self.file) from None
+                warn_of_log("the file breaks off; what is whole was read", file=self.file)
+            except self._damage as error:
+                raise LogError(f"is no MCAP file, or a damaged one: {first_line(error)}", file=self.file) from None
+
+    def _find(self) -> dict[str, dict[str, str]]:
+        """Fields with their units, by topic."""
+        schemas: dict[int, dict[str, str]] = {}
+        topics: dict[str, dict[str, str]] = {}
+        for record in self._declared():
+            if isinstance(record, self._known.Schema) and record.encoding == "jsonschema":
+                schemas[record.id] = self._fields(record.data)
+            elif isinstance(record, self._known.Channel) and record.message_encoding == "json":
+                topics.setdefault(record.topic, {}).update(schemas.get(record.schema_id, {}))
+        return topics
+
+    def _declared(self) -> Iterator[Any]:
+        """Schemas and channels: of the summary at the file's end, or of the whole file where it has none."""
+        reader: Any = needs("mcap.reader", "logs", self.file)
+        with opened(self.path) as file:
+            try:
+                summary = reader.SeekingReader(file, record_size_limit=_LARGEST).get_summary()
+            except self._damage:
+                summary = None
+        if summary is None or not summary.channels:
+            yield from self._records()
+        else:
+            yield from (*summary.schemas.values(), *summary.channels.values())
+
+    def _fields(self, data: bytes) -> dict[str, str]:
+        try:
+            listed = json.loads(data)["properties"]
+            return {
+                str(name): str(one.get("unit", ""))
+                for name, one in listed.items()
+                if _NUMBERS & set(one["type"] if isinstance(one["type"], list) else [one["type"]])
+            }
+        except (ValueError, KeyError, TypeError, AttributeError):
+            return {}
+
+
+def _named(topics: Mapping[str, Mapping[str, str]]) -> dict[str, tuple[str, str]]:
+    """Channels by what a map calls them."""
+    places: dict[str, list[tuple[str, str]]] = {}
+    for topic, fields in topics.items():
+        for field in fields:
+            places.setdefault(field, []).append((topic, field))
+    return {
+        field if len(found) == 1 else f"{topic}/{field}": (topic, field)
+        for field, found in places.items()
+        for topic, _ in found
+    }
+
+
+def _number(value: object) -> float:
+    try:
+        number = float(value) if isinstance(value, (int, float)) else np.nan
+    except OverflowError:
+        return np.nan
+    return number if np.isfinite(number) else np.nan
+
+
+def _block(rows: Mapping[str, list[list[float]]], wanted: Mapping[str, list[tuple[str, str]]]) -> Block:
+    block = {}
+    for topic, found in rows.items():
+        if found:
+            table = np.array(found)
+            for place, (channel, _) in enumerate(wanted[topic], 2):
+                block[channel] = Samples(table[:, 0], table[:, 1], table[:, place])
+    return block
