@@ -177,7 +177,7 @@ class ClosedPump:
         z: Any = ca.DM(self._balance.at_rest(0.5 * unit.cylinder.stroke, 0.95 * self.limits.load))
         for _ in range(_SETTLED_STEPS):
             done = self._balance.step(
-                z, speed, speed, 0.0, 0.0, at, _LONG, factors=(leak, 1.0, 1.0), held=1.0, iterations=4
+                z, speed, speed, 0.0, 0.0, at, _LONG, factors=(leak, 1.0, 1.0), held=1.0, iterations=4, settles=True
             )
             z = done.z
         self._torque = ca.Function("torque", [leak, speed, temperature, p], [done.torque])

@@ -150,6 +150,8 @@ class Balance:
         for part in self.unit.parts():
             circuit.add(part)
         self.model = circuit.model(unit.name, audited=False)
+        # Where a valve switches on command pressures jump, and what leaks is soon that of the new ones.
+        self._early = 0.0 if self.model.commands else _EARLY
         ode = self.model.ode
         self.states = tuple(state.name for state in ode.states)
         self.parameters, self.values = ode.parameters, self.model.values
@@ -185,7 +187,7 @@ class Balance:
         column = ca.vertcat(*expressions) if expressions else ca.SX(0, 1)
         for _ in expressions:
             column = ca.substitute(column, kept, column)
-        leaked = ca.SX.sym("leaked", len(rates))
+        early, leaked = ca.SX.sym("early"), ca.SX.sym("leaked", len(rates))
         leaks = rate - ca.substitute(rate, factors[0], 0.0)
         jacobian = ca.jacobian(rate, z)
         arguments = [z, speed, load, p, factors]
@@ -197,8 +199,8 @@ class Balance:
             [ca.densify(leaks), ca.densify(ca.jacobian(leaks, factors)), ca.densify(ca.jacobian(leaks, z))],
             options,
         )
-        rate = rate + _EARLY * (leaked - leaks)
-        arguments += [kept, stands, friction, leaked]
+        rate = rate + early * (leaked - leaks)
+        arguments += [kept, stands, friction, early, leaked]
         entries = ca.project(ca.jacobian(rate, z), jacobian.sparsity())
         self._iteration = ca.Function("iteration", arguments, [rate, ca.vec(entries.nz[:])], options)
         self._sensitive = ca.Function(
@@ -356,6 +358,7 @@ class Balance:
         guess: Any = None,
         iterations: int = _ITERATIONS,
         more: int = 0,
+        settles: bool = False,
     ) -> Solution:
         """Solve one step.
 
@@ -372,8 +375,11 @@ class Balance:
             guess: of the states after it; those before it, if none.
             iterations: how many, two at least with `more`.
             more: how many more where the last but one was still far from any end.
+            settles: whether it is so long that all settles: leakage goes by the pressures after it alone then.
         """
-        begun = self._begin(z0, mean_speed, load, p, h, ca.vertcat(*factors), held)
+        given = (mean_speed, load, p, ca.vertcat(*factors))
+        leaks = self._leaks(z0, *given, self._coefficients(z0, *given))
+        begun = _Step(self, z0, given, h, held, 0.0 if settles else self._early, leaks)
         z = z0 if guess is None else guess
         for _ in range(iterations - 1):
             last, z = z, begun.iterate(z).z
@@ -383,11 +389,6 @@ class Balance:
                 further = begun.iterate(further).z
             z = ca.if_else(self._changed(z - last) > _SETTLED, further, z)
         return begun.concluded(begun.iterate(z), speed, acceleration)
-
-    def _begin(self, z0: Any, mean_speed: Any, load: Any, p: Any, h: Any, theta: Any, held: Any) -> _Step:
-        """A step before its first iteration."""
-        given = (mean_speed, load, p, theta)
-        return _Step(self, z0, given, h, held, self._leaks(z0, *given, self._coefficients(z0, *given)))
 
 
 @dataclass(frozen=True)
@@ -412,6 +413,7 @@ class _Step:
         given: mean speed, load, parameters and factors.
         h: how long it is [s].
         held: whether the piston is held where it is.
+        early: share of the leakage that is that before it.
         leaks: what leaks before it, as rates of the states, and by factors and states.
     """
 
@@ -420,6 +422,7 @@ class _Step:
     given: tuple[Any, ...]
     h: Any
     held: Any
+    early: float
     leaks: tuple[Any, Any, Any]
 
     def iterate(self, z: Any) -> _Iterated:
@@ -429,7 +432,7 @@ class _Step:
         kept = balance._coefficients(z, *self.given)
         stuck, friction = balance._friction(z, load, p)
         stands = ca.logic_or(self.held, stuck)
-        rate, entries = balance._iteration(z, *self.given, kept, stands, friction, self.leaks[0])
+        rate, entries = balance._iteration(z, *self.given, kept, stands, friction, self.early, self.leaks[0])
         factored = balance._elimination.factor(entries, 1.0 / self.h)
         after = z + balance._elimination.solve(factored, rate - (z - self.z0) / self.h)
         return _Iterated(after, kept, stuck, stands, friction, factored)
@@ -439,10 +442,10 @@ class _Step:
         balance, (_, _, p, theta) = self.balance, self.given
         leaked, leaked_by_factors, leaked_by_z = self.leaks
         at = (last.z, *self.given, last.kept)
-        by_load, _ = balance._sensitive(*at, last.stands, last.friction, leaked)
-        _, entries = balance._iteration(*at, self.held, last.friction, leaked)
+        by_load, _ = balance._sensitive(*at, last.stands, last.friction, self.early, leaked)
+        _, entries = balance._iteration(*at, self.held, last.friction, self.early, leaked)
         loose = balance._elimination.factor(entries, 1.0 / self.h)
-        by_loose, by_factors = balance._sensitive(*at, self.held, last.friction, leaked)
+        by_loose, by_factors = balance._sensitive(*at, self.held, last.friction, self.early, leaked)
         torque, torque_by_z, torque_by_factors = balance._torque(last.z, speed, acceleration, p, theta)
         return Solution(
             z=last.z,
@@ -452,8 +455,8 @@ class _Step:
             _torque_by_z=torque_by_z,
             _rate_by_load=by_load,
             _torque_by_factors=torque_by_factors,
-            _sliding=(loose, by_loose, by_factors + _EARLY * leaked_by_factors),
-            _before_by_z=_EARLY * leaked_by_z,
+            _sliding=(loose, by_loose, by_factors + self.early * leaked_by_factors),
+            _before_by_z=self.early * leaked_by_z,
             _balance=balance,
             _h=self.h,
         )

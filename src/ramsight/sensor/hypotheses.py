@@ -395,7 +395,8 @@ class Hypotheses:
         wrong.covariance.replaced(first.covariance, anew, std=self._unknown)
         wrong.covariance.replaced(before.covariance, doubtful)
         for quantity, wide in self._others:
-            wrong.covariance.widened(quantity, self._untaught(first) * wide, anew)
+            where = ca.logic_and(anew, ca.logic_not(doubtful))
+            wrong.covariance.widened(quantity, self._untaught(first) * wide, where)
         goes_on = [ca.if_else(doubtful, old, new) for old, new in zip(before.mean, first.mean, strict=True)]
         wrong.mean = [ca.if_else(anew, b, a) for a, b in zip(wrong.mean, goes_on, strict=True)]
         began = ca.if_else(doubtful, first.weight + doubts, math.log(self._assumptions.stops.wrong))

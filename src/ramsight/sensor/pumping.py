@@ -26,7 +26,7 @@ def delivers(balance: Balance, node: str, way: float) -> bool:
     turns = 1.0 if commands else way
     p, speed, z = balance.parameters_at(balance.values, T40, commands), turns * _SLOW * balance.unit.max_speed, rest
     for _ in range(_STEPS):
-        z = balance.step(z, speed, speed, 0.0, 0.0, p, _STEP, held=1.0).z
+        z = balance.step(z, speed, speed, 0.0, 0.0, p, _STEP, held=1.0, settles=True).z
     return bool(z[place] > rest[place])
 
 
