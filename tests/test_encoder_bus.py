@@ -212,7 +212,7 @@ def test_a_real_sensor_on_the_bus_is_held_against_it(buses, tmp_path, trace):
         ):
             wait_for(lambda: node.nmt.state == "PRE-OPERATIONAL")
             wait_for(lambda: node.sdo["Sensor status"].raw == Status.NOT_REFERENCED)
-            assert node.sdo["Verdict on both sensors"].raw == Verdict.UNCHECKED
+            wait_for(lambda: node.sdo["Verdict on both sensors"].raw == Verdict.UNCHECKED)
             node.sdo["Preset value"].raw = 10000
             node.nmt.state = "OPERATIONAL"
             wait_for(lambda: node.sdo["Verdict on both sensors"].raw == Verdict.AGREE)
