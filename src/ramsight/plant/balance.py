@@ -41,9 +41,8 @@ _HELD = 1e4  # 1/s; rate at which the velocity of a held piston ends, fast again
 _MASSLESS = 1e-4  # share of the mass that is left: oscillations are a hundred times faster than the machine's
 _BEYOND = 5.0  # Stribeck velocities from which on breakaway plays no part
 _SLIDES = 1e-3  # m/s; a piston that went faster the other way slides at once, a slower one stands first
-_SETTLED = (
-    2e6  # Pa; an iteration that changes a pressure by more was wrong about a valve; friction that turns is a tenth
-)
+# An iteration that changes a pressure by more was wrong about a valve; friction that turns round changes a tenth of it.
+_SETTLED = 2e6  # Pa
 _EARLY = 0.5  # share of the leakage that is that of the pressures before the step: the trapezoidal rule
 _NEAR = 0.02  # share of the stroke that the oil gives at most in a step
 _ITERATIONS = 3
