@@ -151,18 +151,15 @@ class ContactWatch:
         low, top = self._stops.retracted, stroke - self._stops.extended
         ahead = ca.if_else(way > 0.0, top - before, before - low)
         ends = ca.logic_and(known, ahead < _NEAR * std + _NEAR_LEAST * stroke)
-        driven_up = ca.logic_and(turns, relief > _OVER)
-        over = ca.logic_and(driven_up, ca.logic_and(ends, ca.logic_not(self.held)))
+        over = ca.logic_and(ca.logic_and(turns, relief > _OVER), ca.logic_and(ends, ca.logic_not(self.held)))
         sunk = ca.logic_and(sinks, self._sank)
         touched = ca.logic_or(in_vain, ca.logic_or(sunk, over))
         graph.becomes("sank", sinks)
-        # Oil that decompresses at an end: a piston that has come there is about to leave. No end holds it back so that
-        # the motor would need the relief valve's pressure.
+        # Oil that decompresses at an end: a piston that has come there is about to leave.
         behind = ca.if_else(way > 0.0, self._anchor - low, top - self._anchor)
         nearer = behind < top - low - behind
         leaving = ca.logic_and(ca.logic_and(known, nearer), behind < _NEAR * std + _NEAR_LEAST * stroke)
-        turns_back = ca.logic_and(self._came(step.travel, stroke) * way < 0.0, ca.logic_not(driven_up))
-        leaving = ca.logic_and(leaving, turns_back)
+        leaving = ca.logic_and(leaving, self._came(step.travel, stroke) * way < 0.0)
         keeps = ca.logic_or(stands, ca.logic_not(graph.elapsed > 0.0))
         graph.becomes("delivered_in_vain", ca.if_else(ca.logic_and(keeps, ca.logic_not(touched)), delivered, 0.0))
         graph.becomes("standing_place", ca.if_else(keeps, self._anchor, position))
