@@ -175,15 +175,7 @@ def test_three_iterations_a_step_follow_the_plant_through_a_move(unit, bare, lif
         return top * min(t / ramp, 1.0)
 
     z0 = balance(unit).at_rest(0.5 * unit.cylinder.stroke, load)
-    exact = solve_ivp(
-        lambda t, z: rate(plant, z, speed(t), load),
-        (0.0, until),
-        z0,
-        "Radau",
-        jac=lambda t, z: jacobian(plant, z, speed(t), load),
-        rtol=1e-5,
-        atol=1e-5 * sizes(unit),
-    )
+    exact = integrated(plant, speed, until, z0, load, rtol=1e-5, atol=1e-5 * sizes(unit))
     z, p = z0, parameters(unit)
     for k in range(round(until / h)):
         mean = 0.5 * (speed(k * h) + speed(k * h + h))
@@ -193,6 +185,18 @@ def test_three_iterations_a_step_follow_the_plant_through_a_move(unit, bare, lif
     assert z[0] - z0[0] == pytest.approx(travel, rel=5e-3)
     pressures = [i for i, name in enumerate(balance(unit).states) if name.startswith("pressure")]
     assert z[pressures] == pytest.approx(exact.y[pressures, -1], rel=0.03, abs=1e4)
+
+
+def integrated(plant, speed, until, z0, load, **how):
+    """The plant under a speed over time, by an integrator that takes what it needs."""
+    return solve_ivp(
+        lambda t, z: rate(plant, z, speed(t), load),
+        (0.0, until),
+        z0,
+        "Radau",
+        jac=lambda t, z: jacobian(plant, z, speed(t), load),
+        **how,
+    )
 
 
 def jacobian(plant, z, speed, load):
@@ -659,16 +663,7 @@ def test_a_pump_that_builds_up_pressure_leaks_as_in_the_plant_at_a_drives_sampli
     def speed(t):
         return 200.0 * t * unit.lift_sign
 
-    exact = solve_ivp(
-        lambda t, z: rate(plant, z, speed(t), load),
-        (0.0, until),
-        z0,
-        "Radau",
-        jac=lambda t, z: jacobian(plant, z, speed(t), load),
-        max_step=2e-3,
-        rtol=1e-7,
-        atol=1e-6 * sizes(unit),
-    )
+    exact = integrated(plant, speed, until, z0, load, max_step=2e-3, rtol=1e-7, atol=1e-6 * sizes(unit))
     z, p = z0, parameters(unit)
     for k in range(round(until / h)):
         mean = speed((k + 0.5) * h)

@@ -28,6 +28,7 @@ from ramsight.logs import read_drive_log, write_drive_log
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.mapped import ChannelMap, Mapped, Pdo
 from ramsight.output import write_table
+from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build
 from ramsight.plant.limits import Limits, limits_of
 from ramsight.sensor.detectors import CONTRADICTIONS
@@ -51,7 +52,7 @@ SPEED_FAULTS = {"gain": 1.3, "offset": 10.0, "sign": 0.0, "stuck": 0.0}
 @pytest.fixture(scope="module")
 def day():
     """A day of a machine that is not its data sheet, with all that its drive reports."""
-    real = PLAIN.mapped(lambda part: replace(part, leak_factor=1.1) if hasattr(part, "leak_factor") else part)
+    real = AsBuilt(leak=1.1).apply(PLAIN)
     run = simulate(real, work_day(real, (100e3, 350e3), 313.15, duration=180.0, visit_every=40.0, seed=3))
     return run, report(run, declared_report(BOOM, 3))
 

@@ -72,13 +72,11 @@ def running(device, bus):
         thread.join()
 
 
-class Machine:
-    """Drive and thermometer: they play a log in real time, and stand still before and after it."""
+class Sender:
+    """Somebody who sends on a bus from a thread, until it is told to stop."""
 
-    def __init__(self, bus, log) -> None:
-        self._bus, self._frames = bus, list(PlayedDrive(log, DRIVE, RATED, warm_node=WARM).frames())
-        self.index, self.at, self.warm, self.stands = 0, 0.0, True, True
-        self._stop = threading.Event()
+    def __init__(self, bus) -> None:
+        self._bus, self._stop = bus, threading.Event()
         self._thread = threading.Thread(target=self._play)
 
     def __enter__(self):
@@ -88,6 +86,15 @@ class Machine:
     def __exit__(self, *error):
         self._stop.set()
         self._thread.join()
+
+
+class Machine(Sender):
+    """Drive and thermometer: they play a log in real time, and stand still before and after it."""
+
+    def __init__(self, bus, log) -> None:
+        super().__init__(bus)
+        self._frames = list(PlayedDrive(log, DRIVE, RATED, warm_node=WARM).frames())
+        self.index, self.at, self.warm, self.stands = 0, 0.0, True, True
 
     def _play(self) -> None:
         begin, cycle, first = time.monotonic(), 0, [frame for at, frame in self._frames if at < 0.4]
@@ -106,22 +113,12 @@ class Machine:
             self.at += 0.02
 
 
-class RealSensor:
+class RealSensor(Sender):
     """A position sensor that sends 6004h in steps of 10 um every 10 ms, or nothing."""
 
-    def __init__(self, bus) -> None:
-        self._bus, self.steps, self._stop = bus, 10000, threading.Event()
-        self._thread = threading.Thread(target=self._send)
+    steps = 10000
 
-    def __enter__(self):
-        self._thread.start()
-        return self
-
-    def __exit__(self, *error):
-        self._stop.set()
-        self._thread.join()
-
-    def _send(self) -> None:
+    def _play(self) -> None:
         while not self._stop.wait(0.01):
             if self.steps is not None:
                 self._bus.send(message_of(other_frame(self.steps)))

@@ -2,7 +2,6 @@
 
 import importlib
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +16,7 @@ from ramsight.duty.drive_report import declared_report
 from ramsight.duty.faults import Fault, inject
 from ramsight.duty.work_day import work_day
 from ramsight.logs import read_drive_log
+from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.drive_check import UNCHECKED
@@ -37,7 +37,7 @@ AT, LONG, DT = 40.0, 80.0, 0.02
 
 @pytest.fixture(scope="module")
 def day():
-    real = PLAIN.mapped(lambda part: replace(part, leak_factor=1.1) if hasattr(part, "leak_factor") else part)
+    real = AsBuilt(leak=1.1).apply(PLAIN)
     run = simulate(real, work_day(real, (100e3, 350e3), 313.15, duration=260.0, visit_every=40.0, seed=3))
     return run, report(run, declared_report(PLAIN, 3))
 

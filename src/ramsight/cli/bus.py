@@ -71,6 +71,7 @@ def encoder(
     from ramsight.deploy.encoder.opcua import OpcuaServer, address_of
     from ramsight.deploy.encoder.runner import open_bus, serve, until_stopped
     from ramsight.logs.channel_map import load_map
+    from ramsight.sensor.comparing import LONGEST_ALERT
 
     check_target(eds, (".eds",))
     check_apart({"the machine": machine, "--map": channel_map}, {"--state": state, "--eds": eds})
@@ -82,8 +83,11 @@ def encoder(
         else parse_option(rated_torque, "N m", "--rated-torque", least="0.01 N m", most="1e5 N m")
     )
     wrong = None if tolerance is None else parse_option(tolerance, "m", "--tolerance", least="0.001 mm", most="1 m")
+    longest = f"{LONGEST_ALERT:g} s"
     alert = (
-        None if time_to_alert is None else parse_option(time_to_alert, "s", "--time-to-alert", least="0 s", most="60 s")
+        None
+        if time_to_alert is None
+        else parse_option(time_to_alert, "s", "--time-to-alert", least="0 s", most=longest)
     )
     settings = Settings(node_id, drive_node, serial, overrides(hold, within, wrong, alert))
     described = load_machine(machine)

@@ -9,7 +9,7 @@ from ramsight.control.block import Ask, Block
 from ramsight.deploy.c_compare import comparison_source
 from ramsight.deploy.c_control import control_source
 from ramsight.deploy.c_text import template
-from ramsight.deploy.fmu_variable import NOTHING, UNKNOWN, Variable
+from ramsight.deploy.fmu_variable import NOTHING, PERIOD, UNKNOWN, Variable
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.comparing import LONGEST_ALERT, TIME_TO_ALERT, TOLERANCE, Verdict
 from ramsight.sensor.virtual_sensor import BOUND
@@ -116,5 +116,5 @@ def comparison_behind(unit: HydraulicUnit, prefix: str, machine: str) -> Behind:
         lambda place: began,
         lambda place: step,
         ", and the comparison with a real one,",
-        0.02,
+        PERIOD,
     )

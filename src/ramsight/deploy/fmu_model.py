@@ -13,7 +13,7 @@ from ramsight.deploy.c_function import PLAIN, array_function, literal
 from ramsight.deploy.c_sensor import sensor_source
 from ramsight.deploy.c_text import template
 from ramsight.deploy.fmu_behind import Behind
-from ramsight.deploy.fmu_variable import NOTHING, UNKNOWN, Variable
+from ramsight.deploy.fmu_variable import NOTHING, PERIOD, UNKNOWN, Variable
 from ramsight.engine.ode_module import pieces
 from ramsight.engine.run import DEFAULT_RTOL
 from ramsight.equation import OdeModel
@@ -120,7 +120,7 @@ def sensor_model(unit: HydraulicUnit, prefix: str, machine: str, behind: Behind 
         "\n".join(config),
         {**source.files, **(behind.files if behind else {}), "model.c": model},
         f"Virtual position sensor{behind.title if behind else ''} of the {unit.name} of {machine}",
-        behind.period if behind else 0.02,
+        behind.period if behind else PERIOD,
         linear=False,
     )
 

@@ -135,9 +135,9 @@ def _with_workspace(function: Callable[..., int], words: int) -> Callable[..., i
 def _machine() -> Any:
     """What makes machine code for this processor."""
     _initialize()
-    target = binding.Target.from_default_triple()
-    features = binding.get_host_cpu_features().flatten()
-    return target.create_target_machine(cpu=binding.get_host_cpu_name(), features=features, opt=3, jit=True)
+    triple, processor, features = _target()
+    target = binding.Target.from_triple(triple)
+    return target.create_target_machine(cpu=processor, features=features, opt=3, jit=True)
 
 
 @cache
@@ -153,7 +153,7 @@ def _optimize(assembly: Any) -> None:
 
 
 @cache
-def _target() -> tuple[str, ...]:
+def _target() -> tuple[str, str, str]:
     """What the machine code is made for: triple, processor and its features."""
     features = binding.get_host_cpu_features().flatten()
     return (binding.get_default_triple(), binding.get_host_cpu_name(), features)

@@ -11,9 +11,8 @@ import numpy as np
 
 from ramsight.errors import OutputError
 from ramsight.output.cells import Coded, Column
-from ramsight.output.table import TableWriter, installed, numbers
+from ramsight.output.table import TableWriter, clock_of, installed, numbers
 
-_CLOCKS = ("time_s", "time")
 _NS = 1e9
 _LATEST = (1 << 63) / _NS  # s; MCAP counts nanoseconds in 64 bits
 _TEXT = json.JSONEncoder(separators=(",", ":"), ensure_ascii=False, allow_nan=False)
@@ -70,20 +69,18 @@ class McapTable(TableWriter):
             self._file.close()
 
     def _write(self, columns: dict[str, Column]) -> None:
-        clock = next((name for name in _CLOCKS if name in columns), None)
-        length = max((len(column) for column in columns.values()), default=0)
-        time = np.arange(length, dtype=np.float64) if clock is None else np.asarray(columns[clock], dtype=np.float64)
+        time, others = clock_of(columns)
         self._check(time)
         if not self._topics:
-            self._begin({name: column for name, column in columns.items() if name != clock})
+            self._begin(others)
         stamps = np.rint(time * _NS).astype(np.int64).tolist()
-        cells = {name: _cells(column) for name, column in columns.items() if name != clock}
+        cells = {name: _cells(column) for name, column in others.items()}
         for row, stamp in enumerate(stamps):
             for number, names in self._topics.values():
                 message = {name: cells[name][row] for name in names if cells[name][row] is not None}
                 data = _TEXT.encode(message).encode()
                 self._writer.add_message(number, stamp, data, stamp, self._rows + row)
-        self._rows += length
+        self._rows += len(time)
 
     def _check(self, time: np.ndarray[Any, Any]) -> None:
         """Refuse times that MCAP cannot say."""

@@ -11,9 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.output.cells import Coded, Column
-from ramsight.output.table import TableWriter, installed
-
-_CLOCKS = ("time_s", "time")
+from ramsight.output.table import TableWriter, clock_of, installed
 
 
 class MdfTable(TableWriter):
@@ -37,15 +35,12 @@ class MdfTable(TableWriter):
             self._mdf.close()
 
     def _write(self, columns: dict[str, Column]) -> None:
-        clock = next((name for name in _CLOCKS if name in columns), None)
-        length = max((len(column) for column in columns.values()), default=0)
-        time = np.arange(length, dtype=np.float64) if clock is None else np.asarray(columns[clock], dtype=np.float64)
-        others = {name: column for name, column in columns.items() if name != clock}
+        time, others = clock_of(columns)
         if not self._begun:
             signals = [self._signal(name, column, time) for name, column in others.items()]
             self._mdf.append(signals, comment="ramsight", common_timebase=True)
             self._begun = True
-        elif length:
+        elif len(time):
             self._mdf.extend(0, [(time, None), *((_values(column), None) for column in others.values())])
 
     def _signal(self, name: str, column: Column, time: NDArray[np.float64]) -> Any:

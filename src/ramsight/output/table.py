@@ -168,6 +168,17 @@ def numbers(column: NDArray[Any]) -> NDArray[Any]:
     return column if column.dtype.kind in "iufb" else column.astype(str)
 
 
+_CLOCKS = ("time_s", "time")
+
+
+def clock_of(columns: Mapping[str, Column]) -> tuple[NDArray[np.float64], dict[str, Column]]:
+    """The time of some rows, their number where no column is a clock, and the other columns."""
+    clock = next((name for name in _CLOCKS if name in columns), None)
+    length = max((len(column) for column in columns.values()), default=0)
+    time = np.arange(length, dtype=np.float64) if clock is None else np.asarray(columns[clock], dtype=np.float64)
+    return time, {name: column for name, column in columns.items() if name != clock}
+
+
 _PACKAGES = {".parquet": ("pyarrow.parquet", "logs"), ".mf4": ("asammdf", "logs"), ".mcap": ("mcap.writer", "logs")}
 
 

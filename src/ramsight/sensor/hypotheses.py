@@ -127,21 +127,20 @@ class Hypotheses:
         self._graph, self._assumptions, self._with_link = graph, assumptions, with_link
         self._stroke = graph.parameters.add("stroke", stroke)
         machine, stops, lag = assumptions.machine, assumptions.stops, assumptions.thermometer
+        usual = (machine.leak, machine.leak_exponent)
+        other = (max(machine.leak, machine.other_leak), max(machine.leak_exponent, machine.other_exponent))
         priors = {
-            "described": (1.0 - 2.0 * stops.undeclared, stops.std, stops.std),
-            "low": (stops.undeclared, stops.elsewhere, stops.std),
-            "top": (stops.undeclared, stops.std, stops.elsewhere),
-            "wrong": (stops.wrong, stops.std, stops.std),
+            "described": (1.0 - 2.0 * stops.undeclared, stops.std, stops.std, usual),
+            "low": (stops.undeclared, stops.elsewhere, stops.std, usual),
+            "top": (stops.undeclared, stops.std, stops.elsewhere, usual),
+            "wrong": (stops.wrong, stops.std, stops.std, other),
         }
         self._unknown = 0.5 * self._stroke
         self._others = ((LEAK, machine.other_leak**2), (EXPONENT, machine.other_exponent**2))
         self.all: list[Hypothesis] = []
-        for name, (probability, low, top) in priors.items():
+        for name, (probability, low, top, (leak, exponent)) in priors.items():
             means = (0.0, 1.0, 1.0, 1.0, lag.lag, 0.0, stops.retracted, -stops.extended, 0.0)[: self._size]
             mean = [graph.state(f"{name}_{k}", value) for k, value in enumerate(means)]
-            leak, exponent = machine.leak, machine.leak_exponent
-            if name == "wrong":
-                leak, exponent = max(leak, machine.other_leak), max(exponent, machine.other_exponent)
             factors = (leak, machine.displacement, machine.compliance)
             prior = (0.0, *factors, lag.lag_std, exponent, low * stroke, top * stroke)
             std = (*prior, assumptions.link_angle.offset)
@@ -181,6 +180,10 @@ class Hypotheses:
         for h, value in reversed(list(zip(self.all, values, strict=True))):
             chosen = ca.if_else(h.weight >= largest, value, chosen)
         return chosen
+
+    def _leads(self, one: Hypothesis) -> Any:
+        """Whether a hypothesis is the likeliest."""
+        return self._best([float(h is one) for h in self.all])
 
     def means(self) -> list[Any]:
         """Factors, lag and exponent over all hypotheses."""
@@ -381,12 +384,12 @@ class Hypotheses:
             doubts: logarithm of the odds, by the first, that it was none.
         """
         first, wrong = self.all[0], self.all[_WRONG]
-        found = ca.logic_and(taken, self._best([float(h is wrong) for h in self.all]))
+        found = ca.logic_and(taken, self._leads(wrong))
         first.covariance.replaced(wrong.covariance, found)
         first.mean = [ca.if_else(found, b, a) for a, b in zip(first.mean, wrong.mean, strict=True)]
         first.weight = ca.if_else(found, wrong.weight, first.weight)
         # An end that is elsewhere than described explains a wrong position as well, so that refutes nothing.
-        refuted = ca.logic_and(wrong.weight < math.log(0.1), self._best([float(h is first) for h in self.all]))
+        refuted = ca.logic_and(wrong.weight < math.log(0.1), self._leads(first))
         anew = ca.logic_or(found, ca.logic_and(taken, refuted))
         perhaps = ca.logic_and(doubts < 0.0, doubts > math.log(_OUTSIDE))
         # Of a position that nobody knew there is nothing to go on with.
@@ -394,9 +397,9 @@ class Hypotheses:
         doubtful = ca.logic_and(ca.logic_and(anew, ca.logic_not(found)), perhaps)
         wrong.covariance.replaced(first.covariance, anew, std=self._unknown)
         wrong.covariance.replaced(before.covariance, doubtful)
+        unknown, untaught = ca.logic_and(anew, ca.logic_not(doubtful)), self._untaught(first)
         for quantity, wide in self._others:
-            where = ca.logic_and(anew, ca.logic_not(doubtful))
-            wrong.covariance.widened(quantity, self._untaught(first) * wide, where)
+            wrong.covariance.widened(quantity, untaught * wide, unknown)
         goes_on = [ca.if_else(doubtful, old, new) for old, new in zip(before.mean, first.mean, strict=True)]
         wrong.mean = [ca.if_else(anew, b, a) for a, b in zip(wrong.mean, goes_on, strict=True)]
         began = ca.if_else(doubtful, first.weight + doubts, math.log(self._assumptions.stops.wrong))

@@ -183,20 +183,8 @@ class LoadObserver:
         load = self._load
 
         def solve(z0: Any, load: Any, guess: Any, iterations: int, speed: Any = mean, more: int = 0) -> Solution:
-            return balance.step(
-                z0,
-                speed,
-                w,
-                acceleration,
-                load,
-                p,
-                h,
-                factors=factors,
-                held=held,
-                guess=guess,
-                iterations=iterations,
-                more=more,
-            )
+            how: dict[str, Any] = {"factors": factors, "held": held, "guess": guess, "iterations": iterations}
+            return balance.step(z0, speed, w, acceleration, load, p, h, **how, more=more)
 
         first = solve(before, load, before, 3)
         early = solve(before, load, first.z, 2, w)

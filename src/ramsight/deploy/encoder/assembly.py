@@ -37,10 +37,12 @@ def encoder_for(
         UnknownNameError: the map names a channel that is in no frame.
     """
     sensor, listener = kalman(unit), Listener(channel_map)
-    compiled = replace(sensor)  # the first step compiles, which takes longer than any cycle
+    # The first steps compile, which takes longer than any cycle.
+    compiled = replace(sensor)
     compiled.start(None)
     compiled.step(0.0, 0.0, 0.0, math.nan)
-    Comparison(1.0, 1.0, 1.0).step(0.0, 0.0, 0.0, 0, 0.0)
+    if listener.has_other:
+        Comparison(1.0, 1.0, 1.0).step(0.0, 0.0, 0.0, 0, 0.0)
     persistence = None if state is None else Persistence(state, sensor, aside=aside)
     parameters = None if state is None else ParameterFile(state.with_name(state.name + SUFFIX))
     return Encoder(sensor, unit, listener, settings, persistence=persistence, parameters=parameters)
