@@ -80,6 +80,11 @@ class Hypothesis:
         return Hypothesis(list(self.mean), self.covariance.copy(), self.weight)
 
 
+def _counts(probability: Any) -> Any:
+    """How far a hypothesis counts in a band of 95 %: from half of one in twenty on more and more, from that on wholly."""
+    return ca.fmin(ca.fmax(2.0 * probability / _OUTSIDE - 1.0, 0.0), 1.0)
+
+
 def _likelihood(innovation2: Any, variance: Any) -> Any:
     """Logarithm of a normal density, by the square of the innovation."""
     return -0.5 * (innovation2 / variance + ca.log(2.0 * math.pi * variance))
@@ -136,7 +141,7 @@ class Hypotheses:
             "wrong": (stops.wrong, stops.std, stops.std, other),
         }
         self._unknown = 0.5 * self._stroke
-        self._others = ((LEAK, machine.other_leak**2), (EXPONENT, machine.other_exponent**2))
+        self._others = ((LEAK, usual[0] ** 2, other[0] ** 2), (EXPONENT, usual[1] ** 2, other[1] ** 2))
         self.all: list[Hypothesis] = []
         for name, (probability, low, top, (leak, exponent)) in priors.items():
             means = (0.0, 1.0, 1.0, 1.0, lag.lag, 0.0, stops.retracted, -stops.extended, 0.0)[: self._size]
@@ -151,6 +156,8 @@ class Hypotheses:
             self.all.append(Hypothesis(mean, covariance, weight))
         self._adapt = graph.state("innovations")  # their mean square over the expected one, less 1
         self._width = graph.state("band_width", 1.0)
+        rare = machine.leaks_otherwise
+        self._otherwise_odds = graph.state("otherwise_odds", math.log(rare / (1.0 - rare)))
 
     @property
     def _size(self) -> int:
@@ -300,8 +307,10 @@ class Hypotheses:
             expected = h.covariance.variance(row) + own
             # Beyond the cylinder's ends there is neither an obstacle nor an end that is elsewhere.
             elsewhere = chance - 0.5 * self._beyond(h, nominal, own)
+            if h is self.all[0]:
+                self._weigh_otherwise(h, innovation2, expected, elsewhere, use)
             otherwise = self._otherwise(h, innovation2, expected, rare, elsewhere)
-            for quantity, wide in self._others:
+            for quantity, _, wide in self._others:
                 h.covariance.widened(quantity, wide, otherwise)
             total = h.covariance.variance(row) + own
             least = self._beyond(h, nominal, own) * total
@@ -360,7 +369,7 @@ class Hypotheses:
 
     def _widening(self, h: Hypothesis) -> Any:
         """By how much the position's variance grows if the machine leaks otherwise [m2]."""
-        return sum(h.covariance.widening(quantity, wide) for quantity, wide in self._others)
+        return sum(h.covariance.widening(quantity, wide) for quantity, _, wide in self._others)
 
     def _beyond(self, h: Hypothesis, nominal: Any, own: Any) -> Any:
         """How far a hypothesis is beyond the cylinder's ends, where no piston can be, squared and normalised [1]."""
@@ -398,7 +407,7 @@ class Hypotheses:
         wrong.covariance.replaced(first.covariance, anew, std=self._unknown)
         wrong.covariance.replaced(before.covariance, doubtful)
         unknown, untaught = ca.logic_and(anew, ca.logic_not(doubtful)), self._untaught(first)
-        for quantity, wide in self._others:
+        for quantity, _, wide in self._others:
             wrong.covariance.widened(quantity, untaught * wide, unknown)
         goes_on = [ca.if_else(doubtful, old, new) for old, new in zip(before.mean, first.mean, strict=True)]
         wrong.mean = [ca.if_else(anew, b, a) for a, b in zip(wrong.mean, goes_on, strict=True)]
@@ -418,7 +427,7 @@ class Hypotheses:
         A position that may be anywhere counts from where it is one of twenty cases: the band is that of 95 %.
         """
         weights = self._probabilities()
-        weights[_WRONG] = weights[_WRONG] * ca.fmin(ca.fmax(weights[_WRONG] / _OUTSIDE - 1.0, 0.0), 1.0)
+        weights[_WRONG] = weights[_WRONG] * _counts(0.5 * weights[_WRONG])
         return sum(
             w * (h.covariance[POSITION, POSITION] + h.mean[POSITION] ** 2)
             for w, h in zip(weights, self.all, strict=True)
@@ -433,8 +442,7 @@ class Hypotheses:
         wide = ca.sqrt(ca.fmax(self._best([h.covariance[POSITION, POSITION] for h in self.all]), 0.0))
         for w, h in zip(self._probabilities(), self.all, strict=True):
             std = ca.sqrt(ca.fmax(h.covariance[POSITION, POSITION], 0.0))
-            counts = ca.fmin(ca.fmax(2.0 * w / _OUTSIDE - 1.0, 0.0), 1.0)
-            wide = ca.fmax(wide, counts * (ca.fabs(h.mean[POSITION]) + ONE_SIDED_95 * std) / TWO_SIDED_95)
+            wide = ca.fmax(wide, _counts(w) * (ca.fabs(h.mean[POSITION]) + ONE_SIDED_95 * std) / TWO_SIDED_95)
         return self._graph.becoming("band_width") * wide
 
     def bound(self) -> Any:
@@ -454,12 +462,51 @@ class Hypotheses:
             std = ca.sqrt(ca.fmax(h.covariance[POSITION, POSITION], 0.0))
             sure = ca.sqrt(2.0 * ca.log(ca.fmax(share, RISK) / RISK))
             wide = ca.fmax(wide, ca.if_else(share > RISK, ca.fabs(h.mean[POSITION]) + sure * std, 0.0))
+        otherwise = math.sqrt(2.0 * math.log(max(self._assumptions.machine.leaks_otherwise, RISK) / RISK))
+        wide = ca.fmax(wide, otherwise * self.untaught())
         return self._graph.becoming("band_width") * wide
 
+    def _weigh_otherwise(self, h: Hypothesis, innovation2: Any, expected: Any, chance: Any, use: Any) -> None:
+        """What a contact or reference says of whether the machine leaks otherwise than described.
+
+        Its odds change by the likelihood of where it was met, with the position as uncertain as on such a machine, over
+        that on a usual one; under both it may have been an obstacle.
+
+        Args:
+            h: the hypothesis that the position goes by, before the contact.
+            innovation2: the contact's, squared [m2].
+            expected: variance of it on a usual machine [m2].
+            chance: logarithm of the density were it an obstacle.
+            use: whether there is one.
+        """
+        otherwise, usual = (_likelihood(innovation2, v) for v in (expected + self._wider(h), expected))
+        odds = self._otherwise_odds + ca.fmax(otherwise, chance) - ca.fmax(usual, chance)
+        odds = ca.fmin(ca.fmax(odds, _LEAST), -_LEAST)
+        self._otherwise_odds = ca.if_else(use, odds, self._otherwise_odds)
+        self._graph.becomes("otherwise_odds", self._otherwise_odds)
+
+    def _wider(self, h: Hypothesis) -> Any:
+        """By how much the position's variance is larger if the machine leaks otherwise than described [m2].
+
+        References teach such a machine's leakage as they teach any other's: they bring the same information, whatever
+        was believed before them,
+
+            1/P_other = 1/P - 1/P_usual(0) + 1/P_other(0),
+
+        so before the first one this is much, and soon after it is nothing.
+        """
+        more: Any = 0.0
+        for quantity, usual, other in self._others:
+            if usual > 0.0:
+                known = ca.fmax(ca.fmin(h.covariance[quantity, quantity], usual), _TAUGHT * usual)
+                more += h.covariance.widening(quantity, 1.0 / (1.0 / known - 1.0 / usual + 1.0 / other))
+        return more
+
     def untaught(self) -> Any:
-        """Standard deviation of the position [m] if the machine leaks otherwise than believed, while it may."""
+        """Standard deviation of the position [m] if the machine leaks otherwise than described, where that counts."""
         h = self.all[0]
-        return ca.sqrt(ca.fmax(h.covariance[POSITION, POSITION] + self._untaught(h) * self._widening(h), 0.0))
+        counts = _counts(1.0 / (1.0 + ca.exp(-self._otherwise_odds)))
+        return ca.sqrt(ca.fmax(h.covariance[POSITION, POSITION] + counts * self._wider(h), 0.0))
 
     def factor_std(self, k: int) -> Any:
         """Standard deviation of a factor under the likeliest hypothesis [1]."""
