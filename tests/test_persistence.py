@@ -138,7 +138,7 @@ def test_what_was_learnt_outlives_a_lost_slot(tmp_path, sensor, unit):
 
 def test_states_that_know_the_machine_are_states(sensor):
     known = learned(sensor.recursion.state)
-    assert len(known) == 4 * (7 + 28 + 1)  # of each hypothesis: what is not the position, its covariance, its weight
+    assert len(known) == 5 * (7 + 28 + 1)  # of each hypothesis: what is not the position, its covariance, its weight
     assert {"position", "described_0", "load", "time"}.isdisjoint(known)
 
 

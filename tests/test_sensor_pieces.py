@@ -155,7 +155,7 @@ def test_changes_that_were_seen_teach_how_large_the_next_may_be(resting):
 
 ASKED = (
     "usable", "lost", "overspeed", "overtorque", "stuck", "frozen", "gap", "cold", "surprise", "noise", "asked",
-    "friction", "held", "doubt", "grown", "std", "untaught", "position", "disputed", "known", "warmth",
+    "friction", "held", "doubt", "grown", "std", "overall", "position", "disputed", "known", "warmth",
     "speed_wrong", "counter_wrong", "undecided", "torque_wrong", "sign_wrong", "fault_passed",
 )  # fmt: skip
 FINE = dict.fromkeys(ASKED, 0.0) | {
@@ -163,7 +163,7 @@ FINE = dict.fromkeys(ASKED, 0.0) | {
     "noise": 0.5,
     "position": 0.3,
     "std": 1e-3,
-    "untaught": 0.0,
+    "overall": 1e-3,
     "usable": 1.0,
     "warmth": 313.0,
 }
@@ -180,7 +180,7 @@ def judged():
         intake = made(Intake, **{name: x[name] for name in names if name in x})
         step = made(LoadStep, surprise=x["surprise"], noise=x["noise"], asked=x["asked"], friction=x["friction"])
         contact = made(Contact, held=x["held"])
-        more = {name: x[name] for name in ("std", "untaught", "position", "disputed", "known", "fault_passed")}
+        more = {name: x[name] for name in ("std", "overall", "position", "disputed", "known", "fault_passed")}
         found = {name: x[name] for name in ("speed_wrong", "counter_wrong", "undecided", "torque_wrong", "sign_wrong")}
         more["checks"] = replace(UNCHECKED, **found, declared=True)
         return judge(graph, intake, step, contact, Relief(x["doubt"], x["grown"]), limits, stroke=0.7, **more)
@@ -192,7 +192,7 @@ TURN, STAND = 50.0, 0.0
 STATUSES = {
     Status.OK: (TURN, {}),
     Status.REFERENCE_DUE: (TURN, {"std": 0.008}),
-    Status.TOO_UNCERTAIN: (TURN, {"std": 0.08}),
+    Status.TOO_UNCERTAIN: (TURN, {"overall": 0.08}),
     Status.OUTSIDE_TEMPERATURE: (TURN, {"warmth": 400.0}),
     Status.OUTSIDE_SPEED: (1.1 * BOOM.max_speed, {}),
     Status.TEMPERATURE_LOST: (TURN, {"cold": 1.0}),

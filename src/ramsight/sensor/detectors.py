@@ -100,7 +100,12 @@ DETECTORS = (
         "until a reference",
     ),
     Detector(Status.NOT_REFERENCED, (REFERENCE,), "a position has ever been known", "–", "until a reference"),
-    Detector(Status.TOO_UNCERTAIN, ALWAYS, "the position is known", "standard deviation above 10 % of the stroke"),
+    Detector(
+        Status.TOO_UNCERTAIN,
+        ALWAYS,
+        "the position is known",
+        "standard deviation over all hypotheses above 10 % of the stroke",
+    ),
     Detector(Status.OUTSIDE_STROKE, ALWAYS, "the piston is in the cylinder", "4 standard deviations and 5 mm outside"),
     Detector(
         Status.IMPLAUSIBLE_TORQUE,

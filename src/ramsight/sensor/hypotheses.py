@@ -5,6 +5,7 @@ the two ends, with their covariance (a Kalman filter of eight states around the 
 what they believe of the ends and of the start:
 
     as described   both ends are where the description says
+    leaks          so they are, and the pumps leak much more or less than described, or by another law of pressure
     low, top       the end of the stroke is met somewhere else at the retracted, at the extended end
     wrong          nobody knows where the piston is; both ends are where the description says
 
@@ -28,8 +29,8 @@ from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.uncertainty import Covariance
 from ramsight.sensor.virtual_sensor import SensorGraph
 
-NAMES = ("described", "low", "top", "wrong")
-_WRONG = NAMES.index("wrong")
+NAMES = ("described", "leaks", "low", "top", "wrong")
+_LEAKS, _WRONG = NAMES.index("leaks"), NAMES.index("wrong")
 POSITION, LEAK, DISPLACEMENT, COMPLIANCE, LAG, EXPONENT, LOW, TOP, OFFSET = range(9)
 BOUNDS = ((0.3, 4.0), (0.97, 1.03), (0.4, 2.5))
 """What the factors are kept within [1]."""
@@ -38,7 +39,6 @@ RISK = 1e-5
 """Share of the samples at which an error may be larger than the position's bound and nothing says so."""
 CERTAIN = math.sqrt(-2.0 * math.log(RISK))
 """Standard deviations that a normal error exceeds no more often: P(|e| > k sigma) <= exp(-k^2/2) (Chernoff)."""
-_TAUGHT = 1e-3  # of the leakage's variance, as little as ever remains
 _NEVER = 1e9  # a logarithm that no likelihood reaches
 _LEAST = -12.0  # natural logarithm of the least weight over the largest, so that a hypothesis can come back
 _ADAPTS = 0.2  # share of the newest reference in the mean of the normalised innovations
@@ -81,7 +81,7 @@ class Hypothesis:
 
 
 def _counts(probability: Any) -> Any:
-    """How far a hypothesis counts in a band of 95 %: from half of one in twenty on more and more, from that on wholly."""
+    """How far a hypothesis counts in a band of 95 %: wholly from one in twenty on, not at all below half of that."""
     return ca.fmin(ca.fmax(2.0 * probability / _OUTSIDE - 1.0, 0.0), 1.0)
 
 
@@ -134,14 +134,15 @@ class Hypotheses:
         machine, stops, lag = assumptions.machine, assumptions.stops, assumptions.thermometer
         usual = (machine.leak, machine.leak_exponent)
         other = (max(machine.leak, machine.other_leak), max(machine.leak_exponent, machine.other_exponent))
+        described, odds = 1.0 - 2.0 * stops.undeclared, machine.leaks_otherwise / (1.0 - machine.leaks_otherwise)
         priors = {
-            "described": (1.0 - 2.0 * stops.undeclared, stops.std, stops.std, usual),
+            "described": (described, stops.std, stops.std, usual),
+            "leaks": (described * odds, stops.std, stops.std, other),
             "low": (stops.undeclared, stops.elsewhere, stops.std, usual),
             "top": (stops.undeclared, stops.std, stops.elsewhere, usual),
             "wrong": (stops.wrong, stops.std, stops.std, other),
         }
         self._unknown = 0.5 * self._stroke
-        self._others = ((LEAK, usual[0] ** 2, other[0] ** 2), (EXPONENT, usual[1] ** 2, other[1] ** 2))
         self.all: list[Hypothesis] = []
         for name, (probability, low, top, (leak, exponent)) in priors.items():
             means = (0.0, 1.0, 1.0, 1.0, lag.lag, 0.0, stops.retracted, -stops.extended, 0.0)[: self._size]
@@ -156,8 +157,6 @@ class Hypotheses:
             self.all.append(Hypothesis(mean, covariance, weight))
         self._adapt = graph.state("innovations")  # their mean square over the expected one, less 1
         self._width = graph.state("band_width", 1.0)
-        rare = machine.leaks_otherwise
-        self._otherwise_odds = graph.state("otherwise_odds", math.log(rare / (1.0 - rare)))
 
     @property
     def _size(self) -> int:
@@ -303,18 +302,11 @@ class Hypotheses:
                 innovation = innovation - by_offset * m[OFFSET]
             innovation2 = innovation**2
             own = variance + arrived
-            rare = ca.log(self._assumptions.machine.leaks_otherwise * ca.fmax(self._untaught(h), _TAUGHT))
-            expected = h.covariance.variance(row) + own
             # Beyond the cylinder's ends there is neither an obstacle nor an end that is elsewhere.
-            elsewhere = chance - 0.5 * self._beyond(h, nominal, own)
-            if h is self.all[0]:
-                self._weigh_otherwise(h, innovation2, expected, elsewhere, use)
-            otherwise = self._otherwise(h, innovation2, expected, rare, elsewhere)
-            for quantity, _, wide in self._others:
-                h.covariance.widened(quantity, wide, otherwise)
+            beyond = self._beyond(h, nominal, own)
+            elsewhere = chance - 0.5 * beyond
             total = h.covariance.variance(row) + own
-            least = self._beyond(h, nominal, own) * total
-            likelihood = _likelihood(ca.fmax(innovation2, least), total) + ca.if_else(otherwise, rare, 0.0)
+            likelihood = _likelihood(ca.fmax(innovation2, beyond * total), total)
             fits = likelihood > elsewhere
             h.covariance.add(POSITION, ca.if_else(fits, arrived, 0.0))
             h.weight = h.weight + ca.fmax(likelihood, elsewhere)
@@ -363,28 +355,16 @@ class Hypotheses:
         for h in self.all:
             h.weight = ca.fmax(h.weight - largest, _LEAST)
 
-    def _untaught(self, h: Hypothesis) -> Any:
-        """How much of what is not known of the leakage of a new machine is still not known, 0 to 1."""
-        return ca.fmin(h.covariance[LEAK, LEAK] / self._assumptions.machine.leak**2, 1.0)
-
-    def _widening(self, h: Hypothesis) -> Any:
-        """By how much the position's variance grows if the machine leaks otherwise [m2]."""
-        return sum(h.covariance.widening(quantity, wide) for quantity, _, wide in self._others)
-
     def _beyond(self, h: Hypothesis, nominal: Any, own: Any) -> Any:
         """How far a hypothesis is beyond the cylinder's ends, where no piston can be, squared and normalised [1]."""
         position = nominal + h.mean[POSITION]
         outside = ca.fmax(ca.fmax(-position, position - self._stroke), 0.0)
         return outside**2 / (h.covariance[POSITION, POSITION] + own)
 
-    def _otherwise(self, h: Hypothesis, innovation2: Any, total: Any, rare: Any, chance: Any) -> Any:
-        """Whether it is likeliest that the machine has leaked otherwise than believed since the last reference."""
-        wide = total + self._widening(h)
-        return _likelihood(innovation2, wide) + rare > ca.fmax(_likelihood(innovation2, total), chance)
-
     def _renew(self, taken: Any, before: Hypothesis, doubts: Any) -> None:
         """After a reference: what was *wrong* and is likeliest becomes the first; *wrong* begins anew.
 
+        A machine that surely *leaks* otherwise becomes the first as well: its leakage is known by then, as any other's.
         Where the reference may well have been an obstacle, *wrong* is that: the position goes on as it was before it.
 
         Args:
@@ -392,11 +372,14 @@ class Hypotheses:
             before: the first hypothesis before the reference.
             doubts: logarithm of the odds, by the first, that it was none.
         """
-        first, wrong = self.all[0], self.all[_WRONG]
-        found = ca.logic_and(taken, self._leads(wrong))
-        first.covariance.replaced(wrong.covariance, found)
-        first.mean = [ca.if_else(found, b, a) for a, b in zip(first.mean, wrong.mean, strict=True)]
-        first.weight = ca.if_else(found, wrong.weight, first.weight)
+        first, leaks, wrong = self.all[0], self.all[_LEAKS], self.all[_WRONG]
+        surely = ca.logic_and(self._leads(leaks), first.weight < math.log(_OUTSIDE))
+        taught, found = ca.logic_and(taken, surely), ca.logic_and(taken, self._leads(wrong))
+        for other, where in ((leaks, taught), (wrong, found)):
+            first.covariance.replaced(other.covariance, where)
+            first.mean = [ca.if_else(where, b, a) for a, b in zip(first.mean, other.mean, strict=True)]
+            first.weight = ca.if_else(where, other.weight, first.weight)
+        leaks.weight = ca.if_else(taught, _LEAST, leaks.weight)
         # An end that is elsewhere than described explains a wrong position as well, so that refutes nothing.
         refuted = ca.logic_and(wrong.weight < math.log(0.1), self._leads(first))
         anew = ca.logic_or(found, ca.logic_and(taken, refuted))
@@ -406,9 +389,6 @@ class Hypotheses:
         doubtful = ca.logic_and(ca.logic_and(anew, ca.logic_not(found)), perhaps)
         wrong.covariance.replaced(first.covariance, anew, std=self._unknown)
         wrong.covariance.replaced(before.covariance, doubtful)
-        unknown, untaught = ca.logic_and(anew, ca.logic_not(doubtful)), self._untaught(first)
-        for quantity, _, wide in self._others:
-            wrong.covariance.widened(quantity, untaught * wide, unknown)
         goes_on = [ca.if_else(doubtful, old, new) for old, new in zip(before.mean, first.mean, strict=True)]
         wrong.mean = [ca.if_else(anew, b, a) for a, b in zip(wrong.mean, goes_on, strict=True)]
         began = ca.if_else(doubtful, first.weight + doubts, math.log(self._assumptions.stops.wrong))
@@ -462,51 +442,7 @@ class Hypotheses:
             std = ca.sqrt(ca.fmax(h.covariance[POSITION, POSITION], 0.0))
             sure = ca.sqrt(2.0 * ca.log(ca.fmax(share, RISK) / RISK))
             wide = ca.fmax(wide, ca.if_else(share > RISK, ca.fabs(h.mean[POSITION]) + sure * std, 0.0))
-        otherwise = math.sqrt(2.0 * math.log(max(self._assumptions.machine.leaks_otherwise, RISK) / RISK))
-        wide = ca.fmax(wide, otherwise * self.untaught())
         return self._graph.becoming("band_width") * wide
-
-    def _weigh_otherwise(self, h: Hypothesis, innovation2: Any, expected: Any, chance: Any, use: Any) -> None:
-        """What a contact or reference says of whether the machine leaks otherwise than described.
-
-        Its odds change by the likelihood of where it was met, with the position as uncertain as on such a machine, over
-        that on a usual one; under both it may have been an obstacle.
-
-        Args:
-            h: the hypothesis that the position goes by, before the contact.
-            innovation2: the contact's, squared [m2].
-            expected: variance of it on a usual machine [m2].
-            chance: logarithm of the density were it an obstacle.
-            use: whether there is one.
-        """
-        otherwise, usual = (_likelihood(innovation2, v) for v in (expected + self._wider(h), expected))
-        odds = self._otherwise_odds + ca.fmax(otherwise, chance) - ca.fmax(usual, chance)
-        odds = ca.fmin(ca.fmax(odds, _LEAST), -_LEAST)
-        self._otherwise_odds = ca.if_else(use, odds, self._otherwise_odds)
-        self._graph.becomes("otherwise_odds", self._otherwise_odds)
-
-    def _wider(self, h: Hypothesis) -> Any:
-        """By how much the position's variance is larger if the machine leaks otherwise than described [m2].
-
-        References teach such a machine's leakage as they teach any other's: they bring the same information, whatever
-        was believed before them,
-
-            1/P_other = 1/P - 1/P_usual(0) + 1/P_other(0),
-
-        so before the first one this is much, and soon after it is nothing.
-        """
-        more: Any = 0.0
-        for quantity, usual, other in self._others:
-            if usual > 0.0:
-                known = ca.fmax(ca.fmin(h.covariance[quantity, quantity], usual), _TAUGHT * usual)
-                more += h.covariance.widening(quantity, 1.0 / (1.0 / known - 1.0 / usual + 1.0 / other))
-        return more
-
-    def untaught(self) -> Any:
-        """Standard deviation of the position [m] if the machine leaks otherwise than described, where that counts."""
-        h = self.all[0]
-        counts = _counts(1.0 / (1.0 + ca.exp(-self._otherwise_odds)))
-        return ca.sqrt(ca.fmax(h.covariance[POSITION, POSITION] + counts * self._wider(h), 0.0))
 
     def factor_std(self, k: int) -> Any:
         """Standard deviation of a factor under the likeliest hypothesis [1]."""

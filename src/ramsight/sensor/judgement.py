@@ -52,7 +52,7 @@ def judge(
     limits: Limits,
     *,
     std: Any,
-    untaught: Any,
+    overall: Any,
     position: Any,
     stroke: Any,
     disputed: Any,
@@ -69,8 +69,8 @@ def judge(
         contact: whether the piston is held.
         relief: oil over a relief valve.
         limits: of the unit.
-        std: of the position [m].
-        untaught: the same if the machine leaks otherwise than believed [m].
+        std: of the position, whose 1.96-fold is the 95 % band [m].
+        overall: of the position, over all hypotheses by their probabilities [m].
         position: [m], perhaps outside the stroke.
         stroke: [m].
         disputed: whether a reference was refused and none has been taken since.
@@ -103,7 +103,7 @@ def judge(
     outside = ca.fmax(-position, position - stroke) > _BEYOND * std + _BEYOND_LEAST
     extreme = ca.logic_or(graph.oil_temperature < COLDEST, graph.oil_temperature > HOTTEST)
     conditions = {
-        Status.REFERENCE_DUE: ca.fmax(std, untaught) > WARNING * stroke,
+        Status.REFERENCE_DUE: std > WARNING * stroke,
         Status.OUTSIDE_TEMPERATURE: extreme,
         Status.OUTSIDE_SPEED: ca.fabs(w) > _OVERSPEED * limits.max_speed,
         Status.TEMPERATURE_LOST: intake.cold,
@@ -115,7 +115,7 @@ def judge(
         Status.POSITION_LOST: relief.grown > WARNING * stroke,
         Status.FAULT_PASSED: fault_passed,
         Status.NOT_REFERENCED: ca.logic_not(known),
-        Status.TOO_UNCERTAIN: ca.logic_and(known, std > LIMIT * stroke),
+        Status.TOO_UNCERTAIN: ca.logic_and(known, overall > LIMIT * stroke),
         Status.OUTSIDE_STROKE: ca.logic_and(known, outside),
         Status.IMPLAUSIBLE_TORQUE: ca.logic_or(ca.logic_or(implausible, offset), intake.overtorque),
         Status.IMPLAUSIBLE_SPEED: intake.overspeed,

@@ -148,8 +148,6 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     gives = step.give * checks.torque_off / symbol("travel_per_radian")
     seen = unseen**2 + into**2 + step.noise_travel**2 + gives**2
     std = ca.sqrt(bank.band() ** 2 + seen) + pending
-    # What the status calls due, the band holds.
-    said = ca.sqrt(ca.fmax(bank.band(), bank.untaught()) ** 2 + seen) + pending
     settled = graph.said
     code = judge(
         graph,
@@ -159,7 +157,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
         Relief(doubt, grown_1),
         limits,
         std=std,
-        untaught=bank.untaught(),
+        overall=ca.sqrt(ca.fmax(total, 0.0) + seen) + pending,
         position=position,
         stroke=symbol("stroke"),
         disputed=disputed_1,
@@ -174,7 +172,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     since = ca.fmax(graph.state(REFERENCED_NOW), measured.taken)
     graph.becomes(REFERENCED_NOW, since)
     more = {BOUND: (bound, "m"), REFERENCED_NOW: (since, "1"), **checks.more}
-    return _report(graph, step, intake, position, said, code, factors, measured.taken, contact, circuit, more)
+    return _report(graph, step, intake, position, std, code, factors, measured.taken, contact, circuit, more)
 
 
 def _fault_passed(graph: SensorGraph, checks: DriveChecks, measured: Measured) -> Any:

@@ -10,8 +10,6 @@ import casadi as ca
 
 from ramsight.sensor.virtual_sensor import SensorGraph
 
-_NOTHING = 1e-12
-
 
 class Covariance:
     """The symmetric covariance of (position, factors ...), of which only the position moves.
@@ -120,22 +118,6 @@ class Covariance:
         """A quantity is at least so uncertain."""
         here = self.entries[quantity, quantity]
         self.entries[quantity, quantity] = ca.fmax(here, variance)
-
-    def widening(self, quantity: int, variance: Any) -> Any:
-        """By how much the position's variance grows if a quantity had been so uncertain from the start."""
-        return self._slope(quantity) ** 2 * ca.fmax(variance - self[quantity, quantity], 0.0)
-
-    def _slope(self, quantity: int) -> Any:
-        """How the position has followed a quantity."""
-        return self[0, quantity] / ca.fmax(self[quantity, quantity], _NOTHING)
-
-    def widened(self, quantity: int, variance: Any, where: Any) -> None:
-        """A quantity had been so uncertain from the start, and the position with it."""
-        here, slope = self[quantity, quantity], self._slope(quantity)
-        more = ca.if_else(where, ca.fmax(variance - here, 0.0), 0.0)
-        self.entries[0, 0] = self.entries[0, 0] + slope**2 * more
-        self.entries[0, quantity] = self.entries[0, quantity] + slope * more
-        self.entries[quantity, quantity] = here + more
 
     def limit(self, std: Any, quantity: int = 0) -> None:
         """A quantity is nowhere outside a range so wide: its row and column shrink to it together.
