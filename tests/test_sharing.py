@@ -7,9 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray
+from typer.testing import CliRunner
 
 import ramsight
+from ramsight.cli.verbs import app
 from ramsight.errors import DescriptionError, LogError, MissingColumnError
+from ramsight.output import write_table
 from ramsight.sensor.disagreement import sure
 from ramsight.sensor.sharing import OIL, POWER, SHARED, VOLTAGE, Agreement, Allowed, shared_table
 
@@ -198,6 +201,34 @@ def test_the_voltage_of_a_log_is_there_to_be_compared(tmp_path):
     assert log["dc_voltage"].attrs["units"] == "V"
     np.testing.assert_allclose(log["dc_power"], 96.0 * np.arange(100))
     assert [one.name for one in ramsight.check_shared(log, log).looked_at] == ["oil_temperature", "dc_voltage"]
+
+
+def written(path, log):
+    """A log as the verb reads it, with voltage and current of the link."""
+    count = len(log["time"])
+    write_table({
+        "time_s": log["time"].values, "motor_speed_rpm": np.zeros(count), "motor_torque_nm": np.zeros(count),
+        "oil_temperature_c": log["oil_temperature"].values - 273.15, "dc_voltage_v": log["dc_voltage"].values,
+        "dc_current_a": (log["dc_power"] / log["dc_voltage"]).values,
+    }, path)  # fmt: skip
+
+
+def test_the_verb_says_what_the_function_says(tmp_path):
+    first, second, battery = (one.isel(time=slice(0, 3000)) for one in machine(10, voltage=1.15))
+    written(tmp_path / "boom.csv", first)
+    written(tmp_path / "bucket.csv", second)
+    write_table({
+        "time_s": battery["time"].values, "battery_voltage_v": battery["battery_voltage"].values,
+        "battery_current_a": battery["battery_current"].values,
+    }, tmp_path / "battery.csv")  # fmt: skip
+    verb = ["logs", "shared", str(tmp_path / "boom.csv"), str(tmp_path / "bucket.csv")]
+    done = CliRunner().invoke(app, [*verb, "--battery", str(tmp_path / "battery.csv"), "--others", "30 W"])
+    assert done.exit_code == 0, done.output
+    assert done.output.strip() == ramsight.check_shared(first, second, battery=battery, others="30 W").text
+    assert "dc_voltage (both DC links): contradicts" in done.output
+    assert "oil_temperature (both thermometers): agrees" in done.output
+    plain = CliRunner().invoke(app, verb)
+    assert "battery's current and voltage): not in both" in plain.output
 
 
 def test_the_page_has_the_rows():

@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.api.given import checked
+from ramsight.api.tracking import Quantity
 from ramsight.errors import DescriptionError, LogError
 from ramsight.logs.channels import DC_CURRENT, DC_POWER, DC_VOLTAGE, OIL_TEMPERATURE
 from ramsight.sensor.sharing import OIL, POWER, SHARED, VOLTAGE, Agreement, Allowed, Shared
 from ramsight.stretches import stretches
+from ramsight.units import argument
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -70,7 +72,7 @@ def check_shared(
     second: xarray.Dataset,
     *,
     battery: xarray.Dataset | None = None,
-    others: float = 0.0,
+    others: Quantity = 0.0,
     allowed: Mapping[str, Allowed] | None = None,
 ) -> SharedChecks:
     """Hold against each other what the drives of two units say of their common oil and battery.
@@ -89,7 +91,7 @@ def check_shared(
         Sums, bounds and alarms of each quantity, and both logs with a temperature wherever one of them has one.
 
     Raises:
-        DescriptionError: a name in `allowed` is of no quantity; `others` is no number.
+        DescriptionError: a name in `allowed` is of no quantity; `others` cannot be read or is out of range.
         MissingColumnError: a log has no time, or the battery's not what is needed of it.
         LogError: the logs have no time in common, or nothing else.
 
@@ -107,11 +109,10 @@ def check_shared(
         raise DescriptionError(
             "is no such quantity", key="allowed", value=min(strange), allowed=", ".join(sorted(names))
         )
-    if not np.isfinite(others):
-        raise DescriptionError("is no number", key="others", value=others, allowed="a power [W]")
+    taken = argument(others, "W", "others", least="-1000 kW", most="1000 kW")
     one, two = checked(first, "first", ("time",)), checked(second, "second", ("time",))
     time = np.asarray(one["time"].values, float)
-    pairs = _pairs(one, two, None if battery is None else checked(battery, "battery", ("time", *_BATTERY)), others)
+    pairs = _pairs(one, two, None if battery is None else checked(battery, "battery", ("time", *_BATTERY)), taken)
     if not pairs:
         raise LogError("has nothing that the first log has, too", file="the second log")
     columns = {}
