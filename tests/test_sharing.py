@@ -64,6 +64,18 @@ def test_two_healthy_drives_agree(seed):
     assert found.text.count("agrees") == 3
 
 
+def test_offsets_and_gains_as_they_are_declared_raise_nothing():
+    """Five hours of thirty machines."""
+    for seed in range(30):
+        oil, voltage, current = np.random.default_rng([seed, 9]).standard_normal(3)
+        drawn = {
+            "oil": OIL.allowed.offset * oil - 1.5,
+            "voltage": (1.0 + VOLTAGE.allowed.gain * voltage) / 1.007,
+            "current": 1.0 + POWER.allowed.gain * current,
+        }
+        assert said(seed, **drawn).alerts == []
+
+
 @pytest.mark.parametrize(
     ("name", "wrong"),
     [
