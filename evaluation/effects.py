@@ -145,6 +145,14 @@ def dragged(celsius: float) -> float:
     return 1e-3 * more / units[1].travel_per_radian
 
 
+def starved() -> float:
+    """What a lift at 3000 rpm from a tank without its charge lacks where pumps want 2 bar [mm]."""
+    low, wants = {"tank.pressure": "0.45 bar"}, both_pumps(min_inlet_pressure="2 bar")
+    runs = [simulate(boom(c), lift_lower(boom(c), HALF, WARM, motor_speed=2.0 * SPEED)) for c in (low | wants, low)]
+    tops = [float(run["position"].max()) for run in runs]
+    return 1e3 * (tops[0] - tops[1])
+
+
 def belted() -> float:
     """The same of a belt that passes on 97.5 % [kN]."""
     units = boom(both_pumps(belt_efficiency="97.5 %")), boom()
@@ -224,6 +232,9 @@ EFFECTS = (
            "tooth belts 97 to 98 %", "a lift under 258 kN", belted, "kN"),
     Effect("belt that creeps", '`pump_a.belt_creep = "1 %"`, both', "V-belts 0.5 to 1 %", _CYCLE,
            lambda: cycled(boom(both_pumps(belt_creep="1 %")))),
+    Effect("pumps that starve", '`pump_a.min_inlet_pressure = "2 bar"`, both, tank at 0.45 bar',
+           "gear pumps want 0.6 to 0.8 bar, those of closed circuits 2 bar and more", "a lift at 3000 rpm under 258 kN",
+           starved),
     Effect("magnets that warm up", "`Magnets(torque=60.0)`, 60 K", "neodymium, −0.11 %/K", "two hours at 60 N m",
            magnets, "% torque"),
     Effect("oil in the pumps' gaps", "`warmed(unit, work_day(…))`", "heat stores and surfaces, within a factor of two",

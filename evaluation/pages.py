@@ -21,6 +21,7 @@ import unit_control
 
 from ramsight.output import atomic_path
 from ramsight.sensor.detectors import detector_table
+from ramsight.sensor.sharing import shared_table
 
 ROOT = Path(__file__).parents[1]
 PAGE, CONTROL_PAGE, PLANT_PAGE, VALIDATION_PAGE, INTEGRITY_PAGE, SAFETY_PAGE = (
@@ -159,6 +160,7 @@ def main() -> None:
     integrity = {"by_signals": by_signals(found["faults"]), "bounds": bounds.table(found["bounds"])}
     integrity["undisturbed"] = undisturbed.table(found["undisturbed"])
     fixed = {"redundancy": redundancy.table(), "detectors": detector_table().splitlines()}
+    fixed |= {"shared": shared_table().splitlines()}
     put(INTEGRITY_PAGE, integrity | fixed)
     put(SAFETY_PAGE, {"second_channel": second_channel.table(found["second_channel"])})
     put(CONTROL_PAGE, {name: table(found[study]) for name, (study, table) in CONTROL_TABLES.items()})

@@ -21,9 +21,11 @@ from ramsight import machine
 from ramsight.duty import DriveReport, Duty, Magnets, Profile, report, simulate
 from ramsight.duty.link_report import LinkReport
 from ramsight.duty.profile import constant
+from ramsight.duty.warming import warmed
 from ramsight.duty.work_day import work_day
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build
+from ramsight.plant.oil import kinematic_viscosity
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
 from ramsight.study.judging import Judged, judge
@@ -37,6 +39,8 @@ VISITS, RARE_VISITS = 120.0, 1800.0  # s from one end stop to the next
 COLD, WARM = 288.15, 323.15  # K, of a day's oil
 COLD_START, WARMING = 2400.0, 600.0  # s, time constants of the oil's warming: of a long day, and of a short one
 NIGHT, COOLS = 8.0 * 3600.0, 7200.0  # s
+LEAK_AT = (20.0, 30.0, 40.0, 48.0)  # degC
+COLDER = 5.0  # K, of the thermometer than the oil in the pumps
 LINK = math.radians(0.2)  # of an inclinometer, all its errors together
 Array = NDArray[np.float64]
 Draw = Callable[[np.random.Generator], dict[str, Any]]
@@ -45,12 +49,24 @@ Spoil = Callable[[xarray.Dataset, np.random.Generator], None]
 
 @dataclass(frozen=True)
 class Day:
-    """A day as the sensor saw it, and as it was: track, motor speed [rad/s], true position and stroke [m]."""
+    """A day as the sensor saw it, and as it was.
+
+    Attributes:
+        track: the sensor's.
+        motor_speed: [rad/s].
+        position: the true one [m].
+        stroke: [m].
+        oil: temperature of the oil in the pumps' gaps [K].
+        leak: leakage over what the sensor's description says at the reported temperature [1], the thermometer's lag
+            left out: what its factor of leakage should be.
+    """
 
     track: xarray.Dataset
     motor_speed: Array
     position: Array
     stroke: float
+    oil: Array
+    leak: Array
 
 
 @dataclass(frozen=True)
@@ -65,6 +81,7 @@ class Effect:
         warms: whether the oil warms.
         loads: least and greatest [N].
         peaks: whether a load comes and goes at rest.
+        heats: whether the oil is warmed up by what is lost in it.
     """
 
     title: str
@@ -74,6 +91,7 @@ class Effect:
     warms: bool = False
     loads: tuple[float, float] = LOADS
     peaks: bool = False
+    heats: bool = False
 
 
 def _magnets(log: xarray.Dataset, random: np.random.Generator) -> None:
@@ -89,7 +107,7 @@ def _late_thermometer(log: xarray.Dataset, random: np.random.Generator) -> None:
 
 
 def _cold_thermometer(log: xarray.Dataset, random: np.random.Generator) -> None:
-    log["oil_temperature"].values[:] -= 5.0
+    log["oil_temperature"].values[:] -= COLDER
 
 
 def _cushions(length: float, flow: float) -> dict[str, Any]:
@@ -150,14 +168,22 @@ EFFECTS: dict[str, Effect] = {
         lambda random: {"oil.free_air": random.uniform(0.0025, 0.01), **both_pumps(compression="beside efficiency")},
     ),
     "peaks": Effect("a load of 40 % more comes and goes at rest", peaks=True),
+    "own_heat": Effect("losses heat cases and tank from 15 °C, the thermometer is in the tank", heats=True),
+    "starving": Effect(
+        "pumps starve: 0.12 bar at their inlet, and they want 0.9 to 1.1 bar at their highest speed",
+        {"tank.pressure": 0.12e5, **both_pumps(min_inlet_pressure=1e5)},
+        lambda random: {"tank.pressure": 0.12e5, **both_pumps(min_inlet_pressure=random.uniform(0.9e5, 1.1e5))},
+    ),
 }
 """By the key in study.json."""
 
-TOGETHER = tuple(key for key in EFFECTS if key not in ("none", "relief", "air"))
-"""Oil over the relief valve loses the position; free air and compression are two conventions of one law."""
+TOGETHER = tuple(key for key in EFFECTS if key not in ("none", "relief", "air", "own_heat", "starving"))
+"""Oil over the relief valve loses the position; free air and compression are two conventions of one law, and oil that
+warms in the pumps is there already; a machine whose pumps starve is stopped."""
 
 
-def _unit(changes: Mapping[str, Any]) -> HydraulicUnit:
+def unit_with(changes: Mapping[str, Any]) -> HydraulicUnit:
+    """The loader's boom with values of its description changed, and as built."""
     loader = machine.load("mining-loader")
     as_built = {key: value for key, value in changes.items() if "." not in key}
     described = {key: value for key, value in changes.items() if "." in key}
@@ -201,14 +227,19 @@ def tracked(keys: tuple[str, ...], seed: int, *, duration: float, visits: float,
         changes |= {"leak": random.normal(1.0, 0.15), "displacement": random.normal(1.0, 0.006)}
         changes |= {"stiffness": random.uniform(0.7, 1.3), "friction": random.uniform(0.6, 1.4)}
     usual = {key: value for effect in effects for key, value in effect.usual.items()} if told else {}
-    sheet, real = _unit(usual), _unit(changes)
+    sheet, real = unit_with(usual), unit_with(changes)
     loads = max(effect.loads for effect in effects)
     duty = work_day(real, loads, 313.15, duration=duration, visit_every=visits, seed=seed)
     if any(effect.warms for effect in effects):
         duty = replace(duty, oil_temperature=_oil(WARMING if len(effects) == 1 else COLD_START, duty.duration))
     if any(effect.peaks for effect in effects):
         duty = _peaked(duty)
-    run = simulate(real, duty)
+    if any(effect.heats for effect in effects):
+        run = warmed(real, replace(duty, oil_temperature=constant(COLD)))
+        oil = run["pump_temperature"].values
+    else:
+        run = simulate(real, duty)
+        oil = run["oil_temperature"].values
     offset, noise = float(random.normal(0.0, 0.5 * LINK)), 0.5 * LINK
     angle = LinkReport(sheet.lever, offset=offset, noise=noise, seed=seed) if link and sheet.lever else None
     log = report(run, DriveReport(seed=seed, link=angle))
@@ -218,13 +249,31 @@ def tracked(keys: tuple[str, ...], seed: int, *, duration: float, visits: float,
     sensor = kalman(sheet, sheet.assumptions.replace(declared))
     sensor.start(duty.start_position)
     track = sensor.track(log)
-    return Day(track, log["motor_speed"].values, run["position"].values, float(sheet.cylinder.stroke))
+    reported = oil - (COLDER if "gap_oil" in keys else 0.0)
+    law = sheet.oil.walther_a, sheet.oil.walther_b
+    thinner = kinematic_viscosity(reported, *law) / kinematic_viscosity(oil, *law)
+    leak = changes.get("leak", 1.0) * np.asarray(thinner).ravel()
+    return Day(track, log["motor_speed"].values, run["position"].values, float(sheet.cylinder.stroke), oil, leak)
 
 
-def day(keys: tuple[str, ...], seed: int, *, link: bool = False, **how: Any) -> Judged:
-    """The same, judged after three stops, or from its start with an inclinometer."""
-    one = tracked(keys, seed, link=link, **how)
+def judged(one: Day, *, link: bool = False) -> Judged:
+    """A day judged after three stops, or from its start with an inclinometer."""
     return judge(one.track, one.motor_speed, one.position, one.stroke, after=0 if link else 3)
+
+
+def leakage(days: list[Day]) -> dict[str, dict[str, float]]:
+    """The factor of leakage over what the machine has, by the temperature in the pumps [degC]: least, median, most."""
+    found = {}
+    for celsius in LEAK_AT:
+        over, std = [], []
+        for one in days:
+            there = np.abs(one.oil - 273.15 - celsius) < 0.5
+            over.append(float(np.median(one.track["leak_factor"].values[there] / one.leak[there])))
+            std.append(float(np.median(one.track["leak_factor_std"].values[there] / one.leak[there])))
+        found[f"{celsius:g}"] = {
+            "least": min(over), "median": float(np.median(over)), "most": max(over), "std": float(np.median(std)),
+        }  # fmt: skip
+    return found
 
 
 def figures(days: list[Judged]) -> dict[str, float]:
@@ -249,7 +298,7 @@ def night(seed: int, *, told: bool) -> dict[str, float]:
     effects = (EFFECTS["closed_valves"], EFFECTS["expansion"])
     changes = {key: value for effect in effects for key, value in effect.drawn(random).items()}
     usual = {key: value for effect in effects for key, value in effect.usual.items()} if told else {}
-    sheet, real = _unit(usual), _unit(changes)
+    sheet, real = unit_with(usual), unit_with(changes)
     speed = Profile([0.0, 1.0, 2.0, 6.0, 7.0, 10.0 + NIGHT], [0.0, 0.0, 100.0, 100.0, 0.0, 0.0])
     after = np.linspace(10.0, 10.0 + NIGHT, 60)
     cools = COLD + (WARM - COLD) * np.exp(-(after - 10.0) / COOLS)
@@ -270,22 +319,22 @@ def runs(days: int) -> int:
 
 def study(days: int, advance: Callable[[int], object]) -> dict[str, Any]:
     """Figures of each effect alone, of all together, and of nights."""
-    found: dict[str, Any] = {"alone": {}, "together": {}, "night": {}}
+    found: dict[str, Any] = {"alone": {}, "together": {}, "leakage": {}, "night": {}}
 
-    def some(keys: tuple[str, ...], **how: Any) -> dict[str, float]:
+    def some(keys: tuple[str, ...], link: bool = False, **how: Any) -> tuple[dict[str, float], list[Day]]:
         done = []
         for seed in range(days):
-            done.append(day(keys, seed, **how))
+            done.append(tracked(keys, seed, link=link, **how))
             advance(1)
-        return figures(done)
+        return figures([judged(one, link=link) for one in done]), done
 
     for key, effect in EFFECTS.items():
         for told in (False, True) if effect.usual else (False,):
-            found["alone"].setdefault(key, {})["told" if told else "untold"] = some(
-                (key,), duration=DAY, visits=VISITS, told=told
-            )
-    found["together"]["stops"] = some(TOGETHER, duration=LONG_DAY, visits=VISITS, told=True)
-    found["together"]["link"] = some(TOGETHER, duration=LONG_DAY, visits=RARE_VISITS, told=True, link=True)
+            figured, _ = some((key,), duration=DAY, visits=VISITS, told=told)
+            found["alone"].setdefault(key, {})["told" if told else "untold"] = figured
+    for kind, visits in (("stops", VISITS), ("link", RARE_VISITS)):
+        figured, done = some(TOGETHER, link=kind == "link", duration=LONG_DAY, visits=visits, told=True)
+        found["together"][kind], found["leakage"][kind] = figured, leakage(done)
     for told in (False, True):
         nights = []
         for seed in range(days):

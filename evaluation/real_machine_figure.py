@@ -1,13 +1,17 @@
-"""Figures of docs/validation.md: what the sensor says of its error beside the error, on machines with every effect."""
+"""Figures of docs/validation.md, of machines with every effect: what the sensor says of its error, and of leakage.
+
+python evaluation/real_machine_figure.py [--days 6] [--out docs/images]
+"""
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
-from real_machine import LONG_DAY, RARE_VISITS, TOGETHER, VISITS, Day, tracked
+from real_machine import DAYS, LONG_DAY, RARE_VISITS, TOGETHER, VISITS, Day, tracked
 
 from ramsight.normal import TWO_SIDED_95
 from ramsight.output import atomic_path
@@ -32,9 +36,10 @@ def days(seeds: Sequence[int]) -> list[list[Day]]:
 
 
 def draw(found: list[list[Day]], folder: Path) -> None:
-    """Write both figures."""
+    """Write the figures."""
     _save(_stanford(found), folder / "real-machine-stanford.png")
     _save(_hours([one[0] for one in found]), folder / "real-machine-hours.png")
+    _save(_leakage(found), folder / "real-machine-leakage.png")
 
 
 def _save(figure: Figure, path: Path) -> None:
@@ -84,3 +89,36 @@ def _hours(found: list[Day]) -> Figure:
     axes[0].legend(loc="upper right", ncols=2)
     axes[1].set(xlabel="hours since the cold start", xlim=(0.0, None))
     return figure
+
+
+def _leakage(found: list[list[Day]]) -> Figure:
+    """The factor of leakage over the temperature of the oil in the pumps: found, and the machine's."""
+    figure = Figure(figsize=(10.0, 4.6), layout="constrained")
+    axes = figure.subplots(1, 2, sharex=True, sharey=True)
+    for panel, some, title in zip(axes, found, _TITLES, strict=True):
+        for number, one in enumerate(some):
+            time = one.track["time"].values
+            every = max(round(_SECONDS / float(np.median(np.diff(time)))), 1)
+            celsius = one.oil[::every] - 273.15
+            panel.plot(celsius, one.track["leak_factor"].values[::every], color=f"C{number}", lw=1.2)
+            panel.plot(celsius, one.leak[::every], "--", color=f"C{number}", lw=1.0)
+        panel.set(title=title, xlabel="oil in the pumps [°C]")
+        panel.grid(alpha=0.3)
+    axes[0].set_ylabel("leakage over the description's [1]")
+    axes[0].plot([], [], color="#222222", lw=1.2, label="found by the sensor")
+    axes[0].plot([], [], "--", color="#222222", lw=1.0, label="of the machine, at the reported temperature")
+    axes[0].legend(loc="upper right", frameon=False)
+    return figure
+
+
+def main() -> None:
+    """Simulate, follow and draw."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--days", type=int, default=DAYS)
+    parser.add_argument("--out", type=Path, default=Path(__file__).parents[1] / "docs" / "images")
+    given = parser.parse_args()
+    draw(days(range(given.days)), given.out)
+
+
+if __name__ == "__main__":
+    main()

@@ -17,6 +17,7 @@ import faults
 import identify_coverage
 import loader_control
 import loop_response
+import quadrants
 import real_machine
 import real_oil
 import recorded
@@ -44,6 +45,7 @@ STUDIES = (
     "drive_control",
     "loop_response",
     "real_machine",
+    "quadrants",
     "effects",
 )
 
@@ -104,6 +106,9 @@ def main() -> None:
     if "real_machine" in given.only:
         with progress(real_machine.runs(real_machine.DAYS), "days of real machines") as bar:
             found["real_machine"] = real_machine.study(real_machine.DAYS, bar.advance)
+    if "quadrants" in given.only:
+        with progress(quadrants.runs(), "moves in four quadrants") as bar:
+            found["quadrants"] = quadrants.study(bar.advance)
     if "effects" in given.only:
         with progress(len(effects.EFFECTS), "effects of a real machine") as bar:
             found["effects"] = effects.study(bar.advance)

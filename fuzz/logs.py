@@ -49,9 +49,32 @@ def _tables(name: str) -> Callable[[Path], Prepared]:
 
             with MDF(folder / name) as mdf:  # as many loggers write it, not packed
                 contents.append(Path(mdf.save(folder / "plain.mf4", overwrite=True, compression=0)).read_bytes())
+        if name.endswith(".mcap"):
+            contents.append(_plain_mcap(contents[0], folder / "plain.mcap"))
         return Prepared(judge, contents, name)
 
     return prepare
+
+
+def _plain_mcap(content: bytes, path: Path) -> bytes:
+    """The same messages not packed, not in chunks and without their checksums, so that damage comes through."""
+    from io import BytesIO
+
+    from mcap.reader import make_reader
+    from mcap.writer import CompressionType, Writer
+
+    with open(path, "wb") as file:
+        writer = Writer(file, use_chunking=False, compression=CompressionType.NONE, enable_crcs=False)
+        writer.start(profile="", library="a recorder")
+        numbers: dict[int, int] = {}
+        for schema, channel, message in make_reader(BytesIO(content)).iter_messages():
+            if channel.id not in numbers:
+                number = writer.register_schema(schema.name, schema.encoding, schema.data)
+                numbers[channel.id] = writer.register_channel(channel.topic, channel.message_encoding, number)
+            stamp = message.log_time
+            writer.add_message(numbers[channel.id], stamp, message.data, stamp, message.sequence)
+        writer.finish()
+    return path.read_bytes()
 
 
 def _frames(name: str, **options: Any) -> Callable[[Path], Prepared]:
@@ -147,6 +170,7 @@ SECTIONS = [
     Section("log CSV.gz", CASES, _tables("log.csv.gz"), _check),
     Section("log Parquet", CASES, _tables("log.parquet"), _check),
     Section("log MF4", CASES, _tables("log.mf4"), _check),
+    Section("log MCAP", CASES, _tables("log.mcap"), _check),
     Section("log BLF", CASES, _frames("log.blf", compression_level=0), _check),
     Section("log ASC", CASES, _frames("log.asc"), _check),
     Section("log candump", CASES, _frames("log.log"), _check),

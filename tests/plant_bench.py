@@ -1,6 +1,7 @@
 """A bench for single parts: each part alone between rigid volumes, at many states at once."""
 
 import inspect
+import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from importlib import import_module
@@ -67,6 +68,10 @@ PARTS = {
     "pump that compresses its oil": replace(PUMP, compressed=0.02),
     "pump with hydrodynamic drag": replace(PUMP, drag=0.02, hydrodynamic_drag=3e-5),
     "pump on a belt that loses and creeps": replace(PUMP, belt_loss=0.03, belt_creep=0.01),
+    "pump that starves": replace(PUMP, filling=PUMP.displacement * 150.0 / math.sqrt(0.8e5)),
+    "pump that starves and compresses its oil": replace(
+        PUMP, inlet=TANK, compressed=0.02, filling=PUMP.displacement * 150.0 / math.sqrt(0.8e5)
+    ),
     "hose": HOSE,
     "hose turning turbulent": replace(HOSE, turbulent=True, diameter=8e-3),
     "hose with inertia": replace(HOSE, segments=3),

@@ -413,7 +413,7 @@ def test_voltage_and_current_of_the_link_are_its_power(tmp_path, day):
                "dc_voltage_v": np.full(50, 96.0), "dc_current_a": log["dc_power"].values / 96.0}  # fmt: skip
     write_table(columns, tmp_path / "log.parquet")
     assert np.allclose(read_drive_log(tmp_path / "log.parquet")["dc_power"], log["dc_power"])
-    assert "dc_voltage" not in read_drive_log(tmp_path / "log.parquet")
+    assert np.all(read_drive_log(tmp_path / "log.parquet")["dc_voltage"] == 96.0), "two drives have it in common"
     text = 'time = {channel = "time_s", unit = "s"}\nspeed = {channel = "motor_speed_rpm", unit = "rpm"}\n'
     text += 'torque = {channel = "motor_torque_nm", unit = "N m"}\ntemperature = {constant = "40 degC"}\n'
     voltage = 'dc_voltage = {channel = "dc_voltage_v", unit = "V"}\n'

@@ -384,6 +384,55 @@ def test_a_belt_that_creeps_costs_travel_and_one_that_loses_costs_torque():
     assert np.abs(followed(BOOM, crept)).max() > 1e-3
 
 
+# Pumps that starve -------------------------------------------------------------------------------------------------
+
+STARVING = {"tank.pressure": "0.45 bar", **of_both_pumps(min_inlet_pressure="2 bar")}
+
+
+def hurried(unit):
+    """A lift at 3000 rpm of the motor."""
+    return simulate(unit, lift_lower(unit, 300e3, WARM, motor_speed=314.0), sample_period=0.02)
+
+
+def test_a_pump_that_starves_moves_less_than_it_displaces_and_is_in_the_sensor():
+    unit = described(STARVING)
+    run, plain = hurried(unit), hurried(described({"tank.pressure": "0.45 bar"}))
+    up = int(np.searchsorted(run["time"], 4.0))
+    pump = unit.a.pump
+    speed = pump.belt * float(run["motor_speed"][up])
+    # Data sheet: full at the highest speed from 2 bar on; the way in is an orifice.
+    fills = LOADER.pump_a.max_speed * math.sqrt(0.45 / 2.0)
+    assert float(run["pump_a_filled"][up]) == pytest.approx(fills / speed, rel=2e-3)
+    leak = float(pump.leakage(speed, float(run["pressure_manifold_a"][up]) - 0.45e5, unit.oil.viscosity(WARM), 872.0))
+    assert float(run["pump_a_flow"][up]) == pytest.approx(pump.displacement * fills - leak, rel=2e-3)
+    assert apart(run, plain) > 10e-3
+    assert closes(run)
+    assert np.abs(followed(unit, run)).max() < 0.5e-3
+    assert np.abs(followed(BOOM, run)).max() > 10e-3, "nobody would miss it"
+
+
+def test_a_pump_with_enough_pressure_at_its_inlet_is_the_plain_pump():
+    unit = described(of_both_pumps(min_inlet_pressure="0.8 bar"))
+    assert unit.a.pump.filling is not None
+    assert apart(hurried(unit), hurried(BOOM)) < 1e-6
+
+
+def test_a_pump_that_starves_takes_torque_by_what_it_moves():
+    pump = described(STARVING).a.pump
+    for inlet, share in ((2e5, 1.0), (0.5e5, 0.5), (0.0, pump.threshold_speed / LOADER.pump_a.max_speed)):
+        assert float(pump.filled(LOADER.pump_a.max_speed, inlet, 100e5)) == pytest.approx(share, rel=2e-3)
+    assert float(pump.filled(-400.0, 0.0, 100e5)) == 1.0, "turned by its load it draws from the other side"
+    assert float(pump.filled(0.0, 0.0, 0.0)) == 1.0
+
+
+def test_a_check_says_where_a_pump_would_starve():
+    low = LOADER.replace(STARVING)
+    said = cautions(low, build("boom", low))
+    assert any("from the tank's 0.45 bar it fills up to 1897 rpm" in text for text in said), said
+    enough = LOADER.replace(of_both_pumps(min_inlet_pressure="0.8 bar"))
+    assert not any("fills up" in text for text in cautions(enough, build("boom", enough)))
+
+
 # Relief valves of the cylinder's ports -----------------------------------------------------------------------------
 
 PORTS = {"port_relief_valve": {"setting": "230 bar", "rated_flow": "100 l/min", "override_pressure": "5 bar"}}

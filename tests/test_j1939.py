@@ -1,8 +1,11 @@
 """The position as a J1939 message: bytes, beat, errors, and the encoder unchanged beside it."""
 
 import math
+import re
 import struct
+from pathlib import Path
 
+import cantools
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -34,6 +37,30 @@ def test_what_is_sent_reads_back(position, velocity, std, warns, referenced):
     assert deviation * 1e-5 == pytest.approx(std, abs=0.51e-5)
     assert status == 0
     assert flags == 0b00000101 | warns << 4 | referenced << 6
+
+
+PAGE = (Path(__file__).parents[1] / "docs" / "encoder.md").read_text(encoding="utf-8")
+
+
+def test_the_frame_and_the_dbc_file_of_the_page_are_those_that_are_sent():
+    message = Message()
+    data = message.data(0.3482, -0.0215, 1.2e-3, 0, valid=True, warns=False, referenced=True)
+    assert f"`{message.identifier:X}h  {data.hex(' ').upper()}` says 348.2 mm, −21.5 mm/s" in PAGE
+    ((text,),) = [re.findall(r"<!-- j1939 -->\n\n```\n(.*?)```", PAGE, flags=re.DOTALL)]
+    described = cantools.database.load_string(text, "dbc")
+    said = described.decode_message(message.identifier, data)
+    assert said == pytest.approx({
+        "Position": 348.2, "Velocity": -21.5, "Valid": 1, "Known": 1, "Warning": 0, "Referenced": 1, "Status": 0,
+        "StandardDeviation": 1.2,
+    })  # fmt: skip
+    unknown = message.data(
+        math.nan, 0.0, math.inf, int(Status.NOT_REFERENCED), valid=False, warns=True, referenced=False
+    )
+    said = described.decode_message(message.identifier, unknown)
+    top = {signal.name: signal.maximum for signal in described.messages[0].signals}
+    assert said["Position"] > top["Position"], "no number that could be a position"
+    assert said["StandardDeviation"] > top["StandardDeviation"]
+    assert (said["Valid"], said["Known"], said["Warning"], said["Status"]) == (0, 0, 1, int(Status.NOT_REFERENCED))
 
 
 def test_what_is_not_known_is_never_a_number():

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from ramsight.api.exporting import export_c, export_fmu
     from ramsight.api.machines import build, catalogue, load_machine
     from ramsight.api.plotting import plot
+    from ramsight.api.sharing import check_shared
     from ramsight.api.simulating import drive_report, simulate
     from ramsight.api.simulating_many import simulate_many
     from ramsight.api.studying import Study
@@ -75,6 +76,7 @@ __all__ = [
     "build",
     "casadi_model",
     "catalogue",
+    "check_shared",
     "commission",
     "compare",
     "draw",
@@ -101,6 +103,7 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
         "api.calibrating": ("identify", "identify_values", "leak_test"),
         "api.commissioning": ("commission",),
         "api.comparing": ("compare",),
+        "api.sharing": ("check_shared",),
         "api.drawing": ("draw",),
         "api.duties": ("duty_for", "lift_lower"),
         "api.exporting": ("export_c", "export_fmu"),

@@ -16,6 +16,7 @@ from ramsight.cli import (
     drawing,
     exporting,
     machines,
+    sharing,
     simulation,
     studies,
     studio,
@@ -73,6 +74,7 @@ app.add_typer(catalog, name="catalog")
 
 logs = group(no_args_is_help=True, help="Look into drive logs.")
 logs.command("inspect")(tracking.logs_inspect)
+logs.command("shared")(sharing.logs_shared)
 app.add_typer(logs, name="logs")
 
 export = group(no_args_is_help=True, help="Into a control unit and into a simulator.")

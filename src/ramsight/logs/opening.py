@@ -176,7 +176,7 @@ def _columns(
         if known.motor is not None:
             columns[MOTOR_TORQUE.name] = known.motor.torque(columns[MOTOR_TORQUE.name])
         if known.linked:
-            columns[DC_POWER.name] = columns.pop(DC_VOLTAGE.name) * columns.pop(DC_CURRENT.name)
+            columns[DC_POWER.name] = columns[DC_VOLTAGE.name] * columns.pop(DC_CURRENT.name)
         columns |= {name: _given(columns[name], value) for name, value in least.items()}
         if references:
             columns[REFERENCE.name] = np.full(len(aligned["time"]), np.nan)
@@ -290,7 +290,7 @@ def _as_datasets(
         yield xarray.Dataset(
             {
                 channel.name: ("time", columns[channel.name], {"units": channel.units, "long_name": channel.long_name})
-                for channel in (*_DRIVE, *_commanded(columns), *FURTHER.values())
+                for channel in (*_DRIVE, *_commanded(columns), *FURTHER.values(), DC_VOLTAGE)
                 if channel.name in columns
             },
             coords={"time": ("time", columns["time"], {"units": "s", "long_name": "time"})},

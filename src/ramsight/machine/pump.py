@@ -79,6 +79,11 @@ class Pump(Part):
         float,
         quantity("%", "by which it falls behind its ratio at nominal_pressure's torque", least="0 %", most="10 %"),
     ] = 0.0
+    # Data sheets ask for 0.6 to 0.8 bar; 0 is a pump that fills whatever its inlet's pressure.
+    min_inlet_pressure: Annotated[
+        float,
+        quantity("bar", "absolute, from which it fills at max_speed", least="0 bar", most="10 bar"),
+    ] = 0.0
     # Flow at the outlet's density is what ISO 4409 takes the volumetric efficiency from.
     compression: Annotated[
         Literal["none", "in efficiency", "beside efficiency"],
@@ -112,6 +117,13 @@ class Pump(Part):
     def orifice_conductance(self) -> float:
         """Q/sqrt(dp) of the leakage by wear, all chambers and blocks [m3/s/sqrt(Pa)]."""
         return self.orifice_leakage * self.chambers * self.blocks / math.sqrt(self.nominal_pressure)
+
+    @property
+    def filling_conductance(self) -> float:
+        """Flow over the root of the inlet's pressure up to which it fills, 0 without a limit [m3/s/sqrt(Pa)]."""
+        if not self.min_inlet_pressure:
+            return 0.0
+        return self.displacement_per_rad * self.max_speed / math.sqrt(self.min_inlet_pressure)
 
     @property
     def displacement_per_rad(self) -> float:

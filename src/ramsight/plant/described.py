@@ -104,6 +104,7 @@ def pump(spec: description.Pump, name: str, inlet: str, outlet: str, bulk_modulu
         hydrodynamic_drag=spec.hydrodynamic_drag * spec.blocks or None,
         belt_loss=1.0 - spec.belt_efficiency or None,
         belt_creep=spec.belt_creep or None,
+        filling=spec.filling_conductance or None,
         table=_table(spec, bulk_modulus),
         compressed=None if spec.compression == "none" else spec.compressed(spec.nominal_pressure, bulk_modulus),
     )

@@ -234,6 +234,13 @@ def cautions(described: Unit, unit: HydraulicUnit) -> tuple[str, ...]:
                 f"at the motor's highest speed {name} turns {fastest * rpm:.0f} rpm, it allows "
                 f"{pump.max_speed * rpm:.0f} rpm"
             )
+        if pump.min_inlet_pressure:
+            fills = pump.max_speed * math.sqrt(described.tank.pressure / pump.min_inlet_pressure)
+            if fastest > fills * (1 + 1e-9):
+                found.append(
+                    f"at the motor's highest speed {name} turns {fastest * rpm:.0f} rpm, from the tank's "
+                    f"{described.tank.pressure / 1e5:g} bar it fills up to {fills * rpm:.0f} rpm"
+                )
     pumped = pump_reliefs(unit)
     highest = max((valve.setting for valve in pumped), default=0.0)
     found.extend(

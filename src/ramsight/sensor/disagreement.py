@@ -11,7 +11,7 @@ with Q the variance of noise and of what a sample does not see, S the sum of sta
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from statistics import NormalDist
 from typing import Any
 
@@ -21,7 +21,6 @@ from ramsight.sensor.virtual_sensor import SensorGraph
 
 MEMORY = 1.0  # s; T: a speed that is off by 0.1 % of 2000 rpm is 0.2 rad off by then, which is seen
 FALSE_ALARMS = 1.0 / (1000.0 * 3600.0)  # 1/s; one in a thousand hours
-SURE = -NormalDist().inv_cdf(0.5 * FALSE_ALARMS * MEMORY)  # k; sums are independent about every T
 _OVER = 0.5  # share of the bound below which an alarm is over
 
 
@@ -44,6 +43,81 @@ class Apart:
     onset: Any
 
 
+@dataclass(frozen=True)
+class Sums:
+    """What is kept of two reports from sample to sample; all are 0 before the first.
+
+    Attributes:
+        apart: sum of their difference [unit of the level times s].
+        mean: of the level lately.
+        variance: of the sum, by noise.
+        lasts: standard deviation of the sum, by what lasts.
+        level: at the last sample.
+        alarm: whether there was one.
+    """
+
+    apart: Any
+    mean: Any
+    variance: Any
+    lasts: Any
+    level: Any
+    alarm: Any
+
+
+KEPT = tuple(one.name for one in fields(Sums))
+"""Names of what is kept."""
+
+
+def sure(memory: float) -> float:
+    """How many standard deviations a sum over such a time [s] leaves by chance once in 1000 h.
+
+    Example:
+        >>> round(sure(1.0), 2), round(sure(60.0), 2)
+        (5.14, 4.31)
+    """
+    return -NormalDist().inv_cdf(0.5 * FALSE_ALARMS * memory)  # sums are independent about every memory
+
+
+def summed(
+    before: Sums,
+    difference: Any,
+    *,
+    started: Any,
+    elapsed: Any,
+    level: Any,
+    delay: Any,
+    lasting: Any,
+    noise: Any = 0.0,
+    memory: float = MEMORY,
+) -> tuple[Sums, Apart]:
+    """The sums after a sample, and what they say.
+
+    Args:
+        before: the sums.
+        difference: of the reports at this sample, 0 where one is missing.
+        started: whether there was a sample before.
+        elapsed: since then [s].
+        level: that both follow, by one of them.
+        delay: by which they may be apart in time [s].
+        lasting: standard deviation of the difference that lasts [unit of the level].
+        noise: standard deviation of it that is new with each sample.
+        memory: over which is summed up, T [s].
+    """
+    h = elapsed
+    kept = ca.exp(-h / memory)
+    by = kept * before.apart + difference * h
+    mean = ca.if_else(started, level + kept * (before.mean - level), level)
+    # Between two samples nobody knows when the level changed.
+    unseen = ca.if_else(h > 0.0, 0.5 * h * (level - before.level), 0.0)
+    variance = kept**2 * before.variance + unseen**2 + (noise * h) ** 2
+    lasts = kept * before.lasts + lasting * h
+    late = delay * ca.fabs(level - mean)
+    allowed = sure(memory) * ca.sqrt(variance + lasts**2) + late
+    alarm = ca.fabs(by) > ca.if_else(before.alarm, _OVER * allowed, allowed)
+    onset = ca.logic_and(alarm, ca.logic_not(before.alarm))
+    return Sums(by, mean, variance, lasts, level, alarm), Apart(by, allowed, late, alarm, onset)
+
+
 def apart(
     graph: SensorGraph,
     name: str,
@@ -54,7 +128,7 @@ def apart(
     lasting: Any,
     noise: Any = 0.0,
 ) -> Apart:
-    """Follow two reports of one level.
+    """Follow two reports of one level in a sensor's step, as `summed` does.
 
     Args:
         graph: gains states.
@@ -65,25 +139,18 @@ def apart(
         lasting: standard deviation of the difference that lasts [unit of the level].
         noise: standard deviation of it that is new with each sample.
     """
-    h = graph.elapsed
-    kept = ca.exp(-h / MEMORY)
-    by, mean = graph.state(f"{name}_apart"), graph.state(f"{name}_mean")
-    variance, lasts, last = (graph.state(f"{name}_{what}") for what in ("variance", "lasts", "level"))
-    alarmed = graph.state(f"{name}_alarm")
-    by_1 = kept * by + difference * h
-    mean_1 = ca.if_else(graph.held("started"), level + kept * (mean - level), level)
-    # Between two samples nobody knows when the level changed.
-    unseen = ca.if_else(h > 0.0, 0.5 * h * (level - last), 0.0)
-    variance_1 = kept**2 * variance + unseen**2 + (noise * h) ** 2
-    lasts_1 = kept * lasts + lasting * h
-    late = delay * ca.fabs(level - mean_1)
-    allowed = SURE * ca.sqrt(variance_1 + lasts_1**2) + late
-    size = ca.fabs(by_1)
-    alarm = size > ca.if_else(alarmed, _OVER * allowed, allowed)
-    values = {"apart": by_1, "mean": mean_1, "variance": variance_1, "lasts": lasts_1, "level": level, "alarm": alarm}
-    for what, value in values.items():
-        graph.becomes(f"{name}_{what}", value)
-    return Apart(by_1, allowed, late, alarm, ca.logic_and(alarm, ca.logic_not(alarmed)))
+    before = Sums(*(graph.state(f"{name}_{what}") for what in KEPT))
+    after, found = summed(
+        before, difference, started=graph.held("started"), elapsed=graph.elapsed,
+        level=level, delay=delay, lasting=lasting, noise=noise,
+    )  # fmt: skip
+    for what in KEPT:
+        graph.becomes(f"{name}_{what}", getattr(after, what))
+    return found
+
+
+SURE = sure(MEMORY)
+"""k for the usual memory."""
 
 
 def lately(graph: SensorGraph, name: str, rate: Any) -> Any:

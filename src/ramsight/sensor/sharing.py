@@ -1,0 +1,167 @@
+"""Two units of one machine share oil and battery: what their drives say of it, held against each other.
+
+Each thermometer is in the same oil, each DC link is on the same battery, and what both drives take the battery gives:
+
+    T_1 = T_2,      U_1 = U_2,      P_1 + P_2 + others = P_battery
+
+each summed up and bounded as reports of one drive are (`disagreement`), within what is declared of noise, of what lasts
+and of delays. Of two that are apart nothing here tells which is wrong; each drive's own checks (`drive_check`) may.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from ramsight.engine.recursion import Recursion, replay
+from ramsight.sensor.disagreement import KEPT, Sums, summed
+
+Array = NDArray[np.float64]
+
+_LARGEST = 1e9  # beyond, or no number, nothing is said
+_INPUTS = ("time", "one", "other")
+_SET = ("noise", "offset", "gain", "delay")
+_OUTPUTS = ("apart", "allowed", "alarm")
+
+
+@dataclass(frozen=True)
+class Allowed:
+    """By how much two reports of one thing may differ without a fault, both together.
+
+    Args:
+        noise: standard deviation of the difference that is new with each sample [unit of the quantity].
+        offset: standard deviation of it that lasts [unit of the quantity].
+        gain: the same as a share of the quantity [1].
+        delay: by which they may be apart in time [s].
+    """
+
+    noise: float
+    offset: float = 0.0
+    gain: float = 0.0
+    delay: float = 0.0
+
+
+@dataclass(frozen=True)
+class Shared:
+    """Something that two units share, and what is looked at: a row of the table.
+
+    Attributes:
+        name: of the quantity.
+        unit: of it.
+        signals: that are compared.
+        looks: the hypothesis that is given up, with its equation.
+        memory: over which is summed up [s].
+        allowed: what is allowed if nobody says more.
+        then: what is done beside saying so.
+    """
+
+    name: str
+    unit: str
+    signals: str
+    looks: str
+    memory: float
+    allowed: Allowed
+    then: str = "–"
+
+
+# Thermometers of class B are right to 0.5 K at 40 degC (IEC 60751), and a pump that works has its oil up to 6 K warmer
+# than the tank (docs/plant.md). That inverters measure voltage and current to 1 % is a guess; a data sheet says better.
+OIL = Shared(
+    "oil_temperature", "K", "both thermometers", "both are in the same oil, Σ(T₁ − T₂)h = 0", 60.0,
+    Allowed(noise=0.3, offset=3.0), "a temperature that is missing is the other unit's",
+)  # fmt: skip
+VOLTAGE = Shared(
+    "dc_voltage", "V", "both DC links", "both are on one battery, Σ(U₁ − U₂)h = 0", 1.0,
+    Allowed(noise=0.5, gain=0.014, delay=0.02),
+)  # fmt: skip
+POWER = Shared(
+    "battery_power", "W", "both DC powers, battery's current and voltage",
+    "drives and others take what the battery gives, Σ(P₁ + P₂ + P₀ − U I)h = 0", 1.0,
+    Allowed(noise=50.0, offset=50.0, gain=0.02, delay=0.05),
+)  # fmt: skip
+SHARED = (OIL, VOLTAGE, POWER)
+"""All that is looked at."""
+
+
+@lru_cache(maxsize=len(SHARED))
+def agreement_graph(memory: float) -> Recursion:
+    """One sample of two reports of one thing as a graph; a sample in which one says nothing adds nothing.
+
+    Args:
+        memory: over which is summed up [s].
+    """
+    names = ("begun", "time", *KEPT)
+    x, u, p = (ca.SX.sym(name, len(of)) for name, of in (("x", names), ("u", _INPUTS), ("p", _SET)))
+    begun, last_time, *kept = ca.vertsplit(x)
+    time, one, other = ca.vertsplit(u)
+    noise, offset, gain, delay = ca.vertsplit(p)
+    before = Sums(*kept)
+    both = ca.logic_and(ca.fabs(one) < _LARGEST, ca.fabs(other) < _LARGEST)
+    elapsed = ca.if_else(begun, ca.fmax(time - last_time, 0.0), 0.0)
+    level = ca.if_else(both, one, before.level)
+    lasting = ca.if_else(both, ca.sqrt(offset**2 + (gain * level) ** 2), 0.0)
+    after, found = summed(
+        before, ca.if_else(both, one - other, 0.0), started=begun, elapsed=elapsed, level=level, delay=delay,
+        lasting=lasting, noise=ca.if_else(both, noise, 0.0), memory=memory,
+    )  # fmt: skip
+    sums = [getattr(after, what) for what in KEPT]
+    return Recursion(
+        names, _INPUTS, _SET, _OUTPUTS, x, u, p,
+        ca.vertcat(ca.logic_or(begun, both), ca.fmax(time, last_time), *sums),
+        ca.vertcat(found.by, found.allowed, found.alarm),
+    )  # fmt: skip
+
+
+class Agreement:
+    """Whether two reports of something that is shared agree, sample by sample or over a log.
+
+    Args:
+        shared: what is shared.
+        allowed: by how much they may differ; as it is usual without.
+
+    Example:
+        >>> warm = Agreement(OIL)
+        >>> [warm.step(float(t), 313.0, 315.0) for t in range(3)]
+        [False, False, False]
+        >>> [warm.step(float(t), 313.0, 393.0) for t in range(3, 6)]
+        [True, True, True]
+    """
+
+    def __init__(self, shared: Shared, allowed: Allowed | None = None) -> None:
+        of = allowed or shared.allowed
+        self._graph = agreement_graph(shared.memory)
+        self._set = np.array([of.noise, of.offset, of.gain, of.delay])
+        self._kept = np.zeros(len(self._graph.state))
+
+    def step(self, time: float, one: float, other: float) -> bool:
+        """One sample; whether they contradict each other.
+
+        Args:
+            time: [s], increasing.
+            one: by one report [unit of the quantity]; NaN where it says nothing.
+            other: by the other one.
+        """
+        return bool(self.replay(np.array([[time, one, other]]))[0, 2])
+
+    def replay(self, rows: Array) -> Array:
+        """A log: sum of the difference and what it may be [unit of the quantity times s], and whether that is an alarm.
+
+        Args:
+            rows: time [s] and both reports, shape (samples, 3).
+        """
+        return replay(self._graph, np.ascontiguousarray(rows), self._set, self._kept)
+
+
+def shared_table() -> str:
+    """The rows for the documentation, in Markdown."""
+    rows = ["| | signals | hypothesis | threshold | summed up over | then |", "|" + "---|" * 6]
+    threshold = "one false alarm in 1000 h, from declared noise, what lasts, and delay"
+    rows += [
+        f"| `{one.name}` | {one.signals} | {one.looks} | {threshold} | {one.memory:g} s | {one.then} |"
+        for one in SHARED
+    ]
+    return "\n".join(rows)
