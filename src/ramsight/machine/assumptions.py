@@ -58,7 +58,7 @@ class AssumedMachine(Part):
     ] = 0.15
     leaks_otherwise: Annotated[
         float,
-        quantity("%", "chance of that, as long as no reference has taught the leakage", least="0.0001 %", most="90 %"),
+        quantity("%", "chance of that, before the first reference", least="0.0001 %", most="90 %"),
     ] = 0.1
     leak_walk: Annotated[
         float, quantity("%/sqrt(h)", "change of the leakage in time, std", least="0 %/sqrt(h)", most="100 %/sqrt(h)")
