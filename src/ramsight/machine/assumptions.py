@@ -110,9 +110,10 @@ class AssumedMachine(Part):
 class AssumedThermometer(Part):
     """Where the oil's temperature comes from; usually the tank."""
 
+    # Tanks of mobile machines hold what the pumps deliver in about a minute, and oil that is mixed is late by that.
     lag: Annotated[
         float, quantity("s", "by which it is behind the oil in the pumps, mean", least="0 s", most="1 h")
-    ] = 30.0
+    ] = 60.0
     lag_std: Annotated[float, quantity("s", "standard deviation of that", least="0 s", most="1 h")] = 40.0
 
 
