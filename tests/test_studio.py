@@ -17,6 +17,8 @@ import ramsight
 from ramsight import machine
 from ramsight.cli import app
 from ramsight.duty.live import LiveUnit
+from ramsight.duty.live_warming import LiveWarming
+from ramsight.duty.warming import Warming, warmed
 from ramsight.errors import DescriptionError
 from ramsight.normal import TWO_SIDED_95
 from ramsight.studio import draft
@@ -69,6 +71,7 @@ def test_a_worn_pump_moves_the_plain_balance_away(press):
 TURNED = {
     "load": 0.8,
     "oil_temperature": 323.15,
+    "ambient": 253.15,
     "leak": 2.0,
     "displacement": 0.98,
     "stiffness": 0.6,
@@ -109,7 +112,59 @@ def test_the_oil_warms_up_no_faster_than_oil_does_and_the_machine_with_it(press)
     press.turn(replace(press.knobs, oil_temperature=323.15))
     rows = run(press, 4.0)
     assert rows[-1]["ram"].estimates["kalman"].status.validity == "ok"
-    assert press._warm == pytest.approx(313.15 + 0.5 * 4.0)
+    assert press.oil["ram"].pumps == pytest.approx(313.15 + 0.5 * 4.0)
+
+
+def test_losses_warm_the_pumps_before_the_tank_and_the_air_cools_them_again(press):
+    press.knobs = replace(press.knobs, load=1.0, ambient=313.15)
+    for _ in range(3):
+        press.levers["ram"] = 0.4
+        run(press, 3.0)
+        press.levers["ram"] = -0.4
+        run(press, 3.0)
+    oil = press.oil["ram"]
+    lost = press.accounts["ram"].losses
+    into_case = sum(energy for name, energy in lost.items() if name.startswith("pump") and not name.endswith("belt"))
+    into_tank = sum(energy for name, energy in lost.items() if name.endswith(".throttling"))
+    gained = 4.2e3 * (oil.pumps - 313.15) + 37e3 * (oil.tank - 313.15)
+    assert oil.pumps > oil.tank + 0.2
+    assert gained == pytest.approx(into_case + into_tank, rel=0.02)  # what is lost to the air meanwhile is little
+    press.begin_account()  # an account that begins anew is not a loss that goes back
+    before = oil.pumps
+    run(press, 1.0)
+    assert abs(oil.pumps - before) < 0.5
+    press.levers["ram"] = 0.0
+    press.turn(replace(press.knobs, ambient=253.15))
+    warm = oil.tank
+    run(press, 60.0)
+    assert oil.tank < warm - 0.3
+
+
+def test_oil_that_is_held_stays_where_its_knob_is_and_is_let_go_again(press):
+    press.hold_oil(on=True)
+    press.turn(replace(press.knobs, oil_temperature=315.15, ambient=253.15, load=1.0))
+    press.levers["ram"] = 0.4
+    run(press, 6.0)
+    assert (press.oil["ram"].pumps, press.oil["ram"].tank) == (315.15, 315.15)
+    press.hold_oil(on=False)
+    run(press, 1.0)
+    assert press.oil["ram"].pumps != 315.15
+
+
+def test_a_machine_that_lives_gets_as_warm_as_its_run():
+    unit = ramsight.build("press")
+    duty = ramsight.lift_lower(unit, "300 kN")
+    ran = warmed(unit, duty, Warming(ambient=263.15))
+    live = LiveUnit(unit, duty.start_position, float(duty.load(0.0)), float(duty.oil_temperature(0.0)))
+    live.begin_account()
+    oil = LiveWarming(unit, float(duty.oil_temperature(0.0)))
+    for k in range(1, round(duty.duration / 0.02) + 1):
+        live.advance(float(duty.motor_speed(0.02 * k)), float(duty.load(0.02 * k)))
+        if k % 5 == 0:
+            oil.go_on(0.1, live.accounts["ram"].losses, 263.15)
+            live.change({"oil_temperature": oil.pumps})
+    assert oil.pumps == pytest.approx(float(ran["pump_temperature"][-1]), abs=0.05)
+    assert oil.tank == pytest.approx(float(ran["oil_temperature"][-1]), abs=0.05)
 
 
 def test_the_oil_has_a_range_and_the_rig_stays_as_it_was(press):

@@ -30,7 +30,8 @@ _HIGHEST = 250.0  # bar, that the circuit's warmest colour stands for where no r
 
 KNOBS = (
     ("load", "load [% of the largest]", 0.0, 120.0, 50.0, 5.0, 0.01, 0.0),
-    ("oil_temperature", "oil [°C]", 0.0, 80.0, 40.0, 1.0, 1.0, 273.15),
+    ("oil_temperature", "oil, brought to [°C]", 0.0, 80.0, 40.0, 1.0, 1.0, 273.15),
+    ("ambient", "air around [°C]", -20.0, 50.0, 20.0, 1.0, 1.0, 273.15),
     ("leak", "leakage × data sheet", 0.5, 3.0, 1.0, 0.05, 1.0, 0.0),
     ("displacement", "displacement × data sheet", 0.97, 1.03, 1.0, 0.001, 1.0, 0.0),
     ("stiffness", "stiffness × data sheet", 0.5, 1.5, 1.0, 0.05, 1.0, 0.0),
@@ -162,6 +163,21 @@ def _knobs(session: Session) -> None:
                 session.say("knobs", {name: e.value * factor + offset})
 
             slider.on_value_change(turn)
+            if name == "ambient":
+                _oil(session, slider)
+
+
+def _oil(session: Session, ambient: Any) -> None:
+    """How warm the oil is, and a switch that keeps it so; while it does, the air has nothing to say."""
+    ui.html('<span class="text-sm">oil in the pumps <b id="now-pumps">–</b> °C, in the tank <b id="now-tank">–</b> °C'
+            "</span>", sanitize=False)  # fmt: skip
+    hold = ui.switch("hold the oil there, whatever is lost in it").props("dense").classes("w-full")
+
+    def turned(e: Any) -> None:
+        session.say("hold oil", bool(e.value))
+        ambient.set_enabled(not e.value)
+
+    hold.on_value_change(turned)
 
 
 def _faults(session: Session, units: list[str]) -> None:

@@ -14,11 +14,13 @@ from ramsight.duty.drive_response import DriveResponse
 from ramsight.duty.live import Instant, LiveMachine, LiveUnit
 from ramsight.duty.live_drive import LiveDrive
 from ramsight.duty.live_energy import EnergyAccount
+from ramsight.duty.live_warming import LiveWarming
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build
+from ramsight.plant.circuit import WARMING
 from ramsight.plant.directional import DirectionalValve
 from ramsight.plant.linked import LinkedMachine
 from ramsight.plant.linked import build as build_linked
@@ -40,7 +42,8 @@ _OBSTACLE = 0.02  # m beyond where the piston is, extending
 LIE = 0.02  # m, by which a switch that lies is off
 _SPEED_GAIN = 1.03
 _RAMP = 1.0  # s, in which a motor gets from rest to its highest speed
-_WARMING = 0.5  # K/s, at most, by which a machine's oil changes its temperature
+_HEATER = 0.5  # K/s, at most, by which oil is brought to another temperature
+_OIL_EVERY = 5  # samples; in 0.1 s oil changes its temperature by no more than the 0.05 K of `warming.warmed`
 _SHARE = 0.5  # of the highest motor speed at a lever's end: what a machine works with
 _START = 0.4  # of the stroke, where the pistons are at first
 SENSORS = ("kalman", "balance")
@@ -60,7 +63,8 @@ class Knobs:
 
     Attributes:
         load: of a unit alone over its largest named one; of a mechanism its payload over the rated one [1].
-        oil_temperature: [K].
+        oil_temperature: that the oil is brought to [K]; from then on losses warm it and the air cools it.
+        ambient: temperature of the air [K].
         leak, displacement, stiffness, friction: factors on the data sheet, as `AsBuilt` has them [1].
         torque_gain: reported torque over the true one [1].
         torque_step: in which the torque is reported [N m].
@@ -70,6 +74,7 @@ class Knobs:
 
     load: float = 0.5
     oil_temperature: float = 313.15
+    ambient: float = 293.15
     leak: float = 1.0
     displacement: float = 1.0
     stiffness: float = 1.0
@@ -160,7 +165,9 @@ class Rig:
             ((name, unit),) = self.sheet.items()
             self._plant = LiveUnit(unit, begin[name], load, warm, self.period)
         self._plant.begin_account()
-        self._load, self._warm = load, warm
+        self._load, self.holds_oil, self._samples, self._entered_at = load, False, 0, 0.0
+        self._aim: float | None = None  # that the oil is being brought to [K]
+        self.oil = {name: LiveWarming(unit, warm) for name, unit in self.sheet.items()}
         self.sensors: dict[str, dict[str, VirtualSensor]] = {
             name: {kind: _sensor(unit, kind) for kind in SENSORS} for name, unit in self.sheet.items()
         }
@@ -189,7 +196,14 @@ class Rig:
                     allowed=f"{low - 273.15:g} to {high - 273.15:g} degC",
                 )  # fmt: skip
         self._apply(knobs)
+        if knobs.oil_temperature != self.knobs.oil_temperature:
+            self._aim = knobs.oil_temperature
         self.knobs = knobs
+
+    def hold_oil(self, *, on: bool) -> None:
+        """Bring the oil to its knob's temperature and keep it there, whatever is lost in it, or let it go again."""
+        self.holds_oil = on
+        self._aim = self.knobs.oil_temperature if on else None
 
     def start_sensors(self) -> None:
         """Start all sensors anew, told where the pistons are: a value that is no number has ended the plain balance."""
@@ -292,7 +306,10 @@ class Rig:
 
     def begin_account(self) -> None:
         """Account for the energy anew from now on."""
+        self._warm_up()
         self._plant.begin_account()
+        for oil in self.oil.values():
+            oil.begin_account()
 
     @property
     def load(self) -> float:
@@ -317,7 +334,6 @@ class Rig:
         aim = self.knobs.load * self._largest
         most = self._largest * self.period / _RAMP
         self._load += min(max(aim - self._load, -most), most)
-        self._warm_up()
         commands = self._commands()
         now: Instant
         if isinstance(self._plant, LiveMachine):
@@ -334,16 +350,30 @@ class Rig:
             chambers = (self.of(name, f"pressure_{self.sheet[name].cylinder.node_a}"),
                         self.of(name, f"pressure_{self.sheet[name].cylinder.node_b}"))  # fmt: skip
             rows[name] = Row(now.time, now.position[name], *truth, *chambers, dict(self._last[name]))
+        self._samples += 1
+        if self._samples % _OIL_EVERY == 0:
+            self._warm_up()
         return rows
 
     def _warm_up(self) -> None:
-        """Let the oil come nearer to the temperature that is wanted."""
-        most = _WARMING * self.period
-        change = min(max(self.knobs.oil_temperature - self._warm, -most), most)
-        if change:
-            self._warm += change
-            names = self.sheet if self.linked is not None else [""]
-            self._plant.change({f"{name}.oil_temperature".lstrip("."): self._warm for name in names})
+        """Let the oil's temperature follow losses and air, or whoever heats and cools it."""
+        passed, self._entered_at = self._plant.now.time - self._entered_at, self._plant.now.time
+        if passed <= 0.0:
+            return
+        accounts, there = self.accounts, True
+        for name, oil in self.oil.items():
+            before, losses = oil.pumps, accounts[name].losses
+            if self._aim is None:
+                oil.go_on(passed, losses, self.knobs.ambient)
+            else:
+                there = oil.bring(passed, losses, self._aim, _HEATER) and there
+            prefix = f"{name}." if self.linked is not None else ""
+            values = {f"{prefix}oil_temperature": oil.pumps}
+            if f"{prefix}{WARMING}" in self._plant.parameters:
+                values[f"{prefix}{WARMING}"] = (oil.pumps - before) / passed
+            self._plant.change(values)
+        if there and not self.holds_oil:
+            self._aim = None
 
     def of(self, unit: str, name: str) -> float:
         """What the equation knows of a unit by this name; NaN if nothing."""
@@ -379,7 +409,7 @@ class Rig:
     ) -> None:
         """What the drive reports, with its faults, and what the sensors make of it."""
         torque = truth[1] * self.knobs.torque_gain
-        said = self._drives[name].report(time, truth[0], torque, self._warm)
+        said = self._drives[name].report(time, truth[0], torque, self.oil[name].tank)
         if said is None or "power" in self.faults:
             return
         if "temperature" in self.faults:

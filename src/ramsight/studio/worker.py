@@ -35,6 +35,7 @@ class Frame:
         factor: times faster than life that it really runs.
         energy: by unit, as `energy.flows`; empty in most frames.
         load: on the unit [N], or what the mechanism carries [kg].
+        oil: temperatures of the oil in the pumps and in the tank [°C], by unit.
     """
 
     columns: dict[str, Any] = field(default_factory=dict)
@@ -43,6 +44,7 @@ class Frame:
     factor: float = 0.0
     energy: dict[str, Any] = field(default_factory=dict)
     load: float = 0.0
+    oil: dict[str, list[float]] = field(default_factory=dict)
 
 
 def run(pipe: Connection, machine: str) -> None:
@@ -124,6 +126,8 @@ class _Clock:
                     self._sense(values[0], on=values[1])
                 case "play":
                     self.rig.play(values[0])
+                case "hold oil":
+                    self.rig.hold_oil(on=values[0])
                 case "account":
                     self.rig.begin_account()
                 case "start":
@@ -156,6 +160,7 @@ class _Clock:
         frame.columns["time"] = [round(row[first].time, 3) for row in kept]
         self.ran += _SMOOTH * (len(self.rows) * self.rig.period / max(now - self.sent, _FRAME) - self.ran)
         frame.factor, frame.load = self.ran, round(self.rig.load, 1)
+        frame.oil = {name: [_celsius(oil.pumps), _celsius(oil.tank)] for name, oil in self.rig.oil.items()}
         if now - self.told >= _ENERGY:
             self.told = now
             frame.energy = {name: flows(self.rig.sheet[name], account) for name, account in self.rig.accounts.items()}
@@ -196,6 +201,10 @@ def _columns(rows: list[Row]) -> Mapping[str, list[float | None]]:
         found[f"{kind}_band"] = [_number(1e3 * TWO_SIDED_95 * one.std) for one in said]
         found[f"{kind}_status"] = [float(one.status) for one in said]
     return found
+
+
+def _celsius(kelvin: float) -> float:
+    return round(kelvin - 273.15, 1)
 
 
 def _number(value: float, digits: int = 3) -> float | None:

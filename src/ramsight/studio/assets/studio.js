@@ -133,6 +133,7 @@ window.studio = (() => {
     set("now-band", mm(last.kalman_band?.[k], 2));
     set("now-balance-error", mm(last.balance_error?.[k], 2));
     set("now-time", f.columns.time.at(-1).toFixed(1));
+    f.oil[shown].forEach((celsius, at) => set(["now-pumps", "now-tank"][at], celsius.toFixed(1)));
     if (f.factor !== null) set("now-factor", f.factor.toFixed(1));
     if (f.energy[shown]) studio.energy(f.energy[shown]);
     if (!waiting) { waiting = true; requestAnimationFrame(draw); }
