@@ -16,6 +16,8 @@ from typer.testing import CliRunner
 import ramsight
 from ramsight import machine
 from ramsight.cli import app
+from ramsight.drawing import drawn
+from ramsight.drawing.flowing import chains
 from ramsight.duty.live import LiveUnit
 from ramsight.duty.live_warming import LiveWarming
 from ramsight.duty.warming import Warming, warmed
@@ -300,6 +302,43 @@ def test_a_duty_that_plays_goes_up_and_down_between_its_turning_points(press, na
     assert len(speeds) == 1
     if name == "paper":
         assert press.knobs.load != 0.25
+
+
+@pytest.mark.parametrize("name", ["mining-loader", "eha-single-rod", "eha-valve-rig", "loader-valve-controlled"])
+def test_what_flows_in_the_lines_of_a_drawing_is_what_the_parts_pass_and_is_lost_nowhere(name):
+    rig = Rig(machine.load(name))
+    unit = next(iter(rig.levers))
+    rig.levers[unit] = 0.5 * rig.sheet[unit].lift_sign
+    run(rig, 3.0)
+    sheet = drawn(rig.sheet[unit])
+
+    def flow(part):
+        return rig.of(unit, f"{part}.flow")
+
+    lines = [
+        (one, sum(factor * flow(part) for part, factor in one.flows.items())) for one in chains(sheet, rig.sheet[unit])
+    ]
+    full = max(abs(passing) for _, passing in lines)
+    assert full > 1e-5
+    ends = {}  # what comes to the end of lines
+    for one, passing in lines:
+        for at, sign in ((one.points[0], -1.0), (one.points[-1], 1.0)):
+            ends.setdefault((one.node, at), []).append(sign * passing)
+    ports = {
+        (node, placed.symbol.ports[port]): (placed, port)
+        for placed in sheet.placed
+        for port, node in placed.ends.items()
+    }
+    for place, comes in ends.items():
+        if place not in ports:
+            assert len(comes) == 1 or abs(sum(comes)) < 0.02 * full, place  # a line that ends at its node's name
+        elif ports[place][1] in ("inlet", "outlet"):
+            placed, port = ports[place]
+            assert sum(comes) == pytest.approx(flow(placed.name) * (1.0 if port == "inlet" else -1.0), abs=0.02 * full)
+        elif ports[place][1] in ("node_a", "node_b"):  # the piston extends, so oil goes in at A and comes out at B
+            cylinder = rig.sheet[unit].cylinder
+            area = cylinder.area_a if ports[place][1] == "node_a" else -cylinder.area_b
+            assert sum(comes) == pytest.approx(area * rig.of(unit, "velocity"), abs=0.02 * full)
 
 
 # -- where the energy goes

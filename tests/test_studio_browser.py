@@ -164,6 +164,65 @@ def test_a_fault_changes_the_status_and_goes_again(page):
     wait(page, lambda: "oil temperature" not in status.inner_text())
 
 
+def moving(page, unit="boom"):
+    """Flows of the lines that show dashes."""
+    return [one for one in page.evaluate(f"studio.moving({json.dumps(unit)})") if one["shown"]]
+
+
+def test_dashes_go_as_the_oil_goes_stand_with_it_and_a_relief_valve_that_spits_says_so(page):
+    wait(page, lambda: newest(page, "position") is not None)
+    wait(page, lambda: moving(page) == [])
+    page.get_by_role("button", name="lift boom").click()
+    wait(page, lambda: newest(page, "speed") > 1900.0)
+    first = page.evaluate("studio.moving('boom')")
+    page.wait_for_timeout(120)
+    second = page.evaluate("studio.moving('boom')")
+    gone = [
+        (one["flow"], other["gone"] - one["gone"]) for one, other in zip(first, second, strict=True) if one["shown"]
+    ]
+    assert len(gone) > 8
+    assert all(flow * step > 0.0 for flow, step in gone)
+    fastest, slowest = max(gone, key=lambda one: abs(one[0])), min(gone, key=lambda one: abs(one[0]))
+    assert abs(fastest[1]) > 1.5 * abs(slowest[1])
+    drawn = (
+        "[...document.querySelectorAll('[data-circuit=boom] .flows polyline')].filter((e) => !e.style.display).length"
+    )
+    assert page.evaluate(drawn) == len(moving(page))
+    page.emulate_media(reduced_motion="reduce")
+    page.wait_for_timeout(300)
+    assert (
+        page.locator("[data-circuit=boom] .flows path").first.evaluate("(e) => getComputedStyle(e).visibility")
+        == "visible"
+    )
+    still = page.evaluate("studio.moving('boom').map((one) => one.gone)")
+    page.wait_for_timeout(300)
+    assert page.evaluate("studio.moving('boom').map((one) => one.gone)") == still
+    page.emulate_media(reduced_motion="no-preference")
+    page.get_by_role("switch", name="an obstacle").click()
+    spitting = page.locator("[data-circuit=boom] g.spits text.says")
+    wait(page, lambda: spitting.count() > 0 and re.fullmatch(r"spits \d+ l/min", spitting.text_content() or ""))
+    page.get_by_role("switch", name="an obstacle").click()
+    page.get_by_role("button", name="lower boom").click()
+    opened = page.locator("[data-circuit=boom] #part-safety_a text.says")
+    wait(page, lambda: opened.count() > 0 and opened.text_content() == "100 % open")
+    page.get_by_role("button", name="stop boom").click()
+    wait(page, lambda: moving(page) == [])
+
+
+def test_oil_cools_in_cold_air_unless_it_is_held(page):
+    wait(page, lambda: page.locator("#now-tank").inner_text() != "–")
+    air = page.get_by_role("slider", name="air around [°C]")
+    air.focus()
+    for _ in range(40):
+        page.keyboard.press("ArrowLeft")
+    page.get_by_role("slider", name="times faster than life").focus()
+    page.keyboard.press("End")
+    wait(page, lambda: float(page.locator("#now-tank").inner_text()) < 39.0, 60.0)
+    page.get_by_role("switch", name="hold the oil there").click()
+    wait(page, lambda: page.locator("#now-tank").inner_text() == "40.0", 60.0)
+    wait(page, lambda: air.get_attribute("aria-disabled") == "true")
+
+
 def test_the_energy_that_came_in_is_drawn_as_wide_as_what_went_out(page):
     page.get_by_role("button", name="lift boom").click()
     wait(page, lambda: page.locator("#sankey rect").count() >= 4)

@@ -1,4 +1,4 @@
-"""The oil of a unit that runs: it warms up by what is lost in it and cools in the air, as `warming` has it, while it runs."""
+"""The oil of a unit that runs: what is lost in it warms it, the air cools it, as in `warming`, step by step."""
 
 from __future__ import annotations
 
@@ -63,7 +63,8 @@ class LiveWarming:
         """Let a time pass in which a heater or a cooler brings all oil towards a temperature, whatever is lost in it.
 
         Args:
-            dt, losses: as `go_on`.
+            dt: time [s].
+            losses: as `go_on`.
             aim: the temperature [K].
             rate: at most [K/s].
 

@@ -10,12 +10,15 @@ from typing import Any
 
 from nicegui import background_tasks, run, ui
 
-from ramsight.drawing import drawn, svg
+from ramsight.drawing import Sheet, drawn, svg
+from ramsight.drawing.flowing import chains
 from ramsight.drawing.notes import notes
 from ramsight.machine.description import Machine
 from ramsight.plant.build import build
 from ramsight.plant.linked import LinkedMachine
 from ramsight.plant.linked import build as build_linked
+from ramsight.plant.pump import Pump
+from ramsight.plant.unit import HydraulicUnit
 from ramsight.studio.playing import DUTIES
 from ramsight.studio.rig import FAULTS, KINDS, LIE, SENSORS
 from ramsight.studio.scene import MachineScene
@@ -55,24 +58,36 @@ class Prepared:
         described: what it describes.
         linked: its mechanism, if it has one.
         circuits: the drawing of each unit that runs, as SVG.
+        lines: of each of them, what the page needs to let the oil in its lines move.
     """
 
     machine: str
     described: Machine
     linked: LinkedMachine | None
     circuits: Mapping[str, str]
+    lines: Mapping[str, Any]
 
 
 def prepare(machine: str, described: Machine) -> Prepared:
     """Make what all pages of a machine share."""
     units = list(described.units) if described.linkage is not None else list(described.units)[:1]
-    circuits = {}
+    circuits, lines = {}, {}
     for name in units:
         unit = described.unit(name)
-        title = f"{described.name}: {name}"
-        circuits[name] = svg.text(drawn(build(name, unit, described.linkage), title, notes(unit)))
+        built = build(name, unit, described.linkage)
+        sheet = drawn(built, f"{described.name}: {name}", notes(unit))
+        circuits[name], lines[name] = svg.text(sheet), _lines(sheet, built)
     linked = None if described.linkage is None else build_linked(described)
-    return Prepared(machine, described, linked, circuits)
+    return Prepared(machine, described, linked, circuits, lines)
+
+
+def _lines(sheet: Sheet, unit: HydraulicUnit) -> dict[str, Any]:
+    """Lines with the flows that pass them, and what the largest pump delivers at the highest speed [l/min]."""
+    pumps = [part.displacement for part in unit.parts() if isinstance(part, Pump)]
+    return {
+        "full": round(60e3 * max(pumps, default=1e-5) * unit.max_speed, 1),
+        "chains": [{"points": chain.points, "flows": chain.flows} for chain in chains(sheet, unit)],
+    }
 
 
 def live_page(prepared: Prepared) -> None:
@@ -106,7 +121,7 @@ def live_page(prepared: Prepared) -> None:
             with ui.element("section").classes("panel").props("id=strips"):
                 for name in ("position", "error", "drive", "pressure", "status"):
                     ui.element("div").props(f"id=strip-{name}").classes("w-full")
-    background_tasks.create(_follow(session, client, scene, units))
+    background_tasks.create(_follow(session, client, scene, prepared))
 
 
 def _levers(session: Session, units: list[str], signs: dict[str, float]) -> None:
@@ -212,9 +227,10 @@ def _sensors(session: Session) -> None:
 def _circuits(circuits: Mapping[str, str]) -> None:
     with ui.element("section").classes("panel circuit"):
         ui.html("<h2>The circuit</h2>", sanitize=False)
-        ui.label("lines: blue at the tank's pressure, red at the relief valves'; yellow: a valve passes oil").classes(
-            "text-xs"
-        )
+        ui.label(
+            "lines: blue at the tank's pressure, red at the relief valves'; dashes go as the oil goes, faster where"
+            " more flows; yellow: a valve passes oil; red: a relief valve spits"
+        ).classes("text-xs")
         units = list(circuits)
         for k, (name, text) in enumerate(circuits.items()):
             place = ui.html(text, sanitize=False).classes("w-full").props(f'data-circuit="{name}"')
@@ -250,11 +266,13 @@ def _said(units: list[str]) -> None:
         ui.html(f'<h2>What the sensors say</h2><div class="now">{rows}</div>{status}', sanitize=False)
 
 
-async def _follow(session: Session, client: Any, scene: MachineScene, units: list[str]) -> None:
+async def _follow(session: Session, client: Any, scene: MachineScene, prepared: Prepared) -> None:
     """Hand the page what comes of its machine, no faster than the page takes it."""
+    units = list(prepared.circuits)
     await client.connected(timeout=30.0)
     with client:
-        await client.run_javascript(f"studio.begin({json.dumps(units)}, {_HIGHEST})", timeout=30.0)
+        words = f"studio.begin({json.dumps(units)}, {_HIGHEST}, {json.dumps(prepared.lines)})"
+        await client.run_javascript(words, timeout=30.0)
     seen = 0
     while not client.is_deleted and not session.ended:
         frames = session.frames()

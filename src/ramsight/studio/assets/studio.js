@@ -43,8 +43,9 @@ window.studio = (() => {
     return { names: strip.names, plot: new uPlot(options, [[], ...strip.series.map(() => [])], place), place, height: strip.height };
   }
 
-  function begin(names, highestPressure) {
+  function begin(names, highestPressure, lines) {
     highest = highestPressure;
+    for (const name of names) studio.lay(name, lines[name]);
     for (const name of names) units[name] = { time: [] };
     shown = names[0];
     plots = strips().map(make);
@@ -89,7 +90,8 @@ window.studio = (() => {
 
   function paint(unit, now) {
     const root = document.querySelector(`[data-circuit="${unit}"]`);
-    if (!root || root.hidden) return;
+    if (!root || root.hidden || !studio.isSeen(root)) return;
+    studio.flow(unit, now);
     for (const group of root.querySelectorAll("g.node")) {
       const bar = now["pressure_" + group.dataset.node];
       if (bar === undefined) continue;
@@ -101,8 +103,11 @@ window.studio = (() => {
       const name = part.id.slice(5), flow = now[name + ".flow"], opening = now[name + ".opening"];
       if (flow === undefined) continue;
       const valve = /valve/.test(part.getAttribute("class"));
-      part.classList.toggle("open", valve && (Math.abs(flow) > 0.3 || opening > 0.5));
-      part.classList.toggle("spits", part.classList.contains("relief-valve") && Math.abs(flow) > 0.3);
+      const passes = Math.abs(flow) > 0.3, spits = passes && part.classList.contains("relief-valve");
+      part.classList.toggle("open", valve && (passes || opening > 0.02));
+      part.classList.toggle("spits", spits);
+      part.style.setProperty("--opening", `${passes ? 100 : Math.round(100 * (opening ?? 0))}%`);
+      studio.says(part, spits ? `spits ${Math.abs(flow).toFixed(0)} l/min` : opening > 0.02 && part.classList.contains("safety-valve") ? `${Math.round(100 * opening)} % open` : "");
       const words = opening === undefined ? "" : `, opening ${opening}`;
       part.querySelector("title").textContent = `${name}: ${flow} l/min${words}`;
     }
