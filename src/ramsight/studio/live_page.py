@@ -5,21 +5,13 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any
 
 from nicegui import background_tasks, run, ui
 
-from ramsight.drawing import Sheet, drawn, svg
-from ramsight.drawing.flowing import chains
-from ramsight.drawing.notes import notes
-from ramsight.machine.description import Machine
-from ramsight.plant.build import build
-from ramsight.plant.linked import LinkedMachine
-from ramsight.plant.linked import build as build_linked
-from ramsight.plant.pump import Pump
-from ramsight.plant.unit import HydraulicUnit
 from ramsight.studio.playing import DUTIES
+from ramsight.studio.prepared import Prepared
 from ramsight.studio.rig import FAULTS, KINDS, LIE, SENSORS
 from ramsight.studio.scene import MachineScene
 from ramsight.studio.session import Session
@@ -49,52 +41,15 @@ KEYS = (("ArrowUp", "ArrowDown"), ("ArrowRight", "ArrowLeft"))
 """Keys that move the first unit and the second one, lifting and lowering."""
 
 
-@dataclass(frozen=True)
-class Prepared:
-    """What all pages of a machine share, made before the first one asks.
+def live_page(prepared: Prepared, session: Session) -> None:
+    """Build the page for one visitor.
 
-    Attributes:
-        machine: a description file, or a catalogue name, for the machine's own process.
-        described: what it describes.
-        linked: its mechanism, if it has one.
-        circuits: the drawing of each unit that runs, as SVG.
-        lines: of each of them, what the page needs to let the oil in its lines move.
+    Args:
+        prepared: the machine.
+        session: the process in which it runs for him; it is closed when he goes.
     """
-
-    machine: str
-    described: Machine
-    linked: LinkedMachine | None
-    circuits: Mapping[str, str]
-    lines: Mapping[str, Any]
-
-
-def prepare(machine: str, described: Machine) -> Prepared:
-    """Make what all pages of a machine share."""
-    units = list(described.units) if described.linkage is not None else list(described.units)[:1]
-    circuits, lines = {}, {}
-    for name in units:
-        unit = described.unit(name)
-        built = build(name, unit, described.linkage)
-        sheet = drawn(built, f"{described.name}: {name}", notes(unit))
-        circuits[name], lines[name] = svg.text(sheet), _lines(sheet, built)
-    linked = None if described.linkage is None else build_linked(described)
-    return Prepared(machine, described, linked, circuits, lines)
-
-
-def _lines(sheet: Sheet, unit: HydraulicUnit) -> dict[str, Any]:
-    """Lines with the flows that pass them, and what the largest pump delivers at the highest speed [l/min]."""
-    pumps = [part.displacement for part in unit.parts() if isinstance(part, Pump)]
-    return {
-        "full": round(60e3 * max(pumps, default=1e-5) * unit.max_speed, 1),
-        "chains": [{"points": chain.points, "flows": chain.flows} for chain in chains(sheet, unit)],
-    }
-
-
-def live_page(prepared: Prepared) -> None:
-    """Build the page for one visitor, with a machine of its own."""
     described, units = prepared.described, list(prepared.circuits)
     signs = {name: float(described.unit(name).lift_sign) for name in units}
-    session = Session(prepared.machine)
     client = ui.context.client
     client.on_delete(lambda: background_tasks.create(run.io_bound(session.close)))
     with ui.element("div").classes("studio"):
@@ -274,7 +229,7 @@ async def _follow(session: Session, client: Any, scene: MachineScene, prepared: 
         words = f"studio.begin({json.dumps(units)}, {_HIGHEST}, {json.dumps(prepared.lines)})"
         await client.run_javascript(words, timeout=30.0)
     seen = 0
-    while not client.is_deleted and not session.ended:
+    while not client.is_deleted and not session.over:
         frames = session.frames()
         if not frames or not client.has_socket_connection:
             await asyncio.sleep(_PAUSE)
@@ -285,7 +240,7 @@ async def _follow(session: Session, client: Any, scene: MachineScene, prepared: 
         except TimeoutError:
             continue
         seen += 1
-        if seen % _SCENE == 0:
+        if seen % _SCENE == 0 and not session.over:
             with client:
                 scene.show(_positions(frame, "position", units), _positions(frame, "kalman", units), frame.load)
     session.close()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ from nicegui import run, ui
 from ramsight.machine.description import Machine
 from ramsight.studio.files import Shared
 from ramsight.studio.job import Job, Say
+from ramsight.studio.markup import scrolled
 from ramsight.studio.rig import SENSORS
 from ramsight.studio.thinning import Array, kept, thinned
 from ramsight.studio.tracking import (
@@ -185,7 +185,7 @@ class _LogsPage:
         elif what == "drawn":
             self._offer(*value)
         elif what in ("leak test", "factors", "report"):
-            self.judged.set_content(f"<pre>{escape(value)}</pre>")
+            self.judged.set_content(scrolled(value, "what the log says of the machine"))
             if what == "report":
                 self._offer(REPORT)
 

@@ -57,13 +57,13 @@ def serve(machine: str, *, host: str, port: int, show: bool) -> None:
         raise DescriptionError(
             "needs the extra studio: pip install 'ramsight[studio]'", key="ramsight studio"
         ) from None
-    from ramsight.studio.live_page import live_page, prepare
+    from ramsight.studio.prepared import prepare
     from ramsight.studio.tabs import tabs
 
     token = None if host in LOOPBACK else secrets.token_urlsafe(_FREE)
     app.add_middleware(Guard, token=token, largest=LARGEST)
     app.add_static_files("/studio-assets", ASSETS)
-    prepared = prepare(machine, described)
+    prepared = prepare(described)
     title = f"ramsight studio: {described.title or described.name}"
 
     @ui.page("/", title=title)
@@ -76,8 +76,8 @@ def serve(machine: str, *, host: str, port: int, show: bool) -> None:
         ui.add_body_html(_FIRST)
         with ui.header().classes("items-center py-1"):
             ui.html('<h1 class="text-lg font-bold">ramsight studio</h1>', sanitize=False)
-            ui.label(described.title or described.name)
-        tabs(described, lambda: live_page(prepared))
+            named = ui.label().props("id=machine-name")
+        tabs(prepared, named.set_text)
 
     print(f"ramsight studio: {address(host, port, token)}", flush=True)
     ui.run(

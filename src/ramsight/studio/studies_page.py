@@ -51,7 +51,8 @@ class _StudiesPage:
             self.said = ui.label().props("id=study-said role=status").classes("whitespace-pre-wrap")
         with ui.element("section").classes("panel"):
             ui.html("<h2>Accuracy so far</h2>", sanitize=False)
-            self.shown = ui.html("", sanitize=False).props("id=study-accuracy").classes("w-full overflow-x-auto")
+            self.shown = ui.html("", sanitize=False).classes("w-full overflow-x-auto")
+            self.shown.props('id=study-accuracy tabindex=0 role=region aria-label="accuracy so far"')
             self.links = ui.row().props("id=study-links").classes("gap-4")
         self.visit.on_machine(self._another)
         ui.timer(_LOOK, self._look)

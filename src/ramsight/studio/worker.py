@@ -9,10 +9,12 @@ from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection
 from typing import Any
 
-from ramsight.errors import RamsightError
+from ramsight.errors import DescriptionError, RamsightError
 from ramsight.machine import load
+from ramsight.machine.description import Machine
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.virtual_sensor import Estimate
+from ramsight.studio.draft import Problem, problem
 from ramsight.studio.energy import flows
 from ramsight.studio.rig import LIE, Rig, Row
 
@@ -47,27 +49,27 @@ class Frame:
     oil: dict[str, list[float]] = field(default_factory=dict)
 
 
-def run(pipe: Connection, machine: str) -> None:
+def run(pipe: Connection, machine: Machine | str) -> None:
     """Let a machine run until the pipe's other end closes or says stop.
 
     Args:
         pipe: commands come in, frames go out.
-        machine: a description file, or a catalogue name.
+        machine: what is described, or a description file, or a catalogue name.
     """
     try:
-        rig = Rig(load(machine))
+        rig = Rig(machine if isinstance(machine, Machine) else load(machine))
         rig.step()  # whatever has to be compiled is compiled here
         pipe.send(("ready", _about(rig)))
         _Clock(rig, pipe).go_on()
     except (EOFError, BrokenPipeError, ConnectionResetError, KeyboardInterrupt):
         return
     except RamsightError as error:
-        _last_words(pipe, str(error))
+        _last_words(pipe, str(error), problem(error) if isinstance(error, DescriptionError) else None)
 
 
-def _last_words(pipe: Connection, text: str) -> None:
+def _last_words(pipe: Connection, text: str, wrong: Problem | None) -> None:
     try:
-        pipe.send(("ended", text))
+        pipe.send(("ended", (text, wrong)))
     except OSError:
         return
 

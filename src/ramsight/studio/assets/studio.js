@@ -4,7 +4,7 @@ window.studio = (() => {
   const KEEP = 1500; // points of a strip
   const SENSORS = ["kalman", "balance", "unreferenced", "table"];
   const units = {};
-  let shown = "", plots = [], drawn = 0, waiting = false, highest = 250;
+  let shown = "", plots = [], drawn = 0, waiting = false, highest = 250, fitting = null;
 
   const css = (name) => getComputedStyle(document.body).getPropertyValue(name).trim();
   const series = (label, colour, more = {}) => ({ label, stroke: css(colour), width: 1.5, spanGaps: false, points: { show: false }, ...more });
@@ -44,6 +44,8 @@ window.studio = (() => {
   }
 
   function begin(names, highestPressure, lines) {
+    for (const name of Object.keys(units)) delete units[name];
+    fitting?.disconnect();
     highest = highestPressure;
     for (const name of names) studio.lay(name, lines[name]);
     for (const name of names) units[name] = { time: [] };
@@ -51,9 +53,11 @@ window.studio = (() => {
     plots = strips().map(make);
     studio.laidOut = performance.now(); // ms since the page was asked for
     const fit = () => plots.forEach((p) => p.plot.setSize({ width: p.place.clientWidth, height: p.height }));
-    new ResizeObserver(fit).observe(document.getElementById("strips"));
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => setTimeout(() => { plots = strips().map(make); draw(); }, 100));
+    fitting = new ResizeObserver(fit);
+    fitting.observe(document.getElementById("strips"));
   }
+
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => setTimeout(() => { plots = strips().map(make); draw(); }, 100));
 
   function show(name) {
     shown = name;
@@ -196,6 +200,8 @@ window.studio = (() => {
   }
 
   // The file chooser that the uploader draws is an input in a button: leave the input alone to be reached, and name it.
+  // Its other buttons are icons. A table that is wider than the page is scrolled with keys.
+  const ICONS = { done_all: "remove all that is uploaded", clear_all: "remove all that waits", delete: "remove this file", clear: "remove this file", done: "remove this file" };
   function label() {
     for (const place of document.querySelectorAll(".q-uploader")) {
       const words = place.querySelector(".q-uploader__title")?.textContent || "file";
@@ -206,7 +212,11 @@ window.studio = (() => {
         const button = input.closest("[role=button]");
         if (button) { button.removeAttribute("role"); button.tabIndex = -1; }
       }
+      for (const button of place.querySelectorAll(".q-btn:not([aria-label]):not(:has(input))"))
+        button.setAttribute("aria-label", ICONS[button.querySelector("i")?.textContent] ?? "remove");
     }
+    for (const bar of document.querySelectorAll(".q-loading-bar:not([aria-label])")) bar.setAttribute("aria-label", "the page loads");
+    for (const place of document.querySelectorAll(".q-table__middle.scroll:not([tabindex])")) place.tabIndex = 0;
   }
   addEventListener("DOMContentLoaded", () => new MutationObserver(label).observe(document.body, { childList: true, subtree: true }));
 
