@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -64,11 +64,10 @@ def live_page(prepared: Prepared, session: Session) -> None:
                 ui.label("red and pale: where the sensor takes it to be; its error as large as you like").classes(
                     "text-xs"
                 )
-                scene = MachineScene(described, prepared.linked)
+                space = ui.element("div").classes("w-full space")
                 ui.label("error × true").classes("text-sm")
-                ui.slider(min=1, max=_MAGNIFIED, value=1, on_change=lambda e: scene.magnify(float(e.value))).props(
-                    'label dense aria-label="error in the picture over the true one"'
-                )
+                magnified = ui.slider(min=1, max=_MAGNIFIED, value=1)
+                magnified.props('label dense aria-label="error in the picture over the true one"')
             _circuits(prepared.circuits)
             _energy(session)
         with ui.column().classes("gap-3 min-w-0"):
@@ -76,6 +75,14 @@ def live_page(prepared: Prepared, session: Session) -> None:
             with ui.element("section").classes("panel").props("id=strips"):
                 for name in ("position", "error", "drive", "pressure", "status"):
                     ui.element("div").props(f"id=strip-{name}").classes("w-full")
+
+    def scene() -> MachineScene:
+        with space:
+            made = MachineScene(described, prepared.linked)
+        magnified.on_value_change(lambda e: made.magnify(float(e.value)))
+        made.magnify(float(magnified.value))
+        return made
+
     background_tasks.create(_follow(session, client, scene, prepared))
 
 
@@ -221,13 +228,17 @@ def _said(units: list[str]) -> None:
         ui.html(f'<h2>What the sensors say</h2><div class="now">{rows}</div>{status}', sanitize=False)
 
 
-async def _follow(session: Session, client: Any, scene: MachineScene, prepared: Prepared) -> None:
-    """Hand the page what comes of its machine, no faster than the page takes it."""
+async def _follow(session: Session, client: Any, scene: Callable[[], MachineScene], prepared: Prepared) -> None:
+    """Hand the page what comes of its machine, no faster than the page takes it.
+
+    The machine in space comes once the rest is there: what draws it is as large as all the rest.
+    """
     units = list(prepared.circuits)
     await client.connected(timeout=30.0)
     with client:
         words = f"studio.begin({json.dumps(units)}, {_HIGHEST}, {json.dumps(prepared.lines)})"
         await client.run_javascript(words, timeout=30.0)
+        space = scene()
     seen = 0
     while not client.is_deleted and not session.over:
         frames = session.frames()
@@ -242,7 +253,7 @@ async def _follow(session: Session, client: Any, scene: MachineScene, prepared: 
         seen += 1
         if seen % _SCENE == 0 and not session.over:
             with client:
-                scene.show(_positions(frame, "position", units), _positions(frame, "kalman", units), frame.load)
+                space.show(_positions(frame, "position", units), _positions(frame, "kalman", units), frame.load)
     session.close()
 
 

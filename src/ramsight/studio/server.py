@@ -57,6 +57,8 @@ def serve(machine: str, *, host: str, port: int, show: bool) -> None:
         raise DescriptionError(
             "needs the extra studio: pip install 'ramsight[studio]'", key="ramsight studio"
         ) from None
+    from starlette.middleware.gzip import GZipMiddleware
+
     from ramsight.studio.prepared import prepare
     from ramsight.studio.tabs import tabs
 
@@ -89,5 +91,7 @@ def serve(machine: str, *, host: str, port: int, show: bool) -> None:
         dark=None,
         language="en-US",
         reconnect_timeout=_GONE,
+        tailwind=False,  # 260 kB that look at every change of the page; its few words are in studio.css
+        gzip_middleware_factory=None if host in LOOPBACK else GZipMiddleware,  # nothing is far away on this machine
         show_welcome_message=False,
     )
