@@ -18,7 +18,9 @@ from ramsight import machine
 from ramsight.cli import app
 from ramsight.drawing import drawn
 from ramsight.drawing.flowing import chains
+from ramsight.duty.drive_report import declared_report, further_report
 from ramsight.duty.live import LiveUnit
+from ramsight.duty.live_further import LiveFurther, _LiveLink
 from ramsight.duty.live_warming import LiveWarming
 from ramsight.duty.warming import Warming, warmed
 from ramsight.errors import DescriptionError
@@ -79,11 +81,12 @@ TURNED = {
     "stiffness": 0.6,
     "friction": 2.0,
     "torque_gain": 1.1,
+    "magnets": 40.0,
     "torque_step": 2.0,
     "report_delay": 0.1,
     "temperature_offset": 5.0,
 }
-OF_THE_REPORT = {"torque_gain", "torque_step", "report_delay", "temperature_offset"}
+OF_THE_REPORT = {"torque_gain", "magnets", "torque_step", "report_delay", "temperature_offset"}
 
 
 def lifted(**turned):
@@ -235,6 +238,98 @@ def test_a_reference_puts_the_balance_right_and_one_that_lies_puts_it_wrong(pres
     row = press.step()["ram"]
     assert row.estimates["balance"].position == pytest.approx(row.position + LIE, abs=1e-9)
     assert abs(row.estimates["kalman"].position - row.position) < 0.5 * LIE  # it does not believe everything
+
+
+def declaring(name, unit, **stds):
+    """A rig of a machine that declares what else its drive reports."""
+    described = machine.load(name)
+    text = draft.text_of(described)
+    for what, std in stds.items():
+        text = draft.edited(text, described, f"units.{unit}.assumptions.{what}.std", std)
+    found = draft.read(text)
+    assert not isinstance(found, draft.Problem), found
+    return Rig(found)
+
+
+def test_warm_magnets_move_what_the_sensor_takes_for_the_load_unless_the_motor_says_how_warm_it_is():
+    off = []
+    for stds in ({}, {"motor_temperature": "1 %"}):
+        rig = declaring("press", "ram", **stds)
+        rig.levers["ram"] = 0.2
+        cold = run(rig, 2.0)[-1]["ram"].estimates["kalman"].load
+        rig.turn(replace(rig.knobs, magnets=0.0))
+        rig._magnets = 60.0  # at once, for the test
+        rig.knobs = replace(rig.knobs, magnets=60.0)
+        warm = run(rig, 1.5)[-1]["ram"].estimates["kalman"].load
+        off.append(abs(warm / cold - 1.0))
+    assert off[0] == pytest.approx(0.07, abs=0.02)  # 60 K take 6.6 % of the torque constant
+    assert off[1] < 0.3 * off[0]
+
+
+def test_magnets_warm_up_no_faster_than_a_motor_is_heated(press):
+    press.turn(replace(press.knobs, magnets=60.0))
+    run(press, 2.0)
+    assert press._magnets == pytest.approx(1.0)
+
+
+def test_a_declared_counter_of_the_shaft_contradicts_a_speed_that_reads_too_much():
+    for stds, contradicted in (({}, False), ({"shaft": "1 deg"}, True)):
+        rig = declaring("press", "ram", **stds)
+        rig.levers["ram"] = 0.6
+        run(rig, 1.0)
+        rig.fault("speed", on=True)
+        said = {row["ram"].estimates["kalman"].status.name for row in run(rig, 3.0)}
+        assert any("SPEED" in name for name in said) == contradicted, said
+
+
+def test_a_declared_angle_of_the_link_brings_back_an_estimate_that_was_told_a_lie():
+    off = []
+    for stds in ({}, {"link_angle": "0.5 deg"}):
+        rig = declaring("mining-loader", "boom", **stds)
+        run(rig, 1.0)
+        for sensor in rig.sensors["boom"].values():
+            sensor.start(rig._at["boom"] + 0.05)
+        rig.levers["boom"] = 0.3
+        last = run(rig, 6.0)[-1]["boom"]
+        off.append(abs(last.estimates["kalman"].position - last.position))
+    assert off[0] > 0.04
+    assert off[1] < 0.5 * off[0]
+
+
+def test_declared_power_and_pressures_reach_the_sensor():
+    rig = declaring("press", "ram", power="1 %", pressure="1 bar")
+    rig.levers["ram"] = 0.4
+    row = run(rig, 2.0)[-1]["ram"]
+    assert row.estimates["kalman"].status.validity == "ok"
+    assert abs(row.estimates["kalman"].position - row.position) < 1e-3
+    seen = rig._further["ram"].sample(row.position, row.motor_speed, row.motor_torque, (row.pressure_a, row.pressure_b))
+    assert seen.keys() == {"dc_power", "pressure_a", "pressure_b"}
+    assert seen["pressure_a"] == pytest.approx(row.pressure_a, abs=5e5)
+    assert set(rig.sensors["ram"]["kalman"].optional) == seen.keys()
+
+
+def test_what_is_reported_live_is_what_is_reported_of_a_run():
+    """The same signals, but for their noise."""
+    rig = declaring("mining-loader", "boom", link_angle="0.5 deg", shaft="1 deg", power="1 %", pressure="1 bar")
+    unit = rig.sheet["boom"]
+    how = declared_report(unit, 3)
+    how = replace(
+        how, link=replace(how.link, noise=0.0, lag=0.1), power=replace(how.power, noise=0.0), pressure_noise=0.0
+    )
+    live = LiveFurther(unit, 0.02, 3)
+    live._how, live._link = how, _LiveLink(how.link, 0.02, np.random.default_rng(0))
+    time = 0.02 * np.arange(200)
+    true = {
+        "time": time, "position": 0.3 + 0.05 * np.sin(time), "motor_speed": 100.0 * np.sin(3.0 * time),
+        "motor_torque": 20.0 * np.cos(time), "pressure_a": 1e7 + 1e6 * np.sin(time), "pressure_b": 2e6 + 0.0 * time,
+    }  # fmt: skip
+    whole = {channel.name: values for channel, values in further_report(how, true.__getitem__).items()}
+    columns = (true[name] for name in ("position", "motor_speed", "motor_torque", "pressure_a", "pressure_b"))
+    for k, (position, speed, torque, a, b) in enumerate(zip(*columns, strict=True)):
+        said = live.sample(position, speed, torque, (a, b))
+        assert said.keys() == whole.keys()
+        for name, value in said.items():
+            assert value == pytest.approx(whole[name][k], rel=1e-9, abs=0.021), (name, k)
 
 
 def test_unknown_faults_are_refused(press):
@@ -522,6 +617,19 @@ def test_what_is_wrong_is_said_where_it_is_and_stays_as_it_was_written(key, valu
     assert said.path == path
     assert words in said.words
     assert shown(text)[path].text == value
+
+
+def test_what_a_sensor_can_be_told_of_further_signals_is_in_the_form():
+    there = shown(draft.text_of(machine.load("mining-loader")))
+    told = {
+        "inertia": ("std",), "motor_temperature": ("std", "loss", "reference"), "link_angle": ("std", "offset", "lag"),
+        "shaft": ("std", "speed"), "power": ("std", "gain"), "pressure": ("std", "lag"),
+    }  # fmt: skip
+    for path in (f"{table}.{key}" for table, keys in told.items() for key in keys):
+        row = there[f"units.boom.assumptions.{path}"]
+        assert row.usual
+        assert row.meaning
+        assert row.range
 
 
 def test_what_follows_is_what_the_verb_says(tmp_path):

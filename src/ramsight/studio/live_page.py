@@ -32,6 +32,7 @@ KNOBS = (
     ("stiffness", "stiffness × data sheet", 0.5, 1.5, 1.0, 0.05, 1.0, 0.0),
     ("friction", "friction × data sheet", 0.5, 3.0, 1.0, 0.05, 1.0, 0.0),
     ("torque_gain", "reported torque × true", 0.9, 1.1, 1.0, 0.01, 1.0, 0.0),
+    ("magnets", "magnets of the motor warmer by [K]", 0.0, 100.0, 0.0, 5.0, 1.0, 0.0),
     ("torque_step", "steps of the torque [N m]", 0.0, 2.0, 0.0, 0.1, 1.0, 0.0),
     ("report_delay", "delay of the report [ms]", 0.0, 100.0, 0.0, 10.0, 1e-3, 0.0),
     ("temperature_offset", "thermometer offset [K]", -10.0, 10.0, 0.0, 0.5, 1.0, 0.0),

@@ -9,14 +9,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ramsight.calibration.sensors import sensor_for
-from ramsight.duty.drive_report import usual_report
+from ramsight.duty.drive_report import Magnets, usual_report
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.duty.live import Instant, LiveMachine, LiveUnit
 from ramsight.duty.live_drive import LiveDrive
 from ramsight.duty.live_energy import EnergyAccount
+from ramsight.duty.live_further import LiveFurther
 from ramsight.duty.live_warming import LiveWarming
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.errors import DescriptionError
+from ramsight.logs.channels import column_of
 from ramsight.machine.description import Machine
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build
@@ -41,6 +43,7 @@ FAULTS = {
 _OBSTACLE = 0.02  # m beyond where the piston is, extending
 LIE = 0.02  # m, by which a switch that lies is off
 _SPEED_GAIN = 1.03
+_MAGNETS = Magnets(torque=1.0).coefficient  # 1/K, of the torque constant
 _RAMP = 1.0  # s, in which a motor gets from rest to its highest speed
 _HEATER = 0.5  # K/s, at most, by which oil is brought to another temperature
 _OIL_EVERY = 5  # samples; in 0.1 s oil changes its temperature by no more than the 0.05 K of `warming.warmed`
@@ -67,6 +70,7 @@ class Knobs:
         ambient: temperature of the air [K].
         leak, displacement, stiffness, friction: factors on the data sheet, as `AsBuilt` has them [1].
         torque_gain: reported torque over the true one [1].
+        magnets: by which the motor's magnets are warmer than for what the drive knows its torque constant [K].
         torque_step: in which the torque is reported [N m].
         report_delay: of speed and torque [s].
         temperature_offset: by which the thermometer reads too much [K].
@@ -80,6 +84,7 @@ class Knobs:
     stiffness: float = 1.0
     friction: float = 1.0
     torque_gain: float = 1.0
+    magnets: float = 0.0
     torque_step: float = 0.0
     report_delay: float = 0.0
     temperature_offset: float = 0.0
@@ -166,6 +171,8 @@ class Rig:
             self._plant = LiveUnit(unit, begin[name], load, warm, self.period)
         self._plant.begin_account()
         self._load, self.holds_oil, self._samples, self._entered_at = load, False, 0, 0.0
+        self._magnets = self.knobs.magnets
+        self._further = {name: LiveFurther(unit, self.period, k) for k, (name, unit) in enumerate(self.sheet.items())}
         self._aim: float | None = None  # that the oil is being brought to [K]
         self.oil = {name: LiveWarming(unit, warm) for name, unit in self.sheet.items()}
         self.sensors: dict[str, dict[str, VirtualSensor]] = {
@@ -334,6 +341,8 @@ class Rig:
         aim = self.knobs.load * self._largest
         most = self._largest * self.period / _RAMP
         self._load += min(max(aim - self._load, -most), most)
+        most = _HEATER * self.period
+        self._magnets += min(max(self.knobs.magnets - self._magnets, -most), most)
         commands = self._commands()
         now: Instant
         if isinstance(self._plant, LiveMachine):
@@ -346,9 +355,10 @@ class Rig:
         for name in self.sheet:
             truth = now.motor_speed[name], now.motor_torque[name]
             self._at[name] = now.position[name]
-            self._sense(name, now.time, truth, now.position[name], commands)
             chambers = (self.of(name, f"pressure_{self.sheet[name].cylinder.node_a}"),
                         self.of(name, f"pressure_{self.sheet[name].cylinder.node_b}"))  # fmt: skip
+            further = self._further[name].sample(now.position[name], *truth, chambers, self._magnets)
+            self._sense(name, now.time, truth, now.position[name], commands[name] | further)
             rows[name] = Row(now.time, now.position[name], *truth, *chambers, dict(self._last[name]))
         self._samples += 1
         if self._samples % _OIL_EVERY == 0:
@@ -394,21 +404,21 @@ class Rig:
     def _valve(self, name: str) -> DirectionalValve | None:
         return next((part for part in self.sheet[name].parts() if isinstance(part, DirectionalValve)), None)
 
-    def _commands(self) -> dict[str, float]:
-        """Commands of directional valves: where the lever points; they stay where it is in the middle."""
-        found = {}
+    def _commands(self) -> dict[str, dict[str, float]]:
+        """Commands of directional valves, by unit: where the lever points; they stay where it is in the middle."""
+        found: dict[str, dict[str, float]] = {name: {} for name in self.levers}
         for name, lever in self.levers.items():
             valve = self._valve(name)
             if valve is not None and lever != 0.0:
                 self._plant.change({f"{valve.name}.command": math.copysign(1.0, lever)})
-                found[name] = math.copysign(1.0, lever)
+                found[name][column_of(valve.name)] = math.copysign(1.0, lever)
         return found
 
     def _sense(
-        self, name: str, time: float, truth: tuple[float, float], position: float, commands: Mapping[str, float]
+        self, name: str, time: float, truth: tuple[float, float], position: float, further: Mapping[str, float]
     ) -> None:
         """What the drive reports, with its faults, and what the sensors make of it."""
-        torque = truth[1] * self.knobs.torque_gain
+        torque = truth[1] * self.knobs.torque_gain / (1.0 + _MAGNETS * self._magnets)
         said = self._drives[name].report(time, truth[0], torque, self.oil[name].tank)
         if said is None or "power" in self.faults:
             return
@@ -421,7 +431,7 @@ class Rig:
         off = self._references.pop(name, None)
         reference = None if off is None else position + off
         for kind, sensor in self.sensors[name].items():
-            others = {column: commands[name] for column in sensor.commands if name in commands}
+            others = {column: further[column] for column in sensor.further if column in further}
             values = said.motor_speed, said.motor_torque, said.oil_temperature
             given = None if kind == "unreferenced" else reference
             self._last[name][kind] = sensor.step(said.time, *values, given, **others)

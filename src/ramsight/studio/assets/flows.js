@@ -7,8 +7,7 @@
   const LINE = 13; // from one line of words to the next, as in drawing/layout.py
   const FASTEST = 110, LONGEST = 0.07; // units a second at a pump's full flow; s, in which they go less than half a period
   const still = matchMedia("(prefers-reduced-motion: reduce)");
-  const laid = {}, seen = new WeakMap();
-  const looks = new IntersectionObserver((all) => all.forEach((one) => seen.set(one.target, one.isIntersecting)));
+  const laid = {};
 
   function element(kind, attributes) {
     const made = document.createElementNS(NS, kind);
@@ -28,7 +27,7 @@
   studio.lay = (unit, lines) => {
     const root = document.querySelector(`[data-circuit="${unit}"]`), svg = root?.querySelector("svg");
     if (!svg) return;
-    looks.observe(root);
+    studio.watch(root);
     svg.querySelector("g.flows")?.remove();
     const group = element("g", { class: "flows", "aria-hidden": "true" });
     const chains = lines.chains.map(({ points, flows }) => {
@@ -42,8 +41,6 @@
     [...svg.querySelectorAll("g.node")].at(-1)?.after(group);
     laid[unit] = { full: lines.full, chains, last: performance.now() };
   };
-
-  studio.isSeen = (root) => seen.get(root) !== false;
 
   studio.flow = (unit, now) => {
     const own = laid[unit];

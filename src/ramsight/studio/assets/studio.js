@@ -6,6 +6,15 @@ window.studio = (() => {
   const units = {};
   let shown = "", plots = [], drawn = 0, waiting = false, highest = 250, fitting = null;
 
+  // What is not on the screen is not drawn, until it comes there.
+  const visible = new WeakMap();
+  const looks = new IntersectionObserver((all) => {
+    for (const one of all) visible.set(one.target, one.isIntersecting);
+    draw();
+  });
+  const watch = (place) => looks.observe(place);
+  const isSeen = (place) => visible.get(place) !== false;
+
   const css = (name) => getComputedStyle(document.body).getPropertyValue(name).trim();
   const series = (label, colour, more = {}) => ({ label, stroke: css(colour), width: 1.5, spanGaps: false, points: { show: false }, ...more });
 
@@ -32,6 +41,7 @@ window.studio = (() => {
   function make(strip) {
     const place = document.getElementById(strip.id);
     place.replaceChildren();
+    watch(place);
     const axis = (more = {}) => ({ stroke: css("--ink"), grid: { stroke: css("--grid"), width: 1 }, ticks: { stroke: css("--grid"), width: 1 }, font: "12px sans-serif", size: 52, ...more });
     const axes = [axis({ size: 28, values: (_, all) => all.map((v) => v + " s") }), axis()];
     if (strip.second) axes.push(axis({ scale: strip.second, side: 1, grid: { show: false } }));
@@ -87,9 +97,8 @@ window.studio = (() => {
   function draw() {
     waiting = false;
     const kept = units[shown];
-    if (!kept || !kept.time.length) return;
-    for (const one of plots) one.plot.setData([kept.time, ...one.names.map((name) => kept[name])]);
-    drawn += 1;
+    if (!kept?.time.length) return;
+    for (const one of plots) if (isSeen(one.place)) one.plot.setData([kept.time, ...one.names.map((name) => kept[name])]);
   }
 
   function paint(unit, now) {
@@ -145,7 +154,7 @@ window.studio = (() => {
     f.oil[shown].forEach((celsius, at) => set(["now-pumps", "now-tank"][at], celsius.toFixed(1)));
     if (f.factor !== null) set("now-factor", f.factor.toFixed(1));
     if (f.energy[shown]) studio.energy(f.energy[shown]);
-    if (!waiting) { waiting = true; requestAnimationFrame(draw); }
+    if (!waiting) { waiting = true; requestAnimationFrame(() => { draw(); drawn += 1; }); }
     return drawn;
   }
 
@@ -220,5 +229,5 @@ window.studio = (() => {
   }
   addEventListener("DOMContentLoaded", () => new MutationObserver(label).observe(document.body, { childList: true, subtree: true }));
 
-  return { begin, show, frame, track, count: () => drawn, units, seen };
+  return { watch, isSeen, begin, show, frame, track, count: () => drawn, units, seen };
 })();
