@@ -145,6 +145,17 @@ def test_losses_warm_the_pumps_before_the_tank_and_the_air_cools_them_again(pres
     assert oil.tank < warm - 0.3
 
 
+def test_the_machine_runs_by_the_oil_in_its_pumps_and_the_thermometer_is_in_its_tank(press, monkeypatch):
+    told, changed = [], []
+    report, change = press._drives["ram"].report, press._plant.change
+    monkeypatch.setattr(press._drives["ram"], "report", lambda *said: told.append(said[3]) or report(*said))
+    monkeypatch.setattr(press._plant, "change", lambda values: changed.append(values) or change(values))
+    press.oil["ram"]._stores = np.array([330.0, 320.0])
+    run(press, 0.1)
+    assert told == [320.0] * 5
+    assert changed[-1]["oil_temperature"] == press.oil["ram"].pumps != 330.0
+
+
 def test_oil_that_is_held_stays_where_its_knob_is_and_is_let_go_again(press):
     press.hold_oil(on=True)
     press.turn(replace(press.knobs, oil_temperature=315.15, ambient=253.15, load=1.0))

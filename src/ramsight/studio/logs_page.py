@@ -92,7 +92,7 @@ class _LogsPage:
             self._upload("truth", "true position, if known")
             with ui.column().classes("gap-1"):
                 self.unit = ui.select(list(machine.units), value=next(iter(machine.units)), label="unit")
-                self.start = ui.input("piston at first, e.g. 120 mm")
+                self.start = ui.input("piston at first, e.g. 120 mm").classes("w-60")
                 self.sensor = ui.select(list(SENSORS), value=SENSORS[0], label="sensor")
                 self.mapped = ui.checkbox("use the proposed channel map")
                 ui.button("track", on_click=lambda: self._begin(track)).props("id=track")

@@ -54,6 +54,9 @@ class Running:
         if session.about is None:
             await run.io_bound(session.close)
             return session.wrong or Problem("", session.ended)
+        if self._panel.client.is_deleted:  # nobody is there any more to close it
+            await run.io_bound(session.close)
+            return None
         before, self._session = self._session, session
         await run.io_bound(before.close)
         self._panel.clear()

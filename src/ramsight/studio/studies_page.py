@@ -40,8 +40,10 @@ class _StudiesPage:
             ui.label("Machines are drawn from the description's tolerances, simulated and tracked, by numbers.")
             with ui.row().classes("items-end gap-3"):
                 self.unit = ui.select(list(machine.units), value=next(iter(machine.units)), label="unit of the sheet")
+                self.unit.classes("w-36")
                 self.duty = ui.select(list(DUTIES), value=DUTIES[0], label="duty").classes("w-36")
                 self.sensor = ui.select(list(SHEET_SENSORS), value=SHEET_SENSORS[0], label="sensor of the sheet")
+                self.sensor.classes("w-36")
                 self.machines = ui.number("machines", value=_USUAL, min=1, max=_MOST, precision=0).classes("w-28")
                 self.seed = ui.number("seed", value=0, min=0, precision=0).classes("w-24")
                 ui.button("start", on_click=self._start).props("id=study-start")
