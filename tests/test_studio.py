@@ -29,9 +29,10 @@ from ramsight.studio import draft
 from ramsight.studio.energy import flows
 from ramsight.studio.guard import Guard
 from ramsight.studio.playing import DUTIES
-from ramsight.studio.rig import FAULTS, LIE, Knobs, Rig
+from ramsight.studio.rig import Rig
 from ramsight.studio.session import Session
 from ramsight.studio.thinning import keep, kept, thinned
+from ramsight.studio.told import FAULTS, LIE, Knobs
 from ramsight.studio.tracking import Asked, find_factors, find_leak, judge, propose, references, track
 
 TRACES = Path(__file__).parent / "traces"

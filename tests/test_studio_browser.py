@@ -172,6 +172,18 @@ def test_a_fault_changes_the_status_and_goes_again(page):
     wait(page, lambda: "oil temperature" not in status.inner_text())
 
 
+def test_a_machine_that_stands_is_not_drawn_anew_and_one_that_moves_is(page):
+    wait(page, lambda: page.evaluate("studio.pictures") > 3)
+    page.wait_for_timeout(7000)
+    before = page.evaluate("studio.pictures")
+    page.wait_for_timeout(2000)
+    assert page.evaluate("studio.pictures") == before
+    page.get_by_role("button", name="lift boom").click()
+    wait(page, lambda: page.evaluate("studio.pictures") > before + 5)
+    page.get_by_role("button", name="stop boom").click()
+    wait(page, lambda: newest(page, "speed") == 0.0)
+
+
 def moving(page, unit="boom"):
     """Flows of the lines that show dashes."""
     return [one for one in page.evaluate(f"studio.moving({json.dumps(unit)})") if one["shown"]]

@@ -12,9 +12,9 @@ from nicegui import background_tasks, run, ui
 
 from ramsight.studio.playing import DUTIES
 from ramsight.studio.prepared import Prepared
-from ramsight.studio.rig import FAULTS, KINDS, LIE, SENSORS
 from ramsight.studio.scene import MachineScene
 from ramsight.studio.session import Session
+from ramsight.studio.told import FAULTS, KINDS, LIE, SENSORS
 from ramsight.studio.worker import FASTEST, Frame
 
 _PAUSE = 0.03  # s between two looks at what has come
@@ -240,6 +240,8 @@ async def _follow(session: Session, client: Any, scene: Callable[[], MachineScen
         words = f"studio.begin({json.dumps(units)}, {_HIGHEST}, {json.dumps(prepared.lines)})"
         await client.run_javascript(words, timeout=30.0)
         space = scene()
+        await space.scene.initialized()
+        client.run_javascript(f"studio.space({space.scene.id})")
     seen = 0
     while not client.is_deleted and not session.over:
         frames = session.frames()

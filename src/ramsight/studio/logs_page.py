@@ -13,8 +13,8 @@ from ramsight.machine.description import Machine
 from ramsight.studio.files import Shared
 from ramsight.studio.job import Job, Say
 from ramsight.studio.markup import scrolled
-from ramsight.studio.rig import SENSORS
 from ramsight.studio.thinning import Array, kept, thinned
+from ramsight.studio.told import SENSORS
 from ramsight.studio.tracking import (
     REPORT,
     TRACK,

@@ -73,7 +73,7 @@ def serve(machine: str, *, host: str, port: int, show: bool) -> None:
         ui.colors(primary=_INK)
         for name in ("uPlot.min.css", "studio.css"):
             ui.add_head_html(f'<link rel="stylesheet" href="/studio-assets/{name}">')
-        for name in ("uPlot.iife.min.js", "studio.js", "flows.js", "description.js", "energy.js"):
+        for name in ("uPlot.iife.min.js", "studio.js", "flows.js", "space.js", "description.js", "energy.js"):
             ui.add_head_html(f'<script src="/studio-assets/{name}"></script>')
         ui.add_body_html(_FIRST)
         with ui.header().classes("items-center py-1"):

@@ -16,7 +16,8 @@ from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.virtual_sensor import Estimate
 from ramsight.studio.draft import Problem, problem
 from ramsight.studio.energy import flows
-from ramsight.studio.rig import LIE, Rig, Row
+from ramsight.studio.rig import Rig, Row
+from ramsight.studio.told import LIE
 
 _FRAME = 0.04  # s, from one frame to the next
 _SMOOTH = 0.1  # share of a frame in how fast the machine is said to run

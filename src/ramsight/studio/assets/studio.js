@@ -9,10 +9,11 @@ window.studio = (() => {
   // What is not on the screen is not drawn, until it comes there.
   const visible = new WeakMap();
   const looks = new IntersectionObserver((all) => {
-    for (const one of all) visible.set(one.target, one.isIntersecting);
+    for (const one of all) { visible.set(one.target, one.isIntersecting); wakers.get(one.target)?.(); }
     draw();
   });
-  const watch = (place) => looks.observe(place);
+  const wakers = new WeakMap();
+  const watch = (place, wake) => { looks.observe(place); if (wake) wakers.set(place, wake); };
   const isSeen = (place) => visible.get(place) !== false;
 
   const css = (name) => getComputedStyle(document.body).getPropertyValue(name).trim();
@@ -129,6 +130,7 @@ window.studio = (() => {
   function frame(f) {
     for (const unit of Object.keys(units)) take(unit, f.columns.time, f.columns[unit]);
     paint(shown, f.circuit[shown]);
+    studio.moved(f);
     for (const [unit, said] of Object.entries(f.status)) {
       for (const one of SENSORS) {
         const row = document.getElementById(`status-${unit}-${one}`)?.closest("[data-kind]");
