@@ -204,10 +204,11 @@ def test_dashes_go_as_the_oil_goes_stand_with_it_and_a_relief_valve_that_spits_s
     assert all(flow * step > 0.0 for flow, step in gone)
     fastest, slowest = max(gone, key=lambda one: abs(one[0])), min(gone, key=lambda one: abs(one[0]))
     assert abs(fastest[1]) > 1.5 * abs(slowest[1])
-    drawn = (
-        "[...document.querySelectorAll('[data-circuit=boom] .flows polyline')].filter((e) => !e.style.display).length"
+    drawn, moved = page.evaluate(
+        """() => [[...document.querySelectorAll('[data-circuit=boom] .flows polyline')].filter((e) => !e.style.display),
+        studio.moving('boom').filter((one) => one.shown)].map((all) => all.length)"""
     )
-    assert page.evaluate(drawn) == len(moving(page))
+    assert drawn == moved
     page.emulate_media(reduced_motion="reduce")
     page.wait_for_timeout(300)
     assert (
