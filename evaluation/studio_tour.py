@@ -18,7 +18,7 @@ from PIL import Image
 SIZE = {"width": 1500, "height": 1000}
 SHOWN = (960, 640)
 FRAME = 0.4  # s, from one picture to the next
-COLOURS = 96
+COLOURS = 224
 
 
 def record(address: str) -> list[Image.Image]:
