@@ -237,7 +237,7 @@ def test_oil_cools_in_cold_air_unless_it_is_held(page):
         page.get_by_role("slider", name=name).locator("[tabindex]").focus()
         for _ in range(times):
             page.keyboard.press(key)
-    assert air.get_attribute("aria-valuenow") == "-20"
+    wait(page, lambda: air.get_attribute("aria-valuenow") == "-20")
     wait(page, lambda: float(page.locator("#now-tank").inner_text()) < 39.0, 60.0)
     page.get_by_role("switch", name="hold the oil there").click()
     wait(page, lambda: page.locator("#now-tank").inner_text() == "40.0", 60.0)
