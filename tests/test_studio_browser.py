@@ -198,7 +198,9 @@ def test_dashes_go_as_the_oil_goes_stand_with_it_and_a_relief_valve_that_spits_s
     page.wait_for_timeout(120)
     second = page.evaluate("studio.moving('boom')")
     gone = [
-        (one["flow"], other["gone"] - one["gone"]) for one, other in zip(first, second, strict=True) if one["shown"]
+        (one["flow"], other["gone"] - one["gone"])
+        for one, other in zip(first, second, strict=True)
+        if min(abs(one["flow"]), abs(other["flow"])) > 1.0  # a valve that chatters may turn round meanwhile
     ]
     assert len(gone) > 8
     assert all(flow * step > 0.0 for flow, step in gone)
@@ -378,6 +380,7 @@ def test_a_description_is_edited_and_kept_over_a_reload_and_comes_as_the_file_th
 def test_an_edited_machine_runs_live_and_one_that_cannot_is_said_why_while_the_other_goes_on(page, loader):
     _, server = loader
     wait(page, lambda: newest(page, "position") is not None)
+    wait(page, lambda: len(workers(server)) == 1, 60.0)  # that of the visitor before ends a little later
     before = {p.pid for p in workers(server)}
     page.get_by_role("tab", name="Machines").click()
     said, run = page.locator("#machine-said"), page.locator("#run-description")
