@@ -16,16 +16,23 @@ from typer.testing import CliRunner
 import ramsight
 from ramsight import machine
 from ramsight.cli import app
+from ramsight.drawing import drawn
+from ramsight.drawing.flowing import chains
+from ramsight.duty.drive_report import declared_report, further_report
 from ramsight.duty.live import LiveUnit
+from ramsight.duty.live_further import LiveFurther, _LiveLink
+from ramsight.duty.live_warming import LiveWarming
+from ramsight.duty.warming import Warming, warmed
 from ramsight.errors import DescriptionError
 from ramsight.normal import TWO_SIDED_95
 from ramsight.studio import draft
 from ramsight.studio.energy import flows
 from ramsight.studio.guard import Guard
 from ramsight.studio.playing import DUTIES
-from ramsight.studio.rig import FAULTS, LIE, Knobs, Rig
+from ramsight.studio.rig import Rig
 from ramsight.studio.session import Session
 from ramsight.studio.thinning import keep, kept, thinned
+from ramsight.studio.told import FAULTS, LIE, Knobs
 from ramsight.studio.tracking import Asked, find_factors, find_leak, judge, propose, references, track
 
 TRACES = Path(__file__).parent / "traces"
@@ -69,16 +76,18 @@ def test_a_worn_pump_moves_the_plain_balance_away(press):
 TURNED = {
     "load": 0.8,
     "oil_temperature": 323.15,
+    "ambient": 253.15,
     "leak": 2.0,
     "displacement": 0.98,
     "stiffness": 0.6,
     "friction": 2.0,
     "torque_gain": 1.1,
+    "magnets": 40.0,
     "torque_step": 2.0,
     "report_delay": 0.1,
     "temperature_offset": 5.0,
 }
-OF_THE_REPORT = {"torque_gain", "torque_step", "report_delay", "temperature_offset"}
+OF_THE_REPORT = {"torque_gain", "magnets", "torque_step", "report_delay", "temperature_offset"}
 
 
 def lifted(**turned):
@@ -109,7 +118,70 @@ def test_the_oil_warms_up_no_faster_than_oil_does_and_the_machine_with_it(press)
     press.turn(replace(press.knobs, oil_temperature=323.15))
     rows = run(press, 4.0)
     assert rows[-1]["ram"].estimates["kalman"].status.validity == "ok"
-    assert press._warm == pytest.approx(313.15 + 0.5 * 4.0)
+    assert press.oil["ram"].pumps == pytest.approx(313.15 + 0.5 * 4.0)
+
+
+def test_losses_warm_the_pumps_before_the_tank_and_the_air_cools_them_again(press):
+    press.knobs = replace(press.knobs, load=1.0, ambient=313.15)
+    for _ in range(3):
+        press.levers["ram"] = 0.4
+        run(press, 3.0)
+        press.levers["ram"] = -0.4
+        run(press, 3.0)
+    oil = press.oil["ram"]
+    lost = press.accounts["ram"].losses
+    into_case = sum(energy for name, energy in lost.items() if name.startswith("pump") and not name.endswith("belt"))
+    into_tank = sum(energy for name, energy in lost.items() if name.endswith(".throttling"))
+    gained = 4.2e3 * (oil.pumps - 313.15) + 37e3 * (oil.tank - 313.15)
+    assert oil.pumps > oil.tank + 0.2
+    assert gained == pytest.approx(into_case + into_tank, rel=0.02)  # what is lost to the air meanwhile is little
+    press.begin_account()  # an account that begins anew is not a loss that goes back
+    before = oil.pumps
+    run(press, 1.0)
+    assert abs(oil.pumps - before) < 0.5
+    press.levers["ram"] = 0.0
+    press.turn(replace(press.knobs, ambient=253.15))
+    warm = oil.tank
+    run(press, 60.0)
+    assert oil.tank < warm - 0.3
+
+
+def test_the_machine_runs_by_the_oil_in_its_pumps_and_the_thermometer_is_in_its_tank(press, monkeypatch):
+    told, changed = [], []
+    report, change = press._drives["ram"].report, press._plant.change
+    monkeypatch.setattr(press._drives["ram"], "report", lambda *said: told.append(said[3]) or report(*said))
+    monkeypatch.setattr(press._plant, "change", lambda values: changed.append(values) or change(values))
+    press.oil["ram"]._stores = np.array([330.0, 320.0])
+    run(press, 0.1)
+    assert told == [320.0] * 5
+    assert changed[-1]["oil_temperature"] == press.oil["ram"].pumps != 330.0
+
+
+def test_oil_that_is_held_stays_where_its_knob_is_and_is_let_go_again(press):
+    press.hold_oil(on=True)
+    press.turn(replace(press.knobs, oil_temperature=315.15, ambient=253.15, load=1.0))
+    press.levers["ram"] = 0.4
+    run(press, 6.0)
+    assert (press.oil["ram"].pumps, press.oil["ram"].tank) == (315.15, 315.15)
+    press.hold_oil(on=False)
+    run(press, 1.0)
+    assert press.oil["ram"].pumps != 315.15
+
+
+def test_a_machine_that_lives_gets_as_warm_as_its_run():
+    unit = ramsight.build("press")
+    duty = ramsight.lift_lower(unit, "300 kN")
+    ran = warmed(unit, duty, Warming(ambient=263.15))
+    live = LiveUnit(unit, duty.start_position, float(duty.load(0.0)), float(duty.oil_temperature(0.0)))
+    live.begin_account()
+    oil = LiveWarming(unit, float(duty.oil_temperature(0.0)))
+    for k in range(1, round(duty.duration / 0.02) + 1):
+        live.advance(float(duty.motor_speed(0.02 * k)), float(duty.load(0.02 * k)))
+        if k % 5 == 0:
+            oil.go_on(0.1, live.accounts["ram"].losses, 263.15)
+            live.change({"oil_temperature": oil.pumps})
+    assert oil.pumps == pytest.approx(float(ran["pump_temperature"][-1]), abs=0.05)
+    assert oil.tank == pytest.approx(float(ran["oil_temperature"][-1]), abs=0.05)
 
 
 def test_the_oil_has_a_range_and_the_rig_stays_as_it_was(press):
@@ -180,6 +252,98 @@ def test_a_reference_puts_the_balance_right_and_one_that_lies_puts_it_wrong(pres
     assert abs(row.estimates["kalman"].position - row.position) < 0.5 * LIE  # it does not believe everything
 
 
+def declaring(name, unit, **stds):
+    """A rig of a machine that declares what else its drive reports."""
+    described = machine.load(name)
+    text = draft.text_of(described)
+    for what, std in stds.items():
+        text = draft.edited(text, described, f"units.{unit}.assumptions.{what}.std", std)
+    found = draft.read(text)
+    assert not isinstance(found, draft.Problem), found
+    return Rig(found)
+
+
+def test_warm_magnets_move_what_the_sensor_takes_for_the_load_unless_the_motor_says_how_warm_it_is():
+    off = []
+    for stds in ({}, {"motor_temperature": "1 %"}):
+        rig = declaring("press", "ram", **stds)
+        rig.levers["ram"] = 0.2
+        cold = run(rig, 2.0)[-1]["ram"].estimates["kalman"].load
+        rig.turn(replace(rig.knobs, magnets=0.0))
+        rig._magnets = 60.0  # at once, for the test
+        rig.knobs = replace(rig.knobs, magnets=60.0)
+        warm = run(rig, 1.5)[-1]["ram"].estimates["kalman"].load
+        off.append(abs(warm / cold - 1.0))
+    assert off[0] == pytest.approx(0.07, abs=0.02)  # 60 K take 6.6 % of the torque constant
+    assert off[1] < 0.3 * off[0]
+
+
+def test_magnets_warm_up_no_faster_than_a_motor_is_heated(press):
+    press.turn(replace(press.knobs, magnets=60.0))
+    run(press, 2.0)
+    assert press._magnets == pytest.approx(1.0)
+
+
+def test_a_declared_counter_of_the_shaft_contradicts_a_speed_that_reads_too_much():
+    for stds, contradicted in (({}, False), ({"shaft": "1 deg"}, True)):
+        rig = declaring("press", "ram", **stds)
+        rig.levers["ram"] = 0.6
+        run(rig, 1.0)
+        rig.fault("speed", on=True)
+        said = {row["ram"].estimates["kalman"].status.name for row in run(rig, 3.0)}
+        assert any("SPEED" in name for name in said) == contradicted, said
+
+
+def test_a_declared_angle_of_the_link_brings_back_an_estimate_that_was_told_a_lie():
+    off = []
+    for stds in ({}, {"link_angle": "0.5 deg"}):
+        rig = declaring("mining-loader", "boom", **stds)
+        run(rig, 1.0)
+        for sensor in rig.sensors["boom"].values():
+            sensor.start(rig._at["boom"] + 0.05)
+        rig.levers["boom"] = 0.3
+        last = run(rig, 6.0)[-1]["boom"]
+        off.append(abs(last.estimates["kalman"].position - last.position))
+    assert off[0] > 0.04
+    assert off[1] < 0.5 * off[0]
+
+
+def test_declared_power_and_pressures_reach_the_sensor():
+    rig = declaring("press", "ram", power="1 %", pressure="1 bar")
+    rig.levers["ram"] = 0.4
+    row = run(rig, 2.0)[-1]["ram"]
+    assert row.estimates["kalman"].status.validity == "ok"
+    assert abs(row.estimates["kalman"].position - row.position) < 1e-3
+    seen = rig._further["ram"].sample(row.position, row.motor_speed, row.motor_torque, (row.pressure_a, row.pressure_b))
+    assert seen.keys() == {"dc_power", "pressure_a", "pressure_b"}
+    assert seen["pressure_a"] == pytest.approx(row.pressure_a, abs=5e5)
+    assert set(rig.sensors["ram"]["kalman"].optional) == seen.keys()
+
+
+def test_what_is_reported_live_is_what_is_reported_of_a_run():
+    """The same signals, but for their noise."""
+    rig = declaring("mining-loader", "boom", link_angle="0.5 deg", shaft="1 deg", power="1 %", pressure="1 bar")
+    unit = rig.sheet["boom"]
+    how = declared_report(unit, 3)
+    how = replace(
+        how, link=replace(how.link, noise=0.0, lag=0.1), power=replace(how.power, noise=0.0), pressure_noise=0.0
+    )
+    live = LiveFurther(unit, 0.02, 3)
+    live._how, live._link = how, _LiveLink(how.link, 0.02, np.random.default_rng(0))
+    time = 0.02 * np.arange(200)
+    true = {
+        "time": time, "position": 0.3 + 0.05 * np.sin(time), "motor_speed": 100.0 * np.sin(3.0 * time),
+        "motor_torque": 20.0 * np.cos(time), "pressure_a": 1e7 + 1e6 * np.sin(time), "pressure_b": 2e6 + 0.0 * time,
+    }  # fmt: skip
+    whole = {channel.name: values for channel, values in further_report(how, true.__getitem__).items()}
+    columns = (true[name] for name in ("position", "motor_speed", "motor_torque", "pressure_a", "pressure_b"))
+    for k, (position, speed, torque, a, b) in enumerate(zip(*columns, strict=True)):
+        said = live.sample(position, speed, torque, (a, b))
+        assert said.keys() == whole.keys()
+        for name, value in said.items():
+            assert value == pytest.approx(whole[name][k], rel=1e-9, abs=0.021), (name, k)
+
+
 def test_unknown_faults_are_refused(press):
     with pytest.raises(ValueError, match="no fault 'fire'"):
         press.fault("fire", on=True)
@@ -245,6 +409,43 @@ def test_a_duty_that_plays_goes_up_and_down_between_its_turning_points(press, na
     assert len(speeds) == 1
     if name == "paper":
         assert press.knobs.load != 0.25
+
+
+@pytest.mark.parametrize("name", ["mining-loader", "eha-single-rod", "eha-valve-rig", "loader-valve-controlled"])
+def test_what_flows_in_the_lines_of_a_drawing_is_what_the_parts_pass_and_is_lost_nowhere(name):
+    rig = Rig(machine.load(name))
+    unit = next(iter(rig.levers))
+    rig.levers[unit] = 0.5 * rig.sheet[unit].lift_sign
+    run(rig, 3.0)
+    sheet = drawn(rig.sheet[unit])
+
+    def flow(part):
+        return rig.of(unit, f"{part}.flow")
+
+    lines = [
+        (one, sum(factor * flow(part) for part, factor in one.flows.items())) for one in chains(sheet, rig.sheet[unit])
+    ]
+    full = max(abs(passing) for _, passing in lines)
+    assert full > 1e-5
+    ends = {}  # what comes to the end of lines
+    for one, passing in lines:
+        for at, sign in ((one.points[0], -1.0), (one.points[-1], 1.0)):
+            ends.setdefault((one.node, at), []).append(sign * passing)
+    ports = {
+        (node, placed.symbol.ports[port]): (placed, port)
+        for placed in sheet.placed
+        for port, node in placed.ends.items()
+    }
+    for place, comes in ends.items():
+        if place not in ports:
+            assert len(comes) == 1 or abs(sum(comes)) < 0.02 * full, place  # a line that ends at its node's name
+        elif ports[place][1] in ("inlet", "outlet"):
+            placed, port = ports[place]
+            assert sum(comes) == pytest.approx(flow(placed.name) * (1.0 if port == "inlet" else -1.0), abs=0.02 * full)
+        elif ports[place][1] in ("node_a", "node_b"):  # the piston extends, so oil goes in at A and comes out at B
+            cylinder = rig.sheet[unit].cylinder
+            area = cylinder.area_a if ports[place][1] == "node_a" else -cylinder.area_b
+            assert sum(comes) == pytest.approx(area * rig.of(unit, "velocity"), abs=0.02 * full)
 
 
 # -- where the energy goes
@@ -428,6 +629,19 @@ def test_what_is_wrong_is_said_where_it_is_and_stays_as_it_was_written(key, valu
     assert said.path == path
     assert words in said.words
     assert shown(text)[path].text == value
+
+
+def test_what_a_sensor_can_be_told_of_further_signals_is_in_the_form():
+    there = shown(draft.text_of(machine.load("mining-loader")))
+    told = {
+        "inertia": ("std",), "motor_temperature": ("std", "loss", "reference"), "link_angle": ("std", "offset", "lag"),
+        "shaft": ("std", "speed"), "power": ("std", "gain"), "pressure": ("std", "lag"),
+    }  # fmt: skip
+    for path in (f"{table}.{key}" for table, keys in told.items() for key in keys):
+        row = there[f"units.boom.assumptions.{path}"]
+        assert row.usual
+        assert row.meaning
+        assert row.range
 
 
 def test_what_follows_is_what_the_verb_says(tmp_path):

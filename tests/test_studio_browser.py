@@ -24,6 +24,7 @@ from ramsight.cli import app
 pytestmark = pytest.mark.slow
 
 playwright = pytest.importorskip("playwright.sync_api", reason="needs playwright (extra dev)")
+axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="needs axe-core (extra dev)")
 pytest.importorskip("nicegui", reason="needs the extra studio")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 if CHROMIUM is None:
@@ -115,7 +116,14 @@ def picture(page, name):
 
 
 def workers(server):
-    return [p for p in psutil.Process(server.pid).children(recursive=True) if "spawn_main" in " ".join(p.cmdline())]
+    return [p for p in psutil.Process(server.pid).children(recursive=True) if "spawn_main" in line(p)]
+
+
+def line(process):
+    """A process's command line; nothing of one that has just ended."""
+    with contextlib.suppress(psutil.NoSuchProcess):  # a zombie is one, too
+        return " ".join(process.cmdline())
+    return ""
 
 
 def test_the_lever_moves_the_boom_and_the_estimate_follows_within_the_band(page):
@@ -162,6 +170,79 @@ def test_a_fault_changes_the_status_and_goes_again(page):
     picture(page, "studio-fault.png")
     page.get_by_role("switch", name="temperature lost").click()
     wait(page, lambda: "oil temperature" not in status.inner_text())
+
+
+def test_a_machine_that_stands_is_not_drawn_anew_and_one_that_moves_is(page):
+    wait(page, lambda: page.evaluate("studio.pictures") > 3)
+    page.wait_for_timeout(7000)
+    before = page.evaluate("studio.pictures")
+    page.wait_for_timeout(2000)
+    assert page.evaluate("studio.pictures") == before
+    page.get_by_role("button", name="lift boom").click()
+    wait(page, lambda: page.evaluate("studio.pictures") > before + 5)
+    page.get_by_role("button", name="stop boom").click()
+    wait(page, lambda: newest(page, "speed") == 0.0)
+
+
+def moving(page, unit="boom"):
+    """Flows of the lines that show dashes."""
+    return [one for one in page.evaluate(f"studio.moving({json.dumps(unit)})") if one["shown"]]
+
+
+def test_dashes_go_as_the_oil_goes_stand_with_it_and_a_relief_valve_that_spits_says_so(page):
+    wait(page, lambda: newest(page, "position") is not None)
+    wait(page, lambda: moving(page) == [])
+    page.get_by_role("button", name="lift boom").click()
+    wait(page, lambda: newest(page, "speed") > 1900.0)
+    first = page.evaluate("studio.moving('boom')")
+    page.wait_for_timeout(120)
+    second = page.evaluate("studio.moving('boom')")
+    gone = [
+        (one["flow"], other["gone"] - one["gone"])
+        for one, other in zip(first, second, strict=True)
+        if min(abs(one["flow"]), abs(other["flow"])) > 1.0  # a valve that chatters may turn round meanwhile
+    ]
+    assert len(gone) > 8
+    assert all(flow * step > 0.0 for flow, step in gone)
+    fastest, slowest = max(gone, key=lambda one: abs(one[0])), min(gone, key=lambda one: abs(one[0]))
+    assert abs(fastest[1]) > 1.5 * abs(slowest[1])
+    drawn, moved = page.evaluate(
+        """() => [[...document.querySelectorAll('[data-circuit=boom] .flows polyline')].filter((e) => !e.style.display),
+        studio.moving('boom').filter((one) => one.shown)].map((all) => all.length)"""
+    )
+    assert drawn == moved
+    page.emulate_media(reduced_motion="reduce")
+    page.wait_for_timeout(300)
+    assert (
+        page.locator("[data-circuit=boom] .flows path").first.evaluate("(e) => getComputedStyle(e).visibility")
+        == "visible"
+    )
+    still = page.evaluate("studio.moving('boom').map((one) => one.gone)")
+    page.wait_for_timeout(300)
+    assert page.evaluate("studio.moving('boom').map((one) => one.gone)") == still
+    page.emulate_media(reduced_motion="no-preference")
+    page.get_by_role("switch", name="an obstacle").click()
+    spitting = page.locator("[data-circuit=boom] g.spits text.says")
+    wait(page, lambda: spitting.count() > 0 and re.fullmatch(r"spits \d+ l/min", spitting.text_content() or ""))
+    page.get_by_role("switch", name="an obstacle").click()
+    page.get_by_role("button", name="lower boom").click()
+    opened = page.locator("[data-circuit=boom] #part-safety_a text.says")
+    wait(page, lambda: opened.count() > 0 and opened.text_content() == "100 % open")
+    page.get_by_role("button", name="stop boom").click()
+    wait(page, lambda: moving(page) == [])
+
+
+def test_oil_cools_in_cold_air_unless_it_is_held(page):
+    wait(page, lambda: page.locator("#now-tank").inner_text() != "–")
+    air = page.get_by_role("slider", name="air around [°C]")
+    for name, key, value in (("air around [°C]", "PageDown", "-20"), ("times faster than life", "PageUp", "50")):
+        slider = page.get_by_role("slider", name=name)
+        slider.locator("[tabindex]").focus()
+        wait(page, lambda s=slider, k=key, v=value: s.get_attribute("aria-valuenow") == v or page.keyboard.press(k))
+    wait(page, lambda: float(page.locator("#now-tank").inner_text()) < 39.0, 60.0)
+    page.get_by_role("switch", name="hold the oil there").click()
+    wait(page, lambda: page.locator("#now-tank").inner_text() == "40.0", 60.0)
+    wait(page, lambda: air.get_attribute("aria-disabled") == "true")
 
 
 def test_the_energy_that_came_in_is_drawn_as_wide_as_what_went_out(page):
@@ -296,6 +377,53 @@ def test_a_description_is_edited_and_kept_over_a_reload_and_comes_as_the_file_th
     wait(page, lambda: bore.input_value() == "140 mm")
 
 
+def test_an_edited_machine_runs_live_and_one_that_cannot_is_said_why_while_the_other_goes_on(page, loader):
+    _, server = loader
+    wait(page, lambda: newest(page, "position") is not None)
+    wait(page, lambda: len(workers(server)) == 1, 60.0)  # that of the visitor before ends a little later
+    before = {p.pid for p in workers(server)}
+    page.get_by_role("tab", name="Machines").click()
+    said, run = page.locator("#machine-said"), page.locator("#run-description")
+    wait(page, lambda: "holds" in said.inner_text())
+
+    def write(key, value):
+        table = page.get_by_text(f"units.boom.{key.rpartition('.')[0]}", exact=True)
+        if table.locator("xpath=..").get_attribute("open") is None:
+            table.click()
+        field = page.locator(f"[id='value-units.boom.{key}']")
+        field.fill(value)
+        field.press("Tab")
+
+    write("cylinder.bore", "40 mm")
+    wait(page, lambda: "does not fit into the bore" in said.inner_text())
+    run.click()
+    wait(page, lambda: said.inner_text().startswith("not run: units.boom.cylinder.rod: the rod does not fit"))
+    write("cylinder.bore", "150 mm")
+    write("cylinder.stroke", "5 m")  # described well, but the mechanism does not reach so far
+    wait(page, lambda: "holds" in said.inner_text())
+    run.click()
+    stroke = page.locator("[data-path='units.boom.cylinder.stroke']")
+    wait(page, lambda: "cannot be assembled" in stroke.inner_text(), 60.0)
+    assert "cannot be assembled" in said.inner_text()
+    assert before <= {p.pid for p in workers(server)}
+    at = newest(page, "time")
+    wait(page, lambda: newest(page, "time") > at + 0.5)
+    write("cylinder.stroke", "0.8 m")
+    wait(page, lambda: "holds" in said.inner_text())
+    run.click()
+    page.get_by_text("runs", exact=True).wait_for(timeout=READY)
+    wait(page, lambda: not before & {p.pid for p in workers(server)}, 60.0)
+    wait(page, lambda: newest(page, "position") is not None and abs(newest(page, "position") - 320.0) < 2.0)
+    page.get_by_role("button", name="lift boom").click()
+    wait(page, lambda: newest(page, "position") > 340.0)
+    begun, at = newest(page, "position"), newest(page, "time")
+    wait(page, lambda: newest(page, "time") > at + 2.0)
+    speed = (newest(page, "position") - begun) / (newest(page, "time") - at)
+    assert speed == pytest.approx(2000.0 / 60.0 * 0.574, rel=0.1)  # mm/s: the larger bore takes 0.574 mm a turn
+    assert abs(newest(page, "kalman_error")) < 2.0
+    assert len(workers(server)) == 1
+
+
 def test_a_data_sheet_fills_is_stopped_goes_on_and_is_the_sheet_of_the_verb(page, loader, tmp_path):
     _, server = loader
     page.get_by_role("tab", name="Studies").click()
@@ -368,6 +496,53 @@ def test_every_control_has_a_name_and_a_narrow_screen_is_wide_enough(page, tab):
         page.emulate_media(color_scheme="dark")
         page.wait_for_timeout(500)
         page.screenshot(path=Path(folder) / f"narrow-{tab}.png")
+
+
+def serious(page):
+    """What axe-core finds of the page as it is that keeps somebody out, and where."""
+    found = axe.Axe().run(page).response["violations"]
+    return [
+        (one["impact"], one["id"], [node["html"][:200] for node in one["nodes"]])
+        for one in found
+        if one["impact"] in ("serious", "critical")
+    ]
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [1500, 400])
+def test_axe_finds_nothing_serious_on_any_tab(page, width, scheme):
+    page.emulate_media(color_scheme=scheme)
+    page.set_viewport_size({"width": width, "height": 1000})
+    page.get_by_role("switch", name="temperature lost").click()
+    page.get_by_role("button", name="lift boom").click()
+    wait(page, lambda: "uncertain" in page.locator("#status-boom-kalman").inner_text())
+    page.get_by_role("switch", name="hold the oil there").click()
+    wait(page, lambda: page.locator("#sankey rect").count() >= 4)
+    assert serious(page) == []
+    page.get_by_role("tab", name="Machines").click()
+    wait(page, lambda: "load at relief pressure" in page.locator("#machine-follows").inner_text())
+    page.get_by_text("units.boom.cylinder", exact=True).click()
+    page.locator("[id='value-units.boom.cylinder.bore']").fill("40 mm")
+    page.keyboard.press("Tab")
+    wait(page, lambda: "does not fit" in page.locator("#machine-said").inner_text())
+    assert serious(page) == []
+    page.get_by_role("tab", name="Logs").click()
+    page.locator("#upload-log input[type=file]").set_input_files(TRACES / "boom_441kN_40C.csv.gz")
+    wait(page, lambda: "3 channels" in page.locator("#log-said").inner_text(), 60.0)
+    page.get_by_label("piston at first").fill("100 mm")
+    page.locator("#track").click()
+    page.get_by_role("link", name="download track.svg").wait_for(timeout=READY)
+    page.get_by_role("button", name="leak test").click()
+    wait(page, lambda: "no leak test" in page.locator("#log-said").inner_text(), 60.0)
+    assert serious(page) == []
+    page.get_by_role("tab", name="Studies").click()
+    page.get_by_label("duty", exact=True).click()
+    page.get_by_role("option", name="lift-lower").click()
+    page.locator("#study-start").click()
+    wait(page, lambda: page.locator("#study-accuracy tbody tr").count() >= 3, 120.0)
+    page.locator("#study-stop").click()
+    wait(page, lambda: "stopped" in page.locator("#study-said").inner_text())
+    assert serious(page) == []
 
 
 def test_files_of_the_server_cannot_be_read(loader):

@@ -10,6 +10,7 @@ in the tank reports the other one. Losses change with the temperature and the te
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,7 @@ from ramsight.duty.profile import Duty, Profile
 from ramsight.duty.simulate import SAMPLE_PERIOD, Ran, check_temperature, labelled, ran
 from ramsight.errors import SimulationError
 from ramsight.plant.pump import Pump
+from ramsight.plant.unit import HydraulicUnit
 
 if TYPE_CHECKING:
     import xarray
@@ -65,19 +67,31 @@ class Warming:
             into_tank: the same into the other oil [J].
             first: temperature of both at the beginning [K].
         """
-        to_tank, to_air = self.case_to_tank, np.array([self.case_to_air, self.tank_to_air])
-        capacity = np.array([self.case, self.tank])
-        between = to_tank * np.array([[-1.0, 1.0], [1.0, -1.0]])
-        rate = (between - np.diag(to_air)) / capacity[:, None]
-        heat = np.diff(np.column_stack([into_case, into_tank]), axis=0) / np.diff(time)[:, None]
         found = np.empty((len(time), 2))
-        found[0] = now = np.full(2, first)
+        found[0] = first
+        heat = np.diff(np.column_stack([into_case, into_tank]), axis=0)
         for k, dt in enumerate(np.diff(time)):
-            # Implicit midpoint: heat that leaves one store comes to the other, to the last digit.
-            right = heat[k] / capacity + to_air * self.ambient / capacity
-            now = np.linalg.solve(np.eye(2) - 0.5 * dt * rate, now + dt * (0.5 * rate @ now + right))
-            found[k + 1] = now
+            found[k + 1] = self.after(found[k], float(dt), heat[k])
         return found
+
+    def after(self, stores: Array, dt: float, heat: Array) -> Array:
+        """Temperatures of case and tank after a time [K], shape (2,).
+
+        Args:
+            stores: the same before [K].
+            dt: time [s].
+            heat: that came into each meanwhile, evenly [J], shape (2,).
+
+        Example:
+            >>> Warming(ambient=293.15).after(np.array([313.15, 313.15]), 60.0, np.zeros(2)).round(2).tolist()
+            [312.54, 312.64]
+        """
+        to_air, capacity = np.array([self.case_to_air, self.tank_to_air]), np.array([self.case, self.tank])
+        between = self.case_to_tank * np.array([[-1.0, 1.0], [1.0, -1.0]])
+        rate = (between - np.diag(to_air)) / capacity[:, None]
+        right = heat / dt / capacity + to_air * self.ambient / capacity
+        # Implicit midpoint: heat that leaves one store comes to the other, to the last digit.
+        return np.linalg.solve(np.eye(2) - 0.5 * dt * rate, stores + dt * (0.5 * rate @ stores + right))
 
 
 def warmed(
@@ -125,14 +139,34 @@ def warmed(
 
 def heats(unit: Any, done: Ran) -> tuple[Array, Array]:
     """Heat into the pumps' cases and into the other oil since the beginning [J], at the samples of a run."""
+    ode, state = done.model.ode, done.trajectory.state
+    energies = {name: state[:, ode.state_index(f"energy.{name}")] for name in done.model.losses}
+    nothing = np.zeros(len(state))
+    into_case, into_oil = shared_out(unit, energies)
+    return nothing + into_case, nothing + into_oil
+
+
+def shared_out(unit: HydraulicUnit, losses: Mapping[str, Any]) -> tuple[Any, Any]:
+    """Heat into the pumps' cases and into the other oil, of energies that were lost [J], numbers or columns.
+
+    Args:
+        unit: whose parts tell what a loss is.
+        losses: by the circuit's names, ``pump_a.leakage``.
+
+    Example:
+        >>> from ramsight import machine
+        >>> from ramsight.plant.build import build
+        >>> losses = {"pump_a.leakage": 2.0, "hose_a.throttling": 3.0, "cylinder.friction": 5.0}
+        >>> shared_out(build("ram", machine.load("press").unit("ram")), losses)
+        (2.0, 3.0)
+    """
     pumps = [part.name for part in unit.parts() if isinstance(part, Pump)]
     of_pumps = {f"{pump}{loss}" for pump in pumps for loss in _INTO_CASE}
-    ode, state = done.model.ode, done.trajectory.state
-    into_case, into_oil = np.zeros(len(state)), np.zeros(len(state))
-    for name in done.model.losses:
-        energy = state[:, ode.state_index(f"energy.{name}")]
+    into_case: Any = 0.0
+    into_oil: Any = 0.0
+    for name, energy in losses.items():
         if name in of_pumps:
-            into_case += energy
+            into_case = into_case + energy
         elif name.endswith(_INTO_OIL):
-            into_oil += energy
+            into_oil = into_oil + energy
     return into_case, into_oil

@@ -75,12 +75,17 @@ def read(text: str) -> Machine | Problem:
     try:
         return loads(text, NAMED)
     except DescriptionError as error:
-        allowed = f" (allowed: {error.allowed})" if error.allowed else ""
-        return Problem(error.key or "", f"{error.message}{allowed}")
+        return problem(error)
     except UnknownNameError as error:
         place = (error.where or "").removeprefix(NAMED).removeprefix(": ")
         words = str(error).removeprefix(f"{error.where}: ")
         return Problem(f"{place}.model" if place else "", words)
+
+
+def problem(error: DescriptionError) -> Problem:
+    """What an error says is wrong with a description."""
+    allowed = f" (allowed: {error.allowed})" if error.allowed else ""
+    return Problem(error.key or "", f"{error.message}{allowed}")
 
 
 def rows(text: str, machine: Machine) -> list[Row]:

@@ -4,22 +4,17 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
 from typing import Any
 
 from nicegui import background_tasks, run, ui
 
-from ramsight.drawing import drawn, svg
-from ramsight.drawing.notes import notes
-from ramsight.machine.description import Machine
-from ramsight.plant.build import build
-from ramsight.plant.linked import LinkedMachine
-from ramsight.plant.linked import build as build_linked
 from ramsight.studio.playing import DUTIES
-from ramsight.studio.rig import FAULTS, KINDS, LIE, SENSORS
+from ramsight.studio.prepared import Prepared
 from ramsight.studio.scene import MachineScene
 from ramsight.studio.session import Session
+from ramsight.studio.told import FAULTS, KINDS, LIE, SENSORS
 from ramsight.studio.worker import FASTEST, Frame
 
 _PAUSE = 0.03  # s between two looks at what has come
@@ -30,12 +25,14 @@ _HIGHEST = 250.0  # bar, that the circuit's warmest colour stands for where no r
 
 KNOBS = (
     ("load", "load [% of the largest]", 0.0, 120.0, 50.0, 5.0, 0.01, 0.0),
-    ("oil_temperature", "oil [°C]", 0.0, 80.0, 40.0, 1.0, 1.0, 273.15),
+    ("oil_temperature", "oil, brought to [°C]", 0.0, 80.0, 40.0, 1.0, 1.0, 273.15),
+    ("ambient", "air around [°C]", -20.0, 50.0, 20.0, 1.0, 1.0, 273.15),
     ("leak", "leakage × data sheet", 0.5, 3.0, 1.0, 0.05, 1.0, 0.0),
     ("displacement", "displacement × data sheet", 0.97, 1.03, 1.0, 0.001, 1.0, 0.0),
     ("stiffness", "stiffness × data sheet", 0.5, 1.5, 1.0, 0.05, 1.0, 0.0),
     ("friction", "friction × data sheet", 0.5, 3.0, 1.0, 0.05, 1.0, 0.0),
     ("torque_gain", "reported torque × true", 0.9, 1.1, 1.0, 0.01, 1.0, 0.0),
+    ("magnets", "magnets of the motor warmer by [K]", 0.0, 100.0, 0.0, 5.0, 1.0, 0.0),
     ("torque_step", "steps of the torque [N m]", 0.0, 2.0, 0.0, 0.1, 1.0, 0.0),
     ("report_delay", "delay of the report [ms]", 0.0, 100.0, 0.0, 10.0, 1e-3, 0.0),
     ("temperature_offset", "thermometer offset [K]", -10.0, 10.0, 0.0, 0.5, 1.0, 0.0),
@@ -45,40 +42,15 @@ KEYS = (("ArrowUp", "ArrowDown"), ("ArrowRight", "ArrowLeft"))
 """Keys that move the first unit and the second one, lifting and lowering."""
 
 
-@dataclass(frozen=True)
-class Prepared:
-    """What all pages of a machine share, made before the first one asks.
+def live_page(prepared: Prepared, session: Session) -> None:
+    """Build the page for one visitor.
 
-    Attributes:
-        machine: a description file, or a catalogue name, for the machine's own process.
-        described: what it describes.
-        linked: its mechanism, if it has one.
-        circuits: the drawing of each unit that runs, as SVG.
+    Args:
+        prepared: the machine.
+        session: the process in which it runs for him; it is closed when he goes.
     """
-
-    machine: str
-    described: Machine
-    linked: LinkedMachine | None
-    circuits: Mapping[str, str]
-
-
-def prepare(machine: str, described: Machine) -> Prepared:
-    """Make what all pages of a machine share."""
-    units = list(described.units) if described.linkage is not None else list(described.units)[:1]
-    circuits = {}
-    for name in units:
-        unit = described.unit(name)
-        title = f"{described.name}: {name}"
-        circuits[name] = svg.text(drawn(build(name, unit, described.linkage), title, notes(unit)))
-    linked = None if described.linkage is None else build_linked(described)
-    return Prepared(machine, described, linked, circuits)
-
-
-def live_page(prepared: Prepared) -> None:
-    """Build the page for one visitor, with a machine of its own."""
     described, units = prepared.described, list(prepared.circuits)
     signs = {name: float(described.unit(name).lift_sign) for name in units}
-    session = Session(prepared.machine)
     client = ui.context.client
     client.on_delete(lambda: background_tasks.create(run.io_bound(session.close)))
     with ui.element("div").classes("studio"):
@@ -93,11 +65,10 @@ def live_page(prepared: Prepared) -> None:
                 ui.label("red and pale: where the sensor takes it to be; its error as large as you like").classes(
                     "text-xs"
                 )
-                scene = MachineScene(described, prepared.linked)
+                space = ui.element("div").classes("w-full space")
                 ui.label("error × true").classes("text-sm")
-                ui.slider(min=1, max=_MAGNIFIED, value=1, on_change=lambda e: scene.magnify(float(e.value))).props(
-                    'label dense aria-label="error in the picture over the true one"'
-                )
+                magnified = ui.slider(min=1, max=_MAGNIFIED, value=1)
+                magnified.props('label dense aria-label="error in the picture over the true one"')
             _circuits(prepared.circuits)
             _energy(session)
         with ui.column().classes("gap-3 min-w-0"):
@@ -105,7 +76,15 @@ def live_page(prepared: Prepared) -> None:
             with ui.element("section").classes("panel").props("id=strips"):
                 for name in ("position", "error", "drive", "pressure", "status"):
                     ui.element("div").props(f"id=strip-{name}").classes("w-full")
-    background_tasks.create(_follow(session, client, scene, units))
+
+    def scene() -> MachineScene:
+        with space:
+            made = MachineScene(described, prepared.linked)
+        magnified.on_value_change(lambda e: made.magnify(float(e.value)))
+        made.magnify(float(magnified.value))
+        return made
+
+    background_tasks.create(_follow(session, client, scene, prepared))
 
 
 def _levers(session: Session, units: list[str], signs: dict[str, float]) -> None:
@@ -162,6 +141,21 @@ def _knobs(session: Session) -> None:
                 session.say("knobs", {name: e.value * factor + offset})
 
             slider.on_value_change(turn)
+            if name == "ambient":
+                _oil(session, slider)
+
+
+def _oil(session: Session, ambient: Any) -> None:
+    """How warm the oil is, and a switch that keeps it so; while it does, the air has nothing to say."""
+    ui.html('<span class="text-sm">oil in the pumps <b id="now-pumps">–</b> °C, in the tank <b id="now-tank">–</b> °C'
+            "</span>", sanitize=False)  # fmt: skip
+    hold = ui.switch("hold the oil there, whatever is lost in it").props("dense").classes("w-full")
+
+    def turned(e: Any) -> None:
+        session.say("hold oil", bool(e.value))
+        ambient.set_enabled(not e.value)
+
+    hold.on_value_change(turned)
 
 
 def _faults(session: Session, units: list[str]) -> None:
@@ -196,9 +190,10 @@ def _sensors(session: Session) -> None:
 def _circuits(circuits: Mapping[str, str]) -> None:
     with ui.element("section").classes("panel circuit"):
         ui.html("<h2>The circuit</h2>", sanitize=False)
-        ui.label("lines: blue at the tank's pressure, red at the relief valves'; yellow: a valve passes oil").classes(
-            "text-xs"
-        )
+        ui.label(
+            "lines: blue at the tank's pressure, red at the relief valves'; dashes go as the oil goes, faster where"
+            " more flows; yellow: a valve passes oil; red: a relief valve spits"
+        ).classes("text-xs")
         units = list(circuits)
         for k, (name, text) in enumerate(circuits.items()):
             place = ui.html(text, sanitize=False).classes("w-full").props(f'data-circuit="{name}"')
@@ -234,13 +229,21 @@ def _said(units: list[str]) -> None:
         ui.html(f'<h2>What the sensors say</h2><div class="now">{rows}</div>{status}', sanitize=False)
 
 
-async def _follow(session: Session, client: Any, scene: MachineScene, units: list[str]) -> None:
-    """Hand the page what comes of its machine, no faster than the page takes it."""
+async def _follow(session: Session, client: Any, scene: Callable[[], MachineScene], prepared: Prepared) -> None:
+    """Hand the page what comes of its machine, no faster than the page takes it.
+
+    The machine in space comes once the rest is there: what draws it is as large as all the rest.
+    """
+    units = list(prepared.circuits)
     await client.connected(timeout=30.0)
     with client:
-        await client.run_javascript(f"studio.begin({json.dumps(units)}, {_HIGHEST})", timeout=30.0)
+        words = f"studio.begin({json.dumps(units)}, {_HIGHEST}, {json.dumps(prepared.lines)})"
+        await client.run_javascript(words, timeout=30.0)
+        space = scene()
+        await space.scene.initialized()
+        client.run_javascript(f"studio.space({space.scene.id})")
     seen = 0
-    while not client.is_deleted and not session.ended:
+    while not client.is_deleted and not session.over:
         frames = session.frames()
         if not frames or not client.has_socket_connection:
             await asyncio.sleep(_PAUSE)
@@ -251,9 +254,9 @@ async def _follow(session: Session, client: Any, scene: MachineScene, units: lis
         except TimeoutError:
             continue
         seen += 1
-        if seen % _SCENE == 0:
+        if seen % _SCENE == 0 and not session.over:
             with client:
-                scene.show(_positions(frame, "position", units), _positions(frame, "kalman", units), frame.load)
+                space.show(_positions(frame, "position", units), _positions(frame, "kalman", units), frame.load)
     session.close()
 
 

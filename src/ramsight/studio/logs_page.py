@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +12,9 @@ from nicegui import run, ui
 from ramsight.machine.description import Machine
 from ramsight.studio.files import Shared
 from ramsight.studio.job import Job, Say
-from ramsight.studio.rig import SENSORS
+from ramsight.studio.markup import scrolled
 from ramsight.studio.thinning import Array, kept, thinned
+from ramsight.studio.told import SENSORS
 from ramsight.studio.tracking import (
     REPORT,
     TRACK,
@@ -92,7 +92,7 @@ class _LogsPage:
             self._upload("truth", "true position, if known")
             with ui.column().classes("gap-1"):
                 self.unit = ui.select(list(machine.units), value=next(iter(machine.units)), label="unit")
-                self.start = ui.input("piston at first, e.g. 120 mm")
+                self.start = ui.input("piston at first, e.g. 120 mm").classes("w-60")
                 self.sensor = ui.select(list(SENSORS), value=SENSORS[0], label="sensor")
                 self.mapped = ui.checkbox("use the proposed channel map")
                 ui.button("track", on_click=lambda: self._begin(track)).props("id=track")
@@ -185,7 +185,7 @@ class _LogsPage:
         elif what == "drawn":
             self._offer(*value)
         elif what in ("leak test", "factors", "report"):
-            self.judged.set_content(f"<pre>{escape(value)}</pre>")
+            self.judged.set_content(scrolled(value, "what the log says of the machine"))
             if what == "report":
                 self._offer(REPORT)
 

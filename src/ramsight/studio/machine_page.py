@@ -11,6 +11,7 @@ from nicegui import run, ui
 from ramsight.machine import catalogue
 from ramsight.machine.description import Machine
 from ramsight.studio.draft import Problem, Row, can_be_read, edited, follows, read, rows, text_of
+from ramsight.studio.markup import scrolled
 from ramsight.studio.visit import Visit
 
 _KEPT = "ramsight-description"  # where the browser keeps it
@@ -29,6 +30,7 @@ class _MachinePage:
         self.visit, self.machine = visit, visit.machine
         self.text = self.valid = text_of(visit.machine)
         self.problem: Problem | None = None
+        self.edited = ""  # the field that was edited last: what is wrong and names no field is put to it
         self.client = ui.context.client
 
     def build(self) -> None:
@@ -45,6 +47,7 @@ class _MachinePage:
                 )
                 opened.props("id=open-description flat bordered").classes("w-60")
                 ui.button("download the TOML file", on_click=self._download).props("id=download-description")
+                self.runner = ui.button("run it live", on_click=self._run).props("id=run-description")
             self.said = ui.label().props("id=machine-said role=status").classes("whitespace-pre-wrap")
         with ui.element("div").classes("described"):
             with ui.element("section").classes("panel"):
@@ -81,14 +84,42 @@ class _MachinePage:
     def _download(self) -> None:
         ui.download.content(self.text, f"{self.machine.name}.toml", "application/toml")
 
+    async def _run(self) -> None:
+        """Let the machine run on the first tab as it is described now; no file is written."""
+        if self.problem is not None or self.visit.run_live is None:
+            self.said.set_text(f"not run: {self._wrong()}")
+            return
+        self.said.set_text(f"{self.machine.title or self.machine.name} is being made ready to run …")
+        self.runner.disable()
+        machine = self.machine
+        try:
+            wrong = await self.visit.run_live(machine)
+        finally:
+            self.runner.enable()
+        if wrong is None:
+            self.said.set_text(f"{machine.title or machine.name} runs on the first tab")
+        elif machine is self.machine:
+            shown = rows(self.text, self.machine)
+            named = any(row.path == wrong.path for row in shown)
+            self.problem = wrong if named else Problem(self.edited, wrong.words)
+            self._mark(shown)
+            self.said.set_text(f"not run: {self._wrong()}")
+
+    def _wrong(self) -> str:
+        """What is wrong, and where."""
+        if self.problem is None:
+            return ""
+        return f"{self.problem.path}: {self.problem.words}" if self.problem.path else self.problem.words
+
     async def _edited(self, event: Any) -> None:
         """One field of the form was changed."""
         path, key, value = event.args
         if key not in ("value", "source"):
             return
+        self.edited = path
         before = {row.path for row in rows(self.text, self.machine)}
         self.text = edited(self.text, self.machine, path, **{key: value})
-        self._read(path)
+        self._read()
         shown = rows(self.text, self.machine)
         if {row.path for row in shown} != before:
             self._draw(shown)
@@ -102,17 +133,18 @@ class _MachinePage:
             self.said.set_text(f"not taken: {wrong.words}")
             return
         self.text = text
-        self._read("")
+        self.edited = ""
+        self._read()
         shown = rows(self.text, self.machine)
         self._draw(shown)
         self._mark(shown)
         await self._after()
 
-    def _read(self, path: str) -> None:
-        """See whether the text holds; what is wrong and names no field is put to the one that was edited."""
+    def _read(self) -> None:
+        """See whether the text holds."""
         found = read(self.text)
         if isinstance(found, Problem):
-            self.problem = Problem(found.path or path, found.words)
+            self.problem = Problem(found.path or self.edited, found.words)
         else:
             self.machine, self.valid, self.problem = found, self.text, None
 
@@ -131,13 +163,12 @@ class _MachinePage:
         kept = {"text": self.text, "valid": self.valid}
         self.client.run_javascript(f"studio.keep({json.dumps(_KEPT)}, {json.dumps(kept)})")
         if self.problem is not None:
-            where = f"{self.problem.path}: " if self.problem.path else ""
-            self.said.set_text(f"{where}{self.problem.words}")
+            self.said.set_text(self._wrong())
             return
         self.visit.use(self.machine)
         self.said.set_text(f"{self.machine.title or self.machine.name} holds")
         text = await run.io_bound(follows, self.machine)
-        self.follows.set_content(f"<pre>{escape(text or '')}</pre>")
+        self.follows.set_content(scrolled(text or "", "what follows"))
 
 
 def _tables(shown: list[Row]) -> list[str]:

@@ -9,16 +9,20 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ramsight.calibration.sensors import sensor_for
-from ramsight.duty.drive_report import usual_report
+from ramsight.duty.drive_report import Magnets, usual_report
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.duty.live import Instant, LiveMachine, LiveUnit
 from ramsight.duty.live_drive import LiveDrive
 from ramsight.duty.live_energy import EnergyAccount
+from ramsight.duty.live_further import LiveFurther
+from ramsight.duty.live_warming import LiveWarming
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.errors import DescriptionError
+from ramsight.logs.channels import column_of
 from ramsight.machine.description import Machine
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build
+from ramsight.plant.circuit import WARMING
 from ramsight.plant.directional import DirectionalValve
 from ramsight.plant.linked import LinkedMachine
 from ramsight.plant.linked import build as build_linked
@@ -27,57 +31,16 @@ from ramsight.sensor.persistence import StateFile
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
 from ramsight.studio.playing import Playing
+from ramsight.studio.told import FAULTS, KINDS, SENSORS, Knobs
 
-FAULTS = {
-    "temperature": "temperature lost",
-    "torque": "torque frozen",
-    "speed": "speed reads 3 % too much",
-    "power": "power cut",
-    "obstacle": "an obstacle, 20 mm further out",
-}
-"""Faults that can be switched on, and what they are."""
 _OBSTACLE = 0.02  # m beyond where the piston is, extending
-LIE = 0.02  # m, by which a switch that lies is off
 _SPEED_GAIN = 1.03
+_MAGNETS = Magnets(torque=1.0).coefficient  # 1/K, of the torque constant
 _RAMP = 1.0  # s, in which a motor gets from rest to its highest speed
-_WARMING = 0.5  # K/s, at most, by which a machine's oil changes its temperature
+_HEATER = 0.5  # K/s, at most, by which oil is brought to another temperature
+_OIL_EVERY = 5  # samples; in 0.1 s oil changes its temperature by no more than the 0.05 K of `warming.warmed`
 _SHARE = 0.5  # of the highest motor speed at a lever's end: what a machine works with
 _START = 0.4  # of the stroke, where the pistons are at first
-SENSORS = ("kalman", "balance")
-"""Sensors that are on at first."""
-KINDS = {
-    "kalman": "kalman",
-    "balance": "balance",
-    "unreferenced": "kalman that is given no reference",
-    "table": "table (calibrated when it is switched on first)",
-}
-"""Sensors that can be on, and what they are."""
-
-
-@dataclass(frozen=True)
-class Knobs:
-    """What can be turned while the machine runs; the machine's own state is what the sensors are not told.
-
-    Attributes:
-        load: of a unit alone over its largest named one; of a mechanism its payload over the rated one [1].
-        oil_temperature: [K].
-        leak, displacement, stiffness, friction: factors on the data sheet, as `AsBuilt` has them [1].
-        torque_gain: reported torque over the true one [1].
-        torque_step: in which the torque is reported [N m].
-        report_delay: of speed and torque [s].
-        temperature_offset: by which the thermometer reads too much [K].
-    """
-
-    load: float = 0.5
-    oil_temperature: float = 313.15
-    leak: float = 1.0
-    displacement: float = 1.0
-    stiffness: float = 1.0
-    friction: float = 1.0
-    torque_gain: float = 1.0
-    torque_step: float = 0.0
-    report_delay: float = 0.0
-    temperature_offset: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -160,7 +123,11 @@ class Rig:
             ((name, unit),) = self.sheet.items()
             self._plant = LiveUnit(unit, begin[name], load, warm, self.period)
         self._plant.begin_account()
-        self._load, self._warm = load, warm
+        self._load, self.holds_oil, self._samples, self._entered_at = load, False, 0, 0.0
+        self._magnets = self.knobs.magnets
+        self._further = {name: LiveFurther(unit, self.period, k) for k, (name, unit) in enumerate(self.sheet.items())}
+        self._aim: float | None = None  # that the oil is being brought to [K]
+        self.oil = {name: LiveWarming(unit, warm) for name, unit in self.sheet.items()}
         self.sensors: dict[str, dict[str, VirtualSensor]] = {
             name: {kind: _sensor(unit, kind) for kind in SENSORS} for name, unit in self.sheet.items()
         }
@@ -189,7 +156,14 @@ class Rig:
                     allowed=f"{low - 273.15:g} to {high - 273.15:g} degC",
                 )  # fmt: skip
         self._apply(knobs)
+        if knobs.oil_temperature != self.knobs.oil_temperature:
+            self._aim = knobs.oil_temperature
         self.knobs = knobs
+
+    def hold_oil(self, *, on: bool) -> None:
+        """Bring the oil to its knob's temperature and keep it there, whatever is lost in it, or let it go again."""
+        self.holds_oil = on
+        self._aim = self.knobs.oil_temperature if on else None
 
     def start_sensors(self) -> None:
         """Start all sensors anew, told where the pistons are: a value that is no number has ended the plain balance."""
@@ -292,7 +266,10 @@ class Rig:
 
     def begin_account(self) -> None:
         """Account for the energy anew from now on."""
+        self._warm_up()
         self._plant.begin_account()
+        for oil in self.oil.values():
+            oil.begin_account()
 
     @property
     def load(self) -> float:
@@ -317,7 +294,8 @@ class Rig:
         aim = self.knobs.load * self._largest
         most = self._largest * self.period / _RAMP
         self._load += min(max(aim - self._load, -most), most)
-        self._warm_up()
+        most = _HEATER * self.period
+        self._magnets += min(max(self.knobs.magnets - self._magnets, -most), most)
         commands = self._commands()
         now: Instant
         if isinstance(self._plant, LiveMachine):
@@ -330,20 +308,35 @@ class Rig:
         for name in self.sheet:
             truth = now.motor_speed[name], now.motor_torque[name]
             self._at[name] = now.position[name]
-            self._sense(name, now.time, truth, now.position[name], commands)
             chambers = (self.of(name, f"pressure_{self.sheet[name].cylinder.node_a}"),
                         self.of(name, f"pressure_{self.sheet[name].cylinder.node_b}"))  # fmt: skip
+            further = self._further[name].sample(now.position[name], *truth, chambers, self._magnets)
+            self._sense(name, now.time, truth, now.position[name], commands[name] | further)
             rows[name] = Row(now.time, now.position[name], *truth, *chambers, dict(self._last[name]))
+        self._samples += 1
+        if self._samples % _OIL_EVERY == 0:
+            self._warm_up()
         return rows
 
     def _warm_up(self) -> None:
-        """Let the oil come nearer to the temperature that is wanted."""
-        most = _WARMING * self.period
-        change = min(max(self.knobs.oil_temperature - self._warm, -most), most)
-        if change:
-            self._warm += change
-            names = self.sheet if self.linked is not None else [""]
-            self._plant.change({f"{name}.oil_temperature".lstrip("."): self._warm for name in names})
+        """Let the oil's temperature follow losses and air, or whoever heats and cools it."""
+        passed, self._entered_at = self._plant.now.time - self._entered_at, self._plant.now.time
+        if passed <= 0.0:
+            return
+        accounts, there = self.accounts, True
+        for name, oil in self.oil.items():
+            before, losses = oil.pumps, accounts[name].losses
+            if self._aim is None:
+                oil.go_on(passed, losses, self.knobs.ambient)
+            else:
+                there = oil.bring(passed, losses, self._aim, _HEATER) and there
+            prefix = f"{name}." if self.linked is not None else ""
+            values = {f"{prefix}oil_temperature": oil.pumps}
+            if f"{prefix}{WARMING}" in self._plant.parameters:
+                values[f"{prefix}{WARMING}"] = (oil.pumps - before) / passed
+            self._plant.change(values)
+        if there and not self.holds_oil:
+            self._aim = None
 
     def of(self, unit: str, name: str) -> float:
         """What the equation knows of a unit by this name; NaN if nothing."""
@@ -364,22 +357,22 @@ class Rig:
     def _valve(self, name: str) -> DirectionalValve | None:
         return next((part for part in self.sheet[name].parts() if isinstance(part, DirectionalValve)), None)
 
-    def _commands(self) -> dict[str, float]:
-        """Commands of directional valves: where the lever points; they stay where it is in the middle."""
-        found = {}
+    def _commands(self) -> dict[str, dict[str, float]]:
+        """Commands of directional valves, by unit: where the lever points; they stay where it is in the middle."""
+        found: dict[str, dict[str, float]] = {name: {} for name in self.levers}
         for name, lever in self.levers.items():
             valve = self._valve(name)
             if valve is not None and lever != 0.0:
                 self._plant.change({f"{valve.name}.command": math.copysign(1.0, lever)})
-                found[name] = math.copysign(1.0, lever)
+                found[name][column_of(valve.name)] = math.copysign(1.0, lever)
         return found
 
     def _sense(
-        self, name: str, time: float, truth: tuple[float, float], position: float, commands: Mapping[str, float]
+        self, name: str, time: float, truth: tuple[float, float], position: float, further: Mapping[str, float]
     ) -> None:
         """What the drive reports, with its faults, and what the sensors make of it."""
-        torque = truth[1] * self.knobs.torque_gain
-        said = self._drives[name].report(time, truth[0], torque, self._warm)
+        torque = truth[1] * self.knobs.torque_gain / (1.0 + _MAGNETS * self._magnets)
+        said = self._drives[name].report(time, truth[0], torque, self.oil[name].tank)
         if said is None or "power" in self.faults:
             return
         if "temperature" in self.faults:
@@ -391,7 +384,7 @@ class Rig:
         off = self._references.pop(name, None)
         reference = None if off is None else position + off
         for kind, sensor in self.sensors[name].items():
-            others = {column: commands[name] for column in sensor.commands if name in commands}
+            others = {column: further[column] for column in sensor.further if column in further}
             values = said.motor_speed, said.motor_torque, said.oil_temperature
             given = None if kind == "unreferenced" else reference
             self._last[name][kind] = sensor.step(said.time, *values, given, **others)

@@ -18,6 +18,7 @@ from ramsight.study.loader.scenery import Scenery, heap_radius, scenery
 from ramsight.study.loader.shapes import Array, Shapes, hull, shapes
 
 _RATE = 12  # pictures a second; where no graphics card helps, more of them would hold up the strips
+_STILL = 1e-4  # m, or t of a payload: less is not seen, and not sent
 _DEPTH = 0.25  # m, of a plate
 _BAR = 0.06  # m, half the width of a body that has no outline
 _BARREL, _ROD = 0.12, 0.06  # m, heights of a cylinder's barrel and rod in the picture
@@ -38,6 +39,7 @@ class MachineScene:
 
     def __init__(self, machine: Machine, linked: LinkedMachine | None) -> None:
         self._linked, self._times = linked, 1.0
+        self._shown: list[float] | None = None
         bodies = () if machine.linkage is None else machine.linkage.bodies.values()
         self._drives = all(body.kind == "turning" for body in bodies)  # a mast stands, a boom is driven about
         self._stroke = next(iter(machine.units.values())).cylinder.stroke
@@ -61,6 +63,10 @@ class MachineScene:
             payload: that a mechanism carries [kg].
         """
         believed = {name: at + self._times * (believed[name] - at) for name, at in true.items()}
+        now = [*true.values(), *believed.values(), 1e-3 * payload]
+        if self._shown is not None and all(abs(a - b) < _STILL for a, b in zip(now, self._shown, strict=True)):
+            return
+        self._shown = now
         if self._linked is None:
             (x,), (ghost,) = true.values(), believed.values()
             self._rod.move(self._stroke + 0.15 + x, 0.0, 0.5)

@@ -57,13 +57,15 @@ def serve(machine: str, *, host: str, port: int, show: bool) -> None:
         raise DescriptionError(
             "needs the extra studio: pip install 'ramsight[studio]'", key="ramsight studio"
         ) from None
-    from ramsight.studio.live_page import live_page, prepare
+    from starlette.middleware.gzip import GZipMiddleware
+
+    from ramsight.studio.prepared import prepare
     from ramsight.studio.tabs import tabs
 
     token = None if host in LOOPBACK else secrets.token_urlsafe(_FREE)
     app.add_middleware(Guard, token=token, largest=LARGEST)
     app.add_static_files("/studio-assets", ASSETS)
-    prepared = prepare(machine, described)
+    prepared = prepare(described)
     title = f"ramsight studio: {described.title or described.name}"
 
     @ui.page("/", title=title)
@@ -71,13 +73,13 @@ def serve(machine: str, *, host: str, port: int, show: bool) -> None:
         ui.colors(primary=_INK)
         for name in ("uPlot.min.css", "studio.css"):
             ui.add_head_html(f'<link rel="stylesheet" href="/studio-assets/{name}">')
-        for name in ("uPlot.iife.min.js", "studio.js", "description.js", "energy.js"):
+        for name in ("uPlot.iife.min.js", "studio.js", "flows.js", "space.js", "description.js", "energy.js"):
             ui.add_head_html(f'<script src="/studio-assets/{name}"></script>')
         ui.add_body_html(_FIRST)
         with ui.header().classes("items-center py-1"):
             ui.html('<h1 class="text-lg font-bold">ramsight studio</h1>', sanitize=False)
-            ui.label(described.title or described.name)
-        tabs(described, lambda: live_page(prepared))
+            named = ui.label().props("id=machine-name")
+        tabs(prepared, named.set_text)
 
     print(f"ramsight studio: {address(host, port, token)}", flush=True)
     ui.run(
@@ -89,5 +91,7 @@ def serve(machine: str, *, host: str, port: int, show: bool) -> None:
         dark=None,
         language="en-US",
         reconnect_timeout=_GONE,
+        tailwind=False,  # 260 kB that look at every change of the page; its few words are in studio.css
+        gzip_middleware_factory=None if host in LOOPBACK else GZipMiddleware,  # nothing is far away on this machine
         show_welcome_message=False,
     )

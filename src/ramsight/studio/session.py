@@ -8,6 +8,8 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
+from ramsight.machine.description import Machine
+from ramsight.studio.draft import Problem
 from ramsight.studio.spawned import end, taken
 from ramsight.studio.worker import Frame, run
 
@@ -18,16 +20,17 @@ class Session:
     """One machine that runs for one page.
 
     Args:
-        machine: a description file, or a catalogue name.
+        machine: what is described, or a description file, or a catalogue name.
 
     Attributes:
         about: name, units and strokes; None until it is ready.
         ended: why it has ended, in words; "" while it has not.
+        wrong: what of its description cannot run, where that is why it has ended.
         refused: why it did not do the last thing that it could not do; "" at first.
         dropped: frames that the page was too slow for.
     """
 
-    def __init__(self, machine: str) -> None:
+    def __init__(self, machine: Machine | str) -> None:
         context = multiprocessing.get_context("spawn")
         self._pipe, other = context.Pipe()
         self._process = context.Process(target=run, args=(other, machine), daemon=True, name="ramsight-rig")
@@ -35,6 +38,7 @@ class Session:
         other.close()
         self.about: dict[str, Any] | None = None
         self.ended, self.refused, self.dropped = "", "", 0
+        self.wrong: Problem | None = None
         self._frames: deque[Frame] = deque()
         self._lock, self._closed = threading.Lock(), False
         threading.Thread(target=self._listen, daemon=True, name="ramsight-listen").start()
@@ -48,6 +52,11 @@ class Session:
     def alive(self) -> bool:
         """Whether the process is there."""
         return self._process.is_alive()
+
+    @property
+    def over(self) -> bool:
+        """Whether it has ended, or was closed."""
+        return bool(self.ended) or self._closed
 
     def say(self, *command: Any) -> None:
         """Send a command to the machine; one that comes too late is forgotten."""
@@ -65,7 +74,10 @@ class Session:
     def close(self) -> None:
         """Stop the machine and end its process."""
         self.say("stop")
-        self._closed = True
+        with self._lock:
+            already, self._closed = self._closed, True
+        if already and not self.alive:
+            return
         end(self._process)
         self._pipe.close()
 
@@ -96,5 +108,5 @@ class Session:
     def _refused(self, text: str) -> None:
         self.refused = text
 
-    def _ended(self, text: str) -> None:
-        self.ended = text
+    def _ended(self, said: tuple[str, Problem | None]) -> None:
+        self.ended, self.wrong = said

@@ -40,8 +40,10 @@ class _StudiesPage:
             ui.label("Machines are drawn from the description's tolerances, simulated and tracked, by numbers.")
             with ui.row().classes("items-end gap-3"):
                 self.unit = ui.select(list(machine.units), value=next(iter(machine.units)), label="unit of the sheet")
+                self.unit.classes("w-36")
                 self.duty = ui.select(list(DUTIES), value=DUTIES[0], label="duty").classes("w-36")
                 self.sensor = ui.select(list(SHEET_SENSORS), value=SHEET_SENSORS[0], label="sensor of the sheet")
+                self.sensor.classes("w-36")
                 self.machines = ui.number("machines", value=_USUAL, min=1, max=_MOST, precision=0).classes("w-28")
                 self.seed = ui.number("seed", value=0, min=0, precision=0).classes("w-24")
                 ui.button("start", on_click=self._start).props("id=study-start")
@@ -51,7 +53,8 @@ class _StudiesPage:
             self.said = ui.label().props("id=study-said role=status").classes("whitespace-pre-wrap")
         with ui.element("section").classes("panel"):
             ui.html("<h2>Accuracy so far</h2>", sanitize=False)
-            self.shown = ui.html("", sanitize=False).props("id=study-accuracy").classes("w-full overflow-x-auto")
+            self.shown = ui.html("", sanitize=False).classes("w-full overflow-x-auto")
+            self.shown.props('id=study-accuracy tabindex=0 role=region aria-label="accuracy so far"')
             self.links = ui.row().props("id=study-links").classes("gap-4")
         self.visit.on_machine(self._another)
         ui.timer(_LOOK, self._look)

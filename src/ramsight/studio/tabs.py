@@ -7,19 +7,22 @@ from collections.abc import Callable
 from nicegui import background_tasks, run, ui
 
 from ramsight.machine.description import Machine
+from ramsight.studio.draft import Problem
+from ramsight.studio.prepared import Prepared
+from ramsight.studio.running import Running
 from ramsight.studio.visit import Visit
 
 Build = Callable[[Visit], None]
 
 
-def tabs(described: Machine, live: Callable[[], None]) -> None:
+def tabs(prepared: Prepared, naming: Callable[[str], object]) -> None:
     """Lay the tabs out for one visitor.
 
     Args:
-        described: the machine that he begins with.
-        live: builds the first tab.
+        prepared: the machine that he begins with.
+        naming: told the name of the machine that runs.
     """
-    visit = Visit(described)
+    visit = Visit(prepared.described)
     ui.context.client.on_delete(lambda: background_tasks.create(run.io_bound(visit.end)))
     waiting: dict[str, tuple[ui.tab_panel, Build]] = {}
     with ui.tabs().classes("w-full") as row:
@@ -27,8 +30,7 @@ def tabs(described: Machine, live: Callable[[], None]) -> None:
         for name in _LATER:
             ui.tab(name)
     with ui.tab_panels(row, value="Live", keep_alive=True).classes("w-full bg-transparent"):
-        with ui.tab_panel("Live"):
-            live()
+        live = Running(ui.tab_panel("Live"), prepared, naming)
         for name, build in _LATER.items():
             with ui.tab_panel(name) as panel:
                 waiting[name] = panel, build
@@ -40,6 +42,13 @@ def tabs(described: Machine, live: Callable[[], None]) -> None:
                 with panel:
                     build(visit)
 
+    async def run_live(machine: Machine) -> Problem | None:
+        wrong = await live.another(machine)
+        if wrong is None:
+            row.set_value("Live")
+        return wrong
+
+    visit.run_live = run_live
     row.on_value_change(lambda e: opened(e.value))
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from pathlib import Path
 
 from ramsight.machine.description import Machine
+from ramsight.studio.draft import Problem
 
 
 class Visit:
@@ -14,10 +15,14 @@ class Visit:
 
     Args:
         machine: that he begins with.
+
+    Attributes:
+        run_live: lets a machine run on the first tab; why it cannot, or None.
     """
 
     def __init__(self, machine: Machine) -> None:
         self.machine = machine
+        self.run_live: Callable[[Machine], Awaitable[Problem | None]] | None = None
         self._folder = tempfile.TemporaryDirectory(prefix="ramsight-studio-")
         self._told: list[Callable[[Machine], None]] = []
         self._ends: list[Callable[[], None]] = []

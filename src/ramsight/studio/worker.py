@@ -9,12 +9,15 @@ from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection
 from typing import Any
 
-from ramsight.errors import RamsightError
+from ramsight.errors import DescriptionError, RamsightError
 from ramsight.machine import load
+from ramsight.machine.description import Machine
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.virtual_sensor import Estimate
+from ramsight.studio.draft import Problem, problem
 from ramsight.studio.energy import flows
-from ramsight.studio.rig import LIE, Rig, Row
+from ramsight.studio.rig import Rig, Row
+from ramsight.studio.told import LIE
 
 _FRAME = 0.04  # s, from one frame to the next
 _SMOOTH = 0.1  # share of a frame in how fast the machine is said to run
@@ -35,6 +38,7 @@ class Frame:
         factor: times faster than life that it really runs.
         energy: by unit, as `energy.flows`; empty in most frames.
         load: on the unit [N], or what the mechanism carries [kg].
+        oil: temperatures of the oil in the pumps and in the tank [°C], by unit.
     """
 
     columns: dict[str, Any] = field(default_factory=dict)
@@ -43,29 +47,30 @@ class Frame:
     factor: float = 0.0
     energy: dict[str, Any] = field(default_factory=dict)
     load: float = 0.0
+    oil: dict[str, list[float]] = field(default_factory=dict)
 
 
-def run(pipe: Connection, machine: str) -> None:
+def run(pipe: Connection, machine: Machine | str) -> None:
     """Let a machine run until the pipe's other end closes or says stop.
 
     Args:
         pipe: commands come in, frames go out.
-        machine: a description file, or a catalogue name.
+        machine: what is described, or a description file, or a catalogue name.
     """
     try:
-        rig = Rig(load(machine))
+        rig = Rig(machine if isinstance(machine, Machine) else load(machine))
         rig.step()  # whatever has to be compiled is compiled here
         pipe.send(("ready", _about(rig)))
         _Clock(rig, pipe).go_on()
     except (EOFError, BrokenPipeError, ConnectionResetError, KeyboardInterrupt):
         return
     except RamsightError as error:
-        _last_words(pipe, str(error))
+        _last_words(pipe, str(error), problem(error) if isinstance(error, DescriptionError) else None)
 
 
-def _last_words(pipe: Connection, text: str) -> None:
+def _last_words(pipe: Connection, text: str, wrong: Problem | None) -> None:
     try:
-        pipe.send(("ended", text))
+        pipe.send(("ended", (text, wrong)))
     except OSError:
         return
 
@@ -124,6 +129,8 @@ class _Clock:
                     self._sense(values[0], on=values[1])
                 case "play":
                     self.rig.play(values[0])
+                case "hold oil":
+                    self.rig.hold_oil(on=values[0])
                 case "account":
                     self.rig.begin_account()
                 case "start":
@@ -156,6 +163,7 @@ class _Clock:
         frame.columns["time"] = [round(row[first].time, 3) for row in kept]
         self.ran += _SMOOTH * (len(self.rows) * self.rig.period / max(now - self.sent, _FRAME) - self.ran)
         frame.factor, frame.load = self.ran, round(self.rig.load, 1)
+        frame.oil = {name: [_celsius(oil.pumps), _celsius(oil.tank)] for name, oil in self.rig.oil.items()}
         if now - self.told >= _ENERGY:
             self.told = now
             frame.energy = {name: flows(self.rig.sheet[name], account) for name, account in self.rig.accounts.items()}
@@ -196,6 +204,10 @@ def _columns(rows: list[Row]) -> Mapping[str, list[float | None]]:
         found[f"{kind}_band"] = [_number(1e3 * TWO_SIDED_95 * one.std) for one in said]
         found[f"{kind}_status"] = [float(one.status) for one in said]
     return found
+
+
+def _celsius(kelvin: float) -> float:
+    return round(kelvin - 273.15, 1)
 
 
 def _number(value: float, digits: int = 3) -> float | None:

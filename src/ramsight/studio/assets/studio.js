@@ -4,7 +4,17 @@ window.studio = (() => {
   const KEEP = 1500; // points of a strip
   const SENSORS = ["kalman", "balance", "unreferenced", "table"];
   const units = {};
-  let shown = "", plots = [], drawn = 0, waiting = false, highest = 250;
+  let shown = "", plots = [], drawn = 0, waiting = false, highest = 250, fitting = null;
+
+  // What is not on the screen is not drawn, until it comes there.
+  const visible = new WeakMap();
+  const looks = new IntersectionObserver((all) => {
+    for (const one of all) { visible.set(one.target, one.isIntersecting); wakers.get(one.target)?.(); }
+    draw();
+  });
+  const wakers = new WeakMap();
+  const watch = (place, wake) => { looks.observe(place); if (wake) wakers.set(place, wake); };
+  const isSeen = (place) => visible.get(place) !== false;
 
   const css = (name) => getComputedStyle(document.body).getPropertyValue(name).trim();
   const series = (label, colour, more = {}) => ({ label, stroke: css(colour), width: 1.5, spanGaps: false, points: { show: false }, ...more });
@@ -32,6 +42,7 @@ window.studio = (() => {
   function make(strip) {
     const place = document.getElementById(strip.id);
     place.replaceChildren();
+    watch(place);
     const axis = (more = {}) => ({ stroke: css("--ink"), grid: { stroke: css("--grid"), width: 1 }, ticks: { stroke: css("--grid"), width: 1 }, font: "12px sans-serif", size: 52, ...more });
     const axes = [axis({ size: 28, values: (_, all) => all.map((v) => v + " s") }), axis()];
     if (strip.second) axes.push(axis({ scale: strip.second, side: 1, grid: { show: false } }));
@@ -43,16 +54,21 @@ window.studio = (() => {
     return { names: strip.names, plot: new uPlot(options, [[], ...strip.series.map(() => [])], place), place, height: strip.height };
   }
 
-  function begin(names, highestPressure) {
+  function begin(names, highestPressure, lines) {
+    for (const name of Object.keys(units)) delete units[name];
+    fitting?.disconnect();
     highest = highestPressure;
+    for (const name of names) studio.lay(name, lines[name]);
     for (const name of names) units[name] = { time: [] };
     shown = names[0];
     plots = strips().map(make);
     studio.laidOut = performance.now(); // ms since the page was asked for
     const fit = () => plots.forEach((p) => p.plot.setSize({ width: p.place.clientWidth, height: p.height }));
-    new ResizeObserver(fit).observe(document.getElementById("strips"));
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => setTimeout(() => { plots = strips().map(make); draw(); }, 100));
+    fitting = new ResizeObserver(fit);
+    fitting.observe(document.getElementById("strips"));
   }
+
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => setTimeout(() => { plots = strips().map(make); draw(); }, 100));
 
   function show(name) {
     shown = name;
@@ -82,14 +98,14 @@ window.studio = (() => {
   function draw() {
     waiting = false;
     const kept = units[shown];
-    if (!kept || !kept.time.length) return;
-    for (const one of plots) one.plot.setData([kept.time, ...one.names.map((name) => kept[name])]);
-    drawn += 1;
+    if (!kept?.time.length) return;
+    for (const one of plots) if (isSeen(one.place)) one.plot.setData([kept.time, ...one.names.map((name) => kept[name])]);
   }
 
   function paint(unit, now) {
     const root = document.querySelector(`[data-circuit="${unit}"]`);
-    if (!root || root.hidden) return;
+    if (!root || root.hidden || !studio.isSeen(root)) return;
+    studio.flow(unit, now);
     for (const group of root.querySelectorAll("g.node")) {
       const bar = now["pressure_" + group.dataset.node];
       if (bar === undefined) continue;
@@ -101,8 +117,11 @@ window.studio = (() => {
       const name = part.id.slice(5), flow = now[name + ".flow"], opening = now[name + ".opening"];
       if (flow === undefined) continue;
       const valve = /valve/.test(part.getAttribute("class"));
-      part.classList.toggle("open", valve && (Math.abs(flow) > 0.3 || opening > 0.5));
-      part.classList.toggle("spits", part.classList.contains("relief-valve") && Math.abs(flow) > 0.3);
+      const passes = Math.abs(flow) > 0.3, spits = passes && part.classList.contains("relief-valve");
+      part.classList.toggle("open", valve && (passes || opening > 0.02));
+      part.classList.toggle("spits", spits);
+      part.style.setProperty("--opening", `${passes ? 100 : Math.round(100 * (opening ?? 0))}%`);
+      studio.says(part, spits ? `spits ${Math.abs(flow).toFixed(0)} l/min` : opening > 0.02 && part.classList.contains("safety-valve") ? `${Math.round(100 * opening)} % open` : "");
       const words = opening === undefined ? "" : `, opening ${opening}`;
       part.querySelector("title").textContent = `${name}: ${flow} l/min${words}`;
     }
@@ -111,6 +130,7 @@ window.studio = (() => {
   function frame(f) {
     for (const unit of Object.keys(units)) take(unit, f.columns.time, f.columns[unit]);
     paint(shown, f.circuit[shown]);
+    studio.moved(f);
     for (const [unit, said] of Object.entries(f.status)) {
       for (const one of SENSORS) {
         const row = document.getElementById(`status-${unit}-${one}`)?.closest("[data-kind]");
@@ -133,9 +153,10 @@ window.studio = (() => {
     set("now-band", mm(last.kalman_band?.[k], 2));
     set("now-balance-error", mm(last.balance_error?.[k], 2));
     set("now-time", f.columns.time.at(-1).toFixed(1));
+    f.oil[shown].forEach((celsius, at) => set(["now-pumps", "now-tank"][at], celsius.toFixed(1)));
     if (f.factor !== null) set("now-factor", f.factor.toFixed(1));
     if (f.energy[shown]) studio.energy(f.energy[shown]);
-    if (!waiting) { waiting = true; requestAnimationFrame(draw); }
+    if (!waiting) { waiting = true; requestAnimationFrame(() => { draw(); drawn += 1; }); }
     return drawn;
   }
 
@@ -190,6 +211,8 @@ window.studio = (() => {
   }
 
   // The file chooser that the uploader draws is an input in a button: leave the input alone to be reached, and name it.
+  // Its other buttons are icons. A table that is wider than the page is scrolled with keys.
+  const ICONS = { done_all: "remove all that is uploaded", clear_all: "remove all that waits", delete: "remove this file", clear: "remove this file", done: "remove this file" };
   function label() {
     for (const place of document.querySelectorAll(".q-uploader")) {
       const words = place.querySelector(".q-uploader__title")?.textContent || "file";
@@ -200,9 +223,13 @@ window.studio = (() => {
         const button = input.closest("[role=button]");
         if (button) { button.removeAttribute("role"); button.tabIndex = -1; }
       }
+      for (const button of place.querySelectorAll(".q-btn:not([aria-label]):not(:has(input))"))
+        button.setAttribute("aria-label", ICONS[button.querySelector("i")?.textContent] ?? "remove");
     }
+    for (const bar of document.querySelectorAll(".q-loading-bar:not([aria-label])")) bar.setAttribute("aria-label", "the page loads");
+    for (const place of document.querySelectorAll(".q-table__middle.scroll:not([tabindex])")) place.tabIndex = 0;
   }
   addEventListener("DOMContentLoaded", () => new MutationObserver(label).observe(document.body, { childList: true, subtree: true }));
 
-  return { begin, show, frame, track, count: () => drawn, units, seen };
+  return { watch, isSeen, begin, show, frame, track, count: () => drawn, units, seen };
 })();

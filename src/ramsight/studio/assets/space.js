@@ -1,0 +1,34 @@
+// The machine in space is drawn while something moves in it: without a graphics card a picture takes as long as all strips.
+"use strict";
+(() => {
+  const AFTER = 1000; // ms that it is still drawn after the last change, so that what is on its way arrives
+  const BEGIN = 5000; // ms, in which everything gets there at first
+  const LEAST = 0.05; // mm
+  let until = 0, last = "";
+
+  const wake = (more = AFTER) => { until = Math.max(until, performance.now() + more); };
+
+  // Whatever is done to the page may turn the picture, or change how large an error is in it.
+  for (const kind of ["pointerdown", "pointermove", "wheel", "keydown", "resize"]) addEventListener(kind, () => wake(), { passive: true });
+  document.addEventListener("visibilitychange", () => wake());
+
+  studio.space = (id) => {
+    const own = getElement(id), renderer = own.renderer, render = renderer.render.bind(renderer);
+    studio.watch(own.$el, wake);
+    wake(BEGIN);
+    studio.pictures = 0;
+    renderer.render = (...all) => {
+      if (performance.now() > until || !studio.isSeen(own.$el)) return;
+      studio.pictures += 1;
+      render(...all);
+    };
+  };
+
+  // What a frame says of where everything is; what is within a twentieth of a millimetre stands.
+  studio.moved = (f) => {
+    const round = (v) => Math.round((v ?? 0) / LEAST);
+    const now = JSON.stringify([f.load, Object.values(f.columns).map((one) => [round(one.position?.at(-1)), round(one.kalman?.at(-1))])]);
+    if (now !== last) wake();
+    last = now;
+  };
+})();

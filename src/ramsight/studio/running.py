@@ -1,0 +1,70 @@
+"""The machine that runs for a visitor, on the first tab: the one he came for, until another one takes its place."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+
+from nicegui import run, ui
+
+from ramsight.errors import DescriptionError, RamsightError
+from ramsight.machine.description import Machine
+from ramsight.studio.draft import Problem, problem
+from ramsight.studio.live_page import live_page
+from ramsight.studio.prepared import Prepared, prepare
+from ramsight.studio.session import Session
+
+_LOOK = 0.1  # s, from one look at whether a machine is ready to the next
+
+
+class Running:
+    """The first tab.
+
+    Args:
+        panel: where it is built.
+        prepared: the machine that runs at first.
+        naming: told the machine's name whenever another one runs.
+    """
+
+    def __init__(self, panel: ui.tab_panel, prepared: Prepared, naming: Callable[[str], object]) -> None:
+        self._panel, self._naming = panel, naming
+        self._session = Session(prepared.described)
+        self._show(prepared)
+
+    async def another(self, machine: Machine) -> Problem | None:
+        """Let another machine run; the one before runs until that one is ready, and goes on if it cannot.
+
+        Args:
+            machine: the other one.
+
+        Returns:
+            Why it cannot run; None if it does.
+        """
+        try:
+            prepared = await run.io_bound(prepare, machine)
+        except DescriptionError as error:
+            return problem(error)
+        except RamsightError as error:
+            return Problem("", str(error))
+        if prepared is None:  # the server is going
+            return Problem("", "the studio has ended")
+        session = Session(machine)
+        while session.about is None and not session.over:
+            await asyncio.sleep(_LOOK)
+        if session.about is None:
+            await run.io_bound(session.close)
+            return session.wrong or Problem("", session.ended)
+        if self._panel.client.is_deleted:  # nobody is there any more to close it
+            await run.io_bound(session.close)
+            return None
+        before, self._session = self._session, session
+        await run.io_bound(before.close)
+        self._panel.clear()
+        self._show(prepared)
+        return None
+
+    def _show(self, prepared: Prepared) -> None:
+        described = prepared.described
+        self._naming(described.title or described.name)
+        with self._panel:
+            live_page(prepared, self._session)
