@@ -329,7 +329,8 @@ def test_the_total_is_the_variance_of_the_mixture(bank):
 def test_a_hypothesis_goes_with_its_own_factors(bank):
     """Each goes ahead by what its factors differ from those the step was made with; the likeliest is nominal."""
     bank.begin(0.3, std=1e-3)
-    bank.set(**{f"low_{LEAK}": 1.2, f"low_{DISPLACEMENT}": 1.01, f"low_{COMPLIANCE}": 0.8, f"low_{LAG}": 50.0})
+    bank.set(**{f"low_{LEAK}": 1.2, f"low_{DISPLACEMENT}": 1.01, f"low_{COMPLIANCE}": 0.8})
+    bank.set(**{f"low_{LAG}": Assumptions().thermometer.lag + 20.0})
     bank.set(**{f"low_{EXPONENT}": 0.1})
     rare = Assumptions().machine.leaks_otherwise
     share = 0.1 / (0.8 / (1.0 - rare) + 0.1 + 0.1 + Assumptions().stops.wrong)
