@@ -231,7 +231,7 @@ class Pump:
 
         Source: a pump's makers give the inlet pressure at which it fills at its highest speed; between suction port and
         chamber the loss of pressure goes with the speed squared (E. C. Fitch and I. T. Hong, Hydraulic System Design
-        for Service Assurance, 4.12). Air that comes out of solution before that is not in it.
+        for Service Assurance, 2004). Air that comes out of solution before that is not in it.
 
         Example:
             >>> from dataclasses import replace
