@@ -422,7 +422,9 @@ class Hypotheses:
         wide = ca.sqrt(ca.fmax(self._best([h.covariance[POSITION, POSITION] for h in self.all]), 0.0))
         for w, h in zip(self._probabilities(), self.all, strict=True):
             std = ca.sqrt(ca.fmax(h.covariance[POSITION, POSITION], 0.0))
-            wide = ca.fmax(wide, _counts(w) * (ca.fabs(h.mean[POSITION]) + ONE_SIDED_95 * std) / TWO_SIDED_95)
+            # Beside the likeliest one side of it counts, about the same position both do.
+            reach = ca.fmax(ca.fabs(h.mean[POSITION]) + ONE_SIDED_95 * std, TWO_SIDED_95 * std)
+            wide = ca.fmax(wide, _counts(w) * reach / TWO_SIDED_95)
         return self._graph.becoming("band_width") * wide
 
     def bound(self) -> Any:
