@@ -273,3 +273,12 @@ def test_getting_started_runs_as_it_stands(monkeypatch, tmp_path, capsys):
     assert f"```text\n{checked}\n```" in page
     exec(program[0], {})
     assert float(capsys.readouterr().out) == pytest.approx(0.0479, abs=2e-4)
+
+
+def test_every_assumption_that_the_logs_know_can_be_varied(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "evaluation")
+    recorded = importlib.import_module("recorded")
+    names = [name for name, _ in recorded.variants()]
+    assert len(names) == len(set(names)) > 50
+    assert {"machine.leaks_otherwise ×", "thermometer.lag ÷"} <= set(names)
+    assert not any(name.startswith(("motor_temperature", "inertia")) for name in names)
