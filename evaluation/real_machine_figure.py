@@ -107,7 +107,7 @@ def _leakage(found: list[list[Day]]) -> Figure:
     axes[0].set_ylabel("leakage over the description's [1]")
     axes[0].plot([], [], color="#222222", lw=1.2, label="found by the sensor")
     axes[0].plot([], [], "--", color="#222222", lw=1.0, label="of the machine, at the reported temperature")
-    axes[0].legend(loc="upper right", frameon=False)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False)
     return figure
 
 
