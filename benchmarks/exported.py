@@ -29,6 +29,7 @@ import work_days
 
 DAY = 360.0  # s
 EVERY = 40.0  # s; a round of faults
+APART = 1e-3  # m; a day with a larger difference counts as one on which both went different ways
 
 
 def days_of(unit, count):
@@ -61,7 +62,8 @@ def agreement(days):
         sensor = kalman(unit)
         source = sensor_source(sensor, unit, f"ramsight_{name}", "mining-loader", single=False)
         compiled = {key: CompiledSensor(source, sensor, compiler, **more) for key, more in builds.items()}
-        for rows, start in days_of(unit, days):
+        for number, (rows, start) in enumerate(days_of(unit, days)):
+            found["export_days"] = found.get("export_days", 0) + 1
             sensor.start(start)
             state = np.array([sensor.state[k] for k in sensor.recursion.state])
             said = replay(sensor.recursion, inputs_of(rows), sensor.parameters, state)
@@ -69,7 +71,13 @@ def agreement(days):
             for key, one in compiled.items():
                 other = one.track(rows, start)
                 worst, flips = f"export_{key}_error_m", f"export_{key}_other_statuses"
-                found[worst] = max(found.get(worst, 0.0), float(np.abs(other[:, 0] - said[:, 0]).max()))
+                apart = float(np.abs(other[:, 0] - said[:, 0]).max())
+                found[worst] = max(found.get(worst, 0.0), apart)
+                if number % 2 == 0:  # a day without faults
+                    without = f"export_{key}_error_without_faults_m"
+                    found[without] = max(found.get(without, 0.0), apart)
+                days_apart = f"export_{key}_days_apart"
+                found[days_apart] = found.get(days_apart, 0) + int(apart > APART)
                 found[flips] = found.get(flips, 0) + int((other[:, 4] != said[:, 4]).sum())
     return found
 

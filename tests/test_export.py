@@ -459,7 +459,9 @@ def test_the_export_page_quotes_the_benchmark():
     assert [figure for figure in quoted if figure not in page] == []
     assert found["export_samples"] >= 1_000_000
     assert found["export_double_error_m"] < 1e-9
-    assert found["export_float_error_m"] < 0.05e-3
+    assert found["export_double_days_apart"] == 0
+    assert found["export_float_error_without_faults_m"] < 1e-3
+    assert found["export_float_days_apart"] <= 0.02 * found["export_days"]
     assert found["export_double_O2"]["step_ns"] <= 5000
 
 
