@@ -32,7 +32,7 @@ from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build
 from ramsight.plant.limits import Limits, limits_of
 from ramsight.sensor.detectors import CONTRADICTIONS
-from ramsight.sensor.disagreement import MEMORY, SURE, apart
+from ramsight.sensor.disagreement import MEMORY, apart, sure
 from ramsight.sensor.drive_check import UNCHECKED, check_drive, declared_checks
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
@@ -269,7 +269,7 @@ def test_a_delay_within_what_is_declared_is_never_an_alarm(seed, share, size):
 def test_the_bound_grows_by_what_is_declared_and_an_alarm_ends_at_half_of_it():
     quiet, loud = (Pair(noise=noise).run(TIME, np.full(1000, 2.0), np.full(1000, 2.0))[-1, 1] for noise in (0.0, 5.0))
     assert quiet == pytest.approx(0.0, abs=1e-6)
-    assert loud == pytest.approx(SURE * 5.0 * 0.02 * math.sqrt(MEMORY / 2.0 / 0.02), rel=0.05)
+    assert loud == pytest.approx(sure(MEMORY) * 5.0 * 0.02 * math.sqrt(MEMORY / 2.0 / 0.02), rel=0.05)
     pair = Pair(lasting=0.1)
     apart_by = np.where(TIME < 10.0, 1.0, 0.0)
     said = pair.run(TIME, apart_by, np.zeros(1000))

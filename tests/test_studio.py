@@ -19,8 +19,9 @@ from ramsight.cli import app
 from ramsight.drawing import drawn
 from ramsight.drawing.flowing import chains
 from ramsight.duty.drive_report import declared_report, further_report
+from ramsight.duty.link_report import LiveLink
 from ramsight.duty.live import LiveUnit
-from ramsight.duty.live_further import LiveFurther, _LiveLink
+from ramsight.duty.live_further import LiveFurther
 from ramsight.duty.live_warming import LiveWarming
 from ramsight.duty.warming import Warming, warmed
 from ramsight.errors import DescriptionError
@@ -329,7 +330,7 @@ def test_what_is_reported_live_is_what_is_reported_of_a_run():
         how, link=replace(how.link, noise=0.0, lag=0.1), power=replace(how.power, noise=0.0), pressure_noise=0.0
     )
     live = LiveFurther(unit, 0.02, 3)
-    live._how, live._link = how, _LiveLink(how.link, 0.02, np.random.default_rng(0))
+    live._how, live._link = how, LiveLink(how.link, np.random.default_rng(0))
     time = 0.02 * np.arange(200)
     true = {
         "time": time, "position": 0.3 + 0.05 * np.sin(time), "motor_speed": 100.0 * np.sin(3.0 * time),

@@ -76,9 +76,9 @@ class DrivenUnits(ABC):
         self.motor_fault: MotorFault | None = None
         self._oil_temperature, self._start = setting.oil_temperature, dict(start_position)
         self.units = tuple(unit.name for unit in sheet)
-        how, offset = DriveReport(seed=setting.seed), setting.temperature_offset
+        how = DriveReport(temperature_offset=setting.temperature_offset, seed=setting.seed)
         self._drives = {
-            name: LiveDrive(setting.drive, self.period, how, offset, stream=k) for k, name in enumerate(self.units)
+            name: LiveDrive(setting.drive, self.period, how, stream=k) for k, name in enumerate(self.units)
         }  # fmt: skip
         self._given = dict.fromkeys(self.units, 0.0)
         self._noise = np.random.default_rng([setting.seed, len(self.units)])

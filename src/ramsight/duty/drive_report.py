@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ramsight.duty.electrical import PowerReport, ShaftReport, declared_power, declared_shaft
 from ramsight.duty.lagging import lagging
 from ramsight.duty.link_report import LinkReport, declared_link
+from ramsight.duty.stepped import Value, stepped
 from ramsight.logs.channels import (
     DC_POWER,
     DRIVE_LOG,
@@ -121,19 +122,20 @@ class DriveReport:
 
     def of(self, speed: Array, torque: Array, temperature: Array) -> tuple[Array, Array, Array]:
         """Reported motor speed [rad/s], torque [N m] and oil temperature [K] of true ones, each (samples,)."""
-        random = np.random.default_rng(self.seed)
-        torque = self.torque_gain * torque + self.torque_noise * random.standard_normal(len(torque))
-        temperature = temperature + self.temperature_offset
-        temperature = temperature + self.temperature_noise * random.standard_normal(len(temperature))
+        noise = np.random.default_rng(self.seed).standard_normal((2, len(torque)))
+        return self.sample(speed, torque, temperature, (noise[0], noise[1]))
+
+    def sample(
+        self, speed: Value, torque: Value, temperature: Value, noise: tuple[Value, Value]
+    ) -> tuple[Value, Value, Value]:
+        """The same of one sample or of many, with noise of torque and temperature of standard deviation 1."""
+        torque = self.torque_gain * torque + self.torque_noise * noise[0]
+        temperature = temperature + self.temperature_offset + self.temperature_noise * noise[1]
         return (
-            _rounded(speed, self.speed_step),
-            _rounded(torque, self.torque_step),
-            _rounded(temperature - 273.15, self.temperature_step) + 273.15,
+            stepped(speed, self.speed_step),
+            stepped(torque, self.torque_step),
+            stepped(temperature - 273.15, self.temperature_step) + 273.15,
         )
-
-
-def _rounded(values: Array, step: float) -> Array:
-    return np.round(values / step) * step if step > 0.0 else values
 
 
 def usual_report(unit: HydraulicUnit) -> DriveReport:

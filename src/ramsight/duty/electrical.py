@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.duty.stepped import Value, stepped
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 
@@ -42,7 +43,7 @@ class ShaftReport:
         """
         turned = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time))])
         angle = self.first + turned
-        return np.asarray(np.round(angle / self.step) * self.step if self.step > 0.0 else angle)
+        return stepped(angle, self.step)
 
 
 @dataclass(frozen=True)
@@ -76,9 +77,13 @@ class PowerReport:
             >>> PowerReport(standby=50.0, copper=0.1, iron=0.2).reported(np.array([100.0]), np.array([20.0])).tolist()
             [2110.0]
         """
-        power = torque * speed + self.standby + self.copper * torque**2 + self.iron * np.abs(speed)
-        power = self.gain * power + self.noise * np.random.default_rng([self.seed, _POWER]).standard_normal(len(power))
-        return np.asarray(np.round(power / self.step) * self.step if self.step > 0.0 else power)
+        noise = np.random.default_rng([self.seed, _POWER]).standard_normal(len(speed))
+        return self.sample(speed, torque, noise)
+
+    def sample(self, speed: Value, torque: Value, noise: Value) -> Value:
+        """Power [W] of a true speed [rad/s] and torque [N m], with noise of standard deviation 1, or of many."""
+        power = torque * speed + self.standby + self.copper * torque**2 + self.iron * abs(speed)
+        return stepped(self.gain * power + self.noise * noise, self.step)
 
 
 def declared_shaft(unit: HydraulicUnit) -> ShaftReport | None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.duty.stepped import stepped
 from ramsight.plant.linkage.lever import Lever
 from ramsight.plant.unit import HydraulicUnit
 
@@ -38,17 +39,32 @@ class LinkReport:
 
     def reported(self, time: NDArray[np.float64], position: NDArray[np.float64]) -> NDArray[np.float64]:
         """Angles [rad] at times [s], of positions [m], shape (samples,)."""
-        random = np.random.default_rng(self.seed)
-        angle = np.asarray(self.lever.angle(position))
-        shown, shaken = float(angle[0]), self.noise * float(random.standard_normal())
-        result = np.empty_like(angle)
-        steps = np.diff(time, prepend=time[0])
-        for k, (dt, noise) in enumerate(zip(steps, random.standard_normal(len(time)), strict=True)):
-            shown += (1.0 - math.exp(-dt / self.lag) if self.lag > 0.0 else 1.0) * (float(angle[k]) - shown)
-            kept = math.exp(-dt / self.correlation)
-            shaken = kept * shaken + self.noise * math.sqrt(1.0 - kept**2) * float(noise)
-            result[k] = shown + shaken + self.offset
-        return np.asarray(np.round(result / self.step) * self.step if self.step > 0.0 else result)
+        live = LiveLink(self, np.random.default_rng(self.seed))
+        steps = np.diff(time, prepend=time[0]).tolist()
+        return np.array([live.sample(dt, angle) for dt, angle in zip(steps, self.lever.angle(position), strict=True)])
+
+
+class LiveLink:
+    """The sensor, sample by sample.
+
+    Args:
+        how: it is.
+        random: its noise.
+    """
+
+    def __init__(self, how: LinkReport, random: np.random.Generator) -> None:
+        self._how, self._random = how, random
+        self._shaken = how.noise * float(random.standard_normal())
+        self._shown: float | None = None
+
+    def sample(self, elapsed: float, angle: float) -> float:
+        """The angle that is reported [rad], a time [s] after the last one, of the true angle [rad]."""
+        how, shown = self._how, angle if self._shown is None else self._shown
+        self._shown = shown + (1.0 - math.exp(-elapsed / how.lag) if how.lag > 0.0 else 1.0) * (angle - shown)
+        kept = math.exp(-elapsed / how.correlation)
+        fresh = how.noise * math.sqrt(1.0 - kept**2) * float(self._random.standard_normal())
+        self._shaken = kept * self._shaken + fresh
+        return stepped(self._shown + self._shaken + how.offset, how.step)
 
 
 def declared_link(unit: HydraulicUnit, seed: int) -> LinkReport | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -340,13 +339,11 @@ class LiveReport:
     """What a drive reports, sample by sample, with the rounding and the noise of `report`.
 
     Args:
-        how: rounding and noise.
-        temperature_offset: by which its thermometer reads too much [K].
+        how: rounding and noise, and by how much it is off.
         stream: of drives with the same seed, which one; each has noise of its own.
     """
 
     how: DriveReport = field(default_factory=DriveReport)
-    temperature_offset: float = 0.0
     stream: int = 0
 
     def __post_init__(self) -> None:
@@ -354,15 +351,6 @@ class LiveReport:
 
     def sample(self, time: float, motor_speed: float, motor_torque: float, oil_temperature: float) -> Reported:
         """Report one sample; all in SI."""
-        torque_noise, warmth_noise = self._random.standard_normal(2)
-        warmth = oil_temperature - 273.15 + self.temperature_offset + self.how.temperature_noise * warmth_noise
-        return Reported(
-            time,
-            _rounded(motor_speed, self.how.speed_step),
-            _rounded(motor_torque + self.how.torque_noise * torque_noise, self.how.torque_step),
-            _rounded(warmth, self.how.temperature_step) + 273.15,
-        )
-
-
-def _rounded(value: float, step: float) -> float:
-    return round(value / step) * step if step > 0.0 and math.isfinite(value) else value
+        torque_noise, temperature_noise = self._random.standard_normal(2).tolist()
+        noise = torque_noise, temperature_noise
+        return Reported(time, *self.how.sample(motor_speed, motor_torque, oil_temperature, noise))

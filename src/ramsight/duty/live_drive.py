@@ -15,8 +15,8 @@ class LiveDrive:
     Args:
         response: how it follows its commands.
         period: of the samples [s].
-        how: rounding and noise of its reports; its seed decides which samples are lost, too.
-        temperature_offset: by which its thermometer reads too much [K].
+        how: rounding and noise of its reports, and by how much they are off; its seed decides which samples are
+            lost, too.
         stream: of drives with the same seed, which one.
 
     Example:
@@ -32,14 +32,13 @@ class LiveDrive:
         response: DriveResponse,
         period: float,
         how: DriveReport,
-        temperature_offset: float = 0.0,
         stream: int = 0,
     ) -> None:
         self.response = response
         self._follower = Follower(response, period)
         self._period, self._command, self._began = period, 0.0, False
         self._late: tuple[Delay, Delay] | None = None
-        self._report = LiveReport(how, temperature_offset, stream)
+        self._report = LiveReport(how, stream)
         self._arriving = np.random.default_rng([how.seed, stream, 1])
 
     def follow(self, command: float) -> float:

@@ -10,8 +10,8 @@ import math
 import numpy as np
 
 from ramsight.duty.drive_report import declared_report
-from ramsight.duty.electrical import PowerReport
-from ramsight.duty.link_report import LinkReport
+from ramsight.duty.link_report import LiveLink
+from ramsight.duty.stepped import stepped
 from ramsight.logs.channels import DC_POWER, LINK_ANGLE, MOTOR_TEMPERATURE, PRESSURE_A, PRESSURE_B, SHAFT_ANGLE
 from ramsight.plant.unit import HydraulicUnit
 
@@ -39,7 +39,7 @@ class LiveFurther:
         how = declared_report(unit, seed)
         self._how, self._period = how, period
         self._random = np.random.default_rng([seed, len(unit.name)])
-        self._link = None if how.link is None else _LiveLink(how.link, period, self._random)
+        self._link = None if how.link is None else LiveLink(how.link, self._random)
         self._turned = 0.0
         self._speed: float | None = None
         self._shown: tuple[float, float] | None = None
@@ -62,12 +62,12 @@ class LiveFurther:
         how, found = self._how, {}
         self._turned += 0.5 * (speed + (speed if self._speed is None else self._speed)) * self._period
         self._speed = speed
-        if self._link is not None:
-            found[LINK_ANGLE.name] = self._link.sample(position)
+        if how.link is not None and self._link is not None:
+            found[LINK_ANGLE.name] = self._link.sample(self._period, float(how.link.lever.angle(position)))
         if how.shaft is not None:
-            found[SHAFT_ANGLE.name] = _stepped(how.shaft.first + self._turned, how.shaft.step)
+            found[SHAFT_ANGLE.name] = stepped(how.shaft.first + self._turned, how.shaft.step)
         if how.power is not None:
-            found[DC_POWER.name] = self._power(how.power, speed, torque)
+            found[DC_POWER.name] = how.power.sample(speed, torque, float(self._random.standard_normal()))
         if how.warm_at is not None:
             found[MOTOR_TEMPERATURE.name] = float(round(how.warm_at + warmer))
         if how.pressure_noise is not None:
@@ -76,34 +76,8 @@ class LiveFurther:
             found |= {PRESSURE_A.name: shown[0] + float(noise[0]), PRESSURE_B.name: shown[1] + float(noise[1])}
         return found
 
-    def _power(self, how: PowerReport, speed: float, torque: float) -> float:
-        power = torque * speed + how.standby + how.copper * torque**2 + how.iron * abs(speed)
-        return _stepped(how.gain * power + how.noise * float(self._random.standard_normal()), how.step)
-
     def _lagging(self, pressures: tuple[float, float]) -> tuple[float, float]:
         share = 1.0 - math.exp(-self._period / self._how.pressure_lag) if self._how.pressure_lag > 0.0 else 1.0
         a, b = self._shown or pressures
         self._shown = a + share * (pressures[0] - a), b + share * (pressures[1] - b)
         return self._shown
-
-
-class _LiveLink:
-    """A sensor of the moved body's angle, as `LinkReport.reported` has it."""
-
-    def __init__(self, how: LinkReport, period: float, random: np.random.Generator) -> None:
-        self._how, self._random = how, random
-        self._share = 1.0 - math.exp(-period / how.lag) if how.lag > 0.0 else 1.0
-        self._kept = math.exp(-period / how.correlation)
-        self._shaken = how.noise * float(random.standard_normal())
-        self._shown: float | None = None
-
-    def sample(self, position: float) -> float:
-        angle = float(self._how.lever.angle(position))
-        self._shown = angle if self._shown is None else self._shown + self._share * (angle - self._shown)
-        noise = self._how.noise * math.sqrt(1.0 - self._kept**2) * float(self._random.standard_normal())
-        self._shaken = self._kept * self._shaken + noise
-        return _stepped(self._shown + self._shaken + self._how.offset, self._how.step)
-
-
-def _stepped(value: float, step: float) -> float:
-    return round(value / step) * step if step > 0.0 else value

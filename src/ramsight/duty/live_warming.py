@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ramsight.duty.warming import Warming, shared_out
+from ramsight.duty.warming import Warming, case_losses, shared_out
 from ramsight.plant.unit import HydraulicUnit
 
 
@@ -30,7 +30,8 @@ class LiveWarming:
     """
 
     def __init__(self, unit: HydraulicUnit, first: float, how: Warming | None = None) -> None:
-        self._unit, self._how = unit, how or Warming()
+        self._of_pumps, self._how = case_losses(unit), how or Warming()
+        self._limits = unit.oil.temperatures
         self._stores = np.full(2, first)
         self._entered = np.zeros(2)
 
@@ -57,7 +58,9 @@ class LiveWarming:
             ambient: temperature of the air [K].
         """
         entered = self._enter(losses)
-        self._keep(replace(self._how, ambient=ambient).after(self._stores, dt, entered))
+        if ambient != self._how.ambient:
+            self._how = replace(self._how, ambient=ambient)
+        self._keep(self._how.after(self._stores, dt, entered))
 
     def bring(self, dt: float, losses: Mapping[str, float], aim: float, rate: float) -> bool:
         """Let a time pass in which a heater or a cooler brings all oil towards a temperature, whatever is lost in it.
@@ -77,9 +80,9 @@ class LiveWarming:
 
     def _enter(self, losses: Mapping[str, float]) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
         """Heat into both stores since the last call [J]."""
-        now = np.array(shared_out(self._unit, losses), dtype=np.float64)
+        now = np.array(shared_out(self._of_pumps, losses), dtype=np.float64)
         entered, self._entered = now - self._entered, now
         return entered
 
     def _keep(self, stores: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> None:
-        self._stores = np.clip(stores, *self._unit.oil.temperatures)
+        self._stores = np.clip(stores, *self._limits)

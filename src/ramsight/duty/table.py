@@ -10,7 +10,7 @@ from ramsight.duty.profile import Duty, Profile, constant
 from ramsight.errors import LogError
 from ramsight.logs.channels import MOTOR_SPEED, OIL_TEMPERATURE, TIME, Channel
 from ramsight.logs.lines import file_name
-from ramsight.logs.table import FIRST_ROW, check_increasing, read_columns
+from ramsight.logs.table import FIRST_ROW, read_timed
 from ramsight.plant.unit import HydraulicUnit
 
 LOAD = Channel("load_kn", "load", "N", "load force, positive against lifting", factor=1e3)
@@ -47,10 +47,8 @@ def read_duty(path: str | Path, unit: HydraulicUnit, oil_temperature: float, sta
         (6.0, 129000.0, 157.1)
     """
     file = file_name(path)
-    needed = [TIME, MOTOR_SPEED.column, LOAD.column]
-    columns = read_columns(path, needed=needed, optional=[OIL_TEMPERATURE.column])
+    columns = read_timed(path, [MOTOR_SPEED.column, LOAD.column], [OIL_TEMPERATURE.column])
     time, speed = columns[TIME], MOTOR_SPEED.to_si(columns[MOTOR_SPEED.column])
-    check_increasing(time, TIME, file)
     if time[0] != 0.0 or len(time) < 2:
         raise LogError("a duty begins at 0 s and has two rows and more", file=file, line=FIRST_ROW, column=TIME)
     beyond = np.flatnonzero(np.abs(speed) > (1.0 + _ROUNDED) * unit.max_speed)

@@ -10,8 +10,9 @@ in the tank reports the other one. Losses change with the temperature and the te
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -74,6 +75,18 @@ class Warming:
             found[k + 1] = self.after(found[k], float(dt), heat[k])
         return found
 
+    @cached_property
+    def _capacity(self) -> Array:
+        """Of both stores [J/K]."""
+        return np.array([self.case, self.tank])
+
+    @cached_property
+    def _rate(self) -> Array:
+        """By which the stores' temperatures follow themselves, and the air's [1/s], shape (2, 3)."""
+        to_air = np.array([self.case_to_air, self.tank_to_air])
+        between = self.case_to_tank * np.array([[-1.0, 1.0], [1.0, -1.0]])
+        return np.asarray(np.column_stack([between - np.diag(to_air), to_air]) / self._capacity[:, None])
+
     def after(self, stores: Array, dt: float, heat: Array) -> Array:
         """Temperatures of case and tank after a time [K], shape (2,).
 
@@ -86,12 +99,10 @@ class Warming:
             >>> Warming(ambient=293.15).after(np.array([313.15, 313.15]), 60.0, np.zeros(2)).round(2).tolist()
             [312.54, 312.64]
         """
-        to_air, capacity = np.array([self.case_to_air, self.tank_to_air]), np.array([self.case, self.tank])
-        between = self.case_to_tank * np.array([[-1.0, 1.0], [1.0, -1.0]])
-        rate = (between - np.diag(to_air)) / capacity[:, None]
-        right = heat / dt / capacity + to_air * self.ambient / capacity
+        rate = self._rate[:, :2]
+        right = heat / dt / self._capacity + self._rate[:, 2] * self.ambient
         # Implicit midpoint: heat that leaves one store comes to the other, to the last digit.
-        return np.linalg.solve(np.eye(2) - 0.5 * dt * rate, stores + dt * (0.5 * rate @ stores + right))
+        return np.asarray(np.linalg.solve(np.eye(2) - 0.5 * dt * rate, stores + dt * (0.5 * rate @ stores + right)))
 
 
 def warmed(
@@ -142,26 +153,29 @@ def heats(unit: Any, done: Ran) -> tuple[Array, Array]:
     ode, state = done.model.ode, done.trajectory.state
     energies = {name: state[:, ode.state_index(f"energy.{name}")] for name in done.model.losses}
     nothing = np.zeros(len(state))
-    into_case, into_oil = shared_out(unit, energies)
+    into_case, into_oil = shared_out(case_losses(unit), energies)
     return nothing + into_case, nothing + into_oil
 
 
-def shared_out(unit: HydraulicUnit, losses: Mapping[str, Any]) -> tuple[Any, Any]:
+def case_losses(unit: HydraulicUnit) -> frozenset[str]:
+    """Names of the losses that warm the pumps' cases, ``pump_a.leakage``."""
+    return frozenset(f"{part.name}{loss}" for part in unit.parts() if isinstance(part, Pump) for loss in _INTO_CASE)
+
+
+def shared_out(of_pumps: Collection[str], losses: Mapping[str, Any]) -> tuple[Any, Any]:
     """Heat into the pumps' cases and into the other oil, of energies that were lost [J], numbers or columns.
 
     Args:
-        unit: whose parts tell what a loss is.
+        of_pumps: names of the losses that warm the cases, `case_losses`.
         losses: by the circuit's names, ``pump_a.leakage``.
 
     Example:
         >>> from ramsight import machine
         >>> from ramsight.plant.build import build
         >>> losses = {"pump_a.leakage": 2.0, "hose_a.throttling": 3.0, "cylinder.friction": 5.0}
-        >>> shared_out(build("ram", machine.load("press").unit("ram")), losses)
+        >>> shared_out(case_losses(build("ram", machine.load("press").unit("ram"))), losses)
         (2.0, 3.0)
     """
-    pumps = [part.name for part in unit.parts() if isinstance(part, Pump)]
-    of_pumps = {f"{pump}{loss}" for pump in pumps for loss in _INTO_CASE}
     into_case: Any = 0.0
     into_oil: Any = 0.0
     for name, energy in losses.items():

@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ramsight.logs.channels import TIME, Channel, as_dataset
-from ramsight.logs.lines import file_name
-from ramsight.logs.table import check_increasing, read_columns
+from ramsight.logs.channels import Channel, as_dataset
+from ramsight.logs.table import read_timed
 
 if TYPE_CHECKING:
     import xarray
@@ -41,6 +40,4 @@ def read_battery(path: str | Path) -> xarray.Dataset:
         >>> found.battery_current.values.tolist()
         [12.0, -3.0]
     """
-    columns = read_columns(path, needed=[TIME, *(one.column for one in BATTERY)])
-    check_increasing(columns[TIME], TIME, file_name(path))
-    return as_dataset(columns, BATTERY)
+    return as_dataset(read_timed(path, [one.column for one in BATTERY]), BATTERY)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.errors import LogError, MissingColumnError
+from ramsight.logs.channels import TIME
 from ramsight.logs.header import CsvForm, cells_of, separator_of, units_row
 from ramsight.logs.lines import BLOCK, Advance, cut_short, file_name, line_blocks, printable
 from ramsight.logs.rows import Layout, parse_carefully, parse_fast
@@ -206,6 +207,26 @@ def read_columns(
     wanted = [*needed, *(name for name in optional if name in table.names)]
     rows = np.concatenate(list(table.blocks(wanted, gaps)), axis=1)
     return dict(zip(wanted, rows, strict=True))
+
+
+def read_timed(path: str | Path, needed: Sequence[str], optional: Sequence[str] = ()) -> dict[str, NDArray[np.float64]]:
+    """Columns of a CSV file over the time in its column ``time_s``, as `read_columns` reads them.
+
+    Args:
+        path: the file.
+        needed: columns that must be there beside the time.
+        optional: columns that are read if they are there.
+
+    Returns:
+        As `read_columns`, with the times [s], which increase.
+
+    Raises:
+        MissingColumnError: a needed column is absent.
+        LogError: as `read_columns`, or the times do not increase.
+    """
+    columns = read_columns(path, [TIME, *needed], optional)
+    check_increasing(columns[TIME], TIME, file_name(path))
+    return columns
 
 
 def check_columns(names: Sequence[str], needed: Sequence[str], file: str) -> None:

@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ramsight.logs.channels import POSITION, PRESSURE_A, PRESSURE_B, TIME, as_dataset
-from ramsight.logs.lines import file_name
-from ramsight.logs.table import check_increasing, read_columns
+from ramsight.logs.channels import POSITION, PRESSURE_A, PRESSURE_B, as_dataset
+from ramsight.logs.table import read_timed
 
 if TYPE_CHECKING:
     import xarray
@@ -39,7 +38,5 @@ def read_truth(path: str | Path) -> xarray.Dataset:
         >>> truth.position.values.tolist()
         [0.25, 0.26]
     """
-    channels = (POSITION, PRESSURE_A, PRESSURE_B)
-    columns = read_columns(path, needed=[TIME, POSITION.column], optional=[PRESSURE_A.column, PRESSURE_B.column])
-    check_increasing(columns[TIME], TIME, file_name(path))
-    return as_dataset(columns, channels)
+    columns = read_timed(path, [POSITION.column], [PRESSURE_A.column, PRESSURE_B.column])
+    return as_dataset(columns, (POSITION, PRESSURE_A, PRESSURE_B))

@@ -149,10 +149,6 @@ def apart(
     return found
 
 
-SURE = sure(MEMORY)
-"""k for the usual memory."""
-
-
 def lately(graph: SensorGraph, name: str, rate: Any) -> Any:
     """A rate summed up over the same time [its unit times s]."""
     before = graph.state(name)

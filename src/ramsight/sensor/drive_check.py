@@ -18,7 +18,7 @@ import casadi as ca
 
 from ramsight.plant.limits import Limits
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.disagreement import MEMORY, SURE, Apart, apart, lately
+from ramsight.sensor.disagreement import MEMORY, Apart, apart, lately, sure
 from ramsight.sensor.uncertainty import Covariance
 from ramsight.sensor.virtual_sensor import DC_POWER, LAST_SHAFT_ANGLE, SHAFT_ANGLE, SHAFT_BEGUN, SensorGraph
 
@@ -179,7 +179,7 @@ class _Shaft:
             self._difference,
             level=graph.mean_speed,
             delay=self._delay,
-            lasting=self._assumed.speed / SURE,  # what is declared is the most
+            lasting=self._assumed.speed / sure(MEMORY),  # what is declared is the most
             noise=self._assumed.std / ca.fmax(graph.elapsed, 1e-3),
         )
         if said is None or turned is None:

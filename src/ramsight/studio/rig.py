@@ -251,9 +251,9 @@ class Rig:
         said = (knobs.torque_step, knobs.report_delay, knobs.temperature_offset)
         if said != self._said:  # a drive that is as it was goes on with what it has on its way
             for k, (name, unit) in enumerate(self.sheet.items()):
-                how = usual_report(unit)
+                how = replace(usual_report(unit), temperature_offset=knobs.temperature_offset)
                 how = replace(how, torque_step=knobs.torque_step) if knobs.torque_step > 0.0 else how
-                self._drives[name] = LiveDrive(response, self.period, how, knobs.temperature_offset, stream=k)
+                self._drives[name] = LiveDrive(response, self.period, how, stream=k)
         self._said = said
 
     def _in_the_way(self, name: str, worn: HydraulicUnit, prefix: str) -> dict[str, float]:
