@@ -26,6 +26,7 @@ from ramsight.plant.limits import limits_of
 from ramsight.plant.linked import build as linked
 from ramsight.plant.steady import cautions, derive
 from ramsight.sensor.balance import balance as balance_sensor
+from ramsight.sensor.filling import unfilled
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 
@@ -423,6 +424,36 @@ def test_a_pump_that_starves_takes_torque_by_what_it_moves():
         assert float(pump.filled(LOADER.pump_a.max_speed, inlet, 100e5)) == pytest.approx(share, rel=2e-3)
     assert float(pump.filled(-400.0, 0.0, 100e5)) == 1.0, "turned by its load it draws from the other side"
     assert float(pump.filled(0.0, 0.0, 0.0)) == 1.0
+
+
+@pytest.mark.parametrize(
+    ("inlet", "share", "uncertain"),
+    [(0.3e5, 0.387, 0.0387), (1.7e5, 0.922, 0.5 * (1.0 - 0.9 * 0.922)), (4e5, 1.0, 0.0)],
+    ids=["starves", "hardly", "fills"],
+)
+def test_what_a_starving_pump_draws_is_as_uncertain_as_its_way_in(inlet, share, uncertain):
+    """A tenth more or less passes where the way in limits, and nothing more than full where it does not."""
+    unit = described({"tank.pressure": "0.45 bar", "pump_a.min_inlet_pressure": "2 bar"})
+    circuit = balance(unit)
+    values = dict(zip(circuit.parameters, circuit.values, strict=True)) | {"tank.pressure": inlet}
+    fast = LOADER.pump_a.max_speed / unit.a.pump.belt
+    z = circuit.at_rest(0.3, 300e3)
+    assert float(unit.a.pump.filled(LOADER.pump_a.max_speed, inlet, 100e5)) == pytest.approx(share, rel=5e-3)
+    assert float(unfilled(circuit, z, values.__getitem__, fast, 0.1)) == pytest.approx(uncertain, abs=2e-3)
+    assert float(unfilled(balance(BOOM), z, values.__getitem__, fast, 0.1)) == 0.0, "always fills, by its description"
+
+
+@pytest.mark.parametrize("wants", ["1.7 bar", "2.4 bar"])
+def test_a_pump_that_starves_by_more_than_its_description_says_is_in_the_band(wants):
+    unit = described(STARVING)
+    run = hurried(described(STARVING | of_both_pumps(min_inlet_pressure=wants)))
+    for known, holds in ((unit.assumptions, True), (unit.assumptions.replace({"machine.filling": 0.0}), False)):
+        sensor = kalman(unit, known.replace({"machine.leaks_otherwise": 1e-6}))
+        sensor.start(float(run["position"][0]))
+        track = sensor.track(report(run))
+        error = np.abs(track["position"].values - run["position"].values)
+        assert error.max() > 5e-3
+        assert bool(np.mean(error < 1.96 * track["position_std"].values) > 0.93) == holds
 
 
 def test_a_check_says_where_a_pump_would_starve():

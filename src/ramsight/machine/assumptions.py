@@ -103,6 +103,8 @@ class AssumedMachine(Part):
             "mm/sqrt(m)", "of the position over the way it goes, std", least="0 mm/sqrt(m)", most="100 mm/sqrt(m)"
         ),
     ] = 0.2e-3
+    # Data sheets ask for 0.6 to 0.8 bar, 7 % of the flow either way; tank and strainer take as much again.
+    filling: Annotated[float, quantity("%", "of what a pump that starves draws, std", least="0 %", most="100 %")] = 0.1
     # With the torque's gain in it.
     relief: Annotated[float, quantity("%", "of the relief valves' settings, std", least="0.1 %", most="30 %")] = 0.03
 

@@ -23,6 +23,7 @@ from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.contact import Contact, ContactWatch
 from ramsight.sensor.drive_check import DriveChecks, check_drive, declared_checks
+from ramsight.sensor.filling import unfilled
 from ramsight.sensor.hypotheses import CERTAIN, LEAK, Hypotheses, Measured
 from ramsight.sensor.inertia_check import check_inertia
 from ramsight.sensor.intake import Intake, take_in
@@ -118,7 +119,9 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     load = step.load / symbol("relief_load")
     creeps = creep(graph, unit, load, viscosity(graph.oil_temperature), warming, assumed.machine)
     rests = is_in(contact.mode, (Mode.RESTING_ON_VALVE,))
-    grows = intake.drift + passed + ca.if_else(rests, creeps, 0.0) + checks.grows
+    drawn = unfilled(circuit, step.z, lambda n: symbol(f"circuit.{n}"), graph.motor_speed, assumed.machine.filling)
+    starves = drawn * ca.fabs(graph.extending_angle * symbol("travel_per_radian"))
+    grows = intake.drift + passed + ca.if_else(rests, creeps, 0.0) + checks.grows + starves
     _predict(graph, bank, step, travel_by, around, grows, leaking, assumed)
     observer.release(contact.released, step.carried)
     _torque(graph, bank, step, contact, torque_by, around, checks, doubt)
