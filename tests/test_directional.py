@@ -17,6 +17,7 @@ from ramsight.plant.build import build
 from ramsight.plant.directional import DirectionalValve
 from ramsight.sensor.balance import balance
 from ramsight.sensor.kalman import kalman
+from ramsight.sensor.mode import HELD
 
 from .golden import golden
 
@@ -105,6 +106,19 @@ def test_the_sensor_follows_by_angle_torque_and_command(run, log, sensor):
     at_rest = np.searchsorted(run["time"].values, [7.0, 11.5])
     assert error[at_rest].max() < 0.4e-3
     assert (error < 2.5 * track["position_std"].values).mean() > 0.97
+
+
+@pytest.mark.parametrize("load", [7e3, 9e3])
+def test_a_load_that_has_yet_to_be_overcome_is_no_contact(sensor, load):
+    """Until the oil presses harder than it resists the piston stands and the pump delivers in vain, wherever that is."""
+    speed = Profile([0, 1, 1.8, 2.6, 3.4, 5, 5.8, 6.6, 7.4, 9], [0, 0, 157, 157, 0, 0, -157, -157, 0, 0])
+    run = simulate(UNIT, one_way(Duty(speed, constant(load), constant(308.15), 0.015), "valve"))
+    sensor.start(0.015, 1e-4)
+    track = sensor.track(report(run, DriveReport(torque_noise=0.0, torque_step=0.0, speed_step=0.0)))
+    error = np.abs(track["position"].values - run["position"].values)
+    assert not set(track["mode"].values.astype(int).tolist()) & {int(mode) for mode in HELD}
+    assert np.sqrt(np.mean(error**2)) < 0.4e-3
+    assert track["compliance_factor"].values == pytest.approx(1.0), "nothing was held that could tell it"
 
 
 def test_a_command_that_is_lost_is_as_before(log, sensor):

@@ -38,3 +38,45 @@ def test_an_efficiency_is_found_by_what_it_lacks():
     one = FreeValue("parts.pump.volumetric_efficiency", 0.9, 0.7, loss=True)
     assert one.at(0.0) == pytest.approx(0.9)
     assert one.at(np.log(2.0)) == pytest.approx(0.8)
+
+
+@pytest.fixture(scope="module")
+def softer():
+    """The rig with a hose that gives half as much again and a pump that moves 3 % more, light and heavily loaded."""
+    true = RIG.replace({f"units.axis.{GIVE}": "10 MPa", "units.axis.parts.pump.displacement": "1.627 cm3/rev"})
+    runs = [ramsight.simulate(true, unit="axis", load=load, cycles=1) for load in (2e3, 9e3)]
+    logs = [
+        ramsight.drive_report(one, torque_noise="0.01 N m", torque_step="0.01 N m", seed=k)
+        for k, one in enumerate(runs)
+    ]
+    return [MeasuredRun(str(k), log, one[["position"]]) for k, (log, one) in enumerate(zip(logs, runs, strict=True))]
+
+
+def test_values_are_found_within_their_intervals(softer):
+    shares = []
+    found = fitting.fit_track(
+        RIG, "axis", softer, free(GIVE, "parts.pump.displacement"), advance=lambda share: shares.append(share)
+    )
+    for key, true, worst in ((GIVE, 10e6, 0.1), ("parts.pump.displacement", 1.627e-6 / (2.0 * np.pi), 5e-3)):
+        value, low, high = found.values[key]
+        assert value == pytest.approx(true, rel=worst), key
+        assert low < true < high, key
+        assert key in found.told
+    assert found.rms < 0.15e-3
+    assert sum(shares) == pytest.approx(1.0), "progress ends where it should"
+
+
+def test_draws_come_with_their_opposites(run):
+    """So that what no run tells stays where it was described."""
+    model = fitting._Model(RIG, "axis", [run], free("oil.free_air", GIVE))
+    draws = list(fitting._draws(model))
+    assert len(draws) == fitting.DRAWS
+    np.testing.assert_array_equal(np.sum(draws, axis=0), 0.0)
+    assert np.std(draws) == pytest.approx(1.0, abs=0.05)
+    silent = MeasuredRun("short", run.log.isel(time=slice(0, 20)), run.measured.isel(time=slice(0, 20)))
+    found = fitting.fit_track(RIG, "axis", [silent], free("parts.valve.switching_time"))
+    value, low, high = found.values["parts.valve.switching_time"]
+    assert value == pytest.approx(0.06, rel=0.05)
+    assert low < 0.02
+    assert high > 0.2
+    assert not found.told

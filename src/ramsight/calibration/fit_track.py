@@ -7,11 +7,18 @@ what was known before as a prior,
     min sum ((x(q) - x_m) / s_x)^2 + sum rho((p(q) - p_m) / s_p)^2 + sum (q / s_q)^2,
 
 the pressures where they were measured. Errors of a track last for a while, so samples count by how far apart they are.
+
+Valves and friction that open, close and hold make the sum rough: many minima explain the runs alike, and differ on runs
+that are not among them. So it is not one of them that is taken. Residuals and prior are drawn anew, each draw is fitted
+(randomized maximum likelihood), and what is found is the mean over draws and their opposites; its spread is in the
+intervals.
+
+Source: Kitanidis (1995), Quasi-linear geostatistical theory for inversing, Water Resources Research 31(10), 2411-2419.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -34,14 +41,19 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-EVALUATIONS = 60
-"""Evaluations of the model and its derivatives that a fit takes at most, both rounds together."""
+DRAWS = 6
+"""Fits whose mean is taken: draws and their opposites."""
+EVALUATIONS = 25
+"""Evaluations of the model, each with its derivatives, that a round of a fit takes at most."""
 _POSITION, _POSITION_LASTS = 0.3e-3, 1.0  # m and s: what errors of a good track are, and how long they last
 _PRESSURE, _PRESSURE_LASTS = 4e5, 0.8  # Pa and s: the same of a pressure, with its sensor's noise and lag
 _FAR = 3.0  # standard deviations; a pressure that is farther away is of something that the model does not have
 _EVERY = 5  # samples between two that count; the others say the same
 _STEP = 0.05  # of a logarithm, to see which parameters of the equations follow a value
-_DIFFERENCE = 1e-3  # of a logarithm; active sets make the track rough below
+# Of a logarithm, each way, in the rounds of a fit: active sets make the track rough below the smaller one, and the
+# larger one looks over the roughness from farther away.
+_DIFFERENCES = (0.02, 0.006)
+_SETTLED = 1e-4  # change of the sum of squares, relative, at which a round ends
 _HALVINGS = 20  # to find how far a value may go
 _GAIN, _BEND = 0.3, 0.03  # standard deviations: logarithm of a torque's gain, share that saturation takes at the most
 
@@ -127,27 +139,64 @@ def fit_track(
     Raises:
         IdentifyError: there is no run, or one whose position was not measured.
     """
-    from scipy.optimize import least_squares
-
     if not runs:
         raise IdentifyError("there is no run")
     for run in runs:
         if not np.isfinite(run.measured["position"].values).any():
             raise IdentifyError(f"{run.name}: no position was measured")
-    change, evaluations = np.zeros(len(free) + 2), 0
     model = _Model(machine, unit, runs, free)
-    for share in (2, 1):  # the second time around what the first has found
-        found = least_squares(
-            model.counted(advance),
-            change,
-            x_scale=model.prior,
-            diff_step=_DIFFERENCE,
-            max_nfev=EVALUATIONS // 3 * share,
-        )
-        change, evaluations = model.possible(found.x), evaluations + int(found.nfev)
-        if share == 2:
-            model = _Model(machine, unit, runs, free, around=change)
-    return _fitted(model, change, found.jac, evaluations)
+    found = [_fit(model, noise, advance) for noise in _draws(model)]
+    changes = np.array([change for change, _ in found])
+    # Values that may be have a mean that may be, but for what ties them together.
+    mean = model.possible(changes.mean(axis=0))
+    return _fitted(model.around(mean), mean, changes.std(axis=0, ddof=1), sum(number for _, number in found))
+
+
+def _draws(model: _Model) -> Iterator[Array]:
+    """Of all residuals, the prior's first: standard deviation 1, one after the other with its opposite."""
+    random = np.random.default_rng(0)
+    number = len(model.residuals(np.zeros(len(model.prior))))
+    for _ in range(DRAWS // 2):
+        noise = random.standard_normal(number)
+        yield noise
+        yield -noise
+
+
+def _fit(model: _Model, noise: Array, advance: Callable[[float], object] | None) -> tuple[Array, int]:
+    """The change that fits a draw, and the evaluations that it took."""
+    change, evaluations = np.zeros(len(model.prior)), 0
+    for difference in _DIFFERENCES:
+        change, more = _round(model.around(change), change, noise, difference, advance)
+        evaluations += more
+    return change, evaluations
+
+
+def _round(
+    model: _Model, change: Array, noise: Array, difference: float, advance: Callable[[float], object] | None
+) -> tuple[Array, int]:
+    """The same around a change that is nearly it."""
+    from scipy.optimize import least_squares
+
+    share, seen = 1.0 / (DRAWS * len(_DIFFERENCES) * EVALUATIONS), 0
+
+    def slopes(change: Array) -> Array:
+        nonlocal seen
+        if advance is not None:
+            advance(share)
+        seen += 1
+        return model.slopes(change, difference)
+
+    found = least_squares(
+        lambda change: model.residuals(change) - noise,
+        change,
+        jac=slopes,
+        x_scale=model.prior,
+        max_nfev=EVALUATIONS,
+        ftol=_SETTLED,
+    )
+    if advance is not None:
+        advance(share * (EVALUATIONS - seen))
+    return model.possible(found.x), int(found.nfev)
 
 
 class _Model:
@@ -168,6 +217,10 @@ class _Model:
         self._inputs = [log_inputs(self._sensor, run.log) for run in runs]
         self._largest = max(float(np.nanmax(np.abs(inputs[:, 2]))) for inputs in self._inputs)
         self.prior = np.array([*(one.std for one in free), _GAIN, _BEND])
+
+    def around(self, change: Array) -> _Model:
+        """The same with the equations' parameters followed from a change on."""
+        return _Model(self.machine, self.unit, self.runs, self.free, around=change)
 
     def described(self, change: Array) -> Machine:
         """The description after a change."""
@@ -243,26 +296,30 @@ class _Model:
                     parts.append(_FAR * np.tanh(np.nan_to_num(off) / _FAR) * np.sqrt(period / _PRESSURE_LASTS))
         return np.concatenate(parts)
 
-    def counted(self, advance: Callable[[float], object] | None) -> Callable[[Array], Array]:
-        """The residuals, with progress: an evaluation takes as many runs as there are values."""
-        share = 1.0 / (EVALUATIONS * (len(self.prior) + 1))
-
-        def call(change: Array) -> Array:
-            if advance is not None:
-                advance(share)
-            return self.residuals(change)
-
-        return call
+    def slopes(self, change: Array, difference: float = _DIFFERENCES[-1]) -> Array:
+        """Derivatives of the residuals by central differences, shape (residuals, changes)."""
+        columns = []
+        for k in range(len(change)):
+            step = np.zeros(len(change))
+            step[k] = difference
+            columns.append((self.residuals(change + step) - self.residuals(change - step)) / (2.0 * difference))
+        return np.column_stack(columns)
 
 
-def _fitted(model: _Model, change: Array, jacobian: Array, evaluations: int) -> FittedValues:
-    """What a fit has found, with intervals from its curvature, widened where the residuals are larger than assumed."""
+def _fitted(model: _Model, change: Array, spread: Array, evaluations: int) -> FittedValues:
+    """What was found, with intervals from its curvature, widened where the residuals are larger than assumed.
+
+    Args:
+        model: around the change.
+        change: what was found.
+        spread: standard deviation of the draws' changes, where that is larger.
+        evaluations: that it took.
+    """
     count = len(model.prior)
-    data = model.residuals(change)[count:]
-
+    data, jacobian = model.residuals(change)[count:], model.slopes(change)
     worse = max(float(np.sum(data**2)) / max(_independent(model) - count, 1.0), 1.0)
     information = jacobian[count:].T @ jacobian[count:] / max(worse, 1.0) + np.diag(model.prior**-2.0)
-    std = np.sqrt(np.diag(np.linalg.inv(information)))
+    std = np.maximum(np.sqrt(np.diag(np.linalg.inv(information))), spread)
     values = {}
     for one, c, s in zip(model.free, change, std, strict=False):
         low, high = sorted((one.at(float(c - TWO_SIDED_95 * s)), one.at(float(c + TWO_SIDED_95 * s))))

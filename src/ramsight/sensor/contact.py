@@ -85,10 +85,11 @@ class ContactWatch:
         graph: gains states.
         lift_sign: +1 if extension lifts the load, -1 if retraction does.
         stops: where the machine's stops are.
+        resists: whether the load only resists, so that a piston may stand anywhere until the oil overcomes it.
     """
 
-    def __init__(self, graph: SensorGraph, lift_sign: float, stops: AssumedStops) -> None:
-        self._graph, self._lift, self._stops = graph, lift_sign, stops
+    def __init__(self, graph: SensorGraph, lift_sign: float, stops: AssumedStops, *, resists: bool = False) -> None:
+        self._graph, self._lift, self._stops, self._resists = graph, lift_sign, stops, resists
         self._stood = graph.state("stands_for")
         self._sank = graph.state("sank")
         self._mode = graph.state("mode")
@@ -142,6 +143,7 @@ class ContactWatch:
         stood = self._stood + graph.elapsed
         graph.becomes("stands_for", ca.if_else(stands, stood, 0.0))
         in_vain = ca.logic_and(ca.logic_and(stands, stood > step.bounce), ca.fabs(delivered) > _SURE * sigma)
+        in_vain = 0.0 if self._resists else in_vain  # then only the relief valve's pressure tells an end from the load
         # Oil that is drawn from the tank moves nothing: the load has come to stand on something else.
         lowers = ca.logic_and(turns, way == -self._lift)
         sinks = ca.logic_and(step.empty, ca.logic_and(free, lowers))

@@ -94,7 +94,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     checks = check_drive(graph, assumed, limits, thinner)
     checks = check_inertia(graph, checks, assumed, limits, float(unit.drive.inertia))
     leaking = Leaking(graph, viscosity, first, observer.expected / symbol("relief_torque"))
-    watch = ContactWatch(graph, float(unit.lift_sign), assumed.stops)
+    watch = ContactWatch(graph, float(unit.lift_sign), assumed.stops, resists=unit.cylinder.passive)
     link = None if lever is None else LinkAngle(graph, lever, assumed)
     bank = Hypotheses(
         graph, stroke, assumed, known=referenced, first=first, start_variance=variance, with_link=link is not None
