@@ -12,6 +12,7 @@ from typing import Any
 import bounds
 import drive_control
 import effects
+import loader_control
 import loop_response
 import real_machine
 import redundancy
@@ -24,8 +25,9 @@ from ramsight.sensor.detectors import detector_table
 from ramsight.sensor.sharing import shared_table
 
 ROOT = Path(__file__).parents[1]
-PAGE, CONTROL_PAGE, PLANT_PAGE, VALIDATION_PAGE, INTEGRITY_PAGE, SAFETY_PAGE = (
-    ROOT / "docs" / f"{name}.md" for name in ("kalman", "control", "plant", "validation", "integrity", "safety")
+PAGE, CONTROL_PAGE, PLANT_PAGE, VALIDATION_PAGE, INTEGRITY_PAGE, SAFETY_PAGE, LOADER_PAGE = (
+    ROOT / "docs" / f"{name}.md"
+    for name in ("kalman", "control", "plant", "validation", "integrity", "safety", "loader")
 )
 INPUTS = {
     "motor_speed": "motor speed", "motor_torque": "motor torque", "oil_temperature": "oil temperature",
@@ -163,6 +165,8 @@ def main() -> None:
     fixed |= {"shared": shared_table().splitlines()}
     put(INTEGRITY_PAGE, integrity | fixed)
     put(SAFETY_PAGE, {"second_channel": second_channel.table(found["second_channel"])})
+    loader = {"loader": loader_control.table, "loader_faults": loader_control.fault_table}
+    put(LOADER_PAGE, {name: table(found["loader_control"]) for name, table in loader.items()})
     put(CONTROL_PAGE, {name: table(found[study]) for name, (study, table) in CONTROL_TABLES.items()})
 
 

@@ -110,7 +110,7 @@ def test_the_sensor_follows_by_angle_torque_and_command(run, log, sensor):
 
 @pytest.mark.parametrize("load", [7e3, 9e3])
 def test_a_load_that_has_yet_to_be_overcome_is_no_contact(sensor, load):
-    """Until the oil presses harder than it resists the piston stands and the pump delivers in vain, wherever that is."""
+    """Until the oil presses harder than it resists the piston stands and the pump delivers in vain, anywhere."""
     speed = Profile([0, 1, 1.8, 2.6, 3.4, 5, 5.8, 6.6, 7.4, 9], [0, 0, 157, 157, 0, 0, -157, -157, 0, 0])
     run = simulate(UNIT, one_way(Duty(speed, constant(load), constant(308.15), 0.015), "valve"))
     sensor.start(0.015, 1e-4)
@@ -119,6 +119,28 @@ def test_a_load_that_has_yet_to_be_overcome_is_no_contact(sensor, load):
     assert not set(track["mode"].values.astype(int).tolist()) & {int(mode) for mode in HELD}
     assert np.sqrt(np.mean(error**2)) < 0.4e-3
     assert track["compliance_factor"].values == pytest.approx(1.0), "nothing was held that could tell it"
+
+
+def moved_by(run, std, offset, lag=0.0):
+    """By how much an error of both pressures [Pa] moves the position in the end [m], by how well they are known [Pa]."""
+    known = {"pressure.std": std, "pressure.lag": lag}
+    sensor = kalman(UNIT, UNIT.assumptions.replace(known))
+    ends = []
+    for off in (0.0, offset):
+        how = DriveReport(torque_noise=0.02, torque_step=0.005, speed_step=0.01, pressure_noise=0.0)
+        log = report(run, how)
+        sensor.start(0.005, 1e-4)
+        track = sensor.track(log.assign({name: log[name] + off for name in ("pressure_a", "pressure_b")}))
+        ends.append(float(track["position"][-1]))
+    return abs(ends[1] - ends[0])
+
+
+def test_pressures_of_a_piston_that_stands_count_as_far_as_they_are_known_better_than_what_leaks(run):
+    """Each bar is 0.2 mm of hoses: a sensor that may be off by ten bar says nothing of what leaked, a fine one does."""
+    coarse, fine = moved_by(run, 10e5, 3e5), moved_by(run, 0.2e5, 3e5)
+    assert coarse < 0.05e-3
+    assert fine > 4.0 * coarse
+    assert fine > 0.1e-3
 
 
 def test_a_command_that_is_lost_is_as_before(log, sensor):

@@ -41,20 +41,31 @@ class MeasuredPressures:
         self._place = [balance.states.index(f"pressure_{node}") for node in (cylinder.node_a, cylinder.node_b)]
         self._shown = [graph.state(f"shown_{name}") for name in PRESSURES]
         self._begun, self._stood = graph.state("pressures_begun"), graph.state("stood")
+        self._leaked = [graph.state(f"leaked_{name}") for name in PRESSURES]
+        self._taken = [graph.state(f"taken_{name}") for name in PRESSURES]
+        known, otherwise = assumptions.machine, assumptions.machine.leaks_otherwise
+        self._leak_std = math.sqrt((1.0 - otherwise) * known.leak**2 + otherwise * known.other_leak**2)
         self._measured = [graph.measured[name] for name in PRESSURES]
         self._force_std = math.hypot(cylinder.area_a, cylinder.area_b) * self._assumed.std
         self._known = [ca.fabs(value) < _LARGEST for value in self._measured]
 
     def settled(self, before: Any, h: Any) -> Any:
-        """The states before a sample, with the pressures of a piston that stands nearer to what is shown."""
+        """The states before a sample, with the pressures of a piston that stands nearer to what is shown.
+
+        What leaked since it stands is known as well as the leakage, what is shown as well as its sensor, whose error
+        stays: of the difference the pressure takes the share of the first one's variance in both.
+        """
         values = ca.vertsplit(before)
         share = h / (_SETTLES + h)
         for k, place in enumerate(self._place):
-            missed = self._measured[k] - self._shown[k]
+            variance = (self._leak_std * self._leaked[k]) ** 2
+            due = variance / (variance + self._assumed.std**2) * (self._measured[k] - self._shown[k] + self._taken[k])
             counts = ca.logic_and(ca.logic_and(self._known[k], self._stood), self._begun)
-            moved = ca.if_else(counts, share * missed, 0.0)
+            moved = ca.if_else(counts, share * (due - self._taken[k]), 0.0)
             values[place] = values[place] + moved
             self._shown[k] = self._shown[k] + moved
+            self._taken[k] = self._taken[k] + moved
+        self._settled = [values[place] for place in self._place]
         return ca.vertcat(*values)
 
     def correction(self, solution: Solution, by_load: Any, variance: Any, h: Any) -> tuple[Any, Any]:
@@ -114,5 +125,8 @@ class MeasuredPressures:
             first = ca.if_else(self._known[k], self._measured[k], z[place])
             later = self._shown[k] + lag * (z[place] - self._shown[k])
             self._graph.becomes(f"shown_{name}", ca.if_else(self._begun, later, first))
+            since = self._leaked[k] + z[place] - self._settled[k]
+            self._graph.becomes(f"leaked_{name}", ca.if_else(stands, since, 0.0))
+            self._graph.becomes(f"taken_{name}", ca.if_else(stands, self._taken[k], 0.0))
         self._graph.becomes("pressures_begun", 1.0)
         self._graph.becomes("stood", stands)
