@@ -1,6 +1,7 @@
 """What a description declares of drive, machine, thermometer and stops reaches every sensor that is made of it."""
 
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -23,6 +24,7 @@ from ramsight.machine import Assumptions, catalogue
 from ramsight.plant import linked
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build
+from ramsight.plant.pump import Pump
 from ramsight.plant.summary import machine_summary
 from ramsight.sensor.balance import balance
 from ramsight.sensor.kalman import kalman
@@ -112,7 +114,10 @@ def test_a_declared_value_changes_the_sensor(path):
         if path.startswith(f"{sensor}.") and path != f"{sensor}.std":
             beside = {f"{sensor}.std": f'"{std}"'}
     changed = {**beside, path: written(path, 0.4)[0]}
-    assert not same_graph(kalman(built("boom", changed)), kalman(built("boom", beside)))
+    units = [built("boom", declared) for declared in (changed, beside)]
+    if path == "machine.filling":  # of pumps that may starve
+        units = [unit.mapped(lambda p: replace(p, filling=1e-6) if isinstance(p, Pump) else p) for unit in units]
+    assert not same_graph(*map(kalman, units))
 
 
 @pytest.mark.parametrize("make", [kalman, balance])

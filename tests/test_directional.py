@@ -122,7 +122,7 @@ def test_a_load_that_has_yet_to_be_overcome_is_no_contact(sensor, load):
 
 
 def moved_by(run, std, offset, lag=0.0):
-    """By how much an error of both pressures [Pa] moves the position in the end [m], by how well they are known [Pa]."""
+    """By how much an error of both pressures [Pa] moves the last position [m], by how well they are known [Pa]."""
     known = {"pressure.std": std, "pressure.lag": lag}
     sensor = kalman(UNIT, UNIT.assumptions.replace(known))
     ends = []
