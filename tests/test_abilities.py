@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import xarray
 
 import ramsight
 from ramsight.api import abilities as module
 from ramsight.api.abilities import abilities
+from ramsight.duty.recorded import Recorded, Signal
 from ramsight.duty.summary import run_cautions
 from ramsight.plant.holding import held_by_valve
 
@@ -47,8 +47,8 @@ def test_what_is_not_installed_is_named(monkeypatch):
 
 
 def run_of(torque, load):
-    data = {"motor_torque": ("time", torque), "load": ("time", load)}
-    return xarray.Dataset(data, coords={"time": 0.02 * np.arange(len(torque))})
+    data = {"time": 0.02 * np.arange(len(torque)), "motor_torque": torque, "load": load}
+    return Recorded({name: Signal(values, "", "") for name, values in data.items()}, {})
 
 
 def test_torque_and_load_beyond_their_limits_are_said_with_how_long():

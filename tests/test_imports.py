@@ -160,7 +160,8 @@ from ramsight.cli import main
 try:
     main()
 finally:
-    print("loaded:", *(name for name in ("dask", "pint", "scipy.optimize") if sys.modules.get(name)))
+    heavy = ("dask", "pint", "scipy.optimize", "xarray", "pandas")
+    print("loaded:", *(name for name in heavy if sys.modules.get(name)))
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

@@ -10,6 +10,7 @@ from ramsight.duty import DriveReport, lift_lower, report, simulate
 from ramsight.duty.commissioning import commissioning, leak_test_duty, usual_loads, usual_speed
 from ramsight.duty.plan import Plan
 from ramsight.duty.profile import trapezoid_moves
+from ramsight.output import write_dataset
 from ramsight.plant.limits import limits_of
 
 from .command import at_once
@@ -191,3 +192,11 @@ def test_what_is_rehearsed_passes_through_the_other_verbs(name, tmp_path):
     tracked = run("track", *of, "--truth", "truth.csv.gz", cwd=tmp_path)
     final = float(re.search(r"final (\S+) mm", tracked)[1])
     assert final < 5.0
+
+
+def test_the_table_of_a_run_is_that_of_its_dataset(tmp_path):
+    """The command line writes it without one, for xarray takes a third of a second to be imported."""
+    out, whole = tmp_path / "run.csv", tmp_path / "whole.csv"
+    at_once("simulate", "mining-loader", "--unit", "boom", "--load", "200 kN", "--out", out)
+    write_dataset(ramsight.simulate("mining-loader", unit="boom", load="200 kN"), whole)
+    assert out.read_text() == whole.read_text()

@@ -11,12 +11,13 @@ from ramsight.api.given import checked
 from ramsight.api.machines import AnyUnit, build
 from ramsight.duty import DriveReport, Duty, Magnets
 from ramsight.duty import report as report_of
-from ramsight.duty import simulate as run_of
 from ramsight.duty.drive_report import declared_report
-from ramsight.duty.simulate import SAMPLE_PERIOD
+from ramsight.duty.recorded import Recorded
+from ramsight.duty.simulate import SAMPLE_PERIOD, labelled, ran
 from ramsight.engine.run import DEFAULT_RTOL
 from ramsight.errors import DescriptionError
 from ramsight.plant.as_built import AsBuilt
+from ramsight.plant.unit import HydraulicUnit
 from ramsight.progress import progress as progress_bar
 from ramsight.units import argument
 
@@ -100,10 +101,23 @@ def simulate(
     if not isinstance(duty, Duty):
         kind = "lift-lower" if duty is None else duty
         duty = duty_for(made, kind, oil_temperature=oil_temperature, named=named, **of_duty)  # type: ignore[arg-type]
+    return recorded(made, duty, sample_period=sample_period, rtol=rtol, progress=progress, named=named).dataset()
+
+
+def recorded(
+    unit: HydraulicUnit,
+    duty: Duty,
+    *,
+    sample_period: Quantity = SAMPLE_PERIOD,
+    rtol: float = DEFAULT_RTOL,
+    progress: bool = False,
+    named: Callable[[str], str] = str,
+) -> Recorded:
+    """The same run before it is a Dataset, for whoever needs no more than its numbers; arguments as `simulate`."""
     period = argument(sample_period, "s", named("sample_period"), least="0.1 ms", most="10 s")
     with progress_bar(duty.duration, "simulating") as bar:
         advance = bar.advance if progress else None
-        return run_of(made, duty, sample_period=period, rtol=rtol, advance=advance)
+        return labelled(unit, duty, ran(unit, duty, sample_period=period, rtol=rtol, advance=advance))
 
 
 def drive_report(
@@ -155,6 +169,39 @@ def drive_report(
         >>> sorted(ramsight.drive_report(run, torque_noise="1 N m"))
         ['motor_speed', 'motor_torque', 'oil_temperature']
     """
+    how = reported_how(
+        machine,
+        unit=unit,
+        seed=seed,
+        speed_step=speed_step,
+        torque_step=torque_step,
+        torque_noise=torque_noise,
+        temperature_step=temperature_step,
+        temperature_noise=temperature_noise,
+        torque_gain=torque_gain,
+        temperature_offset=temperature_offset,
+        magnets=magnets,
+        named=named,
+    )
+    return report_of(checked(run, "run"), how)
+
+
+def reported_how(
+    machine: AnyUnit | None = None,
+    *,
+    unit: str | None = None,
+    seed: int = 0,
+    speed_step: Quantity = "1 rpm",
+    torque_step: Quantity = "0.0625 N m",
+    torque_noise: Quantity = "0.5 N m",
+    temperature_step: Quantity = "0.1 K",
+    temperature_noise: Quantity = "0.2 K",
+    torque_gain: Quantity = 1.0,
+    temperature_offset: Quantity = "0 K",
+    magnets: Magnets | None = None,
+    named: Callable[[str], str] = str,
+) -> DriveReport:
+    """How a drive reports, by the arguments of `drive_report`; raises what it raises."""
 
     def read(value: Quantity, si: str, name: str, least: str, most: str) -> float:
         return argument(value, si, named(name), least=least, most=most)
@@ -170,6 +217,4 @@ def drive_report(
         magnets=magnets,
         seed=seed,
     )
-    if machine is not None:
-        how = declared_report(build(machine, unit), seed, how)
-    return report_of(checked(run, "run"), how)
+    return how if machine is None else declared_report(build(machine, unit), seed, how)

@@ -10,7 +10,8 @@ import typer
 from ramsight.cli.common import Machine, option, say_written
 
 if TYPE_CHECKING:
-    import xarray
+    from ramsight.duty import DriveReport
+    from ramsight.duty.recorded import Recorded
 
 _TABLES = (".csv", ".csv.gz")
 
@@ -75,9 +76,9 @@ def simulate(
     Example: ramsight simulate mining-loader --unit boom --load "441 kN" --oil-temperature "40 degC" --out boom.nc
     Example: ramsight simulate mining-loader --unit boom --duty commissioning --leak 1.2 --log log.csv --truth truth.csv
     """
+    from ramsight.api.duties import duty_for
     from ramsight.api.machines import build, load_machine
-    from ramsight.api.simulating import drive_report
-    from ramsight.api.simulating import simulate as run_unit
+    from ramsight.api.simulating import recorded, reported_how
     from ramsight.duty.summary import run_cautions, run_summary
     from ramsight.plant.as_built import AsBuilt
     from ramsight.plant.steady import derive
@@ -86,10 +87,10 @@ def simulate(
     _check_files({"the machine": machine, "--duty": table}, out, log, truth, figure)
     described = load_machine(machine)
     built = build(described, unit)
-    run = run_unit(
-        built,
+    made = AsBuilt(leak, displacement, stiffness, friction, relief).apply(built)
+    work = duty_for(
+        made,
         duty,
-        as_built=AsBuilt(leak, displacement, stiffness, friction, relief),
         load=load or None,
         oil_temperature=oil_temperature,
         speed=speed,
@@ -100,12 +101,9 @@ def simulate(
         visits=visits,
         duration=duration,
         seed=seed if duty == "work-day" else None,
-        sample_period=sample_period,
-        progress=True,
         named=option,
     )
-    report = drive_report(
-        run,
+    how = reported_how(
         built,
         seed=seed,
         speed_step=speed_step,
@@ -115,7 +113,8 @@ def simulate(
         temperature_offset=temperature_offset,
         named=option,
     )
-    _write(run, report, out, log, truth, figure)
+    run = recorded(made, work, sample_period=sample_period, progress=True, named=option)
+    _write(run, how, out, log, truth, figure)
     typer.echo(run_summary(run))
     for sentence in run_cautions(run, described.unit(unit).drive.max_torque, derive(built).load_at_relief):
         typer.echo(f"look twice: {sentence}")
@@ -136,24 +135,28 @@ def _check_files(
 
 
 def _write(
-    run: xarray.Dataset,
-    report: xarray.Dataset,
+    run: Recorded,
+    how: DriveReport,
     out: Path | None,
     log: Path | None,
     truth: Path | None,
     figure: Path | None,
 ) -> None:
     """Write what was asked for of a run and of its drive's report."""
-    from ramsight.logs import write_drive_log
-    from ramsight.output import write_dataset, write_table
+    from ramsight.output import column_name, write_dataset, write_table
 
-    if out is not None:
-        write_dataset(run, out)
+    if out is not None and str(out).endswith(_TABLES):
+        write_table({column_name(name, one.units): one.values for name, one in run.signals.items()}, out)
+    elif out is not None:
+        write_dataset(run.dataset(), out)
     if log is not None:
-        write_drive_log(report, log)
+        from ramsight.duty import report
+        from ramsight.logs import write_drive_log
+
+        write_drive_log(report(run.dataset(), how), log)
     if truth is not None:
         write_table({"time_s": run["time"].values, "position_m": run["position"].values}, truth)
     if figure is not None:
         from ramsight.api.plotting import plot
 
-        plot(run, figure)
+        plot(run.dataset(), figure)

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ramsight.duty.audit import audit
 from ramsight.duty.profile import Duty, Profile
+from ramsight.duty.recorded import Recorded, Signal
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import DEFAULT_MAX_STEPS, DEFAULT_RTOL, Segments, Trajectory, integrate, outputs
 from ramsight.errors import DescriptionError, SimulationError, UnknownNameError
@@ -88,7 +89,7 @@ def simulate(
         SimulationError: if the run does not reach its end; the text says where and what to do.
     """
     done = ran(unit, duty, sample_period=sample_period, rtol=rtol, max_steps=max_steps, advance=advance)
-    return labelled(unit, duty, done)
+    return labelled(unit, duty, done).dataset()
 
 
 @dataclass(frozen=True)
@@ -125,48 +126,37 @@ def ran(
     return Ran(model, segments, run)
 
 
-def labelled(unit: HydraulicUnit, duty: Duty, done: Ran) -> xarray.Dataset:
-    """A run as a Dataset, with its audit; as `simulate` returns it."""
-    import xarray
-
+def labelled(unit: HydraulicUnit, duty: Duty, done: Ran) -> Recorded:
+    """A run with its signals' names and units, and its audit."""
     model, segments, run = done.model, done.segments, done.trajectory
     ode, time = model.ode, run.time
     speed = duty.motor_speed(time)
     if any(state.name == "motor_speed" for state in ode.states):
         speed = run.state[:, ode.state_index("motor_speed")]  # a servo's own, the duty's is its reference
-    columns = {
-        "position": ("m", "piston position, 0 = retracted", run.state[:, ode.state_index("position")]),
-        "velocity": ("m/s", "piston velocity, positive extends", run.state[:, ode.state_index("velocity")]),
-        "motor_speed": ("rad/s", "motor speed, positive extends", speed),
-        "oil_temperature": ("K", "oil temperature", duty.oil_temperature(time)),
-        "load": ("N", "load force, positive against lifting", duty.load(time)),
+    signals = {
+        "time": Signal(time, "s", "time"),
+        "position": Signal(run.state[:, ode.state_index("position")], "m", "piston position, 0 = retracted"),
+        "velocity": Signal(run.state[:, ode.state_index("velocity")], "m/s", "piston velocity, positive extends"),
+        "motor_speed": Signal(speed, "rad/s", "motor speed, positive extends"),
+        "oil_temperature": Signal(duty.oil_temperature(time), "K", "oil temperature"),
+        "load": Signal(duty.load(time), "N", "load force, positive against lifting"),
     }
     for name in model.commands:
         known = duty.commanded(name, time) if name in duty.commands else np.full(len(time), COMMANDED)
-        columns[column_of(name)] = ("1", f"command to {name}", known)
+        signals[column_of(name)] = Signal(known, "1", f"command to {name}")
     for node in model.nodes:
         name = node.replace("chamber", "pressure") if node.startswith("chamber") else f"pressure_{node}"
-        columns[name] = (
-            "Pa",
-            f"absolute pressure of {node}",
-            run.state[:, ode.state_index(f"pressure_{node}")],
-        )
+        values = run.state[:, ode.state_index(f"pressure_{node}")]
+        signals[name] = Signal(values, "Pa", f"absolute pressure of {node}")
     computed = outputs(ode, segments, time, run.state)
     for output in ode.outputs:
         if not output.name.startswith(("capacity_", "stored.")):
-            name = output.name.replace(".", "_")
-            columns[name] = (
-                output.unit,
-                output.name.replace("_", " ").replace(".", " "),
-                computed[output.name],
-            )
-    data = {name: ("time", values, {"units": u, "long_name": text}) for name, (u, text, values) in columns.items()}
-    result = xarray.Dataset(data, coords={"time": ("time", time, {"units": "s", "long_name": "time"})})
-    result.attrs = {"format": 1, "kind": "simulated run", "unit": ode.name}
-    result.attrs |= {"accepted_steps": run.accepted, "rejected_steps": run.rejected}
-    result.attrs.update(audit(model, segments, run))
+            text = output.name.replace("_", " ").replace(".", " ")
+            signals[output.name.replace(".", "_")] = Signal(computed[output.name], output.unit, text)
+    attrs: dict[str, Any] = {"format": 1, "kind": "simulated run", "unit": ode.name}
+    attrs |= {"accepted_steps": run.accepted, "rejected_steps": run.rejected}
+    attrs |= audit(model, segments, run)
     if unit.drive.supply is not None:
-        shaft = result.attrs["energy.shaft_given"], result.attrs["energy.shaft_taken"]
-        given, recovered = unit.drive.supply.electrical(*shaft)
-        result.attrs |= {"electrical_energy_given": given, "electrical_energy_recovered": recovered}
-    return result
+        given, recovered = unit.drive.supply.electrical(attrs["energy.shaft_given"], attrs["energy.shaft_taken"])
+        attrs |= {"electrical_energy_given": given, "electrical_energy_recovered": recovered}
+    return Recorded(signals, attrs)

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-if TYPE_CHECKING:
-    import xarray
+from ramsight.duty.recorded import Recorded
 
 _LONG = 0.1  # s beyond a limit that are worth a word
 _SHOWN = 1e-3  # share of the largest energy below which a line is left out
 
 
-def run_cautions(run: xarray.Dataset, max_torque: float, load_at_relief: float) -> tuple[str, ...]:
+def run_cautions(run: Recorded, max_torque: float, load_at_relief: float) -> tuple[str, ...]:
     """What an engineer would look at twice in a run: torque that the motor does not have, a load that nothing holds.
 
     Args:
-        run: a Dataset as `simulate` returns it.
+        run: a run.
         max_torque: that the motor has [N m]; an ideal drive gives whatever is asked for.
         load_at_relief: load that the relief valve carries [N].
 
@@ -40,7 +37,7 @@ def run_cautions(run: xarray.Dataset, max_torque: float, load_at_relief: float) 
     return tuple(found)
 
 
-def run_summary(run: xarray.Dataset) -> str:
+def run_summary(run: Recorded) -> str:
     """Travel, torque, where the energy went and how well the balances close, as lines of text."""
     position, torque = run["position"].values, run["motor_torque"].values
     energies = {name.removeprefix("energy."): value for name, value in run.attrs.items() if name.startswith("energy.")}

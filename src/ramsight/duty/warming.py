@@ -141,7 +141,7 @@ def warmed(
     else:
         check_temperature(unit, Profile(corners, found[:, 0]))
         raise SimulationError(f"{done.model.ode.name}: losses and temperatures are still {apart:.2g} K apart")
-    run = labelled(unit, replace(duty, oil_temperature=case), done)
+    run = labelled(unit, replace(duty, oil_temperature=case), done).dataset()
     run["pump_temperature"] = run["oil_temperature"].assign_attrs(long_name="temperature of the oil in the pumps")
     tank = np.interp(time, corners, found[:, 1])
     run["oil_temperature"] = ("time", tank, {"units": "K", "long_name": "temperature of the oil in the tank"})
