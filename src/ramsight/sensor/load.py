@@ -215,7 +215,7 @@ class LoadObserver:
         solved = balance.possible(balance.near(second.z, z0, mean, h))
         z = ca.if_else(moves, solved, before)
         if self._pressures is not None:
-            self._pressures.close(z, second.stands, h)
+            self._pressures.close(z, second.stands, h, after_torque)
         may_be_empty, empty = self._is_empty(z, corrected)
         goes = ca.logic_and(moves, ca.logic_not(empty))
         self._keep(z, ca.if_else(moves, corrected, load))

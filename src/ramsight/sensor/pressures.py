@@ -43,6 +43,7 @@ class MeasuredPressures:
         self._begun, self._stood = graph.state("pressures_begun"), graph.state("stood")
         self._leaked = [graph.state(f"leaked_{name}") for name in PRESSURES]
         self._taken = [graph.state(f"taken_{name}") for name in PRESSURES]
+        self._came = graph.state("load_variance_when_it_came_to_stand")
         known, otherwise = assumptions.machine, assumptions.machine.leaks_otherwise
         self._leak_std = math.sqrt((1.0 - otherwise) * known.leak**2 + otherwise * known.other_leak**2)
         self._measured = [graph.measured[name] for name in PRESSURES]
@@ -52,13 +53,14 @@ class MeasuredPressures:
     def settled(self, before: Any, h: Any) -> Any:
         """The states before a sample, with the pressures of a piston that stands nearer to what is shown.
 
-        What leaked since it stands is known as well as the leakage, what is shown as well as its sensor, whose error
-        stays: of the difference the pressure takes the share of the first one's variance in both.
+        The pressure is known as well as the load was when the piston came to stand, and as what leaked since, as well
+        as the leakage; what is shown as well as its sensor, whose error stays. Of the difference the pressure takes the
+        share of the first one's variance in both.
         """
-        values = ca.vertsplit(before)
+        values, c = ca.vertsplit(before), self._balance.unit.cylinder
         share = h / (_SETTLES + h)
-        for k, place in enumerate(self._place):
-            variance = (self._leak_std * self._leaked[k]) ** 2
+        for k, (place, area) in enumerate(zip(self._place, (c.area_a, c.area_b), strict=True)):
+            variance = self._came / area**2 + (self._leak_std * self._leaked[k]) ** 2
             due = variance / (variance + self._assumed.std**2) * (self._measured[k] - self._shown[k] + self._taken[k])
             counts = ca.logic_and(ca.logic_and(self._known[k], self._stood), self._begun)
             moved = ca.if_else(counts, share * (due - self._taken[k]), 0.0)
@@ -118,8 +120,8 @@ class MeasuredPressures:
         per_force = ca.if_else(shows, torque_by_load / slope, 0.0)
         return ca.if_else(shows, missed - per_force * force, 0.0), ca.fabs(per_force) * self._force_std
 
-    def close(self, z: Any, stands: Any, h: Any) -> None:
-        """What the sensors show after the sample, and whether the piston stood."""
+    def close(self, z: Any, stands: Any, h: Any, load_variance: Any) -> None:
+        """What the sensors show after the sample, whether the piston stood, and how well the load was known [N2]."""
         lag = h / (self._assumed.lag + h)
         for k, (name, place) in enumerate(zip(PRESSURES, self._place, strict=True)):
             first = ca.if_else(self._known[k], self._measured[k], z[place])
@@ -129,4 +131,5 @@ class MeasuredPressures:
             self._graph.becomes(f"leaked_{name}", ca.if_else(stands, since, 0.0))
             self._graph.becomes(f"taken_{name}", ca.if_else(stands, self._taken[k], 0.0))
         self._graph.becomes("pressures_begun", 1.0)
+        self._graph.becomes("load_variance_when_it_came_to_stand", ca.if_else(stands, self._came, load_variance))
         self._graph.becomes("stood", stands)
