@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from ramsight.calibration.free_values import FreeValue, with_values
 from ramsight.calibration.identify_record import IdentifyError
-from ramsight.engine.recursion import replay
+from ramsight.engine.recursion import Recursion, replay_many
 from ramsight.errors import DescriptionError
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.build import build
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-DRAWS = 6
+DRAWS = 12
 """Fits whose mean is taken: draws and their opposites."""
 EVALUATIONS = 25
 """Evaluations of the model, each with its derivatives, that a round of a fit takes at most."""
@@ -49,6 +49,7 @@ _POSITION, _POSITION_LASTS = 0.3e-3, 1.0  # m and s: what errors of a good track
 _PRESSURE, _PRESSURE_LASTS = 4e5, 0.8  # Pa and s: the same of a pressure, with its sensor's noise and lag
 _FAR = 3.0  # standard deviations; a pressure that is farther away is of something that the model does not have
 _EVERY = 5  # samples between two that count; the others say the same
+_ROWS = 2_000_000  # samples of all runs and changes that are followed at once; some hundred megabytes
 _STEP = 0.05  # of a logarithm, to see which parameters of the equations follow a value
 # Of a logarithm, each way, in the rounds of a fit: active sets make the track rough below the smaller one, and the
 # larger one looks over the roughness from farther away.
@@ -164,11 +165,10 @@ def _draws(model: _Model) -> Iterator[Array]:
 
 def _fit(model: _Model, noise: Array, advance: Callable[[float], object] | None) -> tuple[Array, int]:
     """The change that fits a draw, and the evaluations that it took."""
-    change, evaluations = np.zeros(len(model.prior)), 0
-    for difference in _DIFFERENCES:
-        change, more = _round(model.around(change), change, noise, difference, advance)
-        evaluations += more
-    return change, evaluations
+    wide, narrow = _DIFFERENCES
+    change, first = _round(model, np.zeros(len(model.prior)), noise, wide, advance)
+    change, second = _round(model.around(change), change, noise, narrow, advance)
+    return change, first + second
 
 
 def _round(
@@ -209,18 +209,26 @@ class _Model:
         runs: Sequence[MeasuredRun],
         free: Sequence[FreeValue],
         around: Array | None = None,
+        recursion: Recursion | None = None,
     ) -> None:
         self.machine, self.unit, self.runs, self.free = machine, unit, runs, free
         self._around = np.zeros(len(free) + 2) if around is None else around
         self._sensor = self.sensor(self._around)
+        # Values are parameters of the equations, which are those of the first description for all that come after it.
+        self._recursion = recursion or self._sensor.recursion
         self._follow = np.array([self._elasticity(k) for k in range(len(free))])
         self._inputs = [log_inputs(self._sensor, run.log) for run in runs]
+        self._starts = np.array([self._start(run) for run in runs])
         self._largest = max(float(np.nanmax(np.abs(inputs[:, 2]))) for inputs in self._inputs)
         self.prior = np.array([*(one.std for one in free), _GAIN, _BEND])
 
+    def _start(self, run: MeasuredRun) -> list[float]:
+        self._sensor.start(run.start)
+        return list(self._sensor.state.values())
+
     def around(self, change: Array) -> _Model:
         """The same with the equations' parameters followed from a change on."""
-        return _Model(self.machine, self.unit, self.runs, self.free, around=change)
+        return _Model(self.machine, self.unit, self.runs, self.free, change, self._recursion)
 
     def described(self, change: Array) -> Machine:
         """The description after a change."""
@@ -268,41 +276,59 @@ class _Model:
         ratio = np.divide(after, before, out=np.ones_like(before), where=before != 0.0)
         return np.asarray(np.log(np.where(ratio > 0.0, ratio, 1.0)) / (more[k] - self._around[k]))
 
-    def track(self, change: Array, k: int) -> Array:
-        """Outputs of the sensor along a run, shape (samples, outputs)."""
-        sensor, run = self._sensor, self.runs[k]
-        parameters = sensor.parameters * np.exp((change - self._around)[: len(self.free)] @ self._follow)
-        inputs = self._inputs[k].copy()
-        inputs[:, 2] = self.torque(change).of(inputs[:, 2])
-        sensor.start(run.start)
-        return replay(sensor.recursion, inputs, parameters, np.array(list(sensor.state.values())))
+    def tracks(self, changes: Array) -> list[tuple[Array, ...]]:
+        """What the sensor says along every run after each of some changes, the runs side by side.
 
-    def errors(self, change: Array, k: int) -> Array:
-        """Of the position along a run [m]."""
-        return np.asarray(self.track(change, k)[:, 0] - self.runs[k].measured["position"].values)
+        Returns:
+            For each change the position [m] and both pressures [Pa] along each run, shape (samples, 3).
+        """
+        parameters, inputs = [], []
+        for change in changes:
+            of_it = self._sensor.parameters * np.exp((change - self._around)[: len(self.free)] @ self._follow)
+            parameters += [of_it] * len(self.runs)
+            torque = self.torque(change)
+            inputs += [np.column_stack([i[:, :2], torque.of(i[:, 2]), i[:, 3:]]) for i in self._inputs]
+        states = np.tile(self._starts, (len(changes), 1))
+        said = replay_many(self._recursion, inputs, np.array(parameters), states, ("position", *PRESSURES))
+        count = len(self.runs)
+        return [said[k : k + count] for k in range(0, len(said), count)]
+
+    def errors(self, change: Array) -> list[Array]:
+        """Of the position along each run [m]."""
+        (said,) = self.tracks(change[None, :])
+        return [one[:, 0] - run.measured["position"].values for one, run in zip(said, self.runs, strict=True)]
 
     def residuals(self, change: Array) -> Array:
         """Everything that is to be small, over its standard deviation."""
-        parts = [change / self.prior]
-        names = self._sensor.recursion.outputs
-        for k, run in enumerate(self.runs):
-            said = self.track(change, k)
-            period = float(np.median(np.diff(run.log["time"].values))) * _EVERY
-            error = (said[:, 0] - run.measured["position"].values)[::_EVERY] / _POSITION
-            parts.append(np.nan_to_num(error) * np.sqrt(period / _POSITION_LASTS))
-            for name in PRESSURES:
-                if name in run.measured:
-                    off = (said[:, names.index(name)] - run.measured[name].values)[::_EVERY] / _PRESSURE
-                    parts.append(_FAR * np.tanh(np.nan_to_num(off) / _FAR) * np.sqrt(period / _PRESSURE_LASTS))
+        return self._residuals(change[None, :])[0]
+
+    def _residuals(self, changes: Array) -> list[Array]:
+        """The same after each of some changes."""
+        return [
+            np.concatenate([change / self.prior, *map(self._missed, self.runs, said)])
+            for change, said in zip(changes, self.tracks(changes), strict=True)
+        ]
+
+    def _missed(self, run: MeasuredRun, said: Array) -> Array:
+        """What is measured of a run and not said, over its standard deviation."""
+        period = float(np.median(np.diff(run.log["time"].values))) * _EVERY
+        error = (said[:, 0] - run.measured["position"].values)[::_EVERY] / _POSITION
+        parts = [np.nan_to_num(error) * np.sqrt(period / _POSITION_LASTS)]
+        for k, name in enumerate(PRESSURES, 1):
+            if name in run.measured:
+                off = (said[:, k] - run.measured[name].values)[::_EVERY] / _PRESSURE
+                parts.append(_FAR * np.tanh(np.nan_to_num(off) / _FAR) * np.sqrt(period / _PRESSURE_LASTS))
         return np.concatenate(parts)
 
     def slopes(self, change: Array, difference: float = _DIFFERENCES[-1]) -> Array:
         """Derivatives of the residuals by central differences, shape (residuals, changes)."""
-        columns = []
-        for k in range(len(change)):
-            step = np.zeros(len(change))
-            step[k] = difference
-            columns.append((self.residuals(change + step) - self.residuals(change - step)) / (2.0 * difference))
+        steps = difference * np.eye(len(change))
+        at_once = max(_ROWS // (2 * sum(map(len, self._inputs))), 1)
+        columns: list[Array] = []
+        for first in range(0, len(steps), at_once):
+            some = steps[first : first + at_once]
+            found = self._residuals(np.concatenate([change + some, change - some]))
+            columns += [(a - b) / (2.0 * difference) for a, b in zip(found, found[len(some) :], strict=False)]
         return np.column_stack(columns)
 
 
@@ -325,7 +351,8 @@ def _fitted(model: _Model, change: Array, spread: Array, evaluations: int) -> Fi
         low, high = sorted((one.at(float(c - TWO_SIDED_95 * s)), one.at(float(c + TWO_SIDED_95 * s))))
         values[one.key] = (one.at(float(c)), low, high)
     told = frozenset(one.key for one, s in zip(model.free, std, strict=False) if s < 0.5 * one.std)
-    squares = {run.name: np.nanmean(model.errors(change, k) ** 2) for k, run in enumerate(model.runs)}
+    errors = zip(model.runs, model.errors(change), strict=True)
+    squares = {run.name: np.nanmean(error**2) for run, error in errors}
     return FittedValues(
         machine=model.described(change),
         values=values,
