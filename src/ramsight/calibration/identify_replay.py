@@ -24,7 +24,6 @@ from ramsight.calibration.identify_record import IdentifyError, Record
 from ramsight.calibration.uncertainty import rougher, with_friction_factor
 from ramsight.engine.recursion import replay
 from ramsight.plant.balance import FACTORS, balance, without_friction
-from ramsight.plant.circuit import TANK
 from ramsight.plant.limits import limits_of
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit, side_nodes
@@ -188,7 +187,7 @@ def _written(unit: HydraulicUnit) -> tuple[Any, Array, Array]:
     tank = graph.parameters.symbol("circuit.tank.pressure")
 
     def pressure(node: str) -> Any:
-        return tank if node == TANK else step.z[circuit.states.index(f"pressure_{node}")]
+        return circuit.pressure(step.z, node, tank)
 
     near: Any = 0.0
     suction: Any = limits.pressure

@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.elimination import eliminate
-from ramsight.plant.circuit import WARMING, Circuit, command_of
+from ramsight.plant.circuit import TANK, WARMING, Circuit, command_of
 from ramsight.plant.drive import IdealDrive
 from ramsight.plant.oil import ATMOSPHERE, Oil
 from ramsight.plant.unit import HydraulicUnit, initial_state
@@ -307,6 +307,10 @@ class Balance:
         if c.cushion_conductance is not None:
             pressed = pressed + c.cushion(z[0], z[self.states.index("velocity")])
         return self.unit.lift_sign * pressed
+
+    def pressure(self, z: Any, node: str, tank: Any) -> Any:
+        """Absolute pressure of a node, of which the tank's is given [Pa]."""
+        return tank if node == TANK else z[self.states.index(f"pressure_{node}")]
 
     def chambers(self, z: Any) -> dict[str, tuple[Any, str]]:
         """Pressures of both chambers, by what to call them, each with its unit."""

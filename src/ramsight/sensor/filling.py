@@ -9,7 +9,6 @@ from typing import Any
 import casadi as ca
 
 from ramsight.plant.balance import Balance
-from ramsight.plant.circuit import TANK
 from ramsight.plant.pump import Pump
 
 
@@ -27,19 +26,14 @@ def unfilled(balance: Balance, z: Any, parameters: Callable[[str], Any], speed: 
         std: standard deviation of the flow that the way in passes, over it [1].
     """
     tank = parameters("tank.pressure")
-
-    def pressure(node: str) -> Any:
-        return tank if node == TANK else z[balance.states.index(f"pressure_{node}")]
-
     largest: Any = 0.0
     for part in balance.unit.parts():
         if isinstance(part, Pump) and part.filling is not None:
             passes = parameters(f"{part.name}.filling")
             pump = replace(part, displacement=parameters(f"{part.name}.displacement"))
+            inlet, outlet = (balance.pressure(z, node, tank) for node in (part.inlet, part.outlet))
             more, less = (
-                replace(pump, filling=passes * (1.0 + way * std)).filled(
-                    part.belt * speed, pressure(part.inlet), pressure(part.outlet)
-                )
+                replace(pump, filling=passes * (1.0 + way * std)).filled(part.belt * speed, inlet, outlet)
                 for way in (1.0, -1.0)
             )
             largest = ca.fmax(largest, 0.5 * (more - less))

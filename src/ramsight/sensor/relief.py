@@ -7,7 +7,6 @@ from typing import Any
 import casadi as ca
 
 from ramsight.plant.balance import Balance
-from ramsight.plant.circuit import TANK
 from ramsight.plant.valve import ReliefValve
 from ramsight.sensor.pumping import delivers
 
@@ -46,14 +45,11 @@ def passing(balance: Balance, z: Any, parameters: Any, speed: Any, tolerance: fl
         tolerance: standard deviation of a setting over it [1].
     """
     tank = parameters("tank.pressure")
-
-    def pressure(node: str) -> Any:
-        return tank if node == TANK else z[balance.states.index(f"pressure_{node}")]
-
     share: Any = 0.0
     for part in balance.unit.parts():
         if isinstance(part, ReliefValve):
-            risen = (pressure(part.inlet) - pressure(part.outlet)) / parameters(f"{part.name}.setting")
+            inlet, outlet = (balance.pressure(z, node, tank) for node in (part.inlet, part.outlet))
+            risen = (inlet - outlet) / parameters(f"{part.name}.setting")
             near = 1.0 - (1.0 - risen) / (_RANGE * tolerance)
             for way in (1.0, -1.0):
                 if not delivers(balance, part.inlet, way):
