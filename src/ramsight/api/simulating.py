@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -169,52 +169,51 @@ def drive_report(
         >>> sorted(ramsight.drive_report(run, torque_noise="1 N m"))
         ['motor_speed', 'motor_torque', 'oil_temperature']
     """
-    how = reported_how(
-        machine,
-        unit=unit,
-        seed=seed,
-        speed_step=speed_step,
-        torque_step=torque_step,
-        torque_noise=torque_noise,
-        temperature_step=temperature_step,
-        temperature_noise=temperature_noise,
-        torque_gain=torque_gain,
-        temperature_offset=temperature_offset,
-        magnets=magnets,
-        named=named,
-    )
-    return report_of(checked(run, "run"), how)
+    given = {
+        "speed_step": speed_step,
+        "torque_step": torque_step,
+        "torque_noise": torque_noise,
+        "temperature_step": temperature_step,
+        "temperature_noise": temperature_noise,
+        "torque_gain": torque_gain,
+        "temperature_offset": temperature_offset,
+    }
+    unit_of = None if machine is None else build(machine, unit)
+    return report_of(checked(run, "run"), reported_how(given, unit_of, seed=seed, magnets=magnets, named=named))
+
+
+# Unit, least and most of what is given.
+_REPORTED = {
+    "speed_step": ("rad/s", "0 rpm", "1000 rpm"),
+    "torque_step": ("N m", "0 N m", "1e5 N m"),
+    "torque_noise": ("N m", "0 N m", "1e5 N m"),
+    "temperature_step": ("delta_K", "0 K", "100 K"),
+    "temperature_noise": ("delta_K", "0 K", "100 K"),
+    "torque_gain": ("1", "0.1", "10"),
+    "temperature_offset": ("delta_K", "-100 K", "100 K"),
+}
 
 
 def reported_how(
-    machine: AnyUnit | None = None,
+    given: Mapping[str, Quantity],
+    unit: HydraulicUnit | None = None,
     *,
-    unit: str | None = None,
     seed: int = 0,
-    speed_step: Quantity = "1 rpm",
-    torque_step: Quantity = "0.0625 N m",
-    torque_noise: Quantity = "0.5 N m",
-    temperature_step: Quantity = "0.1 K",
-    temperature_noise: Quantity = "0.2 K",
-    torque_gain: Quantity = 1.0,
-    temperature_offset: Quantity = "0 K",
     magnets: Magnets | None = None,
     named: Callable[[str], str] = str,
 ) -> DriveReport:
-    """How a drive reports, by the arguments of `drive_report`; raises what it raises."""
+    """How a drive reports; the other arguments are those of `drive_report`, and so are the errors.
 
-    def read(value: Quantity, si: str, name: str, least: str, most: str) -> float:
-        return argument(value, si, named(name), least=least, most=most)
-
-    how = DriveReport(
-        speed_step=read(speed_step, "rad/s", "speed_step", "0 rpm", "1000 rpm"),
-        torque_step=read(torque_step, "N m", "torque_step", "0 N m", "1e5 N m"),
-        torque_noise=read(torque_noise, "N m", "torque_noise", "0 N m", "1e5 N m"),
-        temperature_step=read(temperature_step, "delta_K", "temperature_step", "0 K", "100 K"),
-        temperature_noise=read(temperature_noise, "delta_K", "temperature_noise", "0 K", "100 K"),
-        torque_gain=read(torque_gain, "1", "torque_gain", "0.1", "10"),
-        temperature_offset=read(temperature_offset, "delta_K", "temperature_offset", "-100 K", "100 K"),
-        magnets=magnets,
-        seed=seed,
-    )
-    return how if machine is None else declared_report(build(machine, unit), seed, how)
+    Args:
+        given: quantities by the names that `drive_report` has for them; those that are not given are a usual drive's.
+        unit: that ran, built.
+        seed: of the noise.
+        magnets: of the motor.
+        named: what errors call an argument.
+    """
+    read: dict[str, float] = {}
+    for name, value in given.items():
+        si, least, most = _REPORTED[name]
+        read[name] = argument(value, si, named(name), least=least, most=most)
+    how = DriveReport(magnets=magnets, seed=seed, **read)  # type: ignore[arg-type]
+    return how if unit is None else declared_report(unit, seed, how)

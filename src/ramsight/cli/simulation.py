@@ -103,16 +103,14 @@ def simulate(
         seed=seed if duty == "work-day" else None,
         named=option,
     )
-    how = reported_how(
-        built,
-        seed=seed,
-        speed_step=speed_step,
-        torque_step=torque_step,
-        torque_noise=torque_noise,
-        torque_gain=torque_gain,
-        temperature_offset=temperature_offset,
-        named=option,
-    )
+    given: dict[str, float | str] = {
+        "speed_step": speed_step,
+        "torque_step": torque_step,
+        "torque_noise": torque_noise,
+        "torque_gain": torque_gain,
+        "temperature_offset": temperature_offset,
+    }
+    how = reported_how(given, built, seed=seed, named=option)
     run = recorded(made, work, sample_period=sample_period, progress=True, named=option)
     _write(run, how, out, log, truth, figure)
     typer.echo(run_summary(run))
