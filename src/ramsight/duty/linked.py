@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ramsight.duty.audit import audit_linked
+from ramsight.duty.labels import Owner, computed
 from ramsight.duty.profile import Array, Profile, all_corners, constant, held_corners, rates
+from ramsight.duty.recorded import Recorded, Signal
 from ramsight.duty.simulate import SAMPLE_PERIOD, check_temperature
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import DEFAULT_MAX_STEPS, DEFAULT_RTOL, Segments, integrate, outputs
@@ -21,8 +23,6 @@ from ramsight.plant.linked import LinkedMachine, LinkedModel, linked_model, star
 
 if TYPE_CHECKING:
     import xarray
-
-_HIDDEN = ("capacity_", "stored.")  # outputs that only the audit reads
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,64 +138,34 @@ def simulate_linked(
     run = integrate(ode, start, segments, time, rtol=rtol, max_steps=max_steps, record_steps=True, advance=advance)
     if run.outcome is not Outcome.DONE:
         raise SimulationError(f"{ode.name}: {run.message}")
-    columns = _columns(machine, duty, model, segments, time, run.state)
     attributes: dict[str, Any] = {"format": 1, "kind": "simulated run", "machine": machine.name}
     attributes |= {"units": " ".join(names), "accepted_steps": run.accepted, "rejected_steps": run.rejected}
     attributes |= audit_linked(model, segments, run)
     for unit in machine.units:
-        if unit.drive.supply is not None:
-            shaft = (attributes[f"{unit.name}.energy.shaft_{way}"] for way in ("given", "taken"))
-            given, recovered = unit.drive.supply.electrical(*shaft)
-            attributes |= {f"{unit.name}.electrical_energy_given": given}
-            attributes |= {f"{unit.name}.electrical_energy_recovered": recovered}
-    return _dataset(columns, time, attributes)
+        attributes |= Owner(unit.name).electrical(unit.drive.supply, attributes)
+    return Recorded(_signals(machine, duty, model, segments, time, run.state), attributes).dataset()
 
 
-def _columns(
+def _signals(
     machine: LinkedMachine, duty: LinkedDuty, model: LinkedModel, segments: Segments, time: Array, state: Array
-) -> dict[str, tuple[str, str, Array]]:
-    """Unit, long name and values of every variable, by name."""
+) -> dict[str, Signal]:
+    """Every signal of the mechanism and of its units."""
     mechanism, ode = machine.mechanism, model.ode
-    columns: dict[str, tuple[str, str, Array]] = {}
+    signals = {"time": Signal(time, "s", "time")}
     count = len(mechanism.joints)
     for k, known in enumerate(ode.states[: 2 * count]):
         what = "coordinate" if k < count else "rate"
-        columns[known.name] = (known.unit, f"{what} of the joint of {mechanism.joints[k % count]}", state[:, k])
+        signals[known.name] = Signal(state[:, k], known.unit, f"{what} of the joint of {mechanism.joints[k % count]}")
     for name, values in angles(mechanism, state[:, :count]).items():
-        columns[f"angle_{name}"] = ("rad", f"angle by which {name} is turned, up positive", values)
-    columns["payload"] = ("kg", "payload", duty.payload(time))
-    columns["tip_force_x"] = ("N", "force on the tip, forward", duty.tip_force_x(time))
-    columns["tip_force_z"] = ("N", "force on the tip, up", duty.tip_force_z(time))
+        signals[f"angle_{name}"] = Signal(values, "rad", f"angle by which {name} is turned, up positive")
+    signals["payload"] = Signal(duty.payload(time), "kg", "payload")
+    signals["tip_force_x"] = Signal(duty.tip_force_x(time), "N", "force on the tip, forward")
+    signals["tip_force_z"] = Signal(duty.tip_force_z(time), "N", "force on the tip, up")
     for unit in machine.units:
-        name = unit.name
-        servo = f"{name}.motor_speed"
-        own = any(known.name == servo for known in ode.states)  # a servo's own, the duty's is its reference
-        speed = state[:, ode.state_index(servo)] if own else duty.motor_speed[name](time)
-        columns[f"{name}_motor_speed"] = ("rad/s", f"{name}: motor speed, positive extends", speed)
-        kelvin = duty.oil_temperature[name](time)
-        columns[f"{name}_oil_temperature"] = ("K", f"{name}: oil temperature", kelvin)
-        for node in model.audit_terms[name].nodes:
-            short = node.replace("chamber", "pressure") if node.startswith("chamber") else f"pressure_{node}"
-            values = state[:, ode.state_index(f"{name}.pressure_{node}")]
-            columns[f"{name}_{short}"] = ("Pa", f"{name}: absolute pressure of {node}", values)
-    computed = outputs(ode, segments, time, state)
-    for output in ode.outputs:
-        owner, _, rest = output.name.rpartition(".") if "." not in output.name else output.name.partition(".")
-        if not rest.startswith(_HIDDEN):
-            text = rest.replace("_", " ").replace(".", " ")
-            text = f"{owner}: {text}" if owner else text
-            columns[output.name.replace(".", "_")] = (output.unit, text, computed[output.name])
-    return columns
-
-
-def _dataset(
-    columns: Mapping[str, tuple[str, str, Array]], time: Array, attributes: Mapping[str, object]
-) -> xarray.Dataset:
-    import xarray
-
-    data = {name: ("time", values, {"units": u, "long_name": text}) for name, (u, text, values) in columns.items()}
-    coordinates = {"time": ("time", time, {"units": "s", "long_name": "time"})}
-    return xarray.Dataset(data, coords=coordinates, attrs=dict(attributes))
+        name, owner = unit.name, Owner(unit.name)
+        signals |= owner.drive(ode, state, time, duty.motor_speed[name], duty.oil_temperature[name])
+        signals |= owner.pressures(ode, state, model.audit_terms[name].nodes)
+    return signals | computed(ode, outputs(ode, segments, time, state), mechanism.cylinders)
 
 
 def unit_run(run: xarray.Dataset, unit: str) -> xarray.Dataset:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ramsight.duty.audit import audit
+from ramsight.duty.labels import Owner, computed
 from ramsight.duty.profile import Duty, Profile
 from ramsight.duty.recorded import Recorded, Signal
 from ramsight.engine.outcome import Outcome
@@ -129,34 +130,20 @@ def ran(
 def labelled(unit: HydraulicUnit, duty: Duty, done: Ran) -> Recorded:
     """A run with its signals' names and units, and its audit."""
     model, segments, run = done.model, done.segments, done.trajectory
-    ode, time = model.ode, run.time
-    speed = duty.motor_speed(time)
-    if any(state.name == "motor_speed" for state in ode.states):
-        speed = run.state[:, ode.state_index("motor_speed")]  # a servo's own, the duty's is its reference
+    ode, time, own = model.ode, run.time, Owner()
     signals = {
         "time": Signal(time, "s", "time"),
         "position": Signal(run.state[:, ode.state_index("position")], "m", "piston position, 0 = retracted"),
         "velocity": Signal(run.state[:, ode.state_index("velocity")], "m/s", "piston velocity, positive extends"),
-        "motor_speed": Signal(speed, "rad/s", "motor speed, positive extends"),
-        "oil_temperature": Signal(duty.oil_temperature(time), "K", "oil temperature"),
+        **own.drive(ode, run.state, time, duty.motor_speed, duty.oil_temperature),
         "load": Signal(duty.load(time), "N", "load force, positive against lifting"),
     }
     for name in model.commands:
         known = duty.commanded(name, time) if name in duty.commands else np.full(len(time), COMMANDED)
         signals[column_of(name)] = Signal(known, "1", f"command to {name}")
-    for node in model.nodes:
-        name = node.replace("chamber", "pressure") if node.startswith("chamber") else f"pressure_{node}"
-        values = run.state[:, ode.state_index(f"pressure_{node}")]
-        signals[name] = Signal(values, "Pa", f"absolute pressure of {node}")
-    computed = outputs(ode, segments, time, run.state)
-    for output in ode.outputs:
-        if not output.name.startswith(("capacity_", "stored.")):
-            text = output.name.replace("_", " ").replace(".", " ")
-            signals[output.name.replace(".", "_")] = Signal(computed[output.name], output.unit, text)
+    signals |= own.pressures(ode, run.state, model.nodes)
+    signals |= computed(ode, outputs(ode, segments, time, run.state))
     attrs: dict[str, Any] = {"format": 1, "kind": "simulated run", "unit": ode.name}
     attrs |= {"accepted_steps": run.accepted, "rejected_steps": run.rejected}
     attrs |= audit(model, segments, run)
-    if unit.drive.supply is not None:
-        given, recovered = unit.drive.supply.electrical(attrs["energy.shaft_given"], attrs["energy.shaft_taken"])
-        attrs |= {"electrical_energy_given": given, "electrical_energy_recovered": recovered}
-    return Recorded(signals, attrs)
+    return Recorded(signals, attrs | own.electrical(unit.drive.supply, attrs))

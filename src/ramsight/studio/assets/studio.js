@@ -39,8 +39,7 @@ window.studio = (() => {
     ];
   }
 
-  function make(strip) {
-    const place = document.getElementById(strip.id);
+  function make(strip, place) {
     place.replaceChildren();
     watch(place);
     const axis = (more = {}) => ({ stroke: css("--ink"), grid: { stroke: css("--grid"), width: 1 }, ticks: { stroke: css("--grid"), width: 1 }, font: "12px sans-serif", size: 52, ...more });
@@ -61,14 +60,20 @@ window.studio = (() => {
     for (const name of names) studio.lay(name, lines[name]);
     for (const name of names) units[name] = { time: [] };
     shown = names[0];
-    plots = strips().map(make);
+    plots = strips().map((strip) => make(strip, document.getElementById(strip.id)));
     studio.laidOut = performance.now(); // ms since the page was asked for
     const fit = () => plots.forEach((p) => p.plot.setSize({ width: p.place.clientWidth, height: p.height }));
     fitting = new ResizeObserver(fit);
     fitting.observe(document.getElementById("strips"));
   }
 
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => setTimeout(() => { plots = strips().map(make); draw(); }, 100));
+  // A tab that is not open is out of the document, and its places with it: they are those that were drawn in.
+  function recolour() {
+    if (plots.length) plots = strips().map((strip, k) => make(strip, plots[k].place));
+    draw();
+    if (seen.columns) track(seen.columns, seen.references, (id) => pictures[id]);
+  }
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => setTimeout(recolour, 100));
 
   function show(name) {
     shown = name;
@@ -186,8 +191,9 @@ window.studio = (() => {
     ctx.restore();
   }
 
-  function panel(id, title, height, lines, data, bands) {
-    const place = document.getElementById(id);
+  const pictures = {}; // where the track was drawn, by what the place is called
+  function panel(place, title, height, lines, data, bands) {
+    pictures[place.id] = place;
     place.replaceChildren();
     const axis = (more = {}) => ({ stroke: css("--ink"), grid: { stroke: css("--grid"), width: 1 }, font: "12px sans-serif", size: 56, ...more });
     const plot = new uPlot({ title, width: place.clientWidth || 600, height, series: [{ label: "time [s]" }, ...lines],
@@ -198,15 +204,15 @@ window.studio = (() => {
     return plot;
   }
 
-  function track(columns, references) {
+  function track(columns, references, find = (id) => document.getElementById(id)) {
     Object.assign(seen, { columns, references });
     const known = columns.true !== undefined;
     const lines = [series("estimate", "--kalman"), series("band +", "--kalman", { width: 0 }), series("band −", "--kalman", { width: 0 })];
     const data = [columns.time, columns.position, columns.high, columns.low];
     if (known) { lines.push(series("true", "--true")); data.push(columns.true); }
-    panel("track-picture", "position [mm]", 320, lines, data, [{ series: [2, 3], fill: css("--band") }]);
-    if (known) panel("error-picture", "error [mm]", 160, [series("error", "--kalman")], [columns.time, columns.error], []);
-    else document.getElementById("error-picture").replaceChildren();
+    panel(find("track-picture"), "position [mm]", 320, lines, data, [{ series: [2, 3], fill: css("--band") }]);
+    if (known) panel(find("error-picture"), "error [mm]", 160, [series("error", "--kalman")], [columns.time, columns.error], []);
+    else find("error-picture")?.replaceChildren();
     return columns.time.length;
   }
 
