@@ -14,6 +14,7 @@ from ramsight.sensor.assumptions import AssumedStops
 from ramsight.sensor.contact import Contact, ContactWatch
 from ramsight.sensor.detectors import DETECTORS
 from ramsight.sensor.drive_check import UNCHECKED
+from ramsight.sensor.hypotheses import CERTAIN
 from ramsight.sensor.intake import Intake
 from ramsight.sensor.judgement import Relief, judge
 from ramsight.sensor.leaking import Leaking
@@ -118,13 +119,27 @@ def test_what_passed_a_relief_valve_is_expected_and_uncertain():
     assert half[0] < half[1] < 0.5, "a heavy load is likelier than a valve that is low, which is not excluded"
 
 
-@pytest.fixture(scope="module")
-def resting():
+EXPECTED = 1e4  # N, change of a load at rest
+
+
+def at_rest(of):
+    """What is said of a load that nobody sees: `std` or `most`."""
+
     def write(graph, x):
         step = made(LoadStep, seen=x["seen"], load=x["load"], give=x["give"])
-        return unseen_load(graph, step, x["held"], 1e4)
+        return getattr(unseen_load(graph, step, x["held"], EXPECTED, x["furthest"]), of)
 
-    return fed(("seen", "load", "give", "held"), write)
+    return fed(("seen", "load", "give", "held", "furthest"), write)
+
+
+@pytest.fixture(scope="module")
+def resting():
+    return at_rest("std")
+
+
+@pytest.fixture(scope="module")
+def bounded():
+    return at_rest("most")
 
 
 TURNS = {"seen": 1.0, "give": 1e-7, "held": 0.0}
@@ -151,6 +166,27 @@ def test_changes_that_were_seen_teach_how_large_the_next_may_be(resting):
     assert said[-1][-1] < 0.1e-3
     short = samples(resting, [(10, 50.0, TURNS | {"load": 9e4}), (5, 0.0, TURNS)], after=28.0)
     assert short[-1][-1] < 0.1e-3, "too short to be seen"
+
+
+def test_the_bound_goes_on_with_the_change_that_was_expected_at_first(bounded):
+    bounded.state = bounded.sensor.initial.copy()
+    usual, rest = TURNS | {"furthest": 1e6}, (5, 0.0, TURNS)
+    rows = []
+    for k in range(40):
+        rows += [(30, 50.0, usual | {"load": 2e4 + 100.0 * (k % 2)}), rest]
+    said = samples(bounded, rows)
+    assert said[0] == pytest.approx(np.zeros(30)), "while the load is seen"
+    assert said[1][-1] == said[-1][-1] == pytest.approx(CERTAIN * TURNS["give"] * EXPECTED)
+    (wilder,) = samples(bounded, [(30, 50.0, usual | {"load": 9e4})], after=28.0)[-1:]
+    assert wilder[-1] == 0.0
+    (after,) = samples(bounded, [rest], after=29.0)
+    assert after[-1] > 1.5 * said[-1][-1], "a large change that was seen counts at once"
+
+
+def test_no_load_is_beyond_what_relief_valves_carry(bounded):
+    bounded.state = bounded.sensor.initial.copy()
+    (said,) = samples(bounded, [(5, 0.0, TURNS | {"load": 2e4, "furthest": 3e4})])
+    assert said == pytest.approx(np.full(5, TURNS["give"] * 3e4))
 
 
 ASKED = (

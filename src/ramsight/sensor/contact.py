@@ -100,6 +100,7 @@ class ContactWatch:
         self._delivered = graph.state("delivered_in_vain")
         self._turned, self._since = graph.state("turned"), graph.state("turns_or_rests_for")
         self._left_from, self._gone = graph.state("left_from"), graph.state("gone_since_contact", _APART)
+        self._held_at = graph.state("held_at")
         self._leaves_way = graph.state("leaves_way")
         self._torque = graph.state("torque_when_pushing_began")
         self._friction = graph.parameters.symbol("circuit.cylinder.coulomb_friction")
@@ -199,7 +200,10 @@ class ContactWatch:
         given_way = pressed / stiffness
         graph.becomes("left_from", ca.if_else(leaves, position + given_way, self._left_from))
         graph.becomes("leaves_way", ca.if_else(back, way, ca.if_else(leaves, 0.0, self._leaves_way)))
-        stood_at = ca.if_else(in_vain, self._anchor, ca.if_else(sunk, settled, before))
+        graph.becomes("held_at", ca.if_else(leaves, position, self._held_at))
+        # Where it is again before it was away it was held before; the stop that gave way meanwhile does so once more.
+        again = ca.if_else(self.leaves, self._held_at, before)
+        stood_at = ca.if_else(in_vain, self._anchor, ca.if_else(sunk, settled, again))
         doubt = ca.if_else(ca.logic_and(sunk, ca.logic_not(in_vain)), _SETTLING * (before - settled), 0.0)
         at_top = ca.if_else(leaving, way < 0.0, way > 0.0)
         return Contact(

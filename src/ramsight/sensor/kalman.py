@@ -145,11 +145,14 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     graph.becomes(VARIANCE, ca.fmax(total, 0.0))
     # What only resists moves nothing at rest, however it changes.
     unmoved = 1.0 if unit.cylinder.passive else contact.held
-    unseen = unseen_load(graph, step, unmoved, assumed.machine.unseen_load * symbol("relief_load"))
+    furthest = ca.fmax(symbol("relief_load") - step.load, step.load + symbol("relief_pull"))
+    usual = assumed.machine.unseen_load * symbol("relief_load")
+    unseen = unseen_load(graph, step, unmoved, usual, furthest)
     # How much of what the oil carries the stop carries is not known while it is held.
     into = ca.if_else(contact.held, step.carried / stiffness, 0.0)
     gives = step.give * checks.torque_off / symbol("travel_per_radian")
-    seen = unseen**2 + into**2 + step.noise_travel**2 + gives**2
+    others = into**2 + step.noise_travel**2 + gives**2
+    seen = unseen.std**2 + others
     std = ca.sqrt(bank.band() ** 2 + seen) + pending
     settled = graph.said
     code = judge(
@@ -171,7 +174,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     factors = [(after[k], bank.factor_std(k + LEAK)) for k in range(len(FACTORS))]
     title = "Update: the filters of what is not known of machine and ends, by torque, contact or reference"
     graph.section(title, settled, bank.close(), position)
-    bound = ca.sqrt(bank.bound() ** 2 + CERTAIN**2 * seen) + CERTAIN * pending
+    bound = ca.sqrt(bank.bound() ** 2 + unseen.most**2 + CERTAIN**2 * others) + CERTAIN * pending
     since = ca.fmax(graph.state(REFERENCED_NOW), measured.taken)
     graph.becomes(REFERENCED_NOW, since)
     more = {BOUND: (bound, "m"), REFERENCED_NOW: (since, "1"), **checks.more}

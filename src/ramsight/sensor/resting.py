@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -12,6 +13,7 @@ from ramsight.plant.oil import MINERAL_EXPANSION, trapped_expansion
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.plant.valve import CLOSED_POINT
 from ramsight.sensor.assumptions import AssumedMachine
+from ramsight.sensor.hypotheses import CERTAIN
 from ramsight.sensor.load import SEEN_AT, LoadStep
 from ramsight.sensor.virtual_sensor import SensorGraph
 
@@ -47,17 +49,31 @@ def creep(
     return leaks + share * per_kelvin * ca.fabs(warming) * graph.elapsed
 
 
-def unseen_load(graph: SensorGraph, step: LoadStep, held: Any, expected: Any) -> Any:
-    """What a load change that has not been seen may add to the position's standard deviation.
+@dataclass(frozen=True)
+class UnseenLoad:
+    """By how much a load change that has not been seen may have moved the rod; 0 while the load is seen.
+
+    Attributes:
+        std: standard deviation [m].
+        most: what is exceeded as seldom as the position's bound [m].
+    """
+
+    std: Any
+    most: Any
+
+
+def unseen_load(graph: SensorGraph, step: LoadStep, held: Any, expected: Any, furthest: Any) -> UnseenLoad:
+    """What a load that changes while nothing shows it may do to the position.
+
+    The changes seen so far say how large the next one usually is, and nothing of a rare one: for the bound it is taken
+    for no less than expected at first, but for no more than what relief valves carry.
 
     Args:
         graph: the sensor's graph; gains states, among them the mean square of the load changes seen so far.
         step: of the load observer.
         held: whether the piston is held on a stop, where a load does not move it.
-        expected: a load change before any has been seen [N].
-
-    Returns:
-        Standard deviation [m], 0 while the load is seen.
+        expected: a load change before any has been seen, standard deviation [N].
+        furthest: that a load can be from the one seen last [N].
     """
     shown_for, before, was_seen = (graph.state(name) for name in ("load_shown_for", "load_seen", "load_was_seen"))
     changes = graph.state("load_changes")  # mean square over the expected one, less 1: all states may begin at 0
@@ -73,4 +89,6 @@ def unseen_load(graph: SensorGraph, step: LoadStep, held: Any, expected: Any) ->
     graph.becomes("load_seen", ca.if_else(sees, step.load, before))
     graph.becomes("load_was_seen", ca.fmax(was_seen, sees))
     unseen = ca.logic_not(ca.logic_or(shows, held))
-    return ca.if_else(unseen, step.give * expected * ca.sqrt(ca.fmax(learnt, 0.0)), 0.0)
+    std = expected * ca.sqrt(ca.fmax(learnt, 0.0))
+    most = ca.fmin(CERTAIN * ca.fmax(std, expected), furthest)
+    return UnseenLoad(ca.if_else(unseen, step.give * std, 0.0), ca.if_else(unseen, step.give * most, 0.0))
