@@ -12,6 +12,10 @@ be drawn from the tank, and none of it moves the piston. Where the contact is, i
 Where the other chamber has no pump of its own the lowered end shows otherwise: no pressure is left anywhere, and the
 pump draws from the tank.
 
+While the motor stands, a load that is taken off looks like that for a moment: the oil's force sinks, and the piston
+stands. A contact that is found at rest holds the piston at once, but says where it is only when the torque has sunk as
+that of a closed volume does, nearly to nothing, or rises so once the motor pushes.
+
 It is let go when the motor turns the other way (oil that decompresses is in the observer, so a piston that still stands
 is seen to stand), or when the torque stays behind what a closed volume would ask for. Where the pump holds the load it
 also leaves a stop by itself: leakage lets the oil's force sink below the load that it carried before, or the torque
@@ -43,6 +47,9 @@ _NOISE = 4.0  # standard deviations
 _APART = 0.05  # share of the stroke that the piston goes between two contacts that are not the same
 _CAME = 0.02  # share of the stroke; whoever went farther back has left an end
 _SOFTER = 0.5  # share of the expected torque's change that compliance does not explain, twice its deviation
+_USUALLY = 0.25  # the same, its deviation
+_GONE = 0.3  # share of the torque that is left where no load can have been, but for one that was set down
+_BUILT = 16.0  # standard deviations of the torque; of a motor that pushes a closed volume
 
 
 @dataclass(frozen=True)
@@ -101,6 +108,7 @@ class ContactWatch:
         self._turned, self._since = graph.state("turned"), graph.state("turns_or_rests_for")
         self._left_from, self._gone = graph.state("left_from"), graph.state("gone_since_contact", _APART)
         self._held_at = graph.state("held_at")
+        self._waits, self._found_with = graph.state("contact_waits"), graph.state("found_with")
         self._leaves_way = graph.state("leaves_way")
         self._torque = graph.state("torque_when_pushing_began")
         self._friction = graph.parameters.symbol("circuit.cylinder.coulomb_friction")
@@ -171,11 +179,13 @@ class ContactWatch:
 
         rests = ca.logic_and(self.held, ca.logic_and(ca.logic_not(turns), moves))
         pushing = ca.logic_and(self.held, ca.logic_and(turns, way == self._direction))
+        expected, shown = self._changes_at_rest(step, rests)
         back = ca.logic_and(self.held, ca.logic_and(turns, way != self._direction))
         built = step.torque - self._torque
-        missing = -step.surprise * ca.sign(built)
+        pushes_with = self._direction * graph.way  # sign of the torque
+        missing = -step.surprise * pushes_with
         yields = ca.logic_and(pushing, missing > _NOISE * step.noise + _SOFTER * ca.fabs(built))
-        yields = ca.logic_or(yields, self._stays(step, rests))
+        yields = ca.logic_or(yields, ca.logic_and(rests, _stays(step, expected, shown)))
         lost = ca.logic_and(rests, pressed * self._direction < -self._friction)
         released = ca.logic_or(ca.logic_or(back, yields), lost)
         holds = ca.logic_and(touched, ca.logic_not(leaving))
@@ -203,13 +213,23 @@ class ContactWatch:
         graph.becomes("held_at", ca.if_else(leaves, position, self._held_at))
         # Where it is again before it was away it was held before; the stop that gave way meanwhile does so once more.
         again = ca.if_else(self.leaves, self._held_at, before)
-        stood_at = ca.if_else(in_vain, self._anchor, ca.if_else(sunk, settled, again))
-        doubt = ca.if_else(ca.logic_and(sunk, ca.logic_not(in_vain)), _SETTLING * (before - settled), 0.0)
-        at_top = ca.if_else(leaving, way < 0.0, way > 0.0)
+        # Where no oil gives it a force, nothing shows where it stands since.
+        drained = ca.logic_or(sunk, is_in(self._mode, (Mode.EMPTY,)))
+        stood_at = ca.if_else(drained, settled, ca.if_else(in_vain, self._anchor, again))
+        doubt = ca.if_else(drained, _SETTLING * (before - settled), 0.0)
+        follows = _follows(step, expected, shown, rests, self._found_with)
+        follows = ca.logic_or(follows, ca.logic_and(pushing, _builds(step, built * pushes_with, missing)))
+        shows = ca.logic_and(self._waits, ca.logic_and(follows, ca.logic_not(released)))
+        anew = self._is_anew(touched, step, stroke, known, ca.logic_and(self._waits, released))
+        later = ca.logic_and(anew, ca.logic_not(turns))
+        waits = ca.logic_and(self._waits, ca.logic_not(ca.logic_or(released, shows)))
+        graph.becomes("contact_waits", ca.if_else(touched, later, waits))
+        graph.becomes("found_with", ca.if_else(touched, step.torque, self._found_with))
+        at_top = ca.if_else(leaving, way < 0.0, ca.if_else(shows, self._direction > 0.0, way > 0.0))
         return Contact(
             touched,
-            self._is_anew(touched, step, stroke, known),
-            stood_at,
+            ca.logic_or(ca.logic_and(anew, turns), shows),
+            ca.if_else(shows, position, stood_at),
             doubt,
             at_top,
             held,
@@ -227,14 +247,17 @@ class ContactWatch:
         self._graph.becomes("came", ca.fmin(ca.fmax(came + travel, -most), most))
         return came
 
-    def _is_anew(self, touched: Any, step: LoadStep, stroke: Any, known: Any) -> Any:
-        """Whether a contact is another one than the last: the piston went somewhere, or nobody knew where it was."""
-        gone = self._gone + ca.fabs(step.travel) / stroke
+    def _is_anew(self, touched: Any, step: LoadStep, stroke: Any, known: Any, was_none: Any) -> Any:
+        """Whether a contact is another one than the last: the piston went somewhere, or nobody knew where it was.
+
+        After one that turns out to be none any is.
+        """
+        gone = ca.if_else(was_none, _APART, self._gone + ca.fabs(step.travel) / stroke)
         self._graph.becomes("gone_since_contact", ca.if_else(touched, 0.0, ca.fmin(gone, _APART)))
         return ca.logic_and(touched, ca.logic_or(gone >= _APART, ca.logic_not(known)))
 
-    def _stays(self, step: LoadStep, rests: Any) -> Any:
-        """Whether the torque stays while a piston that is held at rest would let it change: it is not held.
+    def _changes_at_rest(self, step: LoadStep, rests: Any) -> tuple[Any, Any]:
+        """Changes of the expected torque and of the shown one since a piston is held at rest [N m].
 
         It is the change that counts: a load that was taken slowly may have been another one when the piston seemed to
         stand.
@@ -249,9 +272,7 @@ class ContactWatch:
             changes.append(ca.if_else(rested, now - began, 0.0))
         graph.becomes("held_at_rest", rests)
         expected, shown = changes
-        way = ca.sign(expected)
-        stays = (expected - shown) * way > _NOISE * step.noise + _SOFTER * ca.fabs(expected)
-        return ca.logic_and(ca.logic_and(rests, stays), -step.surprise * way > _NOISE * step.noise)
+        return expected, shown
 
     def _load_before(self, load: Any, keeps: Any) -> Any:
         """The load that the oil carried before the piston came to stand [N].
@@ -281,3 +302,23 @@ class ContactWatch:
         self._graph.becomes("carried_lately", carried)
         self._graph.becomes("carried_until", place)
         return place
+
+
+def _stays(step: LoadStep, expected: Any, shown: Any) -> Any:
+    """Whether the torque stays while a piston that is held at rest would let it change: it is not held."""
+    way = ca.sign(expected)
+    stays = (expected - shown) * way > _NOISE * step.noise + _SOFTER * ca.fabs(expected)
+    return ca.logic_and(stays, -step.surprise * way > _NOISE * step.noise)
+
+
+def _follows(step: LoadStep, expected: Any, shown: Any, rests: Any, found_with: Any) -> Any:
+    """Whether the torque of a piston that is held at rest has gone as that of a closed volume does."""
+    late = (expected - shown) * ca.sign(expected)
+    gone = ca.fabs(step.torque) < ca.fmax(_GONE * ca.fabs(found_with), _NOISE * step.noise)
+    usual = late < _NOISE * step.noise + _USUALLY * ca.fabs(expected)
+    return ca.logic_and(rests, ca.logic_and(gone, usual))
+
+
+def _builds(step: LoadStep, built: Any, missing: Any) -> Any:
+    """Whether the torque of a motor that pushes rises as a closed volume lets it."""
+    return ca.logic_and(built > _BUILT * step.noise, missing < _USUALLY * built)

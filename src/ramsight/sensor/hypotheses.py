@@ -41,6 +41,7 @@ CERTAIN = math.sqrt(-2.0 * math.log(RISK))
 """Standard deviations that a normal error exceeds no more often: P(|e| > k sigma) <= exp(-k^2/2) (Chernoff)."""
 _NEVER = 1e9  # a logarithm that no likelihood reaches
 _LEAST = -12.0  # natural logarithm of the least weight over the largest, so that a hypothesis can come back
+_BEYOND, _BEYOND_LEAST = 4.0, 5e-3  # standard deviations and share of the stroke; so far beyond an end none is
 _ADAPTS = 0.2  # share of the newest reference in the mean of the normalised innovations
 _MOST = 25.0  # of a normalised innovation; a larger one is none of a walk
 _STEP = 0.3  # of the logarithm of the band's width, by which a reference outside it widens it
@@ -222,6 +223,22 @@ class Hypotheses:
         """The position is another than the way says, under each hypothesis, by so much [m]."""
         for h in self.all:
             h.mean[POSITION] = h.mean[POSITION] + by
+
+    def confine(self, nominal: Any) -> None:
+        """Under no hypothesis is the piston far beyond the cylinder's ends.
+
+        Oil that passes a relief valve which opens below its setting seems to move it there. A little is left, for how
+        far it seems to be beyond an end is what a contact tells of the machine.
+
+        Args:
+            nominal: position after the step [m].
+        """
+        for h in self.all:
+            std = ca.sqrt(ca.fmax(h.covariance[POSITION, POSITION], 0.0))
+            far = _BEYOND * std + _BEYOND_LEAST * self._stroke
+            position = nominal + h.mean[POSITION]
+            back = ca.fmax(-far - position, 0.0) - ca.fmax(position - self._stroke - far, 0.0)
+            h.mean[POSITION] = h.mean[POSITION] + back
 
     def floor(self, leak: Any) -> None:
         """Leakage is never better known than this standard deviation [1]."""
