@@ -4,7 +4,7 @@ A stop, the ground or an obstacle shows mostly in one way: oil is delivered, and
 position that the load observer gives stands then, whatever the pressure is, while it would have gone on had the load
 not changed:
 
-    sum(free travel) > 30 sigma   while   |x - x_contact| < 4 sigma + 15 % of that sum
+    |sum(free travel)| > 30 sigma   while   |sum(travel)| < 4 sigma + 15 % of that sum
 
 with sigma of the position by the torque's noise. From there on the piston is *held*: oil may pass the relief valve or
 be drawn from the tank, and none of it moves the piston. Where the contact is, is not decided here (`hypotheses`).
@@ -103,7 +103,7 @@ class ContactWatch:
         self.held = is_in(self._mode, HELD)
         self.leaves = is_in(self._mode, (Mode.LEAVING,))
         self._direction = ca.if_else(self._mode == float(Mode.HELD_EXTENDING), 1.0, -1.0)
-        self._anchor = graph.state("standing_place")
+        self._seemed = graph.state("seemed_to_move")
         self._delivered = graph.state("delivered_in_vain")
         self._turned, self._since = graph.state("turned"), graph.state("turns_or_rests_for")
         self._left_from, self._gone = graph.state("left_from"), graph.state("gone_since_contact", _APART)
@@ -146,7 +146,10 @@ class ContactWatch:
         delivered = self._delivered + step.free_travel  # also by leakage, where the pump holds the load at rest
         way = ca.if_else(turns, ca.sign(w), ca.sign(delivered))
         slips = ca.if_else(known, _SLIPS, _SLIPS_ANYWHERE)
-        still = ca.fabs(position - self._anchor) < _STILL * sigma + slips * ca.fabs(delivered)
+        # By its way and not by its place, which references and the cylinder's ends move.
+        seems = self._seemed + step.travel
+        anchor = position - seems
+        still = ca.fabs(seems) < _STILL * sigma + slips * ca.fabs(delivered)
         stands = ca.logic_and(ca.logic_and(moves, free), still)
         # A mass that bounces on its oil stands for half a period at most.
         stood = self._stood + graph.elapsed
@@ -167,13 +170,13 @@ class ContactWatch:
         touched = ca.logic_or(in_vain, ca.logic_or(sunk, over))
         graph.becomes("sank", sinks)
         # Oil that decompresses at an end: a piston that has come there is about to leave.
-        behind = ca.if_else(way > 0.0, self._anchor - low, top - self._anchor)
+        behind = ca.if_else(way > 0.0, anchor - low, top - anchor)
         nearer = behind < top - low - behind
         leaving = ca.logic_and(ca.logic_and(known, nearer), behind < _NEAR * std + _NEAR_LEAST * stroke)
         leaving = ca.logic_and(leaving, self._came(step.travel, stroke) * way < 0.0)
         keeps = ca.logic_or(stands, ca.logic_not(graph.elapsed > 0.0))
         graph.becomes("delivered_in_vain", ca.if_else(ca.logic_and(keeps, ca.logic_not(touched)), delivered, 0.0))
-        graph.becomes("standing_place", ca.if_else(keeps, self._anchor, position))
+        graph.becomes("seemed_to_move", ca.if_else(keeps, seems, 0.0))
         keeps_load = ca.logic_or(keeps, ca.logic_or(self.held, touched))
         pressed = self._lift * (step.carried - self._load_before(step.load, keeps_load))
 
@@ -215,7 +218,7 @@ class ContactWatch:
         again = ca.if_else(self.leaves, self._held_at, before)
         # Where no oil gives it a force, nothing shows where it stands since.
         drained = ca.logic_or(sunk, is_in(self._mode, (Mode.EMPTY,)))
-        stood_at = ca.if_else(drained, settled, ca.if_else(in_vain, self._anchor, again))
+        stood_at = ca.if_else(drained, settled, ca.if_else(in_vain, anchor, again))
         doubt = ca.if_else(drained, _SETTLING * (before - settled), 0.0)
         follows = _follows(step, expected, shown, rests, self._found_with)
         follows = ca.logic_or(follows, ca.logic_and(pushing, _builds(step, built * pushes_with, missing)))
