@@ -81,7 +81,7 @@ def load_observer(unit, factors=None, *, watches=False, assumptions=None, std=2e
             step, graph.position + step.travel, stroke, ca.SX(std), ca.SX(1.0), ca.SX(0.0), ca.SX(1e12)
         )
         observer.release(contact.released, step.carried)
-        names = ("touched", "place", "at_top", "held", "released", "stands", "pushing", "built")
+        names = ("touched", "anew", "place", "at_top", "held", "released", "stands", "pushing", "built")
         more |= {name: (getattr(contact, name), "1") for name in names}
     else:
         step = observer.step(believed, 0.0)

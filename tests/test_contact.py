@@ -271,4 +271,23 @@ def test_a_load_that_falls_at_rest_is_no_contact_for_long(span):
     said = watched("eha-test-bench axis", run, log)
     assert said["held"].sum() * 0.02 < 0.8
     assert not said["held"][-50:].any()
+    assert not said["anew"].any(), "and none that says where the piston is"
     assert abs(said["position"][-1] - run["position"].values[-1]) < 0.25e-3
+
+
+@pytest.mark.parametrize("name", ["eha-test-bench axis", "eha-single-rod axis"])
+@pytest.mark.parametrize("share", [0.3, 0.6])
+def test_a_stop_that_a_piston_sinks_onto_says_where_it_is_once_the_torque_is_gone(name, share):
+    unit = UNITS[name]
+    stroke, load = unit.cylinder.stroke, share * limits_of(unit).load
+    corners = [(0.0, 0.0), (0.5, 0.0), (0.7, 0.1), (0.8, 0.1), (1.0, 0.0), (30.0, 0.0)]
+    run, log = moves(unit, corners, load, lowered(unit, 0.02 * stroke))
+    assert 1.2 < stands_from(run, unit) < 20.0, "the motor stands by then"
+    said = watched(name, run, log)
+    assert said["anew"].sum() == 1.0
+    touched, shown = int(np.argmax(said["touched"])), int(np.argmax(said["anew"]))
+    assert 0.0 < 0.02 * (shown - touched) < 5.0
+    assert abs(run["motor_torque"].values[shown]) < 0.4 * abs(run["motor_torque"].values[touched])
+    assert said["place"][shown] == pytest.approx(0.0, abs=0.003 * stroke)
+    assert not said["at_top"][shown]
+    assert said["held"][touched : shown + 1].all()

@@ -29,7 +29,7 @@ STROKE = 0.7
 LEARNT = LOW - LEAK  # factors, lag and exponent
 PERIOD = 0.02
 INPUTS = (
-    "travel", *(f"travel_by_{k}" for k in range(LEARNT)), "noise", "grows", "leak", "floor",
+    "travel", "passes", *(f"travel_by_{k}" for k in range(LEARNT)), "noise", "grows", "leak", "floor",
     "told", *(f"row_{k}" for k in range(LEARNT)), "surprise", "torque_variance", "tells_leak", "tells_compliance",
     "place", "low", "top", "variance", "arrived", "doubt", "use",
 )  # fmt: skip
@@ -56,6 +56,7 @@ class Bank:
         by = [x[f"travel_by_{k}"] for k in range(LEARNT)]
         bank.predict(x["travel"], by, around, x["noise"], x["grows"], x["leak"])
         bank.floor(x["floor"])
+        bank.confine(nominal, x["passes"])
         row = [x["told"] * x[f"row_{k}"] for k in range(LEARNT)]
         bank.torque(
             row, around, x["surprise"], x["torque_variance"], leak=x["tells_leak"], compliance=x["tells_compliance"]
@@ -199,6 +200,26 @@ def test_a_way_that_nobody_measured_ends_nowhere_without_a_contact(bank):
     before = bank.matrix("described")
     bank.go(arrived=1e-2)
     assert bank.matrix("described")[POSITION, POSITION] < 1.01 * before[POSITION, POSITION]
+
+
+@pytest.mark.parametrize("way", [-1.0, 1.0])
+def test_oil_that_passed_a_valve_takes_the_piston_no_farther_than_a_little_beyond_its_end(bank, way):
+    bank.begin(std=1e-3)
+    for _ in range(20):
+        said = bank.go(travel=0.1 * way, passes=1.0)
+    beyond = way * (said["position"] - 0.5 * STROKE) - 0.5 * STROKE
+    std = bank.matrix("described")[POSITION, POSITION] ** 0.5
+    assert beyond == pytest.approx(4.0 * std + 5e-3 * STROKE, rel=1e-3)
+    assert bank.go(travel=-0.1 * way)["position"] == pytest.approx(said["position"] - 0.1 * way), "and it comes back"
+
+
+@given(travel=st.floats(-0.2, 0.2))
+@settings(max_examples=20)
+def test_a_piston_between_its_ends_goes_as_it_goes(bank, travel):
+    bank.begin(std=1e-3)
+    means = bank.means("top")
+    assert bank.go(travel=travel)["position"] == pytest.approx(0.5 * STROKE + travel, abs=1e-12)
+    assert bank.means("top")[POSITION] == pytest.approx(means[POSITION], abs=1e-12)
 
 
 def test_a_contact_that_is_refused_adds_nothing_to_the_doubt(bank):

@@ -419,6 +419,66 @@ def test_a_held_piston_leaves_when_its_oil_carries_less_than_its_load(holding):
     assert rested(holding, [(20, {"carried": 2e4 - 600.0})], speed=50.0) is None, "it is pushed"
 
 
+def test_a_piston_that_is_pushed_is_let_go_by_a_torque_that_stays_behind_and_by_no_other(holding):
+    """A relief valve may open above its setting: the torque is larger then, and nothing yields."""
+    _, lifts = holding
+    begins = (10, {"torque": lifts * 8.0})
+    assert rested(holding, [begins, (40, {"torque": lifts * 8.1, "surprise": lifts * 5.0})], speed=50.0) is None
+    assert rested(holding, [begins, (40, {"torque": lifts * 7.9, "surprise": lifts * 5.0})], speed=50.0) is None
+    assert rested(holding, [begins, (5, {"torque": lifts * 8.1, "surprise": -lifts * 5.0})], speed=50.0) == 10
+
+
+LOOKED = ("travel", "free_travel", "carried", "load", "empty", "relief", "place", "noise")
+SEEN = {"noise_travel": 1e-5, "noise": 0.5, "give": 1e-8, "bounce": 0.01, "seen": 1.0}
+
+
+@pytest.fixture(scope="module", params=["place", "anew", "touched"])
+def looking(request):
+    """A watch that is told of a step by hand, and what it says of the contact."""
+
+    def write(graph, x):
+        graph.parameters.add("circuit.cylinder.coulomb_friction", 500.0)
+        watch = ContactWatch(graph, 1.0, AssumedStops())
+        step = made(LoadStep, **SEEN | {n: x[n] for n in ("travel", "free_travel", "carried", "load", "empty")})
+        return getattr(watch.look(step, x["place"], 0.7, 1e-3, 1.0, x["relief"], 1e8), request.param)
+
+    return request.param, fed(LOOKED, write)
+
+
+def looked(looking, speed, rows, **states):
+    """What a watch in these states says of the last of samples; the piston is at 2 mm, and does not move."""
+    _, piece = looking
+    piece.state = piece.sensor.initial.copy()
+    names = piece.sensor.recursion.state
+    for name, value in states.items():
+        piece.state[names.index(name)] = value
+    still = dict.fromkeys(LOOKED, 0.0) | {"place": 2e-3, "carried": 2e4, "load": 2e4}
+    return float(np.concatenate(samples(piece, [(count, speed, still | how) for count, how in rows]))[-1])
+
+
+LEFT = {"mode": float(Mode.LEAVING), "held_at": 5e-3, "left_from": 2e-3, "came": -0.014, "turned": 1.0}
+
+
+def test_a_contact_before_the_piston_was_away_is_where_it_was_held_before(looking):
+    asked, _ = looking
+    expected = {"place": 5e-3, "anew": 0.0, "touched": 1.0}[asked]
+    assert looked(looking, -50.0, [(2, {"relief": 1.0})], gone_since_contact=0.0, **LEFT) == expected
+    away = LEFT | {"mode": float(Mode.MOVING)}
+    expected = {"place": 2e-3, "anew": 1.0, "touched": 1.0}[asked]
+    assert looked(looking, -50.0, [(2, {"relief": 1.0})], gone_since_contact=1.0, **away) == expected
+
+
+def test_where_no_oil_gives_a_force_a_piston_stands_where_it_last_did(looking):
+    """The oil carried the load at 3 mm; now the pump goes on in vain, and the piston seems to stand at 2 mm."""
+    asked, _ = looking
+    goes, in_vain = (20, {"travel": -1e-3, "free_travel": -1e-3}), (1, {"free_travel": -1e-2, "carried": 0.0})
+    drained = (1, {"empty": 1.0, "carried": 0.0, "travel": -1e-3})
+    expected = {"place": 3e-3, "anew": 1.0, "touched": 1.0}
+    assert looked(looking, -50.0, [goes, drained, in_vain], gone_since_contact=1.0) == pytest.approx(expected[asked])
+    expected["place"] = 2e-3
+    assert looked(looking, -50.0, [goes, in_vain], gone_since_contact=1.0) == pytest.approx(expected[asked])
+
+
 def test_a_held_piston_has_left_when_its_torque_stays(holding):
     """A closed volume would let it sink from 8 N m; this one stays where it was, but for 0.5 N m of noise."""
     begins = {"torque": 8.0}

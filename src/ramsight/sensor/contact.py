@@ -48,7 +48,7 @@ _APART = 0.05  # share of the stroke that the piston goes between two contacts t
 _CAME = 0.02  # share of the stroke; whoever went farther back has left an end
 _SOFTER = 0.5  # share of the expected torque's change that compliance does not explain, twice its deviation
 _USUALLY = 0.25  # the same, its deviation
-_GONE = 0.3  # share of the torque that is left where no load can have been, but for one that was set down
+_GONE, _GONE_NOISE = 0.1, 2.0  # share of the torque, and its standard deviations, that are left where no load is
 _BUILT = 16.0  # standard deviations of the torque; of a motor that pushes a closed volume
 
 
@@ -220,7 +220,7 @@ class ContactWatch:
         drained = ca.logic_or(sunk, is_in(self._mode, (Mode.EMPTY,)))
         stood_at = ca.if_else(drained, settled, ca.if_else(in_vain, anchor, again))
         doubt = ca.if_else(drained, _SETTLING * (before - settled), 0.0)
-        follows = _follows(step, expected, shown, rests, self._found_with)
+        follows = _gone(step, graph.motor_torque, rests, self._found_with)
         follows = ca.logic_or(follows, ca.logic_and(pushing, _builds(step, built * pushes_with, missing)))
         shows = ca.logic_and(self._waits, ca.logic_and(follows, ca.logic_not(released)))
         anew = self._is_anew(touched, step, stroke, known, ca.logic_and(self._waits, released))
@@ -314,12 +314,10 @@ def _stays(step: LoadStep, expected: Any, shown: Any) -> Any:
     return ca.logic_and(stays, -step.surprise * way > _NOISE * step.noise)
 
 
-def _follows(step: LoadStep, expected: Any, shown: Any, rests: Any, found_with: Any) -> Any:
-    """Whether the torque of a piston that is held at rest has gone as that of a closed volume does."""
-    late = (expected - shown) * ca.sign(expected)
-    gone = ca.fabs(step.torque) < ca.fmax(_GONE * ca.fabs(found_with), _NOISE * step.noise)
-    usual = late < _NOISE * step.noise + _USUALLY * ca.fabs(expected)
-    return ca.logic_and(rests, ca.logic_and(gone, usual))
+def _gone(step: LoadStep, torque: Any, rests: Any, found_with: Any) -> Any:
+    """Whether the torque of a piston that is held at rest has gone, the expected one and the shown one."""
+    left = ca.fmax(ca.fabs(step.torque), ca.fabs(torque))
+    return ca.logic_and(rests, left < ca.fmax(_GONE * ca.fabs(found_with), _GONE_NOISE * step.noise))
 
 
 def _builds(step: LoadStep, built: Any, missing: Any) -> Any:

@@ -224,21 +224,21 @@ class Hypotheses:
         for h in self.all:
             h.mean[POSITION] = h.mean[POSITION] + by
 
-    def confine(self, nominal: Any) -> None:
-        """Under no hypothesis is the piston far beyond the cylinder's ends.
+    def confine(self, nominal: Any, passes: Any) -> None:
+        """Oil that may pass a relief valve takes the piston under no hypothesis far beyond the cylinder's ends.
 
-        Oil that passes a relief valve which opens below its setting seems to move it there. A little is left, for how
-        far it seems to be beyond an end is what a contact tells of the machine.
+        A little is left, for how far it seems to be beyond an end is what a contact tells of the machine.
 
         Args:
             nominal: position after the step [m].
+            passes: whether oil may.
         """
         for h in self.all:
             std = ca.sqrt(ca.fmax(h.covariance[POSITION, POSITION], 0.0))
             far = _BEYOND * std + _BEYOND_LEAST * self._stroke
             position = nominal + h.mean[POSITION]
             back = ca.fmax(-far - position, 0.0) - ca.fmax(position - self._stroke - far, 0.0)
-            h.mean[POSITION] = h.mean[POSITION] + back
+            h.mean[POSITION] = h.mean[POSITION] + ca.if_else(passes, back, 0.0)
 
     def floor(self, leak: Any) -> None:
         """Leakage is never better known than this standard deviation [1]."""

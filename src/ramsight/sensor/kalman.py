@@ -123,7 +123,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     starves = drawn * ca.fabs(graph.extending_angle * symbol("travel_per_radian"))
     grows = intake.drift + passed + ca.if_else(rests, creeps, 0.0) + checks.grows + starves
     _predict(graph, bank, step, travel_by, around, grows, leaking, assumed)
-    bank.confine(ca.if_else(contact.touched, contact.place, nominal))
+    bank.confine(ca.if_else(contact.touched, contact.place, nominal), doubt > 0.0)
     observer.release(contact.released, step.carried)
     _torque(graph, bank, step, contact, torque_by, around, checks, doubt)
     measured = _measure(graph, bank, step, contact, nominal, assumed, link, referenced, checks)
