@@ -224,14 +224,14 @@ class ContactWatch:
         follows = ca.logic_or(follows, ca.logic_and(pushing, _builds(step, built * pushes_with, missing)))
         shows = ca.logic_and(self._waits, ca.logic_and(follows, ca.logic_not(released)))
         anew = self._is_anew(touched, step, stroke, known, ca.logic_and(self._waits, released))
-        later = ca.logic_and(anew, ca.logic_not(turns))
+        later = ca.logic_and(anew, ca.logic_and(holds, ca.logic_not(turns)))
         waits = ca.logic_and(self._waits, ca.logic_not(ca.logic_or(released, shows)))
         graph.becomes("contact_waits", ca.if_else(touched, later, waits))
         graph.becomes("found_with", ca.if_else(touched, step.torque, self._found_with))
         at_top = ca.if_else(leaving, way < 0.0, ca.if_else(shows, self._direction > 0.0, way > 0.0))
         return Contact(
             touched,
-            ca.logic_or(ca.logic_and(anew, turns), shows),
+            ca.logic_or(ca.logic_and(anew, ca.logic_not(later)), shows),
             ca.if_else(shows, position, stood_at),
             doubt,
             at_top,
