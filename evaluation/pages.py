@@ -15,14 +15,15 @@ import effects
 import loader_control
 import loop_response
 import real_machine
-import redundancy
 import second_channel
 import undisturbed
 import unit_control
 
 from ramsight.output import atomic_path
 from ramsight.sensor.detectors import detector_table
+from ramsight.sensor.redundancy import redundancy_table
 from ramsight.sensor.sharing import shared_table
+from ramsight.study.datasheet.statistics import share_of
 
 ROOT = Path(__file__).parents[1]
 PAGE, CONTROL_PAGE, PLANT_PAGE, VALIDATION_PAGE, INTEGRITY_PAGE, SAFETY_PAGE, LOADER_PAGE = (
@@ -67,19 +68,38 @@ def faults(found: dict[str, Any]) -> list[str]:
     return head + rows
 
 
-def by_signals(found: dict[str, Any]) -> list[str]:
-    """Wrong and ok, a fault a row, by what the sensor is given."""
+def _electrical(found: dict[str, Any], cell: Callable[[dict[str, Any]], str]) -> list[str]:
+    """A fault of a drive's signals a row, by what the sensor is given; what a cell says of that."""
     names = list(found)
     rows = [f"| input | fault | {' | '.join(names)} |", "|---" * (len(names) + 2) + "|"]
     of = {name: {(row["input"], row["fault"]): row for row in found[name]["rows"]} for name in names}
-    every = {key: None for name in names for key in of[name] if key[0] in ELECTRICAL}
-    for channel, fault in every:
-        cells = [
-            f"{100 * of[n][channel, fault]['harm_unseen']:.1f} %" if (channel, fault) in of[n] else "" for n in names
-        ]
+    for channel, fault in {key: None for name in names for key in of[name] if key[0] in ELECTRICAL}:
+        cells = [cell(of[n][channel, fault]) if (channel, fault) in of[n] else "" for n in names]
         rows.append(f"| {INPUTS.get(channel, channel)} | {fault} | {' | '.join(cells)} |")
+    return rows
+
+
+def by_signals(found: dict[str, Any]) -> list[str]:
+    """Wrong and ok."""
+    rows = _electrical(found, lambda row: f"{100 * row['harm_unseen']:.1f} %")
     hours = [f"{one['contradictions_without_a_fault']} in {one['hours']:.1f} h" for one in found.values()]
     return [*rows, f"| – | contradictions said without a fault | {' | '.join(hours)} |"]
+
+
+def noticed(found: dict[str, Any]) -> list[str]:
+    """Share that is noticed, what it is at least with 97.5 % confidence, and after how long."""
+
+    def cell(row: dict[str, Any]) -> str:
+        least = share_of(round(row["noticed"] * row["injected"]), row["injected"]).low
+        delay = "" if row["delay_s"] is None else f", {row['delay_s']:.1f} s"
+        return f"{100 * row['noticed']:.0f} (≥ {100 * least:.0f}) %{delay}"
+
+    return _electrical(found, cell)
+
+
+def beyond_bound(found: dict[str, Any]) -> list[str]:
+    """Share of the faults with a sample that is ok and beyond its bound."""
+    return _electrical(found, lambda row: f"{100 * row['beyond_bound_and_ok']:.1f} %")
 
 
 def recorded(found: dict[str, Any]) -> list[str]:
@@ -160,8 +180,9 @@ def main() -> None:
     put(VALIDATION_PAGE, {"real_machine": real_machine.table(found["real_machine"])})
     put(PLANT_PAGE, {"effects": effects.table(found["effects"])})
     integrity = {"by_signals": by_signals(found["faults"]), "bounds": bounds.table(found["bounds"])}
+    integrity |= {"noticed": noticed(found["faults"]), "beyond_bound": beyond_bound(found["faults"])}
     integrity["undisturbed"] = undisturbed.table(found["undisturbed"])
-    fixed = {"redundancy": redundancy.table(), "detectors": detector_table().splitlines()}
+    fixed = {"redundancy": redundancy_table(), "detectors": detector_table().splitlines()}
     fixed |= {"shared": shared_table().splitlines()}
     put(INTEGRITY_PAGE, integrity | fixed)
     put(SAFETY_PAGE, {"second_channel": second_channel.table(found["second_channel"])})

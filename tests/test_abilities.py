@@ -27,7 +27,21 @@ def test_what_holds_the_load_decides_what_a_unit_can_have(name):
     assert ("against the closed valve" in found["leak test"].how) == by_valve
     assert ("stiffness, friction" in found["identify"].how) == by_valve
     assert ("the motor stands" in found["control"].how) == by_valve
-    assert all(one.can for one in found.values())
+    assert [one.what for one in found.values() if not one.can] == ["faults"], "unless further signals are declared"
+
+
+def test_what_is_declared_decides_which_faults_show():
+    unit = ramsight.build("press")
+    assert "next reference" in said(unit)["faults"].how
+
+    def declaring(**more):
+        changed = {name.replace("_", ".", 1): value for name, value in more.items()}
+        return said(replace(unit, assumptions=unit.assumptions.replace(changed)))["faults"].how
+
+    both = declaring(shaft_std=1e-3, power_std=0.01)
+    assert both == "wrong and named: speed, counter; seen, not which: torque, DC power"
+    assert declaring(shaft_std=1e-3) == "seen, not which: speed, counter; unseen before a reference: torque"
+    assert "pressures" in declaring(pressure_std=1e5)
 
 
 def test_pumps_that_hardly_leak_have_no_leak_test():

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import ramsight
+from ramsight.sensor import redundancy
 from ramsight.sensor.detectors import DETECTORS, detector_table
 from ramsight.sensor.status import Status
 
@@ -97,8 +98,9 @@ def test_the_pages_of_faults_quote_code_and_study(monkeypatch):
     found = json.loads((ROOT / "study.json").read_text())
     page, safety = ((ROOT / "docs" / f"{name}.md").read_text() for name in ("integrity", "safety"))
     assert detector_table() in page
-    assert "\n".join(pages.redundancy.table()) in page
-    assert "\n".join(pages.by_signals(found["faults"])) in page
+    assert "\n".join(redundancy.redundancy_table()) in page
+    for table in (pages.by_signals, pages.noticed, pages.beyond_bound):
+        assert "\n".join(table(found["faults"])) in page
     assert "\n".join(pages.bounds.table(found["bounds"])) in page
     assert "\n".join(pages.second_channel.table(found["second_channel"])) in safety
     both = found["faults"]["+ counter and DC power"]
@@ -107,10 +109,8 @@ def test_the_pages_of_faults_quote_code_and_study(monkeypatch):
     assert both["contradictions_without_a_fault"] == 0
 
 
-def test_what_structure_cannot_show_no_detector_claims(monkeypatch):
+def test_what_structure_cannot_show_no_detector_claims():
     """Signals of a detector that are not in every drive are among those with which its fault is visible at all."""
-    monkeypatch.syspath_prepend(ROOT / "evaluation")
-    redundancy = importlib.import_module("redundancy")
     plain = redundancy.detectable(())
     assert all(value is None for value in plain.values())
     named = redundancy.detectable(("counter", "DC power"))

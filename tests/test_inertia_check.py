@@ -19,6 +19,7 @@ from ramsight.logs import read_drive_log
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build
 from ramsight.plant.limits import limits_of
+from ramsight.sensor import redundancy
 from ramsight.sensor.drive_check import UNCHECKED
 from ramsight.sensor.inertia_check import ALARM, check_inertia
 from ramsight.sensor.kalman import kalman
@@ -121,9 +122,7 @@ def test_without_a_declared_inertia_nothing_is_looked_at():
     assert "sign_reversed" not in kalman(PLAIN).recursion.outputs
 
 
-def test_ramps_are_what_structure_says_that_they_are(monkeypatch):
-    monkeypatch.syspath_prepend(ROOT / "evaluation")
-    redundancy = importlib.import_module("redundancy")
+def test_ramps_are_what_structure_says_that_they_are():
     found = redundancy.detectable(("inertia",))
     assert found["speed"] == ("torque",)
     assert found["torque"] == ("speed",)

@@ -13,6 +13,8 @@ from ramsight.plant.holding import Holding, held_by_valve
 from ramsight.plant.load_sensing import MeteringValve
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.plant.valve import ReliefValve
+from ramsight.sensor.detectors import COUNTER, POWER, PRESSURES
+from ramsight.sensor.redundancy import declared, detectable
 
 _WARM = 313.15  # K
 _FAST = 1.0  # rad/s; what turns more slowly is not looked at as a leak test
@@ -46,17 +48,25 @@ def abilities(machine: AnyUnit, *, unit: str | None = None) -> tuple[Ability, ..
         unit: name of the unit, if the machine has several.
 
     Example:
-        >>> for one in abilities("press")[:3]:
+        >>> for one in abilities("press")[:4]:
         ...     print(one.what, one.can, one.how)
         sensors True kalman, balance, table; kalman finds the position by itself at the end stops
+        faults False a speed or torque wrong by a share shows at the next reference; with counter and DC power at once
         leak test True on the upper stop, for the pump holds the load: 42, 73 rpm at 40 °C, half a minute each
         identify True all but stiffness: the load sinks at rest, so that nobody sees the oil give way
     """
     built = build(machine, unit)
     if any(isinstance(part, MeteringValve) for part in built.parts()):
-        return (_sensors(built), *_METERED, *_exports())
+        return (_sensors(built), _faults(built), *_METERED, *_exports())
     holding = Holding(built)
-    return (_sensors(built), _leak_test(built, holding), _identify(built), _control(holding), *_exports())
+    return (
+        _sensors(built),
+        _faults(built),
+        _leak_test(built, holding),
+        _identify(built),
+        _control(holding),
+        *_exports(),
+    )
 
 
 _METERED = tuple(
@@ -70,6 +80,24 @@ def _sensors(unit: HydraulicUnit) -> Ability:
     if not any(isinstance(part, ReliefValve) for part in unit.parts()):
         how += "; without a relief valve no limit of the load is known to it"
     return Ability("sensors", True, how)
+
+
+_MAY_BE_WRONG = ("speed", "torque", COUNTER, POWER, PRESSURES)
+
+
+def _faults(unit: HydraulicUnit) -> Ability:
+    """Which signals that are wrong show before the next reference, by what the machine declares."""
+    found = {one: others for one, others in detectable(declared(unit.assumptions)).items() if one in _MAY_BE_WRONG}
+    seen = {one: others for one, others in found.items() if others is not None}
+    if not seen:
+        how = "a speed or torque wrong by a share shows at the next reference; with counter and DC power at once"
+        return Ability("faults", False, how)
+    groups = {
+        "wrong and named": [one for one, others in seen.items() if not others],
+        "seen, not which": [one for one, others in seen.items() if others],
+        "unseen before a reference": [one for one in found if one not in seen],
+    }
+    return Ability("faults", True, "; ".join(f"{how}: {', '.join(these)}" for how, these in groups.items() if these))
 
 
 def _leak_test(unit: HydraulicUnit, holding: Holding) -> Ability:

@@ -8,9 +8,13 @@ what no method can do, whatever its thresholds; not how large a fault has to be.
 
 from __future__ import annotations
 
-import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import maximum_bipartite_matching
+from collections.abc import Sequence
+
+from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.detectors import COUNTER, POWER, PRESSURES
+from ramsight.sensor.drive_check import declared_checks
+from ramsight.sensor.pressures import measured_pressures
+from ramsight.sensor.virtual_sensor import DC_POWER, SHAFT_ANGLE
 
 MODEL = {
     "speed": {"w"},
@@ -46,6 +50,10 @@ SETS = {
 
 def overdetermined(equations: dict[str, set[str]]) -> set[str]:
     """Names of the equations that can be checked."""
+    import numpy as np
+    from scipy.sparse import csr_matrix
+    from scipy.sparse.csgraph import maximum_bipartite_matching
+
     names, unknowns = list(equations), sorted(set().union(*equations.values()))
     incidence = np.array([[unknown in equations[name] for unknown in unknowns] for name in names], dtype=int)
     column_of = maximum_bipartite_matching(csr_matrix(incidence), perm_type="column")
@@ -62,14 +70,21 @@ def overdetermined(equations: dict[str, set[str]]) -> set[str]:
     return {names[row] for row in found}
 
 
-def model(further: tuple[str, ...]) -> dict[str, set[str]]:
+def declared(assumed: Assumptions) -> tuple[str, ...]:
+    """What a machine declares beside what every drive reports, by the names of `MODEL`."""
+    checks = declared_checks(assumed)
+    found = {COUNTER: SHAFT_ANGLE in checks, POWER: DC_POWER in checks, PRESSURES: bool(measured_pressures(assumed))}
+    return tuple(name for name, there in found.items() if there)
+
+
+def model(further: Sequence[str]) -> dict[str, set[str]]:
     """The equations that hold with a set of signals."""
     given = (*REPORTED, *(one for one in further if one in MODEL), *LAWS)
     known = {name: unknowns for name, unknowns in KNOWN.items() if name in further}
     return {name: MODEL[name] for name in given} | known
 
 
-def detectable(further: tuple[str, ...]) -> dict[str, tuple[str, ...] | None]:
+def detectable(further: Sequence[str]) -> dict[str, tuple[str, ...] | None]:
     """By signal: those whose faults cannot be told from its own; None where its own cannot be seen at all."""
     equations = model(further)
     signals = [name for name in equations if name not in LAWS and name not in KNOWN]
@@ -84,23 +99,20 @@ def detectable(further: tuple[str, ...]) -> dict[str, tuple[str, ...] | None]:
     return found
 
 
-def table() -> list[str]:
+def redundancy_table() -> list[str]:
     """In Markdown: signals, and what faults of speed, torque, counter and power can be seen and told apart."""
     shown = ("speed", "torque", "temperature", "counter", "DC power", "pressures", "reference")
     rows = [f"| given | {' | '.join(shown)} |", "|---" * (len(shown) + 1) + "|"]
     for name, further in SETS.items():
         found = detectable(further)
-        cells = []
-        for signal in shown:
-            if signal not in found:
-                cells.append("")
-            elif found[signal] is None:
-                cells.append("unseen")
-            else:
-                cells.append("named" if not found[signal] else f"seen, or {', '.join(found[signal])}")
-        rows.append(f"| {name} | {' | '.join(cells)} |")
+        rows.append(f"| {name} | {' | '.join(_cell(found, signal) for signal in shown)} |")
     return rows
 
 
-if __name__ == "__main__":
-    print("\n".join(table()))
+def _cell(found: dict[str, tuple[str, ...] | None], signal: str) -> str:
+    if signal not in found:
+        return ""
+    others = found[signal]
+    if others is None:
+        return "unseen"
+    return f"seen, or {', '.join(others)}" if others else "named"
