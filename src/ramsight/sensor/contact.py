@@ -222,12 +222,9 @@ class ContactWatch:
         doubt = ca.if_else(drained, _SETTLING * (before - settled), 0.0)
         follows = _gone(step, graph.motor_torque, rests, self._found_with)
         follows = ca.logic_or(follows, ca.logic_and(pushing, _builds(step, built * pushes_with, missing)))
-        shows = ca.logic_and(self._waits, ca.logic_and(follows, ca.logic_not(released)))
         anew = self._is_anew(touched, step, stroke, known, ca.logic_and(self._waits, released))
         later = ca.logic_and(anew, ca.logic_and(holds, ca.logic_not(turns)))
-        waits = ca.logic_and(self._waits, ca.logic_not(ca.logic_or(released, shows)))
-        graph.becomes("contact_waits", ca.if_else(touched, later, waits))
-        graph.becomes("found_with", ca.if_else(touched, step.torque, self._found_with))
+        shows = self._waited(step, touched, later, follows, released)
         at_top = ca.if_else(leaving, way < 0.0, ca.if_else(shows, self._direction > 0.0, way > 0.0))
         return Contact(
             touched,
@@ -258,6 +255,22 @@ class ContactWatch:
         gone = ca.if_else(was_none, _APART, self._gone + ca.fabs(step.travel) / stroke)
         self._graph.becomes("gone_since_contact", ca.if_else(touched, 0.0, ca.fmin(gone, _APART)))
         return ca.logic_and(touched, ca.logic_or(gone >= _APART, ca.logic_not(known)))
+
+    def _waited(self, step: LoadStep, touched: Any, later: Any, follows: Any, released: Any) -> Any:
+        """Whether a contact that was found at rest says now where the piston is; what was let go before never does.
+
+        Args:
+            step: of the load observer.
+            touched: whether a contact has just been found.
+            later: whether it has to wait.
+            follows: whether the torque of a piston that is held has gone as that of a closed volume does.
+            released: whether it has just been let go.
+        """
+        shows = ca.logic_and(self._waits, ca.logic_and(follows, ca.logic_not(released)))
+        waits = ca.logic_and(self._waits, ca.logic_not(ca.logic_or(released, shows)))
+        self._graph.becomes("contact_waits", ca.if_else(touched, later, waits))
+        self._graph.becomes("found_with", ca.if_else(touched, step.torque, self._found_with))
+        return shows
 
     def _changes_at_rest(self, step: LoadStep, rests: Any) -> tuple[Any, Any]:
         """Changes of the expected torque and of the shown one since a piston is held at rest [N m].
