@@ -12,7 +12,7 @@ from ramsight.duty.profile import constant
 from ramsight.plant.balance import FACTORS, balance
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.contact import ContactWatch
+from ramsight.sensor.contact import Believed, ContactWatch
 from ramsight.sensor.load import LoadObserver
 from ramsight.sensor.virtual_sensor import SensorGraph, log_inputs
 
@@ -65,26 +65,42 @@ class Stepped:
         self.state = np.array([self.sensor.state[name] for name in self.sensor.recursion.state])
 
 
-def load_observer(unit, factors=None, *, watches=False, assumptions=None, std=2e-3):
+def believed_of(position, stroke, *, std=1e-3, relief=0.0, compliance=0.0, unseen=1e9, stiffness=1e8, held_back=0.0):
+    """What is believed of a piston whose position is known, for a watch over contacts."""
+    return Believed(
+        position=position,
+        stroke=stroke,
+        std=std,
+        known=1.0,
+        relief=relief,
+        held_back=held_back,
+        compliance=compliance,
+        unseen=unseen,
+        stiffness=stiffness,
+    )
+
+
+def load_observer(unit, factors=None, *, watches=False, assumptions=None, std=2e-3, compliance=0.0):
     """The load observer of a unit, perhaps with a watch for contacts, and nothing else around it."""
     graph, limits, circuit = SensorGraph(), limits_of(unit), balance(unit)
     graph.initially("position", 0.5 * unit.cylinder.stroke)
     graph.parameters.add("travel_per_radian", float(unit.travel_per_radian))
     stroke = graph.parameters.add("stroke", float(unit.cylinder.stroke))
     observer = LoadObserver(graph, circuit, limits, assumptions or Assumptions())
-    believed = factors or [1.0] * len(FACTORS)
+    factors_of = factors or [1.0] * len(FACTORS)
     more = {}
     if watches:
         watch = ContactWatch(graph, float(unit.lift_sign), unit.assumptions.stops)
-        step = observer.step(believed, watch.held)
-        contact = watch.look(
-            step, graph.position + step.travel, stroke, ca.SX(std), ca.SX(1.0), ca.SX(0.0), ca.SX(1e12)
-        )
+        step = observer.step(factors_of, watch.held)
+        position, unseen = graph.position + step.travel, unit.assumptions.machine.unseen_load * limits.load
+        believed = believed_of(position, stroke, std=ca.SX(std), compliance=compliance, unseen=unseen, stiffness=1e12)
+        contact = watch.look(step, believed)
+        watch.close(contact, position, 0.0)
         observer.release(contact.released, step.carried)
         names = ("touched", "anew", "place", "at_top", "held", "released", "stands", "pushing", "built")
         more |= {name: (getattr(contact, name), "1") for name in names}
     else:
-        step = observer.step(believed, 0.0)
+        step = observer.step(factors_of, 0.0)
     graph.becomes("position", graph.position + step.travel)
     names = ("travel", "free_travel", "surprise", "change", "noise", "noise_travel", "give", "seen", "carried", "empty")
     more |= {name: (getattr(step, name), "1") for name in names}

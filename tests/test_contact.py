@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from ramsight.duty import report
+from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.mode import Mode
 
@@ -291,3 +292,23 @@ def test_a_stop_that_a_piston_sinks_onto_says_where_it_is_once_the_torque_is_gon
     assert said["place"][shown] == pytest.approx(0.0, abs=0.003 * stroke)
     assert not said["at_top"][shown]
     assert said["held"][touched : shown + 1].all()
+
+
+@pytest.mark.parametrize("end", ["up", "down"])
+def test_a_machine_that_gives_half_as_much_again_finds_its_ends_unless_that_is_thought_impossible(end):
+    """The bucket at a stiffness of two thirds: on its end it seems to go on by a third of what is delivered."""
+    unit = UNITS["mining-loader bucket"]
+    lifts = 1.0 if end == "up" else -1.0
+    start = lowered(unit, (0.85 if end == "up" else 0.15) * unit.cylinder.stroke)
+    way = 0.18 * unit.cylinder.stroke / (0.25 * unit.max_speed * unit.travel_per_radian)
+    corners = [(0.0, 0.0), (1.0, 0.0), (1.4, 0.25), (1.8 + way, 0.25), (2.2 + way, 0.0), (3.0 + way, 0.0)]
+    soft = AsBuilt(stiffness=0.66).apply(unit)
+    run, log = moves(soft, [(t, lifts * v) for t, v in corners], 0.3 * limits_of(unit).load, start)
+    delays = {}
+    for compliance in (0.0, 0.25):
+        observer = load_observer(unit, watches=True, compliance=compliance)
+        begin(observer, float(run["position"][0]))
+        said = observer.track(log)["touched"] > 0.0
+        delays[compliance] = run["time"].values[np.argmax(said)] - stands_from(run, unit) if said.any() else np.inf
+    assert 0.0 <= delays[0.25] < 0.5
+    assert delays[0.25] < delays[0.0]

@@ -29,7 +29,8 @@ STROKE = 0.7
 LEARNT = LOW - LEAK  # factors, lag and exponent
 PERIOD = 0.02
 INPUTS = (
-    "travel", "passes", *(f"travel_by_{k}" for k in range(LEARNT)), "noise", "grows", "leak", "floor",
+    "travel", "passes", "passed", "back", *(f"seemed_{k}" for k in range(LEARNT)),
+    *(f"travel_by_{k}" for k in range(LEARNT)), "noise", "grows", "leak", "floor",
     "told", *(f"row_{k}" for k in range(LEARNT)), "surprise", "torque_variance", "tells_leak", "tells_compliance",
     "place", "low", "top", "variance", "arrived", "doubt", "use",
 )  # fmt: skip
@@ -56,20 +57,26 @@ class Bank:
         by = [x[f"travel_by_{k}"] for k in range(LEARNT)]
         bank.predict(x["travel"], by, around, x["noise"], x["grows"], x["leak"])
         bank.floor(x["floor"])
-        bank.confine(nominal, x["passes"])
+        bank.confine(nominal, x["passes"], x["passed"])
+        room = [bank.room(way, x["passed"]) for way in (-1.0, 1.0)]
+        nominal = nominal - x["back"]
+        seemed = [x[f"seemed_{k}"] for k in range(LEARNT)]
         row = [x["told"] * x[f"row_{k}"] for k in range(LEARNT)]
         bank.torque(
             row, around, x["surprise"], x["torque_variance"], leak=x["tells_leak"], compliance=x["tells_compliance"]
         )
         measured = bank.measure(
-            x["place"], nominal, x["low"], x["top"], x["variance"], x["arrived"], x["doubt"], x["use"] > 0.0
-        )
+            x["place"], nominal, x["low"], x["top"], x["variance"], x["arrived"], x["doubt"], x["use"] > 0.0, 0.0,
+            (seemed, around),
+        )  # fmt: skip
         position = nominal + measured.moved
         graph.becomes("position", position)
         graph.becomes("is_referenced", ca.fmax(known, measured.taken))
         graph.becomes("covariance_00", bank.variance())
         more = {"taken": measured.taken, "refused": measured.refused, "moved": measured.moved, "band": bank.band()}
         more |= {
+            "room_low": room[0],
+            "room_top": room[1],
             "total": ca.sqrt(bank.variance()),
             "leak": bank.means()[0],
             "exponent": bank.means()[4],
@@ -211,6 +218,43 @@ def test_oil_that_passed_a_valve_takes_the_piston_no_farther_than_a_little_beyon
     std = bank.matrix("described")[POSITION, POSITION] ** 0.5
     assert beyond == pytest.approx(4.0 * std + 5e-3 * STROKE, rel=1e-3)
     assert bank.go(travel=-0.1 * way)["position"] == pytest.approx(said["position"] - 0.1 * way), "and it comes back"
+
+
+def test_what_may_have_passed_a_valve_takes_it_no_farther_beyond_its_end(bank):
+    """Of 11 mm of deviation 10 are by oil that may have passed: they move the end by nothing."""
+    far = []
+    for passed in (0.0, 10e-3):
+        bank.begin(std=11e-3)
+        for _ in range(20):
+            said = bank.go(travel=0.1, passes=1.0, passed=passed)
+        far.append(said["position"] - STROKE)
+    assert far == pytest.approx([4.0 * 11e-3 + 5e-3 * STROKE, 4.0 * 1e-3 + 5e-3 * STROKE], rel=1e-2)
+
+
+@given(position=st.floats(0.0, STROKE), passed=st.floats(0.0, 0.05))
+@settings(max_examples=20)
+def test_a_piston_has_room_to_a_little_beyond_its_ends(bank, position, passed):
+    bank.begin(position, std=1e-2)
+    far = 4.0 * max(1e-2 - passed, 0.0) + 5e-3 * STROKE
+    said = bank.go(passed=passed)
+    assert said["room_low"] == pytest.approx(position + far, abs=1e-4)
+    assert said["room_top"] == pytest.approx(STROKE - position + far, abs=1e-4)
+
+
+def test_a_way_that_was_none_leaves_a_contact_as_it_would_have_been_before_it(bank):
+    """The oracle is the contact taken at once; without the way's derivatives the place would be surer than it is."""
+    by = {f"travel_by_{k}": value for k, value in enumerate((2e-3, 5e-2, 8e-3, 1e-5, 4e-3))}
+    seemed = {name.replace("travel_by", "seemed"): value for name, value in by.items()}
+    after, means = [], []
+    for goes, takes_back in (({}, {}), ({"travel": 5e-3} | by, {"back": 5e-3} | seemed)):
+        bank.begin(STROKE - 8e-3, std=5e-3)
+        bank.go(**by | {"travel": 2e-3})
+        bank.go(**goes)
+        bank.go(**takes_back, place=STROKE, top=1.0, use=1.0)
+        after.append(bank.matrix("described"))
+        means.append(np.append(bank.means("described"), bank.value("position")))
+    assert after[1] == pytest.approx(after[0], rel=1e-4, abs=1e-12)
+    assert means[1] == pytest.approx(means[0], rel=1e-4, abs=1e-7)
 
 
 @given(travel=st.floats(-0.2, 0.2))

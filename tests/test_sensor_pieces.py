@@ -18,16 +18,17 @@ from ramsight.sensor.hypotheses import CERTAIN
 from ramsight.sensor.intake import Intake
 from ramsight.sensor.judgement import Relief, judge
 from ramsight.sensor.leaking import Leaking
+from ramsight.sensor.letting_go import LettingGo
 from ramsight.sensor.load import LoadStep
 from ramsight.sensor.mode import Mode
 from ramsight.sensor.pumping import delivers, one_sided
-from ramsight.sensor.relief import passed_share, passing
+from ramsight.sensor.relief import held_back, passed_share, passing
 from ramsight.sensor.resting import unseen_load
 from ramsight.sensor.status import Status, validity_levels
 from ramsight.sensor.virtual_sensor import SensorGraph
 
 from .plant_bench import UNITS
-from .sensor_bench import Stepped
+from .sensor_bench import Stepped, believed_of
 
 BOOM = UNITS["mining-loader boom"]
 PERIOD = 0.02
@@ -120,6 +121,13 @@ def test_what_passed_a_relief_valve_is_expected_and_uncertain():
 
 
 EXPECTED = 1e4  # N, change of a load at rest
+
+
+def test_a_valve_may_open_as_far_below_its_setting_as_it_may_pass_oil():
+    """At its setting a tenth of the pressure, with 3 % of deviation; where it begins to open nothing."""
+    assert held_back(1.0, 0.03) == pytest.approx(0.1)
+    assert held_back(0.5, 0.03) == pytest.approx(0.05)
+    assert held_back(0.0, 0.03) == 0.0
 
 
 def at_rest(of):
@@ -380,6 +388,13 @@ def test_what_leakage_has_no_part_in_is_as_it_was(leaks):
     assert warmed(leaks, which=3.0) == 4.0
 
 
+def a_watch(graph, lifts=1.0):
+    """A watch over contacts of a piston that goes a tenth of a millimetre per radian, with 500 N of friction."""
+    graph.parameters.add("circuit.cylinder.coulomb_friction", 500.0)
+    graph.parameters.add("travel_per_radian", 1e-4)
+    return ContactWatch(graph, lifts, AssumedStops())
+
+
 HELD = ("seen", "surprise", "noise", "carried", "torque", "empty")
 
 
@@ -388,10 +403,11 @@ def holding(request):
     """A watch over a piston that is held at its upper stop, and which way it lifts."""
 
     def write(graph, x):
-        graph.parameters.add("circuit.cylinder.coulomb_friction", 500.0)
-        watch = ContactWatch(graph, request.param, AssumedStops())
+        watch = a_watch(graph, request.param)
         step = made(LoadStep, **{name: x[name] for name in HELD})
-        return watch.look(step, 0.3, 0.7, 1e-3, 1.0, 0.0, 1e8).released
+        contact = watch.look(step, believed_of(0.3, 0.7))
+        watch.close(contact, 0.3, 0.0)
+        return contact.released
 
     return fed(HELD, write), request.param
 
@@ -437,10 +453,11 @@ def looking(request):
     """A watch that is told of a step by hand, and what it says of the contact."""
 
     def write(graph, x):
-        graph.parameters.add("circuit.cylinder.coulomb_friction", 500.0)
-        watch = ContactWatch(graph, 1.0, AssumedStops())
+        watch = a_watch(graph)
         step = made(LoadStep, **SEEN | {n: x[n] for n in ("travel", "free_travel", "carried", "load", "empty")})
-        return getattr(watch.look(step, x["place"], 0.7, 1e-3, 1.0, x["relief"], 1e8), request.param)
+        contact = watch.look(step, believed_of(x["place"], 0.7, relief=x["relief"]))
+        watch.close(contact, x["place"], 0.0)
+        return getattr(contact, request.param)
 
     return request.param, fed(LOOKED, write)
 
@@ -493,10 +510,9 @@ def test_a_held_piston_has_left_when_its_torque_stays(holding):
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_a_piston_is_not_beyond_what_the_motor_pulls_it_off(way):
     def write(graph, x):
-        graph.parameters.add("circuit.cylinder.coulomb_friction", 500.0)
-        watch = ContactWatch(graph, 1.0, AssumedStops())
+        watch = a_watch(graph)
         kept = watch.before_it(x["place"])
-        watch.look(made(LoadStep), 0.3, 0.7, 1e-3, 1.0, 0.0, 1e8)
+        watch.close(watch.look(made(LoadStep), believed_of(0.3, 0.7)), 0.3, 0.0)
         return kept
 
     piece = fed(("place",), write)
@@ -512,3 +528,159 @@ def test_a_piston_is_not_beyond_what_the_motor_pulls_it_off(way):
     assert said(0.2 - way * 0.01, Mode.LEAVING, way) == 0.2, "not through it"
     assert said(0.2 - way * 0.01, Mode.LEAVING, 0.0) == 0.2 - way * 0.01, "what gave way itself is gone through"
     assert said(0.2 - way * 0.01, Mode.MOVING, way) == 0.2 - way * 0.01, "it has left"
+
+
+GRIP = ("seen", "surprise", "noise", "carried", "torque", "free_travel", "load", "turns", "keeps", "unknown", "back")
+
+
+@pytest.fixture(scope="module", params=["released", "went", "pressed"])
+def gripping(request):
+    """What holds a piston that was stopped while it extends, fed by hand; 0.1 mm per radian."""
+
+    def write(graph, x):
+        graph.parameters.add("circuit.cylinder.coulomb_friction", 500.0)
+        graph.parameters.add("travel_per_radian", 1e-4)
+        step = made(LoadStep, **{n: x[n] for n in GRIP[:7]})
+        grip = LettingGo(graph, 1.0, graph.state("held", 1.0), 1.0).look(
+            step, x["turns"], x["keeps"], x["unknown"], x["back"]
+        )
+        graph.becomes("held", graph.held("held"))
+        return getattr(grip, request.param)
+
+    return request.param, fed(GRIP, write)
+
+
+def gripped(gripping, speed, rows, **states):
+    """What is said at the end of samples."""
+    _, piece = gripping
+    piece.state = piece.sensor.initial.copy()
+    for name, value in states.items():
+        piece.state[piece.sensor.recursion.state.index(name)] = value
+    usual = dict.fromkeys(GRIP, 0.0) | {"noise": 0.1, "turns": float(speed != 0.0), "keeps": 1.0, "seen": 1.0}
+    return np.concatenate(samples(piece, [(count, speed, usual | how) for count, how in rows]))
+
+
+def test_a_piston_that_was_held_by_mistake_went_what_the_pump_delivered(gripping):
+    """The torque stays at 5 N m while 10 are expected; the pump goes 50 rad/s, and 1 mm/s leaked before."""
+    follows = (10, {"torque": 5.0})
+    behind = (10, {"torque": 10.0, "surprise": -5.0})
+    said = gripped(gripping, 50.0, [follows, behind], leaked_lately=1e-3, torque_when_pushing_began=5.0)
+    if gripping[0] == "released":
+        assert not said[:10].any()
+        assert said[10] == 1.0, "the sample at which it is behind"
+    if gripping[0] == "went":
+        assert not said[:10].any()
+        # Nothing releases the piece itself here, so that it goes on.
+        assert said[10:] == pytest.approx((50.0 * 1e-4 - 1e-3) * PERIOD * np.arange(1, 11), rel=1e-6)
+
+
+def test_what_it_went_counts_from_where_the_torque_stays_behind(gripping):
+    """What gave way at last was an obstacle until then: the torque followed."""
+    builds = (10, {"torque": 10.0, "surprise": -1.0})
+    said = gripped(gripping, 50.0, [(1, {"torque": 0.0}), builds, (1, {"torque": 10.0, "surprise": -9.0})])
+    expected = {"released": 1.0, "went": 50.0 * 1e-4 * PERIOD, "pressed": 0.0}[gripping[0]]
+    assert said[-1] == pytest.approx(expected)
+    assert not said[:-1].any()
+
+
+def test_a_valve_that_opens_early_lets_no_piston_go(gripping):
+    began, behind = {"torque_when_pushing_began": 40.0}, {"torque": 50.0, "surprise": -8.0}
+    said = [gripped(gripping, 50.0, [(5, behind | {"back": back})], **began)[-1] for back in (0.0, 0.1)]
+    if gripping[0] == "released":
+        assert said == [1.0, 0.0], "5 N m by compliance, 5 by the valve"
+
+
+def test_leakage_is_remembered_from_when_the_piston_went(gripping):
+    """2 mm/s less than the pump delivers, for long enough; a piston that stands teaches nothing of it."""
+    goes = {"keeps": 0.0, "free_travel": (50.0 * 1e-4 - 2e-3) * PERIOD}
+    rows = [(500, goes), (100, {"free_travel": 0.0}), (1, {"torque": 10.0, "surprise": -9.0})]
+    said = gripped(gripping, 50.0, rows, held=1.0)
+    if gripping[0] == "went":
+        assert said[-1] == pytest.approx((50.0 * 1e-4 - 2e-3) * PERIOD, rel=1e-3)
+
+
+def test_of_a_piston_found_at_rest_on_an_end_the_load_from_before_is_not_known(gripping):
+    """It carried 20 kN; found there, what presses it counts from nothing."""
+    loads = {"least_load_lately": 2e4, "largest_load_lately": 2e4}
+    said = gripped(
+        gripping, 0.0, [(1, {"carried": 2e4}), (1, {"carried": 5e3, "unknown": 1.0}), (1, {"carried": 5e3})], **loads
+    )
+    if gripping[0] == "pressed":
+        assert said == pytest.approx([0.0, -15e3, 5e3])
+
+
+SOFT = ("travel", "free_travel", "relief", "place", "compliance", "unseen")
+
+
+@pytest.fixture(scope="module")
+def giving():
+    """A watch over a piston that presses on something which gives, 0.7 m of stroke, 1 mm of deviation."""
+
+    def write(graph, x):
+        watch = a_watch(graph)
+        step = made(LoadStep, **SEEN | {n: x[n] for n in ("travel", "free_travel")})
+        believed = believed_of(x["place"], 0.7, relief=x["relief"], compliance=x["compliance"], unseen=x["unseen"])
+        contact = watch.look(step, believed, [10.0 * x["travel"]])
+        watch.close(contact, x["place"], 0.0)
+        return contact.touched + 10.0 * contact.place_by[0]
+
+    return fed(SOFT, write)
+
+
+def gives(giving, **how):
+    """What is said in a second of a piston of which a third of what is delivered seems to be travel."""
+    giving.state = giving.sensor.initial.copy()
+    usual = {"travel": 1e-4, "free_travel": 3e-4, "relief": 0.0, "place": 0.699, "compliance": 0.25, "unseen": 1e9}
+    return samples(giving, [(50, 50.0, usual | how)])[0]
+
+
+def found(said):
+    return bool((said >= 1.0).any())
+
+
+def test_a_machine_that_gives_more_than_described_finds_its_end(giving):
+    """Near an end, once the load has changed by more than is usual or is near the relief valve's; nowhere else."""
+    assert not found(gives(giving)), "a load that grows takes a part of the oil as well"
+    assert found(gives(giving, relief=0.1)), "hardly a load is as large as that"
+    assert found(gives(giving, unseen=1e4)), "20 kN by 0.2 mm/kN take 4 mm"
+    assert not found(gives(giving, unseen=1e4, place=0.5)), "there is no end"
+    assert not found(gives(giving, unseen=1e4, compliance=0.1)), "it is known that it does not give so much"
+    assert found(gives(giving, travel=4e-5)), "a seventh may slip anywhere"
+
+
+def test_what_a_piston_only_seemed_to_go_is_told_with_the_contact(giving):
+    said = gives(giving, relief=0.1)
+    first = int(np.argmax(said >= 1.0))
+    assert said[first] - 1.0 == pytest.approx(2 * 10.0 * 10.0 * 1e-4), "two samples of 0.1 mm, by a derivative of 10"
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_places_that_are_kept_go_with_the_position(way):
+    """A reference moves it by 3 mm: what it left, and where it was held, were as wrong as that."""
+
+    def write(graph, x):
+        watch = a_watch(graph)
+        watch.close(watch.look(made(LoadStep), believed_of(0.3, 0.7)), 0.3, way * 3e-3)
+        return 0.0
+
+    piece = fed((), write)
+    names = piece.sensor.recursion.state
+    piece.state = piece.sensor.initial.copy()
+    kept = ("left_from", "held_at", "carried_until")
+    for name in kept:
+        piece.state[names.index(name)] = 0.2
+    samples(piece, [(2, 0.0, {})])
+    for name in kept[:2]:
+        assert piece.state[names.index(name)] == pytest.approx(0.2 + 2 * way * 3e-3), name
+
+
+def test_oil_that_leaks_away_at_rest_lets_go_of_no_end(looking):
+    """It came down to the low end and is pressed on it; the motor stands, and its oil goes: the end holds it still."""
+    _, piece = looking
+    states = {"came": -0.014, "delivered_in_vain": 9e-3, "stands_for": 1.0, "turns_or_rests_for": 1.0}
+    looked(looking, 0.0, [(2, {"free_travel": 1e-4})], **states)
+    names = piece.sensor.recursion.state
+    assert piece.state[names.index("mode")] == float(Mode.HELD_RETRACTING)
+    assert piece.state[names.index("largest_load_lately")] == 0.0
+    looked(looking, 50.0, [(25, {"free_travel": 1e-4})], **states)
+    assert piece.state[names.index("mode")] == float(Mode.LEAVING), "a motor that turns takes it off"

@@ -224,7 +224,7 @@ class Hypotheses:
         for h in self.all:
             h.mean[POSITION] = h.mean[POSITION] + by
 
-    def confine(self, nominal: Any, passes: Any) -> None:
+    def confine(self, nominal: Any, passes: Any, passed: Any) -> None:
         """Oil that may pass a relief valve takes the piston under no hypothesis far beyond the cylinder's ends.
 
         A little is left, for how far it seems to be beyond an end is what a contact tells of the machine.
@@ -232,13 +232,28 @@ class Hypotheses:
         Args:
             nominal: position after the step [m].
             passes: whether oil may.
+            passed: standard deviation of the position by what may have passed since a reference [m].
         """
         for h in self.all:
-            std = ca.sqrt(ca.fmax(h.covariance[POSITION, POSITION], 0.0))
-            far = _BEYOND * std + _BEYOND_LEAST * self._stroke
-            position = nominal + h.mean[POSITION]
+            far, position = self._far(h, passed), nominal + h.mean[POSITION]
             back = ca.fmax(-far - position, 0.0) - ca.fmax(position - self._stroke - far, 0.0)
             h.mean[POSITION] = h.mean[POSITION] + ca.if_else(passes, back, 0.0)
+
+    def room(self, way: Any, passed: Any) -> Any:
+        """How far the piston may still go [m]; oil that is delivered beyond moves nothing, and makes nothing unsure.
+
+        Args:
+            way: that it goes, the sign of its velocity.
+            passed: standard deviation of the position by what may have passed a relief valve [m].
+        """
+        position = self._graph.position
+        ahead = ca.if_else(way > 0.0, self._stroke - position, position)
+        return ca.fmax(ahead + self._best([self._far(h, passed) for h in self.all]), 0.0)
+
+    def _far(self, h: Hypothesis, passed: Any) -> Any:
+        """How far beyond an end a piston may seem to be [m]; what passed a relief valve took it nowhere."""
+        std = ca.sqrt(ca.fmax(h.covariance[POSITION, POSITION], 0.0))
+        return _BEYOND * ca.fmax(std - passed, 0.0) + _BEYOND_LEAST * self._stroke
 
     def floor(self, leak: Any) -> None:
         """Leakage is never better known than this standard deviation [1]."""
@@ -293,6 +308,7 @@ class Hypotheses:
         doubt: Any,
         use: Any,
         by_offset: Any = 0.0,
+        seemed: tuple[Sequence[Any], Sequence[Any]] = ((), ()),
     ) -> Measured:
         """Take a contact, a reference or an angle.
 
@@ -306,6 +322,8 @@ class Hypotheses:
             doubt: probability that it is neither an end nor a reference.
             use: whether there is one.
             by_offset: how the place follows the error of the link's angle [m/rad].
+            seemed: derivatives of the way that the piston only seemed to go since it came to that nominal position,
+                with respect to factors and lag [m, m/s], and the factors and lag that it was made with.
         """
         row = self._row([1.0, 0.0, 0.0, 0.0, 0.0, 0.0], (-low, -top, by_offset))
         chance = ca.log(doubt / self._stroke)  # of its density, were it anywhere in the stroke
@@ -313,6 +331,7 @@ class Hypotheses:
         self._normalise()
         kept = self._kept()
         for h in self.all:
+            self._take_back(h, *seemed)
             m = h.mean
             innovation = place + low * m[LOW] + top * m[TOP] - (nominal + m[POSITION])
             if self._with_link:
@@ -346,6 +365,13 @@ class Hypotheses:
         self._keep(kept, use)
         moved = self._recentre()
         return Measured(taken, ca.logic_and(use, ca.logic_not(taken)), moved)
+
+    def _take_back(self, h: Hypothesis, by: Sequence[Any], around: Sequence[Any]) -> None:
+        """Take back a way that the piston only seemed to go: what it made unsure, and what it made known."""
+        if by:
+            h.covariance.predict(self._row([0.0, *(-one for one in by)]), [0.0] * self._size)
+            made = zip(by, h.mean[LEAK:LOW], around, strict=True)
+            h.mean[POSITION] = h.mean[POSITION] - sum(one * (mine - used) for one, mine, used in made)
 
     def _widen(self, size: Any, fits: Any, use: Any) -> None:
         """Let references say how wide the band has to be: adaptive conformal inference.

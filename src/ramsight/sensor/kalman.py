@@ -10,6 +10,7 @@ stops that the sensor finds by itself (`contact`), switches and positions given 
 from __future__ import annotations
 
 import functools
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -21,10 +22,10 @@ from ramsight.plant.linkage.lever import Lever
 from ramsight.plant.oil import T40
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.contact import Contact, ContactWatch
+from ramsight.sensor.contact import Believed, Contact, ContactWatch
 from ramsight.sensor.drive_check import DriveChecks, check_drive, declared_checks
 from ramsight.sensor.filling import unfilled
-from ramsight.sensor.hypotheses import CERTAIN, LEAK, Hypotheses, Measured
+from ramsight.sensor.hypotheses import CERTAIN, COMPLIANCE, LEAK, Hypotheses, Measured
 from ramsight.sensor.inertia_check import check_inertia
 from ramsight.sensor.intake import Intake, take_in
 from ramsight.sensor.judgement import Relief, judge
@@ -35,7 +36,7 @@ from ramsight.sensor.magnets import correct_torque, declared_temperature
 from ramsight.sensor.mode import Mode, is_in
 from ramsight.sensor.pressure_check import check_pressures
 from ramsight.sensor.pressures import measured_pressures
-from ramsight.sensor.relief import passed_share, passing
+from ramsight.sensor.relief import held_back, passed_share, passing
 from ramsight.sensor.resting import creep, unseen_load
 from ramsight.sensor.virtual_sensor import (
     BOUND,
@@ -57,6 +58,7 @@ _MODEL = 0.1  # share of a torque by which a closed volume's equation may err
 _SETTLED = 0.5  # s
 _STEADY = 0.02  # change of the torque over what leakage makes of it; a pump against a closed valve has settled
 _FRICTION = 0.02  # of a torque, by the pumps' hydromechanical efficiency
+_NOT_HELD = 0.5  # of what a piston went while it was thought to be held, standard deviation over it
 _WENT = 0.01  # share of the stroke, the motor turning one way, after which relief pressure is something that it met
 _UNSEEN_FLOW = 0.1  # share of the pump's flow that may move the piston although it seems to stand at relief pressure
 
@@ -112,29 +114,44 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     nominal = watch.before_it(graph.position + step.travel)
     setting = assumed.machine.relief
     doubt = passing(circuit, step.z, lambda name: symbol(f"circuit.{name}"), graph.extending_speed, setting)
-    stiffness = symbol("stop_stiffness")
-    contact = watch.look(step, nominal, symbol("stroke"), ca.sqrt(bank.variance()), referenced, doubt, stiffness)
+    stiffness, usual = symbol("stop_stiffness"), assumed.machine.unseen_load * symbol("relief_load")
+    believed = Believed(
+        position=nominal,
+        stroke=symbol("stroke"),
+        std=ca.sqrt(bank.variance()),
+        known=referenced,
+        relief=doubt,
+        held_back=held_back(doubt, setting),
+        compliance=bank.factor_std(COMPLIANCE),
+        unseen=usual,
+        stiffness=stiffness,
+    )
+    contact = watch.look(step, believed, travel_by)
+    grown = graph.state("passed_relief")
+    ways = [bank.room(way, grown) for way in (-1.0, 1.0)]
+    contact = replace(contact, went=ca.fmin(ca.fmax(contact.went, -ways[0]), ways[1]))
     graph.section("Contacts: whether the piston stands on something, and where", contact, doubt)
-    passed, pending = _relief(graph, bank, step, doubt, contact)
+    passed, pending = _relief(graph, bank, step, Relief(doubt, grown), contact)
     load = step.load / symbol("relief_load")
     creeps = creep(graph, unit, load, viscosity(graph.oil_temperature), warming, assumed.machine)
     rests = is_in(contact.mode, (Mode.RESTING_ON_VALVE,))
     drawn = unfilled(circuit, step.z, lambda n: symbol(f"circuit.{n}"), graph.motor_speed, assumed.machine.filling)
     starves = drawn * ca.fabs(graph.extending_angle * symbol("travel_per_radian"))
     grows = intake.drift + passed + ca.if_else(rests, creeps, 0.0) + checks.grows + starves
+    grows = grows + _NOT_HELD * ca.fabs(contact.went)
     _predict(graph, bank, step, travel_by, around, grows, leaking, assumed)
-    bank.confine(ca.if_else(contact.touched, contact.place, nominal), doubt > 0.0)
+    bank.confine(ca.if_else(contact.touched, contact.place, nominal), doubt > 0.0, grown + passed)
     observer.release(contact.released, step.carried)
     _torque(graph, bank, step, contact, torque_by, around, checks, doubt)
-    measured = _measure(graph, bank, step, contact, nominal, assumed, link, referenced, checks)
+    measured = _measure(graph, bank, step, contact, nominal, assumed, link, referenced, checks, around)
     # A stop gives way; what it gives back once the piston is let go is travel.
-    back = ca.if_else(contact.released, contact.given_way, 0.0)
+    back = ca.if_else(contact.released, contact.given_way, 0.0) + contact.went
     begins = ca.if_else(contact.touched, contact.place, nominal + back)
     position = begins + measured.moved
+    watch.close(contact, position, measured.moved)
     after = bank.means()
     observer.shift([new - old for new, old in zip(after[:3], around[:3], strict=True)])
     known = ca.fmax(referenced, measured.taken)
-    grown = graph.state("passed_relief")
     grown_1 = ca.if_else(measured.taken, 0.0, grown + passed)
     graph.becomes("passed_relief", grown_1)
     disputed = graph.state("disputed")
@@ -147,7 +164,6 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     # What only resists moves nothing at rest, however it changes.
     unmoved = 1.0 if unit.cylinder.passive else contact.held
     furthest = ca.fmax(symbol("relief_load") - step.load, step.load + symbol("relief_pull"))
-    usual = assumed.machine.unseen_load * symbol("relief_load")
     unseen = unseen_load(graph, step, unmoved, usual, furthest)
     # How much of what the oil carries the stop carries is not known while it is held.
     into = ca.if_else(contact.held, step.carried / stiffness, 0.0)
@@ -216,7 +232,7 @@ def _lever(unit: HydraulicUnit, assumed: Assumptions) -> Lever | None:
     return unit.lever
 
 
-def _relief(graph: SensorGraph, bank: Hypotheses, step: LoadStep, doubt: Any, contact: Contact) -> tuple[Any, Any]:
+def _relief(graph: SensorGraph, bank: Hypotheses, step: LoadStep, relief: Relief, contact: Contact) -> tuple[Any, Any]:
     """By how much oil over a relief valve makes the position less certain [m]: for good, and as long as it may be.
 
     What passed moved nothing, and the position goes back by what is expected of it. A piston that seems to stand may be
@@ -225,6 +241,8 @@ def _relief(graph: SensorGraph, bank: Hypotheses, step: LoadStep, doubt: Any, co
     pumped = graph.extending_angle * graph.parameters.symbol("travel_per_radian")
     way = ca.sign(pumped)
     moved = ca.fmax(step.travel * way, _UNSEEN_FLOW * ca.fabs(pumped))
+    moved = ca.fmin(moved, bank.room(way, relief.grown))
+    doubt = relief.doubt
     missing, std = passed_share(doubt)
     still = ca.logic_or(contact.held, contact.touched)
     # A piston that leaves a stop against oil that is still under pressure there is near relief, and goes all the same;
@@ -313,6 +331,7 @@ def _measure(
     link: LinkAngle | None,
     known: Any,
     checks: DriveChecks,
+    around: list[Any],
 ) -> Measured:
     """References, contacts and angles, one a sample: a reference goes before a contact, and that before an angle.
 
@@ -346,6 +365,7 @@ def _measure(
         ca.if_else(elsewhere, stops.lies, stops.obstacle),
         use,
         by_offset,
+        ([ca.if_else(elsewhere, 0.0, by) for by in contact.place_by], around),
     )
 
 

@@ -31,6 +31,16 @@ def passed_share(doubt: Any) -> tuple[Any, Any]:
     return ca.fmax(2.0 * doubt - 1.0, 0.0), ca.sqrt(probable * (1.0 - probable) + (_PUSHED * probable) ** 2)
 
 
+def held_back(doubt: Any, tolerance: float) -> Any:
+    """Share of a pressure by which a valve that opens early may hold it lower than described [1].
+
+    Args:
+        doubt: at that pressure, by `passing`.
+        tolerance: standard deviation of a setting over it [1].
+    """
+    return _RANGE * tolerance * doubt
+
+
 def passing(balance: Balance, z: Any, parameters: Any, speed: Any, tolerance: float) -> Any:
     """How likely it is that oil passes one of a circuit's relief valves, 0 to 1.
 

@@ -1,0 +1,159 @@
+"""When a piston that is held is let go.
+
+It is when the motor turns the other way (oil that decompresses is in the observer, so a piston that still stands is
+seen to stand), or when the torque stays behind what a closed volume would ask for, and neither its compliance nor a
+relief valve that opens early explains that. Then it had not been held since the torque stays behind: it went as far as
+the pump delivered, less what leaked before.
+
+Where the pump holds the load it also leaves a stop by itself: leakage lets the oil's force sink below the load that it
+carried before, or the torque stays at that load while a closed volume would lose it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+
+from ramsight.sensor.load import LoadStep
+from ramsight.sensor.virtual_sensor import SensorGraph
+
+_NOISE = 4.0  # standard deviations
+_SOFTER = 0.5  # share of the expected torque's change that compliance does not explain, twice its deviation
+USUALLY = 0.25
+"""The same, its deviation."""
+_REMEMBERED = 1.0  # s; for which the load and the leakage from before are remembered
+
+
+@dataclass(frozen=True)
+class Grip:
+    """What holds a piston, at a sample.
+
+    Attributes:
+        rests: whether it is held while the motor stands.
+        pushing: whether the motor pushes against what holds it.
+        back: whether the motor turns the other way.
+        released: whether it is let go.
+        pressed: force of the oil beside the load that it carried before, in the direction of extension [N].
+        built: change of the expected torque since the motor pushes [N m].
+        rise: the same in the direction in which it pushes [N m].
+        missing: what the shown torque stays behind that [N m].
+        went: what the piston has gone after all [m].
+    """
+
+    rests: Any
+    pushing: Any
+    back: Any
+    released: Any
+    pressed: Any
+    built: Any
+    rise: Any
+    missing: Any
+    went: Any
+
+
+class LettingGo:
+    """Its states in a sensor's graph.
+
+    Args:
+        graph: gains states.
+        lift_sign: +1 if extension lifts the load, -1 if retraction does.
+        held: whether the piston is held before the sample.
+        direction: the way in which it cannot go on then, +1 for extension.
+    """
+
+    def __init__(self, graph: SensorGraph, lift_sign: float, held: Any, direction: Any) -> None:
+        self._graph, self._lift, self._held, self._direction = graph, lift_sign, held, direction
+        self._torque = graph.state("torque_when_pushing_began")
+        self._friction = graph.parameters.symbol("circuit.cylinder.coulomb_friction")
+        self._loads = {name: graph.state(name) for name in ("least_load_lately", "largest_load_lately")}
+
+    def look(self, step: LoadStep, turns: Any, keeps: Any, from_rest: Any, held_back: Any) -> Grip:
+        """One sample.
+
+        Args:
+            step: of the load observer.
+            turns: whether the motor does.
+            keeps: whether the load from before is kept: the piston stands, or is held.
+            from_rest: whether it has just been found at rest on an end that it was pressed on already; of the load that
+                it carried before nothing is known then.
+            held_back: share of a pressure by which a relief valve may hold it lower than described [1].
+        """
+        graph, held, direction = self._graph, self._held, self._direction
+        same_way = ca.sign(graph.extending_speed) == direction
+        rests = ca.logic_and(held, ca.logic_and(ca.logic_not(turns), graph.elapsed > 0.0))
+        pushing = ca.logic_and(held, ca.logic_and(turns, same_way))
+        back = ca.logic_and(held, ca.logic_and(turns, ca.logic_not(same_way)))
+        pressed = self._lift * (step.carried - self._load_before(step.load, keeps, from_rest))
+        lost = ca.logic_and(rests, pressed * direction < -self._friction)
+        built = step.torque - self._torque
+        graph.becomes("torque_when_pushing_began", ca.if_else(pushing, self._torque, step.torque))
+        pushes_with = direction * graph.way  # sign of the torque
+        missing, rise = -step.surprise * pushes_with, built * pushes_with
+        explained = _NOISE * step.noise + _SOFTER * ca.fabs(built) + held_back * ca.fabs(step.torque)
+        yields = ca.logic_and(pushing, missing > explained)
+        behind = ca.logic_and(pushing, missing > USUALLY * rise)
+        went = self._went(step, behind, ca.logic_or(keeps, ca.logic_not(turns)))
+        stays = ca.logic_and(rests, _stays(step, *self._changes_at_rest(step, rests)))
+        released = ca.logic_or(ca.logic_or(back, lost), ca.logic_or(yields, stays))
+        return Grip(rests, pushing, back, released, pressed, built, rise, missing, ca.if_else(yields, went, 0.0))
+
+    def _went(self, step: LoadStep, behind: Any, keeps: Any) -> Any:
+        """What the pump has delivered since the torque stays behind, less what leaked under the load from before [m].
+
+        Args:
+            step: of the load observer.
+            behind: whether the torque does.
+            keeps: whether the leakage from before is kept.
+        """
+        graph = self._graph
+        pumped = graph.extending_angle * graph.parameters.symbol("travel_per_radian")
+        leaks, pushed = graph.state("leaked_lately"), graph.state("pushed_in_vain")
+        newest = (pumped - step.free_travel) / ca.fmax(graph.elapsed, 1e-3)
+        share = ca.fmin(graph.elapsed / _REMEMBERED, 1.0)
+        graph.becomes("leaked_lately", ca.if_else(keeps, leaks, leaks + share * (newest - leaks)))
+        went = pushed + pumped - leaks * graph.elapsed
+        graph.becomes("pushed_in_vain", ca.if_else(behind, went, 0.0))
+        return went
+
+    def _changes_at_rest(self, step: LoadStep, rests: Any) -> tuple[Any, Any]:
+        """Changes of the expected torque and of the shown one since a piston is held at rest [N m].
+
+        It is the change that counts: a load that was taken slowly may have been another one when the piston seemed to
+        stand.
+        """
+        graph = self._graph
+        rested = graph.state("held_at_rest")
+        names = ("torque_when_rest_began", "torque_shown_when_rest_began")
+        changes = []
+        for name, now in zip(names, (step.torque, graph.motor_torque), strict=True):
+            began = graph.state(name)
+            graph.becomes(name, ca.if_else(ca.logic_and(rests, rested), began, now))
+            changes.append(ca.if_else(rested, now - began, 0.0))
+        graph.becomes("held_at_rest", rests)
+        expected, shown = changes
+        return expected, shown
+
+    def _load_before(self, load: Any, keeps: Any, unknown: Any) -> Any:
+        """The load that the oil carried before the piston came to stand [N].
+
+        While it comes to stand the load seems to collapse, for what stops it carries it: the largest or the least one
+        of the last moments is the one from before.
+        """
+        graph = self._graph
+        share = ca.if_else(graph.held("started"), ca.fmin(graph.elapsed / _REMEMBERED, 1.0), 1.0)
+        kept = []
+        for (name, before), extreme in zip(self._loads.items(), (ca.fmin, ca.fmax), strict=True):
+            lately = ca.if_else(keeps, before, extreme(load, before + share * (load - before)))
+            graph.becomes(name, ca.if_else(unknown, 0.0, lately))
+            kept.append(lately)
+        least, largest = kept
+        return ca.if_else(self._direction * self._lift > 0.0, least, largest)
+
+
+def _stays(step: LoadStep, expected: Any, shown: Any) -> Any:
+    """Whether the torque stays while a piston that is held at rest would let it change: it is not held."""
+    way = ca.sign(expected)
+    stays = (expected - shown) * way > _NOISE * step.noise + _SOFTER * ca.fabs(expected)
+    return ca.logic_and(stays, -step.surprise * way > _NOISE * step.noise)
