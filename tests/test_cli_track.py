@@ -99,7 +99,14 @@ def test_track_finds_the_simulated_rod(simulated, tmp_path):
     assert p95 <= largest
     with open(tmp_path / "track.csv", newline="") as stream:
         rows = list(csv.DictReader(stream))
-    assert list(rows[0]) == ["time_s", "position_m", "position_std_m", "status"]
+    assert list(rows[0]) == [
+        "time_s",
+        "position_m",
+        "position_std_m",
+        "status",
+        "position_bound_m",
+        "referenced_since_power_up",
+    ]
     assert len(rows) == 1001
     assert {row["status"] for row in rows} <= {"ok", "uncertain: reference due"}
     assert (tmp_path / "track.png").read_bytes().startswith(b"\x89PNG")
@@ -116,7 +123,7 @@ def test_track_on_a_log_of_the_independent_simulator(trace, sensor, tmp_path):
     largest = float(re.search(r"largest (\S+) mm", done.stdout)[1])
     assert largest < (0.5 if sensor == "balance" else 5.0)
     with gzip.open(tmp_path / "track.csv.gz", "rt") as stream:
-        assert stream.readline().strip() == "time_s,position_m,position_std_m,status"
+        assert stream.readline().strip() == "time_s,position_m,position_std_m,status", "these have no bound"
 
 
 def test_a_machine_file_does_as_well_as_a_catalogue_name(simulated, tmp_path):
@@ -217,7 +224,7 @@ def test_a_rod_that_nobody_has_seen_has_no_position(simulated, tmp_path):
     assert "position unknown at first, unknown at last" in said[0]
     assert said[-2].startswith("error against the truth: none to be had, 0 of 1001 samples")
     rows = (tmp_path / "track.csv").read_text().splitlines()
-    assert {row.partition(",")[2] for row in rows[1:]} == {",,not referenced"}
+    assert {row.partition(",")[2] for row in rows[1:]} == {",,not referenced,,0"}
 
 
 def test_a_load_and_a_torque_beyond_the_limits_are_said(tmp_path):
@@ -232,3 +239,24 @@ def test_a_load_and_a_torque_beyond_the_limits_are_said(tmp_path):
     weak.write_text(weak.read_text().replace('"90 N m"', '"60 N m"'))
     done = at_once("simulate", "weak.toml", "--unit", "boom", "--load", "441 kN", "--hold", "1 s", cwd=tmp_path)
     assert "it has 60 N m" in done.stdout
+
+
+def test_track_says_how_much_of_the_time_the_position_is_available(trace):
+    """Before its first reference the bucket's position is not; a limit of half the stroke is nearly always kept."""
+    case = trace("bucket_asbuilt1_workday")
+    given = ("track", "mining-loader", case.log, "--unit", "bucket", "--alarm-limit")
+    shares = {}
+    for limit in ("20 mm", "250 mm"):
+        done = at_once(*given, limit, "--time-to-alert", "1 s")
+        assert done.returncode == 0, done.stderr
+        said = re.search(
+            r"available (\S+) % of the time, its bound within (\d+) mm; (\d+) alerts? of more than 1 s", done.stdout
+        )
+        assert f"{said[2]} mm" == limit
+        assert int(said[3]) >= 1
+        shares[limit] = float(said[1])
+    assert shares["20 mm"] < shares["250 mm"] < 100.0
+    refused = at_once(*given, "10 s")
+    assert refused.returncode == 2
+    assert "--alarm-limit" in refused.stderr
+    assert "0.1 mm to 500 mm" in refused.stderr

@@ -1,5 +1,6 @@
 """A wrong unit or sign looks healthy sample by sample; against the machine it is noticed."""
 
+import re
 import subprocess
 import sys
 import warnings
@@ -160,3 +161,19 @@ def test_what_is_said_of_absurd_numbers_is_short(trace, units):
     with pytest.warns(LogWarning) as said:
         list(watched([log], units["boom"], "day.csv"))
     assert max(len(str(one.message)) for one in said) < 300
+
+
+@pytest.mark.parametrize(("noise", "said"), [(0.5, False), (0.9, False), (1.6, True), (5.0, True)])
+def test_a_torque_that_scatters_by_more_than_the_description_assumes_is_said(units, trace, noise, said):
+    """The loader's is 0.5 N m, 0.7 % of 72 N m; steps of the load at rest are no noise."""
+    log = read_drive_log(trace("boom_258kN_40C").log).copy(deep=True)
+    rng = np.random.default_rng(1)
+    rest = log.isel(time=np.zeros(600, dtype=int)).assign_coords(time=log["time"].values[-1] + 0.02 * np.arange(1, 601))
+    rest["motor_speed"][:] = 0.0
+    rest["motor_torque"][:] = noise * rng.normal(size=600) + np.where(np.arange(600) < 300, 0.0, 40.0)
+    found = warned(rest, units["boom"])
+    assert bool(found) == said
+    if said:
+        share = float(re.search(r'torque = "([0-9.]+) %"', found[0])[1])
+        assert share == pytest.approx(100.0 * noise / 72.1, rel=0.15, abs=0.1)
+        assert "while the motor stands" in found[0]

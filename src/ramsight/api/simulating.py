@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,7 +12,7 @@ from ramsight.api.given import checked
 from ramsight.api.machines import AnyUnit, build
 from ramsight.duty import DriveReport, Duty, Magnets
 from ramsight.duty import report as report_of
-from ramsight.duty.drive_report import declared_report
+from ramsight.duty.drive_report import declared_report, usual_report
 from ramsight.duty.recorded import Recorded
 from ramsight.duty.simulate import SAMPLE_PERIOD, labelled, ran
 from ramsight.engine.run import DEFAULT_RTOL
@@ -127,8 +128,8 @@ def drive_report(
     unit: str | None = None,
     seed: int = 0,
     speed_step: Quantity = "1 rpm",
-    torque_step: Quantity = "0.0625 N m",
-    torque_noise: Quantity = "0.5 N m",
+    torque_step: Quantity | None = None,
+    torque_noise: Quantity | None = None,
     temperature_step: Quantity = "0.1 K",
     temperature_noise: Quantity = "0.2 K",
     torque_gain: Quantity = 1.0,
@@ -146,8 +147,8 @@ def drive_report(
         unit: name of the unit, if the machine has several.
         seed: of the noise; the same seed gives the same log.
         speed_step: of the motor speed [rad/s]; 0 for none.
-        torque_step: of the motor torque [N m]; 0 for none.
-        torque_noise: its standard deviation [N m].
+        torque_step: of the motor torque [N m]; 0 for none. None: 0.0625 N m, less where the machine assumes less noise.
+        torque_noise: its standard deviation [N m]. None: 0.5 N m, or what the machine assumes if that is less.
         temperature_step: of the oil temperature, a difference [K]; 0 for none.
         temperature_noise: its standard deviation [K].
         torque_gain: reported torque over the true one [1], 0.1 to 10.
@@ -169,7 +170,7 @@ def drive_report(
         >>> sorted(ramsight.drive_report(run, torque_noise="1 N m"))
         ['motor_speed', 'motor_torque', 'oil_temperature']
     """
-    given = {
+    given: dict[str, Quantity | None] = {
         "speed_step": speed_step,
         "torque_step": torque_step,
         "torque_noise": torque_noise,
@@ -195,7 +196,7 @@ _REPORTED = {
 
 
 def reported_how(
-    given: Mapping[str, Quantity],
+    given: Mapping[str, Quantity | None],
     unit: HydraulicUnit | None = None,
     *,
     seed: int = 0,
@@ -205,7 +206,8 @@ def reported_how(
     """How a drive reports; the other arguments are those of `drive_report`, and so are the errors.
 
     Args:
-        given: quantities by the names that `drive_report` has for them; those that are not given are a usual drive's.
+        given: quantities by the names that `drive_report` has for them; those that are not given, or None, are those of
+            a usual drive of the unit's size.
         unit: that ran, built.
         seed: of the noise.
         magnets: of the motor.
@@ -213,7 +215,9 @@ def reported_how(
     """
     read: dict[str, float] = {}
     for name, value in given.items():
-        si, least, most = _REPORTED[name]
-        read[name] = argument(value, si, named(name), least=least, most=most)
-    how = DriveReport(magnets=magnets, seed=seed, **read)  # type: ignore[arg-type]
+        if value is not None:
+            si, least, most = _REPORTED[name]
+            read[name] = argument(value, si, named(name), least=least, most=most)
+    usual = DriveReport() if unit is None else usual_report(unit)
+    how = replace(usual, magnets=magnets, seed=seed, **read)  # type: ignore[arg-type]
     return how if unit is None else declared_report(unit, seed, how)

@@ -20,6 +20,7 @@ from ramsight.plant.unit import HydraulicUnit
 from ramsight.progress import progress as progress_bar
 from ramsight.sensor.persistence import StateFile, said
 from ramsight.sensor.virtual_sensor import REPORTED, START_STD, VirtualSensor
+from ramsight.study.availability import LONGEST_ALERT, TIME_TO_ALERT, Availability
 from ramsight.study.errors import PositionErrors, position_errors
 from ramsight.study.pieces import Pieces, track_pieces
 from ramsight.units import argument, format_si
@@ -101,6 +102,8 @@ def track(
     sensor: str = "kalman",
     channel_map: AnyMap | None = None,
     state: str | Path | None = None,
+    alarm_limit: Quantity | None = None,
+    time_to_alert: Quantity = TIME_TO_ALERT,
     progress: bool = False,
 ) -> xarray.Dataset:
     """Where the piston was, from the log of a motor drive; and how wrong that is, where the truth is known.
@@ -122,13 +125,17 @@ def track(
         channel_map: of a file, as `read_log`'s.
         state: resume the sensor from this file if it is there, unless a start is given; keep its state in it at the
             end. For kalman.
+        alarm_limit: error that the position must not have for what it is used for [m], or ``"10 mm"``.
+        time_to_alert: for which that may be unsure before it is an alert [s], or ``"0.2 s"``.
         progress: show a bar on a terminal if it takes long.
 
     Returns:
         Over `time` [s], shape (samples,): `position` and `position_std` [m], NaN while the sensor is not referenced,
         `velocity` [m/s], `load` [N], `status` (numbers of `Status`), what else the sensor says, and the log itself.
         With a truth also `true_position` [m] and `error` [m], NaN where either is unknown, and in the attributes
-        `error_largest`, `error_p95` and `error_final`, magnitudes in m, over `error_samples` samples.
+        `error_largest`, `error_p95` and `error_final`, magnitudes in m, over `error_samples` samples. With an alarm
+        limit, the attributes `available`, the share of the samples whose bound is within it, `alerts`, how often it
+        was not for longer than the time to alert, and `longest_alert` [s].
 
     Raises:
         DescriptionError: a quantity cannot be read or is outside the stroke; names argument, value and range.
@@ -148,6 +155,7 @@ def track(
     built = build(machine, unit)
     position, std = start_of(built, start, start_std)
     true = truth_in(log, channel_map) if truth is None else truth_of(truth)
+    available = availability_of(built, alarm_limit, time_to_alert)
     done = follow(
         built,
         log,
@@ -159,6 +167,7 @@ def track(
         keep_track=True,
         keep_log=True,
         all_of_it=True,
+        available=available,
         progress=progress,
     )
     if done.track is None or done.log is None:
@@ -166,6 +175,9 @@ def track(
     reported = {name: done.log[name] for name in (*REPORTED[1:], "reference") if name in done.log}
     whole = done.track.assign(reported)
     whole.attrs |= {"kind": "track", "unit": built.name}
+    if available is not None:
+        found = {"available": available.share, "alerts": available.alerts, "longest_alert": available.longest}
+        whole.attrs |= found
     return whole if true is None else judged(whole, true)
 
 
@@ -188,6 +200,28 @@ def start_of(
     return position, argument(start_std, "m", named("start_std"), least="0.01 mm", most=stroke)
 
 
+def availability_of(
+    unit: HydraulicUnit, limit: Quantity | None, time_to_alert: Quantity, named: Callable[[str], str] = str
+) -> Availability | None:
+    """What counts how much of the time a position may be used; None without an alarm limit.
+
+    Args:
+        unit: whose stroke is the largest limit.
+        limit: error that it must not have [m], or text with a unit.
+        time_to_alert: for which that may be unsure [s], or text with a unit.
+        named: what errors call an argument.
+
+    Raises:
+        DescriptionError: one of them cannot be read or is out of range.
+    """
+    if limit is None:
+        return None
+    stroke = format_si(unit.cylinder.stroke, "mm")
+    allowed = argument(limit, "m", named("alarm_limit"), least="0.1 mm", most=stroke)
+    waits = argument(time_to_alert, "s", named("time_to_alert"), least="0 s", most=format_si(LONGEST_ALERT, "s"))
+    return Availability(allowed, waits)
+
+
 def follow(
     unit: HydraulicUnit,
     log: str | Path | xarray.Dataset | Iterable[xarray.Dataset],
@@ -202,6 +236,7 @@ def follow(
     keep_log: bool = False,
     all_of_it: bool = False,
     more: tuple[str, ...] = (),
+    available: Availability | None = None,
     progress: bool = False,
     advance: Callable[[float], object] | None = None,
     say: Callable[[str], object] = lambda text: None,
@@ -221,6 +256,7 @@ def follow(
         keep_log: whether the log is kept.
         all_of_it: whether every variable of them is kept.
         more: further variables that are kept of them, where they have them.
+        available: counts how much of the time the position may be used.
         progress: show a bar on a terminal.
         advance: told the share of a file that was read since the last call, where there is no bar.
         say: told what became of the state file.
@@ -239,7 +275,7 @@ def follow(
         checked = watched(pieces, unit, file, channel_map)
         done = track_pieces(
             virtual, checked, out, keep_track=keep_track, keep_log=keep_log, all_of_it=all_of_it,
-            more=more,
+            more=more, available=available,
         )  # fmt: skip
     if kept is not None:
         kept.save()
@@ -301,4 +337,14 @@ def _pieces(
     return (checked(piece, _NO_FILE) for piece in pieces), _NO_FILE
 
 
-__all__ = ["errors_of", "follow", "judged", "open_log", "read_log", "sensor_for", "start_of", "track"]
+__all__ = [
+    "availability_of",
+    "errors_of",
+    "follow",
+    "judged",
+    "open_log",
+    "read_log",
+    "sensor_for",
+    "start_of",
+    "track",
+]

@@ -33,9 +33,10 @@ OTHER_ARRAYS = ("dask", "pint")
 def _without_other_arrays() -> None:
     """Where these are installed xarray loads them, half a second, to ask each array whether it is one of theirs.
 
-    No verb has such arrays. Dask itself is needed by who asks for its workers.
+    No verb has such arrays. Dask itself is needed by who asks for its workers. An xarray that is there already may have
+    found them, and would look for them in vain.
     """
-    if not any(word.startswith("--cluster") for word in sys.argv):
+    if "xarray" not in sys.modules and not any(word.startswith("--cluster") for word in sys.argv):
         for name in OTHER_ARRAYS:
             sys.modules.setdefault(name, None)  # type: ignore[arg-type]
 

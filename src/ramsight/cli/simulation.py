@@ -55,8 +55,17 @@ def simulate(
     ] = 1.0,
     temperature_offset: Annotated[float, typer.Option(help="By how many K the thermometer reads too much.")] = 0.0,
     speed_step: Annotated[str, typer.Option(help="In which the drive reports speed.")] = "1 rpm",
-    torque_step: Annotated[str, typer.Option(help="In which the drive reports torque.")] = "0.0625 N m",
-    torque_noise: Annotated[str, typer.Option(help="Of the reported torque, standard deviation.")] = "0.5 N m",
+    torque_step: Annotated[
+        str | None,
+        typer.Option(help="In which the drive reports torque [default: 0.0625 N m, less for a small drive]."),
+    ] = None,
+    torque_noise: Annotated[
+        str | None,
+        typer.Option(
+            help="Of the reported torque, standard deviation [default: 0.5 N m, or what the description assumes if "
+            "that is less]."
+        ),
+    ] = None,
     sample_period: Annotated[str, typer.Option(help="Distance of the samples.")] = "20 ms",
     out: Annotated[Path | None, typer.Option(help="All results: .nc, .csv or .csv.gz.")] = None,
     log: Annotated[Path | None, typer.Option(help="What a drive would log of it: .csv or .csv.gz.")] = None,
@@ -103,7 +112,7 @@ def simulate(
         seed=seed if duty == "work-day" else None,
         named=option,
     )
-    given: dict[str, float | str] = {
+    given: dict[str, float | str | None] = {
         "speed_step": speed_step,
         "torque_step": torque_step,
         "torque_noise": torque_noise,

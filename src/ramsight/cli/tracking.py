@@ -81,20 +81,32 @@ def track(
         typer.Option(help="True position, to print the errors: .csv or .csv.gz; or the map's measured.position."),
     ] = None,
     figure: Annotated[Path | None, typer.Option(help="A picture of it: .png, .svg or .pdf.")] = None,
+    alarm_limit: Annotated[
+        str | None,
+        typer.Option(
+            help='Error that the position must not have for what it is used for, "10 mm": says how much of the time it '
+            "is available for that, and how often it is not."
+        ),
+    ] = None,
+    time_to_alert: Annotated[
+        str | None, typer.Option(help="For which that may be unsure before it is an alert [default: 0.2 s].")
+    ] = None,
 ) -> None:
     """Say where the piston was, from the log of a motor drive.
 
     The log has the columns time_s, motor_speed_rpm, motor_torque_nm and oil_temperature_c, and perhaps reference_m:
     empty, or the position that a switch knows at that instant. For any other log, and for CAN frames, a channel map
-    says which channels are what: ramsight logs inspect proposes one. The track has time_s, position_m, position_std_m
-    (empty where the sensor does not know it) and status; as .nc also velocity, load, pressures and what it learned.
+    says which channels are what: ramsight logs inspect proposes one. The track has time_s, position_m, position_std_m,
+    position_bound_m (an error that one sample in 100 000 exceeds; all empty where the sensor does not know it), status
+    and whether a reference has come; as .nc also velocity, load, pressures and what it learned.
 
     Example: ramsight track mining-loader log.csv.gz --unit boom --start "100 mm" --out track.csv
     """
     from ramsight.api.given import truth_in
     from ramsight.api.machines import build, load_machine
-    from ramsight.api.tracking import errors_of, follow, start_of
+    from ramsight.api.tracking import availability_of, errors_of, follow, start_of
     from ramsight.logs import read_truth
+    from ramsight.study.availability import TIME_TO_ALERT
     from ramsight.study.figures import tracked_figure
     from ramsight.study.tracking import error_text
 
@@ -102,6 +114,8 @@ def track(
     description = load_machine(machine)
     built = build(description, unit)
     position, std = start_of(built, start, start_std, named=option)
+    waits = TIME_TO_ALERT if time_to_alert is None else time_to_alert
+    available = availability_of(built, alarm_limit, waits, named=option)
     true = truth_in(log, channel_map) if truth is None else read_truth(truth)
     done = follow(
         built,
@@ -114,6 +128,7 @@ def track(
         out=out,
         keep_track=true is not None or figure is not None,
         keep_log=figure is not None,
+        available=available,
         progress=True,
         say=typer.echo,
     )

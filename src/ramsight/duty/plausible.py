@@ -35,6 +35,9 @@ _HOT = 353.15  # K; oil of a healthy machine is colder on the average
 _MOVING = 0.02  # share of the highest speed
 _MOVED = 2.0  # s of turning either way before signs are judged
 _AGAINST = 0.05  # share of the torque at relief pressure
+_STANDS = 1.0  # rad/s
+_NOISY, _RESTED = 2.0, 100  # times the assumed noise of the torque, and samples at rest that it takes to say so
+_STEPS = 0.99  # share of the changes at rest that are noise; the others are loads
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,8 @@ class Limits:
         stroke: of the cylinder [m].
         travel: of the rod per motor angle, without leakage [m/rad].
         longest: move over the stroke that may be: of a free one, or of one that ends against a stop [1].
+        noise: of the torque, that the description assumes [N m].
+        relief_torque: of the motor at relief pressure [N m], of which `noise` is given as a share.
     """
 
     max_speed: float
@@ -58,6 +63,8 @@ class Limits:
     stroke: float
     travel: float
     longest: float
+    noise: float = np.inf
+    relief_torque: float = np.inf
 
 
 def reportable(unit: HydraulicUnit, *, against_stops: bool = False) -> Limits:
@@ -67,14 +74,17 @@ def reportable(unit: HydraulicUnit, *, against_stops: bool = False) -> Limits:
         unit: the unit.
         against_stops: whether the rod is known to have been driven against its ends, so that moves are long.
     """
+    torques = limits_of(unit)
     return Limits(
         unit.max_speed,
-        limits_of(unit).side_torque,
+        torques.side_torque,
         unit.oil.temperatures,
         unit.lift_sign,
         unit.cylinder.stroke,
         abs(unit.travel_per_radian),
         _FARTHEST if against_stops else _OVERTRAVEL,
+        unit.assumptions.drive.torque * torques.torque,
+        torques.torque,
     )
 
 
@@ -140,6 +150,7 @@ class Seen:
         speeds, torques: 99.5 % of the magnitudes in each piece are below these [rad/s], [N m].
         moves: motor angle of the longest move in each piece [rad].
         temperatures: median of each piece [K].
+        scatters: of the torque while the motor stands, in each piece with enough of that [N m].
         seconds, torque_seconds: time of turning forward and backward [s], and the torque's integral over it [N m s].
     """
 
@@ -148,6 +159,7 @@ class Seen:
     moves: list[float] = field(default_factory=list)
     torques: list[float] = field(default_factory=list)
     temperatures: list[float] = field(default_factory=list)
+    scatters: list[float] = field(default_factory=list)
     seconds: dict[int, float] = field(default_factory=lambda: {1: 0.0, -1: 0.0})
     torque_seconds: dict[int, float] = field(default_factory=lambda: {1: 0.0, -1: 0.0})
 
@@ -164,6 +176,7 @@ class Seen:
         self.moves += _longest_move(time, np.clip(speed, -fastest, fastest))
         turning = np.abs(speed) > moving
         self.torques += _peak(torque[turning])
+        self.scatters += _scatter(speed, torque)
         self.temperatures += _middle(piece["oil_temperature"].values)
         for sign in (1, -1):
             chosen = (sign * speed > moving) & np.isfinite(torque)
@@ -182,6 +195,17 @@ def _longest_move(time: NDArray[np.float64], speed: NDArray[np.float64]) -> list
     return [float(np.abs(np.add.reduceat(angle, begins)).max())]
 
 
+def _scatter(speed: NDArray[np.float64], torque: NDArray[np.float64]) -> list[float]:
+    """Standard deviation of the torque's noise while the motor stands [N m], by its changes; [] if it hardly does."""
+    stands = np.abs(speed) < _STANDS
+    changes = np.abs(np.diff(torque))[stands[1:] & stands[:-1]]
+    changes = changes[np.isfinite(changes)]
+    if changes.size < _RESTED:
+        return []
+    noise = changes[changes <= np.quantile(changes, _STEPS)]
+    return [float(0.5 * np.sqrt(np.pi) * noise.mean())]  # E|a - b| = 2 sigma/sqrt(pi)
+
+
 def _peak(values: NDArray[np.float64]) -> list[float]:
     known = np.abs(values[np.isfinite(values)])
     return [float(np.quantile(known, 0.995))] if known.size else []
@@ -197,6 +221,8 @@ def findings(seen: Seen, limits: Limits, units: Mapping[str, str]) -> Iterator[t
     checks = {"time": _clock, "speed": _speed, "torque": _torque, "temperature": _temperature}
     found = [(role, text) for role, check in checks.items() if (text := check(seen, limits, units.get(role, "")))]
     if not found and (text := _signs(seen, limits)):  # signs are judged where the units are right
+        found = [("torque", text)]
+    if not found and (text := _noise(seen, limits)):
         found = [("torque", text)]
     yield from found
 
@@ -256,6 +282,17 @@ def _torque(seen: Seen, limits: Limits, unit: str) -> str:
             f" {limits.torque:.3g} N m{_asked(['kN m', 'a share of the rated torque'])}"
         )
     return ""
+
+
+def _noise(seen: Seen, limits: Limits) -> str:
+    scatter = float(np.median(seen.scatters)) if seen.scatters else 0.0
+    if scatter <= _NOISY * limits.noise:
+        return ""
+    share = np.ceil(1e3 * scatter / limits.relief_torque) / 10.0
+    return (
+        f"the torque scatters by {scatter:.2g} N m while the motor stands, {scatter / limits.noise:.1f} times what the"
+        f' description assumes: write torque = "{share:g} %" under assumptions.drive of the unit'
+    )
 
 
 def _temperature(seen: Seen, limits: Limits, unit: str) -> str:

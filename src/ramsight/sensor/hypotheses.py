@@ -41,6 +41,7 @@ CERTAIN = math.sqrt(-2.0 * math.log(RISK))
 """Standard deviations that a normal error exceeds no more often: P(|e| > k sigma) <= exp(-k^2/2) (Chernoff)."""
 _NEVER = 1e9  # a logarithm that no likelihood reaches
 _LEAST = -12.0  # natural logarithm of the least weight over the largest, so that a hypothesis can come back
+_TURNED = 0.5  # of what a piston seemed to be beyond an end that it leaves: standard deviation that it leaves there
 _BEYOND, _BEYOND_LEAST = 4.0, 5e-3  # standard deviations and share of the stroke; so far beyond an end none is
 _ADAPTS = 0.2  # share of the newest reference in the mean of the normalised innovations
 _MOST = 25.0  # of a normalised innovation; a larger one is none of a walk
@@ -238,6 +239,23 @@ class Hypotheses:
             far, position = self._far(h, passed), nominal + h.mean[POSITION]
             back = ca.fmax(-far - position, 0.0) - ca.fmax(position - self._stroke - far, 0.0)
             h.mean[POSITION] = h.mean[POSITION] + ca.if_else(passes, back, 0.0)
+
+    def turned(self, nominal: Any, way: Any) -> None:
+        """A piston that the motor takes away from an end is not beyond it, whatever it seemed to be.
+
+        No contact said how far it was beyond; so the position is as unsure as half of that besides.
+
+        Args:
+            nominal: position after the step [m].
+            way: in which the motor moves it, +1 for extension; 0 if it does not.
+        """
+        for h in self.all:
+            position = nominal + h.mean[POSITION]
+            beyond = ca.if_else(way > 0.0, -position, ca.if_else(way < 0.0, position - self._stroke, 0.0))
+            std = ca.sqrt(ca.fmax(h.covariance[POSITION, POSITION], 0.0))
+            back = ca.if_else(beyond > std + _BEYOND_LEAST * self._stroke, beyond, 0.0)
+            h.mean[POSITION] = h.mean[POSITION] + way * back
+            h.covariance.grow(_TURNED * back)
 
     def room(self, way: Any, passed: Any) -> Any:
         """How far the piston may still go [m]; oil that is delivered beyond moves nothing, and makes nothing unsure.

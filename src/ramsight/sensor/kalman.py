@@ -141,6 +141,10 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     grows = grows + _NOT_HELD * ca.fabs(contact.went)
     _predict(graph, bank, step, travel_by, around, grows, leaking, assumed)
     bank.confine(ca.if_else(contact.touched, contact.place, nominal), doubt > 0.0, grown + passed)
+    still = ca.logic_or(contact.held, ca.fabs(graph.motor_speed) <= _TURNING)
+    bank.turned(
+        ca.if_else(contact.touched, contact.place, nominal), ca.if_else(still, 0.0, ca.sign(graph.extending_speed))
+    )
     observer.release(contact.released, step.carried)
     _torque(graph, bank, step, contact, torque_by, around, checks, doubt)
     measured = _measure(graph, bank, step, contact, nominal, assumed, link, referenced, checks, around)

@@ -192,7 +192,7 @@ class LoadObserver:
         by_first = ca.DM(balance.rest_by_load())
         by_initial = first.by_start(by_first, 1.0)
         h_walked, h_initial = first.torque_by(by_large), first.torque_by(by_initial)
-        noise2, friction = self._noise(first, early.torque - first.torque, p, h)
+        noise2, pumping, friction = self._noise(first, early.torque - first.torque, p, h)
         missed = graph.motor_torque - first.torque
         shown = self._shown(first, h_walked, friction)
         surprise, slowly = self._surprise(shown, missed, h_walked, h_initial, noise2, friction, h)
@@ -216,7 +216,7 @@ class LoadObserver:
         z = ca.if_else(moves, solved, before)
         if self._pressures is not None:
             self._pressures.close(z, second.stands, h, after_torque)
-        may_be_empty, empty = self._is_empty(z, corrected)
+        may_be_empty, empty = self._is_empty(z, corrected, after_torque, pumping)
         goes = ca.logic_and(moves, ca.logic_not(empty))
         self._keep(z, ca.if_else(moves, corrected, load))
         graph.becomes("load_variance", ca.if_else(moves, after_torque, self._walked))
@@ -305,24 +305,33 @@ class LoadObserver:
             k_walked = ca.if_else(ca.logic_and(first.stands, surprise > 0.0), 0.0, k_walked)
         return _Gains(k_initial, k_walked, initial, walked)
 
-    def _is_empty(self, z: Any, load: Any) -> tuple[Any, Any]:
+    def _is_empty(self, z: Any, load: Any, variance: Any, friction: Any) -> tuple[Any, Any]:
         """Whether oil may give the piston no force, and whether it surely gives none.
 
         Then nothing in the circuit says where the piston goes, and it stays. Where the pump acts on one side only, that
         is so as soon as there may be no load and the pump does not deliver: a load that rests on something else leaves
-        the oil, and the pump draws from the tank. One that bounces on its oil comes back within half a period.
+        the oil, and the pump draws from the tank. One that bounces on its oil comes back within half a period. How
+        light a load may be is how well it is known, and not what a single torque shows.
+
+        Args:
+            z: the circuit's states.
+            load: after this sample [N].
+            variance: of it [N2].
+            friction: of slow pumps [N m], which others may have more of.
         """
         graph, balance = self._graph, self._balance
         if self._passive:  # what only resists keeps the piston where it is
             return 0.0, 0.0
-        least = _NOTHING * self._assumptions.drive.torque * self._relief_load
         if not one_sided(balance):
+            least = _NOTHING * self._assumptions.drive.torque * self._relief_load
             held = getattr(balance.unit.cylinder, f"node_{balance.unit.held}")
             tank = self._p[balance.parameters.index("tank.pressure")]
             lost = z[balance.states.index(f"pressure_{held}")] < tank
             empty = ca.logic_and(lost, ca.fabs(balance.force(z)) < least)
             return empty, empty
-        none = ca.logic_and(load < least, balance.unit.lift_sign * graph.extending_speed <= 0.0)
+        rougher = (_ROUGHER - 1.0) * friction / self._per_angle
+        lightest = _NOTHING * ca.sqrt(ca.fmax(variance, 0.0) + rougher**2)
+        none = ca.logic_and(load < lightest, balance.unit.lift_sign * graph.extending_speed <= 0.0)
         since = graph.state("empty_for")
         since_1 = ca.if_else(none, since + graph.elapsed, 0.0)
         graph.becomes("empty_for", since_1)
@@ -356,8 +365,8 @@ class LoadObserver:
             self._graph.becomes(name, z[k])
         self._graph.becomes("load", load)
 
-    def _noise(self, first: Solution, early: Any, p: Any, h: Any) -> tuple[Any, Any]:
-        """Variance of the torque at this sample [N2 m2], and friction at standstill [N m].
+    def _noise(self, first: Solution, early: Any, p: Any, h: Any) -> tuple[Any, Any, Any]:
+        """Variance of the torque at this sample [N2 m2], friction of slow pumps, and what of it hides a torque [N m].
 
         Beside the drive's own: how the expected torque changes within the drive's delay, and by how much it would be
         another were the motor already as fast as at the sample's end (`early`), both of which are large where a valve
@@ -373,7 +382,7 @@ class LoadObserver:
         up, down = (self._balance.torque(first.z, sign * 3.0 * _STANDING, 0.0, p) for sign in (1.0, -1.0))
         stands = ca.fabs(graph.motor_speed) < _STANDING
         friction = 0.5 * (up - down)
-        return self._sigma**2 + timing_1, ca.if_else(stands, _ROUGHER * friction, 0.0)
+        return self._sigma**2 + timing_1, friction, ca.if_else(stands, _ROUGHER * friction, 0.0)
 
     def _follow(
         self,

@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 
 from ramsight.output import open_dataset
 from ramsight.sensor.status import Status
+from ramsight.sensor.virtual_sensor import BOUND, REFERENCED_NOW
 from ramsight.study.tracking import Tally
 
 if TYPE_CHECKING:
     import xarray
 
     from ramsight.sensor.virtual_sensor import VirtualSensor
+    from ramsight.study.availability import Availability
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,7 @@ class Pieces:
 
 
 _TRACK = ("position", "position_std", "status")
+_INTEGRITY = (BOUND, REFERENCED_NOW)
 _LOG = ("motor_speed", "motor_torque", "oil_temperature")
 
 
@@ -49,6 +52,7 @@ def track_pieces(
     keep_log: bool = False,
     all_of_it: bool = False,
     more: tuple[str, ...] = (),
+    available: Availability | None = None,
 ) -> Pieces:
     """Track a log piece by piece, and write the track.
 
@@ -56,28 +60,33 @@ def track_pieces(
         sensor: started; goes on from piece to piece.
         pieces: of a drive log, in order, for example from `ramsight.logs.open_log`.
         out: the track's file: NetCDF and MCAP hold all that the sensor says, a table (CSV, Parquet, MF4) position, its
-            standard deviation and status in words; None writes none.
+            standard deviation, bound, status in words and whether a reference has come; None writes none.
         keep_track: whether the track is kept, to compare it with the truth.
         keep_log: whether the log is kept, for a figure.
         all_of_it: whether every variable of what is kept is kept.
         more: further variables that are kept of track and log, where they have them.
+        available: counts how much of the time the position may be used, and is told with the summary.
 
     Raises:
         OutputError: the file cannot be written; then there is none.
     """
     words = {"status": {int(status): status.text for status in Status}}
     tally, track, log = Tally(), *(_Kept(None if all_of_it else names, more) for names in (_TRACK, _LOG))
-    with nullcontext() if out is None else open_dataset(out, variables=_TRACK, words=words) as writer:
+    table = (*_TRACK, *(name for name in _INTEGRITY if name in sensor.recursion.outputs))
+    with nullcontext() if out is None else open_dataset(out, variables=table, words=words) as writer:
         for piece in pieces:
             tracked = as_said(sensor.track(piece))
             tally.append(tracked)
+            if available is not None:
+                available.append(tracked)
             if writer is not None:
                 writer.append(tracked)
             if keep_track:
                 track.append(tracked)
             if keep_log:
                 log.append(piece)
-    return Pieces(tally.text, track.whole(), log.whole())
+    summary = tally.text if available is None else f"{tally.text}\n{available.text}"
+    return Pieces(summary, track.whole(), log.whole())
 
 
 def as_said(tracked: xarray.Dataset) -> xarray.Dataset:
@@ -89,7 +98,8 @@ def as_said(tracked: xarray.Dataset) -> xarray.Dataset:
     nowhere = tracked["status"] == int(Status.NOT_REFERENCED)
     if not bool(nowhere.any()):
         return tracked
-    return tracked.assign({name: tracked[name].where(~nowhere) for name in ("position", "position_std")})
+    known = [name for name in ("position", "position_std", BOUND) if name in tracked]
+    return tracked.assign({name: tracked[name].where(~nowhere) for name in known})
 
 
 class _Kept:
