@@ -8,6 +8,7 @@ import xarray
 
 import ramsight
 from ramsight.duty.lift_lower import lift_lower
+from ramsight.errors import LogWarning
 from ramsight.logs import write_drive_log
 from ramsight.sensor.mode import Mode
 from ramsight.study.commissioning import log_checks, sensor_checks, sheet_checks
@@ -190,3 +191,65 @@ def test_the_verb_writes_one_page_to_sign_and_its_exit_code_tells(boom, rehearse
     assert refused.returncode == 1
     assert "boom: not commissioned" in refused.stdout
     assert "must not be relied on" in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
+def test_samples_too_far_apart_are_worth_a_second_look():
+    found = log_checks.samples(drive_log(np.arange(0.0, 900.0, 0.5)))
+    assert found.verdict is Verdict.DOUBT
+    assert "every 500 ms" in found.found
+    assert "1 to 100 ms" in found.remedy
+
+
+def test_a_torque_noisier_than_described_is_a_reservation_and_the_rest_is_judged(boom, rehearsed):
+    log, _ = rehearsed
+    noisy = log.copy(deep=True)
+    noisy["motor_torque"] += 2.0 * np.random.default_rng(1).normal(size=noisy.sizes["time"])
+    with pytest.warns(LogWarning, match="scatters"):
+        done = ramsight.commission(boom, noisy)
+    found = next(one for one in done.findings if one.check == "noise of torque")
+    assert found.verdict is Verdict.DOUBT
+    assert re.fullmatch(r'write torque = "2\.[5-9] %" under assumptions.drive of the unit', found.remedy)
+    assert verdicts(done)["leak test"] is Verdict.PASSED
+
+
+@pytest.mark.parametrize(("std", "verdict"), [(1e-3, Verdict.PASSED), (17e-3, Verdict.PASSED), (19e-3, Verdict.DOUBT)])
+def test_a_last_position_that_is_hardly_known_is_worth_a_second_look(std, verdict):
+    """5 % of 700 mm are 35 mm, which 1.96 times 17.9 mm is."""
+    data = {"status": ("time", np.zeros(10, dtype=int)), "position_std": ("time", np.full(10, std))}
+    track = xarray.Dataset(data, coords={"time": np.arange(10.0)})
+    assert sensor_checks.confidence(track, True, 0.7).verdict is verdict
+    assert sensor_checks.confidence(track, False, 0.7).verdict is Verdict.DOUBT, "the motor turns"
+
+
+def test_one_reservation_is_one(boom, rehearsed):
+    log, _ = rehearsed
+    found = (Finding("samples", Verdict.DOUBT, "few", "more"),)
+    assert Commissioning("boom", found, log).text.endswith("commissioned with 1 reservation")
+    assert Commissioning("boom", found * 2, log).text.endswith("commissioned with 2 reservations")
+
+
+def test_a_true_position_in_another_unit_is_refused_with_a_hint(boom, rehearsed):
+    log, run = rehearsed
+    wrong = run[["position"]] * 1e3
+    for judge in (ramsight.commission, ramsight.track):
+        with pytest.raises(
+            ramsight.RamsightError, match=r"true position reaches .* m, the stroke is 0.7.* is it in mm\?"
+        ):
+            judge(boom, log, truth=wrong)
+
+
+def test_the_measured_position_that_a_map_names_is_the_truth(boom, rehearsed, tmp_path):
+    log, run = rehearsed
+    rows = ["t,n,M,T,x"]
+    columns = [log["time"].values, log["motor_speed"].values, log["motor_torque"].values]
+    columns += [log["oil_temperature"].values - 273.15, 1e3 * run["position"].values]
+    rows += [",".join(f"{value:.6f}" for value in row) for row in np.column_stack(columns)]
+    (tmp_path / "own.csv").write_text("\n".join(rows) + "\n")
+    (tmp_path / "map.toml").write_text(
+        'time = { channel = "t", unit = "s" }\nspeed = { channel = "n", unit = "rad/s" }\n'
+        'torque = { channel = "M", unit = "N m" }\ntemperature = { channel = "T", unit = "degC" }\n'
+        '[measured]\nposition = { channel = "x", unit = "mm" }\n'
+    )
+    done = ramsight.commission(boom, tmp_path / "own.csv", channel_map=tmp_path / "map.toml")
+    assert "truth" in verdicts(done)
+    assert done.identification is not None

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ramsight.api.given import checked, truth_of
+from ramsight.api.given import checked, possible_truth, truth_in, truth_of
 from ramsight.api.machines import AnyUnit, build
 from ramsight.api.tracking import AnyMap, read_log, track
 from ramsight.logs.channel_map import load_map
@@ -40,7 +40,8 @@ def commission(
         log: a file (as `read_log` takes), or a log: `motor_speed` [rad/s], `motor_torque` [N m] and `oil_temperature`
             [K] over `time` [s].
         truth: measured position, if there is one: a file with ``time_s`` and ``position_m``, or a Dataset with
-            `position` [m] over `time` [s], on the log's clock.
+            `position` [m] over `time` [s], on the log's clock. None: what the map names as ``measured.position`` of the
+            log itself, if it does.
         unit: name of the unit, if the machine has several.
         channel_map: of a file, as `read_log`'s.
         progress: show a bar on a terminal if it takes long.
@@ -64,8 +65,9 @@ def commission(
     built = build(machine, unit)
     known = load_map(channel_map) if isinstance(channel_map, str | Path) else channel_map
     recorded = read_log(log, known) if isinstance(log, str | Path) else checked(log, "log")
-    true = None if truth is None else truth_of(truth)
+    true = truth_in(log, known) if truth is None else truth_of(truth)
     if true is not None:
+        possible_truth(true, built.cylinder.stroke)
         _check_common(recorded, true)
 
     def track_of(given: xarray.Dataset) -> xarray.Dataset:

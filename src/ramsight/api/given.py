@@ -14,9 +14,12 @@ from ramsight.logs.channels import POSITION
 from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.opening import read_measured
 from ramsight.sensor.virtual_sensor import REPORTED
+from ramsight.study.errors import ComparisonError
 
 if TYPE_CHECKING:
     import xarray
+
+_FARTHEST = 3.0  # strokes that no measured position of a piston goes
 
 
 def checked(given: Any, name: str, needed: Iterable[str] = REPORTED) -> xarray.Dataset:
@@ -72,3 +75,19 @@ def truth_of(truth: str | Path | xarray.Dataset) -> xarray.Dataset:
         DescriptionError: it is neither file nor Dataset.
     """
     return read_truth(truth) if isinstance(truth, str | Path) else checked(truth, "truth", ("time", "position"))
+
+
+def possible_truth(truth: xarray.Dataset, stroke: float) -> None:
+    """Refuse a true position that no piston of this stroke can have; it is most often in another unit.
+
+    Args:
+        truth: `position` [m].
+        stroke: of the cylinder [m].
+
+    Raises:
+        ComparisonError: it goes farther than three strokes.
+    """
+    farthest = float(np.nanmax(np.abs(truth["position"].values), initial=0.0))
+    if farthest > _FARTHEST * stroke:
+        hint = ": is it in mm?" if farthest * 1e-3 <= _FARTHEST * stroke else ""
+        raise ComparisonError(f"the true position reaches {farthest:.5g} m, the stroke is {stroke:g} m{hint}")

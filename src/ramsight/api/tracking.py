@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ramsight.api.given import checked, truth_in, truth_of
+from ramsight.api.given import checked, possible_truth, truth_in, truth_of
 from ramsight.api.machines import AnyUnit, build
 from ramsight.calibration.sensors import TABLE_RUNS
 from ramsight.calibration.sensors import sensor_for as make_sensor
@@ -155,6 +155,8 @@ def track(
     built = build(machine, unit)
     position, std = start_of(built, start, start_std)
     true = truth_in(log, channel_map) if truth is None else truth_of(truth)
+    if true is not None:
+        possible_truth(true, built.cylinder.stroke)
     available = availability_of(built, alarm_limit, time_to_alert)
     done = follow(
         built,

@@ -102,7 +102,7 @@ def track(
 
     Example: ramsight track mining-loader log.csv.gz --unit boom --start "100 mm" --out track.csv
     """
-    from ramsight.api.given import truth_in
+    from ramsight.api.given import possible_truth, truth_in
     from ramsight.api.machines import build, load_machine
     from ramsight.api.tracking import availability_of, errors_of, follow, start_of
     from ramsight.logs import read_truth
@@ -117,6 +117,8 @@ def track(
     waits = TIME_TO_ALERT if time_to_alert is None else time_to_alert
     available = availability_of(built, alarm_limit, waits, named=option)
     true = truth_in(log, channel_map) if truth is None else read_truth(truth)
+    if true is not None:
+        possible_truth(true, built.cylinder.stroke)
     done = follow(
         built,
         log,

@@ -132,13 +132,28 @@ def implausible(
     return tuple(findings(seen, limits, {role: one.unit or "" for role, one in known.roles.items()}))
 
 
+def noisy(log: xarray.Dataset, unit: HydraulicUnit) -> str:
+    """What is to be said of a torque that scatters by more than the description assumes; empty if it does not.
+
+    Args:
+        log: motor_speed [rad/s], motor_torque [N m] and oil_temperature [K] over time, whole.
+        unit: the unit that the drive turns.
+    """
+    seen = Seen()
+    seen.take(log, _MOVING * unit.max_speed)
+    return _noise(seen, reportable(unit))
+
+
 def _warn(
     seen: Seen, limits: Limits, file: str, names: Mapping[str, str], units: Mapping[str, str], said: set[str]
 ) -> None:
-    for role, text in findings(seen, limits, units):
+    found = list(findings(seen, limits, units))
+    if not (found or said) and (text := _noise(seen, limits)):  # in another unit it is another one
+        found = [("noise", text)]
+    for role, text in found:
         if role not in said:
             said.add(role)
-            warn_of_log(text, file=file, column=names.get(role))
+            warn_of_log(text, file=file, column=names.get("torque" if role == "noise" else role))
 
 
 @dataclass
@@ -221,8 +236,6 @@ def findings(seen: Seen, limits: Limits, units: Mapping[str, str]) -> Iterator[t
     checks = {"time": _clock, "speed": _speed, "torque": _torque, "temperature": _temperature}
     found = [(role, text) for role, check in checks.items() if (text := check(seen, limits, units.get(role, "")))]
     if not found and (text := _signs(seen, limits)):  # signs are judged where the units are right
-        found = [("torque", text)]
-    if not found and (text := _noise(seen, limits)):
         found = [("torque", text)]
     yield from found
 

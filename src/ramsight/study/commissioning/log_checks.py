@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ramsight.calibration.leakage import LeakTest, LeakTestError, leak_test
-from ramsight.duty.plausible import implausible
+from ramsight.duty.plausible import implausible, noisy
 from ramsight.logs.mapped import ChannelMap
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.unit import HydraulicUnit
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 _SHORTEST = 60.0  # s; a unit cannot meet both ends and lift some loads in less
 _BAD = 0.01  # share of samples that may have no value, or no place in time
+_PERIOD = 0.1  # s; samples of a drive's log are no farther apart
 _GAP = 1.0  # s; a motor that turns moves a rod by centimetres meanwhile
 _UNUSUAL = 2.0  # standard deviations that the sensor assumes, from which a machine is far from its description
 
@@ -41,13 +42,18 @@ def samples(log: xarray.Dataset) -> Finding:
     if len(time) < 2:
         return Finding("samples", Verdict.FAILED, f"{count} samples, none of use", "log speed, torque and temperature")
     steps = np.diff(time)
+    period = float(np.median(steps))
     bad, gap, lasts = 1.0 - len(time) / count, float(steps.max()), float(time[-1] - time[0])
     found = (
-        f"{count} over {lasts:.0f} s, every {1e3 * float(np.median(steps)):.3g} ms, longest gap {gap:.3g} s, "
+        f"{count} over {lasts:.0f} s, every {1e3 * period:.3g} ms, longest gap {gap:.3g} s, "
         f"{100 * bad:.2g} % without a value or out of order"
     )
     if lasts < _SHORTEST:
         return Finding("samples", Verdict.DOUBT, found, f"work the unit for {_SHORTEST:.0f} s and more")
+    if period > _PERIOD:
+        return Finding(
+            "samples", Verdict.DOUBT, found, "log a sample every 1 to 100 ms: what happens between is unseen"
+        )
     if bad > _BAD or gap > _GAP:
         return Finding("samples", Verdict.DOUBT, found, "find out why the logger loses samples")
     return Finding("samples", Verdict.PASSED, found)
@@ -56,6 +62,9 @@ def samples(log: xarray.Dataset) -> Finding:
 def units_and_signs(log: xarray.Dataset, unit: HydraulicUnit, channel_map: ChannelMap | None) -> list[Finding]:
     """Whether time, speed, torque and temperature can be this machine's."""
     wrong = implausible(log, unit, channel_map)
+    scatters = "" if wrong else noisy(log, unit)
+    if scatters:
+        return [Finding("noise of torque", Verdict.DOUBT, *scatters.rsplit(": ", 1))]
     if not wrong:
         found = "time, speed, torque and oil temperature are within what this machine can do, lifting takes more torque"
         return [Finding("units and signs", Verdict.PASSED, f"{found} than lowering")]

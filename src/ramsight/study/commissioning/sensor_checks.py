@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 _AT_END = 0.02  # share of the stroke within which a contact is one with the end
 _LONG = 0.2  # s that a contact lasts at least
 _APART = 5.0  # s between two visits
+_UNSURE = 0.05  # share of the stroke; a band wider than that to either side says hardly where the rod is
 _INVALID = 0.01  # share of samples that may be invalid
 _HOLDS, _FAILS = (
     0.9,
@@ -116,7 +117,7 @@ def learned(track: xarray.Dataset) -> Finding:
     return Finding("learned by the sensor", Verdict.PASSED, f"{', '.join(factors)} of the data sheet")
 
 
-def confidence(track: xarray.Dataset, motor_stands: bool) -> Finding:
+def confidence(track: xarray.Dataset, motor_stands: bool, stroke: float) -> Finding:
     """How sure the sensor is in the end, and whether it called the inputs invalid."""
     status = track["status"].values
     wrong = status > int(Status.TOO_UNCERTAIN)  # an input; a position that is not sure enough yet is another matter
@@ -124,7 +125,10 @@ def confidence(track: xarray.Dataset, motor_stands: bool) -> Finding:
     found = f"in the end {last.text}"
     if last.validity in ("not referenced", "invalid"):
         return Finding("sensor", Verdict.FAILED, found, "drive against an end stop, and look at the log's inputs")
-    found += f", ± {TWO_SIDED_95 * 1e3 * float(track['position_std'][-1]):.1f} mm (95 %)"
+    band = TWO_SIDED_95 * float(track["position_std"][-1])
+    found += f", ± {1e3 * band:.1f} mm (95 %)"
+    if band > _UNSURE * stroke:
+        return Finding("sensor", Verdict.DOUBT, found, "end the log with a visit to an end stop")
     if invalid > _INVALID:
         codes, counts = np.unique(status[wrong], return_counts=True)
         why = Status(int(codes[np.argmax(counts)])).text

@@ -61,7 +61,7 @@ class Commissioning:
         """The findings and the verdict, a line each."""
         words = {
             Verdict.PASSED: "commissioned",
-            Verdict.DOUBT: f"commissioned with {len(self.reasons)} reservations",
+            Verdict.DOUBT: f"commissioned with {len(self.reasons)} reservation{'' if len(self.reasons) == 1 else 's'}",
             Verdict.FAILED: "not commissioned",
         }
         return "\n".join([*(finding.text for finding in self.findings), f"{self.unit}: {words[self.verdict]}"])
@@ -96,7 +96,7 @@ def walk(
     track = track_of(log)
     stands = abs(float(good["motor_speed"].values[-1])) < _STANDING
     found = [*first, leaks, sensor_checks.stops(track, unit), sensor_checks.learned(track)]
-    found.append(sensor_checks.confidence(track, stands))
+    found.append(sensor_checks.confidence(track, stands, unit.cylinder.stroke))
     advance(1)
     if truth is None:
         found.append(Finding("data sheet", Verdict.OPEN, "no measured position was given"))
