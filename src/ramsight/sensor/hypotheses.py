@@ -241,13 +241,14 @@ class Hypotheses:
             h.mean[POSITION] = h.mean[POSITION] + ca.if_else(passes, back, 0.0)
 
     def turned(self, nominal: Any, way: Any) -> None:
-        """A piston that the motor takes away from an end is not beyond it, whatever it seemed to be.
+        """A piston that leaves an end which the pump's oil did not press it on is not beyond it.
 
-        No contact said how far it was beyond; so the position is as unsure as half of that besides.
+        Oil that was drawn from the tank explains how far it seemed to be, and how much that was nothing says; so the
+        position is as unsure as half of that besides.
 
         Args:
             nominal: position after the step [m].
-            way: in which the motor moves it, +1 for extension; 0 if it does not.
+            way: in which the motor moves it away from such an end, +1 for extension; 0 if it does not.
         """
         for h in self.all:
             position = nominal + h.mean[POSITION]

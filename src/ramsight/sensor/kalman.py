@@ -36,6 +36,7 @@ from ramsight.sensor.magnets import correct_torque, declared_temperature
 from ramsight.sensor.mode import Mode, is_in
 from ramsight.sensor.pressure_check import check_pressures
 from ramsight.sensor.pressures import measured_pressures
+from ramsight.sensor.pumping import one_sided
 from ramsight.sensor.relief import held_back, passed_share, passing
 from ramsight.sensor.resting import creep, unseen_load
 from ramsight.sensor.virtual_sensor import (
@@ -141,10 +142,10 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     grows = grows + _NOT_HELD * ca.fabs(contact.went)
     _predict(graph, bank, step, travel_by, around, grows, leaking, assumed)
     bank.confine(ca.if_else(contact.touched, contact.place, nominal), doubt > 0.0, grown + passed)
-    still = ca.logic_or(contact.held, ca.fabs(graph.motor_speed) <= _TURNING)
-    bank.turned(
-        ca.if_else(contact.touched, contact.place, nominal), ca.if_else(still, 0.0, ca.sign(graph.extending_speed))
-    )
+    if one_sided(circuit):  # the pump draws from the tank when its load rests on something else
+        lifts = ca.logic_and(ca.logic_not(contact.held), graph.extending_speed * unit.lift_sign > _TURNING)
+        leaves = ca.if_else(lifts, float(unit.lift_sign), 0.0)
+        bank.turned(ca.if_else(contact.touched, contact.place, nominal), leaves)
     observer.release(contact.released, step.carried)
     _torque(graph, bank, step, contact, torque_by, around, checks, doubt)
     measured = _measure(graph, bank, step, contact, nominal, assumed, link, referenced, checks, around)
