@@ -98,7 +98,7 @@ class Contact:
         pushing: whether the motor pushes against what holds it.
         built: change of the expected torque since it pushes [N m].
         given_way: by which what holds it gives way under it, extension positive [m].
-        went: what a piston that is let go went after all, while it was thought to be held [m].
+        went: what a piston that is let go may have gone after all, while it was thought to be held [m].
         mode: what the piston is doing after this sample, a number of `Mode`.
     """
 
@@ -322,7 +322,7 @@ class ContactWatch:
             moved: by how much they moved it [m].
         """
         graph, leaves = self._graph, contact.leaves
-        came_back = ca.if_else(contact.released, contact.given_way, 0.0) + contact.went
+        came_back = ca.if_else(contact.released, contact.given_way, 0.0)
         graph.becomes("left_from", ca.if_else(leaves, position, self._left_from + moved))
         graph.becomes("held_at", ca.if_else(leaves, position - came_back, self._held_at + moved))
         graph.becomes("carried_until", self._carries_at + moved)

@@ -10,7 +10,6 @@ stops that the sensor finds by itself (`contact`), switches and positions given 
 from __future__ import annotations
 
 import functools
-from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -59,7 +58,7 @@ _MODEL = 0.1  # share of a torque by which a closed volume's equation may err
 _SETTLED = 0.5  # s
 _STEADY = 0.02  # change of the torque over what leakage makes of it; a pump against a closed valve has settled
 _FRICTION = 0.02  # of a torque, by the pumps' hydromechanical efficiency
-_NOT_HELD = 0.5  # of what a piston went while it was thought to be held, standard deviation over it
+_NOT_HELD = 0.5  # of what a piston may have gone while it was thought to be held, standard deviation over it
 _WENT = 0.01  # share of the stroke, the motor turning one way, after which relief pressure is something that it met
 _UNSEEN_FLOW = 0.1  # share of the pump's flow that may move the piston although it seems to stand at relief pressure
 
@@ -129,8 +128,6 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     )
     contact = watch.look(step, believed, travel_by)
     grown = graph.state("passed_relief")
-    ways = [bank.room(way, grown) for way in (-1.0, 1.0)]
-    contact = replace(contact, went=ca.fmin(ca.fmax(contact.went, -ways[0]), ways[1]))
     graph.section("Contacts: whether the piston stands on something, and where", contact, doubt)
     passed, pending = _relief(graph, bank, step, Relief(doubt, grown), contact)
     load = step.load / symbol("relief_load")
@@ -150,7 +147,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     _torque(graph, bank, step, contact, torque_by, around, checks, doubt)
     measured = _measure(graph, bank, step, contact, nominal, assumed, link, referenced, checks, around)
     # A stop gives way; what it gives back once the piston is let go is travel.
-    back = ca.if_else(contact.released, contact.given_way, 0.0) + contact.went
+    back = ca.if_else(contact.released, contact.given_way, 0.0)
     begins = ca.if_else(contact.touched, contact.place, nominal + back)
     position = begins + measured.moved
     watch.close(contact, position, measured.moved)

@@ -2,8 +2,8 @@
 
 It is when the motor turns the other way (oil that decompresses is in the observer, so a piston that still stands is
 seen to stand), or when the torque stays behind what a closed volume would ask for, and neither its compliance nor a
-relief valve that opens early explains that. Then it had not been held since the torque stays behind: it went as far as
-the pump delivered, less what leaked before.
+relief valve that opens early explains that. Then it may not have been held since the torque stays behind: it may have
+gone as far as the pump delivered, less what leaked before.
 
 Where the pump holds the load it also leaves a stop by itself: leakage lets the oil's force sink below the load that it
 carried before, or the torque stays at that load while a closed volume would lose it.
@@ -39,7 +39,7 @@ class Grip:
         built: change of the expected torque since the motor pushes [N m].
         rise: the same in the direction in which it pushes [N m].
         missing: what the shown torque stays behind that [N m].
-        went: what the piston has gone after all [m].
+        went: what the piston may have gone after all [m].
     """
 
     rests: Any
