@@ -227,6 +227,19 @@ def test_a_rod_that_nobody_has_seen_has_no_position(simulated, tmp_path):
     assert {row.partition(",")[2] for row in rows[1:]} == {",,not referenced,,0"}
 
 
+def test_a_clock_that_was_set_back_is_left_out_of_the_errors(simulated, tmp_path):
+    folder, _ = simulated
+    header, *rows = gzip.open(folder / "log.csv.gz", "rt").read().splitlines()
+    moved = [f"{float(row.partition(',')[0]) - 2.0:.3f},{row.partition(',')[2]}" for row in rows[600:]]
+    (tmp_path / "back.csv").write_text("\n".join([header, *rows[:600], *moved]) + "\n")
+    done = at_once(
+        "track", "mining-loader", "back.csv", "--unit", "boom", "--start", "120 mm",
+        "--truth", folder / "truth.csv", cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "samples whose clock was set back" in done.stdout.splitlines()[-1]
+
+
 def test_a_load_and_a_torque_beyond_the_limits_are_said(tmp_path):
     of = ("simulate", "mining-loader", "--unit", "boom")
     done = at_once(*of, "--load", "600 kN", "--hold", "1 s", cwd=tmp_path)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from ramsight.errors import RamsightError
 from ramsight.logs import read_truth
 from ramsight.study import first_stop_contact, position_errors
+from ramsight.study.errors import ComparisonError, track_errors
 
 TIME = np.arange(0.0, 10.0, 0.1)
 TRUTH = 0.4 + 0.3 * np.sin(TIME)
@@ -98,3 +99,28 @@ def test_warm_oil_brings_the_recorded_boom_to_its_lower_stop(trace):
     assert contact is not None
     assert 15.0 < contact < 27.5
     assert first_stop_contact(cold.time, cold.position, 0.79, tolerance=1e-3) is None
+
+
+def test_what_is_said_to_be_invalid_is_counted_apart():
+    time, truth = np.arange(5.0), np.full(5, 0.2)
+    off = truth + np.array([1e-3, -2e-3, 0.0, 0.5, np.nan])
+    found = track_errors(time, off, [False, False, False, True, True], time, truth)
+    assert found.usable is not None
+    assert (found.usable.samples, found.usable.missing) == (3, 2)
+    assert found.usable.largest == pytest.approx(2e-3)
+    assert (found.invalid, found.set_back) == (1, 0)
+    assert found.invalid_largest == pytest.approx(0.5)
+    nothing = track_errors(time, off, np.ones(5, bool), time, truth)
+    assert nothing.usable is None
+    assert nothing.invalid == 4
+
+
+def test_samples_of_a_clock_that_was_set_back_are_left_out():
+    time = np.array([0.0, 1.0, 2.0, 0.5, 1.5, 2.0, 2.5])
+    truth_time, truth = np.array([0.0, 3.0]), np.array([0.0, 0.3])
+    found = track_errors(time, 0.1 * time, np.zeros(7, bool), truth_time, truth)
+    assert found.usable is not None
+    assert found.usable.samples == 4
+    assert found.set_back == 3  # 0.5, 1.5 and the second 2 s
+    with pytest.raises(ComparisonError, match="no time in common"):
+        track_errors(time + 10.0, time, np.zeros(7, bool), truth_time, truth)

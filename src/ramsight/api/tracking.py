@@ -19,9 +19,10 @@ from ramsight.logs import ChannelMap, open_log, read_drive_log
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.progress import progress as progress_bar
 from ramsight.sensor.persistence import StateFile, said
+from ramsight.sensor.status import VALIDITIES, validity_levels
 from ramsight.sensor.virtual_sensor import REPORTED, START_STD, VirtualSensor
 from ramsight.study.availability import LONGEST_ALERT, TIME_TO_ALERT, Availability
-from ramsight.study.errors import PositionErrors, position_errors
+from ramsight.study.errors import TrackErrors, track_errors
 from ramsight.study.pieces import Pieces, track_pieces
 from ramsight.units import argument, format_si
 
@@ -133,9 +134,10 @@ def track(
         Over `time` [s], shape (samples,): `position` and `position_std` [m], NaN while the sensor is not referenced,
         `velocity` [m/s], `load` [N], `status` (numbers of `Status`), what else the sensor says, and the log itself.
         With a truth also `true_position` [m] and `error` [m], NaN where either is unknown, and in the attributes
-        `error_largest`, `error_p95` and `error_final`, magnitudes in m, over `error_samples` samples. With an alarm
-        limit, the attributes `available`, the share of the samples whose bound is within it, `alerts`, how often it
-        was not for longer than the time to alert, and `longest_alert` [s].
+        `error_largest`, `error_p95` and `error_final`, magnitudes in m, over the `error_samples` samples whose status
+        is not invalid, and `invalid_largest` over the `invalid_samples` others. With an alarm limit, the attributes
+        `available`, the share of the samples whose bound is within it, `alerts`, how often it was not for longer than
+        the time to alert, and `longest_alert` [s].
 
     Raises:
         DescriptionError: a quantity cannot be read or is outside the stroke; names argument, value and range.
@@ -288,7 +290,7 @@ def judged(tracked: xarray.Dataset, truth: xarray.Dataset) -> xarray.Dataset:
     """A track with the true position and the error beside it, and their figures among its attributes.
 
     Args:
-        tracked: with `position` [m] over `time` [s].
+        tracked: with `position` [m] and `status` over `time` [s].
         truth: with `position` [m] over `time` [s], increasing.
 
     Raises:
@@ -301,28 +303,27 @@ def judged(tracked: xarray.Dataset, truth: xarray.Dataset) -> xarray.Dataset:
         error=("time", tracked["position"].values - known, {"units": "m", "long_name": "error of the position"}),
     )
     figures = (np.nan, np.nan, np.nan, 0)
-    if found is not None:
-        figures = (found.largest, found.p95, found.final, found.samples)
+    if found.usable is not None:
+        figures = (found.usable.largest, found.usable.p95, found.usable.final, found.usable.samples)
     names = ("error_largest", "error_p95", "error_final", "error_samples")
     result.attrs |= dict(zip(names, figures, strict=True))
+    result.attrs |= {"invalid_samples": found.invalid, "invalid_largest": found.invalid_largest}
     return result
 
 
-def errors_of(tracked: xarray.Dataset, truth: xarray.Dataset) -> PositionErrors | None:
-    """The errors of a track; None if it has no position where the truth is known.
+def errors_of(tracked: xarray.Dataset, truth: xarray.Dataset) -> TrackErrors:
+    """The errors of a track, those that the sensor says are invalid apart.
 
     Args:
-        tracked: with `position` [m] over `time` [s], NaN where there is none.
+        tracked: with `position` [m], NaN where there is none, and `status` over `time` [s].
         truth: with `position` [m] over `time` [s], increasing.
 
     Raises:
         ComparisonError: the two have no time in common.
     """
-    time, known = tracked["time"].values, truth["time"].values
-    common = (time >= known[0]) & (time <= known[-1])
-    if common.any() and np.isnan(tracked["position"].values[common]).all():
-        return None
-    return position_errors(time, tracked["position"].values, known, truth["position"].values)
+    invalid = validity_levels(tracked["status"].values) == VALIDITIES.index("invalid")
+    time, position = tracked["time"].values, tracked["position"].values
+    return track_errors(time, position, invalid, truth["time"].values, truth["position"].values)
 
 
 def _pieces(

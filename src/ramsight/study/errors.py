@@ -35,6 +35,58 @@ class PositionErrors:
     missing: int
 
 
+@dataclass(frozen=True)
+class TrackErrors:
+    """Errors of a track, apart from what nobody should use of it.
+
+    Args:
+        usable: of the samples whose position is not said to be invalid; None if there are none with a position.
+        invalid: number of samples with a position that the sensor says is invalid.
+        invalid_largest: the largest error among those [m]; NaN if there are none.
+        set_back: number of samples that are no later than one before them, at which no truth can be told.
+    """
+
+    usable: PositionErrors | None
+    invalid: int
+    invalid_largest: float
+    set_back: int
+
+
+def track_errors(
+    time: ArrayLike, position: ArrayLike, invalid: ArrayLike, truth_time: ArrayLike, truth_position: ArrayLike
+) -> TrackErrors:
+    """Errors of a track as a drive's clock and a sensor make it.
+
+    Args:
+        time: times of the track [s], shape (n,); a clock may have been set back.
+        position: estimated position [m], shape (n,), NaN where there is none.
+        invalid: whether the sensor says that its position is invalid, shape (n,).
+        truth_time: times of the truth [s], shape (m,), increasing.
+        truth_position: true position [m], shape (m,), finite.
+
+    Raises:
+        ComparisonError: the two have no time in common, or the truth is none.
+
+    Example:
+        >>> found = track_errors([0.0, 1.0, 0.5, 2.0], [0.1, 0.2, 0.2, 0.9], [0, 0, 0, 1], [0.0, 2.0], [0.1, 0.3])
+        >>> found.usable.samples, found.invalid, round(found.invalid_largest, 3), found.set_back
+        (2, 1, 0.6, 1)
+    """
+    times, positions = np.asarray(time, dtype=np.float64), np.asarray(position, dtype=np.float64)
+    latest = np.maximum.accumulate(np.concatenate([[-np.inf], times[:-1]]))
+    later = times > latest
+    times, positions, bad = times[later], positions[later], np.asarray(invalid, dtype=bool)[later]
+    common = (times >= np.min(truth_time)) & (times <= np.max(truth_time))
+    nowhere = common.any() and np.isnan(positions[common & ~bad]).all()
+    usable = None
+    if not nowhere:
+        usable = position_errors(times, np.where(bad, np.nan, positions), truth_time, truth_position)
+    known = common & bad & ~np.isnan(positions)
+    errors = np.abs(positions[known] - np.interp(times[known], np.asarray(truth_time), np.asarray(truth_position)))
+    largest = float(errors.max()) if errors.size else float("nan")
+    return TrackErrors(usable, int(errors.size), largest, int((~later).sum()))
+
+
 def position_errors(
     estimate_time: ArrayLike,
     estimate_position: ArrayLike,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ramsight.sensor.status import Status
-from ramsight.study.errors import PositionErrors
+from ramsight.study.errors import PositionErrors, TrackErrors
 
 if TYPE_CHECKING:
     import xarray
@@ -49,17 +49,26 @@ def _millimetres(position: float) -> str:
     return f"{1e3 * position:.1f} mm" if np.isfinite(position) else "unknown"
 
 
-def error_text(found: PositionErrors | None, samples: int) -> str:
-    """One line on the errors of a track, in mm, and how many samples they rest on.
+def error_text(found: TrackErrors, samples: int) -> str:
+    """One line on the errors of a track, in mm, how many samples they rest on, and a line on each kind left out.
 
     Args:
-        found: the errors; None if the track has no position where the truth is known.
+        found: the errors.
         samples: of the track.
     """
+    lines = [f"error against the truth: {_usable_text(found.usable, samples)}"]
+    if found.invalid:
+        lines.append(f"  not counted: {found.invalid} invalid samples, largest {1e3 * found.invalid_largest:.3f} mm")
+    if found.set_back:
+        lines.append(f"  not counted: {found.set_back} samples whose clock was set back")
+    return "\n".join(lines)
+
+
+def _usable_text(found: PositionErrors | None, samples: int) -> str:
     if found is None:
-        return f"error against the truth: none to be had, 0 of {samples} samples have a position where it is known"
+        return f"none to be had, 0 of {samples} samples have a position where it is known"
     final = f"{1e3 * found.final:.3f} mm" if np.isfinite(found.final) else "unknown"
     return (
-        f"error against the truth: largest {1e3 * found.largest:.3f} mm, 95 % within {1e3 * found.p95:.3f} mm, "
+        f"largest {1e3 * found.largest:.3f} mm, 95 % within {1e3 * found.p95:.3f} mm, "
         f"final {final}; over {found.samples} of {samples} samples"
     )
