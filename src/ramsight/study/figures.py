@@ -136,7 +136,7 @@ def draw_run(run: xarray.Dataset, title: str) -> Figure:
             if name in run:
                 axes[1].plot(run["time"], run[name] / 1e5, color=color, lw=1.0, label=f"chamber {name[-1].upper()}")
         axes[1].set_ylabel("pressure\n[bar]")
-        axes[1].legend(loc="best")
+        axes[1].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.0)
         draw_drive(axes[-3:], run)
         figure.align_ylabels()
     return figure
