@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import after_faults
 import bounds
 import drive_control
 import effects
@@ -181,6 +182,7 @@ def main() -> None:
     put(PLANT_PAGE, {"effects": effects.table(found["effects"])})
     integrity = {"by_signals": by_signals(found["faults"]), "bounds": bounds.table(found["bounds"])}
     integrity |= {"noticed": noticed(found["faults"]), "beyond_bound": beyond_bound(found["faults"])}
+    integrity["after_faults"] = after_faults.table(found["after_faults"])
     integrity["undisturbed"] = undisturbed.table(found["undisturbed"])
     fixed = {"redundancy": redundancy_table(), "detectors": detector_table().splitlines()}
     fixed |= {"shared": shared_table().splitlines()}

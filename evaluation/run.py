@@ -11,6 +11,7 @@ import json
 import os
 from pathlib import Path
 
+import after_faults
 import drive_control
 import effects
 import faults
@@ -38,6 +39,7 @@ STUDIES = (
     "identify",
     "work_days",
     "faults",
+    "after_faults",
     "undisturbed",
     "second_channel",
     "loader_control",
@@ -85,6 +87,9 @@ def main() -> None:
     if "faults" in given.only:
         with progress(given.seeds, "faults") as bar:
             found["faults"] = faults.study(given.seeds, bar.advance)
+    if "after_faults" in given.only:
+        with progress(given.seeds * len(after_faults.SIGNALS), "after faults") as bar:
+            found["after_faults"] = after_faults.study(given.seeds, bar.advance)
     if "undisturbed" in given.only:
         with progress(2 * given.days, "days without a fault") as bar:
             found["undisturbed"] = undisturbed.study(given.days, bar.advance)

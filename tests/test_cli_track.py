@@ -229,7 +229,8 @@ def test_a_rod_that_nobody_has_seen_has_no_position(simulated, tmp_path):
 
 def test_a_clock_that_was_set_back_is_left_out_of_the_errors(simulated, tmp_path):
     folder, _ = simulated
-    header, *rows = gzip.open(folder / "log.csv.gz", "rt").read().splitlines()
+    with gzip.open(folder / "log.csv.gz", "rt") as file:
+        header, *rows = file.read().splitlines()
     moved = [f"{float(row.partition(',')[0]) - 2.0:.3f},{row.partition(',')[2]}" for row in rows[600:]]
     (tmp_path / "back.csv").write_text("\n".join([header, *rows[:600], *moved]) + "\n")
     done = at_once(
