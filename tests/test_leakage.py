@@ -5,12 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import ramsight
 from ramsight import machine
+from ramsight.calibration.identify_record import IdentifyError
 from ramsight.calibration.leakage import LeakTestError, leak_test, leak_test_summary
 from ramsight.duty import DriveReport, Duty, report, simulate
 from ramsight.duty.profile import constant, trapezoid_moves
 from ramsight.logs import read_drive_log
 from ramsight.plant.ddh import build
+
+from .command import at_once
 
 RPM = np.pi / 30
 UNITS = {name: build(name, unit) for name, unit in machine.load("mining-loader").units.items()}
@@ -72,3 +76,61 @@ def test_the_summary_says_what_the_figure_depends_on(trace):
     assert "leak factor 1.1" in text
     assert "60 rpm" in text
     assert "100 rpm" in text
+
+
+def own_names(log, path, position=None):
+    """A log whose columns have a maker's names and units, and the map that says which is what."""
+    columns = {"t": log["time"], "n": log["motor_speed"], "M": log["motor_torque"] * 10.0}
+    columns |= {"T": log["oil_temperature"] - 273.15}
+    if position is not None:
+        columns["x"] = position * 1e3
+    rows = np.column_stack([column.values for column in columns.values()])
+    np.savetxt(path / "own.csv", rows, delimiter=",", header=",".join(columns), comments="", fmt="%.9g")
+    measured = '[measured]\nposition = { channel = "x", unit = "mm" }\n' if position is not None else ""
+    (path / "map.toml").write_text(
+        'time = { channel = "t", unit = "s" }\nspeed = { channel = "n", unit = "rad/s" }\n'
+        'torque = { channel = "M", unit = "percent", rated = "10 N m" }\n'
+        'temperature = { channel = "T", unit = "degC" }\n' + measured
+    )
+    return path / "own.csv", path / "map.toml"
+
+
+def test_a_log_with_names_of_its_own_takes_a_map(trace, tmp_path):
+    case = trace("boom_asbuilt1_leaktest")
+    known = leak_test(UNITS["boom"], read_drive_log(case.log))
+    file, channel_map = own_names(read_drive_log(case.log), tmp_path)
+    found = ramsight.leak_test("mining-loader", file, unit="boom", channel_map=channel_map)
+    assert found.factor == pytest.approx(known.factor, abs=1e-3)
+    done = at_once("leaktest", "mining-loader", file, "--unit", "boom", "--map", channel_map)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == leak_test_summary(found)
+
+
+def test_identify_takes_the_log_and_the_measured_position_by_a_map(tmp_path):
+    boom = ramsight.build("mining-loader", "boom")
+    run = ramsight.simulate(ramsight.AsBuilt(leak=1.2).apply(boom), load="258 kN", cycles=2)
+    log = ramsight.drive_report(run)
+    file, channel_map = own_names(log, tmp_path, run["position"])
+    run.to_dataframe().rename_axis("time_s").rename(columns={"position": "position_m"})[["position_m"]].to_csv(
+        tmp_path / "truth.csv"
+    )
+    known = ramsight.identify(boom, log, run).factors["leak"].value
+    for truth in (None, tmp_path / "truth.csv"):
+        found = ramsight.identify(boom, file, truth, channel_map=channel_map)
+        assert found.factors["leak"].value == pytest.approx(known, abs=1e-3)
+    done = at_once("identify", "mining-loader", file, "--unit", "boom", "--map", channel_map, "--truth", "truth.csv",
+                   cwd=tmp_path)  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "leak factor" in done.stdout
+    done = at_once("identify", "mining-loader", file, "--unit", "boom", "--map", channel_map, "--map-out", "m.toml",
+                   cwd=tmp_path)  # fmt: skip
+    assert done.returncode == 2
+    assert "--map-out" in done.stderr
+
+
+def test_identify_says_that_no_position_was_measured(tmp_path):
+    boom = ramsight.build("mining-loader", "boom")
+    log = ramsight.drive_report(ramsight.simulate(boom, load="258 kN", cycles=1))
+    file, channel_map = own_names(log, tmp_path)
+    with pytest.raises(IdentifyError, match="no position was measured"):
+        ramsight.identify(boom, file, channel_map=channel_map)

@@ -6,12 +6,13 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ramsight.api.given import checked, truth_of
+from ramsight.api.given import checked, possible_truth, truth_in, truth_of
 from ramsight.api.machines import AnyMachine, AnyUnit, build, load_machine, only_unit
 from ramsight.calibration.fit_track import FittedValues, MeasuredRun, fit_track
 from ramsight.calibration.free_values import free_values
 from ramsight.calibration.identify import EVALUATIONS, Identification
 from ramsight.calibration.identify import identify as identify_built
+from ramsight.calibration.identify_record import IdentifyError
 from ramsight.calibration.leakage import LeakTest
 from ramsight.calibration.leakage import leak_test as leak_test_built
 from ramsight.duty.plausible import watched
@@ -26,7 +27,13 @@ if TYPE_CHECKING:
     import xarray
 
 
-def leak_test(machine: AnyUnit, log: str | Path | xarray.Dataset, *, unit: str | None = None) -> LeakTest:
+def leak_test(
+    machine: AnyUnit,
+    log: str | Path | xarray.Dataset,
+    *,
+    unit: str | None = None,
+    channel_map: ChannelMap | str | Path | None = None,
+) -> LeakTest:
     """Measure a pump's leakage from slow turning against the closed safety valve, with no position reference.
 
     Args:
@@ -34,6 +41,7 @@ def leak_test(machine: AnyUnit, log: str | Path | xarray.Dataset, *, unit: str |
         log: a file (as `read_log` takes, without faults), or a log: `motor_speed` [rad/s], `motor_torque` [N m] and
             `oil_temperature` [K] over `time` [s].
         unit: name of the unit, if the machine has several.
+        channel_map: of a file, as `read_log`'s.
 
     Returns:
         `factor`, the leakage over the data sheet's [1], its standard deviation `std`, and the stretches of the log
@@ -54,16 +62,16 @@ def leak_test(machine: AnyUnit, log: str | Path | xarray.Dataset, *, unit: str |
         True
     """
     built = build(machine, unit)
-    recorded = read_drive_log(log, strict=True) if isinstance(log, str | Path) else checked(log, "log")
-    return leak_test_built(built, recorded)
+    return leak_test_built(built, _recorded(log, channel_map))
 
 
 def identify(
     machine: AnyUnit,
     log: str | Path | xarray.Dataset,
-    truth: str | Path | xarray.Dataset,
+    truth: str | Path | xarray.Dataset | None = None,
     *,
     unit: str | None = None,
+    channel_map: ChannelMap | str | Path | None = None,
     progress: bool = False,
 ) -> Identification:
     """Find how a machine differs from its data sheet, from a day with a position sensor on it.
@@ -72,8 +80,9 @@ def identify(
         machine: the unit as its data sheet has it, or what `build` makes one of.
         log: as `leak_test`'s, of some minutes of lifting and lowering under several loads.
         truth: a file with ``time_s`` and ``position_m``, or a Dataset with `position` [m] over `time` [s], on the
-            log's clock.
+            log's clock. None: what the map names as ``measured.position`` of the log itself.
         unit: name of the unit, if the machine has several.
+        channel_map: of the log, if it is a file, as `read_log`'s.
         progress: show a bar on a terminal if it takes long.
 
     Returns:
@@ -81,7 +90,8 @@ def identify(
         what they rest on. `ramsight.calibration.identify_tuned.tuned` makes a description of them.
 
     Raises:
-        IdentifyError: log and truth have no time in common, or nothing moves.
+        IdentifyError: log and truth have no time in common, nothing moves, or no position was measured.
+        ComparisonError: the truth goes farther than this piston can.
         LogError: the log or the truth cannot be read, has faults, or lacks a variable.
 
     Example:
@@ -94,9 +104,12 @@ def identify(
     """
     built = build(machine, unit)
     name = log if isinstance(log, str | Path) else "log"
-    recorded = read_drive_log(log, strict=True) if isinstance(log, str | Path) else checked(log, "log")
-    known = truth_of(truth)
-    recorded = next(watched([recorded], built, name))
+    recorded = _recorded(log, channel_map)
+    known = truth_in(log, channel_map) if truth is None else truth_of(truth)
+    if known is None:
+        raise IdentifyError(f"{name}: no position was measured: give a truth, or a map with measured.position")
+    possible_truth(known, built.cylinder.stroke)
+    recorded = next(watched([recorded], built, name, channel_map))
     with progress_bar(EVALUATIONS, "identifying") as bar:
         return identify_built(built, recorded, known, advance=bar.advance if progress else None)
 
@@ -145,6 +158,11 @@ def identify_values(
     read = [run if isinstance(run, MeasuredRun) else _measured_run(run, channel_map) for run in runs]
     with progress_bar(1.0, "identifying") as bar:
         return fit_track(described, name, read, free_values(parts), advance=bar.advance if progress else None)
+
+
+def _recorded(log: str | Path | xarray.Dataset, channel_map: ChannelMap | str | Path | None) -> xarray.Dataset:
+    """The log, without faults where it is a file."""
+    return read_drive_log(log, channel_map, strict=True) if isinstance(log, str | Path) else checked(log, "log")
 
 
 def _measured_run(path: str | Path, channel_map: ChannelMap | str | Path | None) -> MeasuredRun:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import DriveLog, DrivenUnit, Machine, SensedUnit, say_written
+from ramsight.cli.common import ChannelMapFile, DriveLog, DrivenUnit, Machine, SensedUnit, say_written
 
 
 def calibrate(
@@ -51,6 +51,7 @@ def leaktest(
     machine: Machine,
     log: DriveLog,
     unit: DrivenUnit,
+    channel_map: ChannelMapFile = None,
 ) -> None:
     """Measure a pump's leakage from a drive log, with no position reference.
 
@@ -63,7 +64,7 @@ def leaktest(
     from ramsight.api.calibrating import leak_test
     from ramsight.calibration.leakage import leak_test_summary
 
-    typer.echo(leak_test_summary(leak_test(machine, log, unit=unit)))
+    typer.echo(leak_test_summary(leak_test(machine, log, unit=unit, channel_map=channel_map)))
 
 
 def identify(
@@ -74,7 +75,8 @@ def identify(
         Path | None, typer.Option(help="Its measured position: time_s and position_m, .csv or .csv.gz.")
     ] = None,
     channel_map: Annotated[
-        Path | None, typer.Option("--map", help="Which channels are what, the measured position among them: .toml.")
+        Path | None,
+        typer.Option("--map", help="Which of the logs' channels are what, maybe the measured position: .toml."),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="The tuned machine's description: .toml.")] = None,
     map_out: Annotated[
@@ -94,20 +96,31 @@ def identify(
     from displacement. End stops and relief are left out by themselves. Nothing but time_s and position_m is used of
     the truth. The tuned description goes wherever a machine goes: check, track, ...
 
-    With a map in place of --truth it finds the values of the description themselves, for a machine that nobody has data
-    sheets of: sizes, losses, elasticities, valves, friction, and the torque of a motor's current. It takes runs of a
+    A --map says which of the log's channels are what; one with measured.position takes the place of --truth. Of a circuit
+    of parts that finds the values of the description themselves, for a machine that nobody has data sheets of: sizes, losses, elasticities, valves, friction, and the torque of a motor's current. It takes runs of a
     circuit of parts under several loads, with the position, and maybe the chambers' pressures, in the same files.
 
     Example: ramsight identify mining-loader log.csv.gz --unit boom --truth position.csv --out tuned.toml
 
     Example: ramsight identify eha-valve-rig run*.csv.gz --unit axis --map rig.toml --out rig-tuned.toml
     """
-    if channel_map is not None:
+    from ramsight.machine import load as load_machine
+    from ramsight.machine.description import Composed
+
+    if truth is None and channel_map is not None and isinstance(load_machine(machine).unit(unit), Composed):
         _identify_values(machine, logs, unit, channel_map, out, map_out)
         return
-    if truth is None or len(logs) != 1:
+    if (truth is None and channel_map is None) or len(logs) != 1:
         raise typer.BadParameter("one log with --truth, or logs with a --map that names the measured position")
-    (log,) = logs
+    if map_out is not None:
+        raise typer.BadParameter("--map-out is for the values of a circuit of parts: a --map without --truth")
+    _identify_factors(machine, logs[0], unit, truth, channel_map, out)
+
+
+def _identify_factors(
+    machine: str, log: Path, unit: str, truth: Path | None, channel_map: Path | None, out: Path | None
+) -> None:
+    """Find the factors on a data sheet, and write what was asked for."""
     from ramsight.api.calibrating import identify as identify_unit
     from ramsight.calibration.identify_report import summary
     from ramsight.calibration.identify_tuned import tuned
@@ -115,11 +128,12 @@ def identify(
     from ramsight.output import atomic_path, check_apart, check_target
 
     check_target(out, (".toml",))
-    check_apart({"the machine": machine, "the log": log, "--truth": truth}, {"--out": out})
+    read: dict[str, str | Path | None] = {"the machine": machine, "the log": log, "--truth": truth}
+    check_apart(read | {"--map": channel_map}, {"--out": out})
     description = load_machine(machine)
-    found = identify_unit(description, log, truth, unit=unit, progress=True)
+    found = identify_unit(description, log, truth, unit=unit, channel_map=channel_map, progress=True)
     if out is not None:
-        text = tuned(description, unit, found, log.name, truth.name).text
+        text = tuned(description, unit, found, log.name, (truth or log).name).text
         with atomic_path(out) as draft:
             draft.write_text(text, encoding="utf-8")
     typer.echo(summary(found))

@@ -7,18 +7,15 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import DrivenUnit, Machine, say_written
+from ramsight.cli.common import ChannelMapFile, DriveLog, DrivenUnit, Machine, say_written
 
 
 def commission(
     machine: Machine,
-    log: Annotated[Path, typer.Argument(help="Drive log: CSV, Parquet, MF4, BLF, ASC or candump, by its suffix.")],
+    log: DriveLog,
     unit: DrivenUnit,
     truth: Annotated[Path | None, typer.Option(help="Its measured position, if there is one: .csv or .csv.gz.")] = None,
-    channel_map: Annotated[
-        Path | None,
-        typer.Option("--map", help="Which of the log's channels are what: a TOML file of 'ramsight logs inspect'."),
-    ] = None,
+    channel_map: ChannelMapFile = None,
     out: Annotated[
         Path | None, typer.Option(help="The report to sign, one page that needs no other file: .html.")
     ] = None,

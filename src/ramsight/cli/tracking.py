@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import DrivenUnit, Machine, option, say_written
+from ramsight.cli.common import ChannelMapFile, DriveLog, DrivenUnit, Machine, option, say_written
 
 
 def logs_inspect(
@@ -48,7 +48,7 @@ def logs_inspect(
 
 def track(
     machine: Machine,
-    log: Annotated[Path, typer.Argument(help="Drive log: CSV, Parquet, MF4, BLF, ASC or candump, by its suffix.")],
+    log: DriveLog,
     unit: DrivenUnit,
     start: Annotated[
         str | None,
@@ -71,10 +71,7 @@ def track(
             help="Resume the kalman sensor from this file if it is there, and keep its state in it at the end."
         ),
     ] = None,
-    channel_map: Annotated[
-        Path | None,
-        typer.Option("--map", help="Which of the log's channels are what: a TOML file of 'ramsight logs inspect'."),
-    ] = None,
+    channel_map: ChannelMapFile = None,
     out: Annotated[Path | None, typer.Option(help="The track: .csv, .csv.gz, .parquet, .mf4, .mcap or .nc.")] = None,
     truth: Annotated[
         Path | None,
