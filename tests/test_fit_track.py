@@ -14,7 +14,11 @@ GIVE = "parts.hose_a.effective_bulk_modulus"
 
 
 def free(*keys):
-    return tuple(one for one in free_values(RIG.unit("axis")) if one.key in keys)
+    return free_of(RIG, *keys)
+
+
+def free_of(described, *keys):
+    return tuple(one for one in free_values(described.unit("axis")) if one.key in keys)
 
 
 @pytest.fixture(scope="module")
@@ -32,6 +36,15 @@ def test_a_value_goes_no_further_than_a_description_may(run):
     far = model.possible(np.array([-20.0, 0.0, 0.0]))
     assert give.at(far[0]) == pytest.approx(1e6, rel=1e-3), "the least that a hose may have"
     with_values(RIG, "axis", {give.key: give.at(float(far[0]))})
+
+
+def test_no_interval_holds_what_cannot_be(run):
+    bore = RIG.unit("axis").cylinder.bore
+    narrow = RIG.replace({"units.axis.cylinder.rod": 0.98 * bore})
+    found = fitting.fit_track(narrow, "axis", [run], free_of(narrow, "cylinder.rod"))
+    value, low, high = found.values["cylinder.rod"]
+    assert 0.0 < low < value <= high < bore
+    assert high == pytest.approx(bore, rel=1e-3), "5 % of a rod reach beyond this bore"
 
 
 def test_an_efficiency_is_found_by_what_it_lacks():

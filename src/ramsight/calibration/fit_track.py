@@ -103,7 +103,8 @@ class FittedValues:
 
     Attributes:
         machine: the description with the values that were found.
-        values: by their paths in the unit: the value, and the limits of its 95 % interval [SI].
+        values: by their paths in the unit: the value, and the limits of its 95 % interval, no farther than a
+            description may have it [SI].
         told: those of them whose interval is less than half of what it was before.
         torque: what the reported torque is, with the standard deviation of the logarithm of its gain in `torque_std`.
         rms: of the position's errors over all runs [m], and of each, by name.
@@ -347,8 +348,10 @@ def _fitted(model: _Model, change: Array, spread: Array, evaluations: int) -> Fi
     information = jacobian[count:].T @ jacobian[count:] / max(worse, 1.0) + np.diag(model.prior**-2.0)
     std = np.maximum(np.sqrt(np.diag(np.linalg.inv(information))), spread)
     values = {}
-    for one, c, s in zip(model.free, change, std, strict=False):
-        low, high = sorted((one.at(float(c - TWO_SIDED_95 * s)), one.at(float(c + TWO_SIDED_95 * s))))
+    # An interval ends where a description does: no rod is wider than its bore.
+    ends = (model.possible(change - TWO_SIDED_95 * std), model.possible(change + TWO_SIDED_95 * std))
+    for one, c, *limits in zip(model.free, change, *ends, strict=False):
+        low, high = sorted(one.at(float(limit)) for limit in limits)
         values[one.key] = (one.at(float(c)), low, high)
     told = frozenset(one.key for one, s in zip(model.free, std, strict=False) if s < 0.5 * one.std)
     errors = zip(model.runs, model.errors(change), strict=True)

@@ -96,9 +96,10 @@ def identify(
     from displacement. End stops and relief are left out by themselves. Nothing but time_s and position_m is used of
     the truth. The tuned description goes wherever a machine goes: check, track, ...
 
-    A --map says which of the log's channels are what; one with measured.position takes the place of --truth. Of a circuit
-    of parts that finds the values of the description themselves, for a machine that nobody has data sheets of: sizes, losses, elasticities, valves, friction, and the torque of a motor's current. It takes runs of a
-    circuit of parts under several loads, with the position, and maybe the chambers' pressures, in the same files.
+    A --map says which of the log's channels are what; one that names the measured position takes the place of --truth.
+    Of a circuit of parts that finds the values of the description themselves, for a machine that nobody has data sheets
+    of: sizes, losses, elasticities, valves, friction, and the torque of a motor's current. It takes runs of such a
+    circuit under several loads, with the position, and maybe the chambers' pressures, in the same files.
 
     Example: ramsight identify mining-loader log.csv.gz --unit boom --truth position.csv --out tuned.toml
 
