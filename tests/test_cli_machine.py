@@ -130,16 +130,3 @@ def test_a_full_disk_is_one_line():
             [*RUN, "check", "mining-loader"], stdout=full, stderr=subprocess.PIPE, text=True, check=False
         )
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
-
-
-def test_all_that_is_wrong_with_a_description_is_said_at_once(tmp_path):
-    assert at_once("new", "mine.toml", "--circuit", "ddh", "--minimal", cwd=tmp_path).returncode == 0
-    mine = tmp_path / "mine.toml"
-    kept = [line for line in mine.read_text().splitlines() if not line.startswith(("bore", "rod", "max_torque"))]
-    mine.write_text("\n".join(kept))
-    done = at_once("check", "mine.toml", cwd=tmp_path)
-    assert done.returncode == 2
-    said = done.stderr.splitlines()
-    assert all(line.startswith("error: mine.toml: units.boom.") for line in said)
-    assert [line.split(": ")[2].rpartition(".")[2] for line in said] == ["bore", "rod", "max_torque"]
-    assert said[0].endswith("(and 2 more)")

@@ -36,7 +36,6 @@ class DescriptionError(RamsightError):
         key: dotted path of the value, for example ``units.boom.cylinder.bore``.
         value: the value as it was given.
         allowed: the range or the choices that would be right, in the user's units.
-        others: what else is wrong with the same description, each a line of its own.
     """
 
     def __init__(
@@ -47,9 +46,7 @@ class DescriptionError(RamsightError):
         key: str | None = None,
         value: object = None,
         allowed: str | None = None,
-        others: Sequence[DescriptionError] = (),
     ) -> None:
-        self.others = tuple(others)
         self.message, self.file, self.key, self.value, self.allowed = message, file, key, value, allowed
         place = ": ".join(part for part in (file, key) if part)
         given = short(repr(value)) if value is not None else ""

@@ -1,4 +1,4 @@
-"""Running the command line: each thing that a user can mend is a line on standard error; the exit code is 2."""
+"""Running the command line: what a user can mend is one line on standard error, and exit code 2."""
 
 from __future__ import annotations
 
@@ -10,11 +10,9 @@ import typer
 
 from ramsight.cli.verbs import app
 
-_MOST = 30  # further errors of one description that are shown
-
 
 def main() -> None:
-    """Run the command line: a line on standard error for each thing that a user can mend, and exit code 2."""
+    """Run the command line: one line on standard error and exit code 2 for whatever a user can mend."""
     from ramsight.errors import RamsightError
 
     _say_warnings()
@@ -22,8 +20,7 @@ def main() -> None:
     try:
         app()
     except RamsightError as error:
-        for one in (error, *getattr(error, "others", ())[:_MOST]):
-            typer.echo(f"error: {' '.join(str(one).split())}", err=True)
+        typer.echo(f"error: {' '.join(str(error).split())}", err=True)
         sys.exit(2)
     except OSError as error:
         typer.echo(f"error: {_cause(error)}{error.strerror or error}", err=True)

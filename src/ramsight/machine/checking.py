@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from difflib import get_close_matches
 from typing import Any, TypeVar, get_args
 
@@ -28,7 +28,7 @@ def validate(
         prefix: path of the part in the file, for the error text.
 
     Raises:
-        DescriptionError: the first thing that is wrong, how many more there are, and what they are (`others`).
+        DescriptionError: the first thing that is wrong, and how many more there are.
     """
     try:
         return model.model_validate(dict(data), context=context)
@@ -36,17 +36,10 @@ def validate(
         problems = error.errors(include_url=False)
     # a misspelt key is both unknown and missing: the unknown one says more
     problems.sort(key=lambda problem: problem["type"] != "extra_forbidden")
-    others = [_one_line(model, dict(problem), file, prefix) for problem in problems[1:]]
-    raise _one_line(model, dict(problems[0]), file, prefix, others)
+    raise _one_line(model, dict(problems[0]), len(problems) - 1, file, prefix)
 
 
-def _one_line(
-    model: type[Part],
-    problem: dict[str, Any],
-    file: str | None,
-    prefix: str,
-    others: Sequence[DescriptionError] = (),
-) -> DescriptionError:
+def _one_line(model: type[Part], problem: dict[str, Any], more: int, file: str | None, prefix: str) -> DescriptionError:
     steps = [str(item) for item in problem["loc"]]
     location = [step for step in steps if not step.startswith("@")]
     context = problem.get("ctx", {})
@@ -81,11 +74,10 @@ def _one_line(
         message, allowed = "unknown choice", context.get("expected", "").replace("'", "")
     else:
         message = str(problem["msg"])
-    if others:
-        message += f" (and {len(others)} more)"
+    if more:
+        message += f" (and {more} more)"
     value = value if isinstance(value, str | int | float) else None
-    key = prefix + ".".join(location)
-    return DescriptionError(message, file=file, key=key, value=value, allowed=allowed, others=others)
+    return DescriptionError(message, file=file, key=prefix + ".".join(location), value=value, allowed=allowed)
 
 
 def _field_at(model: type[BaseModel], location: list[str]) -> tuple[type[BaseModel] | None, Any]:
