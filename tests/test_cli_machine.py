@@ -85,6 +85,63 @@ def test_a_minimal_description_has_one_unit_and_fits_on_a_page(circuit, tmp_path
     assert "what hoist can have" in at_once("check", file).stdout
 
 
+@pytest.mark.parametrize("circuit", ["ddh", "eha-double-rod", "parts"])
+def test_what_is_marked_as_yours_is_what_a_description_cannot_do_without(circuit, tmp_path):
+    from ramsight import DescriptionError, machine
+
+    file = tmp_path / "mine.toml"
+    assert at_once("new", file, "--circuit", circuit, "--minimal").returncode == 0
+    lines = file.read_text(encoding="utf-8").splitlines()
+    places = [k for k, line in enumerate(lines) if line[:1].isalpha()]
+    marked = [k for k in places if "# yours: " in lines[k]]
+    assert len(marked) > 20
+    for k in marked:
+        with pytest.raises(DescriptionError, match="is missing"):
+            machine.loads("\n".join(lines[:k] + lines[k + 1 :]))
+    of_the_file = ("format", "name", "circuit", "kind", "inlet", "outlet", "pilot", "node", "cushion", "setting")
+    left = [k for k in places if k not in marked and not lines[k].startswith(of_the_file)]
+    machine.loads("\n".join(line for k, line in enumerate(lines) if k not in left))
+
+
+def test_all_that_is_wrong_is_said_at_once(tmp_path):
+    from ramsight import machine
+
+    text = machine.template(machine.load("mining-loader"))
+    for right, wrong in (
+        ("format = 1 ", "# format = 1 "),
+        ('bore = "127 mm" ', "# "),
+        ('rod = "79.4 mm" ', 'rodd = "79.4 mm" '),
+        ('"tellus-t-32"', '"tellus"'),
+        ('max_torque = "90 N m" ', 'max_torque = "90" '),
+        ('"PGI100-2-008"', '"PGI100-2-009"'),
+    ):
+        assert right in text
+        text = text.replace(right, wrong, 1)
+    file = tmp_path / "mine.toml"
+    file.write_text(text, encoding="utf-8")
+    done = at_once("check", file)
+    assert done.returncode == 2
+    said = done.stderr.splitlines()
+    assert all(line.startswith(f"error: {file}: ") for line in said)
+    for words in (
+        "format: is missing; write format = 1 (and 6 more)",
+        "units.boom.oil: unknown oil 'tellus'",
+        "units.boom.pump_a: unknown pump 'PGI100-2-009'",
+        "units.boom.cylinder.bore: is missing",
+        "units.boom.cylinder.rodd: unknown key; did you mean 'rod'?",
+        "units.boom.cylinder.rod: is missing",
+        "units.boom.drive.max_torque = '90': a unit is missing",
+    ):
+        assert sum(words in line for line in said) == 1, words
+    assert len(said) == 7, "nothing is said of what only follows"
+
+
+def test_a_table_that_is_missing_says_what_it_needs(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text('format = 1\nname = "a"\n[units.a]\ncircuit = "ddh"\nload_direction = "extend"\n')
+    assert "units.a.tank: is missing: a table, with pressure\n" in at_once("check", file).stderr
+
+
 def test_a_circuit_that_is_not_there_and_options_that_do_not_fit_are_refused(tmp_path):
     file = tmp_path / "mine.toml"
     assert "eha-double-rod" in one_line_error(at_once("new", file, "--circuit", "eha-duble-rod"))

@@ -24,7 +24,17 @@ def short(text: str) -> str:
 
 
 class RamsightError(Exception):
-    """Base of every error that a user can cause and mend. Its text is one line."""
+    """Base of every error that a user can cause and mend. Its text is one line.
+
+    Attributes:
+        others: what is wrong beside it in the same file; its text gives their number.
+    """
+
+    others: tuple[RamsightError, ...] = ()
+
+    def __str__(self) -> str:
+        """What is wrong, and how much more."""
+        return super().__str__() + (f" (and {len(self.others)} more)" if self.others else "")
 
 
 class DescriptionError(RamsightError):
@@ -54,6 +64,23 @@ class DescriptionError(RamsightError):
         head = f"{head}: " if head else ""
         tail = f" (allowed: {allowed})" if allowed else ""
         super().__init__(f"{head}{message}{tail}")
+
+
+def first_of(errors: Sequence[RamsightError]) -> RamsightError:
+    """The first of some errors, with the others beside it.
+
+    Args:
+        errors: all that is wrong with a file, one at least.
+
+    Example:
+        >>> error = first_of([DescriptionError("is missing", key="bore"), DescriptionError("is missing", key="rod")])
+        >>> str(error), [str(one) for one in error.others]
+        ('bore: is missing (and 1 more)', ['rod: is missing'])
+    """
+    for error in errors:
+        error.others = ()
+    errors[0].others = tuple(errors[1:])
+    return errors[0]
 
 
 class UnknownNameError(RamsightError):

@@ -1,4 +1,4 @@
-"""Running the command line: what a user can mend is one line on standard error, and exit code 2."""
+"""Running the command line: what a user can mend is a line each on standard error, and exit code 2."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ramsight.cli.verbs import app
 
 
 def main() -> None:
-    """Run the command line: one line on standard error and exit code 2 for whatever a user can mend."""
+    """Run the command line: a line on standard error for each thing that a user can mend, and exit code 2."""
     from ramsight.errors import RamsightError
 
     _say_warnings()
@@ -20,7 +20,8 @@ def main() -> None:
     try:
         app()
     except RamsightError as error:
-        typer.echo(f"error: {' '.join(str(error).split())}", err=True)
+        for one in (error, *error.others):
+            typer.echo(f"error: {' '.join(str(one).split())}", err=True)
         sys.exit(2)
     except OSError as error:
         typer.echo(f"error: {_cause(error)}{error.strerror or error}", err=True)

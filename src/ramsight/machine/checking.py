@@ -8,7 +8,7 @@ from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, Tag, ValidationError
 
-from ramsight.errors import DescriptionError
+from ramsight.errors import DescriptionError, first_of
 from ramsight.machine.declare import Part, declaration, explain, part_class
 from ramsight.units import name_of
 
@@ -28,7 +28,7 @@ def validate(
         prefix: path of the part in the file, for the error text.
 
     Raises:
-        DescriptionError: the first thing that is wrong, and how many more there are.
+        DescriptionError: the first thing that is wrong, with all the others beside it.
     """
     try:
         return model.model_validate(dict(data), context=context)
@@ -36,10 +36,10 @@ def validate(
         problems = error.errors(include_url=False)
     # a misspelt key is both unknown and missing: the unknown one says more
     problems.sort(key=lambda problem: problem["type"] != "extra_forbidden")
-    raise _one_line(model, dict(problems[0]), len(problems) - 1, file, prefix)
+    raise first_of([_one_line(model, dict(problem), file, prefix) for problem in problems])
 
 
-def _one_line(model: type[Part], problem: dict[str, Any], more: int, file: str | None, prefix: str) -> DescriptionError:
+def _one_line(model: type[Part], problem: dict[str, Any], file: str | None, prefix: str) -> DescriptionError:
     steps = [str(item) for item in problem["loc"]]
     location = [step for step in steps if not step.startswith("@")]
     context = problem.get("ctx", {})
@@ -74,8 +74,6 @@ def _one_line(model: type[Part], problem: dict[str, Any], more: int, file: str |
         message, allowed = "unknown choice", context.get("expected", "").replace("'", "")
     else:
         message = str(problem["msg"])
-    if more:
-        message += f" (and {more} more)"
     value = value if isinstance(value, str | int | float) else None
     return DescriptionError(message, file=file, key=prefix + ".".join(location), value=value, allowed=allowed)
 
@@ -131,6 +129,10 @@ def _describe(field: Any) -> str:
     if field is None:
         return "it has to be given"
     declared = declaration(field)
+    part = part_class(field.annotation)
+    if part is not None:
+        needed = [name for name, inner in part.model_fields.items() if inner.is_required()]
+        return f"{explain(field) or 'a table'}, with {', '.join(needed)}"
     if declared is None:
         return explain(field) or "a table of values"
     words = f"{declared.text} ({declared.range})" if declared.range else declared.text

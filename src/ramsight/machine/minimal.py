@@ -12,13 +12,13 @@ from ramsight.machine.assumptions import Assumptions
 from ramsight.machine.declare import Part, declaration, explain
 from ramsight.machine.description import Composed, Machine, Unit, circuits
 from ramsight.machine.reading import load
+from ramsight.machine.template import yours
 from ramsight.machine.tolerances import Tolerances
 
 _HEAD = """\
-# {name}: the values are those of {of}; replace them by yours, then: ramsight check FILE
+# {name}, with the values of {of}: replace those marked "yours:", which nothing else gives. Then: ramsight check FILE
 # Every value with its unit, any of the right kind; pressures are absolute, a setting is above the tank's.
 # What has a default is left out; 'ramsight new FILE --like {like}' shows all of it."""
-_WIDTH = 118
 
 
 def example_of(circuit: str) -> tuple[Machine, str]:
@@ -73,7 +73,9 @@ def minimal(machine: Machine, name: str = "my-machine") -> str:
     for unit_name, unit in machine.units.items():
         lines += ["", f"[units.{unit_name}]"]
         fields = type(unit).model_fields
-        lines += [_line(key, getattr(unit, key), explain(fields[key])) for key in ("circuit", "load_direction")]
+        for key in ("circuit", "load_direction"):
+            mark = yours(type(unit), key, {}) if key != "circuit" else ""
+            lines.append(_line(key, getattr(unit, key), mark + explain(fields[key])))
         close = False  # parts of a circuit stand together
         for path, part, places in _parts(unit):
             values = list(_values(part, places))
@@ -105,16 +107,16 @@ def _values(part: Part, places: Mapping[str, Any]) -> Iterator[str]:
             continue
         if isinstance(value, dict):
             inner = ", ".join(f'{name} = "{item / 1e3:g} kN"' for name, item in value.items())
-            yield f"{key} = {{ {inner} }}"
+            yield f"{f'{key} = {{ {inner} }}':<40}  # {explain(field)}"
         elif declared is None:
-            yield _line(key, value, explain(field))
+            yield _line(key, value, yours(type(part), key, given) + explain(field))
         elif key not in given or declared.read(given[key], from_file=True) != value:
             text = declared.show(value)
+            words = yours(type(part), key, given) + explain(field)
             bare = declared.whole or (declared.unit == "1" and "/" not in text)
-            yield _line(key, float(text) if bare and not declared.whole else value if bare else text, explain(field))
+            yield _line(key, float(text) if bare and not declared.whole else value if bare else text, words)
 
 
 def _line(key: str, value: Any, words: str) -> str:
     written = value if isinstance(value, int | float) else json.dumps(value, ensure_ascii=False)
-    line = f"{f'{key} = {written}':<40}  # {words}"
-    return line if len(line) <= _WIDTH else f"{key} = {written}"
+    return f"{f'{key} = {written}':<40}  # {words}"

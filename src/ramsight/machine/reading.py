@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ramsight.errors import DescriptionError, UnknownNameError
+from ramsight.errors import DescriptionError, RamsightError, UnknownNameError, first_of
 from ramsight.machine import catalogue
 from ramsight.machine.checking import validate
 from ramsight.machine.declare import FROM_FILE, Part, part_class
@@ -87,28 +87,55 @@ def _machine(data: dict[str, Any], file: str) -> Machine:
     _check_format(data, file)
     without, tolerances = catalogue.split_tolerances(data, file)
     plain, sources = catalogue.split_sources(without, file)
+    wrong: dict[str, RamsightError] = {}
+    if data.get("format") is None:
+        wrong["format"] = DescriptionError(f"is missing; write format = {FORMAT}", file=file, key="format")
     units = plain.get("units")
     if isinstance(units, dict):
         for name, unit in units.items():
             if not _NAME.fullmatch(name):
-                raise DescriptionError(
-                    "a unit's name starts with a letter and holds letters, digits, - and _",
-                    file=file,
-                    key=f"units.{name}",
-                )
-            if isinstance(unit, dict):
-                units[name] = _resolve(unit, f"units.{name}", sources, file)
-    machine = validate(Machine, plain, file=file, context=FROM_FILE)
+                text = "a unit's name starts with a letter and holds letters, digits, - and _"
+                wrong[f"units.{name}"] = DescriptionError(text, file=file, key=f"units.{name}")
+            elif isinstance(unit, dict):
+                units[name] = _resolve(unit, f"units.{name}", sources, file, wrong)
+    machine = _validated(plain, file, wrong)
     machine._sources = sources
     machine._origin, machine._tolerances = file, tolerances
     _ = machine.tolerances  # a tolerance that is none is refused here
     return machine
 
 
+def _validated(plain: Mapping[str, Any], file: str, wrong: Mapping[str, RamsightError]) -> Machine:
+    """The machine, or all that is wrong with it at once.
+
+    Args:
+        plain: values, with those of the catalogue.
+        file: where they stand.
+        wrong: what was found before, by its path; what is wrong below such a path follows from it.
+    """
+    try:
+        machine = validate(Machine, plain, file=file, context=FROM_FILE)
+    except DescriptionError as error:
+        found = [error, *error.others]
+        if not wrong:
+            raise
+    else:
+        found = []
+    later = [one for one in found if not any(f"{_key(one)}.".startswith(f"{path}.") for path in wrong)]
+    if wrong:
+        raise first_of([*wrong.values(), *later])
+    return machine
+
+
+def _key(error: RamsightError) -> str:
+    return (error.key or "") if isinstance(error, DescriptionError) else ""
+
+
 def _check_format(data: Mapping[str, Any], file: str) -> None:
+    """Refuse a format that this version does not read; one that is missing is the file's smallest trouble."""
     given = data.get("format")
     if given is None:
-        raise DescriptionError(f"is missing; write format = {FORMAT}", file=file, key="format")
+        return
     if isinstance(given, int) and given > FORMAT:
         message = f"was written for a newer ramsight; this one reads up to format {FORMAT}, update it"
         raise DescriptionError(message, file=file, key="format", value=given)
@@ -116,25 +143,30 @@ def _check_format(data: Mapping[str, Any], file: str) -> None:
         raise DescriptionError("is no format", file=file, key="format", value=given, allowed=str(FORMAT))
 
 
-def _resolve(unit: dict[str, Any], path: str, sources: dict[str, str], file: str) -> dict[str, Any]:
-    """Fill in what catalogue entries give and the description does not."""
+def _resolve(
+    unit: dict[str, Any], path: str, sources: dict[str, str], file: str, wrong: dict[str, RamsightError]
+) -> dict[str, Any]:
+    """Fill in what catalogue entries give and the description does not; what cannot be is `wrong`, by its path."""
     resolved = dict(unit)
     circuit = resolved.get("circuit", "ddh")
     composed = circuit != "ddh"
     if isinstance(circuit, str) and circuit not in (known := circuits()):
-        raise DescriptionError(
+        wrong[path] = DescriptionError(  # and so are its parts: nobody knows which it has
             "unknown choice", file=file, key=f"{path}.circuit", value=circuit, allowed=", ".join(known)
         )
+        return resolved
     for key, field in (Composed if composed else DirectDriven).model_fields.items():
         part = part_class(field.annotation)
         if key in resolved and part is not None:
-            resolved[key] = _from_model(resolved[key], part.family, f"{path}.{key}", sources, file)
+            resolved[key] = _from_model(resolved[key], part.family, f"{path}.{key}", sources, file, wrong)
     if composed and isinstance(resolved.get("parts", {}), dict) and ("parts" in resolved or circuit != IN_FULL):
-        resolved["parts"] = _parts(resolved, path, sources, file)
+        resolved["parts"] = _parts(resolved, path, sources, file, wrong)
     return resolved
 
 
-def _parts(unit: Mapping[str, Any], path: str, sources: dict[str, str], file: str) -> dict[str, Any]:
+def _parts(
+    unit: Mapping[str, Any], path: str, sources: dict[str, str], file: str, wrong: dict[str, RamsightError]
+) -> dict[str, Any]:
     """Fill in what the catalogue's circuit gives: kinds and nodes."""
     parts = dict(unit.get("parts", {}))
     name = unit["circuit"]
@@ -148,17 +180,23 @@ def _parts(unit: Mapping[str, Any], path: str, sources: dict[str, str], file: st
     for key, part in parts.items():
         kind = part.get("kind") if isinstance(part, dict) else None
         if isinstance(kind, str) and kind in KINDS:
-            parts[key] = _from_model(part, KINDS[kind].family, f"{path}.parts.{key}", sources, file)
+            parts[key] = _from_model(part, KINDS[kind].family, f"{path}.parts.{key}", sources, file, wrong)
     return parts
 
 
-def _from_model(given: Any, family: str, path: str, sources: dict[str, str], file: str) -> Any:
+def _from_model(
+    given: Any, family: str, path: str, sources: dict[str, str], file: str, wrong: dict[str, RamsightError]
+) -> Any:
     """Fill in what the catalogue entry that a part names gives."""
     if isinstance(given, str) and family:
         given = {"model": given}
     if not family or not isinstance(given, dict) or not isinstance(given.get("model"), str):
         return given
-    entry = catalogue.find(family, given["model"], where=f"{file}: {path}")
+    try:
+        entry = catalogue.find(family, given["model"], where=f"{file}: {path}")
+    except UnknownNameError as error:
+        wrong[path] = error
+        return given
     values, origins = catalogue.read(entry)
     for name in values.keys() - given.keys():
         sources.setdefault(f"{path}.{name}", f"{entry.name}: {origins.get(name, entry.source)}")

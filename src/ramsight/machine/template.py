@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import textwrap
+from collections.abc import Mapping
 from typing import Any, Literal, get_origin
 
 from pydantic.fields import FieldInfo
@@ -21,6 +22,9 @@ _PAIR = {"leakage-displacement": 0.5}
 _FIRST = ("kind", "inlet", "outlet", "pilot", "node")  # what says where a part is stands before its values
 _HEAD = """\
 Machine description for ramsight. Check it with: ramsight check FILE
+
+A meaning that begins with "yours:" is of a key that no default and no catalogue entry gives, or of the entry that gives
+it: it has to be your machine's. What stands there is an example's. Of the other keys write what you know better.
 
 Write every value with its unit; any unit of the right kind will do (mm, in, bar, MPa, l/min, rpm).
 Beside each value stand its meaning and the allowed range. A value may carry its source:
@@ -75,7 +79,8 @@ def _unit_lines(name: str, unit: Unit) -> list[str]:
     for key, field in type(unit).model_fields.items():
         value = getattr(unit, key)
         if value is not None and not isinstance(value, Part | dict):
-            lines.append(_line(key, value, _with_choices(field)))
+            mark = yours(type(unit), key, {}) if key != "circuit" else ""
+            lines.append(_line(key, value, mark + _with_choices(field)))
     for key, part, given in tables:
         if not isinstance(part, Assumptions | Tolerances):
             about = given or type(unit).model_fields[key].description or _first_sentence(part)
@@ -155,7 +160,7 @@ def _part_lines(part: Part, *, defaults_off: bool = False) -> list[str]:
             continue
         words = explain(field)
         if declared is not None:
-            words += f"; {declared.range}" if declared.range else ""
+            words = yours(type(part), key, given) + words + (f"; {declared.range}" if declared.range else "")
             same = key in given and declared.read(given[key], from_file=True) == value
             same = same or (defaults_off and key not in part.model_fields_set)
             lines.append(_line(key, _written(declared, value), words, off=same))
@@ -163,8 +168,21 @@ def _part_lines(part: Part, *, defaults_off: bool = False) -> list[str]:
             inner = ", ".join(f'{name} = "{item / 1e3:g} kN"' for name, item in value.items())
             lines += [f"# {words}", f"{key} = {{ {inner} }}"]
         else:
-            lines.append(_line(key, value, _with_choices(field)))
+            lines.append(_line(key, value, yours(type(part), key, given) + _with_choices(field)))
     return lines
+
+
+def yours(part: type[Part], key: str, given: Mapping[str, Any]) -> str:
+    """The mark before the meaning of a key that a description has to have; "" for any other.
+
+    Args:
+        part: the class that has it.
+        key: its name.
+        given: what a catalogue entry gives; then the entry's name has to be there.
+    """
+    needed = {name for name, field in part.model_fields.items() if field.is_required() and name not in _FIRST}
+    has_to = bool(needed & given.keys()) if key == "model" else key in needed - given.keys()
+    return "yours: " if has_to else ""
 
 
 def _written(declared: Quantity, value: float) -> str | float:
