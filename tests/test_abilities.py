@@ -76,6 +76,17 @@ def test_torque_and_load_beyond_their_limits_are_said_with_how_long():
     assert "600 kN, is more than the 500 kN" in by_load
 
 
+def test_a_chamber_below_nothing_is_said_with_how_long():
+    run = run_of(np.zeros(1001), np.zeros(1001))
+    pressure = np.full(1001, 5e5)
+    pressure[:4] = -3e5
+    signals = {**run.signals, "pressure_a": Signal(pressure, "", ""), "pressure_b": Signal(np.abs(pressure), "", "")}
+    assert run_cautions(Recorded(signals, {}), 90.0, 500e3) == ()
+    pressure[:50] = -3e5
+    (said,) = run_cautions(Recorded(signals, {}), 90.0, 500e3)
+    assert said.startswith("chamber A falls to -3.0 bar absolute, for 1.0 s of 20.0 s")
+
+
 def test_a_relief_valve_that_is_not_there_is_said():
     from ramsight.plant.valve import ReliefValve
 

@@ -22,9 +22,10 @@ from ramsight.errors import DescriptionError
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.balance import balance, without_friction
 from ramsight.plant.build import build
+from ramsight.plant.cautions import cautions
 from ramsight.plant.limits import limits_of
 from ramsight.plant.linked import build as linked
-from ramsight.plant.steady import cautions, derive
+from ramsight.plant.steady import derive
 from ramsight.sensor.balance import balance as balance_sensor
 from ramsight.sensor.filling import unfilled
 from ramsight.sensor.kalman import kalman

@@ -15,7 +15,8 @@ from ramsight.machine import catalogue
 from ramsight.machine.placed import KINDS
 from ramsight.plant import ddh
 from ramsight.plant.build import build
-from ramsight.plant.steady import cautions, derive, torque_at_load
+from ramsight.plant.cautions import cautions
+from ramsight.plant.steady import derive, torque_at_load
 from ramsight.plant.unit import side_nodes
 
 from .command import at_once

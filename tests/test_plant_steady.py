@@ -8,10 +8,13 @@ from ramsight import machine
 from ramsight.duty import Duty, simulate
 from ramsight.duty.profile import constant, trapezoid_moves
 from ramsight.errors import DescriptionError
+from ramsight.machine.parts import ReliefValve
+from ramsight.plant.build import build as build_any
+from ramsight.plant.cautions import cautions
 from ramsight.plant.ddh import build
 from ramsight.plant.oil import ATMOSPHERE
 from ramsight.plant.pump import friction_coefficient
-from ramsight.plant.steady import cautions, derive, torque_at_load
+from ramsight.plant.steady import derive, torque_at_load
 
 # unit, load kN; lift / lower mm per motor rev at 20, 40, 60 °C; at 40 °C chamber bar lifting and motor N m
 # lift / lower; 1500 rpm, the side that holds no load at 2 bar, the pumps' tank ports at 0
@@ -147,11 +150,57 @@ def test_the_loader_has_nothing_to_look_at_twice(loader, units):
         ("drive.max_speed", "6000 rpm", "it allows 4000 rpm"),
         ("drive.max_torque", "50 N m", "the motor has 50 N m"),
         ("load.loads.high", "600 kN", "more than the relief valve lets the unit lift"),
+        ("pump_a.displacement", "0.01 cm3/rev", "over its stroke: look at the pump's displacement"),
+        ("cylinder.bore", "800 mm", "over its stroke: look at the pump's displacement"),
+        ("pump_a.displacement", "250 cm3/rev", "more than the 1 m/s of fast cylinders"),
+        ("cylinder.stroke", "20 m", "that is 20000 mm out buckles under"),
+        ("cylinder.rod", "9 mm", "that is 700 mm out buckles under 2.72 kN"),
+        ("cylinder.dead_volume_b", "60 l", "dead volume of side B, 60 l, is more than the 17.7 l"),
+        ("load.loads", {"only": "5 kN"}, "of the 210 bar that the relief valve allows"),
     ],
 )
 def test_what_an_engineer_would_look_at_twice(loader, key, value, words):
     changed = loader.unit("boom").replace({key: value})
     assert any(words in sentence for sentence in cautions(changed, build("boom", changed)))
+
+
+def test_a_rod_that_is_pulled_does_not_buckle_but_sags(loader):
+    long = loader.unit("bucket").replace({"cylinder.stroke": "6 m"})
+    (said,) = cautions(long, build("bucket", long))
+    assert "the stroke is 67 times the rod's diameter" in said
+
+
+def test_a_load_that_is_too_light_to_lower_is_said_where_nothing_presses_it_down():
+    mast = machine.load("forklift-mast").unit("lift")
+
+    def said(load):
+        described = mast.replace({"load.loads.empty": load})
+        return [text for text in cautions(described, build_any("lift", described)) if "too light to lower" in text]
+
+    assert said("2 kN") == []
+    (sentence,) = said("0.2 kN")
+    assert "load empty (0.2 kN)" in sentence
+    assert "chamber A would fall to -0.8 bar absolute" in sentence, (
+        "by hand (200 + 322 + 76 - 600 - 301) N over 3927 mm2"
+    )
+    boom = machine.load("mining-loader").unit("boom").replace({"load.loads.light": "0 kN"})
+    assert cautions(boom, build("boom", boom)) == (), "pump B presses it down"
+
+
+def test_a_pump_without_a_relief_valve_is_held_to_what_it_allows():
+    ram = machine.load("press").unit("ram")
+    parts = {name: part for name, part in ram.parts.items() if not isinstance(part, ReliefValve)}
+    bare = ram.replace({"parts": parts, "load.loads.full": "900 kN"})
+    said = cautions(bare, build_any("ram", bare))
+    assert any("load full (900 kN) asks for" in text and "no relief valve" in text for text in said)
+
+
+@pytest.mark.parametrize(
+    "name", ["eha-single-rod", "eha-test-bench", "eha-valve-rig", "loader-valve-controlled", "press"]
+)
+def test_no_machine_of_the_catalogue_has_anything_to_look_at_twice(name):
+    for unit, described in machine.load(name).units.items():
+        assert cautions(described, build_any(unit, described)) == ()
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, math.nan])

@@ -11,7 +11,7 @@ _SHOWN = 1e-3  # share of the largest energy below which a line is left out
 
 
 def run_cautions(run: Recorded, max_torque: float, load_at_relief: float) -> tuple[str, ...]:
-    """What an engineer would look at twice in a run: torque that the motor does not have, a load that nothing holds.
+    """What an engineer would look at twice in a run: torque that no motor has, a load that nothing holds, torn oil.
 
     Args:
         run: a run.
@@ -34,6 +34,14 @@ def run_cautions(run: Recorded, max_torque: float, load_at_relief: float) -> tup
             f"the load, up to {load.max() / 1e3:.4g} kN, is more than the {load_at_relief / 1e3:.4g} kN that the "
             "relief valve carries: what lifts it passes the valve, and where nothing else holds it the rod sinks"
         )
+    for side in "ab":
+        pressure = run[f"pressure_{side}"].values if f"pressure_{side}" in run.signals else np.zeros(0)
+        below = period * float(np.count_nonzero(pressure < 0.0))
+        if below > _LONG:
+            found.append(
+                f"chamber {side.upper()} falls to {pressure.min() / 1e5:.1f} bar absolute, for {below:.1f} s of "
+                f"{time[-1]:.1f} s: oil would tear there, and the rod go otherwise than simulated"
+            )
     return tuple(found)
 
 

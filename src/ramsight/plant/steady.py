@@ -6,14 +6,10 @@ import math
 from dataclasses import dataclass
 
 from ramsight.errors import DescriptionError
-from ramsight.machine.description import Unit
-from ramsight.plant.directional import DirectionalValve
 from ramsight.plant.limits import pump_reliefs
 from ramsight.plant.oil import ATMOSPHERE
-from ramsight.plant.pilot_check import PilotCheckValve
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit, opposite, pumped_into, side_nodes
-from ramsight.plant.valve import ReliefValve
 
 _ROUNDS = 60  # of the fixed point between velocity and viscous friction, which contracts a thousandfold a round
 
@@ -32,6 +28,7 @@ class Derived:
         mismatch: geared_flow_ratio over area_ratio, less one [1]; positive if pump B moves too much oil.
         travel_a: travel per motor radian that side A's flow gives without leakage [m/rad].
         travel_b: the same of side B's [m/rad].
+        relief_pressure: at which the load's side is relieved, absolute [Pa]; infinite without a relief valve.
         load_at_relief: load that the relief pressure balances, tank pressure on the other side [N].
         load_at_relief_after_friction: that, less the breakaway friction [N].
     """
@@ -45,6 +42,7 @@ class Derived:
     mismatch: float
     travel_a: float
     travel_b: float
+    relief_pressure: float
     load_at_relief: float
     load_at_relief_after_friction: float
 
@@ -100,6 +98,7 @@ def derive(unit: HydraulicUnit) -> Derived:
         mismatch=geared_b / geared_a / (area_b / area_a) - 1.0,
         travel_a=geared_a / area_a,
         travel_b=geared_b / area_b,
+        relief_pressure=relief,
         load_at_relief=at_relief,
         load_at_relief_after_friction=at_relief - cylinder.breakaway_friction,
     )
@@ -201,60 +200,3 @@ def _steady(
         velocity = unit.lift_sign * (1.0 if unit.held == "a" else -1.0) * into / area
     torque = sum(float(p.shaft_torque(p.belt * turning, rise(p), viscosity)) for p in pumps)
     return pressure, torque, abs(velocity)
-
-
-def cautions(described: Unit, unit: HydraulicUnit) -> tuple[str, ...]:
-    """Say what in a valid description an engineer would look at twice.
-
-    Args:
-        described: the description.
-        unit: the unit built from it.
-
-    Returns:
-        One sentence each; none if nothing stands out.
-    """
-    found = []
-    values = derive(unit)
-    rpm = 30.0 / math.pi
-    matched = not any(isinstance(part, PilotCheckValve | DirectionalValve) for part in unit.parts())
-    if matched and values.geared_displacement_b > 0.0 and abs(values.mismatch) > 0.05:
-        found.append(
-            f"the geared flow ratio {values.geared_flow_ratio:.3f} is {values.mismatch:+.1%} off the area "
-            f"ratio {values.area_ratio:.3f}: one side will be starved or pressed through the relief valve"
-        )
-    for name, pump in described.pumps.items():
-        setting = max(described.relief_settings, default=0.0)
-        if setting > pump.max_pressure:
-            found.append(
-                f"the relief valve opens at {setting / 1e5:g} bar, {name} allows {pump.max_pressure / 1e5:g} bar"
-            )
-        fastest = described.drive.max_speed * pump.belt
-        if fastest > pump.max_speed * (1 + 1e-9):
-            found.append(
-                f"at the motor's highest speed {name} turns {fastest * rpm:.0f} rpm, it allows "
-                f"{pump.max_speed * rpm:.0f} rpm"
-            )
-        if pump.min_inlet_pressure:
-            fills = pump.max_speed * math.sqrt(described.tank.pressure / pump.min_inlet_pressure)
-            if fastest > fills * (1 + 1e-9):
-                found.append(
-                    f"at the motor's highest speed {name} turns {fastest * rpm:.0f} rpm, from the tank's "
-                    f"{described.tank.pressure / 1e5:g} bar it fills up to {fills * rpm:.0f} rpm"
-                )
-    pumped = pump_reliefs(unit)
-    highest = max((valve.setting for valve in pumped), default=0.0)
-    found.extend(
-        f"the relief valve {valve.name} of the cylinder opens at {valve.setting / 1e5:g} bar, before those of the "
-        f"pumps at {highest / 1e5:g} bar"
-        for valve in unit.parts()
-        if isinstance(valve, ReliefValve) and valve not in pumped and valve.setting <= highest
-    )
-    for name, load in described.load.loads.items():
-        if load > values.load_at_relief_after_friction:
-            found.append(f"load {name} ({load / 1e3:g} kN) is more than the relief valve lets the unit lift")
-        elif (torque := abs(torque_at_load(unit, load).torque_lift)) > described.drive.max_torque:
-            found.append(
-                f"lifting load {name} ({load / 1e3:g} kN) takes {torque:.0f} N m, the motor has "
-                f"{described.drive.max_torque:g} N m"
-            )
-    return tuple(found)

@@ -11,7 +11,8 @@ from ramsight.machine.declare import walk
 from ramsight.machine.description import Machine, Unit
 from ramsight.machine.tables import table_of
 from ramsight.plant.build import build
-from ramsight.plant.steady import cautions, derive, torque_at_load
+from ramsight.plant.cautions import cautions
+from ramsight.plant.steady import derive, torque_at_load
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.units import format_si
 
