@@ -895,3 +895,21 @@ def test_a_maps_scale_offset_and_sign_reach_the_encoders_samples():
         channel.take(100.0, 0.5, 0.6)
         assert channel.value == pytest.approx(wanted * np.pi / 30.0)
         assert (channel.sent, channel.at, channel.fresh) == (0.5, 0.6, True)
+
+
+def test_a_channel_that_no_frame_has_is_refused_with_the_maps_name(tmp_path):
+    from ramsight.deploy.encoder.listening import Listener
+    from ramsight.errors import UnknownNameError
+    from ramsight.logs.channel_map import load_map
+
+    known = """
+        torque = {channel = "0x185.6077h", rated = "80 N m"}
+        temperature = {constant = "45 degC"}
+        [[can.pdo]]
+        cob_id = 0x185
+        objects = ["606Ch", "6077h"]
+    """
+    file = tmp_path / "bus.toml"
+    file.write_text(f'speed = {{channel = "0x186.606Ch", unit = "1/min"}}\n{known}')
+    with pytest.raises(UnknownNameError, match=r"bus\.toml: unknown channel '0x186\.606Ch'; did you mean"):
+        Listener(load_map(file))

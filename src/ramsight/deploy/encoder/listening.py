@@ -134,7 +134,7 @@ class Listener:
     def __init__(self, channel_map: ChannelMap) -> None:
         if not channel_map.is_can:
             raise DescriptionError("says nothing of CAN frames: [can] with pdo or dbc is needed", file=channel_map.file)
-        self._fields = _fields(channel_map)
+        self._fields, self._file = _fields(channel_map), channel_map.file
         roles = {**channel_map.roles, **channel_map.further, **channel_map.linked}
         self._linked = bool(channel_map.linked)
         self.channels = {role: self._channel(role, mapped, channel_map) for role, mapped in roles.items()}
@@ -238,16 +238,16 @@ class Listener:
         if not name or name == WRITTEN or switch:
             factor, offset = (1.0, 0.0) if switch else to_si_of(mapped.unit or "degC", role, None)
             return _Channel(mapped, factor, offset)
-        unit = mapped.unit or self._named(name, channel_map.file).unit
+        unit = mapped.unit or self._named(name).unit
         if not unit:
             raise DescriptionError("has no unit", file=channel_map.file, key=f"{role}.unit", allowed="1/min, N m, degC")
         return _Channel(mapped, *to_si_of(unit, role, mapped.rated, file=channel_map.file, key=f"{role}.unit"))
 
-    def _named(self, name: str, file: str | None) -> Field:
+    def _named(self, name: str) -> Field:
         names = {f"0x{key & ~EXTENDED:X}.{one.name}": one for key, of in self._fields.items() for one in of}
         short = [one for full, one in names.items() if name in (full, one.name, one.name.rpartition(".")[2])]
         if len(short) != 1:
-            raise UnknownNameError("channel", name, names, where=file)
+            raise UnknownNameError("channel", name, names, where=self._file)
         return short[0]
 
     def _placed(self) -> dict[int, list[tuple[Field, list[_Channel | _Reference]]]]:
@@ -255,8 +255,8 @@ class Listener:
         listed = [*self.channels.values(), *([] if self._other is None else [self._other])]
         wired = [one for one in listed if one.mapped.channel not in ("", WRITTEN)]
         takers: list[tuple[Field, _Channel | _Reference]] = [
-            *((self._named(one.mapped.channel, None), one) for one in wired),
-            *((self._named(one.channel.mapped.channel, None), one) for one in self._references),
+            *((self._named(one.mapped.channel), one) for one in wired),
+            *((self._named(one.channel.mapped.channel), one) for one in self._references),
         ]
         places: dict[int, list[tuple[Field, list[_Channel | _Reference]]]] = {}
         for key, of in self._fields.items():
