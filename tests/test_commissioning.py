@@ -1,15 +1,20 @@
 """A commissioning is judged: what is right passes, what cannot be this machine's log is refused with the reason."""
 
+import hashlib
 import re
+from datetime import datetime
 
 import numpy as np
 import pytest
 import xarray
 
 import ramsight
+from ramsight.api.commissioning import channels_of, sources_of
 from ramsight.duty.lift_lower import lift_lower
 from ramsight.errors import LogWarning
 from ramsight.logs import write_drive_log
+from ramsight.logs.channel_map import load_map
+from ramsight.logs.mapped import standard_map
 from ramsight.sensor.mode import Mode
 from ramsight.study.commissioning import log_checks, sensor_checks, sheet_checks
 from ramsight.study.commissioning.finding import Finding, Verdict
@@ -191,6 +196,52 @@ def test_the_verb_writes_one_page_to_sign_and_its_exit_code_tells(boom, rehearse
     assert refused.returncode == 1
     assert "boom: not commissioned" in refused.stdout
     assert "must not be relied on" in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
+def test_the_page_names_when_by_what_and_of_which_files(boom, rehearsed, tmp_path):
+    log, _ = rehearsed
+    write_drive_log(log.assign(motor_torque=(log["motor_torque"] - 0.5) / 0.002 / 80.0), tmp_path / "own.csv")
+    (tmp_path / "map.toml").write_text(
+        'time = { channel = "time_s", unit = "s" }\nspeed = { channel = "motor_speed_rpm", unit = "rpm" }\n'
+        'torque = { channel = "motor_torque_nm", unit = "permille", rated = "80 N m", scale = 2, offset = 6.25 }\n'
+        'temperature = { constant = "40 degC" }\n'
+    )
+    (tmp_path / "mine.toml").write_text(ramsight.machine.template(), encoding="utf-8")
+    done = at_once("commission", "mine.toml", "own.csv", "--map", "map.toml", "--unit", "boom", "--out", "r.html",
+                   cwd=tmp_path)  # fmt: skip
+    assert "passed      units and signs" in done.stdout, done.stderr
+    page = (tmp_path / "r.html").read_text(encoding="utf-8")
+    assert re.search(
+        rf"Made {datetime.now():%Y-%m-%d} \d\d:\d\d \(UTC[+-]\d{{4}}\) by ramsight {ramsight.__version__}", page
+    )
+    for name in ("mine.toml", "own.csv", "map.toml"):
+        digest = hashlib.sha256((tmp_path / name).read_bytes()).hexdigest()
+        assert f"<td>{name}</td><td>{digest}</td>" in page
+    cells = ("torque", "motor_torque_nm", "permille", "+1", "2", "6.25", "100 % is 80 N m")
+    assert "".join(f"<td>{cell}</td>" for cell in cells) in page
+    assert "<td>40 degC</td>" in page
+
+
+def test_a_machine_that_was_changed_has_no_checksum_of_the_file_it_came_from(tmp_path):
+    (tmp_path / "log.csv").write_text("a")
+    plain, changed = ramsight.load_machine("press"), ramsight.load_machine("press").replace({"title": "other"})
+    (what, name, digest), (_, _, of_log) = sources_of(plain, tmp_path / "log.csv", None, standard_map([]))
+    assert (what, name, len(digest)) == ("machine of the catalogue", "press.toml", 64)
+    assert of_log == hashlib.sha256(b"a").hexdigest()
+    assert "changed" in sources_of(changed, tmp_path / "log.csv", None, standard_map([]))[0][2]
+
+
+def test_what_a_channel_stands_for_is_told(tmp_path):
+    file = tmp_path / "map.toml"
+    file.write_text(
+        'angle = { channel = "phi", per_turn = 4096 }\ncurrent = { channel = "i", torque_constant = "0.05 N m", '
+        'saturation = 40, sign = -1 }\ntemperature = { channel = "T" }\n[measured]\nposition = { channel = "x" }\n'
+    )
+    found = {row[0]: row for row in channels_of(load_map(file))}
+    assert found["speed"][-1] == "an angle: 4096 a turn"
+    assert found["torque"][-1] == "a current: 1 is 0.05 N m, saturated at 40"
+    assert found["torque"][3] == "-1"
+    assert found["measured position"][1] == "x"
 
 
 def test_samples_too_far_apart_are_worth_a_second_look():

@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ramsight.api.given import checked, possible_truth, truth_in, truth_of
-from ramsight.api.machines import AnyUnit, build
+from ramsight.api.machines import AnyUnit, build, load_machine
 from ramsight.api.tracking import AnyMap, read_log, track
 from ramsight.logs.channel_map import load_map
-from ramsight.logs.mapped import ChannelMap
+from ramsight.logs.mapped import ChannelMap, Mapped
+from ramsight.machine import catalogue
+from ramsight.machine.description import Machine
 from ramsight.progress import progress as progress_bar
+from ramsight.study.commissioning.page import Channel
 from ramsight.study.commissioning.walk import STEPS, Commissioning, walk
 from ramsight.study.errors import ComparisonError
+from ramsight.units import format_si
 
 if TYPE_CHECKING:
     import xarray
+
+_RATED = {"torque": "N m", "speed": "rpm", "dc_current": "A"}  # units in which 100 % is shown
 
 
 def commission(
@@ -78,16 +85,78 @@ def commission(
         return walk(built, recorded, track_of, true, known, advance)
 
 
-def channels_of(channel_map: ChannelMap) -> list[tuple[str, str, str, str]]:
-    """Of each role its channel, unit and sign, as text.
+def channels_of(channel_map: ChannelMap) -> list[Channel]:
+    """Every channel of a map as it was used, as text.
 
     Args:
         channel_map: with which a log was read.
     """
+    named = {**channel_map.roles, **channel_map.further, **channel_map.linked}
+    named |= {f"command to {name}": one.mapped for name, one in channel_map.commands.items()}
+    named |= {f"measured {name}": one for name, one in channel_map.measured.items()}
+    named |= {f"reference {k}": one.mapped for k, one in enumerate(channel_map.references, 1)}
     return [
-        (role, one.channel or "constant", one.unit or "as the file says", f"{one.sign:+g}")
-        for role, one in channel_map.roles.items()
+        (
+            role,
+            one.channel or "constant",
+            one.unit or "as the file says",
+            f"{one.sign:+g}",
+            f"{one.scale:g}",
+            f"{one.offset:g}",
+            _stands_for(channel_map, role, one),
+        )
+        for role, one in named.items()
     ]
+
+
+def _stands_for(channel_map: ChannelMap, role: str, one: Mapped) -> str:
+    """What 100 % of a channel is, or one of its numbers where it is another quantity."""
+    if one.constant is not None:
+        return format_si(one.constant, "degC", 6)
+    if one.rated is not None:
+        return f"100 % is {format_si(one.rated, _RATED[role], 6)}"
+    if role == "torque" and channel_map.motor is not None:
+        motor = channel_map.motor
+        bends = "" if motor.saturation is None else f", saturated at {motor.saturation:g}"
+        return f"a current: 1 is {motor.torque_constant:g} N m{bends}"
+    if role == "speed" and channel_map.angle is not None:
+        return f"an angle: {channel_map.angle.per_turn:g} a turn"
+    return ""
+
+
+def sources_of(
+    machine: Machine, log: str | Path, truth: str | Path | None, channel_map: ChannelMap
+) -> list[tuple[str, str, str]]:
+    """The files that a commissioning rests on: what each is, its name, and the SHA-256 of its bytes.
+
+    Args:
+        machine: as it was read, from a file or from the catalogue.
+        log: file of the log.
+        truth: file of the measured position, if there is one.
+        channel_map: with which the log was read.
+    """
+    files = [("log", Path(log))]
+    files += [] if truth is None else [("measured position", Path(truth))]
+    files += [] if channel_map.file is None else [("channel map", Path(channel_map.file))]
+    files += [("meaning of CAN frames", path) for path in channel_map.dbc]
+    return [_machine_file(machine), *((what, path.name, _sha256(path)) for what, path in files)]
+
+
+def _machine_file(machine: Machine) -> tuple[str, str, str]:
+    origin = machine.origin
+    if catalogue.has("machine", origin):
+        path = catalogue.find("machine", origin).path
+        what, name = "machine of the catalogue", path.name
+    else:
+        path, what, name = Path(origin), "machine", Path(origin).name
+    if not path.is_file() or load_machine(origin) != machine:
+        return what, name, "not as in any file: values were changed"
+    return what, name, _sha256(path)
+
+
+def _sha256(path: Any) -> str:
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def _check_common(log: xarray.Dataset, truth: xarray.Dataset) -> None:
@@ -99,4 +168,4 @@ def _check_common(log: xarray.Dataset, truth: xarray.Dataset) -> None:
         )
 
 
-__all__ = ["channels_of", "commission"]
+__all__ = ["channels_of", "commission", "sources_of"]

@@ -31,7 +31,9 @@ def commission(
 
     Example: ramsight commission mining-loader log.csv --unit boom --truth position.csv --out report.html
     """
-    from ramsight.api.commissioning import channels_of
+    from datetime import datetime
+
+    from ramsight.api.commissioning import channels_of, sources_of
     from ramsight.api.commissioning import commission as commission_unit
     from ramsight.api.machines import load_machine
     from ramsight.logs.channel_map import load_map
@@ -53,7 +55,8 @@ def commission(
     done = commission_unit(described, log, truth, unit=unit, channel_map=channel_map, progress=True)
     if out is not None:
         title = f"{described.title or described.name}, {unit}"
-        text = commissioning_page(done, title, log.name, channels_of(known))
+        sources, now = sources_of(described, log, truth, known), datetime.now().astimezone()
+        text = commissioning_page(done, title, sources, channels_of(known), now)
         with atomic_path(out) as draft:
             draft.write_text(text, encoding="utf-8")
     typer.echo(done.text)

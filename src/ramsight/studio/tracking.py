@@ -6,13 +6,14 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ramsight.api.calibrating import identify, leak_test
-from ramsight.api.commissioning import channels_of, commission
+from ramsight.api.commissioning import channels_of, commission, sources_of
 from ramsight.api.given import truth_in
 from ramsight.api.machines import build
 from ramsight.api.tracking import errors_of, follow, read_log, start_of
@@ -150,7 +151,8 @@ def judge(say: Say, asked: Asked) -> None:
         mapped = standard_map([]) if channel_map is None else load_map(channel_map)
         done = commission(asked.machine, asked.file, _truth(asked), unit=asked.unit, channel_map=channel_map)
         title = f"{asked.machine.title or asked.machine.name}, {asked.unit}"
-        page = commissioning_page(done, title, Path(asked.file).name, channels_of(mapped))
+        sources = sources_of(asked.machine, asked.file, asked.truth, mapped)
+        page = commissioning_page(done, title, sources, channels_of(mapped), datetime.now().astimezone())
         (asked.folder / REPORT).write_text(page, encoding="utf-8")
         say("report", done.text)
 

@@ -6,6 +6,7 @@ import base64
 import io
 import math
 from collections.abc import Iterable, Sequence
+from datetime import datetime
 from html import escape
 
 from ramsight import __version__
@@ -24,32 +25,47 @@ _WORDS = {
     Verdict.FAILED: "The sensor must not be relied on.",
 }
 _SIGNED = ("Name", "Role", "Machine or serial number", "Place and date", "Signature")
+_SUMS = ".sums td:last-child { font-family: monospace; overflow-wrap: anywhere; }"
 _DOTS = 110  # per inch; a page of some hundred kilobytes
 
 
-def commissioning_page(done: Commissioning, title: str, log: str, channels: Sequence[tuple[str, str, str, str]]) -> str:
+Channel = tuple[str, str, str, str, str, str, str]
+"""Of a channel as text: what it is, its name, unit, sign, scale, offset, and what it stands for."""
+
+
+def commissioning_page(
+    done: Commissioning,
+    title: str,
+    sources: Sequence[tuple[str, str, str]],
+    channels: Sequence[Channel],
+    made: datetime,
+) -> str:
     """The report of a commissioning: verdict, reasons, every check, what it rests on, the track, room to sign.
 
     Args:
         done: what was found.
         title: of the machine and its unit.
-        log: name of the log.
-        channels: of each role its channel, unit and sign, as text.
+        sources: of each file what it is, its name and its SHA-256.
+        channels: of the log.
+        made: when, with its distance from UTC.
 
     Returns:
         HTML that needs no other file.
     """
     parts = [f"<h1>{escape(title)}: commissioning</h1>"]
-    parts.append(f'<p class="source">Log {escape(log)}; ramsight {escape(__version__)}</p>')
+    when = f"{made:%Y-%m-%d %H:%M} (UTC{made:%z})"
+    parts.append(f'<p class="source">Made {when} by ramsight {escape(__version__)} of</p>')
+    parts.append(table("", ("file", "name", "SHA-256"), (row(source) for source in sources), "sums"))
     parts += [f"<p>{_pill(done.verdict)} {escape(_WORDS[done.verdict])}</p>", *_reasons(done.reasons)]
     parts += ["<h2>What was looked at</h2>", _checks(done.findings)]
     parts += ["<h2>The log as it was read</h2>"]
-    parts.append(table("", ("quantity", "channel", "unit", "sign"), (row(channel) for channel in channels)))
+    head = ("quantity", "channel", "unit", "sign", "scale", "offset", "stands for")
+    parts.append(table("sign × (scale × number + offset), in the unit", head, (row(channel) for channel in channels)))
     parts += _leak_test(done.leak_test) if done.leak_test is not None else []
     parts += _factors(done.identification) if done.identification is not None else []
     parts += _picture(done) if done.track is not None else []
     parts += ["<h2>Signed</h2>", table("", ("", ""), (row((word, " ")) for word in _SIGNED), "signed")]
-    return page(f"{title}: commissioning", parts)
+    return page(f"{title}: commissioning", parts, _SUMS)
 
 
 def _pill(verdict: Verdict) -> str:
