@@ -90,6 +90,7 @@ def loader(
     and control.svg (targets, errors with the sensors' 95 % bands, motor speeds, torques), and results.json in SI units.
 
     Example: ramsight loader --out loader --leak 1.2 --temperature-offset 3 --references 3
+    Example: ramsight loader --out late --drive-delay "60 ms"
     """
     from ramsight.machine import load as load_machine
     from ramsight.output import check_folder
