@@ -79,6 +79,34 @@ def test_a_german_csv_with_preamble_units_and_another_alphabet(tmp_path):
     same(read_drive_log(tmp_path / "tag.csv.gz", written(tmp_path, text)))
 
 
+@pytest.mark.parametrize(
+    ("column", "unit"),
+    [
+        ("torque_pct", "percent"),
+        ("Moment_Proz", "percent"),
+        ("torque_permille", "permille"),
+        ("6077h", "permille"),
+        ("drive.0x6077", "permille"),
+        ("Torque actual value 6077h", "permille"),
+    ],
+)
+def test_a_torque_that_is_a_share_is_proposed_as_one_and_asks_what_of(column, unit, tmp_path):
+    file = written(
+        tmp_path, f"time_s,motor_speed_rpm,{column},oil_temp_c\n0,100,12.5,40\n0.02,100,-12.5,40\n", "log.csv"
+    )
+    text = map_text(inspect_log(file))
+    assert f'channel = "{column}"\nunit = "{unit}"\n# rated = "35 N m"  # needed: what 100 % is: object 6076h' in text
+    assert "scale * number + offset" in text
+    log = read_drive_log(file, written(tmp_path, text.replace("# rated =", "rated =")))
+    share = 0.01 if unit == "percent" else 0.001
+    np.testing.assert_allclose(log.motor_torque, [12.5 * share * 35.0, -12.5 * share * 35.0])
+
+
+def test_a_torque_without_a_unit_may_be_a_share(tmp_path):
+    file = written(tmp_path, "time_s,motor_speed_rpm,M_ist,oil_temp_c\n0,100,12.5,40\n0.02,100,-12.5,40\n", "log.csv")
+    assert '# rated = "35 N m"  # what 100 % is, if the unit is percent' in map_text(inspect_log(file))
+
+
 def test_a_column_with_its_own_rate_holds_its_value(tmp_path):
     text = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n0,100,,40\n1,,5,\n2,200,,\n3,,6,\n60,,7,\n"
     file = written(tmp_path, text, "log.csv")

@@ -12,6 +12,8 @@ from ramsight.logs.mapped import HOLD, Mapped
 from ramsight.logs.source import CAN
 
 _SPARSE = 0.1  # share of empty cells from which they are no samples, rather than faults
+_RATED = {"speed": "3000 rpm", "torque": "35 N m"}  # examples of what 100 % is
+_ON_THE_PLATE = {"speed": "", "torque": ": object 6076h, or the motor's plate"}
 _LATE = 5.0  # usual distances of a channel's samples that it may be late
 
 
@@ -24,6 +26,7 @@ def map_text(found: Inspection, folder: Path | None = None) -> str:
     """
     lines = [
         f"# Channel map for {Path(found.file).name}: check signs (positive extends the rod), units and sources.",
+        "# A value is sign * (scale * number + offset), in the unit; without them scale = 1 and offset = 0.",
         "",
     ]
     if found.clock_found is not None:
@@ -64,7 +67,9 @@ def _role_lines(found: Inspection, role: str) -> list[str]:
     if said.rated is not None:
         lines.append(f'rated = "{said.rated:.12g} {"N m" if role == "torque" else "rad/s"}"')
     elif is_share(unit):
-        lines.append('# rated = "35 N m"  # say what 100 % is: object 6076h, or the motor\'s plate')
+        lines.append(f'# rated = "{_RATED[role]}"  # needed: what 100 % is{_ON_THE_PLATE[role]}')
+    elif role == "torque" and not unit:
+        lines.append('# rated = "35 N m"  # what 100 % is, if the unit is percent or permille of that (6077h)')
     lines.append(f"sign = {said.sign:g}")
     if said.scale != 1.0:
         lines.append(f"scale = {said.scale!r}")

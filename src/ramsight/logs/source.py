@@ -28,7 +28,10 @@ _IN_BRACKETS = re.compile(r".*[\[(]([^\[\]()]*)[\])]\s*")
 _ENDINGS = {
     "rpm": "rpm", "nm": "N m", "c": "degC", "degc": "degC", "k": "K", "s": "s", "ms": "ms", "us": "us", "m": "m",
     "mm": "mm", "percent": "percent", "pct": "percent", "permille": "permille", "rad_per_s": "rad/s",
+    "perc": "percent", "prozent": "percent", "proz": "percent", "promille": "permille",
 }  # fmt: skip
+_OBJECTS = {"606c": "rpm", "6077": "permille"}  # of CiA 402, as drives have them unless they are told otherwise
+_OBJECT = re.compile(rf"(?<![0-9a-f])({'|'.join(_OBJECTS)})(?![0-9a-g])")
 
 
 @dataclass(frozen=True)
@@ -141,10 +144,14 @@ def unit_in_name(name: str) -> str:
     Example:
         >>> unit_in_name("Speed [1/min]"), unit_in_name("motor_torque_nm"), unit_in_name("M_ist")
         ('1/min', 'N m', '')
+        >>> unit_in_name("6077h"), unit_in_name("torque_percent")
+        ('permille', 'percent')
     """
     if match := _IN_BRACKETS.fullmatch(name):
         return match[1].strip()
     small = name.lower()
+    if match := _OBJECT.search(small):
+        return _OBJECTS[match[1]]
     fitting = [ending for ending in _ENDINGS if small.endswith(f"_{ending}")]
     return _ENDINGS[max(fitting, key=len)] if fitting else ""
 
