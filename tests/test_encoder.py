@@ -19,7 +19,7 @@ from ramsight.deploy.encoder.eds import eds_text, object_dictionary
 from ramsight.deploy.encoder.faults import OF_STATUS, Fault, fault_table
 from ramsight.deploy.encoder.listening import drive_map
 from ramsight.deploy.encoder.objects import BITS, ENTRIES, FORGET, LOAD, OBJECTS, RUNNING, SAVE, STORED, object_table
-from ramsight.errors import DescriptionError
+from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.logs import read_drive_log, read_truth
 from ramsight.logs.channel_map import load_map
 from ramsight.sensor.status import Status
@@ -913,3 +913,17 @@ def test_a_channel_that_no_frame_has_is_refused_with_the_maps_name(tmp_path):
     file.write_text(f'speed = {{channel = "0x186.606Ch", unit = "1/min"}}\n{known}')
     with pytest.raises(UnknownNameError, match=r"bus\.toml: unknown channel '0x186\.606Ch'; did you mean"):
         Listener(load_map(file))
+
+
+def test_what_is_wrong_with_a_map_names_its_file(tmp_path):
+    file = tmp_path / "map.toml"
+    text = (
+        'speed = {channel = "606Ch"}\ntorque = {channel = "6077h", rated = "80 N m"}\n'
+        'temperature = {constant = "40 degC"}\n[[can.pdo]]\ncob_id = 0x185\nobjects = ["606Ch", "6077h"]\n'
+    )
+    file.write_text(text.replace("0x185", f"0x18{NODE}"))
+    with pytest.raises(DescriptionError, match=rf"map\.toml: can\.pdo\.cob_id = '18{NODE}h': is what the encoder"):
+        encoder(channel_map=load_map(file))
+    file.write_text(text + '[[reference]]\nchannel = "2020h"\nposition = "300 mm"\n')
+    with pytest.raises(UnknownNameError, match=r"map\.toml: unknown channel '2020h'"):
+        encoder(channel_map=load_map(file))

@@ -136,6 +136,20 @@ def test_a_wrong_map_gets_one_line_and_leaves_nothing(blf, tmp_path):
     assert [file.name for file in tmp_path.iterdir()] == ["map.toml"]
 
 
+def test_a_map_of_another_node_is_told_from_a_log_without_samples(tmp_path):
+    (tmp_path / "drive.log").write_text("(1.0) can0 185#64000000FBFF\n(1.1) can0 705#05\n")
+    (tmp_path / "map.toml").write_text(
+        'speed = {channel = "606Ch"}\ntorque = {channel = "6077h", rated = "80 N m"}\n'
+        'temperature = {constant = "40 degC"}\n[[can.pdo]]\ncob_id = 0x186\nobjects = ["606Ch", "6077h"]\n'
+    )
+    done = at_once("track", "forklift-mast", "drive.log", "--unit", "lift", "--map", "map.toml", cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr == (
+        "error: drive.log: has no samples of 606Ch, 6077h: map.toml names 186h (can.pdo[0].cob_id), the log has 185h, "
+        "705h; is it the drive's node-ID?\n"
+    )
+
+
 def test_help_teaches():
     done = at_once("logs", "inspect", "--help")
     assert done.returncode == 0

@@ -143,7 +143,12 @@ def test_track_says_it_and_over_how_many_samples_the_error_is(trace, tmp_path):
     assert done.stderr.startswith("warning: log.csv, column motor_speed_rpm: the motor never turns faster than 157 rpm")
     assert len(done.stderr.splitlines()) == 1
     samples = len(next(iter(open_log(tmp_path / "log.csv"))).time)
-    assert f"over {samples} of {samples} samples" in done.stdout
+    # A speed in rpm that is read as rad/s takes the piston out of its cylinder: what is invalid then is counted apart.
+    counted = re.search(r"over (\d+) of (\d+) samples", done.stdout)
+    assert counted, done.stdout
+    invalid = re.search(r"not counted: (\d+) invalid samples", done.stdout)
+    apart = 0 if invalid is None else int(invalid[1])
+    assert (int(counted[1]) + apart, int(counted[2])) == (samples, samples)
 
 
 def test_a_wild_sample_makes_no_move(trace, units):

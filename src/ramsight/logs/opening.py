@@ -27,7 +27,7 @@ from ramsight.logs.channels import (
     is_command,
 )
 from ramsight.logs.falls import Falls
-from ramsight.logs.frames import open_frames
+from ramsight.logs.frames import EXTENDED, open_frames
 from ramsight.logs.lines import Advance
 from ramsight.logs.mapped import FURTHER, MEASURED, ChannelMap, Mapped, Referenced, standard_map, to_si_of
 from ramsight.logs.resample import Resampler
@@ -42,6 +42,8 @@ SAMPLES = 1 << 16
 
 COLDEST, HOTTEST = 213.15, 473.15
 """Range of oil temperatures [K]: if half a log is beyond it, it has another unit."""
+
+_LISTED = 12  # identifiers that a message lists
 
 _NAMES = {"speed": MOTOR_SPEED.name, "torque": MOTOR_TORQUE.name, "temperature": OIL_TEMPERATURE.name}
 _DRIVE = (MOTOR_SPEED, MOTOR_TORQUE, OIL_TEMPERATURE, REFERENCE)
@@ -187,7 +189,19 @@ def _columns(
     if not count:
         silent = [held[name][1].channel for name in aligner.silent]
         what = f"has no samples of {', '.join(silent)}" if silent else "has no samples"
-        raise LogError(what, file=source.file)
+        raise LogError(f"{what}{_frames_missed(source, known)}", file=source.file)
+
+
+def _frames_missed(source: Source, known: ChannelMap) -> str:
+    """Which frames of a map never came, and which did: most often the node-ID in a map is another drive's."""
+    seen: dict[int, tuple[int, int]] = getattr(source, "seen", {})
+    missed = [f"{pdo.cob_id:X}h (can.pdo[{k}].cob_id)" for k, pdo in enumerate(known.pdos) if pdo.cob_id not in seen]
+    if not missed or not seen:
+        return ""
+    there = [f"{key & ~EXTENDED:X}h" for key in list(seen)[:_LISTED]]
+    more = f" and {len(seen) - _LISTED} more" if len(seen) > _LISTED else ""
+    of_map = f"{known.file} names" if known.file else "the map names"
+    return f": {of_map} {', '.join(missed)}, the log has {', '.join(there)}{more}; is it the drive's node-ID?"
 
 
 def _held_channels(known: ChannelMap, measured: Mapping[str, Mapped]) -> dict[str, tuple[str, Mapped]]:

@@ -12,11 +12,13 @@ from ramsight.deploy.encoder.encoder import Encoder, Settings
 from ramsight.deploy.encoder.listening import Listener
 from ramsight.deploy.encoder.parameters import SUFFIX, ParameterFile
 from ramsight.deploy.encoder.persistence import Persistence
+from ramsight.errors import DescriptionError
 from ramsight.logs.mapped import ChannelMap
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.comparing import Comparison
 from ramsight.sensor.kalman import kalman
 
+_OWN = (0x180, 0x280)  # of its process data, plus the node-ID
 HOLD, TIMEOUT = (0x2000, 0), (0x2002, 0)
 
 
@@ -37,6 +39,15 @@ def encoder_for(
         UnknownNameError: the map names a channel that is in no frame.
     """
     sensor, listener = kalman(unit), Listener(channel_map)
+    own = {base + settings.node_id for base in _OWN}
+    if listener.identifiers & own:
+        raise DescriptionError(
+            f"is what the encoder, node {settings.node_id}, sends itself",
+            file=channel_map.file,
+            key="can.pdo.cob_id" if channel_map.file else "--drive-node",
+            value=f"{min(listener.identifiers & own):X}h",
+            allowed="frames of the drive, or another --node-id",
+        )
     # The first steps compile, which takes longer than any cycle.
     compiled = replace(sensor)
     compiled.start(None)

@@ -236,7 +236,11 @@ class Listener:
     def _channel(self, role: str, mapped: Mapped, channel_map: ChannelMap, switch: bool = False) -> _Channel:
         name = mapped.channel
         if not name or name == WRITTEN or switch:
-            factor, offset = (1.0, 0.0) if switch else to_si_of(mapped.unit or "degC", role, None)
+            factor, offset = (
+                (1.0, 0.0)
+                if switch
+                else to_si_of(mapped.unit or "degC", role, None, file=channel_map.file, key=f"{role}.unit")
+            )
             return _Channel(mapped, factor, offset)
         unit = mapped.unit or self._named(name).unit
         if not unit:
