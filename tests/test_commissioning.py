@@ -16,6 +16,7 @@ from ramsight.logs import write_drive_log
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.mapped import standard_map
 from ramsight.sensor.mode import Mode
+from ramsight.sensor.status import Status
 from ramsight.study.commissioning import log_checks, sensor_checks, sheet_checks
 from ramsight.study.commissioning.finding import Finding, Verdict
 from ramsight.study.commissioning.walk import Commissioning
@@ -153,8 +154,16 @@ def test_visits_are_counted_once_and_by_where_they_are(boom):
 )
 def test_errors_are_judged_by_the_band(scale, verdict):
     error = scale * 1e-3 * np.random.default_rng(1).standard_normal(5000)
-    data = {"error": ("time", error), "position_std": ("time", np.full(5000, 1e-3))}
-    assert sensor_checks.truth(xarray.Dataset(data, coords={"time": np.arange(5000.0)})).verdict is verdict
+    status = np.full(5000, int(Status.OK))
+    data = {"error": ("time", error), "position_std": ("time", np.full(5000, 1e-3)), "status": ("time", status)}
+    track = xarray.Dataset(data, coords={"time": np.arange(5000.0)})
+    assert sensor_checks.truth(track).verdict is verdict
+    # What the sensor says is invalid is not counted, however wrong it is.
+    lost = track.copy(deep=True)
+    lost["status"][:1000], lost["error"][:1000] = int(Status.TOO_UNCERTAIN), 0.5
+    found = sensor_checks.truth(lost)
+    assert found.verdict is verdict
+    assert ("1000 invalid ones are not counted" in found.found) == (verdict is not Verdict.OPEN)
 
 
 def test_a_factor_is_doubtful_where_its_whole_interval_is_beyond_what_is_expected():

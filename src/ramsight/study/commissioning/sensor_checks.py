@@ -10,7 +10,7 @@ import numpy as np
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.mode import Mode
-from ramsight.sensor.status import Status
+from ramsight.sensor.status import VALIDITIES, Status, validity_levels
 from ramsight.study.commissioning.finding import Finding, Verdict
 
 if TYPE_CHECKING:
@@ -139,20 +139,23 @@ def confidence(track: xarray.Dataset, motor_stands: bool, stroke: float) -> Find
 
 
 def truth(track: xarray.Dataset) -> Finding:
-    """Whether the position is as wrong as the sensor says.
+    """Whether the position is as wrong as the sensor says; what it says is invalid is not judged.
 
     Args:
-        track: with `error` and `position_std` [m].
+        track: with `error` and `position_std` [m], and `status`.
     """
     error, std = np.abs(track["error"].values), track["position_std"].values
-    known = np.isfinite(error) & np.isfinite(std)
+    both = np.isfinite(error) & np.isfinite(std)
+    known = both & (validity_levels(track["status"].values) < VALIDITIES.index("invalid"))
     if not known.any():
-        return Finding("truth", Verdict.OPEN, "no sample has both an estimate and a true position")
+        return Finding("truth", Verdict.OPEN, "no sample has both a valid estimate and a true position")
     within = float(np.mean(error[known] <= TWO_SIDED_95 * std[known]))
     found = (
         f"95 % of the errors within {1e3 * float(np.percentile(error[known], 95.0)):.2f} mm, largest "
         f"{1e3 * float(error[known].max()):.2f} mm; the 95 % band holds {100 * within:.1f} % of {known.sum()} samples"
     )
+    if both.sum() > known.sum():
+        found += f"; {both.sum() - known.sum()} invalid ones are not counted"
     if within >= _HOLDS:
         return Finding("truth", Verdict.PASSED, found)
     verdict = Verdict.DOUBT if within >= _FAILS else Verdict.FAILED
