@@ -6,11 +6,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.mode import Mode
 from ramsight.sensor.status import VALIDITIES, Status, validity_levels
+from ramsight.stretches import stretches
 from ramsight.study.commissioning.finding import Finding, Verdict
 
 if TYPE_CHECKING:
@@ -68,16 +70,23 @@ def visits(track: xarray.Dataset, stroke: float) -> list[Visit]:
     time, mode, position = (track[name].values for name in ("time", "mode", "position"))
     found = []
     for held, end, name in ((Mode.HELD_RETRACTING, 0.0, "retracted"), (Mode.HELD_EXTENDING, stroke, "extended")):
-        there = np.concatenate([[False], mode == int(held), [False]])
-        edges, last = np.flatnonzero(np.diff(there.astype(int))), -np.inf
-        for first, after in zip(edges[::2], edges[1::2], strict=True):
-            begins, ends = float(time[first]), float(time[after - 1])
-            if ends - begins < _LONG or begins - last < _APART:
-                continue
-            last, at = ends, float(position[after - 1])
+        last = -np.inf
+        for first, after in stretches(mode == int(held)):
+            begins, ends, at = float(time[first]), float(time[after - 1]), float(position[after - 1])
             where = "elsewhere" if abs(at - end) >= _AT_END * stroke else name
+            # At an end whose chamber is empty noise looks like letting go; there the piston is until it is surely away.
+            stays = ends if where == "elsewhere" else float(time[_left(mode, after) - 1])
+            if stays - begins < _LONG or begins - last < _APART:
+                continue
+            last = ends
             found.append(Visit(begins, ends, at, where))
     return sorted(found, key=lambda one: one.begins)
+
+
+def _left(mode: NDArray[np.int64], after: int) -> int:
+    """The first index from which a piston that was let go is surely away."""
+    away = np.flatnonzero(mode[after:] != int(Mode.LEAVING))
+    return after + int(away[0]) if away.size else len(mode)
 
 
 def contacts(track: xarray.Dataset, stroke: float) -> Contacts:
