@@ -70,8 +70,10 @@ def export_fmu(
     Example: ramsight export fmu mining-loader --unit boom --what plant --fmi 3 --out boom.fmu
     """
     from ramsight.api.exporting import export_fmu as export_unit
+    from ramsight.progress import progress
 
     driving = {"speed": speed, "force": force, "period": period}
-    done = export_unit(machine, unit, out=out, what=what, fmi=fmi, **driving, named=option)
+    with progress(1.0, "exporting"):  # one step, of which nobody knows how far it is
+        done = export_unit(machine, unit, out=out, what=what, fmi=fmi, **driving, named=option)
     binary = f"sources and a binary for {done.binary}" if done.binary else "sources alone: no C compiler was found"
     typer.echo(f"{out}: written; FMI {fmi}.0 co-simulation, {done.variables} variables, {binary}")

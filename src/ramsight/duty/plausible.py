@@ -54,6 +54,7 @@ class Limits:
         longest: move over the stroke that may be: of a free one, or of one that ends against a stop [1].
         noise: of the torque, that the description assumes [N m].
         relief_torque: of the motor at relief pressure [N m], of which `noise` is given as a share.
+        leaking: motor speed that at relief pressure only makes up for what leaks [rad/s].
     """
 
     max_speed: float
@@ -65,6 +66,7 @@ class Limits:
     longest: float
     noise: float = np.inf
     relief_torque: float = np.inf
+    leaking: float = 0.0
 
 
 def reportable(unit: HydraulicUnit, *, against_stops: bool = False) -> Limits:
@@ -85,6 +87,7 @@ def reportable(unit: HydraulicUnit, *, against_stops: bool = False) -> Limits:
         _FARTHEST if against_stops else _OVERTRAVEL,
         unit.assumptions.drive.torque * torques.torque,
         torques.torque,
+        torques.leak_velocity / abs(unit.travel_per_radian),
     )
 
 
@@ -106,13 +109,13 @@ def watched(
     names = {role: one.channel for role, one in known.roles.items()}
     names["time"] = known.time.channel if known.time is not None else "time"
     spelled = {role: one.unit or "" for role, one in known.roles.items()}
-    seen, said = Seen(), set[str]()
+    seen, limits, said = Seen(), reportable(unit), set[str]()
     for number, piece in enumerate(pieces):
-        seen.take(piece, _MOVING * unit.max_speed)
+        seen.take(piece, _MOVING * unit.max_speed, limits.leaking)
         if number == 0:
-            _warn(seen, reportable(unit), file_name(file), names, spelled, said)
+            _warn(seen, limits, file_name(file), names, spelled, said)
         yield piece
-    _warn(seen, reportable(unit), file_name(file), names, spelled, said)
+    _warn(seen, limits, file_name(file), names, spelled, said)
 
 
 def implausible(
@@ -126,9 +129,8 @@ def implausible(
         channel_map: with which it was read, for the units of its channels.
     """
     known = channel_map or standard_map([])
-    seen = Seen()
-    seen.take(log, _MOVING * unit.max_speed)
-    limits = reportable(unit, against_stops=True)
+    seen, limits = Seen(), reportable(unit, against_stops=True)
+    seen.take(log, _MOVING * unit.max_speed, limits.leaking)
     return tuple(findings(seen, limits, {role: one.unit or "" for role, one in known.roles.items()}))
 
 
@@ -164,6 +166,7 @@ class Seen:
         periods: usual distance of samples in each piece [s].
         speeds, torques: 99.5 % of the magnitudes in each piece are below these [rad/s], [N m].
         moves: motor angle of the longest move in each piece [rad].
+        sure_moves: the same, less what leaks at relief pressure: a stop may be pressed for a minute.
         temperatures: median of each piece [K].
         scatters: of the torque while the motor stands, in each piece with enough of that [N m].
         seconds, torque_seconds: time of turning forward and backward [s], and the torque's integral over it [N m s].
@@ -172,14 +175,15 @@ class Seen:
     periods: list[float] = field(default_factory=list)
     speeds: list[float] = field(default_factory=list)
     moves: list[float] = field(default_factory=list)
+    sure_moves: list[float] = field(default_factory=list)
     torques: list[float] = field(default_factory=list)
     temperatures: list[float] = field(default_factory=list)
     scatters: list[float] = field(default_factory=list)
     seconds: dict[int, float] = field(default_factory=lambda: {1: 0.0, -1: 0.0})
     torque_seconds: dict[int, float] = field(default_factory=lambda: {1: 0.0, -1: 0.0})
 
-    def take(self, piece: xarray.Dataset, moving: float) -> None:
-        """Take a piece in; from a speed of `moving` [rad/s] on the motor turns."""
+    def take(self, piece: xarray.Dataset, moving: float, leaking: float = 0.0) -> None:
+        """Take a piece in; from a speed of `moving` [rad/s] on the motor turns, up to `leaking` the rod may stand."""
         time = piece["time"].values
         speed, torque = piece["motor_speed"].values, piece["motor_torque"].values
         steps = np.diff(time)
@@ -188,7 +192,9 @@ class Seen:
         self.periods += [period] if steps.size else []
         self.speeds += _peak(speed)
         fastest = self.speeds[-1] if self.speeds else np.inf  # single wild samples make no move
-        self.moves += _longest_move(time, np.clip(speed, -fastest, fastest))
+        tame = np.clip(speed, -fastest, fastest)
+        self.moves += _longest_move(time, tame, 0.0)
+        self.sure_moves += _longest_move(time, tame, leaking)
         turning = np.abs(speed) > moving
         self.torques += _peak(torque[turning])
         self.scatters += _scatter(speed, torque)
@@ -199,13 +205,14 @@ class Seen:
             self.torque_seconds[sign] += period * float(torque[chosen].sum())
 
 
-def _longest_move(time: NDArray[np.float64], speed: NDArray[np.float64]) -> list[float]:
-    """The largest motor angle between two changes of direction [rad]."""
+def _longest_move(time: NDArray[np.float64], speed: NDArray[np.float64], leaking: float) -> list[float]:
+    """The largest motor angle between two changes of direction, less what leaks at a speed of `leaking` [rad]."""
     known = np.isfinite(time) & np.isfinite(speed)
     time, speed = time[known], speed[known]
     if len(time) < 2:
         return []
-    angle = speed[1:] * np.clip(np.diff(time), 0.0, None)
+    moving = np.sign(speed) * np.clip(np.abs(speed) - leaking, 0.0, None)
+    angle = moving[1:] * np.clip(np.diff(time), 0.0, None)
     begins = np.flatnonzero(np.diff(np.sign(speed[1:]), prepend=2.0))
     return [float(np.abs(np.add.reduceat(angle, begins)).max())]
 
@@ -256,13 +263,14 @@ def _clock(seen: Seen, _: Limits, unit: str) -> str:
 
 def _speed(seen: Seen, limits: Limits, unit: str) -> str:
     peak, move = max(seen.speeds, default=0.0), max(seen.moves, default=0.0) * limits.travel
+    sure = max(seen.sure_moves, default=0.0) * limits.travel
     fitting = _asked(_other_speeds(peak, move, limits, unit))
     limit = f"{limits.max_speed / _RPM:.0f} rpm"
     if peak > _OVERSPEED * limits.max_speed:
         return f"the motor turns up to {peak / _RPM:.5g} rpm, the drive's limit is {limit}{fitting}"
-    if move > _FARTHEST * limits.stroke and not _clock(seen, limits, ""):
+    if sure > _FARTHEST * limits.stroke and not _clock(seen, limits, ""):
         return (
-            f"the rod would travel {1e3 * move:.4g} mm in one move, the stroke is {1e3 * limits.stroke:.0f} mm{fitting}"
+            f"the rod would travel {1e3 * sure:.4g} mm in one move, the stroke is {1e3 * limits.stroke:.0f} mm{fitting}"
         )
     if 0.0 < peak < _SLOW * limits.max_speed and fitting:
         return f"the motor never turns faster than {peak / _RPM:.0f} rpm, the drive's limit is {limit}{fitting}"
