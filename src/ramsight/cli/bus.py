@@ -1,14 +1,14 @@
-"""The verb that is a node on a bus."""
+"""Verbs on a bus: an encoder, and a drive that is not there."""
 
 from __future__ import annotations
 
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from ramsight.cli.common import DrivenUnit, Machine, say_written
+from ramsight.cli.common import ChannelMapFile, DriveLog, DrivenUnit, Machine, say_written
 
 
 def encoder(
@@ -106,3 +106,65 @@ def encoder(
             typer.echo(f"{shown.endpoint}: read only")
         serve(ready, bus, stop, each=(lambda: None) if shown is None else shown.take)
     typer.echo(f"{channel}: node {node_id} is gone; {ready.said}")
+
+
+def logs_replay(
+    log: DriveLog,
+    channel: Annotated[str, typer.Option(help="The bus: can0, 239.74.163.2, ...")],
+    rated_torque: Annotated[str, typer.Option(help="6076h of the drive, which 6077h is per mille of: '80 N m'.")],
+    channel_map: ChannelMapFile = None,
+    interface: Annotated[
+        str, typer.Option(help="python-can's name of the interface: socketcan, udp_multicast, virtual, ...")
+    ] = "socketcan",
+    drive_node: Annotated[int, typer.Option(min=1, max=127, help="The drive's node-ID.")] = 5,
+    thermometer_node: Annotated[int, typer.Option(min=1, max=127, help="Of the node with the oil temperature.")] = 7,
+    speed: Annotated[float, typer.Option(min=0.01, max=1e4, help="Times faster; an encoder needs 1.")] = 1,
+    map_out: Annotated[
+        Path | None, typer.Option(help="Write the map with which an encoder listens to it here first: .toml.")
+    ] = None,
+) -> None:
+    """Send a recorded log on a CAN bus as its drive would have, so that an encoder can be tried without a machine.
+
+    180h + the drive's node has velocity (606Ch, 1/min) and torque (6077h, per mille), 700h + node its heartbeat, and
+    180h + the thermometer's node the oil temperature (2010h:01h, INT16, 0.1 °C) every 50 samples, as far apart as they
+    were recorded. Samples that the log lacks are not sent. Ends with the log, or with Ctrl-C.
+
+    Example: ramsight logs replay log.csv --interface udp_multicast --channel 239.74.163.2 --rated-torque 80Nm
+    """
+    from ramsight.errors import DescriptionError
+    from ramsight.logs import read_drive_log
+    from ramsight.logs.source import needs
+    from ramsight.output import atomic_path, check_apart, check_target
+    from ramsight.progress import progress
+    from ramsight.units import parse_option
+
+    needs("can", "can", channel)
+    from ramsight.deploy.encoder.drive import PlayedDrive, played_map
+    from ramsight.deploy.encoder.replaying import replay
+    from ramsight.deploy.encoder.runner import open_bus, until_stopped
+
+    check_target(map_out, (".toml",))
+    check_apart({"the log": log, "--map": channel_map}, {"--map-out": map_out})
+    rated = parse_option(rated_torque, "N m", "--rated-torque", least="0.01 N m", most="1e5 N m")
+    if drive_node == thermometer_node:
+        raise DescriptionError("is the drive's", key="--thermometer-node", value=drive_node, allowed="another one")
+    with progress(1.0, "reading") as bar:
+        recorded = read_drive_log(log, channel_map, advance=bar.advance)
+    if map_out is not None:
+        with atomic_path(map_out) as draft:
+            draft.write_text(played_map(drive_node, thermometer_node, rated), encoding="utf-8")
+        say_written(map_out)
+    frames = PlayedDrive(recorded, drive_node, rated, thermometer_node).frames()
+    time = recorded["time"].values
+    with open_bus(interface, channel) as bus, until_stopped() as stop, progress(_lasts(time), "replaying") as bar:
+        done = replay(frames, bus, stop, speed=speed, advance=bar.advance)
+    lost = f", {done.lost} not taken by the bus" if done.lost else ""
+    typer.echo(f"{channel}: node {drive_node} is gone; {done.frames} frames sent of {done.lasted:.1f} s{lost}")
+
+
+def _lasts(time: Any) -> float:
+    """How long a log lasts whose clock may be set back [s]."""
+    import numpy as np
+
+    steps = np.diff(time[np.isfinite(time)])
+    return float(steps[steps > 0.0].sum())

@@ -72,9 +72,10 @@ catalog.callback()(machines.catalog_list)
 catalog.command("show")(machines.catalog_show)
 app.add_typer(catalog, name="catalog")
 
-logs = group(no_args_is_help=True, help="Look into drive logs.")
+logs = group(no_args_is_help=True, help="Look into drive logs, and send them.")
 logs.command("inspect")(tracking.logs_inspect)
 logs.command("shared")(sharing.logs_shared)
+logs.command("replay")(bus.logs_replay)
 app.add_typer(logs, name="logs")
 
 export = group(no_args_is_help=True, help="Into a control unit and into a simulator.")

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 _RPM = 2.0 * math.pi / 60.0
 _WARM_EVERY = 50  # samples; a thermometer on the bus reports once a second
 _ALIVE_EVERY = 5
+_LARGEST = 0x7FFF  # per mille that 6077h holds
 
 
 @dataclass(frozen=True)
@@ -44,15 +45,17 @@ class PlayedDrive:
     warm_node: int | None = None
 
     def frames(self) -> Iterator[tuple[float, Frame]]:
-        """The log's frames with their times [s]."""
+        """The log's frames with their times [s]; of a sample without speed or torque there is none, as on a bus."""
         columns = (self.log[name].values for name in ("time", "motor_speed", "motor_torque", "oil_temperature"))
         for k, (time, speed, torque, warmth) in enumerate(zip(*columns, strict=True)):
             at = float(time)
             if k % _ALIVE_EVERY == 0:
                 yield at, Frame(0x700 + self.node, b"\x05", at)
-            if self.warm_node is not None and k % _WARM_EVERY == 0:
+            if self.warm_node is not None and k % _WARM_EVERY == 0 and math.isfinite(warmth):
                 yield at, Frame(0x180 + self.warm_node, struct.pack("<h", round(10.0 * (warmth - 273.15))), at)
-            share = round(1e3 * torque / self.rated_torque)
+            if not (math.isfinite(speed) and math.isfinite(torque)):
+                continue
+            share = min(max(round(1e3 * torque / self.rated_torque), -_LARGEST), _LARGEST)
             yield at, Frame(0x180 + self.node, struct.pack("<ih", round(speed / _RPM), share), at)
 
 
