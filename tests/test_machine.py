@@ -362,3 +362,10 @@ def test_the_catalogue_has_all_sizes_of_the_pump_and_its_files_their_names():
     for entry in catalogue.entries():
         assert entry.path.stem == entry.name.lower()
     assert len(names) == len(catalogue.entries())
+
+
+def test_values_that_fit_together_alone_are_changed_together():
+    small = {"units.boom.cylinder.bore": "60 mm", "units.boom.cylinder.rod": "40 mm"}
+    for changes in (small, dict(reversed(small.items()))):
+        cylinder = machine.load("mining-loader").replace(changes).unit("boom").cylinder
+        assert (cylinder.bore, cylinder.rod) == (0.06, 0.04)

@@ -211,11 +211,17 @@ class Part(BaseModel):
 def _replace_in(parts: dict[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
     """Do what `Part.replace` does, in a dictionary of parts or of values."""
     result = dict(parts)
+    nested: dict[str, dict[str, Any]] = {}
     for path, value in changes.items():
         head, _, rest = path.partition(".")
         if rest and head not in result:
             raise UnknownNameError("key", head, result)
-        result[head] = result[head].replace({rest: value}) if rest else value
+        if rest:
+            nested.setdefault(head, {})[rest] = value
+        else:
+            result[head] = value
+    for head, inner in nested.items():  # all of a part at once: a bore and its rod may both be too small for the other
+        result[head] = result[head].replace(inner)
     return result
 
 
