@@ -23,18 +23,17 @@ from ramsight.sensor.detectors import CONTRADICTIONS
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 from ramsight.study.errors import stop_visits
+from ramsight.study.judging import wrong_and_ok
 
 SIGNALS = ("speed, torque, temperature", "+ counter and DC power")
 """What the sensor is given, of `faults.SIGNALS`."""
 CHANNELS = ("motor_speed", "motor_torque")
 _REFERENCES = 3
 _EARLIEST, _LATEST = 100.0, 170.0  # s
-_TURNING = 20.0  # rad/s
 _SETTLES = 4.0  # s after the third visit
 _LEAST = 50  # samples that a day has to have after it, to be judged
 _WORSE = 2e-3  # m
 _SAYS = 0.05  # share of the samples that may still speak of the fault
-_STDS, _OFF = 4.0, 1e-3  # standard deviations and m from which a position that is said to be ok is wrong
 
 
 def study(machines: int, advance: Callable[[int], object]) -> dict[str, list[dict[str, Any]]]:
@@ -54,11 +53,11 @@ def _given(keys: dict[str, float], machines: int, advance: Callable[[int], objec
         sensor = kalman(unit)
         for seed in range(machines // 2):
             day = work_days.drawn(unit, seed)
-            time = day.log["time"].values
-            visits = stop_visits(time, day.position, unit.cylinder.stroke)
+            visits = stop_visits(day.log["time"].values, day.position, unit.cylinder.stroke)
             (clean,) = faults.tracks_of(sensor, [day], [day.log])
-            injected = [one for one in faults.faults(_when(day, seed), day.log) if one[0] in CHANNELS]
-            logs = [faults._with_rows(day, fault, seed) for _, _, fault in injected]
+            at = np.random.default_rng(seed).choice(faults.turning(day.log, _EARLIEST, _LATEST))
+            injected = [one for one in faults.faults(float(at), day.log) if one[0] in CHANNELS]
+            logs = [faults.with_rows(day, fault, seed) for _, _, fault in injected]
             tracks = faults.tracks_of(sensor, [day] * len(logs), [log for log, _ in logs])
             for (channel, words, fault), (_, rows), track in zip(injected, logs, tracks, strict=True):
                 judged = after(day, clean, track, rows, fault, visits)
@@ -66,13 +65,6 @@ def _given(keys: dict[str, float], machines: int, advance: Callable[[int], objec
                     found[channel, words].append(judged)
             advance(1)
     return [_row(*key, results) for key, results in found.items()]
-
-
-def _when(day: work_days.Day, seed: int) -> float:
-    """When a fault begins [s]: at random while the motor turns."""
-    time, speed = day.log["time"].values, day.log["motor_speed"].values
-    turns = (np.abs(speed) > _TURNING) & (time > _EARLIEST) & (time < _LATEST)
-    return float(np.random.default_rng(seed).choice(time[turns]))
 
 
 def after(
@@ -98,8 +90,7 @@ def after(
     status, std = track["status"][judged], track["position_std"][judged]
     worse = float(np.percentile(error, 95) - np.percentile(usual, 95))
     says = float(np.isin(status, [*CONTRADICTIONS, Status.FAULT_PASSED]).mean())
-    wrong = (status == Status.OK) & (error > _STDS * std) & (error > _OFF)
-    return worse <= _WORSE and says <= _SAYS, worse, float(wrong.mean())
+    return worse <= _WORSE and says <= _SAYS, worse, float(wrong_and_ok(error, std, status).mean())
 
 
 def _row(channel: str, words: str, results: list[tuple[bool, float, float]]) -> dict[str, Any]:

@@ -37,7 +37,8 @@ _LOAD, _INSIDE = 0.4, (0.1, 0.9)  # of the load at relief pressure; shares of th
 _TORQUE = 0.6  # of the torque at relief pressure: half as much again as the load takes
 _STANDS = 5.0  # rad/s, below which a motor stands: what a servo gives way by
 _RESTED = 3.0  # s, before a fault: until the torque is the load's
-_GOING = (0.3, 2.0)  # s, from the command to a fault: while the motor runs up, and at full speed
+GOING = {"running up": 0.3, "full speed": 2.0}  # s, from the command to a fault
+STANDSTILL = 0.3  # s, and the drive's latency, within which a fault is to stop a motor
 _GIVEN_UP = 10.0  # s after a fault
 
 
@@ -252,9 +253,8 @@ def study(
 def faults(drive: Drive) -> dict[str, dict[str, dict[str, float | None]]]:
     """Every fault of a drive, while the motors run up and at full speed."""
     units = [catalogued(*UNITS[name]) for name in FAULT_UNITS]
-    when = {"running up": _GOING[0], "full speed": _GOING[1]}
     return {
-        kind: {words: slowest([broken(unit, drive, kind, going) for unit in units]) for words, going in when.items()}
+        kind: {words: slowest([broken(unit, drive, kind, going) for unit in units]) for words, going in GOING.items()}
         for kind in FAULTS
     }
 
@@ -302,11 +302,11 @@ def table(found: dict[str, Any]) -> list[str]:
 def fault_table(found: dict[str, Any]) -> list[str]:
     """How soon faults stop each drive: standstill of the slowest unit, running up and at full speed [s]."""
     head = [f"| fault | {' | '.join(found['faults'])} |", "|---" * (len(found["faults"]) + 1) + "|"]
-    allowed = [f"{0.3 + of['latency']:.2f}" for of in found["faults"].values()]
+    allowed = [f"{STANDSTILL + of['latency']:.2f}" for of in found["faults"].values()]
     rows = [
         f"| {kind} | {' | '.join(_slowest(of['kinds'][kind]) for of in found['faults'].values())} |" for kind in FAULTS
     ]
-    return [*head, *rows, f"| *0.3 s and the latency* | {' | '.join(allowed)} |"]
+    return [*head, *rows, f"| *{STANDSTILL:g} s and the latency* | {' | '.join(allowed)} |"]
 
 
 def _slowest(times: dict[str, dict[str, float | None]]) -> str:

@@ -6,14 +6,14 @@ import json
 from pathlib import Path
 from typing import Any
 
+import drive_control
 import matplotlib as mpl
 import matplotlib.figure
 import numpy as np
 
-from ramsight.study.figures import STYLE, save
+from ramsight.study.figures import STYLE, legend_above, save
 
 ROOT = Path(__file__).parents[1]
-PHASES = ("running up", "full speed")
 _MARKS = "osv^Dx"
 _SLOW = 1.0  # s; standstills that take longer have the same colour
 
@@ -34,7 +34,7 @@ def draw(found: dict[str, Any]) -> Any:
         figure = mpl.figure.Figure(figsize=(9.5, 10.0), layout="constrained")
         top, *below = figure.subplots(3, 1, height_ratios=(1.1, 1.0, 1.0))
         _draw_errors(top, found["moves"])
-        for axes, phase in zip(below, PHASES, strict=True):
+        for axes, phase in zip(below, drive_control.GOING, strict=True):
             shown = _draw_standstills(axes, found["faults"], phase)
         figure.colorbar(shown, ax=below, label="from the fault to standstill [s]", shrink=0.6, extend="max")
     return figure
@@ -48,14 +48,14 @@ def _draw_errors(axes: Any, moves: dict[str, dict[str, dict[str, Any]]]) -> None
     axes.yaxis.set_major_formatter("{x:g}")
     axes.set_xticks(range(len(moves)), list(moves), rotation=25, ha="right")
     axes.set_ylabel("rod less target, p95 [mm]")
-    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=6, borderaxespad=0.0, fontsize=8)
+    legend_above(axes, ncols=6, fontsize=8)
 
 
 def _draw_standstills(axes: Any, faults: dict[str, Any], phase: str) -> Any:
     kinds = list(next(iter(faults.values()))["kinds"])
     times = np.array([[_standstill(of["kinds"][kind][phase]) for of in faults.values()] for kind in kinds])
     shown = axes.imshow(times, cmap="YlOrBr", vmin=0.0, vmax=_SLOW, aspect="auto")
-    allowed = [0.3 + of["latency"] for of in faults.values()]
+    allowed = [drive_control.STANDSTILL + of["latency"] for of in faults.values()]
     for (row, column), seconds in np.ndenumerate(times):
         late = seconds > allowed[column] + 1e-9
         axes.text(
@@ -65,7 +65,7 @@ def _draw_standstills(axes: Any, faults: dict[str, Any], phase: str) -> Any:
     axes.grid(visible=False)
     axes.set_yticks(range(len(kinds)), kinds)
     axes.set_xticks(range(len(faults)), list(faults), rotation=25, ha="right")
-    axes.set_title(f"fault while the motor is {phase}" if phase == PHASES[0] else "fault at full speed", loc="left")
+    axes.set_title(f"fault: {phase}", loc="left")
     return shown
 
 

@@ -69,6 +69,12 @@ def faults(at: float, log: xarray.Dataset) -> Iterator[tuple[str, str, Fault]]:
     yield "time", "jump by −10 s, 1 s", Fault("jump", at, at + 1.0, size=-10.0)
 
 
+def turning(log: xarray.Dataset, after: float, before: float) -> NDArray[np.float64]:
+    """Times of samples between two [s] at which the motor turns."""
+    time, speed = log["time"].values, log["motor_speed"].values
+    return time[(np.abs(speed) > _TURNING) & (time > after) & (time < before)]
+
+
 def tracks_of(sensor: VirtualSensor, days: Sequence[work_days.Day], logs: Sequence[xarray.Dataset]) -> list[Track]:
     """What a sensor makes of logs, several side by side; a log a day."""
     states = []
@@ -81,7 +87,7 @@ def tracks_of(sensor: VirtualSensor, days: Sequence[work_days.Day], logs: Sequen
     return [dict(zip(kept, columns.T, strict=True)) for columns in found]
 
 
-def _with_rows(day: work_days.Day, fault: Fault, seed: int) -> tuple[xarray.Dataset, NDArray[np.int64]]:
+def with_rows(day: work_days.Day, fault: Fault, seed: int) -> tuple[xarray.Dataset, NDArray[np.int64]]:
     """A day's log with a fault in it, and which of its samples are left."""
     marked = day.log.assign(sample=("time", np.arange(day.log.sizes["time"])))
     faulty = inject(marked, fault, seed)
@@ -125,12 +131,15 @@ def _given(
         for seed in range(machines // 2):
             day = work_days.drawn(unit, seed, one_load=one_load)
             (clean,) = tracks_of(sensor, [day], [day.log])
-            time, speed = day.log["time"].values, day.log["motor_speed"].values
+            time = day.log["time"].values
             false, hours = false + alarms(clean), hours + float(time[-1] - time[0]) / 3600.0
-            turns = (np.abs(speed) > _TURNING) & (time > _EARLIEST) & (time < time[-1] - _LATEST)
             random = np.random.default_rng(seed)
-            injected = [one for at in random.choice(time[turns], times) for one in faults(float(at), day.log)]
-            logs = [_with_rows(day, fault, seed) for _, _, fault in injected]
+            injected = [
+                one
+                for at in random.choice(turning(day.log, _EARLIEST, time[-1] - _LATEST), times)
+                for one in faults(float(at), day.log)
+            ]
+            logs = [with_rows(day, fault, seed) for _, _, fault in injected]
             tracks = tracks_of(sensor, [day] * len(logs), [log for log, _ in logs])
             for (channel, words, fault), (_, rows), track in zip(injected, logs, tracks, strict=True):
                 found[channel, words].append(_judged(day, clean, track, rows, fault))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +17,7 @@ from ramsight.logs.mapped import ChannelMap, Mapped
 from ramsight.machine import catalogue
 from ramsight.machine.description import Machine
 from ramsight.progress import progress as progress_bar
-from ramsight.study.commissioning.page import Channel
+from ramsight.study.commissioning.page import Channel, commissioning_page
 from ramsight.study.commissioning.walk import STEPS, Commissioning, walk
 from ramsight.study.errors import ComparisonError
 from ramsight.units import format_si
@@ -83,6 +84,24 @@ def commission(
     with progress_bar(STEPS, "commissioning") as bar:
         advance = bar.advance if progress else lambda count: None
         return walk(built, recorded, track_of, true, known, advance)
+
+
+def report_of(
+    done: Commissioning, machine: Machine, unit: str, log: str | Path, truth: str | Path | None, channel_map: ChannelMap
+) -> str:
+    """The report of a commissioning that was just made, to be signed: HTML that needs no other file.
+
+    Args:
+        done: what was found.
+        machine: as it was read, from a file or from the catalogue.
+        unit: name of the one that the drive turns.
+        log: file of the log.
+        truth: file of the measured position, if there is one.
+        channel_map: with which the log was read.
+    """
+    title = f"{machine.title or machine.name}, {unit}"
+    sources, now = sources_of(machine, log, truth, channel_map), datetime.now().astimezone()
+    return commissioning_page(done, title, sources, channels_of(channel_map), now)
 
 
 def channels_of(channel_map: ChannelMap) -> list[Channel]:
@@ -168,4 +187,4 @@ def _check_common(log: xarray.Dataset, truth: xarray.Dataset) -> None:
         )
 
 
-__all__ = ["channels_of", "commission", "sources_of"]
+__all__ = ["channels_of", "commission", "report_of", "sources_of"]

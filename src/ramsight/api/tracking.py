@@ -19,7 +19,7 @@ from ramsight.logs import ChannelMap, open_log, read_drive_log
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.progress import progress as progress_bar
 from ramsight.sensor.persistence import StateFile, said
-from ramsight.sensor.status import VALIDITIES, validity_levels
+from ramsight.sensor.status import is_invalid
 from ramsight.sensor.virtual_sensor import REPORTED, START_STD, VirtualSensor
 from ramsight.study.availability import LONGEST_ALERT, TIME_TO_ALERT, Availability
 from ramsight.study.errors import TrackErrors, track_errors
@@ -321,7 +321,7 @@ def errors_of(tracked: xarray.Dataset, truth: xarray.Dataset) -> TrackErrors:
     Raises:
         ComparisonError: the two have no time in common.
     """
-    invalid = validity_levels(tracked["status"].values) == VALIDITIES.index("invalid")
+    invalid = is_invalid(tracked["status"].values)
     time, position = tracked["time"].values, tracked["position"].values
     return track_errors(time, position, invalid, truth["time"].values, truth["position"].values)
 

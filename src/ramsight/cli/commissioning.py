@@ -31,16 +31,13 @@ def commission(
 
     Example: ramsight commission mining-loader log.csv --unit boom --truth position.csv --out report.html
     """
-    from datetime import datetime
-
-    from ramsight.api.commissioning import channels_of, sources_of
     from ramsight.api.commissioning import commission as commission_unit
+    from ramsight.api.commissioning import report_of
     from ramsight.api.machines import load_machine
     from ramsight.logs.channel_map import load_map
     from ramsight.logs.mapped import standard_map
     from ramsight.output import atomic_path, check_apart, check_target
     from ramsight.study.commissioning.finding import Verdict
-    from ramsight.study.commissioning.page import commissioning_page
 
     check_target(out, (".html",))
     read: dict[str, str | Path | None] = {
@@ -54,9 +51,7 @@ def commission(
     known = standard_map([]) if channel_map is None else load_map(channel_map)
     done = commission_unit(described, log, truth, unit=unit, channel_map=channel_map, progress=True)
     if out is not None:
-        title = f"{described.title or described.name}, {unit}"
-        sources, now = sources_of(described, log, truth, known), datetime.now().astimezone()
-        text = commissioning_page(done, title, sources, channels_of(known), now)
+        text = report_of(done, described, unit, log, truth, known)
         with atomic_path(out) as draft:
             draft.write_text(text, encoding="utf-8")
     typer.echo(done.text)

@@ -74,8 +74,7 @@ def minimal(machine: Machine, name: str = "my-machine") -> str:
         lines += ["", f"[units.{unit_name}]"]
         fields = type(unit).model_fields
         for key in ("circuit", "load_direction"):
-            mark = yours(type(unit), key, {}) if key != "circuit" else ""
-            lines.append(_line(key, getattr(unit, key), mark + explain(fields[key])))
+            lines.append(_line(key, getattr(unit, key), yours(type(unit), key, {}) + explain(fields[key])))
         close = False  # parts of a circuit stand together
         for path, part, places in _parts(unit):
             values = list(_values(part, places))

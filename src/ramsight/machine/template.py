@@ -79,8 +79,7 @@ def _unit_lines(name: str, unit: Unit) -> list[str]:
     for key, field in type(unit).model_fields.items():
         value = getattr(unit, key)
         if value is not None and not isinstance(value, Part | dict):
-            mark = yours(type(unit), key, {}) if key != "circuit" else ""
-            lines.append(_line(key, value, mark + _with_choices(field)))
+            lines.append(_line(key, value, yours(type(unit), key, {}) + _with_choices(field)))
     for key, part, given in tables:
         if not isinstance(part, Assumptions | Tolerances):
             about = given or type(unit).model_fields[key].description or _first_sentence(part)
@@ -180,7 +179,8 @@ def yours(part: type[Part], key: str, given: Mapping[str, Any]) -> str:
         key: its name.
         given: what a catalogue entry gives; then the entry's name has to be there.
     """
-    needed = {name for name, field in part.model_fields.items() if field.is_required() and name not in _FIRST}
+    chosen = {*_FIRST, "circuit"}  # what the machine is, and no value of it
+    needed = {name for name, field in part.model_fields.items() if field.is_required()} - chosen
     has_to = bool(needed & given.keys()) if key == "model" else key in needed - given.keys()
     return "yours: " if has_to else ""
 

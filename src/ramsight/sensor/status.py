@@ -96,3 +96,16 @@ def validity_levels(status: Any) -> NDArray[np.int64]:
         [0, 1, 2, 3]
     """
     return np.searchsorted(LEAST, np.asarray(status), side="right")
+
+
+def is_invalid(status: Any) -> NDArray[np.bool_]:
+    """Whether the position of each status must not be used.
+
+    Args:
+        status: numbers of `Status`, any shape.
+
+    Example:
+        >>> is_invalid([0, 10, 30, 49]).tolist()
+        [False, False, False, True]
+    """
+    return np.asarray(status) >= LEAST[-1]

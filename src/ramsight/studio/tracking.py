@@ -6,14 +6,13 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ramsight.api.calibrating import identify, leak_test
-from ramsight.api.commissioning import channels_of, commission, sources_of
+from ramsight.api.commissioning import commission, report_of
 from ramsight.api.given import truth_in
 from ramsight.api.machines import build
 from ramsight.api.tracking import errors_of, follow, read_log, start_of
@@ -29,7 +28,6 @@ from ramsight.machine.description import Machine
 from ramsight.normal import TWO_SIDED_95
 from ramsight.studio.job import Say
 from ramsight.studio.thinning import keep
-from ramsight.study.commissioning.page import commissioning_page
 from ramsight.study.commissioning.sensor_checks import visits
 from ramsight.study.figures import tracked_figure
 from ramsight.study.tracking import error_text
@@ -150,9 +148,7 @@ def judge(say: Say, asked: Asked) -> None:
         channel_map = asked.channel_map
         mapped = standard_map([]) if channel_map is None else load_map(channel_map)
         done = commission(asked.machine, asked.file, _truth(asked), unit=asked.unit, channel_map=channel_map)
-        title = f"{asked.machine.title or asked.machine.name}, {asked.unit}"
-        sources = sources_of(asked.machine, asked.file, asked.truth, mapped)
-        page = commissioning_page(done, title, sources, channels_of(mapped), datetime.now().astimezone())
+        page = report_of(done, asked.machine, asked.unit, asked.file, asked.truth, mapped)
         (asked.folder / REPORT).write_text(page, encoding="utf-8")
         say("report", done.text)
 

@@ -10,7 +10,7 @@ import numpy as np
 from ramsight.output import open_table
 from ramsight.sensor.comparing import Verdict
 from ramsight.sensor.virtual_sensor import BOUND
-from ramsight.study.figures import DOUBT, ERROR, ESTIMATE, STYLE, TRUTH, save, shade
+from ramsight.study.figures import DOUBT, ERROR, ESTIMATE, STYLE, TRUTH, legend_above, save, shade
 
 if TYPE_CHECKING:
     import xarray
@@ -70,6 +70,6 @@ def compared_figure(both: xarray.Dataset, title: str, path: str | Path) -> None:
             for verdict, colour in _SHADES.items():
                 there = both["verdict"].values == verdict
                 shade(axes, time, there, colour, verdict.name.lower().replace("_", " "), alpha=0.3)
-            axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=5, borderaxespad=0.0)
+            legend_above(axes, ncols=5)
         figure.suptitle(title, x=0.01, ha="left", fontsize=10, fontweight="bold")
     save(figure, path)

@@ -45,6 +45,11 @@ def save(figure: Any, path: str | Path) -> None:
         figure.savefig(draft, dpi=160, metadata={"Date": None} if draft.suffix in {".svg", ".pdf"} else None)
 
 
+def legend_above(axes: Any, **style: Any) -> None:
+    """Put the legend above the axes, on the right: there it lies on no curve."""
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0, **style)
+
+
 def tracked_figure(
     log: xarray.Dataset, tracked: xarray.Dataset, truth: xarray.Dataset | None, title: str, path: str | Path
 ) -> None:
@@ -98,7 +103,7 @@ def draw_track(log: xarray.Dataset, tracked: xarray.Dataset, truth: xarray.Datas
         draw_drive(axes[-3:], log)
         for one in axes[:-3]:
             shade_status(one, time, tracked["status"].values)
-        position.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=5, borderaxespad=0.0)
+        legend_above(position, ncols=5)
         figure.suptitle(title, x=0.01, ha="left", fontsize=10, fontweight="bold")
         figure.align_ylabels()
     return figure
@@ -113,7 +118,7 @@ def draw_band(axes: Any, time: Any, band: Any, error: Any) -> None:
     axes.yaxis.set_major_formatter("{x:g}")
     axes.set_ylabel("band ±\n[mm]")
     if error is not None:
-        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.0, fontsize=7)
+        legend_above(axes, ncols=2, fontsize=7)
 
 
 def draw_run(run: xarray.Dataset, title: str) -> Figure:
@@ -136,7 +141,7 @@ def draw_run(run: xarray.Dataset, title: str) -> Figure:
             if name in run:
                 axes[1].plot(run["time"], run[name] / 1e5, color=color, lw=1.0, label=f"chamber {name[-1].upper()}")
         axes[1].set_ylabel("pressure\n[bar]")
-        axes[1].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.0)
+        legend_above(axes[1], ncols=2)
         draw_drive(axes[-3:], run)
         figure.align_ylabels()
     return figure

@@ -76,10 +76,23 @@ def judge(
         ok_p95=float(np.percentile(said, 95.0)),
         ok_largest=float(said.max()),
         coverage=float((error <= TWO_SIDED_95 * std)[off].mean()),
-        wrong_and_ok=float((ok & (error > _WRONG * std) & (error > _LEAST)).mean()),
+        wrong_and_ok=float(wrong_and_ok(error, std, status).mean()),
         ok=float(ok.mean()),
         std=float(np.median(std[turns])) if turns.any() else float("nan"),
     )
+
+
+def wrong_and_ok(
+    error: NDArray[np.float64], std: NDArray[np.float64], status: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """Where a position is said to be ok and is more than four standard deviations and 1 mm off.
+
+    Args:
+        error: magnitudes [m].
+        std: standard deviations that the sensor says [m].
+        status: numbers of `Status`.
+    """
+    return np.asarray((status == Status.OK) & (error > _WRONG * std) & (error > _LEAST))
 
 
 def _after(visits: NDArray[np.float64], count: int) -> float:

@@ -235,17 +235,14 @@ class Listener:
 
     def _channel(self, role: str, mapped: Mapped, channel_map: ChannelMap, switch: bool = False) -> _Channel:
         name = mapped.channel
-        if not name or name == WRITTEN or switch:
-            factor, offset = (
-                (1.0, 0.0)
-                if switch
-                else to_si_of(mapped.unit or "degC", role, None, file=channel_map.file, key=f"{role}.unit")
-            )
-            return _Channel(mapped, factor, offset)
-        unit = mapped.unit or self._named(name).unit
+        if switch:
+            return _Channel(mapped, 1.0, 0.0)
+        written = not name or name == WRITTEN
+        unit = mapped.unit or ("degC" if written else self._named(name).unit)
         if not unit:
             raise DescriptionError("has no unit", file=channel_map.file, key=f"{role}.unit", allowed="1/min, N m, degC")
-        return _Channel(mapped, *to_si_of(unit, role, mapped.rated, file=channel_map.file, key=f"{role}.unit"))
+        rated = None if written else mapped.rated
+        return _Channel(mapped, *to_si_of(unit, role, rated, file=channel_map.file, key=f"{role}.unit"))
 
     def _named(self, name: str) -> Field:
         names = {f"0x{key & ~EXTENDED:X}.{one.name}": one for key, of in self._fields.items() for one in of}

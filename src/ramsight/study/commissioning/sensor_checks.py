@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.mode import Mode
-from ramsight.sensor.status import VALIDITIES, Status, validity_levels
+from ramsight.sensor.status import Status, is_invalid
 from ramsight.stretches import stretches
 from ramsight.study.commissioning.finding import Finding, Verdict
 
@@ -155,7 +155,7 @@ def truth(track: xarray.Dataset) -> Finding:
     """
     error, std = np.abs(track["error"].values), track["position_std"].values
     both = np.isfinite(error) & np.isfinite(std)
-    known = both & (validity_levels(track["status"].values) < VALIDITIES.index("invalid"))
+    known = both & ~is_invalid(track["status"].values)
     if not known.any():
         return Finding("truth", Verdict.OPEN, "no sample has both a valid estimate and a true position")
     within = float(np.mean(error[known] <= TWO_SIDED_95 * std[known]))

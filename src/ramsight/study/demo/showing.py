@@ -11,7 +11,17 @@ import numpy as np
 from ramsight.normal import TWO_SIDED_95
 from ramsight.study.demo import AS_BUILT
 from ramsight.study.errors import stop_visits
-from ramsight.study.figures import ERROR, ESTIMATE, STYLE, TRUTH, draw_band, draw_drive, save, shade_status
+from ramsight.study.figures import (
+    ERROR,
+    ESTIMATE,
+    STYLE,
+    TRUTH,
+    draw_band,
+    draw_drive,
+    legend_above,
+    save,
+    shade_status,
+)
 
 if TYPE_CHECKING:
     import xarray
@@ -101,7 +111,7 @@ def draw(shown: Shown) -> Figure:
     draw_drive(axes[5:], sensor)
     for panel in axes[:5]:
         shade_status(panel, time, sensor["status"].values)
-    axes[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.0, fontsize=8)
+    legend_above(axes[0], ncols=3, fontsize=8)
     figure.suptitle("A boom that is not its data sheet, six minutes of work", x=0.01, ha="left", fontsize=11)
     figure.align_ylabels()
     return figure
@@ -114,5 +124,5 @@ def _learned(axes: Any, sensor: xarray.Dataset, name: str, words: str) -> None:
     axes.fill_between(time, value - half, value + half, color=ESTIMATE, alpha=0.2, lw=0)
     axes.plot(time, value, color=ESTIMATE, lw=1.2)
     axes.axhline(AS_BUILT[name], color=TRUTH, lw=1.0, ls="--", label="what it is")
-    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0, fontsize=7)
+    legend_above(axes, fontsize=7)
     axes.set_ylabel(f"{words}\n[1]")
