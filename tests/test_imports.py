@@ -4,10 +4,13 @@ import ast
 import importlib
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
 
 import ramsight
 from ramsight.cli import running
@@ -226,3 +229,13 @@ def test_no_help_loads_a_heavy_library():
 def test_logs_load_without_xarray():
     code = "import sys, ramsight.logs, ramsight.output\nassert 'xarray' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_canopen_is_capped_as_long_as_private_names_of_it_are_used():
+    project = tomllib.loads((SOURCE.parents[1] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    (canopen,) = (one for one in map(Requirement, project["optional-dependencies"]["can"]) if one.name == "canopen")
+    server = (SOURCE / "deploy" / "encoder" / "server.py").read_text(encoding="utf-8")
+    assert "_local.nmt._state" in server
+    assert canopen.specifier.contains(version("canopen"))
+    major, minor, *_ = version("canopen").split(".")
+    assert not canopen.specifier.contains(f"{major}.{int(minor) + 1}")
