@@ -3,6 +3,7 @@
 import math
 import re
 from fractions import Fraction
+from pathlib import Path
 
 import pint
 import pytest
@@ -273,3 +274,13 @@ def test_a_gauge_pressure_is_refused_with_what_to_write(text, absolute, plain):
         units.parse(text, "Pa")
     assert f"write the absolute one, {absolute!r}, or {plain!r} where it is a difference" in str(error.value)
     units.parse(absolute, "Pa")
+
+
+def test_a_revolution_per_minute_stands_in_one_place():
+    """Its other place is the table of units, where it is a definition of its own."""
+    worked_out = re.compile(r"pi / 30|30(\.0)? / (math\.|np\.)?pi|pi / 60|60(\.0)? / \(?2|0\.1047")
+    source = Path(units.__file__).parent
+    lines = ((file, line) for file in source.rglob("*.py") for line in file.read_text(encoding="utf-8").splitlines())
+    places = [file.name for file, line in lines if worked_out.search(line) and ">>>" not in line]
+    assert sorted(places) == ["unit_algebra.py", "units.py"]
+    assert units.to_si(1.0, "rpm") == units.RPM

@@ -18,7 +18,10 @@ from typing import NamedTuple
 from ramsight import unit_algebra
 from ramsight.errors import DescriptionError
 
-__all__ = ["argument", "format_si", "name_of", "parse", "to_si"]
+__all__ = ["RPM", "argument", "format_si", "name_of", "parse", "to_si"]
+
+#: one revolution per minute [rad/s]
+RPM = 2.0 * math.pi / 60.0
 
 #: what a quantity is called and how one is written, by its SI unit
 _KNOWN = {

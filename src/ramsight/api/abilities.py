@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from importlib.util import find_spec
 
@@ -15,6 +14,7 @@ from ramsight.plant.unit import HydraulicUnit
 from ramsight.plant.valve import ReliefValve
 from ramsight.sensor.detectors import COUNTER, POWER, PRESSURES
 from ramsight.sensor.redundancy import declared, detectable
+from ramsight.units import RPM
 
 _WARM = 313.15  # K
 _FAST = 1.0  # rad/s; what turns more slowly is not looked at as a leak test
@@ -103,11 +103,11 @@ def _faults(unit: HydraulicUnit) -> Ability:
 def _leak_test(unit: HydraulicUnit, holding: Holding) -> Ability:
     speeds = leak_test_speeds(unit, usual_loads(unit), _WARM)
     if min(speeds) < _FAST:
-        rpm = f"{min(speeds) * 30.0 / math.pi:.1f} rpm"
+        rpm = f"{min(speeds) / RPM:.1f} rpm"
         return Ability(
             "leak test", False, f"so little leaks that the motor would have to turn at {rpm}, slower than it can"
         )
-    rpm = ", ".join(f"{speed * 30.0 / math.pi:.0f}" for speed in speeds)
+    rpm = ", ".join(f"{speed / RPM:.0f}" for speed in speeds)
     if holding.stands:
         return Ability("leak test", True, f"against the closed valve: {rpm} rpm at 40 °C under a high load, 8 s each")
     how = f"on the upper stop, for the pump holds the load: {rpm} rpm at 40 °C, half a minute each"

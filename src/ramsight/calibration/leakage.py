@@ -26,6 +26,7 @@ from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit, reach, side_nodes
 from ramsight.sensor.balance import balance
 from ramsight.stretches import stretches
+from ramsight.units import RPM
 
 if TYPE_CHECKING:
     import xarray
@@ -34,7 +35,7 @@ Array = NDArray[np.float64]
 
 _SLOWEST = 1.0  # rad/s; below it friction is not fully developed
 _STEADY = 0.25  # rad/s; what a steady speed may vary by, a little above the 1 rpm of a drive
-_SPEED_STEP = math.pi / 30  # rad/s = 1 rpm, in which drives report speed; a steady speed is rounded all the time
+_SPEED_STEP = RPM  # in which drives report speed; a steady speed is rounded all the time
 _SETTLING = 5.0  # manifold time constants after which the pressure stands
 _SHORTEST = 1.0  # s of settled samples
 _LEAST_PRESSURE = 5e5  # Pa; below it no-load friction is most of the torque
@@ -300,7 +301,7 @@ def leak_test_summary(test: LeakTest) -> str:
         f"{test.per_torque:+.3f} for each % that the torque is larger",
     ]
     lines += [
-        f"  {s.start:.1f} to {s.end:.1f} s: {s.motor_speed * 30 / math.pi:.0f} rpm hold "
+        f"  {s.start:.1f} to {s.end:.1f} s: {s.motor_speed / RPM:.0f} rpm hold "
         f"{s.pressure / 1e5:.1f} bar at {s.oil_temperature - 273.15:.1f} degC, factor {s.factor:.3f}"
         for s in test.stretches
     ]

@@ -5,7 +5,6 @@ The drawing is built from top to bottom. Nothing here knows a circuit by its nam
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
@@ -19,6 +18,7 @@ from ramsight.drawing.symbol import Symbol
 from ramsight.plant.circuit import TANK
 from ramsight.plant.cylinder import Cylinder
 from ramsight.plant.unit import HydraulicUnit
+from ramsight.units import RPM
 
 _LEVEL = 88.0  # from a trunk's node to the next, with a part in line
 _ROW = 92.0  # from a part across to the next
@@ -188,7 +188,7 @@ class _Layout:
 
     def _motor(self, at: Point, beside: Point, anchor: str, *, above: bool = False) -> None:
         note = (self.notes["drive"],) if "drive" in self.notes else ()
-        words = (*note, f"to {self.unit.max_speed * 30 / math.pi:.4g} rpm")
+        words = (*note, f"to {self.unit.max_speed / RPM:.4g} rpm")
         element = Element("drive", "drive", symbols.motor(), {}, words)
         self._label(element, element.symbol.moved(*at), beside, anchor, above=above)
 

@@ -27,6 +27,7 @@ from ramsight.logs.channels import (
 )
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
+from ramsight.units import RPM
 
 if TYPE_CHECKING:
     import xarray
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _PRESSURES = 0x70726573  # apart from the drive's noise of the same seed
-_RPM = 2.0 * math.pi / 60.0
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ class DriveReport:
         seed: of the noise; the same seed gives the same log.
     """
 
-    speed_step: float = _RPM
+    speed_step: float = RPM
     torque_step: float = 1.0 / 16.0
     torque_noise: float = 0.5
     temperature_step: float = 0.1

@@ -10,7 +10,8 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
-_RPM = 2.0 * math.pi / 60.0
+from ramsight.units import RPM
+
 _DAMPING = math.sqrt(0.5)  # of a second order without a resonance (Butterworth): -3 dB at its natural frequency
 
 
@@ -48,8 +49,8 @@ class DriveResponse:
     acceleration: float = math.inf
     lost: float = 0.0
     deviation: float = 5.0
-    speed_noise: float = 2.0 * _RPM
-    speed_step: float = _RPM
+    speed_noise: float = 2.0 * RPM
+    speed_step: float = RPM
     torque_repeats: float | None = None
 
     def __post_init__(self) -> None:

@@ -13,9 +13,9 @@ from ramsight.duty.profile import Profile, constant
 from ramsight.plant.linkage import holding_forces, joints
 from ramsight.plant.linked import LinkedMachine
 from ramsight.plant.steady import torque_at_load
+from ramsight.units import RPM
 
-_RPM = 0.10471975511965977
-SPEEDS: Mapping[str, float] = {"boom": 2400 * _RPM, "bucket": 1500 * _RPM}
+SPEEDS: Mapping[str, float] = {"boom": 2400 * RPM, "bucket": 1500 * RPM}
 """Motor speeds of the moves [rad/s], [G]: the whole lift takes about 17 s, the bucket's whole way about 7 s."""
 
 

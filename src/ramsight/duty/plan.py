@@ -9,6 +9,7 @@ from ramsight.duty.profile import Duty, Profile, constant
 from ramsight.errors import DescriptionError
 from ramsight.plant.holding import Holding
 from ramsight.plant.unit import HydraulicUnit
+from ramsight.units import RPM
 
 LOAD_RAMP = 0.4  # s in which a load is put on
 BEYOND = (
@@ -104,8 +105,8 @@ class Plan:
             raise DescriptionError(
                 f"does not lift {self.load / 1e3:.4g} kN: the pumps leak as much as they deliver",
                 key="speed",
-                value=f"{speed * 30.0 / math.pi:.4g} rpm",
-                allowed=f"{_LIFTS * leakage * 30.0 / math.pi:.4g} rpm and more",
+                value=f"{speed / RPM:.4g} rpm",
+                allowed=f"{_LIFTS * leakage / RPM:.4g} rpm and more",
             )
         if abs(wanted) <= speed * ramp:
             self.turn(wanted / ramp, 0.0, ramp=ramp)

@@ -19,16 +19,16 @@ from ramsight.logs.lines import file_name
 from ramsight.logs.mapped import ChannelMap, standard_map
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
+from ramsight.units import RPM
 
 if TYPE_CHECKING:
     import xarray
 
-_RPM = np.pi / 30.0
 _PERIOD = 0.5e-3, 0.5  # s; samples of a drive come further apart than the one and closer than the other
 _CLOCKS = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 _OVERSPEED, _SLOW, _LIVELY = 1.1, 0.11, 0.2  # shares of the highest speed
 _OVERTRAVEL, _FARTHEST = 1.15, 3.0  # shares of the stroke: of a free move, and of one that ends against a stop
-_SPEEDS = {"rpm": _RPM, "deg/s": np.pi / 180.0, "rad/s": 1.0}  # rad/s for one of them
+_SPEEDS = {"rpm": RPM, "deg/s": np.pi / 180.0, "rad/s": 1.0}  # rad/s for one of them
 _TORQUES = {"percent of the rated torque": 4e2, "permille of the rated torque": 4e3, "mN m": np.inf}
 _OVERTORQUE, _WEAK = 1.15, 0.02
 _HOT = 353.15  # K; oil of a healthy machine is colder on the average
@@ -265,21 +265,21 @@ def _speed(seen: Seen, limits: Limits, unit: str) -> str:
     peak, move = max(seen.speeds, default=0.0), max(seen.moves, default=0.0) * limits.travel
     sure = max(seen.sure_moves, default=0.0) * limits.travel
     fitting = _asked(_other_speeds(peak, move, limits, unit))
-    limit = f"{limits.max_speed / _RPM:.0f} rpm"
+    limit = f"{limits.max_speed / RPM:.0f} rpm"
     if peak > _OVERSPEED * limits.max_speed:
-        return f"the motor turns up to {peak / _RPM:.5g} rpm, the drive's limit is {limit}{fitting}"
+        return f"the motor turns up to {peak / RPM:.5g} rpm, the drive's limit is {limit}{fitting}"
     if sure > _FARTHEST * limits.stroke and not _clock(seen, limits, ""):
         return (
             f"the rod would travel {1e3 * sure:.4g} mm in one move, the stroke is {1e3 * limits.stroke:.0f} mm{fitting}"
         )
     if 0.0 < peak < _SLOW * limits.max_speed and fitting:
-        return f"the motor never turns faster than {peak / _RPM:.0f} rpm, the drive's limit is {limit}{fitting}"
+        return f"the motor never turns faster than {peak / RPM:.0f} rpm, the drive's limit is {limit}{fitting}"
     return ""
 
 
 def _other_speeds(peak: float, move: float, limits: Limits, unit: str) -> list[str]:
     """Units in which the same numbers would be speeds of this machine, and its moves no longer than the stroke."""
-    now = _SPEEDS.get(unit, _RPM)
+    now = _SPEEDS.get(unit, RPM)
     return [
         other
         for other, factor in _SPEEDS.items()

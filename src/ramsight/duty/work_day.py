@@ -9,10 +9,10 @@ import numpy as np
 from ramsight.duty.one_way import as_driven
 from ramsight.duty.profile import Duty, Profile, constant
 from ramsight.plant.unit import HydraulicUnit
+from ramsight.units import RPM
 
-_RPM = 2.0 * math.pi / 60.0
-_SPEEDS = np.array([400.0, 800.0, 1000.0, 1200.0, 1500.0, 1800.0, 2200.0]) * _RPM
-_RAMPS = (1000.0 * _RPM, 4000.0 * _RPM)  # rad/s2, least and greatest
+_SPEEDS = np.array([400.0, 800.0, 1000.0, 1200.0, 1500.0, 1800.0, 2200.0]) * RPM
+_RAMPS = (1000.0 * RPM, 4000.0 * RPM)  # rad/s2, least and greatest
 _RESTS = (1.0, 4.0)  # s
 _LOAD_RAMP = 0.4  # s
 _LOAD_CHANGES = 0.5  # chance at each rest

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.units import RPM
+
 if TYPE_CHECKING:
     import xarray
 
@@ -68,9 +70,7 @@ class Channel:
         return np.asarray(np.round((values - self.offset) / self.factor, 9), dtype=np.float64)
 
 
-MOTOR_SPEED = Channel(
-    "motor_speed_rpm", "motor_speed", "rad/s", "motor speed, extension positive", factor=2.0 * math.pi / 60.0
-)
+MOTOR_SPEED = Channel("motor_speed_rpm", "motor_speed", "rad/s", "motor speed, extension positive", factor=RPM)
 MOTOR_TORQUE = Channel(
     "motor_torque_nm", "motor_torque", "N m", "motor torque, positive when driving towards extension"
 )

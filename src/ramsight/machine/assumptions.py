@@ -13,6 +13,7 @@ from typing import Annotated
 from pydantic import Field
 
 from ramsight.machine.declare import Part, quantity
+from ramsight.units import RPM
 
 
 class AssumedDrive(Part):
@@ -140,7 +141,7 @@ class AssumedShaft(Part):
     # Drives report whole revolutions a minute.
     speed: Annotated[
         float, quantity("rpm", "by which the reported speed may be off all the time", least="0 rpm", most="100 rpm")
-    ] = 2.0 * math.pi / 60.0
+    ] = RPM
 
 
 class AssumedPower(Part):

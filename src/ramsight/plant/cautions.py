@@ -12,8 +12,8 @@ from ramsight.plant.pilot_check import PilotCheckValve
 from ramsight.plant.steady import Derived, derive, torque_at_load
 from ramsight.plant.unit import HydraulicUnit, opposite, pumped_into
 from ramsight.plant.valve import ReliefValve
+from ramsight.units import RPM
 
-_RPM = 30.0 / math.pi
 _MISMATCH = 0.05  # of the flow ratio, that leakage and tank valves take up
 _SLOW = 120.0  # s over the stroke with the motor at its fastest; no machine is worked with so slowly, [G]
 _FAST = 1.0  # m/s; common seals and end stops are made for a half of it, [M]
@@ -60,15 +60,15 @@ def _pumps(described: Unit) -> Iterator[str]:
         fastest = described.drive.max_speed * pump.belt
         if fastest > pump.max_speed * (1 + 1e-9):
             yield (
-                f"at the motor's highest speed {name} turns {fastest * _RPM:.0f} rpm, it allows "
-                f"{pump.max_speed * _RPM:.0f} rpm"
+                f"at the motor's highest speed {name} turns {fastest / RPM:.0f} rpm, it allows "
+                f"{pump.max_speed / RPM:.0f} rpm"
             )
         if pump.min_inlet_pressure:
             fills = pump.max_speed * math.sqrt(described.tank.pressure / pump.min_inlet_pressure)
             if fastest > fills * (1 + 1e-9):
                 yield (
-                    f"at the motor's highest speed {name} turns {fastest * _RPM:.0f} rpm, from the tank's "
-                    f"{described.tank.pressure / 1e5:g} bar it fills up to {fills * _RPM:.0f} rpm"
+                    f"at the motor's highest speed {name} turns {fastest / RPM:.0f} rpm, from the tank's "
+                    f"{described.tank.pressure / 1e5:g} bar it fills up to {fills / RPM:.0f} rpm"
                 )
 
 

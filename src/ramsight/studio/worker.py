@@ -18,6 +18,7 @@ from ramsight.studio.draft import Problem, problem
 from ramsight.studio.energy import flows
 from ramsight.studio.rig import Rig, Row
 from ramsight.studio.told import LIE
+from ramsight.units import RPM
 
 _FRAME = 0.04  # s, from one frame to the next
 _SMOOTH = 0.1  # share of a frame in how fast the machine is said to run
@@ -190,7 +191,7 @@ def _columns(rows: list[Row]) -> Mapping[str, list[float | None]]:
     """What the strips show of a unit: mm, rpm, N m and bar."""
     found: dict[str, list[float | None]] = {
         "position": [_number(1e3 * row.position) for row in rows],
-        "speed": [_number(row.motor_speed * 30.0 / math.pi, 1) for row in rows],
+        "speed": [_number(row.motor_speed / RPM, 1) for row in rows],
         "torque": [_number(row.motor_torque, 2) for row in rows],
         "pressure_a": [_number(row.pressure_a / 1e5, 1) for row in rows],
         "pressure_b": [_number(row.pressure_b / 1e5, 1) for row in rows],

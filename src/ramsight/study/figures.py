@@ -11,6 +11,7 @@ from ramsight.normal import TWO_SIDED_95
 from ramsight.output import atomic_path
 from ramsight.sensor.status import VALIDITIES, Status, validity_levels
 from ramsight.stretches import stretches
+from ramsight.units import RPM
 
 if TYPE_CHECKING:
     import xarray
@@ -149,7 +150,7 @@ def draw_run(run: xarray.Dataset, title: str) -> Figure:
 
 def draw_drive(axes: Any, log: xarray.Dataset) -> None:
     """Draw what the drive reported, into three axes."""
-    axes[0].plot(log["time"], log["motor_speed"].values * 60 / (2 * np.pi), color=TRUTH, lw=1.0)
+    axes[0].plot(log["time"], log["motor_speed"].values / RPM, color=TRUTH, lw=1.0)
     axes[0].set_ylabel("speed\n[rpm]")
     axes[1].plot(log["time"], log["motor_torque"], color=TRUTH, lw=0.6)
     axes[1].set_ylabel("torque\n[N m]")

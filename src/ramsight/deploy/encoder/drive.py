@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ramsight.deploy.encoder.frame import Frame
+from ramsight.units import RPM
 
 if TYPE_CHECKING:
     import xarray
 
-_RPM = 2.0 * math.pi / 60.0
 _WARM_EVERY = 50  # samples; a thermometer on the bus reports once a second
 _ALIVE_EVERY = 5
 _LARGEST = 0x7FFF  # per mille that 6077h holds
@@ -56,7 +56,7 @@ class PlayedDrive:
             if not (math.isfinite(speed) and math.isfinite(torque)):
                 continue
             share = min(max(round(1e3 * torque / self.rated_torque), -_LARGEST), _LARGEST)
-            yield at, Frame(0x180 + self.node, struct.pack("<ih", round(speed / _RPM), share), at)
+            yield at, Frame(0x180 + self.node, struct.pack("<ih", round(speed / RPM), share), at)
 
 
 def played_map(node: int, warm_node: int, rated_torque: float, hold: str = "60 s") -> str:

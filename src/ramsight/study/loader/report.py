@@ -16,10 +16,10 @@ from ramsight.sensor.status import Status
 from ramsight.study.figures import DOUBT, ERROR, ESTIMATE, STYLE, TRUTH, save
 from ramsight.study.loader.animation import write_animation
 from ramsight.study.loader.working import UNITS, Options, Work
+from ramsight.units import RPM
 
 FORMAT = 1
 _LAST = "results.json"  # moved last: where it is, the rest is whole
-_RPM = 60.0 / (2.0 * np.pi)
 
 
 def write_work(
@@ -89,7 +89,7 @@ def _unit(axes: Any, work: Work, name: str) -> None:
     reach = 1.2 * max(largest, min(doubt, 2.0 * largest), 0.5)
     axes[1].set_ylim(-reach, reach)
     axes[1].legend(loc="best")
-    axes[2].plot(time, _RPM * run[f"{name}_motor_speed"].values, color=TRUTH, lw=1.0)
+    axes[2].plot(time, run[f"{name}_motor_speed"].values / RPM, color=TRUTH, lw=1.0)
     axes[3].plot(time, track["motor_torque"].values, color=TRUTH, lw=0.6)
     axes[3].set_xlabel("time [s]")
     for axis in axes:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -24,6 +23,7 @@ from ramsight.sensor.kalman import kalman
 from ramsight.sensor.table import MovementTable, speed_table, table
 from ramsight.sensor.virtual_sensor import VirtualSensor
 from ramsight.study.paper.choices import UNITS, Choices, direct_driven
+from ramsight.units import RPM
 
 if TYPE_CHECKING:
     import xarray
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 TEMPERATURE = 313.15  # K; 40 degC, the paper's cycles
-RPM = math.pi / 30.0  # rad/s
 TABLE_SPEEDS = tuple(rpm * RPM for rpm in (250.0, 500.0, 1000.0, 1500.0, 2000.0, 3000.0))
 _FEW_TEMPERATURES, _FEW_LOADS = np.array([303.15, 313.15, 323.15]), 16  # K; keeps six tables in one sensor small
 SEED = 0

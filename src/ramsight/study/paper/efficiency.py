@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from ramsight.plant.pump import Pump
-from ramsight.study.paper.bench import RPM, Bench
+from ramsight.study.paper.bench import Bench
 from ramsight.study.paper.drawing import BALANCE, ESTIMATE
 from ramsight.study.paper.parts import Chapter, Picture, Statement, Verdict
+from ramsight.units import RPM
 
 _PRESSURE = np.linspace(2e5, 250e5, 125)
 _SPEED = 1450.0 * RPM  # of the pump, as in the paper's Fig. 3

@@ -12,9 +12,10 @@ from ramsight.duty.profile import Duty, constant, trapezoid_moves
 from ramsight.duty.simulate import simulate
 from ramsight.plant.steady import derive, torque_at_load
 from ramsight.study.paper import baseline
-from ramsight.study.paper.bench import RPM, TEMPERATURE, Bench
+from ramsight.study.paper.bench import TEMPERATURE, Bench
 from ramsight.study.paper.parts import Chapter, Grid, Picture
 from ramsight.study.paper.words import both, figure
+from ramsight.units import RPM
 
 Array = NDArray[np.float64]
 

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.duty.simulate import simulate
-from ramsight.study.paper.bench import RPM, TABLE_SPEEDS, Bench
+from ramsight.study.paper.bench import TABLE_SPEEDS, Bench
 from ramsight.study.paper.drawing import GREY, SENSORS, SPEED_TABLE, TRUTH, Look
 from ramsight.study.paper.parts import Chapter, Picture, Statement, Verdict
 from ramsight.study.paper.words import both
+from ramsight.units import RPM
 
 SPEEDS_RPM = (300, 400, 500, 750, 1000, 1250, 1500, 1750, 2000, 2500, 3000)
 _OWN = 1500  # rpm; the table's

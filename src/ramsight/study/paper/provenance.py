@@ -10,8 +10,8 @@ from ramsight.study.paper.bench import Bench
 from ramsight.study.paper.choices import UNITS, direct_driven
 from ramsight.study.paper.parts import Chapter, Grid, Statement, Verdict
 from ramsight.study.paper.words import figure
+from ramsight.units import RPM
 
-_RPM = 30.0 / math.pi
 _FRICTION = {"breakaway_friction": "static friction", "coulomb_friction": "Coulomb friction"}
 _UNKNOWN = "not described"
 
@@ -52,7 +52,7 @@ def _nominal(described: Machine) -> str:
     oil, pump = unit.oil, unit.pump_a
     return (
         f"The oil has {1e6 * oil.viscosity_40c:.0f} mm²/s at 40 °C and {oil.density:.0f} kg/m³, kept constant [P]. The "
-        f"nominal point of eqs 8 and 10 is {pump.nominal_speed * _RPM:.0f} rpm, {pump.nominal_pressure / 1e5:.0f} bar, "
+        f"nominal point of eqs 8 and 10 is {pump.nominal_speed / RPM:.0f} rpm, {pump.nominal_pressure / 1e5:.0f} bar, "
         f"{1e6 * pump.nominal_viscosity:.0f} mm²/s and {pump.nominal_density:.0f} kg/m³, the no-load torque "
         f"{pump.no_load_torque:g} N m for each block [P]."
     )
@@ -103,7 +103,7 @@ def _pumps(described: Machine, name: str) -> Grid:
             (f"{max(unit.relief_settings) / 1e5:.0f}", f"units.{name}.relief_valve.setting"),
             (figure(pump.volumetric_efficiency, 3), f"{path}.volumetric_efficiency"),
             (figure(pump.hydromechanical_efficiency, 3), f"{path}.hydromechanical_efficiency"),
-            (f"{pump.max_speed * _RPM:.0f}", f"{path}.max_speed"),
+            (f"{pump.max_speed / RPM:.0f}", f"{path}.max_speed"),
             (figure(pump.belt, 4), f"{path}.belt"),
             (figure(ratio, 3), f"{path}.belt"),
         ]
