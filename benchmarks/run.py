@@ -33,7 +33,7 @@ from ramsight.engine.batch import Job, batches
 from ramsight.engine.cache import WIDTH
 from ramsight.engine.recursion import replay, replay_many
 from ramsight.engine.run import DEFAULT_RTOL, integrate, outputs
-from ramsight.logs.drive import write_drive_log
+from ramsight.logs.drive_log import write_drive_log
 from ramsight.plant import linked
 from ramsight.plant.ddh import build
 from ramsight.plant.unit import circuit, initial_state

@@ -31,7 +31,7 @@ import numpy as np
 import can
 from ramsight import machine
 from ramsight.deploy.encoder import Frame, Settings, drive_map, encoder_for
-from ramsight.deploy.encoder.drive import PlayedDrive, played_map
+from ramsight.deploy.encoder.played_drive import PlayedDrive, played_map
 from ramsight.deploy.encoder.runner import frame_of, message_of, serve
 from ramsight.logs import read_drive_log, read_truth
 from ramsight.plant.ddh import build

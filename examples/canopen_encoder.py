@@ -18,8 +18,8 @@ import numpy as np
 import can
 import ramsight
 from ramsight.deploy.encoder import Settings, drive_map, encoder_for
-from ramsight.deploy.encoder.drive import PlayedDrive
 from ramsight.deploy.encoder.eds import eds_text
+from ramsight.deploy.encoder.played_drive import PlayedDrive
 from ramsight.deploy.encoder.runner import message_of, serve
 
 ENCODER, DRIVE, RATED = 6, 5, 80.0  # node-IDs; rated torque of the drive [N m]

@@ -34,7 +34,7 @@ class Prepared:
 
 def prepare(folder: Path) -> Prepared:
     """Play the log to an encoder that nobody disturbs."""
-    from ramsight.deploy.encoder.drive import PlayedDrive, played_map
+    from ramsight.deploy.encoder.played_drive import PlayedDrive, played_map
 
     judge = Judge()
     (folder / "map.toml").write_text(played_map(DRIVE, WARM, _RATED))

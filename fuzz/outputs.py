@@ -64,7 +64,7 @@ def _read(path: Path) -> int:
         rows = [len(np.loadtxt(path / f"{number}.csv")) for number in range(count)]
         return count if rows == [5000] * count else -1
     if path.name.endswith((".csv", ".csv.gz")):
-        from ramsight.logs.table import read_columns
+        from ramsight.logs.csv_table import read_columns
 
         return len(read_columns(path, ["time_s", "position_m", "velocity_m_per_s"])["time_s"]) // _ROWS
     if path.name.endswith(".parquet"):

@@ -11,8 +11,8 @@ import numpy as np
 import ramsight.deploy.encoder
 from ramsight import machine
 from ramsight.deploy.encoder import Encoder, Frame, Settings, drive_map, encoder_for
-from ramsight.deploy.encoder.drive import PlayedDrive
 from ramsight.deploy.encoder.eds import NAME
+from ramsight.deploy.encoder.played_drive import PlayedDrive
 from ramsight.logs.mapped import ChannelMap
 from ramsight.plant.ddh import DdhUnit, build
 

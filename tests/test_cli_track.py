@@ -53,7 +53,7 @@ def test_simulate_writes_results_log_and_truth_and_closes_its_balances(simulated
 def test_a_recording_of_a_bench_has_the_truth_in_it(simulated, tmp_path):
     """Drive, thermometer and an encoder of CiA 406 in one candump file: the encoder judges, unseen by the sensor."""
     import ramsight
-    from ramsight.deploy.encoder.drive import PlayedDrive, played_map
+    from ramsight.deploy.encoder.played_drive import PlayedDrive, played_map
 
     folder, _ = simulated
     log, truth = ramsight.read_log(folder / "log.csv.gz"), read_truth(folder / "truth.csv")

@@ -5,8 +5,8 @@ import pytest
 
 from ramsight.deploy.encoder.assembly import overrides
 from ramsight.deploy.encoder.beside import ALONE
-from ramsight.deploy.encoder.drive import played_map
 from ramsight.deploy.encoder.frame import Frame
+from ramsight.deploy.encoder.played_drive import played_map
 from ramsight.logs import read_drive_log, read_truth
 from ramsight.logs.channel_map import load_map
 from ramsight.sensor.comparing import Verdict

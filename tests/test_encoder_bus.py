@@ -16,7 +16,7 @@ from canopen import SdoAbortedError
 import can
 from ramsight.cli import app
 from ramsight.deploy.encoder.assembly import overrides
-from ramsight.deploy.encoder.drive import PlayedDrive, played_map
+from ramsight.deploy.encoder.played_drive import PlayedDrive, played_map
 from ramsight.deploy.encoder.runner import frame_of, message_of, serve
 from ramsight.errors import RamsightError
 from ramsight.logs import read_drive_log, read_truth

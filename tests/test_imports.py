@@ -239,3 +239,8 @@ def test_canopen_is_capped_as_long_as_private_names_of_it_are_used():
     assert canopen.specifier.contains(version("canopen"))
     major, minor, *_ = version("canopen").split(".")
     assert not canopen.specifier.contains(f"{major}.{int(minor) + 1}")
+
+
+@pytest.mark.parametrize("name", ["drive", "parts", "table"])
+def test_the_name_of_a_module_tells_it_from_those_of_other_rooms(name):
+    assert len([file for file in FILES if file.stem == name]) == 1

@@ -14,7 +14,7 @@ from ramsight.plant.build import build
 from ramsight.plant.load_sensing import LoadSensingPump, MeteringValve
 from ramsight.study.paper.baseline import saves
 from ramsight.study.paper.bench import benches
-from ramsight.study.paper.parts import Verdict
+from ramsight.study.paper.chapter import Verdict
 from ramsight.study.paper.valve_controlled import PLACES, account, metered_run, valve_controlled
 
 UNIT = build("boom", machine.load("loader-valve-controlled").unit("boom"))

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from ramsight.errors import OutputError
 from ramsight.logs import read_drive_log, read_truth, write_drive_log
-from ramsight.logs.table import read_columns
+from ramsight.logs.csv_table import read_columns
 
 HEADER = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c"
 ROWS = ["0.00,0,-0.6875,39.8", "0.02,1500,12.5,40.1", "0.04,-1500,0,39.7"]
@@ -221,7 +221,7 @@ def test_a_long_log_takes_the_fast_pass_alone(tmp_path, monkeypatch):
     def slow(*_args, **_said):
         raise AssertionError("the slow pass was taken for a log without faults")
 
-    monkeypatch.setattr("ramsight.logs.table.parse_carefully", slow)
+    monkeypatch.setattr("ramsight.logs.csv_table.parse_carefully", slow)
     rows = 23_000
     text = HEADER + "\n" + "".join(f"{i * 0.02:.3f},1500.000,-12.5000,40.1\n" for i in range(rows))
     path = written(tmp_path, text)

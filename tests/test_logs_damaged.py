@@ -17,11 +17,11 @@ from ramsight.errors import DescriptionError, LogError, LogWarning, RamsightErro
 from ramsight.logs import mdf_file, open_log, read_drive_log, write_drive_log
 from ramsight.logs.can_dbc import dbc_fields
 from ramsight.logs.channel_map import load_map
+from ramsight.logs.csv_table import CsvTable
 from ramsight.logs.frames import open_frames
 from ramsight.logs.inspect import inspect_log
 from ramsight.logs.lines import line_blocks
 from ramsight.logs.shown import inspection_table, show
-from ramsight.logs.table import CsvTable
 from ramsight.machine import load
 
 HEADER = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n"

@@ -25,7 +25,7 @@ from ramsight.logs.inspect import inspect_log
 from ramsight.logs.proposal import map_text
 from ramsight.output import write_dataset
 from ramsight.output.cells import Coded, decimals_of
-from ramsight.output.table import open_table, write_table
+from ramsight.output.table_file import open_table, write_table
 from ramsight.sensor.status import Status
 
 DBC = Path(__file__).parent / "can" / "drive.dbc"

@@ -283,7 +283,7 @@ def test_a_bar_does_not_load_rich_before_it_shows():
     "name",
     [
         "logs.channels",
-        "logs.drive",
+        "logs.drive_log",
         "logs.header",
         "logs.rows",
         "logs.stamps",
@@ -291,7 +291,7 @@ def test_a_bar_does_not_load_rich_before_it_shows():
         "output.atomic",
         "output.cells",
         "output.dataset",
-        "output.table",
+        "output.table_file",
         "progress",
         "study.errors",
     ],

@@ -183,7 +183,7 @@ def test_figures_in_sentences_have_their_digits_and_no_minus_before_a_zero():
 
 
 def test_the_pdfs_columns_fit_on_its_line():
-    from ramsight.study.paper.parts import Grid
+    from ramsight.study.paper.chapter import Grid
     from ramsight.study.paper.pdf import _CELL_LETTERS, _widths
 
     text = "a cell with a sentence that is much longer than its column can be on any page"

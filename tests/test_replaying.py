@@ -9,8 +9,8 @@ import xarray
 
 import can
 from ramsight.deploy.encoder import Frame
-from ramsight.deploy.encoder.drive import PlayedDrive
 from ramsight.deploy.encoder.listening import Listener
+from ramsight.deploy.encoder.played_drive import PlayedDrive
 from ramsight.deploy.encoder.replaying import replay
 from ramsight.deploy.encoder.runner import frame_of
 from ramsight.logs import write_drive_log

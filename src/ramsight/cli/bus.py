@@ -139,7 +139,7 @@ def logs_replay(
     from ramsight.units import parse_option
 
     needs("can", "can", channel)
-    from ramsight.deploy.encoder.drive import PlayedDrive, played_map
+    from ramsight.deploy.encoder.played_drive import PlayedDrive, played_map
     from ramsight.deploy.encoder.replaying import replay
     from ramsight.deploy.encoder.runner import open_bus, until_stopped
 

@@ -7,7 +7,7 @@ the position, to judge the sensor by afterwards.
 """
 
 from ramsight.logs.channel_map import load_map
-from ramsight.logs.drive import read_drive_log, write_drive_log
+from ramsight.logs.drive_log import read_drive_log, write_drive_log
 from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.opening import open_log
 from ramsight.logs.truth import read_truth

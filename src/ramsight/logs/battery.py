@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ramsight.logs.channels import Channel, as_dataset
-from ramsight.logs.table import read_timed
+from ramsight.logs.csv_table import read_timed
 
 if TYPE_CHECKING:
     import xarray

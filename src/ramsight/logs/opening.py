@@ -26,13 +26,13 @@ from ramsight.logs.channels import (
     column_of,
     is_command,
 )
+from ramsight.logs.csv_table import check_columns
 from ramsight.logs.falls import Falls
 from ramsight.logs.frames import EXTENDED, open_frames
 from ramsight.logs.lines import Advance
 from ramsight.logs.mapped import FURTHER, MEASURED, ChannelMap, Mapped, Referenced, standard_map, to_si_of
 from ramsight.logs.resample import Resampler
 from ramsight.logs.source import CAN, CSV, Source, open_source
-from ramsight.logs.table import check_columns
 
 if TYPE_CHECKING:
     import xarray

@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from ramsight.logs.align import Block
+from ramsight.logs.csv_table import CsvTable
 from ramsight.logs.lines import Advance
 from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.rows import MISSING, number_of
 from ramsight.logs.source import Offered, TableSource, unit_in_name
 from ramsight.logs.stamps import SinceFirst, is_stamp
-from ramsight.logs.table import CsvTable
 
 
 class CsvSource(TableSource):

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ramsight.logs.channels import POSITION, PRESSURE_A, PRESSURE_B, as_dataset
-from ramsight.logs.table import read_timed
+from ramsight.logs.csv_table import read_timed
 
 if TYPE_CHECKING:
     import xarray

@@ -11,7 +11,7 @@ from ramsight.output.dataset import DATASET_FILES, DATASETS, column_name, open_d
 from ramsight.output.flush import flush_folder
 from ramsight.output.folder import check_folder, whole_folder
 from ramsight.output.given import check_apart, check_state
-from ramsight.output.table import TABLE_FILES, TABLES, check_installed, open_table, write_table
+from ramsight.output.table_file import TABLE_FILES, TABLES, check_installed, open_table, write_table
 
 __all__ = [
     "DATASETS",

@@ -12,7 +12,7 @@ import numpy as np
 from ramsight.errors import OutputError
 from ramsight.output.atomic import atomic_path, one_line, suffix_of
 from ramsight.output.cells import Coded
-from ramsight.output.table import TABLE_FILES, TABLES, TableWriter, open_table, write_table
+from ramsight.output.table_file import TABLE_FILES, TABLES, TableWriter, open_table, write_table
 
 if TYPE_CHECKING:
     import xarray

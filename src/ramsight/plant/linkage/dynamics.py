@@ -15,7 +15,7 @@ from typing import Any
 import casadi as ca
 
 from ramsight.plant.linkage.mechanism import Mechanism
-from ramsight.plant.linkage.parts import Spot
+from ramsight.plant.linkage.members import Spot
 from ramsight.plant.linkage.planar import Pose
 
 

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from ramsight.machine import linkage as description
-from ramsight.plant.linkage import parts
+from ramsight.plant.linkage import members
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ def lever(spec: description.Linkage | None, cylinder: str) -> Lever | None:
     """
     if spec is None or cylinder not in spec.cylinders:
         return None
-    moved = parts.strut(spec, cylinder)
+    moved = members.strut(spec, cylinder)
     body, (here, there, other) = spec.bodies[moved.joint], moved.pins
     if not isinstance(body, description.TurningBody) or other != body.parent:
         return None

@@ -9,8 +9,8 @@ from typing import Any
 import casadi as ca
 
 from ramsight.machine import linkage as description
-from ramsight.plant.linkage import parts
-from ramsight.plant.linkage.parts import Body, Following, Linked, Sliding, Spot, Strut, Turning
+from ramsight.plant.linkage import members
+from ramsight.plant.linkage.members import Body, Following, Linked, Sliding, Spot, Strut, Turning
 from ramsight.plant.linkage.planar import Pose, arm_to, way_to
 from ramsight.plant.symbols import Parameters
 
@@ -113,7 +113,7 @@ class Mechanism:
         return ca.sqrt((rod[0] - base[0]) ** 2 + (rod[1] - base[1]) ** 2)
 
     def _assembled(self, coordinate: Any) -> tuple[dict[str, Pose], dict[str, Any]]:
-        poses: dict[str, Pose] = {parts.FRAME: Pose()}
+        poses: dict[str, Pose] = {members.FRAME: Pose()}
         found: dict[str, Any] = {}
         chains = {following.name: following for following in self.followings}
         for body in self.bodies:
@@ -172,13 +172,13 @@ def build(spec: description.Linkage) -> Mechanism:
         >>> build(machine.load("mining-loader").linkage).joints
         ('boom', 'bucket')
     """
-    chains = (parts.following(spec, name) for name in spec.bodies)
+    chains = (members.following(spec, name) for name in spec.bodies)
     return Mechanism(
-        bodies=tuple(parts.body(spec, name) for name in spec.bodies),
+        bodies=tuple(members.body(spec, name) for name in spec.bodies),
         followings=tuple(chain for chain in chains if chain is not None),
-        struts=tuple(parts.strut(spec, name) for name in spec.cylinders),
-        tip=parts.spot(spec.tip, "tip"),
-        load=None if spec.payload is None else parts.spot(spec.payload, "payload"),
+        struts=tuple(members.strut(spec, name) for name in spec.cylinders),
+        tip=members.spot(spec.tip, "tip"),
+        load=None if spec.payload is None else members.spot(spec.payload, "payload"),
         gravity=spec.gravity,
         rated_payload=0.0 if spec.payload is None else spec.payload.rated,
     )

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ramsight.plant.linkage.dynamics import equations
 from ramsight.plant.linkage.mechanism import Mechanism
-from ramsight.plant.linkage.parts import Linked, Spot, Turning
+from ramsight.plant.linkage.members import Linked, Spot, Turning
 
 Array = NDArray[np.float64]
 

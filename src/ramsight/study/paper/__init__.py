@@ -10,6 +10,7 @@ from collections.abc import Callable
 
 from ramsight.study.paper.as_built import as_built
 from ramsight.study.paper.bench import benches
+from ramsight.study.paper.chapter import Chapter, Grid, Picture, Statement, Study, Verdict
 from ramsight.study.paper.choices import Choices
 from ramsight.study.paper.combined import combined
 from ramsight.study.paper.curves import movements
@@ -26,7 +27,6 @@ from ramsight.study.paper.limits_relief import near_relief
 from ramsight.study.paper.limits_speed import speeds
 from ramsight.study.paper.limits_state import temperature, wear
 from ramsight.study.paper.open_points import open_points
-from ramsight.study.paper.parts import Chapter, Grid, Picture, Statement, Study, Verdict
 from ramsight.study.paper.provenance import provenance
 from ramsight.study.paper.repeated import repeated
 from ramsight.study.paper.taken import taken

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 from ramsight.duty.simulate import simulate
 from ramsight.plant.as_built import AsBuilt
 from ramsight.study.paper.bench import Bench
+from ramsight.study.paper.chapter import Chapter, Grid, Statement, Verdict
 from ramsight.study.paper.drawing import SENSORS
 from ramsight.study.paper.limits_state import TAUGHT, warmer
-from ramsight.study.paper.parts import Chapter, Grid, Statement, Verdict
 from ramsight.study.paper.taught import START, VISITS, taught_mm
 from ramsight.study.paper.words import both, figure
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ramsight.study.paper.bench import Bench
-from ramsight.study.paper.parts import Grid, Picture, Statement, Verdict
+from ramsight.study.paper.chapter import Grid, Picture, Statement, Verdict
 from ramsight.study.paper.valve_controlled import MACHINE, PLACES, UNIT, Account, compared
 from ramsight.study.paper.words import figure, slashed
 

@@ -12,9 +12,9 @@ from ramsight.duty.loading import loading_cycle
 from ramsight.plant.linkage import angles, holding_forces, joints
 from ramsight.plant.linked import LinkedMachine, build
 from ramsight.study.paper.bench import Bench
+from ramsight.study.paper.chapter import Chapter, Picture, Statement, Verdict
 from ramsight.study.paper.choices import UNITS
 from ramsight.study.paper.drawing import SENSORS, TRUTH
-from ramsight.study.paper.parts import Chapter, Picture, Statement, Verdict
 from ramsight.study.paper.words import both
 
 _CLOSES = 1e-3  # share of the energy, or of the volume, that may be missing

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from ramsight.study.paper.parts import Study, Verdict
+from ramsight.study.paper.chapter import Study, Verdict
 
 _MACHINE, _DRAWN, _DIAGRAMS, _CYCLE, _MOVEMENT, _PUMPS = (
     "The machine: the paper's Tables 1 and 2",

@@ -10,8 +10,8 @@ import numpy as np
 
 from ramsight.sensor.table import MovementTable
 from ramsight.study.paper.bench import Bench
+from ramsight.study.paper.chapter import Chapter, Picture, Statement, Verdict
 from ramsight.study.paper.drawing import warmth
-from ramsight.study.paper.parts import Chapter, Picture, Statement, Verdict
 
 _MM_PER_REVOLUTION = 2e3 * math.pi
 _KEPT = 0.9  # share of the relief torque up to which a curve is without relief flow

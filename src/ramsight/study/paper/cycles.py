@@ -6,9 +6,9 @@ from functools import partial
 from typing import Any
 
 from ramsight.study.paper.bench import Bench
+from ramsight.study.paper.chapter import Chapter, Grid, Picture, Statement, Verdict
 from ramsight.study.paper.cycle import NOISES, Cycle, any_noise_mm, run_cycle
 from ramsight.study.paper.drawing import LOADS, SENSORS, TRUTH, shade
-from ramsight.study.paper.parts import Chapter, Grid, Picture, Statement, Verdict
 from ramsight.study.paper.words import both, figure, slashed
 
 LIMITS_MM = {"boom": 5.0, "bucket": 10.0}

@@ -6,8 +6,8 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from ramsight.study.paper.bench import Bench
+from ramsight.study.paper.chapter import Chapter, Picture
 from ramsight.study.paper.drawing import BALANCE, DOUBT, TRUTH
-from ramsight.study.paper.parts import Chapter, Picture
 
 
 class Arrow(NamedTuple):

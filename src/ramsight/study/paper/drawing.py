@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ramsight.study.figures import DOUBT, ERROR, ESTIMATE, STYLE, TRUTH, save
-from ramsight.study.paper.parts import Picture
+from ramsight.study.paper.chapter import Picture
 
 __all__ = [
     "BALANCE",

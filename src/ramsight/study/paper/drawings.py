@@ -21,9 +21,9 @@ from ramsight.study.loader.drawing import draw_ground, draw_rock, draw_scenery, 
 from ramsight.study.loader.scenery import scenery
 from ramsight.study.loader.shapes import shapes
 from ramsight.study.paper.bench import Bench
+from ramsight.study.paper.chapter import Chapter, Picture
 from ramsight.study.paper.choices import UNITS, direct_driven
 from ramsight.study.paper.diagrams import Arrow, Diagram, draw_diagram
-from ramsight.study.paper.parts import Chapter, Picture
 
 _WIDTH = 7.2  # inch, of the report's figures
 _POSE = (0.55, 0.2)  # shares of the strokes, boom and bucket, at which the arm is shown: carrying

@@ -8,8 +8,8 @@ import numpy as np
 
 from ramsight.plant.pump import Pump
 from ramsight.study.paper.bench import Bench
+from ramsight.study.paper.chapter import Chapter, Picture, Statement, Verdict
 from ramsight.study.paper.drawing import BALANCE, ESTIMATE
-from ramsight.study.paper.parts import Chapter, Picture, Statement, Verdict
 from ramsight.units import RPM
 
 _PRESSURE = np.linspace(2e5, 250e5, 125)

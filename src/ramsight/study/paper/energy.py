@@ -13,7 +13,7 @@ from ramsight.duty.simulate import simulate
 from ramsight.plant.steady import derive, torque_at_load
 from ramsight.study.paper import baseline
 from ramsight.study.paper.bench import TEMPERATURE, Bench
-from ramsight.study.paper.parts import Chapter, Grid, Picture
+from ramsight.study.paper.chapter import Chapter, Grid, Picture
 from ramsight.study.paper.words import both, figure
 from ramsight.units import RPM
 

@@ -12,7 +12,7 @@ from ramsight.plant.ddh import DdhUnit
 from ramsight.plant.hose import Hose
 from ramsight.plant.pump import Pump
 from ramsight.study.paper.bench import TEMPERATURE, Bench
-from ramsight.study.paper.parts import Chapter, Grid, Statement, Verdict
+from ramsight.study.paper.chapter import Chapter, Grid, Statement, Verdict
 from ramsight.study.paper.words import both, figure
 
 Found = dict[str, dict[str, dict[str, float]]]

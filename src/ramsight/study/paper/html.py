@@ -9,6 +9,7 @@ from html import escape
 from pathlib import Path
 
 from ramsight.study.page import page, row, table
+from ramsight.study.paper.chapter import Chapter, Study, Verdict
 from ramsight.study.paper.coverage import drawn
 from ramsight.study.paper.markdown import (
     COVERAGE,
@@ -21,7 +22,6 @@ from ramsight.study.paper.markdown import (
     TITLE,
     typeset,
 )
-from ramsight.study.paper.parts import Chapter, Study, Verdict
 
 _STYLE = """
 nav { background: var(--shade); border-radius: .5rem; padding: .9rem 1.2rem; margin: 1.4rem 0; }

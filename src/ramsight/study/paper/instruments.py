@@ -11,8 +11,8 @@ from ramsight.machine import catalogue
 from ramsight.machine.declare import declaration
 from ramsight.machine.parts import PARTS
 from ramsight.study.paper.bench import Bench
+from ramsight.study.paper.chapter import Chapter, Grid
 from ramsight.study.paper.limits_state import warmer
-from ramsight.study.paper.parts import Chapter, Grid
 from ramsight.study.paper.words import both, figure
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from ramsight.duty.profile import Duty, Profile, constant, trapezoid_moves
 from ramsight.duty.simulate import simulate
 from ramsight.plant.steady import torque_at_load
 from ramsight.study.paper.bench import TEMPERATURE, Bench, Tracked
+from ramsight.study.paper.chapter import Chapter, Grid, Picture, Statement, Verdict
 from ramsight.study.paper.drawing import SENSORS, TRUTH, shade
-from ramsight.study.paper.parts import Chapter, Grid, Picture, Statement, Verdict
 from ramsight.study.paper.words import both, figure
 
 _HOLD, _BEFORE, _REST = 2.0, 1.0, 6.0  # s

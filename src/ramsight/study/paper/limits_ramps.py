@@ -10,10 +10,10 @@ from ramsight.duty.lift_lower import RAMP, SPEED
 from ramsight.plant.steady import torque_at_load
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.study.paper.bench import TEMPERATURE, Bench
+from ramsight.study.paper.chapter import Chapter, Picture, Statement, Verdict
 from ramsight.study.paper.cycles import LIMITS_MM
 from ramsight.study.paper.drawing import TRUTH
 from ramsight.study.paper.limits_speed import LOOKS, cycle_errors, values
-from ramsight.study.paper.parts import Chapter, Picture, Statement, Verdict
 from ramsight.study.paper.words import both
 
 RAMPS = (0.1, 0.2, 0.4, 0.8, 1.2, 1.6, 2.4, 3.2)  # s

@@ -10,8 +10,8 @@ from ramsight.duty.simulate import simulate
 from ramsight.plant.steady import derive
 from ramsight.sensor.status import Status
 from ramsight.study.paper.bench import Bench
+from ramsight.study.paper.chapter import Chapter, Picture, Statement, Verdict
 from ramsight.study.paper.drawing import SENSORS
-from ramsight.study.paper.parts import Chapter, Picture, Statement, Verdict
 from ramsight.study.paper.taught import START
 from ramsight.study.paper.words import both
 

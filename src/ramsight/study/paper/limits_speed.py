@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from ramsight.duty.simulate import simulate
 from ramsight.study.paper.bench import TABLE_SPEEDS, Bench
+from ramsight.study.paper.chapter import Chapter, Picture, Statement, Verdict
 from ramsight.study.paper.drawing import GREY, SENSORS, SPEED_TABLE, TRUTH, Look
-from ramsight.study.paper.parts import Chapter, Picture, Statement, Verdict
 from ramsight.study.paper.words import both
 from ramsight.units import RPM
 

@@ -11,8 +11,8 @@ from ramsight.duty.simulate import simulate
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.study.paper.bench import Bench
+from ramsight.study.paper.chapter import Chapter, Picture, Statement, Verdict
 from ramsight.study.paper.drawing import SENSORS, TRUTH, Look
-from ramsight.study.paper.parts import Chapter, Picture, Statement, Verdict
 from ramsight.study.paper.taught import START, VISITS, taught_mm
 from ramsight.study.paper.words import both
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
+from ramsight.study.paper.chapter import Chapter, Study
 from ramsight.study.paper.coverage import drawn
-from ramsight.study.paper.parts import Chapter, Study
 
 TITLE = "Sensorless position of direct driven hydraulic actuators: the paper, reproduced"
 SOURCE = (

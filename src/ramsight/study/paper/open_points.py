@@ -11,9 +11,9 @@ from ramsight.plant.pump import Pump
 from ramsight.plant.steady import derive
 from ramsight.sensor.table import table
 from ramsight.study.paper.bench import Bench, small_table
+from ramsight.study.paper.chapter import Chapter, Grid, Statement, Verdict
 from ramsight.study.paper.choices import LOADS
 from ramsight.study.paper.cycles import LIMITS_MM
-from ramsight.study.paper.parts import Chapter, Grid, Statement, Verdict
 from ramsight.study.paper.words import both, figure, slashed
 
 STATED = {"boom": {"light": 129e3, "high": 441e3}, "bucket": {"light": 48e3, "high": 162e3}}

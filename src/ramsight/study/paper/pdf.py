@@ -7,9 +7,9 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from ramsight.study.paper.chapter import Chapter, Grid, Study, Verdict
 from ramsight.study.paper.coverage import drawn
 from ramsight.study.paper.markdown import COVERAGE, INTRODUCTION, MEANING, SOURCE, STATEMENTS, TITLE, typeset
-from ramsight.study.paper.parts import Chapter, Grid, Study, Verdict
 
 _PAPER = (8.27, 11.69)  # inch, A4
 _LEFT, _TOP, _BOTTOM = 0.09, 0.945, 0.06  # shares of the page

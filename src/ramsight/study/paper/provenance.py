@@ -7,8 +7,8 @@ import math
 from ramsight.machine.description import Machine
 from ramsight.plant.steady import derive
 from ramsight.study.paper.bench import Bench
+from ramsight.study.paper.chapter import Chapter, Grid, Statement, Verdict
 from ramsight.study.paper.choices import UNITS, direct_driven
-from ramsight.study.paper.parts import Chapter, Grid, Statement, Verdict
 from ramsight.study.paper.words import figure
 from ramsight.units import RPM
 

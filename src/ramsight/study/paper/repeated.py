@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from ramsight.study.paper.bench import Bench
+from ramsight.study.paper.chapter import Chapter, Grid, Picture, Statement, Verdict
 from ramsight.study.paper.drawing import GREY, SENSORS
-from ramsight.study.paper.parts import Chapter, Grid, Picture, Statement, Verdict
 from ramsight.study.paper.repeating import CYCLES, NAMES, SWITCHES, Repeated, repeat
 from ramsight.study.paper.words import both, figure
 

@@ -13,8 +13,8 @@ from ramsight.plant.oil import MINERAL_EXPANSION, T40, T100, walther_constants
 from ramsight.plant.pump import Pump
 from ramsight.plant.steady import torque_at_load
 from ramsight.study.paper.bench import TEMPERATURE, Bench
+from ramsight.study.paper.chapter import Chapter, Grid, Statement, Verdict
 from ramsight.study.paper.drawing import SENSORS
-from ramsight.study.paper.parts import Chapter, Grid, Statement, Verdict
 from ramsight.study.paper.words import both, figure, slashed
 
 PERIODS = (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5)  # s, between two samples of the drive

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ramsight.study.paper.bench import Bench
-from ramsight.study.paper.parts import Chapter, Statement, Verdict
+from ramsight.study.paper.chapter import Chapter, Statement, Verdict
 
 _STATEMENTS = (
     (

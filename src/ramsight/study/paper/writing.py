@@ -8,11 +8,11 @@ from pathlib import Path
 
 from ramsight import __version__
 from ramsight.output import whole_folder
+from ramsight.study.paper.chapter import Study
 from ramsight.study.paper.coverage import coverage
 from ramsight.study.paper.drawing import draw
 from ramsight.study.paper.html import html
 from ramsight.study.paper.markdown import markdown
-from ramsight.study.paper.parts import Study
 from ramsight.study.paper.pdf import write_pdf
 
 FORMAT = 1

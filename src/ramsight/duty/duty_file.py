@@ -9,8 +9,8 @@ import numpy as np
 from ramsight.duty.profile import Duty, Profile, constant
 from ramsight.errors import LogError
 from ramsight.logs.channels import MOTOR_SPEED, OIL_TEMPERATURE, TIME, Channel
+from ramsight.logs.csv_table import FIRST_ROW, read_timed
 from ramsight.logs.lines import file_name
-from ramsight.logs.table import FIRST_ROW, read_timed
 from ramsight.plant.unit import HydraulicUnit
 
 LOAD = Channel("load_kn", "load", "N", "load force, positive against lifting", factor=1e3)
