@@ -21,7 +21,7 @@ from ramsight.deploy.golden import faulty_day
 from ramsight.deploy.running import CompiledSensor
 from ramsight.engine.recursion import replay
 from ramsight.plant.as_built import AsBuilt
-from ramsight.plant.ddh import build
+from ramsight.plant.ddh import build_ddh
 from ramsight.sensor.kalman import kalman
 
 sys.path.append(str(Path(__file__).parents[1] / "evaluation"))
@@ -58,7 +58,7 @@ def agreement(days):
         "double_fma": {"options": ("-march=native", "-ffp-contract=fast")},
     }
     for name in ("boom", "bucket"):
-        unit = build(name, machine.load("mining-loader").unit(name))
+        unit = build_ddh(name, machine.load("mining-loader").unit(name))
         sensor = kalman(unit)
         source = sensor_source(sensor, unit, f"ramsight_{name}", "mining-loader", single=False)
         compiled = {key: CompiledSensor(source, sensor, compiler, **more) for key, more in builds.items()}

@@ -35,14 +35,14 @@ from ramsight.engine.recursion import replay, replay_many
 from ramsight.engine.run import DEFAULT_RTOL, integrate, outputs
 from ramsight.logs.drive_log import write_drive_log
 from ramsight.plant import linked
-from ramsight.plant.ddh import build
+from ramsight.plant.ddh import build_ddh
 from ramsight.plant.unit import circuit, initial_state
 from ramsight.sensor.kalman import kalman
 
 LIMIT = 1e-6  # m, what every engine has to keep
 RUNS = 1024
 CORES = len(os.sched_getaffinity(0))
-UNIT = build("boom", machine.load("mining-loader").unit("boom"))
+UNIT = build_ddh("boom", machine.load("mining-loader").unit("boom"))
 MODEL = circuit(UNIT)
 ODE = MODEL.ode
 POSITION = ODE.state_index("position")
@@ -246,7 +246,7 @@ def many(count):
 
 def loader(results, quick):
     """Both units of the loader and its mechanism over one loading cycle: simulated seconds per second of one core."""
-    whole = linked.build(machine.load("mining-loader"))
+    whole = linked.build_linked(machine.load("mining-loader"))
     model, duty = linked.linked_model(whole), loading_cycle(whole)
     segments, state = duty.segments(whole.mechanism.cylinders, model), starting(whole, model, duty)
     times = np.append(np.arange(0.0, duty.duration - 1e-9, 0.1), duty.duration)

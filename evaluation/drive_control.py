@@ -26,7 +26,7 @@ from ramsight.duty.live import Reported
 from ramsight.duty.live_drive import LiveDrive
 from ramsight.plant.drive import ServoDrive
 from ramsight.plant.limits import limits_of
-from ramsight.plant.linked import LinkedMachine, build
+from ramsight.plant.linked import LinkedMachine, build_linked
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.status import Status
 
@@ -215,7 +215,7 @@ def broken(unit: HydraulicUnit, drive: Drive, kind: str, going: float) -> dict[s
 
 def loader(drive: Drive, seeds: int) -> dict[str, float]:
     """The loader on its data sheet, referenced once: as `loader_control` has it, with a drive."""
-    sheet: LinkedMachine = build(machine.load("mining-loader"))
+    sheet: LinkedMachine = build_linked(machine.load("mining-loader"))
     found = []
     for seed in range(seeds):
         found += arrivals(sheet, sheet, references=1, seed=seed, assumptions=KNOWN, drive=drive.response)

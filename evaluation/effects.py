@@ -20,7 +20,7 @@ from ramsight.duty.profile import constant
 from ramsight.duty.warming import warmed
 from ramsight.duty.work_day import work_day
 from ramsight.plant.as_built import AsBuilt
-from ramsight.plant.build import build
+from ramsight.plant.build import build_unit
 from ramsight.plant.ddh import DdhUnit
 
 LOADER = machine.load("mining-loader").unit("boom")
@@ -54,7 +54,7 @@ class Effect:
 
 def boom(changes: Changes | None = None) -> DdhUnit:
     """The boom with values of its description changed."""
-    built = build("boom", LOADER.replace(changes or {}))
+    built = build_unit("boom", LOADER.replace(changes or {}))
     assert isinstance(built, DdhUnit)
     return built
 

@@ -34,7 +34,7 @@ from ramsight.deploy.encoder import Frame, Settings, drive_map, encoder_for
 from ramsight.deploy.encoder.played_drive import PlayedDrive, played_map
 from ramsight.deploy.encoder.runner import frame_of, message_of, serve
 from ramsight.logs import read_drive_log, read_truth
-from ramsight.plant.ddh import build
+from ramsight.plant.ddh import build_ddh
 
 ROOT = Path(__file__).parent.parent
 TRACE = ROOT / "tests" / "traces" / "boom_441kN_40C"
@@ -248,7 +248,7 @@ def jitter(times: list[float], period: float) -> dict[str, float]:
 
 def on_virtual(seconds: float) -> dict[str, Any]:
     """The same on a bus inside one process, where drive, encoder and client share an interpreter."""
-    unit = build("boom", machine.load("mining-loader").unit("boom"))
+    unit = build_ddh("boom", machine.load("mining-loader").unit("boom"))
     device = encoder_for(unit, drive_map(DRIVE, rated_torque=RATED), Settings(NODE, DRIVE))
     buses = [can.Bus(interface="virtual", channel="study") for _ in range(3)]
     stop = threading.Event()

@@ -22,7 +22,7 @@ from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.live import Reported
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.linkage import holding_forces, joints, tip
-from ramsight.plant.linked import LinkedMachine, build
+from ramsight.plant.linked import LinkedMachine, build_linked
 from ramsight.sensor.assumptions import AssumedMachine, Assumptions
 
 UNITS = ("boom", "bucket")
@@ -312,7 +312,7 @@ def study(advance: Callable[[float], object] = lambda _: None, seeds: int = SHEE
         advance: called with 1 after each of `runs(seeds)` runs.
         seeds: how many machines that are their data sheets.
     """
-    sheet = build(machine.load("mining-loader"))
+    sheet = build_linked(machine.load("mining-loader"))
     found: dict[str, object] = {}
     for feedback in Feedback:
         passed: list[Arrival] = []

@@ -71,10 +71,10 @@ all) and one `.npy` file per array. In Python:
 ```python
 from ramsight import machine
 from ramsight.calibration import calibrated, load, save
-from ramsight.plant.ddh import build
+from ramsight.plant.ddh import build_ddh
 from ramsight.sensor.table import table
 
-boom = build("boom", machine.load("mining-loader").unit("boom"))
+boom = build_ddh("boom", machine.load("mining-loader").unit("boom"))
 save(calibrated(boom), "boom.sensor")
 sensor = table(load("boom.sensor"))
 sensor.start(0.1)

@@ -24,7 +24,7 @@ from ramsight.duty.profile import constant
 from ramsight.duty.warming import warmed
 from ramsight.duty.work_day import work_day
 from ramsight.plant.as_built import AsBuilt
-from ramsight.plant.build import build
+from ramsight.plant.build import build_unit
 from ramsight.plant.oil import kinematic_viscosity
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
@@ -188,7 +188,7 @@ def unit_with(changes: Mapping[str, Any]) -> HydraulicUnit:
     as_built = {key: value for key, value in changes.items() if "." not in key}
     described = {key: value for key, value in changes.items() if "." in key}
     unit = loader.unit(UNIT).replace(described)
-    return AsBuilt(**as_built).apply(build(UNIT, unit, loader.linkage))
+    return AsBuilt(**as_built).apply(build_unit(UNIT, unit, loader.linkage))
 
 
 def _peaked(duty: Duty) -> Duty:

@@ -14,7 +14,7 @@ import xarray
 from ramsight import machine
 from ramsight.logs import read_drive_log, read_truth
 from ramsight.machine import walk
-from ramsight.plant.build import build
+from ramsight.plant.build import build_unit
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.kalman import kalman
 from ramsight.study.judging import Judged, judge
@@ -42,7 +42,7 @@ def logs() -> dict[str, tuple[str, xarray.Dataset, np.ndarray, float]]:
 def judged(assumptions: Assumptions | None = None, only: tuple[str, ...] = ("",)) -> dict[str, Judged]:
     """Every recorded log judged, with other assumptions perhaps."""
     loader = machine.load("mining-loader")
-    units = {name: build(name, loader.unit(name)) for name in ("boom", "bucket")}
+    units = {name: build_unit(name, loader.unit(name)) for name in ("boom", "bucket")}
     sensors = {name: kalman(unit, assumptions) for name, unit in units.items()}
     found = {}
     for name, (unit, log, position, start) in logs().items():

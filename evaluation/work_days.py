@@ -19,7 +19,7 @@ from ramsight.duty.drive_report import declared_report
 from ramsight.duty.work_day import work_day
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.as_built import AsBuilt
-from ramsight.plant.ddh import DdhUnit, build
+from ramsight.plant.ddh import DdhUnit, build_ddh
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 from ramsight.stretches import stretches
@@ -47,7 +47,7 @@ class Day:
 def data_sheets() -> dict[str, DdhUnit]:
     """The loader's units."""
     loader = machine.load("mining-loader")
-    return {name: build(name, loader.unit(name)) for name in LOADS}
+    return {name: build_ddh(name, loader.unit(name)) for name in LOADS}
 
 
 def drawn(unit: DdhUnit, seed: int, duration: float = 360.0, *, one_load: bool = False) -> Day:

@@ -71,7 +71,7 @@ def _damaged(text: str, rng: Rng) -> bytes:
 def _check(texts: list[str], rng: Rng, folder: Path) -> tuple[str, str]:
     from ramsight.errors import RamsightError
     from ramsight.machine import load
-    from ramsight.plant.ddh import build
+    from ramsight.plant.ddh import build_ddh
     from ramsight.plant.summary import machine_summary
 
     path = folder / "mine.toml"
@@ -82,7 +82,7 @@ def _check(texts: list[str], rng: Rng, folder: Path) -> tuple[str, str]:
         for name in described.units:
             if described.unit(name).circuit != "ddh":
                 continue
-            built = build(name, described.unit(name))
+            built = build_ddh(name, described.unit(name))
             figures = (built.travel_per_radian, built.cylinder.stroke, built.max_speed, built.max_velocity)
             if not all(math.isfinite(figure) and figure for figure in figures):
                 return WRONG, f"{name}: {figures}"

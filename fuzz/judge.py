@@ -27,9 +27,9 @@ class Judge:
         from ramsight.calibration.sensors import sensor_for
         from ramsight.logs import read_drive_log, read_truth
         from ramsight.machine import load
-        from ramsight.plant.ddh import build
+        from ramsight.plant.ddh import build_ddh
 
-        self.unit = build("boom", load("mining-loader").unit("boom"))
+        self.unit = build_ddh("boom", load("mining-loader").unit("boom"))
         self.sensor = sensor_for(self.unit, "kalman")
         self.log = read_drive_log(f"{trace}.csv.gz")
         columns = [self.log[name].values for name in ("time", "motor_speed", "motor_torque", "oil_temperature")]

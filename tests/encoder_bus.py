@@ -14,7 +14,7 @@ from ramsight.deploy.encoder import Encoder, Frame, Settings, drive_map, encoder
 from ramsight.deploy.encoder.eds import NAME
 from ramsight.deploy.encoder.played_drive import PlayedDrive
 from ramsight.logs.mapped import ChannelMap
-from ramsight.plant.ddh import DdhUnit, build
+from ramsight.plant.ddh import DdhUnit, build_ddh
 
 EDS = Path(ramsight.deploy.encoder.__file__).parent / NAME
 NODE, DRIVE, WARM, REAL = 6, 5, 7, 8
@@ -25,7 +25,7 @@ PE, WATCHDOG, NOT_REFERENCED, DUE, COLD = 1, 1 << 2, 1 << 5, 1 << 12, 1 << 14
 
 @cache
 def boom() -> DdhUnit:
-    return build("boom", machine.load("mining-loader").unit("boom"))
+    return build_ddh("boom", machine.load("mining-loader").unit("boom"))
 
 
 def usual_map() -> ChannelMap:

@@ -10,7 +10,7 @@ from ramsight import machine
 from ramsight.machine.checking import validate
 from ramsight.machine.declare import FROM_FILE
 from ramsight.machine.linkage import FRAME, Linkage
-from ramsight.plant.linkage import build
+from ramsight.plant.linkage import build_mechanism
 
 # An excavator's arm, with the boom level and the arm hanging: the bucket turns by a rocker and a link, as a four-bar.
 EXCAVATOR = """
@@ -112,7 +112,7 @@ DESCRIPTIONS = {
     "excavator": described(EXCAVATOR),
     "crane": described(CRANE),
 }
-MECHANISMS = {name: build(spec) for name, spec in DESCRIPTIONS.items()}
+MECHANISMS = {name: build_mechanism(spec) for name, spec in DESCRIPTIONS.items()}
 # Cylinder positions at which each can be assembled: least and greatest [m].
 RANGES = {
     "loader": ((0.0, 0.7), (0.0, 0.5)),

@@ -13,11 +13,11 @@ from ramsight.control.position import PositionControl
 from ramsight.control.resting import Resting
 from ramsight.control.stopping import STOPPING_TIME, Stopping
 from ramsight.duty.live import Reported
-from ramsight.plant.build import build
+from ramsight.plant.build import build_unit
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate
 
-BOOM = build("boom", machine.load("mining-loader").unit("boom"))
+BOOM = build_unit("boom", machine.load("mining-loader").unit("boom"))
 DT, WARM = 0.02, 313.15
 PAGE = Path(__file__).parent.parent / "docs" / "control.md"
 

@@ -23,7 +23,7 @@ from ramsight.errors import DescriptionError
 from ramsight.machine import Assumptions, catalogue
 from ramsight.plant import linked
 from ramsight.plant.as_built import AsBuilt
-from ramsight.plant.build import build
+from ramsight.plant.build import build_unit
 from ramsight.plant.pump import Pump
 from ramsight.plant.summary import machine_summary
 from ramsight.sensor.balance import balance
@@ -51,7 +51,7 @@ def load(unit, declared):
 
 def built(unit, declared):
     described = load(unit, declared)
-    return build(unit, described.unit(unit), described.linkage)
+    return build_unit(unit, described.unit(unit), described.linkage)
 
 
 def bound(path, which):
@@ -208,7 +208,7 @@ PLACES = {
     "closed loop": (
         driven,
         "kalman",
-        lambda m, *_: loop.ClosedLoop(linked.build(m), linked.build(m), {"boom": 0.2, "bucket": 0.25}),
+        lambda m, *_: loop.ClosedLoop(linked.build_linked(m), linked.build_linked(m), {"boom": 0.2, "bucket": 0.25}),
     ),
     "track, kalman": (sensors, "kalman", lambda _, unit, __: sensors.sensor_for(unit, "kalman")),
     "track, balance": (sensors, "balance", lambda _, unit, __: sensors.sensor_for(unit, "balance")),
@@ -230,7 +230,7 @@ def test_every_place_that_makes_a_sensor_hands_on_what_is_declared(tmp_path, mon
 
     monkeypatch.setattr(module, name, made)
     with pytest.raises(MadeError):
-        make(described, build("boom", described.unit("boom")), tmp_path)
+        make(described, build_unit("boom", described.unit("boom")), tmp_path)
     assert found == [described.unit("boom").assumptions]
     assert (found[0].drive.delay, found[0].drive.torque) == (0.035, 0.025)
 

@@ -9,7 +9,7 @@ from ramsight import machine
 from ramsight.calibration.cached import cache_file, calibrated
 from ramsight.calibration.movement import LOADS, TEMPERATURES, calibrate, sweep, tabulate
 from ramsight.calibration.sensor_file import table_hash
-from ramsight.plant.ddh import build
+from ramsight.plant.ddh import build_ddh
 
 FEW = {"temperatures": np.array([303.15, 313.15]), "loads": 8}
 
@@ -17,7 +17,7 @@ FEW = {"temperatures": np.array([303.15, 313.15]), "loads": 8}
 @pytest.fixture(scope="module")
 def units():
     loader = machine.load("mining-loader")
-    return {name: build(name, loader.unit(name)) for name in loader.units}
+    return {name: build_ddh(name, loader.unit(name)) for name in loader.units}
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ from ramsight.deploy.c_compare import comparison_source
 from ramsight.deploy.compiler import find_compiler
 from ramsight.errors import DescriptionError, LogError
 from ramsight.logs import write_drive_log
-from ramsight.plant.build import build
+from ramsight.plant.build import build_unit
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.comparing import Comparison, Verdict, drift_of, verdicts
 from ramsight.sensor.status import Status
@@ -161,7 +161,7 @@ int step(double time, double position, double bound, int status, double other) {
 
 @pytest.mark.skipif(find_compiler() is None, reason="no C compiler here")
 def test_the_comparison_in_c_says_the_same(tmp_path):
-    boom = build("boom", machine.load("mining-loader").unit("boom"))
+    boom = build_unit("boom", machine.load("mining-loader").unit("boom"))
     for name, text in comparison_source(boom, "ramsight_boom", "mining-loader").items():
         (tmp_path / name).write_text(text)
     (tmp_path / "shim.c").write_text(SHIM)

@@ -18,11 +18,11 @@ from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.linked import simulate_linked
 from ramsight.duty.live import LiveMachine, Reported
 from ramsight.plant.as_built import AsBuilt
-from ramsight.plant.linked import build
+from ramsight.plant.linked import build_linked
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate
 
-LOADER = build(machine.load("mining-loader"))
+LOADER = build_linked(machine.load("mining-loader"))
 BOOM, BUCKET = LOADER.units
 START = {"boom": 0.2, "bucket": 0.25}
 DT = 0.02

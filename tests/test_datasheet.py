@@ -20,7 +20,7 @@ import ramsight
 from ramsight import machine
 from ramsight.cli import app
 from ramsight.errors import DescriptionError, OutputError, RamsightError
-from ramsight.plant.build import build
+from ramsight.plant.build import build_unit
 from ramsight.plant.circuit import parameter_values
 from ramsight.plant.unit import circuit
 from ramsight.sensor.detectors import CONTRADICTIONS
@@ -73,7 +73,7 @@ def found(study):
 def test_parameters_of_another_machine_are_those_of_its_own_equation(entry):
     described = machine.load(entry)
     for name, unit in described.units.items():
-        nominal = ready(build(name, unit))
+        nominal = ready(build_unit(name, unit))
         drawn = draw(
             unit, name, nominal, {"leakage": 1.3, "volumes": 0.9, "viscosity": 1.1, "stop": 1e-3, "area": 1.01}
         )
@@ -84,7 +84,7 @@ def test_parameters_of_another_machine_are_those_of_its_own_equation(entry):
 
 def test_what_is_drawn_is_what_is_simulated():
     unit = machine.load("mining-loader").unit("boom")
-    sheet = ready(build("boom", unit))
+    sheet = ready(build_unit("boom", unit))
     factors = {"displacement": 1.01, "pump_friction": 1.2, "relief": 0.9, "valves": 1.1, "mass": 1.5, "viscosity": 1.2}
     made = draw(unit, "boom", sheet, {**factors, "stop": 2e-3, "hose.volume": 1e-3}).unit
     assert made.a.pump.displacement == pytest.approx(1.01 * sheet.a.pump.displacement)
@@ -100,7 +100,7 @@ def test_what_is_drawn_is_what_is_simulated():
 
 def test_a_drive_reports_what_it_was_drawn_as():
     unit = machine.load("mining-loader").unit("boom")
-    sheet = ready(build("boom", unit))
+    sheet = ready(build_unit("boom", unit))
     drawn = {
         "torque_gain": 1.02,
         "torque_offset": 0.01,
@@ -122,7 +122,7 @@ def test_a_drive_reports_what_it_was_drawn_as():
 def test_a_small_machine_has_a_small_drive():
     for name, unit, share in (("mining-loader", "boom", 1.0), ("eha-valve-rig", "axis", 0.1)):
         described = machine.load(name).unit(unit)
-        made = draw(described, unit, ready(build(unit, described)), {})
+        made = draw(described, unit, ready(build_unit(unit, described)), {})
         time = 0.02 * np.arange(5000)
         _, torque, _ = made.reported(time, time, 0.0 * time, 300.0 + 0.0 * time, seed=1)
         assert np.std(torque) == pytest.approx(0.5 * share, rel=0.05)

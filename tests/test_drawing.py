@@ -17,7 +17,7 @@ from ramsight.drawing.notes import notes
 from ramsight.drawing.shapes import Word, around, points_of
 from ramsight.drawing.sheet import Sheet, Wire, is_on
 from ramsight.errors import DescriptionError
-from ramsight.plant.build import build
+from ramsight.plant.build import build_unit
 from ramsight.plant.hose import Volume
 from ramsight.plant.pilot_check import PilotCheckValve
 from ramsight.plant.valve import CheckValve, Orifice, ReliefValve
@@ -30,7 +30,7 @@ SVG = "{http://www.w3.org/2000/svg}"
 
 def unit_of(name, unit):
     described = machine.load(name)
-    return build(unit, described.unit(unit), described.linkage)
+    return build_unit(unit, described.unit(unit), described.linkage)
 
 
 def sheet_of(name, unit):
@@ -244,7 +244,7 @@ def test_port_reliefs_of_the_direct_driven_unit_stand_beside_the_others(tmp_path
     text = file.read_text(encoding="utf-8")
     valve = '\n[units.boom.port_relief_valve]\nmodel = "DB10P-01"\nsetting = "250 bar"\n'
     file.write_text(text + valve, encoding="utf-8")
-    sheet = drawn(build("boom", machine.load(file).unit("boom")))
+    sheet = drawn(build_unit("boom", machine.load(file).unit("boom")))
     assert {"port_relief_a", "port_relief_b"} <= {part.name for part in sheet.placed}
     assert wrongly_joined(sheet) == []
     assert drawn_over(sheet) == []

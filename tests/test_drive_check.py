@@ -29,7 +29,7 @@ from ramsight.logs.channel_map import load_map
 from ramsight.logs.mapped import ChannelMap, Mapped, Pdo
 from ramsight.output import write_table
 from ramsight.plant.as_built import AsBuilt
-from ramsight.plant.build import build
+from ramsight.plant.build import build_unit
 from ramsight.plant.limits import Limits, limits_of
 from ramsight.sensor.detectors import CONTRADICTIONS
 from ramsight.sensor.disagreement import MEMORY, apart, sure
@@ -43,7 +43,7 @@ from .sensor_bench import Stepped
 
 SHAFT, POWER = {"shaft.std": math.radians(0.05)}, {"power.std": 0.005}
 LOADER = machine.load("mining-loader")
-PLAIN = build("boom", LOADER.unit("boom"))
+PLAIN = build_unit("boom", LOADER.unit("boom"))
 BOOM = replace(PLAIN, assumptions=PLAIN.assumptions.replace({**SHAFT, **POWER}))
 AT, LONG = 100.0, 10.0
 SPEED_FAULTS = {"gain": 1.3, "offset": 10.0, "sign": 0.0, "stuck": 0.0}

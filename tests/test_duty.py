@@ -10,15 +10,15 @@ from ramsight import casadi_model, machine
 from ramsight.duty import Duty, Profile, lift_lower, simulate
 from ramsight.duty.profile import constant
 from ramsight.errors import DescriptionError
-from ramsight.plant.build import build
+from ramsight.plant.build import build_unit
 
 BOOM = machine.load("mining-loader").unit("boom")
-UNIT = build("boom", BOOM)
+UNIT = build_unit("boom", BOOM)
 LOAD = 300e3
 
 
 def boom(changes):
-    return build("boom", BOOM.replace(changes))
+    return build_unit("boom", BOOM.replace(changes))
 
 
 def run_of(changes, load=LOAD, kelvin=313.15, **options):

@@ -21,10 +21,10 @@ from ramsight.duty.warming import Warming, warmed
 from ramsight.errors import DescriptionError
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.balance import balance, without_friction
-from ramsight.plant.build import build
+from ramsight.plant.build import build_unit
 from ramsight.plant.cautions import cautions
 from ramsight.plant.limits import limits_of
-from ramsight.plant.linked import build as linked
+from ramsight.plant.linked import build_linked
 from ramsight.plant.steady import derive
 from ramsight.sensor.balance import balance as balance_sensor
 from ramsight.sensor.filling import unfilled
@@ -50,7 +50,7 @@ def without_compiling(monkeypatch):
 
 def described(changes):
     """The boom with values of its description changed."""
-    return build("boom", LOADER.replace(changes))
+    return build_unit("boom", LOADER.replace(changes))
 
 
 def resting(unit, duration, *, load=HIGH, temperature=None, position=0.4, period=1.0):
@@ -328,7 +328,8 @@ def test_leakage_that_was_identified_is_written_as_the_efficiency_that_has_it(ch
     pump = unit.pump_a
     left = efficiency_left(pump, pump.volumetric_efficiency, pump.nominal_pressure, lost, moduli)
     new = {"pump_a.volumetric_efficiency": left, "oil.bulk_modulus": moduli[1], "hose.effective_bulk_modulus": 0.5e9}
-    before, after = (build("boom", which).a.pump.leak_coefficient(32e-6, 872.0) for which in (unit, unit.replace(new)))
+    pumps = (build_unit("boom", which).a.pump for which in (unit, unit.replace(new)))
+    before, after = (pump.leak_coefficient(32e-6, 872.0) for pump in pumps)
     assert after == pytest.approx(lost * before, rel=1e-9)
 
 
@@ -459,10 +460,10 @@ def test_a_pump_that_starves_by_more_than_its_description_says_is_in_the_band(wa
 
 def test_a_check_says_where_a_pump_would_starve():
     low = LOADER.replace(STARVING)
-    said = cautions(low, build("boom", low))
+    said = cautions(low, build_unit("boom", low))
     assert any("from the tank's 0.45 bar it fills up to 1897 rpm" in text for text in said), said
     enough = LOADER.replace(of_both_pumps(min_inlet_pressure="0.8 bar"))
-    assert not any("fills up" in text for text in cautions(enough, build("boom", enough)))
+    assert not any("fills up" in text for text in cautions(enough, build_unit("boom", enough)))
 
 
 # Relief valves of the cylinder's ports -----------------------------------------------------------------------------
@@ -490,7 +491,9 @@ def test_port_relief_valves_change_nothing_of_what_the_pumps_can_do():
     assert limits_of(described(PORTS)) == limits_of(BOOM)
     assert derive(described(PORTS)) == derive(BOOM)
     low = LOADER.replace(PORTS | {"port_relief_valve.setting": "200 bar"})
-    assert any("port_relief_a of the cylinder opens at 200 bar" in text for text in cautions(low, build("boom", low)))
+    assert any(
+        "port_relief_a of the cylinder opens at 200 bar" in text for text in cautions(low, build_unit("boom", low))
+    )
 
 
 def test_an_optional_part_may_name_a_model_and_is_checked_like_every_part():
@@ -633,7 +636,7 @@ def test_all_effects_are_in_a_machine_with_a_mechanism_too():
     }
     temperatures = {"boom": Profile([0.0, 3.0], [313.15, 314.15]), "bucket": constant(WARM)}
     duty = LinkedDuty(speeds, temperatures, {"boom": 0.3, "bucket": 0.3}, payload=constant(5000.0))
-    run, plain = (simulate_linked(linked(which), duty, sample_period=0.1) for which in (changed, loader))
+    run, plain = (simulate_linked(build_linked(which), duty, sample_period=0.1) for which in (changed, loader))
     assert abs(run.attrs["energy_residual"]) < CLOSES
     assert abs(run.attrs["volume_residual"]) < CLOSES
     assert run.attrs["boom.energy.expansion"] != 0.0

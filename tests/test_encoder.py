@@ -612,12 +612,12 @@ def test_a_damaged_state_is_told_until_a_reference_comes(tmp_path):
 
 def test_a_state_of_another_machine_is_as_good_as_damaged(tmp_path):
     from ramsight import machine
-    from ramsight.plant.ddh import build
+    from ramsight.plant.ddh import build_ddh
 
     bus = power_up(tmp_path / "boom.state")
     bus.rest(0.2)
     write(bus, 0x6003, 10000)
-    bucket = build("bucket", machine.load("mining-loader").unit("bucket"))
+    bucket = build_ddh("bucket", machine.load("mining-loader").unit("bucket"))
     other = Master(encoder_for(bucket, usual_map(), Settings(NODE, DRIVE), tmp_path / "boom.state"))
     other.rest(0.1)
     assert other.alarms == PE | 1 << 12

@@ -9,7 +9,7 @@ from ramsight.engine import branches
 from ramsight.engine.branches import Branch, schedule
 from ramsight.engine.cache import generated_module, instructions
 from ramsight.engine.graph import SELECT, graph_of
-from ramsight.plant.ddh import build
+from ramsight.plant.ddh import build_ddh
 from ramsight.sensor.kalman import kalman
 
 x, y, z = (ca.SX.sym(name) for name in "xyz")
@@ -117,7 +117,7 @@ def test_machine_code_with_branches_gives_what_the_graph_gives(condition):
 
 
 def test_a_sample_without_contact_does_nothing_of_what_a_contact_does():
-    recursion = kalman(build("boom", machine.load("mining-loader").unit("boom"))).recursion
+    recursion = kalman(build_ddh("boom", machine.load("mining-loader").unit("boom"))).recursion
     whole = graph_of(instructions(recursion.function()))
     branches = [item for item in schedule(whole) if isinstance(item, Branch)]
     contact = sum(len(item.then) for item in branches if len(item.chosen) > 100)

@@ -30,7 +30,7 @@ from ramsight.engine.cache import instructions
 from ramsight.engine.graph import graph_of
 from ramsight.engine.recursion import replay
 from ramsight.errors import OutputError
-from ramsight.plant.ddh import build
+from ramsight.plant.ddh import build_ddh
 from ramsight.sensor.hypotheses import learned
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.persistence import StateFile, forgotten
@@ -44,7 +44,7 @@ LOADER = machine.load("mining-loader")
 @pytest.fixture(scope="module", params=["boom", "bucket"])
 def exported(request):
     """Sensor, C and a day with faults: its rows, its start, and what Python says of it."""
-    unit = build(request.param, LOADER.unit(request.param))
+    unit = build_ddh(request.param, LOADER.unit(request.param))
     sensor = kalman(unit)
     source = sensor_source(sensor, unit, f"ramsight_{request.param}", "mining-loader", single=False)
     rows, start = faulty_day(unit, duration=500.0, every=40.0, seed=3)
@@ -217,7 +217,7 @@ NOTHING, RESUMED, OLDER, MOVED = range(4)
 @pytest.fixture(scope="module")
 def boom_library(tmp_path_factory):
     """The C of the boom's sensor, which has no variable that lasts, and the library that it becomes."""
-    unit = build("boom", LOADER.unit("boom"))
+    unit = build_ddh("boom", LOADER.unit("boom"))
     source = sensor_source(kalman(unit), unit, "ramsight_boom", "mining-loader", single=False)
     file = tmp_path_factory.mktemp("boom") / "boom.so"
     library(COMPILER, dict(source.files), file, *STRICT)
@@ -230,7 +230,7 @@ def slots(boom_library):
 
 
 def test_a_state_resumes_as_in_python(tmp_path, slots):
-    unit = build("boom", LOADER.unit("boom"))
+    unit = build_ddh("boom", LOADER.unit("boom"))
     sensor, c = kalman(unit), slots
     file = StateFile(tmp_path / "boom.state", sensor)
     assert set(c.names) == set(sensor.recursion.state)

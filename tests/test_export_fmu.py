@@ -15,8 +15,8 @@ from ramsight.deploy.golden import faulty_day
 from ramsight.duty import simulate
 from ramsight.duty.profile import Duty, Profile, constant
 from ramsight.errors import DescriptionError, OutputError
-from ramsight.plant import build as any_circuit
-from ramsight.plant.ddh import build
+from ramsight.plant.build import build_unit
+from ramsight.plant.ddh import build_ddh
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.comparing import Comparison, Verdict
 from ramsight.sensor.kalman import kalman
@@ -124,7 +124,7 @@ def test_fmpy_finds_no_problem(fmus, kind):
 
 @pytest.mark.parametrize("fmi", FMI)
 def test_the_sensor_tracks_a_faulty_day_as_in_python(fmus, instances, fmi):
-    unit = build("boom", LOADER.unit("boom"))
+    unit = build_ddh("boom", LOADER.unit("boom"))
     rows, start = faulty_day(unit, duration=60.0, every=30.0, seed=5)
     sensor = kalman(unit)
     sensor.start(start)
@@ -150,7 +150,7 @@ def test_the_sensor_tracks_a_faulty_day_as_in_python(fmus, instances, fmi):
 @pytest.mark.parametrize("fmi", FMI)
 def test_the_comparison_says_what_python_says(instances, fmi):
     """A real sensor that is right, leaps, says nothing, is right again, and stands while the piston goes on."""
-    unit = build("boom", LOADER.unit("boom"))
+    unit = build_ddh("boom", LOADER.unit("boom"))
     rows, start = faulty_day(unit, duration=60.0, every=30.0, seed=5)
     sensor = kalman(unit)
     sensor.start(start)
@@ -185,7 +185,7 @@ def test_a_comparison_that_cannot_be_is_refused(instances, fmi):
 
 @pytest.mark.parametrize("fmi", FMI)
 def test_the_sensor_simulates_in_fmpy_to_the_same_trace(fmus, fmi):
-    unit = build("boom", LOADER.unit("boom"))
+    unit = build_ddh("boom", LOADER.unit("boom"))
     rows, start = faulty_day(unit, duration=60.0, every=None, seed=5)
     names = ("time", "motor_speed", "motor_torque", "oil_temperature")
     table = np.array([tuple(row[:4]) for row in rows], dtype=[(name, float) for name in names])
@@ -233,7 +233,7 @@ def test_the_plant_simulates_in_fmpy_to_the_same_trace(fmus, fmi):
         start_values={"start_position": whole.start_position},
         output=["position", "velocity", "pressure_chamber_a", "motor_torque"],
     )
-    run = simulate(build("boom", LOADER.unit("boom")), whole, sample_period=0.01)
+    run = simulate(build_ddh("boom", LOADER.unit("boom")), whole, sample_period=0.01)
     assert np.ptp(run["position"].values) > 0.1
     assert np.abs(found["position"] - run["position"].values).max() < 1e-6
     assert np.abs(found["pressure_chamber_a"] - run["pressure_a"].values).max() < 1e3
@@ -260,7 +260,7 @@ def test_any_circuit_is_a_plant(tmp_path, name, unit):
     described = machine.load(name)
     unit = unit if unit in described.units else next(iter(described.units))
     done = write_fmu(described, unit, tmp_path / "plant.fmu", what="plant", fmi=3)
-    built = any_circuit.build(unit, described.unit(unit))
+    built = build_unit(unit, described.unit(unit))
     start = 0.4 * built.cylinder.stroke
     whole = Duty(Profile([0.0, 0.2, 1.0, 2.0], [0.0, 0.0, 20.0, 0.0]), constant(1e3), constant(313.15), start)
     time, speed, load, acceleration, _ = sampled(whole)

@@ -15,7 +15,7 @@ from ramsight.deploy.c_folder import write_sensor
 from ramsight.deploy.c_sensor import sensor_source
 from ramsight.deploy.compiler import STRICT, find_compiler, library
 from ramsight.logs import read_drive_log, read_truth
-from ramsight.plant.ddh import build
+from ramsight.plant.ddh import build_ddh
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 
@@ -112,7 +112,7 @@ int started(double position, double std, double reference, double *out) {
 
 @pytest.fixture(scope="module")
 def boom():
-    return build("boom", LOADER.unit("boom"))
+    return build_ddh("boom", LOADER.unit("boom"))
 
 
 @pytest.fixture(scope="module", params=["double", "float"])

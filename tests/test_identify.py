@@ -17,11 +17,11 @@ from ramsight.calibration.identify_report import summary
 from ramsight.calibration.identify_tuned import tuned
 from ramsight.duty import DriveReport, lift_lower, report, simulate
 from ramsight.logs import read_drive_log, read_truth
-from ramsight.plant.ddh import build
+from ramsight.plant.ddh import build_ddh
 
 ROOT = Path(__file__).parent.parent
 LOADER = machine.load("mining-loader")
-UNITS = {name: build(name, unit) for name, unit in LOADER.units.items()}
+UNITS = {name: build_ddh(name, unit) for name, unit in LOADER.units.items()}
 DATA_SHEET = {
     "leak": 1.0, "orifice": 0.0, "displacement": 1.0, "friction": 1.0, "stiffness": 1.0, "efficiency": 0.0
 }  # fmt: skip
@@ -206,7 +206,7 @@ def test_the_tuned_description_is_the_machine_that_was_found(rough):
     assert "[identified] leak factor" in new.text
     assert "[identified] pump efficiency -0.0" in new.text
     assert "[P] x2 in the pump's name" in new.text
-    made, how = build("bucket", new.machine.unit("bucket")), found.deviation
+    made, how = build_ddh("bucket", new.machine.unit("bucket")), found.deviation
     for side in ("a", "b"):
         pump, sheet = getattr(made, side).pump, getattr(unit, side).pump
         assert pump.displacement == pytest.approx(how.displacement * sheet.displacement, rel=1e-6, abs=0.0)

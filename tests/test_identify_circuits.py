@@ -16,7 +16,7 @@ from ramsight.calibration.identify_replay import Circuit, orifice_at_one
 from ramsight.calibration.identify_report import summary
 from ramsight.calibration.identify_tuned import changes, tuned
 from ramsight.machine.efficiencies import COLUMNS
-from ramsight.plant.build import build
+from ramsight.plant.build import build_unit
 from ramsight.plant.holding import Holding
 from ramsight.plant.limits import limits_of
 from ramsight.plant.pump import Pump
@@ -71,7 +71,7 @@ def test_a_tuned_description_of_every_circuit_is_the_machine_that_was_found(name
     sheet, found = worn(name)
     new = tuned(machine.load(of), unit, found, "day.csv", "rod.csv")
     how = found.deviation
-    made = {part.name: part for part in build(unit, machine.loads(new.text).unit(unit)).parts()}
+    made = {part.name: part for part in build_unit(unit, machine.loads(new.text).unit(unit)).parts()}
     for part in sheet.parts():
         if isinstance(part, Pump):
             pump = made[part.name]
@@ -170,7 +170,7 @@ def test_a_worn_pump_with_a_table_comes_back_through_its_table():
     sheet = described.replace(
         {f"units.boom.{name}.{key}": value for name in ("pump_a", "pump_b") for key, value in table.items()}
     )
-    unit = build("boom", sheet.unit("boom"))
+    unit = build_unit("boom", sheet.unit("boom"))
     # A tenth more leakage and friction, as wear makes them.
     made = pumps(unit, lambda p: replace(p, leak_factor=1.1, friction_factor=1.1))
     found = coverage.worked(unit, made, 41)
@@ -180,7 +180,7 @@ def test_a_worn_pump_with_a_table_comes_back_through_its_table():
     assert found.factors["efficiency"].told
     assert found.factors["efficiency"].value == pytest.approx(rougher, abs=0.0015)
     assert "units.boom.pump_a.volumetric_efficiency" not in changes(sheet, "boom", found)
-    back = build("boom", tuned(sheet, "boom", found, "day.csv", "rod.csv").machine.unit("boom")).a.pump
+    back = build_unit("boom", tuned(sheet, "boom", found, "day.csv", "rod.csv").machine.unit("boom")).a.pump
     state = (150.0, 120e5, 30e-6)
     assert replace(back, orifice_leak=None).leakage(*state, 872.0) == pytest.approx(
         found.factors["leak"].value * float(unit.a.pump.leakage(*state, 872.0)), rel=1e-6, abs=0.0

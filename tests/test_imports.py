@@ -244,3 +244,12 @@ def test_canopen_is_capped_as_long_as_private_names_of_it_are_used():
 @pytest.mark.parametrize("name", ["drive", "parts", "table"])
 def test_the_name_of_a_module_tells_it_from_those_of_other_rooms(name):
     assert len([file for file in FILES if file.stem == name]) == 1
+
+
+def test_what_builds_a_circuit_or_a_mechanism_says_which():
+    """`build` alone is the public function."""
+    named = [(file, node.name) for file in FILES for node in ast.parse(file.read_text(encoding="utf-8")).body
+             if isinstance(node, ast.FunctionDef) and node.name.startswith("build")]  # fmt: skip
+    assert [file for file, name in named if name == "build"] == [SOURCE / "api" / "machines.py"]
+    names = [name for _, name in named]
+    assert len(names) == len(set(names)) >= 6

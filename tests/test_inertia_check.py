@@ -17,7 +17,7 @@ from ramsight.duty.faults import Fault, inject
 from ramsight.duty.work_day import work_day
 from ramsight.logs import read_drive_log
 from ramsight.plant.as_built import AsBuilt
-from ramsight.plant.build import build
+from ramsight.plant.build import build_unit
 from ramsight.plant.limits import limits_of
 from ramsight.sensor import redundancy
 from ramsight.sensor.drive_check import UNCHECKED
@@ -31,7 +31,7 @@ from .sensor_bench import Stepped
 
 ROOT = Path(__file__).parents[1]
 LOADER = machine.load("mining-loader")
-PLAIN = build("boom", LOADER.unit("boom"))
+PLAIN = build_unit("boom", LOADER.unit("boom"))
 ASSUMED = PLAIN.assumptions.replace({"inertia.std": 0.3})
 AT, LONG, DT = 40.0, 80.0, 0.02
 

@@ -5,14 +5,14 @@ import pytest
 
 from ramsight.logs import read_drive_log, read_truth
 from ramsight.machine import load
-from ramsight.plant.ddh import build
+from ramsight.plant.ddh import build_ddh
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.kalman import kalman
 
 
 @pytest.fixture(scope="module")
 def sensor():
-    return kalman(build("boom", load("mining-loader").unit("boom")))
+    return kalman(build_ddh("boom", load("mining-loader").unit("boom")))
 
 
 def error_with(trace, sensor, sample, leap, lasting=1):
@@ -34,7 +34,7 @@ def test_one_wrong_torque_moves_nothing(trace, sensor, sample, leap):
 
 
 def test_a_torque_that_lasts_is_believed_with_its_second_sample(sensor):
-    at_relief = limits_of(build("boom", load("mining-loader").unit("boom"))).torque
+    at_relief = limits_of(build_ddh("boom", load("mining-loader").unit("boom"))).torque
     sensor.start(0.2, 1e-3)
     for k in range(50):
         before = sensor.step(0.02 * k, 100.0, 0.2 * at_relief, 313.15)

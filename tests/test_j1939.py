@@ -16,11 +16,11 @@ from ramsight.deploy.encoder.frame import EXTENDED, Frame
 from ramsight.deploy.encoder.j1939 import Broadcasting, Message, message_of
 from ramsight.deploy.encoder.listening import Listener, drive_map
 from ramsight.errors import DescriptionError
-from ramsight.plant.build import build
+from ramsight.plant.build import build_unit
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 
-BOOM = build("boom", machine.load("mining-loader").unit("boom"))
+BOOM = build_unit("boom", machine.load("mining-loader").unit("boom"))
 DATA = struct.Struct("<HHBBH")
 
 

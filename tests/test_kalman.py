@@ -15,7 +15,7 @@ from ramsight.duty.profile import constant
 from ramsight.duty.work_day import work_day
 from ramsight.logs import read_drive_log, read_truth
 from ramsight.plant.as_built import AsBuilt
-from ramsight.plant.ddh import build
+from ramsight.plant.ddh import build_ddh
 from ramsight.sensor.hypotheses import NAMES
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
@@ -32,7 +32,7 @@ WORK_DAYS = ("boom_asbuilt1_workday", "bucket_asbuilt1_workday")
 @pytest.fixture(scope="module")
 def units():
     loader = machine.load("mining-loader")
-    return {name: build(name, loader.unit(name)) for name in ("boom", "bucket")}
+    return {name: build_ddh(name, loader.unit(name)) for name in ("boom", "bucket")}
 
 
 @pytest.fixture(scope="module")
@@ -341,7 +341,7 @@ STEPS = st.one_of(st.floats(-0.05, 0.2), st.floats(-1e6, 1e6), st.just(float("na
 
 @cache
 def known_boom():
-    unit = build("boom", machine.load("mining-loader").unit("boom"))
+    unit = build_ddh("boom", machine.load("mining-loader").unit("boom"))
     return unit, kalman(unit)
 
 

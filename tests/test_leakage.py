@@ -12,12 +12,12 @@ from ramsight.calibration.leakage import LeakTestError, leak_test, leak_test_sum
 from ramsight.duty import DriveReport, Duty, report, simulate
 from ramsight.duty.profile import constant, trapezoid_moves
 from ramsight.logs import read_drive_log
-from ramsight.plant.ddh import build
+from ramsight.plant.ddh import build_ddh
 
 from .command import at_once
 
 RPM = np.pi / 30
-UNITS = {name: build(name, unit) for name, unit in machine.load("mining-loader").units.items()}
+UNITS = {name: build_ddh(name, unit) for name, unit in machine.load("mining-loader").units.items()}
 
 
 def worn(unit, factor):

@@ -7,12 +7,12 @@ import pytest
 
 from ramsight import machine
 from ramsight.calibration.leakage import leak_test
-from ramsight.plant.ddh import build
+from ramsight.plant.ddh import build_ddh
 
 from .plant_bench import table_of
 from .test_leakage import log_of, worn
 
-BOOM = build("boom", machine.load("mining-loader").unit("boom"))
+BOOM = build_ddh("boom", machine.load("mining-loader").unit("boom"))
 MOVES, LOAD, KELVIN = [(60, 5.0), (100, 5.0)], 441e3, 318.15
 BAND = 1.96
 

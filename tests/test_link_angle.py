@@ -15,9 +15,8 @@ from ramsight.duty.link_report import LinkReport, declared_link
 from ramsight.duty.work_day import work_day
 from ramsight.errors import DescriptionError
 from ramsight.logs import read_drive_log, write_drive_log
-from ramsight.plant.build import build
-from ramsight.plant.linkage import build as build_mechanism
-from ramsight.plant.linkage import joints
+from ramsight.plant.build import build_unit
+from ramsight.plant.linkage import build_mechanism, joints
 from ramsight.plant.linkage.lever import lever
 from ramsight.sensor.kalman import kalman
 from ramsight.study.judging import judge
@@ -25,7 +24,7 @@ from ramsight.study.judging import judge
 from .golden import golden
 
 LOADER = machine.load("mining-loader")
-BOOM = build("boom", LOADER.unit("boom"), LOADER.linkage)
+BOOM = build_unit("boom", LOADER.unit("boom"), LOADER.linkage)
 STD = math.radians(0.2)
 WITH = BOOM.assumptions.replace({"link_angle.std": STD})
 
@@ -69,7 +68,7 @@ def test_a_body_that_other_cylinders_move_too_has_no_lever():
 
 
 def test_a_declared_angle_without_a_lever_is_refused():
-    bucket = build("bucket", LOADER.unit("bucket"), LOADER.linkage)
+    bucket = build_unit("bucket", LOADER.unit("bucket"), LOADER.linkage)
     with pytest.raises(DescriptionError, match=r"units\.bucket\.assumptions\.link_angle\.std.*mechanism"):
         kalman(bucket, WITH)
 
@@ -161,7 +160,7 @@ def test_a_map_names_the_angle(tmp_path):
 
 def test_a_declared_angle_is_rehearsed_and_used(tmp_path):
     text = ramsight.load_machine("mining-loader")
-    assert declared_link(build("boom", text.unit("boom"), text.linkage), 1) is None
+    assert declared_link(build_unit("boom", text.unit("boom"), text.linkage), 1) is None
     declared = replace(BOOM, assumptions=WITH)
     run = ramsight.simulate(declared, load="200 kN")
     first, again = (ramsight.drive_report(run, declared, seed=4) for _ in range(2))

@@ -14,9 +14,9 @@ from ramsight.duty.loading import PHASES, loading_cycle
 from ramsight.duty.profile import Profile, constant
 from ramsight.errors import DescriptionError
 from ramsight.plant.linkage import holding_forces, positions
-from ramsight.plant.linked import build
+from ramsight.plant.linked import build_linked
 
-LOADER = build(machine.load("mining-loader"))
+LOADER = build_linked(machine.load("mining-loader"))
 UNITS = ("boom", "bucket")
 WARM = dict.fromkeys(UNITS, constant(313.15))
 
@@ -134,7 +134,7 @@ def test_a_mast_on_its_chain_is_the_mass_that_it_is_taken_for():
     described = machine.load("forklift-mast")
     bodies, payload = described.linkage.bodies, 1000.0
     mass = bodies["inner_mast"].mass + 4.0 * (bodies["carriage"].mass + payload)
-    linked = build(described.replace({"units.lift.load.mass": mass}))
+    linked = build_linked(described.replace({"units.lift.load.mass": mass}))
     (load,) = holding_forces(linked.mechanism, [0.0], payload)
     duty = lift_lower(linked.units[0], float(load), 313.15, start_position=0.2, hold=3.0)
     alone = simulate(linked.units[0], duty)
@@ -153,7 +153,7 @@ def test_a_start_out_of_reach_and_a_machine_without_a_mechanism_are_refused():
             LOADER, LinkedDuty(dict.fromkeys(UNITS, constant(0.0)), WARM, {"boom": 0.3, "bucket": 2.0}, end=1.0)
         )
     with pytest.raises(DescriptionError, match=r"linkage: .*has no mechanism"):
-        build(machine.load("press"))
+        build_linked(machine.load("press"))
     cold = {"boom": constant(200.0), "bucket": constant(313.15)}
     with pytest.raises(DescriptionError, match="oil temperature"):
         simulate_linked(

@@ -7,11 +7,11 @@ from ramsight import machine
 from ramsight.duty.linked import simulate_linked
 from ramsight.duty.loading import loading_cycle
 from ramsight.plant.linkage import angles, holding_forces, joints, tip
-from ramsight.plant.linked import build
+from ramsight.plant.linked import build_linked
 from ramsight.plant.steady import derive
 
 SMALL, LARGE = machine.load("mining-loader-4t"), machine.load("mining-loader")
-LOADER = build(SMALL)
+LOADER = build_linked(SMALL)
 STROKES = {"boom": 0.7, "bucket": 0.5}
 
 

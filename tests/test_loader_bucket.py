@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ramsight import machine
-from ramsight.plant.linkage import build as build_mechanism
+from ramsight.plant.linkage import build_mechanism
 from ramsight.study.loader.bucket import DENSITY, WIDTH, bucket, rock
 from ramsight.study.loader.shapes import shapes
 from ramsight.study.paper.choices import direct_driven

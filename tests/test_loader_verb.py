@@ -9,12 +9,12 @@ from typer.testing import CliRunner
 
 from ramsight import machine
 from ramsight.output import check_folder
-from ramsight.plant.linked import build
+from ramsight.plant.linked import build_linked
 
 pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).parent.parent
-LOADER = build(machine.load("mining-loader"))
+LOADER = build_linked(machine.load("mining-loader"))
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from ramsight.errors import LogError
 from ramsight.logs import open_log, read_drive_log, write_drive_log
 from ramsight.logs.inspect import inspect_log
 from ramsight.machine import load
-from ramsight.plant.ddh import build
+from ramsight.plant.ddh import build_ddh
 from ramsight.study.pieces import track_pieces
 
 from .command import as_command, at_once
@@ -77,7 +77,7 @@ def test_a_can_log_is_looked_into_mapped_and_tracked(blf, trace, tmp_path):
 
 @pytest.fixture(scope="module")
 def boom():
-    return build("boom", load("mining-loader").unit("boom"))
+    return build_ddh("boom", load("mining-loader").unit("boom"))
 
 
 @pytest.mark.parametrize("suffix", [".parquet", ".mf4", ".nc"])

@@ -13,9 +13,9 @@ from ramsight.duty.profile import constant
 from ramsight.errors import DescriptionError, RamsightError
 from ramsight.machine import catalogue
 from ramsight.machine.placed import KINDS
-from ramsight.plant import ddh
-from ramsight.plant.build import build
+from ramsight.plant.build import build_unit
 from ramsight.plant.cautions import cautions
+from ramsight.plant.ddh import build_ddh
 from ramsight.plant.steady import derive, torque_at_load
 from ramsight.plant.unit import side_nodes
 
@@ -27,7 +27,7 @@ MACHINES = [
     ("press", "ram"),
     ("forklift-mast", "lift"),
 ]
-BUILT = {name: build(unit, machine.load(name).unit(unit)) for name, unit in MACHINES}
+BUILT = {name: build_unit(unit, machine.load(name).unit(unit)) for name, unit in MACHINES}
 
 
 def text_of(name):
@@ -88,7 +88,7 @@ def test_check_and_simulate_as_commands(name, unit, tmp_path):
 
 def test_what_needs_a_direct_driven_unit_says_so():
     with pytest.raises(DescriptionError, match=r"units.axis.circuit = 'eha-double-rod'.*allowed: ddh"):
-        ddh.build("axis", machine.load("eha-test-bench").unit("axis"))
+        build_ddh("axis", machine.load("eha-test-bench").unit("axis"))
 
 
 def test_what_follows_from_a_circuit():
@@ -151,7 +151,7 @@ def test_a_mistake_in_a_circuit_is_one_line(name, old, new, words):
     changed = text.replace(old, new, 1)
     if words == "has to fill":
         with pytest.raises(DescriptionError, match=words):
-            build("ram", machine.loads(changed).unit("ram"))
+            build_unit("ram", machine.loads(changed).unit("ram"))
         return
     line = refusal(changed)
     assert "a.toml" in line

@@ -12,14 +12,14 @@ from ramsight.duty import Magnets, report, simulate
 from ramsight.duty.drive_report import declared_report
 from ramsight.duty.work_day import work_day
 from ramsight.logs import read_drive_log, write_drive_log
-from ramsight.plant.build import build
+from ramsight.plant.build import build_unit
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 
 from .golden import golden
 
 LOADER = machine.load("mining-loader")
-PLAIN = build("boom", LOADER.unit("boom"))
+PLAIN = build_unit("boom", LOADER.unit("boom"))
 TOLD = replace(PLAIN, assumptions=PLAIN.assumptions.replace({"motor_temperature.std": 0.01}))
 RISE = 60.0  # K
 MAGNETS = Magnets(torque=60.0, first=RISE, time_constant=1e6)

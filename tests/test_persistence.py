@@ -8,7 +8,7 @@ import pytest
 
 from ramsight import machine
 from ramsight.logs import read_drive_log
-from ramsight.plant.ddh import build
+from ramsight.plant.ddh import build_ddh
 from ramsight.sensor.balance import balance
 from ramsight.sensor.hypotheses import learned
 from ramsight.sensor.kalman import kalman
@@ -21,7 +21,7 @@ from .command import as_command, at_once
 
 @pytest.fixture(scope="module")
 def unit():
-    return build("boom", machine.load("mining-loader").unit("boom"))
+    return build_ddh("boom", machine.load("mining-loader").unit("boom"))
 
 
 @pytest.fixture
@@ -243,7 +243,7 @@ def test_a_state_saved_in_motion_is_less_certain(tmp_path, trace, sensor, unit):
 def test_states_of_others_and_of_the_future_are_refused(tmp_path, sensor, unit):
     path = tmp_path / "boom.state"
     StateFile(path, sensor).save()
-    bucket = kalman(build("bucket", machine.load("mining-loader").unit("bucket")))
+    bucket = kalman(build_ddh("bucket", machine.load("mining-loader").unit("bucket")))
     with pytest.raises(StateError, match="another sensor or machine"):
         StateFile(path, bucket).resume()
     newer = bytearray(path.read_bytes())

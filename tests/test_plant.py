@@ -12,13 +12,13 @@ from ramsight.duty.profile import constant
 from ramsight.engine.run import integrate, outputs
 from ramsight.logs import read_truth
 from ramsight.plant.cylinder import friction_force
-from ramsight.plant.ddh import build
+from ramsight.plant.ddh import build_ddh
 from ramsight.plant.oil import ATMOSPHERE
 from ramsight.plant.unit import circuit, initial_state
 from ramsight.plant.valve import orifice_flow
 from ramsight.study.errors import first_stop_contact
 
-UNITS = {name: build(name, unit) for name, unit in machine.load("mining-loader").units.items()}
+UNITS = {name: build_ddh(name, unit) for name, unit in machine.load("mining-loader").units.items()}
 
 
 def radau(model, initial, segments, times):
@@ -194,7 +194,7 @@ def test_hot_oil_and_a_high_load_take_no_more_steps():
 def test_valves_do_not_flutter(kilonewton, celsius):
     # Without the hump of static friction nothing sticks and slips: steps and switchings that are left are the valves'.
     described = machine.load("mining-loader").unit("boom")
-    smooth = build("boom", described.replace({"cylinder.breakaway_friction": "1.5 kN"}))
+    smooth = build_ddh("boom", described.replace({"cylinder.breakaway_friction": "1.5 kN"}))
     steps, switched = switchings(smooth, kilonewton * 1e3, celsius)
     assert steps < 1800
     for valve, times in switched.items():

@@ -9,9 +9,9 @@ from ramsight.duty import Duty, simulate
 from ramsight.duty.profile import constant, trapezoid_moves
 from ramsight.errors import DescriptionError
 from ramsight.machine.parts import ReliefValve
-from ramsight.plant.build import build as build_any
+from ramsight.plant.build import build_unit
 from ramsight.plant.cautions import cautions
-from ramsight.plant.ddh import build
+from ramsight.plant.ddh import build_ddh
 from ramsight.plant.oil import ATMOSPHERE
 from ramsight.plant.pump import friction_coefficient
 from ramsight.plant.steady import derive, torque_at_load
@@ -37,7 +37,7 @@ def loader():
 
 @pytest.fixture(scope="module")
 def units(loader):
-    return {name: build(name, unit) for name, unit in loader.units.items()}
+    return {name: build_ddh(name, unit) for name, unit in loader.units.items()}
 
 
 @pytest.mark.parametrize("row", ORACLE, ids=[f"{row[0]}-{row[1]}kN" for row in ORACLE])
@@ -161,12 +161,12 @@ def test_the_loader_has_nothing_to_look_at_twice(loader, units):
 )
 def test_what_an_engineer_would_look_at_twice(loader, key, value, words):
     changed = loader.unit("boom").replace({key: value})
-    assert any(words in sentence for sentence in cautions(changed, build("boom", changed)))
+    assert any(words in sentence for sentence in cautions(changed, build_ddh("boom", changed)))
 
 
 def test_a_rod_that_is_pulled_does_not_buckle_but_sags(loader):
     long = loader.unit("bucket").replace({"cylinder.stroke": "6 m"})
-    (said,) = cautions(long, build("bucket", long))
+    (said,) = cautions(long, build_ddh("bucket", long))
     assert "the stroke is 67 times the rod's diameter" in said
 
 
@@ -175,7 +175,7 @@ def test_a_load_that_is_too_light_to_lower_is_said_where_nothing_presses_it_down
 
     def said(load):
         described = mast.replace({"load.loads.empty": load})
-        return [text for text in cautions(described, build_any("lift", described)) if "too light to lower" in text]
+        return [text for text in cautions(described, build_unit("lift", described)) if "too light to lower" in text]
 
     assert said("2 kN") == []
     (sentence,) = said("0.2 kN")
@@ -184,14 +184,14 @@ def test_a_load_that_is_too_light_to_lower_is_said_where_nothing_presses_it_down
         "by hand (200 + 322 + 76 - 600 - 301) N over 3927 mm2"
     )
     boom = machine.load("mining-loader").unit("boom").replace({"load.loads.light": "0 kN"})
-    assert cautions(boom, build("boom", boom)) == (), "pump B presses it down"
+    assert cautions(boom, build_ddh("boom", boom)) == (), "pump B presses it down"
 
 
 def test_a_pump_without_a_relief_valve_is_held_to_what_it_allows():
     ram = machine.load("press").unit("ram")
     parts = {name: part for name, part in ram.parts.items() if not isinstance(part, ReliefValve)}
     bare = ram.replace({"parts": parts, "load.loads.full": "900 kN"})
-    said = cautions(bare, build_any("ram", bare))
+    said = cautions(bare, build_unit("ram", bare))
     assert any("load full (900 kN) asks for" in text and "no relief valve" in text for text in said)
 
 
@@ -200,7 +200,7 @@ def test_a_pump_without_a_relief_valve_is_held_to_what_it_allows():
 )
 def test_no_machine_of_the_catalogue_has_anything_to_look_at_twice(name):
     for unit, described in machine.load(name).units.items():
-        assert cautions(described, build_any(unit, described)) == ()
+        assert cautions(described, build_unit(unit, described)) == ()
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, math.nan])

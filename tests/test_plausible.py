@@ -14,14 +14,14 @@ from ramsight.errors import LogWarning
 from ramsight.logs import open_log, read_drive_log, write_drive_log
 from ramsight.logs.mapped import standard_map
 from ramsight.machine import load
-from ramsight.plant.ddh import build
+from ramsight.plant.ddh import build_ddh
 
 RPM = np.pi / 30.0
 
 
 @pytest.fixture(scope="module")
 def units():
-    return {name: build(name, load("mining-loader").unit(name)) for name in ("boom", "bucket")}
+    return {name: build_ddh(name, load("mining-loader").unit(name)) for name in ("boom", "bucket")}
 
 
 def warned(log, unit, channel_map=None):

@@ -8,7 +8,7 @@ import pytest
 
 from ramsight import machine
 from ramsight.logs import read_drive_log, read_truth
-from ramsight.plant.build import build
+from ramsight.plant.build import build_unit
 from ramsight.sensor.kalman import kalman
 from ramsight.study.judging import judge
 
@@ -22,7 +22,7 @@ OTHERS = {"obstacles": (2.5e-3, 6e-3), "warming": (4.5e-3, 8e-3), "drift": (3e-3
 @pytest.fixture(scope="module")
 def sensors():
     loader = machine.load("mining-loader")
-    units = {name: build(name, loader.unit(name)) for name in ("boom", "bucket")}
+    units = {name: build_unit(name, loader.unit(name)) for name in ("boom", "bucket")}
     return {name: (kalman(unit), unit.cylinder.stroke) for name, unit in units.items()}
 
 
@@ -64,7 +64,7 @@ def test_no_day_is_wrong_and_ok(judged, name):
 def test_ground_that_is_declared_is_a_stop_like_any_other():
     """The boom meets the ground 35 mm before the cylinder's end."""
     name = "person_boom_ground_stop"
-    unit = build("boom", machine.load("mining-loader").unit("boom"))
+    unit = build_unit("boom", machine.load("mining-loader").unit("boom"))
     sensor = kalman(unit, unit.assumptions.replace({"stops.retracted": 0.035}))
     log, truth = read_drive_log(FOLDER / f"{name}.csv.gz"), read_truth(FOLDER / f"{name}_truth.csv.gz")
     position = np.interp(log["time"], truth["time"], truth["position"])

@@ -9,7 +9,7 @@ from ramsight.calibration.sensors import sensor_for
 from ramsight.duty import DriveReport, lift_lower, report, simulate
 from ramsight.errors import UnknownNameError
 from ramsight.logs import read_drive_log, read_truth
-from ramsight.plant.ddh import build
+from ramsight.plant.ddh import build_ddh
 from ramsight.study.errors import first_stop_contact, position_errors
 
 PAPER_CYCLES = [
@@ -30,7 +30,7 @@ PAPER_CYCLES = [
 @pytest.fixture(scope="module")
 def units():
     loader = machine.load("mining-loader")
-    return {name: build(name, loader.unit(name)) for name in loader.units}
+    return {name: build_ddh(name, loader.unit(name)) for name in loader.units}
 
 
 @pytest.fixture(scope="module")

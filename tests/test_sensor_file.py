@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from ramsight import cli, machine
 from ramsight.calibration.sensor_file import SensorFileError, load, save, table_hash
 from ramsight.calibration.sensors import sensor_for
-from ramsight.plant.ddh import build
+from ramsight.plant.ddh import build_ddh
 from ramsight.sensor.table import MovementTable, table
 
 COLD_TO_HOT = np.array([293.15, 313.15])
@@ -134,13 +134,13 @@ def test_a_missing_file_is_named(tmp_path):
 
 
 def test_a_sensor_of_another_unit_is_refused(file):
-    bucket = build("bucket", machine.load("mining-loader").unit("bucket"))
+    bucket = build_ddh("bucket", machine.load("mining-loader").unit("bucket"))
     with pytest.raises(SensorFileError, match="calibrated for unit 'boom', not for 'bucket'"):
         sensor_for(bucket, str(file))
 
 
 def test_a_loaded_sensor_is_the_same_sensor(file, movement):
-    boom = build("boom", machine.load("mining-loader").unit("boom"))
+    boom = build_ddh("boom", machine.load("mining-loader").unit("boom"))
     loaded, made = sensor_for(boom, str(file)), table(movement)
     assert np.array_equal(loaded.parameters, made.parameters)
 

@@ -9,7 +9,7 @@ from ramsight.machine import catalogue as _catalogue
 from ramsight.machine import load
 from ramsight.machine.catalogue import Entry
 from ramsight.machine.description import Machine, Unit
-from ramsight.plant.build import build as build_described
+from ramsight.plant.build import build_unit
 from ramsight.plant.unit import HydraulicUnit
 
 AnyMachine = str | Path | Machine
@@ -84,9 +84,9 @@ def build(machine: AnyUnit, unit: str | None = None) -> HydraulicUnit:
     if isinstance(machine, str | Path | Machine):
         description = load_machine(machine)
         name = only_unit(description) if unit is None else unit
-        return build_described(name, description.unit(name), description.linkage)
+        return build_unit(name, description.unit(name), description.linkage)
     if isinstance(machine, Unit):
-        return build_described("unit" if unit is None else unit, machine)
+        return build_unit("unit" if unit is None else unit, machine)
     if not hasattr(machine, "parts"):
         allowed = "a machine, its name or file, or a unit"
         raise DescriptionError("is no machine", key="machine", value=machine, allowed=allowed)

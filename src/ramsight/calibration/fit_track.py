@@ -30,7 +30,7 @@ from ramsight.calibration.identify_record import IdentifyError
 from ramsight.engine.recursion import Recursion, replay_many
 from ramsight.errors import DescriptionError
 from ramsight.normal import TWO_SIDED_95
-from ramsight.plant.build import build
+from ramsight.plant.build import build_unit
 from ramsight.sensor.balance import balance
 from ramsight.sensor.virtual_sensor import PRESSURES, VirtualSensor, log_inputs
 
@@ -258,7 +258,7 @@ class _Model:
 
     def sensor(self, change: Array) -> VirtualSensor:
         """The sensor of the description after a change."""
-        return balance(build(self.unit, self.described(change).unit(self.unit), self.machine.linkage))
+        return balance(build_unit(self.unit, self.described(change).unit(self.unit), self.machine.linkage))
 
     def torque(self, change: Array) -> Torque:
         """What the reported torque is after a change."""

@@ -118,8 +118,8 @@ def calibrate(
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build
-        >>> boom = build("boom", machine.load("mining-loader").unit("boom"))
+        >>> from ramsight.plant.build import build_unit
+        >>> boom = build_unit("boom", machine.load("mining-loader").unit("boom"))
         >>> table = calibrate(boom, temperatures=np.array([313.15]), loads=4)
         >>> bool(table.lift[0, 0] > table.lift[0, 1])  # the heavier load moves less
         True

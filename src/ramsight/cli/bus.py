@@ -57,7 +57,7 @@ def encoder(
     from ramsight.logs.source import needs
     from ramsight.machine import load as load_machine
     from ramsight.output import atomic_path, check_apart, check_state, check_target
-    from ramsight.plant.build import build
+    from ramsight.plant.build import build_unit
     from ramsight.units import parse_option
 
     needs("canopen", "can", channel)
@@ -91,7 +91,7 @@ def encoder(
     )
     settings = Settings(node_id, drive_node, serial, overrides(hold, within, wrong, alert))
     described = load_machine(machine)
-    built = build(unit, described.unit(unit), described.linkage)
+    built = build_unit(unit, described.unit(unit), described.linkage)
     meanings = drive_map(drive_node, objects.split(","), rated) if channel_map is None else load_map(channel_map)
     encoder = encoder_for(built, meanings, settings, state, aside=True)
     ready = encoder if j1939 is None else Broadcasting(encoder, message_of(j1939, j1939_period))

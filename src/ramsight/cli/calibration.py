@@ -29,7 +29,7 @@ def calibrate(
     from ramsight.calibration.sensor_file import SUFFIX, save
     from ramsight.machine import load as load_machine
     from ramsight.output import check_apart, check_target
-    from ramsight.plant.build import build
+    from ramsight.plant.build import build_unit
     from ramsight.progress import progress
     from ramsight.units import format_si, parse_option
 
@@ -39,7 +39,7 @@ def calibrate(
     fastest = format_si(described.drive.max_speed, "rpm")
     motor_speed = parse_option(speed, "rad/s", "--speed", least="100 rpm", most=fastest)
     with progress(2 * loads * len(TEMPERATURES), "calibrating the table") as bar:
-        movement = calibrated(build(unit, described), motor_speed=motor_speed, loads=loads, advance=bar.advance)
+        movement = calibrated(build_unit(unit, described), motor_speed=motor_speed, loads=loads, advance=bar.advance)
     save(movement, out)
     typer.echo(
         f"{out}: written; {unit}, {loads} loads at {len(TEMPERATURES)} oil temperatures, torque from "

@@ -94,7 +94,7 @@ def loader(
     """
     from ramsight.machine import load as load_machine
     from ramsight.output import check_folder
-    from ramsight.plant.linked import build
+    from ramsight.plant.linked import build_linked
     from ramsight.progress import progress
     from ramsight.study.loader.report import summary, write_work
     from ramsight.study.loader.working import Options, work
@@ -102,7 +102,7 @@ def loader(
 
     check_folder(out)
     description = load_machine(machine)
-    built = build(description)
+    built = build_linked(description)
     lowest, highest = (
         format_si(edge(unit.oil.temperatures[k] for unit in built.units), "degC") for k, edge in enumerate((max, min))
     )

@@ -113,8 +113,8 @@ def position_block(
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build
-        >>> block = position_block(build("boom", machine.load("mining-loader").unit("boom")))
+        >>> from ramsight.plant.build import build_unit
+        >>> block = position_block(build_unit("boom", machine.load("mining-loader").unit("boom")))
         >>> len(block.recursion.state), block.recursion.outputs
         (25, ('motor_speed', 'activity', 'reason'))
     """

@@ -67,9 +67,9 @@ class PositionControl:
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build
+        >>> from ramsight.plant.build import build_unit
         >>> from ramsight.sensor.status import Status
-        >>> control = PositionControl(build("boom", machine.load("mining-loader").unit("boom")))
+        >>> control = PositionControl(build_unit("boom", machine.load("mining-loader").unit("boom")))
         >>> here = Estimate(position=0.1, std=1e-4, velocity=0.0, load=2e5, status=Status.OK)
         >>> control.move_to(0.3)
         >>> command = control.step(here, Reported(0.0, 0.0, 20.0, 313.15))

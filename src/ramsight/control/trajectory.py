@@ -54,8 +54,8 @@ class Limits:
 
         Example:
             >>> from ramsight import machine
-            >>> from ramsight.plant.ddh import build
-            >>> limits = Limits.of(build("boom", machine.load("mining-loader").unit("boom")))
+            >>> from ramsight.plant.ddh import build_ddh
+            >>> limits = Limits.of(build_ddh("boom", machine.load("mining-loader").unit("boom")))
             >>> f"{1e3 * limits.speed:.0f} mm/s, {1e3 * limits.landing_speed:.1f} mm/s"
             '28 mm/s, 4.3 mm/s'
             >>> f"{limits.smoothing:.1f} s, {1e3 * limits.jerk:.0f} mm/s3"

@@ -24,7 +24,7 @@ from ramsight.engine.recursion import replay
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
 from ramsight.output import check_folder, whole_folder
-from ramsight.plant.build import build
+from ramsight.plant.build import build_unit
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.virtual_sensor import START_STD
@@ -91,7 +91,7 @@ def write_sensor(
     """
     out = Path(out)
     check_folder(out)
-    built = build(unit, machine.unit(unit), machine.linkage)
+    built = build_unit(unit, machine.unit(unit), machine.linkage)
     if single and built.cylinder.passive:
         raise DescriptionError(
             "is not for floats: a piston that its load holds stands or goes by the last digits",
@@ -173,7 +173,7 @@ def shown(footprints: tuple[Footprint, ...]) -> str:
 
 def _builds(unit: HydraulicUnit) -> Iterator[tuple[bool, str]]:
     """Builds that are measured; floats are not good enough where a load only resists."""
-    return (build for build in _BUILDS if not (build[0] and unit.cylinder.passive))
+    return (build_unit for build_unit in _BUILDS if not (build_unit[0] and unit.cylinder.passive))
 
 
 def _table(measured: list[Footprint], compiler: str | None) -> str:

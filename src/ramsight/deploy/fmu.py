@@ -116,12 +116,12 @@ def write_fmu(
 
 
 def _model(machine: Machine, unit: str, what: str, control: ControlOptions) -> FmuModel:
-    from ramsight.plant import build
+    from ramsight.plant.build import build_unit
 
     described = machine.unit(unit)
     if what == "plant":
-        return plant_model(build.build(unit, described), machine.name)
-    built, prefix = build.build(unit, described), f"ramsight_{identifier_of(unit)}"
+        return plant_model(build_unit(unit, described), machine.name)
+    built, prefix = build_unit(unit, described), f"ramsight_{identifier_of(unit)}"
     behind = None
     if what == "control":
         behind = control_behind(control.block(built), built, prefix, machine.name)

@@ -21,8 +21,8 @@ class LiveWarming:
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build
-        >>> oil = LiveWarming(build("ram", machine.load("press").unit("ram")), 313.15)
+        >>> from ramsight.plant.build import build_unit
+        >>> oil = LiveWarming(build_unit("ram", machine.load("press").unit("ram")), 313.15)
         >>> for k in range(600):
         ...     oil.go_on(0.1, {"pump_a.leakage": 100.0 * k}, ambient=293.15)
         >>> round(oil.pumps - 273.15, 1), round(oil.tank - 273.15, 1)

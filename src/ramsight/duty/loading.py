@@ -78,8 +78,8 @@ def loading_cycle(
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.linked import build
-        >>> duty = loading_cycle(build(machine.load("mining-loader")))
+        >>> from ramsight.plant.linked import build_linked
+        >>> duty = loading_cycle(build_linked(machine.load("mining-loader")))
         >>> [name for name, _ in duty.phases][:4]
         ['approach', 'crowd', 'fill', 'break out']
     """

@@ -171,9 +171,9 @@ def shared_out(of_pumps: Collection[str], losses: Mapping[str, Any]) -> tuple[An
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build
+        >>> from ramsight.plant.build import build_unit
         >>> losses = {"pump_a.leakage": 2.0, "hose_a.throttling": 3.0, "cylinder.friction": 5.0}
-        >>> shared_out(case_losses(build("ram", machine.load("press").unit("ram"))), losses)
+        >>> shared_out(case_losses(build_unit("ram", machine.load("press").unit("ram"))), losses)
         (2.0, 3.0)
     """
     into_case: Any = 0.0

@@ -130,8 +130,8 @@ class Balance:
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build
-        >>> bench = balance(build("axis", machine.load("eha-test-bench").unit("axis")))
+        >>> from ramsight.plant.build import build_unit
+        >>> bench = balance(build_unit("axis", machine.load("eha-test-bench").unit("axis")))
         >>> bench.states[:4]
         ('position', 'velocity', 'pressure_chamber_a', 'pressure_chamber_b')
         >>> z = bench.at_rest(0.1, 5e3)

@@ -6,13 +6,12 @@ from dataclasses import replace
 
 from ramsight.machine.description import Composed, DirectDriven, Unit
 from ramsight.machine.linkage import Linkage
-from ramsight.plant import composed, ddh
-from ramsight.plant.composed import ComposedUnit
-from ramsight.plant.ddh import DdhUnit
+from ramsight.plant.composed import ComposedUnit, build_composed
+from ramsight.plant.ddh import DdhUnit, build_ddh
 from ramsight.plant.linkage.lever import lever
 
 
-def build(name: str, unit: Unit, linkage: Linkage | None = None) -> DdhUnit | ComposedUnit:
+def build_unit(name: str, unit: Unit, linkage: Linkage | None = None) -> DdhUnit | ComposedUnit:
     """The parts of a described unit, whatever its circuit.
 
     Args:
@@ -25,12 +24,12 @@ def build(name: str, unit: Unit, linkage: Linkage | None = None) -> DdhUnit | Co
 
     Example:
         >>> from ramsight import machine
-        >>> bench = build("axis", machine.load("eha-test-bench").unit("axis"))
+        >>> bench = build_unit("axis", machine.load("eha-test-bench").unit("axis"))
         >>> bench.held, [part.name for part in bench.others][:2]
         ('a', ['pump', 'manifold_a'])
     """
     if isinstance(unit, DirectDriven):
-        return replace(ddh.build(name, unit), lever=lever(linkage, name))
+        return replace(build_ddh(name, unit), lever=lever(linkage, name))
     if isinstance(unit, Composed):
-        return replace(composed.build(name, unit), lever=lever(linkage, name))
+        return replace(build_composed(name, unit), lever=lever(linkage, name))
     raise TypeError(f"{type(unit).__name__} is no unit that can be built")

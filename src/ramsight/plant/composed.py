@@ -71,7 +71,7 @@ class ComposedUnit:
         return (self.drive, self.cylinder, *self.others)
 
 
-def build(name: str, unit: Composed) -> ComposedUnit:
+def build_composed(name: str, unit: Composed) -> ComposedUnit:
     """The parts of a described unit.
 
     Args:

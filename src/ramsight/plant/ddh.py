@@ -101,7 +101,7 @@ class DdhUnit:
         return float(self.held_side.pump.geared_displacement / self.cylinder.area(self.held))
 
 
-def build(name: str, unit: Unit) -> DdhUnit:
+def build_ddh(name: str, unit: Unit) -> DdhUnit:
     """The parts of a described unit.
 
     Args:

@@ -53,8 +53,8 @@ class Leaving:
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build
-        >>> ram = Leaving(build("ram", machine.load("press").unit("ram")), "a")
+        >>> from ramsight.plant.build import build_unit
+        >>> ram = Leaving(build_unit("ram", machine.load("press").unit("ram")), "a")
         >>> f"{6e4 * ram.flow(100e5, 313.15):.2f} l/min at 100 bar"
         '1.05 l/min at 100 bar'
     """
@@ -113,8 +113,8 @@ class Holding:
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build
-        >>> ram = Holding(build("ram", machine.load("press").unit("ram")))
+        >>> from ramsight.plant.build import build_unit
+        >>> ram = Holding(build_unit("ram", machine.load("press").unit("ram")))
         >>> ram.stands, f"{ram.leakage(200e3, 313.15):.1f} rad/s"
         (False, '4.3 rad/s')
     """

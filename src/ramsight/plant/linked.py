@@ -18,11 +18,10 @@ from numpy.typing import NDArray
 from ramsight.equation import OdeModel, Output, State
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
-from ramsight.plant.build import build as build_unit
+from ramsight.plant.build import build_unit
 from ramsight.plant.circuit import Circuit, Closed
 from ramsight.plant.cylinder import Cylinder
-from ramsight.plant.linkage.mechanism import Mechanism
-from ramsight.plant.linkage.mechanism import build as build_mechanism
+from ramsight.plant.linkage.mechanism import Mechanism, build_mechanism
 from ramsight.plant.linkage.motion import WORKS, Moving, moving
 from ramsight.plant.linkage.survey import holding_forces, joints
 from ramsight.plant.symbols import Parameters
@@ -80,7 +79,7 @@ class LinkedModel:
     audit_terms: dict[str, AuditTerms]
 
 
-def build(machine: Machine) -> LinkedMachine:
+def build_linked(machine: Machine) -> LinkedMachine:
     """The parts of a described machine.
 
     Args:
@@ -91,7 +90,7 @@ def build(machine: Machine) -> LinkedMachine:
 
     Example:
         >>> from ramsight import machine
-        >>> [unit.name for unit in build(machine.load("mining-loader")).units]
+        >>> [unit.name for unit in build_linked(machine.load("mining-loader")).units]
         ['boom', 'bucket']
     """
     if machine.linkage is None:

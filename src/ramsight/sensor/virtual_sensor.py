@@ -496,9 +496,9 @@ def impossible(sensor: VirtualSensor, state: Mapping[str, float]) -> str:
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.ddh import build
+        >>> from ramsight.plant.ddh import build_ddh
         >>> from ramsight.sensor.kalman import kalman
-        >>> boom = kalman(build("boom", machine.load("mining-loader").unit("boom")))
+        >>> boom = kalman(build_ddh("boom", machine.load("mining-loader").unit("boom")))
         >>> impossible(boom, boom.state), impossible(boom, {**boom.state, "covariance_00": -1.0})
         ('', 'covariance_00 = -1.0: a variance is not negative')
     """

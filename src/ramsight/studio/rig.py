@@ -21,11 +21,10 @@ from ramsight.errors import DescriptionError
 from ramsight.logs.channels import column_of
 from ramsight.machine.description import Machine
 from ramsight.plant.as_built import AsBuilt
-from ramsight.plant.build import build
+from ramsight.plant.build import build_unit
 from ramsight.plant.circuit import WARMING
 from ramsight.plant.directional import DirectionalValve
-from ramsight.plant.linked import LinkedMachine
-from ramsight.plant.linked import build as build_linked
+from ramsight.plant.linked import LinkedMachine, build_linked
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.persistence import StateFile
 from ramsight.sensor.status import Status
@@ -92,7 +91,7 @@ class Rig:
             self.sheet: dict[str, HydraulicUnit] = {unit.name: unit for unit in self.linked.units}
         else:
             name = next(iter(machine.units))
-            self.sheet = {name: build(name, machine.unit(name))}
+            self.sheet = {name: build_unit(name, machine.unit(name))}
         self.levers = dict.fromkeys(self.sheet, 0.0)
         self.faults: set[str] = set()
         self._largest = self._largest_load(machine)

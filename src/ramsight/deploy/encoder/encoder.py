@@ -93,9 +93,9 @@ class Encoder:
     Example:
         >>> from ramsight import machine
         >>> from ramsight.deploy.encoder.listening import drive_map
-        >>> from ramsight.plant.build import build
+        >>> from ramsight.plant.build import build_unit
         >>> from ramsight.sensor.kalman import kalman
-        >>> boom = build("boom", machine.load("mining-loader").unit("boom"))
+        >>> boom = build_unit("boom", machine.load("mining-loader").unit("boom"))
         >>> encoder = Encoder(kalman(boom), boom, Listener(drive_map(5, rated_torque=35.0)), Settings(node_id=6))
         >>> [str(frame) for frame in encoder.start(0.0)]
         ['706#00', '086#00420901002040FF']

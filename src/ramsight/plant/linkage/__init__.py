@@ -1,13 +1,13 @@
 """What the cylinders move: planar mechanisms from a description, in closed form."""
 
-from ramsight.plant.linkage.mechanism import Mechanism, build
+from ramsight.plant.linkage.mechanism import Mechanism, build_mechanism
 from ramsight.plant.linkage.motion import motion
 from ramsight.plant.linkage.survey import angles, holding_forces, joints, points, positions, potential, tip
 
 __all__ = [
     "Mechanism",
     "angles",
-    "build",
+    "build_mechanism",
     "holding_forces",
     "joints",
     "motion",

@@ -164,12 +164,12 @@ def _closed(body: Body, strut: Strut, length: Any, poses: dict[str, Pose]) -> An
     return ca.atan2(sine, cosine)
 
 
-def build(spec: description.Linkage) -> Mechanism:
+def build_mechanism(spec: description.Linkage) -> Mechanism:
     """The mechanism of a description.
 
     Example:
         >>> from ramsight import machine
-        >>> build(machine.load("mining-loader").linkage).joints
+        >>> build_mechanism(machine.load("mining-loader").linkage).joints
         ('boom', 'bucket')
     """
     chains = (members.following(spec, name) for name in spec.bodies)

@@ -16,7 +16,7 @@ from ramsight.duty.lift_lower import SPEED, lift_lower
 from ramsight.duty.profile import Duty, constant, trapezoid_moves
 from ramsight.duty.simulate import simulate
 from ramsight.machine.description import Machine
-from ramsight.plant.ddh import DdhUnit, build
+from ramsight.plant.ddh import DdhUnit, build_ddh
 from ramsight.plant.steady import torque_at_load
 from ramsight.sensor.balance import balance
 from ramsight.sensor.kalman import kalman
@@ -228,6 +228,6 @@ def benches(choices: Choices | None = None) -> dict[str, Bench]:
     described = choices.described()
     found = {}
     for name in UNITS:
-        unit = build(name, direct_driven(described, name))
+        unit = build_ddh(name, direct_driven(described, name))
         found[name] = Bench(unit, choices.loads_of(direct_driven(described, name), unit), choices.ramp, described)
     return found

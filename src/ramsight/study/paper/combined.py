@@ -10,7 +10,7 @@ from ramsight.duty.lift_lower import SPEED
 from ramsight.duty.linked import simulate_linked, unit_run
 from ramsight.duty.loading import loading_cycle
 from ramsight.plant.linkage import angles, holding_forces, joints
-from ramsight.plant.linked import LinkedMachine, build
+from ramsight.plant.linked import LinkedMachine, build_linked
 from ramsight.study.paper.bench import Bench
 from ramsight.study.paper.chapter import Chapter, Picture, Statement, Verdict
 from ramsight.study.paper.choices import UNITS
@@ -28,7 +28,7 @@ def combined(benches: dict[str, Bench]) -> Chapter:
     described = benches[UNITS[0]].machine
     if described.linkage is None:
         return Chapter("The combined model", ("The machine's description has no linkage.",), {})
-    machine = build(described)
+    machine = build_linked(described)
     ramp = benches[UNITS[0]].ramp
     duty = loading_cycle(machine, speeds=dict.fromkeys(UNITS, SPEED), ramp=ramp)
     run = simulate_linked(machine, duty)

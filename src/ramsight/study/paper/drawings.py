@@ -16,7 +16,7 @@ from ramsight.drawing.shapes import Area, Line, Word
 from ramsight.machine.description import DirectDriven
 from ramsight.machine.parts import Pump
 from ramsight.plant.ddh import DdhUnit
-from ramsight.plant.linked import LinkedMachine, build
+from ramsight.plant.linked import LinkedMachine, build_linked
 from ramsight.study.loader.drawing import draw_ground, draw_rock, draw_scenery, draw_shapes, name_parts
 from ramsight.study.loader.scenery import scenery
 from ramsight.study.loader.shapes import shapes
@@ -84,7 +84,7 @@ def _arm(benches: dict[str, Bench]) -> tuple[Picture, ...]:
     described = benches[UNITS[0]].machine
     if described.linkage is None:
         return ()
-    draw = partial(_draw_arm, machine=build(described))
+    draw = partial(_draw_arm, machine=build_linked(described))
     return (Picture("fig01_loader", "The loader and its arm, to scale (the paper's Fig. 1).", draw, (_WIDTH, 3.4)),)
 
 

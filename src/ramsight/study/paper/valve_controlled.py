@@ -11,7 +11,7 @@ from ramsight import machine
 from ramsight.duty.lift_lower import SPEED
 from ramsight.duty.profile import Duty, Profile, constant, trapezoid_moves
 from ramsight.duty.simulate import SAMPLE_PERIOD, simulate
-from ramsight.plant.composed import ComposedUnit, build
+from ramsight.plant.composed import ComposedUnit, build_composed
 from ramsight.plant.limits import pump_reliefs
 from ramsight.plant.load_sensing import LoadSensingPump, MeteringValve
 from ramsight.plant.steady import torque_at_load
@@ -87,7 +87,7 @@ def valve_controlled(bench: Bench) -> ComposedUnit:
     Args:
         bench: a unit that lifts by extending.
     """
-    unit = build(UNIT, cast("Composed", machine.load(MACHINE).unit(UNIT)))
+    unit = build_composed(UNIT, cast("Composed", machine.load(MACHINE).unit(UNIT)))
     own = {"hose_a": bench.unit.a.hose, "hose_b": bench.unit.b.hose}
     higher = bench.unit.held_side.relief.setting - pump_reliefs(unit)[0].setting
 
