@@ -57,7 +57,10 @@ class FreeValue:
     loss: bool = False
 
     def at(self, change: float) -> float:
-        """The value after a change of that logarithm.
+        """The value, in SI units, after a change of its logarithm.
+
+        Args:
+            change: of the logarithm of the value, or of what an efficiency lacks to 1 [1].
 
         Example:
             >>> FreeValue("parts.pump.volumetric_efficiency", 0.9, 0.7, loss=True).at(0.0)

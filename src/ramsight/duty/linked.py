@@ -59,7 +59,7 @@ class LinkedDuty:
         return self.payload, self.tip_force_x, self.tip_force_z
 
     def inputs(self, units: tuple[str, ...], time: Array) -> Array:
-        """Inputs of the equation at given times, shape (times, inputs)."""
+        """Inputs of the equation, in SI units, at given times [s], shape (times, inputs)."""
         return np.column_stack([profile(time) for profile in (*(self.motor_speed[u] for u in units), *self.works)])
 
     def segments(self, units: tuple[str, ...], model: LinkedModel) -> Segments:

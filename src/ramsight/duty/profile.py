@@ -100,7 +100,7 @@ class Duty:
         return all_corners(bends, self.duration)
 
     def commanded(self, name: str, time: ArrayLike) -> Array:
-        """What a part is commanded to at the given times."""
+        """What a part is commanded to, -1 to 1 [1], at the given times [s]."""
         profile = self.commands[name]
         place = np.searchsorted(profile.time, np.asarray(time, dtype=np.float64), side="right") - 1
         return np.asarray(profile.value[np.maximum(place, 0)])
@@ -109,7 +109,7 @@ class Duty:
         """The duty as the engine's segments.
 
         Args:
-            parameters: of the model, shape (parameters,).
+            parameters: of the model, in SI units, shape (parameters,).
             names: of the parameters; the oil's temperature and the parts' commands are among them.
         """
         corner = self.corners()

@@ -54,7 +54,7 @@ class PlantFunction(ca.Function):
         return initial_state(self.unit, self.circuit, middle if position is None else position, load)
 
     def p(self, **changes: float) -> Array:
-        """The parameters with some changed, by name with `__` for the dot: `p(oil_temperature=320.0)`."""
+        """The parameters, in SI units, with some changed, by name with `__` for the dot: `p(oil_temperature=320.0)`."""
         unknown = [name for name in changes if name.replace("__", ".") not in self.parameters]
         if unknown:
             raise ValueError(f"no parameter {unknown[0]!r}; known: {', '.join(self.parameters)}")

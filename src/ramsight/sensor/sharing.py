@@ -143,7 +143,7 @@ class Agreement:
         Args:
             time: [s], increasing.
             one: by one report [unit of the quantity]; NaN where it says nothing.
-            other: by the other one.
+            other: by the other one [unit of the quantity].
         """
         return bool(self.replay(np.array([[time, one, other]]))[0, 2])
 

@@ -136,14 +136,14 @@ class Encoder:
     # ---- what happens -------------------------------------------------------------------------------------------
 
     def start(self, now: float) -> list[Frame]:
-        """Power up: parameters, boot-up message, pre-operational."""
+        """Power up at a time [s]: parameters, boot-up message, pre-operational."""
         self._now = now
         self._drive.sampled(now)
         self._reset(ALL)
         return self._out()
 
     def receive(self, now: float, frame: Frame) -> list[Frame]:
-        """Take a frame from the bus."""
+        """Take a frame that came from the bus at a time [s]."""
         self._advance(now)
         kind, data = frame.cob_id, frame.data
         if kind in self._listener.identifiers:
@@ -163,7 +163,7 @@ class Encoder:
         return self._out()
 
     def advance(self, now: float) -> list[Frame]:
-        """Do whatever is due by now."""
+        """Do whatever is due by now [s]."""
         self._advance(now)
         return self._out()
 

@@ -159,16 +159,16 @@ class Broadcasting:
         return min(self._encoder.due, self._next)
 
     def start(self, now: float) -> list[Frame]:
-        """Power up; the message comes a period later for the first time."""
+        """Power up at a time [s]; the message comes a period later for the first time."""
         self._next = now + self._message.period
         return self._encoder.start(now)
 
     def receive(self, now: float, frame: Frame) -> list[Frame]:
-        """Take a frame from the bus."""
+        """Take a frame that came from the bus at a time [s]."""
         return [*self._encoder.receive(now, frame), *self._due(now)]
 
     def advance(self, now: float) -> list[Frame]:
-        """Do whatever is due by now."""
+        """Do whatever is due by now [s]."""
         return [*self._encoder.advance(now), *self._due(now)]
 
     def stop(self) -> None:

@@ -1,0 +1,104 @@
+"""What the reference documents says in which unit its numbers are."""
+
+import importlib
+import inspect
+import re
+from pathlib import Path
+
+import pytest
+
+import ramsight
+
+REFERENCE = Path(__file__).parent.parent / "docs" / "api"
+NUMBER = re.compile(r"\b(float|Quantity|Loads|Array)\b")
+"""Annotations of what has a unit, or has none and says so."""
+HAS_UNIT = re.compile(r"\[[^\]]*\]|\bshare\b|\bfactor\b|\brelative\b|\bprobability\b|\bunits?\b|\bSI\b|\bas `")
+"""A unit in brackets, a word for a number without one, or where it is said."""
+
+
+def documented():
+    """What the reference names, by its full name."""
+    text = "\n".join(page.read_text(encoding="utf-8") for page in sorted(REFERENCE.glob("*.md")))
+    names = set(re.findall(r"auto(?:function|class):: (\S+)", text))
+    for module in re.findall(r"automodule:: (\S+)", text):
+        names |= {f"{module}.{name}" for name in getattr(importlib.import_module(module), "__all__", [])}
+    for name in sorted(names):
+        holder, _, last = name.rpartition(".")
+        yield name, getattr(importlib.import_module(holder), last)
+
+
+def functions():
+    """Functions of the reference, and the public methods of its classes."""
+    for name, found in documented():
+        if inspect.isfunction(found):
+            yield name, found
+        elif inspect.isclass(found) and found.__module__.startswith("ramsight"):
+            for key, method in vars(found).items():
+                function = inspect.unwrap(getattr(method, "__func__", method))
+                if inspect.isfunction(function) and not key.startswith("_"):
+                    yield f"{name}.{key}", function
+
+
+FUNCTIONS = dict(functions())
+
+
+def described(text: str) -> dict[str, str]:
+    """Arguments of a docstring, each with what is said of it."""
+    found, now = {}, []
+    block = re.search(r"^Args:\n((?:(?: .*)?\n)*(?: .*)?)", text, flags=re.MULTILINE)
+    for line in block[1].splitlines() if block else ():
+        if head := re.match(r" {4}([*`\w][^:]*): (.*)", line):
+            now = [name.strip(" *`") for name in head[1].split(",")]
+            found.update(dict.fromkeys(now, head[2]))
+        else:
+            found.update({name: f"{found[name]} {line.strip()}" for name in now})
+    return found
+
+
+def without_unit(function) -> list[str]:
+    """Arguments, and ``return``, that are numbers without a unit.
+
+    What `Args` does not list may have its unit in the sentences above."""
+    text = inspect.getdoc(function) or ""
+    before = text.partition("Example:")[0]
+    said, found = described(before), []
+    for name, parameter in inspect.signature(function).parameters.items():
+        annotation = str(parameter.annotation)
+        if NUMBER.search(annotation) and "Callable" not in annotation and not HAS_UNIT.search(said.get(name, before)):
+            found.append(name)
+    returned = str(inspect.signature(function).return_annotation)
+    if NUMBER.search(returned) and "Callable" not in returned and not HAS_UNIT.search(before):
+        found.append("return")
+    return found
+
+
+def test_the_public_functions_are_among_them():
+    public = {name for name in ramsight.__all__ if inspect.isfunction(getattr(ramsight, name))}
+    assert len(public) >= 15
+    assert {f"ramsight.{name}" for name in public} <= FUNCTIONS.keys()
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_numbers_have_their_units_in_the_docstring(name):
+    assert without_unit(FUNCTIONS[name]) == []
+
+
+def test_a_number_without_its_unit_is_seen():
+    def area(bore: float, rod: float, share: float) -> float:
+        """Something.
+
+        Args:
+            bore: of the cylinder [m].
+            rod: of the
+                rod.
+            share: of it.
+        """
+        return bore - rod - share
+
+    def stroke() -> float:
+        """How far it goes."""
+        return 0.5
+
+    area.__doc__ = (area.__doc__ or "").replace("share: of it", "share: a share of it")
+    assert without_unit(area) == ["rod"]
+    assert without_unit(stroke) == ["return"]
