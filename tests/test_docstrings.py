@@ -1,5 +1,6 @@
 """What the reference documents says in which unit its numbers are."""
 
+import ast
 import importlib
 import inspect
 import re
@@ -102,3 +103,18 @@ def test_a_number_without_its_unit_is_seen():
     area.__doc__ = (area.__doc__ or "").replace("share: of it", "share: a share of it")
     assert without_unit(area) == ["rod"]
     assert without_unit(stroke) == ["return"]
+
+
+RIDDLE = re.compile(r"(To|Yes|Nothing|Some of)\b|Whether (the |it |a )?\w* ?(is|are|has|does)\.$")
+"""First lines that lack their verb, or what they are about."""
+
+
+def test_a_docstring_is_no_riddle():
+    documented = (ast.FunctionDef, ast.ClassDef)
+    files = sorted(Path(ramsight.__file__).parent.rglob("*.py"))
+    nodes = [node for file in files for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))]
+    first = [(ast.get_docstring(node) or "").partition("\n")[0] for node in nodes if isinstance(node, documented)]
+    assert [line for line in first if RIDDLE.match(line)] == []
+    assert len(first) > 2000
+    assert RIDDLE.match("Whether the position is.")
+    assert not RIDDLE.match("Whether the position is valid.")

@@ -36,7 +36,7 @@ class Ability:
 
     @property
     def text(self) -> str:
-        """It as a line of a list."""
+        """The ability as one line of a list."""
         return f"{self.what:<10} {'yes' if self.can else 'no':<3}  {self.how}"
 
 

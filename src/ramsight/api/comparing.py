@@ -55,7 +55,7 @@ class Compared:
 
     @property
     def text(self) -> str:
-        """A few lines on it."""
+        """The comparison in a few lines."""
         said = self.track["verdict"].values
         shares = [(one, 100.0 * float(np.mean(said == one))) for one in Verdict]
         lines = [f"{share:.1f} % of {len(said)} samples: {one.text}" for one, share in shares if share > 0.0]

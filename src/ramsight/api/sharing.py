@@ -42,7 +42,7 @@ class SharedChecks:
 
     @property
     def looked_at(self) -> list[Shared]:
-        """What both logs have."""
+        """The quantities that both logs have, and that are compared."""
         return [one for one in SHARED if f"{one.name}_alarm" in self.checks]
 
     @property

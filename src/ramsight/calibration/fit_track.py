@@ -93,7 +93,7 @@ class Torque:
     loss: float = 0.0
 
     def of(self, reported: Array) -> Array:
-        """The torque [N m] of a reported one."""
+        """The torque that acts [N m], from the reported one."""
         return np.asarray(self.gain * reported * (1.0 - self.loss * np.abs(reported)))
 
 
@@ -295,7 +295,7 @@ class _Model:
         return [said[k : k + count] for k in range(0, len(said), count)]
 
     def errors(self, change: Array) -> list[Array]:
-        """Of the position along each run [m]."""
+        """Errors of the position along each run [m]."""
         (said,) = self.tracks(change[None, :])
         return [one[:, 0] - run.measured["position"].values for one, run in zip(said, self.runs, strict=True)]
 

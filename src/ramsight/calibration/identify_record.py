@@ -51,7 +51,7 @@ class Record:
 
     @property
     def velocity(self) -> Array:
-        """Of the piston [m/s]."""
+        """Velocity of the piston [m/s]."""
         return np.asarray(np.gradient(self.position, self.time))
 
     @property

@@ -70,7 +70,7 @@ class Reason(IntEnum):
 
     @property
     def text(self) -> str:
-        """The words for it."""
+        """The reason in words."""
         return {
             Reason.NONE: "",
             Reason.ASKED: "asked to stop",

@@ -21,7 +21,7 @@ _SPARE = (
 
 
 class Homing(Doing):
-    """To an end stop.
+    """Go to an end stop.
 
     Args:
         by: the cylinder's motor speeds, limits and tuning.
@@ -61,7 +61,7 @@ class Homing(Doing):
         return Wish(by.moving(self._velocity, self._direction, estimate.load))
 
     def leave(self, event: Event) -> Doing:
-        """To rest on the stop."""
+        """Rest on the stop that was reached."""
         if event is Event.PRESSED:
             return Resting(self.by, on_stop=OnStop(self._end, self._felt))
         return super().leave(event)

@@ -33,5 +33,5 @@ class LeakTesting(Doing):
         return Wish(self.by.unit.lift_sign * self._speed)
 
     def leave(self, event: Event) -> Doing:
-        """To rest."""
+        """When the test is over, rest."""
         return Resting(self.by) if event is Event.OVER else super().leave(event)

@@ -19,7 +19,7 @@ PUSHING = 1.0  # s, for which a rod waits there until it is taken to be blocked
 
 
 class Moving(Doing):
-    """To a target.
+    """Go to a target.
 
     Args:
         by: the cylinder's motor speeds, limits and tuning.
@@ -82,7 +82,7 @@ class Moving(Doing):
         return Wish(self.by.at_rest(0.0, now.estimate.load))
 
     def leave(self, event: Event) -> Doing:
-        """To the landing."""
+        """Near the target, land."""
         if event is Event.NEAR:
             return Landing(self.by, self.target, self._tries, self._limits)
         return super().leave(event)
@@ -117,7 +117,7 @@ class Landing(Resting):
         return Wish(speed, Event.MISSED if again else Event.SETTLED)
 
     def leave(self, event: Event) -> Doing:
-        """To the target again, or to rest."""
+        """Go to the target again, or rest."""
         if event is Event.MISSED:
             return Moving(self.by, self.target, self._tries - 1, self._limits)
         return Resting(self.by, self.target) if event is Event.SETTLED else super().leave(event)

@@ -82,7 +82,7 @@ class Knowledge:
 
     @property
     def std(self) -> float:
-        """Of the position [m]."""
+        """Standard deviation of the position [m]."""
         return math.sqrt(max(float(self.covariance[0, 0]), 0.0))
 
     def after(self, leg: Leg) -> Knowledge:

@@ -42,7 +42,7 @@ class Resting(Doing):
         self._place = target
 
     def step(self, now: Now) -> Wish:
-        """Stand, or hold."""
+        """Let the motor stand, or hold the load with it."""
         return Wish(self._held(now))
 
     def _held(self, now: Now) -> float:

@@ -37,7 +37,7 @@ class Stopping(Doing):
         return Wish(0.0, Event.STANDS if stands else None)
 
     def leave(self, event: Event) -> Doing:
-        """To standstill."""
+        """When the motor stands, stay stopped."""
         return Stopped(self.by) if event is Event.STANDS else super().leave(event)
 
     def slope(self) -> float:
@@ -55,5 +55,5 @@ class Stopped(Doing):
     activity = Activity.STOPPED
 
     def step(self, now: Now) -> Wish:
-        """Nothing."""
+        """Let the motor stand."""
         return Wish(0.0)

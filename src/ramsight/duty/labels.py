@@ -37,7 +37,7 @@ class Owner:
         return f"{self.name}.{short}" if self.name else short
 
     def words(self, text: str) -> str:
-        """What a signal is."""
+        """What a signal is, with the name of its unit before it."""
         return f"{self.name}: {text}" if self.name else text
 
     def drive(self, ode: OdeModel, state: Array, time: Array, speed: Profile, kelvin: Profile) -> dict[str, Signal]:

@@ -84,7 +84,7 @@ class _Stepped:
 
     @property
     def time(self) -> float:
-        """Of the newest sample [s]."""
+        """Time of the newest sample [s]."""
         return self._samples * self.period
 
     def advance(self, inputs: Array) -> None:

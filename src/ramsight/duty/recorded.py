@@ -46,7 +46,7 @@ class Recorded:
     attrs: Mapping[str, Any]
 
     def __getitem__(self, name: str) -> Signal:
-        """A signal."""
+        """The signal of that name."""
         return self.signals[name]
 
     def dataset(self) -> xarray.Dataset:

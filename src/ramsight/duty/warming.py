@@ -77,7 +77,7 @@ class Warming:
 
     @cached_property
     def _capacity(self) -> Array:
-        """Of both stores [J/K]."""
+        """Heat capacity of both stores [J/K]."""
         return np.array([self.case, self.tank])
 
     @cached_property

@@ -38,7 +38,7 @@ class Branch:
     chosen: dict[int, tuple[int, int | None]]
 
     def all(self) -> set[int]:
-        """Every operation in it."""
+        """Every operation of the branch."""
         return {*self.then, *self.otherwise, *self.chosen}
 
 

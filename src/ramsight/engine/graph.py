@@ -52,7 +52,7 @@ class Graph:
     results: list[tuple[tuple[int, int], int]] = field(default_factory=list)
 
     def add(self, node: Node) -> int:
-        """A further node's place."""
+        """Add a node; its place."""
         self.nodes.append(node)
         return len(self.nodes) - 1
 

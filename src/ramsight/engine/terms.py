@@ -41,7 +41,7 @@ class View:
 
 
 def whole(value: int) -> Any:
-    """A constant."""
+    """A constant whole number."""
     return ir.Constant(WHOLE, value)
 
 

@@ -34,7 +34,7 @@ class Samples:
         return len(self.order)
 
     def where(self, chosen: NDArray[np.bool_]) -> Samples:
-        """Some of them."""
+        """The samples that are chosen."""
         return Samples(self.order[chosen], self.time[chosen], self.value[chosen])
 
     @classmethod

@@ -121,7 +121,7 @@ def _has_decimal_commas(rows: Sequence[str]) -> bool:
 
 
 def is_number(cell: str) -> bool:
-    """Whether a cell is one."""
+    """Whether a cell holds a number."""
     try:
         float(cell)
     except ValueError:

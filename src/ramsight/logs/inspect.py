@@ -55,7 +55,7 @@ class Channel:
         return (self.samples - 1) / span if self.samples > 1 and span > 0 else np.nan
 
     def count(self, samples: Samples) -> None:
-        """Take more samples in."""
+        """Count further samples of the channel."""
         known = np.isfinite(samples.value)
         self.missing += int(np.count_nonzero(~known))
         if not known.any():

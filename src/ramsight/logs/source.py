@@ -130,7 +130,7 @@ class TableSource(Source):
     def as_block(
         self, first_row: int, time: NDArray[np.float64], columns: dict[str, NDArray[np.float64]]
     ) -> dict[str, Samples]:
-        """Rows as samples."""
+        """Rows of a table as samples of each channel."""
         order = np.arange(first_row, first_row + len(time), dtype=np.float64)
         block = {name: Samples(order, time, values) for name, values in columns.items()}
         if self.sparse:

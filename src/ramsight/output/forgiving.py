@@ -35,15 +35,15 @@ class ForgivingFile(io.RawIOBase):
             raise self._error
 
     def readable(self) -> bool:
-        """Yes."""
+        """Whether it can be read: always."""
         return True
 
     def writable(self) -> bool:
-        """Yes."""
+        """Whether it can be written: always."""
         return True
 
     def seekable(self) -> bool:
-        """Yes."""
+        """Whether it has places to go to: always."""
         return True
 
     def tell(self) -> int:

@@ -44,7 +44,7 @@ class Shared:
         ui.link(words, self._address(file), new_tab=True)
 
     def end(self) -> None:
-        """Share nothing more."""
+        """Stop sharing files."""
         _shared.pop(self._token, None)
 
     def _address(self, file: Path) -> str:

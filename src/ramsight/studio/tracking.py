@@ -65,7 +65,7 @@ class Asked:
 
     @property
     def folder(self) -> Path:
-        """Where the log is."""
+        """Folder that the log is in."""
         return Path(self.file).parent
 
     @property

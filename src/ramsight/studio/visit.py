@@ -29,7 +29,7 @@ class Visit:
 
     @property
     def folder(self) -> Path:
-        """His folder."""
+        """Folder of this visitor."""
         return Path(self._folder.name)
 
     def on_machine(self, tell: Callable[[Machine], None]) -> None:

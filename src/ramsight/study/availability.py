@@ -79,12 +79,12 @@ class Availability:
 
     @property
     def share(self) -> float:
-        """Of the samples at which the position is available; NaN before the first."""
+        """Share of the samples at which the position is available; NaN before the first."""
         return self._usable / self._samples if self._samples else np.nan
 
     @property
     def text(self) -> str:
-        """One line."""
+        """The availability in one line."""
         alerts = f"{self.alerts} alert{'' if self.alerts == 1 else 's'}"
         more = f", the longest {self.longest:.1f} s" if self.alerts else ""
         return (

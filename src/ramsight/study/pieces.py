@@ -111,7 +111,7 @@ class _Kept:
         self._first: xarray.Dataset | None = None
 
     def append(self, piece: xarray.Dataset) -> None:
-        """Keep a piece's."""
+        """Keep the wanted signals of a piece."""
         if self._first is None:
             self._first = piece.isel(time=slice(0)).copy(deep=True)
             there = tuple(map(str, piece.data_vars))

@@ -23,7 +23,7 @@ class Tally:
         self._counts: dict[int, int] = {}
 
     def append(self, tracked: xarray.Dataset) -> None:
-        """Count a piece."""
+        """Count the samples of a piece by their status."""
         time, position = tracked["time"].values, tracked["position"].values
         self._sensor, self._samples = tracked.attrs["sensor"], self._samples + len(time)
         self._time = [*self._time[:1], float(time[0]), float(time[-1])]

@@ -181,12 +181,12 @@ class Encoder:
 
     @property
     def faults(self) -> frozenset[Fault]:
-        """What is wrong now."""
+        """The faults that there are now."""
         return frozenset(self._faults)
 
     @property
     def valid(self) -> bool:
-        """Whether the position is."""
+        """Whether the position is valid."""
         return self._published.valid
 
     @property
@@ -197,7 +197,7 @@ class Encoder:
 
     @property
     def std(self) -> float:
-        """Its standard deviation [m]."""
+        """Standard deviation of the position [m]."""
         return math.inf if self._estimate is None else self._estimate.std + self._published.behind
 
     @property
@@ -213,12 +213,12 @@ class Encoder:
 
     @property
     def velocity(self) -> float:
-        """Of the piston [m/s]; NaN before the first sample."""
+        """Velocity of the piston [m/s]; NaN before the first sample."""
         return math.nan if self._estimate is None else self._estimate.velocity
 
     @property
     def stroke(self) -> float:
-        """Of the cylinder [m]."""
+        """Stroke of the cylinder [m]."""
         return float(self._unit.cylinder.stroke)
 
     @property

@@ -124,7 +124,7 @@ WARNINGS = _FAST | _INPUT | _NEVER | _DUE | _EDGE | _COLD | _MISSED
 
 
 def alarms(faults: Iterable[Fault]) -> int:
-    """6503h.
+    """Object 6503h: the alarms of these faults together.
 
     Example:
         >>> hex(alarms([Fault.STATE_DAMAGED, Fault.GAP]))
@@ -134,7 +134,7 @@ def alarms(faults: Iterable[Fault]) -> int:
 
 
 def warnings(faults: Iterable[Fault]) -> int:
-    """6505h."""
+    """Object 6505h: the warnings of these faults together."""
     return _together(fault.warning for fault in faults)
 
 

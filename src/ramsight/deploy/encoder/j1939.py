@@ -70,7 +70,7 @@ class Message:
 
     @property
     def identifier(self) -> int:
-        """Of the frame, 29 bits."""
+        """Identifier of the frame, 29 bits."""
         return self.priority << 26 | self.pgn << 8 | self.source
 
     def data(
@@ -150,7 +150,7 @@ class Broadcasting:
 
     @property
     def said(self) -> str:
-        """As the encoder's."""
+        """The position in words, or why there is none."""
         return self._encoder.said
 
     @property

@@ -176,5 +176,5 @@ class _Readers:
     def get_user(
         self, iserver: Any, username: str | None = None, password: str | None = None, certificate: Any = None
     ) -> Any:
-        """Who a client is."""
+        """Give every client the rights of a plain user."""
         return self._rules.User(role=self._rules.UserRole.User)

@@ -122,7 +122,7 @@ class Saving:
         return self.failed != before
 
     def close(self) -> None:
-        """Save what waits."""
+        """Save what is still waiting, and close."""
         if self._file is not None:
             self._file.close()
 

@@ -34,10 +34,10 @@ class _NoTask:
     """Stands for canopen's own heartbeat task: the encoder has a schedule."""
 
     def stop(self) -> None:
-        """Nothing runs."""
+        """Do nothing: there is no task."""
 
     def update(self, data: bytes) -> None:
-        """Nothing to change."""
+        """Do nothing: there is no task."""
 
 
 class Wire(canopen.Network):
@@ -159,7 +159,7 @@ class Node:
         return int(value)
 
     def data(self, index: int, subindex: int = 0) -> bytes:
-        """A value's bytes."""
+        """The bytes of a value of the dictionary."""
         return bytes(self._local.get_data(index, subindex))
 
     def set(self, index: int, subindex: int, value: int) -> None:

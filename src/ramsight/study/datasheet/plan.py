@@ -65,7 +65,7 @@ class Plan:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of what varies."""
+        """Names of what varies."""
         return tuple(one.name for one in self.quantities)
 
     @cached_property
@@ -112,7 +112,7 @@ class Plan:
 
     @property
     def layout(self) -> Layout:
-        """Of its store."""
+        """Layout of the study's store."""
         units = ["K" if one.unit == "degC" else one.unit for one in self.quantities]
         return Layout(self.identity, self.names, units, np.array(self.moments), TASK)
 

@@ -76,7 +76,7 @@ class Varied:
 
     @property
     def is_default(self) -> bool:
-        """Whether nobody has said it."""
+        """Whether this is the default, which nobody has declared."""
         return self.source.startswith(DEFAULT)
 
 

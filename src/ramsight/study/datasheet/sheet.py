@@ -111,12 +111,12 @@ class Bound:
 
     @property
     def is_said(self) -> bool:
-        """Whether the sensor says one."""
+        """Whether the sensor says a bound."""
         return math.isfinite(self.median)
 
     @property
     def text(self) -> str:
-        """It in a sentence."""
+        """The finding in a sentence."""
         return (
             f"while ok the error is said to be below {1e3 * self.median:.1f} mm,"
             f" {self.over_p95:.1f} times the error that 95 % are below;"
@@ -335,7 +335,7 @@ def _terms(plan: Plan, done: xarray.Dataset) -> list[Term]:
 
 
 def _best_p95(done: xarray.Dataset) -> Array:
-    """Of each machine its 95 % error after most references."""
+    """The 95 % error of each machine after most references."""
     p95 = done["p95"].values
     best = np.full(len(p95), np.nan)
     for k in range(TAUGHT + 1):

@@ -205,7 +205,7 @@ def _write(group: Any, layout: Layout, rows: range, found: Mapping[str, Array]) 
 
 
 def _plain(study: Mapping[str, Any]) -> Any:
-    """As it comes back from a file."""
+    """The description of a study as it comes back from a file."""
     return json.loads(json.dumps(study))
 
 

@@ -41,7 +41,7 @@ class Run:
 
     @property
     def stroke(self) -> float:
-        """Of the cylinder as it is [m]."""
+        """Stroke of the cylinder as it is built [m]."""
         return float(self.drawn.unit.cylinder.stroke)
 
     @property

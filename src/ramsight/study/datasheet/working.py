@@ -77,7 +77,7 @@ class Bench:
 
     @property
     def model(self) -> CircuitModel:
-        """Its equation."""
+        """Equation of the unit."""
         found: CircuitModel = self._once("model", lambda: circuit(self.nominal))
         return found
 
@@ -94,7 +94,7 @@ class Bench:
 
     @property
     def virtual(self) -> VirtualSensor:
-        """The sensor."""
+        """The sensor of the unit."""
         found: VirtualSensor = self._once("virtual", lambda: sensor_for(self.nominal, self.sensor))
         return found
 
@@ -128,7 +128,7 @@ class Order:
     moments: Array = field(default_factory=lambda: np.zeros(0))
 
     def seed_of(self, number: int) -> int:
-        """Of a machine's duty and noise."""
+        """Seed of a machine's duty and noise."""
         own = number if self.common is None else self.common
         return int(np.random.SeedSequence([self.seed, own]).generate_state(1, np.uint64)[0] >> 1)
 

@@ -110,6 +110,6 @@ def _curve(begin: ArrayLike, by: ArrayLike, end: ArrayLike) -> Array:
 
 
 def _area(outline: Array) -> float:
-    """Of a polygon [m2]."""
+    """Area of a polygon [m2]."""
     x, z = outline.T
     return 0.5 * abs(float(x @ np.roll(z, -1) - z @ np.roll(x, -1)))

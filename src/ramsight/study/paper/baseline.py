@@ -29,7 +29,7 @@ def baseline(benches: dict[str, Bench], low: float, high: float) -> Compared:
 
 
 def text(found: Compared) -> tuple[str, ...]:
-    """What the baseline is."""
+    """Sentences that say what the baseline is."""
     if not found:
         return ()
     return (

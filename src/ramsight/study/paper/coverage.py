@@ -112,5 +112,5 @@ def _rank(place: str) -> int:
 
 
 def coverage_rows(study: Study) -> list[tuple[str, str, str, str]]:
-    """The lines as text."""
+    """The lines of the table of coverage, as text."""
     return [(item.place, item.says, item.where, item.verdict.value) for item in coverage(study)]

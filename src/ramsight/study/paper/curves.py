@@ -19,7 +19,7 @@ _STEEP = 10.0  # the drop at relief counts as steep when so many times steeper t
 
 
 def movements(benches: dict[str, Bench]) -> Chapter:
-    """Figs 9 and 10."""
+    """Chapter on Figs 9 and 10: movement per revolution against torque."""
     shapes = {name: _shape(bench.movement) for name, bench in benches.items()}
     pictures = tuple(
         Picture(

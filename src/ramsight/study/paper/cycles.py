@@ -24,7 +24,7 @@ Errors = dict[str, dict[str, dict[str, float]]]
 
 
 def cycles(benches: dict[str, Bench]) -> Chapter:
-    """Figs 11 to 16."""
+    """Chapter on Figs 11 to 16: positions and errors of the cycles."""
     found = {
         (unit, load): run_cycle(bench, value) for unit, bench in benches.items() for load, value in bench.loads.items()
     }

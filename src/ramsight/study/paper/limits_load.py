@@ -40,7 +40,7 @@ class AtRest:
 
 
 def load_change(benches: dict[str, Bench]) -> Chapter:
-    """Load changes at rest."""
+    """Chapter on loads that change at rest."""
     put_on = {unit: _change_load(bench, "light", "high") for unit, bench in benches.items()}
     taken_off = {unit: _change_load(bench, "high", "light") for unit, bench in benches.items()}
     emptied = {unit: _emptying(bench) for unit, bench in benches.items()}

@@ -17,7 +17,7 @@ _UNKNOWN = "not described"
 
 
 def provenance(benches: dict[str, Bench]) -> Chapter:
-    """Both tables."""
+    """Chapter on where the numbers of the paper's Tables 1 and 2 come from."""
     described = benches[UNITS[0]].machine
     ratios = {unit: derive(bench.unit) for unit, bench in benches.items()}
     mismatch = {unit: 100.0 * of.mismatch for unit, of in ratios.items()}
@@ -59,7 +59,7 @@ def _nominal(described: Machine) -> str:
 
 
 def _cylinders(described: Machine, benches: dict[str, Bench]) -> Grid:
-    """Table 1."""
+    """Table 1, the cylinders."""
     rows: list[list[str]] = [[name] for name in ("stroke [mm]", "A-side area [mm²]", "B-side area [mm²]", "area ratio")]
     rows += [[f"{text} [N]"] for text in _FRICTION.values()]
     rows.append(["viscous friction [N/(m/s)]"])

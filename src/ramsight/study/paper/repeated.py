@@ -19,7 +19,7 @@ _UNIT_STYLES = {"boom": "-", "bucket": "--"}
 
 
 def repeated(benches: dict[str, Bench]) -> Chapter:
-    """The repeated-cycle study."""
+    """Chapter on cycles that are repeated."""
     both_found = {name: repeat(bench) for name, bench in benches.items()}
     found: Results = {unit: results for unit, (results, _) in both_found.items()}
     accuracy = {unit: own for unit, (_, own) in both_found.items()}

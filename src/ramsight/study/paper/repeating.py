@@ -52,7 +52,7 @@ class Repeated:
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """For the results."""
+        """Numbers that results.json has of it."""
         numbers = {
             "after_1_cycle_mm": float(self.after_cycle[0]),
             "after_10_cycles_mm": float(self.after_cycle[9]),

@@ -75,7 +75,7 @@ class Metered:
 
     @property
     def duration(self) -> float:
-        """Of the cycle [s]."""
+        """Duration of the cycle [s]."""
         return _BEFORE + 2.0 * _REST + 4.0 * self.ramp + sum(self.holds)
 
 
