@@ -22,6 +22,8 @@ static fmi2Status missing(fmi2Component c, const char *what) {
   return wrong(i);
 }
 
+static fmi2Status unless(fmi2Component c, const char *lacking) { return lacking == NULL ? fmi2OK : missing(c, lacking); }
+
 API const char *fmi2GetTypesPlatform(void) { return "default"; }
 API const char *fmi2GetVersion(void) { return "2.0"; }
 
@@ -124,24 +126,13 @@ API fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[], siz
   return n ? missing(c, "a string variable") : fmi2OK;
 }
 
-API fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
-  if (*state == NULL) *state = malloc(sizeof(Kept));
-  if (*state == NULL) return missing(c, "memory for a state");
-  keep(c, *state);
-  return fmi2OK;
-}
+API fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) { return unless(c, get_state(c, state)); }
 
-API fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
-  if (state == NULL) return missing(c, "a state that is none");
-  give_back(c, state);
-  return fmi2OK;
-}
+API fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) { return unless(c, set_state(c, state)); }
 
 API fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {
   (void)c;
-  if (state == NULL) return fmi2OK;
-  free(*state);
-  *state = NULL;
+  free_state(state);
   return fmi2OK;
 }
 
@@ -153,17 +144,11 @@ API fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, s
 }
 
 API fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
-  if (size < sizeof(Kept)) return missing(c, "room for a state in so few bytes");
-  memcpy(bytes, state, sizeof(Kept));
-  return fmi2OK;
+  return unless(c, state_to_bytes(state, bytes, size));
 }
 
 API fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
-  if (size < sizeof(Kept) || memcmp(bytes, TOKEN, sizeof TOKEN) != 0) return missing(c, "the state of another FMU");
-  if (*state == NULL) *state = malloc(sizeof(Kept));
-  if (*state == NULL) return missing(c, "memory for a state");
-  memcpy(*state, bytes, sizeof(Kept));
-  return fmi2OK;
+  return unless(c, state_from_bytes(bytes, size, state));
 }
 
 API fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[], size_t unknowns,

@@ -20,6 +20,8 @@ static fmi3Status missing(fmi3Instance c, const char *what) {
   return wrong(i);
 }
 
+static fmi3Status unless(fmi3Instance c, const char *lacking) { return lacking == NULL ? fmi3OK : missing(c, lacking); }
+
 API const char *fmi3GetVersion(void) { return "3.0"; }
 
 API fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n, const fmi3String categories[]) {
@@ -161,24 +163,13 @@ NONE_SET(Int64, fmi3Int64)
 NONE(UInt64, fmi3UInt64)
 NONE(String, fmi3String)
 
-API fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state) {
-  if (*state == NULL) *state = malloc(sizeof(Kept));
-  if (*state == NULL) return missing(c, "memory for a state");
-  keep(c, *state);
-  return fmi3OK;
-}
+API fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state) { return unless(c, get_state(c, state)); }
 
-API fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state) {
-  if (state == NULL) return missing(c, "a state that is none");
-  give_back(c, state);
-  return fmi3OK;
-}
+API fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state) { return unless(c, set_state(c, state)); }
 
 API fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state) {
   (void)c;
-  if (state == NULL) return fmi3OK;
-  free(*state);
-  *state = NULL;
+  free_state(state);
   return fmi3OK;
 }
 
@@ -190,17 +181,11 @@ API fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, si
 }
 
 API fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size) {
-  if (size < sizeof(Kept)) return missing(c, "room for a state in so few bytes");
-  memcpy(bytes, state, sizeof(Kept));
-  return fmi3OK;
+  return unless(c, state_to_bytes(state, bytes, size));
 }
 
 API fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState *state) {
-  if (size < sizeof(Kept) || memcmp(bytes, TOKEN, sizeof TOKEN) != 0) return missing(c, "the state of another FMU");
-  if (*state == NULL) *state = malloc(sizeof(Kept));
-  if (*state == NULL) return missing(c, "memory for a state");
-  memcpy(*state, bytes, sizeof(Kept));
-  return fmi3OK;
+  return unless(c, state_from_bytes(bytes, size, state));
 }
 
 API fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 step, fmi3Boolean final, fmi3Boolean *event,

@@ -11,7 +11,7 @@ typedef struct {
   void *environment;
   void (*logger)(void); /* cast to its own type where it is called */
   int logging;
-  int phase; /* of the life below */
+  int phase; /* one of those below */
   double time; /* reached [s] */
   char message[200];
 } Instance;
@@ -101,6 +101,40 @@ static void give_back(Instance *i, const Kept *from) {
   i->model = from->model;
   i->phase = from->phase;
   i->time = from->time;
+}
+
+/* States as the interfaces hand them about. Each function gives what is missing, NULL where nothing is. */
+static const char *get_state(const Instance *i, void **state) {
+  if (*state == NULL) *state = malloc(sizeof(Kept));
+  if (*state == NULL) return "memory for a state";
+  keep(i, *state);
+  return NULL;
+}
+
+static const char *set_state(Instance *i, const void *state) {
+  if (state == NULL) return "a state that is none";
+  give_back(i, state);
+  return NULL;
+}
+
+static void free_state(void **state) {
+  if (state == NULL) return;
+  free(*state);
+  *state = NULL;
+}
+
+static const char *state_to_bytes(const void *state, void *bytes, size_t size) {
+  if (size < sizeof(Kept)) return "room for a state in so few bytes";
+  memcpy(bytes, state, sizeof(Kept));
+  return NULL;
+}
+
+static const char *state_from_bytes(const void *bytes, size_t size, void **state) {
+  if (size < sizeof(Kept) || memcmp(bytes, TOKEN, sizeof TOKEN) != 0) return "the state of another FMU";
+  if (*state == NULL) *state = malloc(sizeof(Kept));
+  if (*state == NULL) return "memory for a state";
+  memcpy(*state, bytes, sizeof(Kept));
+  return NULL;
 }
 
 static int advance(Instance *i, double time, double step) {
