@@ -154,10 +154,22 @@ def run(monkeypatch, capsys, *arguments):
 
 
 def test_the_command_line_calibrates_and_tracks_with_the_file(trace, tmp_path, monkeypatch, capsys):
-    sensor, case = tmp_path / "boom.sensor", trace("boom_441kN_40C")
-    code, out, err = run(monkeypatch, capsys, "calibrate", "mining-loader", "--unit", "boom", "--out", sensor)
+    sensor, case, figure = tmp_path / "boom.sensor", trace("boom_441kN_40C"), tmp_path / "boom.svg"
+    calibrate = ["calibrate", "mining-loader", "--unit", "boom", "--out", sensor, "--figure", figure]
+    code, out, err = run(monkeypatch, capsys, *calibrate)
     assert (code, err) == (0, "")
     assert "boom.sensor: written" in out
+    assert out.endswith("boom.svg: written\n")
+    drawn = figure.read_text()
+    for words in (
+        "boom: calibrated at 1500 rpm",
+        "motor torque [N m]",
+        "movement [mm/rev]",
+        "20 °C",
+        "70 °C",
+        "lowering",
+    ):
+        assert f"<!-- {words} -->" in drawn
     track = ["track", "mining-loader", case.log, "--unit", "boom", "--start", "100 mm", "--truth", case.truth]
     code, with_file, err = run(monkeypatch, capsys, *track, "--sensor", sensor)
     assert (code, err) == (0, "")

@@ -16,6 +16,7 @@ def calibrate(
     out: Annotated[Path, typer.Option(help="The sensor file, for example boom.sensor.")],
     speed: Annotated[str, typer.Option(help="Constant motor speed of the calibration.")] = "1500 rpm",
     loads: Annotated[int, typer.Option(min=8, max=1000, help="How many loads.")] = 40,
+    figure: Annotated[Path | None, typer.Option(help="A picture of the table: .png, .svg or .pdf.")] = None,
 ) -> None:
     """Make the paper's look-up table from simulated runs, and keep it as a sensor file.
 
@@ -34,7 +35,8 @@ def calibrate(
     from ramsight.units import format_si, parse_option
 
     check_target(out, (SUFFIX,))
-    check_apart({"the machine": machine}, {"--out": out})
+    check_target(figure, (".png", ".svg", ".pdf"))
+    check_apart({"the machine": machine}, {"--out": out, "--figure": figure})
     described = load_machine(machine).unit(unit)
     fastest = format_si(described.drive.max_speed, "rpm")
     motor_speed = parse_option(speed, "rad/s", "--speed", least="100 rpm", most=fastest)
@@ -45,6 +47,11 @@ def calibrate(
         f"{out}: written; {unit}, {loads} loads at {len(TEMPERATURES)} oil temperatures, torque from "
         f"{movement.lift_torque[0]:.1f} to {movement.lift_torque[-1]:.1f} N m while lifting"
     )
+    if figure is not None:
+        from ramsight.study.movement_figure import movement_figure
+
+        movement_figure(movement, f"{unit}: calibrated at {format_si(motor_speed, 'rpm')}", figure)
+        say_written(figure)
 
 
 def leaktest(

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from ramsight.sensor.table import MovementTable
+from ramsight.study.movement_figure import MM_PER_REVOLUTION, draw_movement
 from ramsight.study.paper.bench import Bench
 from ramsight.study.paper.chapter import Chapter, Picture, Statement, Verdict
-from ramsight.study.paper.drawing import warmth
 
-_MM_PER_REVOLUTION = 2e3 * math.pi
 _KEPT = 0.9  # share of the relief torque up to which a curve is without relief flow
 _STEEP = 10.0  # the drop at relief counts as steep when so many times steeper than before
 
@@ -26,7 +24,7 @@ def movements(benches: dict[str, Bench]) -> Chapter:
             f"{figure}_{name}_movement",
             f"{name.capitalize()} movement per motor revolution over motor torque at oil temperatures from 20 to 70 "
             f"°C, up to the relief valve's opening (the paper's Fig. {int(figure[3:])}).",
-            partial(_draw, movement=bench.movement),
+            partial(draw_movement, movement=bench.movement),
             (7.2, 4.2),
         )
         for figure, (name, bench) in zip(("fig09", "fig10"), benches.items(), strict=True)
@@ -94,11 +92,11 @@ def _shape(movement: MovementTable) -> dict[str, Any]:
     celsius = [f"{t - 273.15:.0f}" for t in movement.temperature]
     order = np.argsort(movement.lift_sign * movement.lift_torque)
     torque = movement.lift_sign * movement.lift_torque[order]
-    lift = _MM_PER_REVOLUTION * movement.lift[:, order]
+    lift = MM_PER_REVOLUTION * movement.lift[:, order]
     clear = torque < _KEPT * movement.relief_torque
     lower_order = np.argsort(movement.lift_sign * movement.lower_torque)
     lower_torque = movement.lift_sign * movement.lower_torque[lower_order]
-    lower = _MM_PER_REVOLUTION * movement.lower[:, lower_order]
+    lower = MM_PER_REVOLUTION * movement.lower[:, lower_order]
     below = lower_torque < _KEPT * lower_torque[-1]
     lift_slope = np.array([np.polyfit(torque[clear], row[clear], 1)[0] for row in lift])
     lower_slope = np.array([np.polyfit(lower_torque[below], row[below], 1)[0] for row in lower])
@@ -115,28 +113,3 @@ def _shape(movement: MovementTable) -> dict[str, Any]:
         "relief_torque_nm": float(movement.lift_sign * movement.relief_torque),
         "lift_torque_range_nm": sorted(found.tolist(), key=abs),
     }
-
-
-def _draw(figure: Any, movement: MovementTable) -> None:
-    axes = figure.add_subplot()
-    rows = list(zip(movement.temperature, movement.lift, movement.lower, strict=True))
-    for k, (temperature, lift, lower) in enumerate(rows):
-        colour = warmth(k / (len(rows) - 1))
-        label = f"{temperature - 273.15:.0f} °C"
-        axes.plot(movement.lift_torque, _MM_PER_REVOLUTION * lift, color=colour, label=label)
-        axes.plot(movement.lower_torque, _MM_PER_REVOLUTION * lower, "--", color=colour)
-    axes.plot([], [], color="0.3", label="lifting")
-    axes.plot([], [], "--", color="0.3", label="lowering")
-    axes.axvline(movement.lift_sign * movement.relief_torque, color="0.3", lw=0.8, ls=":")
-    axes.annotate(
-        "relief valve opens",
-        (movement.lift_sign * movement.relief_torque, 0.03),
-        xycoords=("data", "axes fraction"),
-        xytext=(-6 * movement.lift_sign, 0),
-        textcoords="offset points",
-        ha="right" if movement.lift_sign > 0 else "left",
-        fontsize=8,
-    )
-    axes.set(xlabel="motor torque [N m]", ylabel="movement [mm/rev]")
-    axes.set_ylim(bottom=0.0)
-    axes.legend(ncols=2, loc="center left" if movement.lift_sign > 0 else "center right", fontsize=8)

@@ -23,7 +23,6 @@ __all__ = [
     "Look",
     "draw",
     "shade",
-    "warmth",
 ]
 
 BALANCE, KALMAN, SPEED_TABLE, GREY = ERROR, "#2f7d4f", "#7b4fa3", "#8a94a0"
@@ -58,13 +57,6 @@ def draw(picture: Picture, folder: Path) -> None:
         picture.draw(figure)
         for suffix in (".png", ".svg"):
             save(figure, folder / f"{picture.name}{suffix}")
-
-
-def warmth(share: float) -> Any:
-    """Colour of an oil temperature, 0 the coldest and 1 the hottest."""
-    import matplotlib as mpl
-
-    return mpl.colormaps["plasma"](0.08 + 0.78 * share)
 
 
 def shade(axes: Any, spans: Iterable[tuple[float, float]], label: str, colour: str = DOUBT) -> None:
