@@ -284,3 +284,12 @@ def test_a_revolution_per_minute_stands_in_one_place():
     places = [file.name for file, line in lines if worked_out.search(line) and ">>>" not in line]
     assert sorted(places) == ["unit_algebra.py", "units.py"]
     assert units.to_si(1.0, "rpm") == units.RPM
+
+
+def test_the_freezing_point_stands_in_one_place():
+    """Its other place is the table of units, where it is a definition of its own; a docstring may show it."""
+    source = Path(units.__file__).parent
+    lines = ((file, line) for file in source.rglob("*.py") for line in file.read_text(encoding="utf-8").splitlines())
+    places = {file.name for file, line in lines if "273.15" in line and not re.match(r"\s*(>>>|\(|\d)", line)}
+    assert places == {"unit_algebra.py", "units.py"}
+    assert units.to_si(0.0, "degC") == units.FREEZING

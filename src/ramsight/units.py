@@ -18,10 +18,12 @@ from typing import NamedTuple
 from ramsight import unit_algebra
 from ramsight.errors import DescriptionError
 
-__all__ = ["RPM", "argument", "format_si", "name_of", "parse", "to_si"]
+__all__ = ["FREEZING", "RPM", "argument", "format_si", "name_of", "parse", "to_si"]
 
 #: one revolution per minute [rad/s]
 RPM = 2.0 * math.pi / 60.0
+#: the freezing point of water, 0 °C [K]
+FREEZING = 273.15
 
 #: what a quantity is called and how one is written, by its SI unit
 _KNOWN = {

@@ -6,6 +6,7 @@ import math
 
 from ramsight.calibration.identify import Estimate, Identification
 from ramsight.calibration.identify_friction import FEWEST_LOADS
+from ramsight.units import FREEZING
 
 WORDS = {
     "leak": "leak factor",
@@ -29,7 +30,7 @@ _HEAD = [("", "of the", "95 % interval", "oil 1 K", "torque 1 %"), ("", "data sh
 def summary(found: Identification) -> str:
     """The factors with their intervals and what they depend on, as lines of text."""
     low, high = (1e-5 * p for p in found.pressure)
-    cold, hot = (t - 273.15 for t in found.temperature)
+    cold, hot = (t - FREEZING for t in found.temperature)
     rows: list[tuple[str, ...]] = list(_HEAD)
     notes = []
     for name, words in WORDS.items():

@@ -26,7 +26,7 @@ from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit, reach, side_nodes
 from ramsight.sensor.balance import balance
 from ramsight.stretches import stretches
-from ramsight.units import RPM
+from ramsight.units import FREEZING, RPM
 
 if TYPE_CHECKING:
     import xarray
@@ -302,7 +302,7 @@ def leak_test_summary(test: LeakTest) -> str:
     ]
     lines += [
         f"  {s.start:.1f} to {s.end:.1f} s: {s.motor_speed / RPM:.0f} rpm hold "
-        f"{s.pressure / 1e5:.1f} bar at {s.oil_temperature - 273.15:.1f} degC, factor {s.factor:.3f}"
+        f"{s.pressure / 1e5:.1f} bar at {s.oil_temperature - FREEZING:.1f} degC, factor {s.factor:.3f}"
         for s in test.stretches
     ]
     return "\n".join(lines)

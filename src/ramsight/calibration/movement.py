@@ -19,13 +19,14 @@ from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit, circuit, initial_state, pumped_into
 from ramsight.plant.valve import ReliefValve
 from ramsight.sensor.table import MovementTable
+from ramsight.units import FREEZING
 
 Array = NDArray[np.float64]
 
 METHOD = 3
 """Version of the method; one that gives other tables has another number."""
 
-TEMPERATURES = np.array([20.0, 30.0, 40.0, 50.0, 60.0, 70.0]) + 273.15  # K
+TEMPERATURES = np.array([20.0, 30.0, 40.0, 50.0, 60.0, 70.0]) + FREEZING  # K
 LOADS = 40
 _LIGHTEST = 1e3  # N, [P]
 _STEEP, _TOP = 0.95, 1.03  # shares of the relief load: the points lie closer from here, and end there
@@ -168,7 +169,7 @@ def _run(
     segments = duty.segments(model.values, ode.parameters)
     run = integrate(ode, initial_state(unit, model, start, load), segments, time)
     if run.outcome is not Outcome.DONE:
-        raise SimulationError(f"{unit.name} at {load:.0f} N and {temperature - 273.15:.0f} degC: {run.message}")
+        raise SimulationError(f"{unit.name} at {load:.0f} N and {temperature - FREEZING:.0f} degC: {run.message}")
     x = run.state[:, ode.state_index("position")]
     computed = outputs(ode, segments, time, run.state)
     parts = unit.parts()

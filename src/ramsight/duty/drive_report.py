@@ -27,7 +27,7 @@ from ramsight.logs.channels import (
 )
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.units import RPM
+from ramsight.units import FREEZING, RPM
 
 if TYPE_CHECKING:
     import xarray
@@ -134,7 +134,7 @@ class DriveReport:
         return (
             stepped(speed, self.speed_step),
             stepped(torque, self.torque_step),
-            stepped(temperature - 273.15, self.temperature_step) + 273.15,
+            stepped(temperature - FREEZING, self.temperature_step) + FREEZING,
         )
 
 

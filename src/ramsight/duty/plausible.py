@@ -19,7 +19,7 @@ from ramsight.logs.lines import file_name
 from ramsight.logs.mapped import ChannelMap, standard_map
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.units import RPM
+from ramsight.units import FREEZING, RPM
 
 if TYPE_CHECKING:
     import xarray
@@ -321,14 +321,13 @@ def _temperature(seen: Seen, limits: Limits, unit: str) -> str:
         return ""
     warmth = float(np.median(seen.temperatures))
     lowest, highest = limits.oil
-    as_fahrenheit = (warmth - 273.15 - 32.0) / 1.8 + 273.15
+    most_time = f"the oil has {warmth - FREEZING:.4g} °C most of the time"
+    as_fahrenheit = (warmth - FREEZING - 32.0) / 1.8 + FREEZING
     if warmth > min(_HOT, highest):
         fitting = ["degF"] if lowest < as_fahrenheit < _HOT else []
-        return f"the oil has {warmth - 273.15:.4g} °C most of the time, more than a healthy machine's{_asked(fitting)}"
+        return f"{most_time}, more than a healthy machine's{_asked(fitting)}"
     if warmth < lowest:
-        return (
-            f"the oil has {warmth - 273.15:.4g} °C most of the time; it is described from {lowest - 273.15:.0f} °C on"
-        )
+        return f"{most_time}; it is described from {lowest - FREEZING:.0f} °C on"
     return ""
 
 

@@ -19,6 +19,7 @@ from ramsight.errors import DescriptionError, SimulationError, UnknownNameError
 from ramsight.logs.channels import column_of
 from ramsight.plant.circuit import COMMANDED, CircuitModel
 from ramsight.plant.unit import HydraulicUnit, circuit, initial_state
+from ramsight.units import FREEZING
 
 if TYPE_CHECKING:
     import xarray
@@ -45,8 +46,8 @@ def check_temperature(unit: HydraulicUnit, temperature: Profile) -> None:
             raise DescriptionError(
                 f"the data of the oil {unit.oil.name} do not reach so far",
                 key="oil temperature",
-                value=f"{value - 273.15:.6g} degC",
-                allowed=f"{low - 273.15:.6g} to {high - 273.15:.6g} degC",
+                value=f"{value - FREEZING:.6g} degC",
+                allowed=f"{low - FREEZING:.6g} to {high - FREEZING:.6g} degC",
             )
 
 

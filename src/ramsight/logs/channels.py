@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.units import RPM
+from ramsight.units import FREEZING, RPM
 
 if TYPE_CHECKING:
     import xarray
@@ -74,7 +74,7 @@ MOTOR_SPEED = Channel("motor_speed_rpm", "motor_speed", "rad/s", "motor speed, e
 MOTOR_TORQUE = Channel(
     "motor_torque_nm", "motor_torque", "N m", "motor torque, positive when driving towards extension"
 )
-OIL_TEMPERATURE = Channel("oil_temperature_c", "oil_temperature", "K", "oil temperature", offset=273.15)
+OIL_TEMPERATURE = Channel("oil_temperature_c", "oil_temperature", "K", "oil temperature", offset=FREEZING)
 REFERENCE = Channel("reference_m", "reference", "m", "position that a reference switch reports, NaN elsewhere")
 POSITION = Channel("position_m", "position", "m", "piston position, 0 = fully retracted")
 PRESSURE_A = Channel("pressure_a_pa", "pressure_a", "Pa", "absolute pressure in chamber A")
@@ -98,7 +98,11 @@ DC_POWER = Channel("dc_power_w", "dc_power", "W", "power that the drive takes fr
 DC_VOLTAGE = Channel("dc_voltage_v", "dc_voltage", "V", "voltage of the drive's DC link")
 DC_CURRENT = Channel("dc_current_a", "dc_current", "A", "current that the drive takes from its DC link")
 MOTOR_TEMPERATURE = Channel(
-    "motor_temperature_c", "motor_temperature", "K", "temperature of the motor, as its drive reports it", offset=273.15
+    "motor_temperature_c",
+    "motor_temperature",
+    "K",
+    "temperature of the motor, as its drive reports it",
+    offset=FREEZING,
 )
 PRESSURES = (PRESSURE_A, PRESSURE_B)
 FURTHER = (LINK_ANGLE, *PRESSURES, SHAFT_ANGLE, DC_POWER, MOTOR_TEMPERATURE)

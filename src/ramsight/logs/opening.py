@@ -33,6 +33,7 @@ from ramsight.logs.lines import Advance
 from ramsight.logs.mapped import FURTHER, MEASURED, ChannelMap, Mapped, Referenced, standard_map, to_si_of
 from ramsight.logs.resample import Resampler
 from ramsight.logs.source import CAN, CSV, Source, open_source
+from ramsight.units import FREEZING
 
 if TYPE_CHECKING:
     import xarray
@@ -335,8 +336,8 @@ def check_temperature(kelvin: Array, file: str, channel: str) -> None:
     absurd = known[(known < COLDEST) | (known > HOTTEST)]
     if absurd.size and 2 * absurd.size >= known.size:
         raise LogError(
-            f"is {absurd[0] - 273.15:g} °C; a drive log's oil is between {COLDEST - 273.15:g} and"
-            f" {HOTTEST - 273.15:g} °C: is the column in another unit?",
+            f"is {absurd[0] - FREEZING:g} °C; a drive log's oil is between {COLDEST - FREEZING:g} and"
+            f" {HOTTEST - FREEZING:g} °C: is the column in another unit?",
             file=file,
             column=channel,
         )

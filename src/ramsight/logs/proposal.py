@@ -10,6 +10,7 @@ from ramsight.logs.guess import USUAL, is_share
 from ramsight.logs.inspect import Inspection
 from ramsight.logs.mapped import HOLD, Mapped
 from ramsight.logs.source import CAN
+from ramsight.units import FREEZING
 
 _SPARSE = 0.1  # share of empty cells from which they are no samples, rather than faults
 _RATED = {"speed": "3000 rpm", "torque": "35 N m"}  # examples of what 100 % is
@@ -53,7 +54,7 @@ def _role_lines(found: Inspection, role: str) -> list[str]:
     channel = found.of(role)
     said = found.known.roles.get(role)
     if channel is None and said is not None and said.constant is not None:
-        return [f"[{role}]", f'constant = "{said.constant - 273.15:g} degC"']
+        return [f"[{role}]", f'constant = "{said.constant - FREEZING:g} degC"']
     if channel is None:
         lines = [f"[{role}]  # not found: name the channel", 'channel = ""', f'unit = "{USUAL[role]}"']
         if role == "temperature":

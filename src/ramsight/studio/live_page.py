@@ -16,6 +16,7 @@ from ramsight.studio.scene import MachineScene
 from ramsight.studio.session import Session
 from ramsight.studio.told import FAULTS, KINDS, LIE, SENSORS
 from ramsight.studio.worker import FASTEST, Frame
+from ramsight.units import FREEZING
 
 _PAUSE = 0.03  # s between two looks at what has come
 _ANSWERS = 5.0  # s that a page may take for a frame
@@ -25,8 +26,8 @@ _HIGHEST = 250.0  # bar, that the circuit's warmest colour stands for where no r
 
 KNOBS = (
     ("load", "load [% of the largest]", 0.0, 120.0, 50.0, 5.0, 0.01, 0.0),
-    ("oil_temperature", "oil, brought to [°C]", 0.0, 80.0, 40.0, 1.0, 1.0, 273.15),
-    ("ambient", "air around [°C]", -20.0, 50.0, 20.0, 1.0, 1.0, 273.15),
+    ("oil_temperature", "oil, brought to [°C]", 0.0, 80.0, 40.0, 1.0, 1.0, FREEZING),
+    ("ambient", "air around [°C]", -20.0, 50.0, 20.0, 1.0, 1.0, FREEZING),
     ("leak", "leakage × data sheet", 0.5, 3.0, 1.0, 0.05, 1.0, 0.0),
     ("displacement", "displacement × data sheet", 0.97, 1.03, 1.0, 0.001, 1.0, 0.0),
     ("stiffness", "stiffness × data sheet", 0.5, 1.5, 1.0, 0.05, 1.0, 0.0),

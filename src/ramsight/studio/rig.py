@@ -31,6 +31,7 @@ from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
 from ramsight.studio.playing import Playing
 from ramsight.studio.told import FAULTS, KINDS, SENSORS, Knobs
+from ramsight.units import FREEZING
 
 _OBSTACLE = 0.02  # m beyond where the piston is, extending
 _SPEED_GAIN = 1.03
@@ -151,8 +152,8 @@ class Rig:
             low, high = unit.oil.temperatures
             if not low <= knobs.oil_temperature <= high:
                 raise DescriptionError(
-                    "outside the oil's data", key="oil_temperature", value=f"{knobs.oil_temperature - 273.15:g} degC",
-                    allowed=f"{low - 273.15:g} to {high - 273.15:g} degC",
+                    "outside the oil's data", key="oil_temperature", value=f"{knobs.oil_temperature - FREEZING:g} degC",
+                    allowed=f"{low - FREEZING:g} to {high - FREEZING:g} degC",
                 )  # fmt: skip
         self._apply(knobs)
         if knobs.oil_temperature != self.knobs.oil_temperature:

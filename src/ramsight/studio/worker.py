@@ -18,7 +18,7 @@ from ramsight.studio.draft import Problem, problem
 from ramsight.studio.energy import flows
 from ramsight.studio.rig import Rig, Row
 from ramsight.studio.told import LIE
-from ramsight.units import RPM
+from ramsight.units import FREEZING, RPM
 
 _FRAME = 0.04  # s, from one frame to the next
 _SMOOTH = 0.1  # share of a frame in how fast the machine is said to run
@@ -208,7 +208,7 @@ def _columns(rows: list[Row]) -> Mapping[str, list[float | None]]:
 
 
 def _celsius(kelvin: float) -> float:
-    return round(kelvin - 273.15, 1)
+    return round(kelvin - FREEZING, 1)
 
 
 def _number(value: float, digits: int = 3) -> float | None:

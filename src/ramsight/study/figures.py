@@ -11,7 +11,7 @@ from ramsight.normal import TWO_SIDED_95
 from ramsight.output import atomic_path
 from ramsight.sensor.status import VALIDITIES, Status, validity_levels
 from ramsight.stretches import stretches
-from ramsight.units import RPM
+from ramsight.units import FREEZING, RPM
 
 if TYPE_CHECKING:
     import xarray
@@ -154,7 +154,7 @@ def draw_drive(axes: Any, log: xarray.Dataset) -> None:
     axes[0].set_ylabel("speed\n[rpm]")
     axes[1].plot(log["time"], log["motor_torque"], color=TRUTH, lw=0.6)
     axes[1].set_ylabel("torque\n[N m]")
-    axes[2].plot(log["time"], log["oil_temperature"].values - 273.15, color=TRUTH, lw=0.6)
+    axes[2].plot(log["time"], log["oil_temperature"].values - FREEZING, color=TRUTH, lw=0.6)
     axes[2].set_ylabel("oil\n[°C]")
     axes[2].set_xlabel("time [s]")
 

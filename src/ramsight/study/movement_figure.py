@@ -8,6 +8,7 @@ from typing import Any
 
 from ramsight.sensor.table import MovementTable
 from ramsight.study.figures import STYLE, save
+from ramsight.units import FREEZING
 
 MM_PER_REVOLUTION = 2e3 * math.pi
 """Of one metre per radian [mm/rev]."""
@@ -52,7 +53,7 @@ def draw_movement(figure: Any, movement: MovementTable) -> None:
     rows = list(zip(movement.temperature, movement.lift, movement.lower, strict=True))
     for k, (temperature, lift, lower) in enumerate(rows):
         colour = warmth(k / (len(rows) - 1))
-        label = f"{temperature - 273.15:.0f} °C"
+        label = f"{temperature - FREEZING:.0f} °C"
         axes.plot(movement.lift_torque, MM_PER_REVOLUTION * lift, color=colour, label=label)
         axes.plot(movement.lower_torque, MM_PER_REVOLUTION * lower, "--", color=colour)
     axes.plot([], [], color="0.3", label="lifting")

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ramsight.deploy.encoder.frame import Frame
-from ramsight.units import RPM
+from ramsight.units import FREEZING, RPM
 
 if TYPE_CHECKING:
     import xarray
@@ -52,7 +52,7 @@ class PlayedDrive:
             if k % _ALIVE_EVERY == 0:
                 yield at, Frame(0x700 + self.node, b"\x05", at)
             if self.warm_node is not None and k % _WARM_EVERY == 0 and math.isfinite(warmth):
-                yield at, Frame(0x180 + self.warm_node, struct.pack("<h", round(10.0 * (warmth - 273.15))), at)
+                yield at, Frame(0x180 + self.warm_node, struct.pack("<h", round(10.0 * (warmth - FREEZING))), at)
             if not (math.isfinite(speed) and math.isfinite(torque)):
                 continue
             share = min(max(round(1e3 * torque / self.rated_torque), -_LARGEST), _LARGEST)

@@ -16,7 +16,7 @@ from ramsight.study.commissioning.finding import Finding, Verdict
 from ramsight.study.commissioning.walk import Commissioning
 from ramsight.study.figures import draw_track
 from ramsight.study.page import page, row, table
-from ramsight.units import RPM
+from ramsight.units import FREEZING, RPM
 
 _CLASS = {Verdict.PASSED: "good", Verdict.DOUBT: "fair", Verdict.FAILED: "bad", Verdict.OPEN: "open"}
 _WORDS = {
@@ -93,7 +93,7 @@ def _leak_test(test: LeakTest) -> list[str]:
                 f"{one.start:.1f} to {one.end:.1f}",
                 f"{one.motor_speed / RPM:.0f}",
                 f"{one.pressure / 1e5:.1f}",
-                f"{one.oil_temperature - 273.15:.1f}",
+                f"{one.oil_temperature - FREEZING:.1f}",
                 f"{one.factor:.3f}",
             )
         )

@@ -11,6 +11,7 @@ from ramsight.sensor.table import MovementTable
 from ramsight.study.movement_figure import MM_PER_REVOLUTION, draw_movement
 from ramsight.study.paper.bench import Bench
 from ramsight.study.paper.chapter import Chapter, Picture, Statement, Verdict
+from ramsight.units import FREEZING
 
 _KEPT = 0.9  # share of the relief torque up to which a curve is without relief flow
 _STEEP = 10.0  # the drop at relief counts as steep when so many times steeper than before
@@ -89,7 +90,7 @@ def movements(benches: dict[str, Bench]) -> Chapter:
 
 def _shape(movement: MovementTable) -> dict[str, Any]:
     """What can be said of a table's curves; torque is taken in the direction that lifts."""
-    celsius = [f"{t - 273.15:.0f}" for t in movement.temperature]
+    celsius = [f"{t - FREEZING:.0f}" for t in movement.temperature]
     order = np.argsort(movement.lift_sign * movement.lift_torque)
     torque = movement.lift_sign * movement.lift_torque[order]
     lift = MM_PER_REVOLUTION * movement.lift[:, order]

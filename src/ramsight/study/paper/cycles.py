@@ -10,6 +10,7 @@ from ramsight.study.paper.chapter import Chapter, Grid, Picture, Statement, Verd
 from ramsight.study.paper.cycle import NOISES, Cycle, any_noise_mm, run_cycle
 from ramsight.study.paper.drawing import LOADS, SENSORS, TRUTH, shade
 from ramsight.study.paper.words import both, figure, slashed
+from ramsight.units import FREEZING
 
 LIMITS_MM = {"boom": 5.0, "bucket": 10.0}
 """The paper's errors at high load, [P]."""
@@ -81,7 +82,7 @@ def warm_and_cold(benches: dict[str, Bench]) -> Chapter:
     found: dict[str, Errors] = {}
     for unit, bench in benches.items():
         for celsius in _OTHER_TEMPERATURES:
-            one = {(unit, k): run_cycle(bench, load, celsius + 273.15) for k, load in bench.loads.items()}
+            one = {(unit, k): run_cycle(bench, load, celsius + FREEZING) for k, load in bench.loads.items()}
             found.setdefault(unit, {})[f"{celsius:.0f}_degC"] = {s: of[unit] for s, of in _errors(one).items()}
     rows = tuple(
         (f"{unit}, {degrees.replace('_degC', ' °C')}", *(slashed(by[sensor].values(), 2) for sensor in SENSORS))

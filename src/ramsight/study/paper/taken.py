@@ -16,6 +16,7 @@ from ramsight.study.paper.bench import TEMPERATURE, Bench
 from ramsight.study.paper.chapter import Chapter, Grid, Statement, Verdict
 from ramsight.study.paper.drawing import SENSORS
 from ramsight.study.paper.words import both, figure, slashed
+from ramsight.units import FREEZING
 
 PERIODS = (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5)  # s, between two samples of the drive
 _LITTLE_MM = 1.0  # of a cycle; less is called no significant effect
@@ -82,7 +83,7 @@ def _density(bench: Bench) -> dict[str, dict[str, float]]:
     found = {}
     for temperature in (_COLD, TEMPERATURE, _HOT):
         own = _table_mm(bench, bench.unit, temperature)
-        key = f"{temperature - 273.15:.0f}_degC"
+        key = f"{temperature - FREEZING:.0f}_degC"
         found[key] = {"own_mm": own, "changed_mm": _table_mm(bench, expands, temperature) - own}
     return found
 
@@ -128,7 +129,7 @@ def _aged(bench: Bench) -> float:
 def _energy(bench: Bench) -> dict[str, dict[str, float]]:
     """Losses of a cycle over what the motor gives [%], by load at 40 degC and by temperature at high load."""
     points = {name: (load, TEMPERATURE) for name, load in bench.loads.items()}
-    points |= {f"high_{t - 273.15:.0f}_degC": (bench.loads["high"], t) for t in (_COLD, _HOT)}
+    points |= {f"high_{t - FREEZING:.0f}_degC": (bench.loads["high"], t) for t in (_COLD, _HOT)}
     found = {}
     for name, (load, temperature) in points.items():
         attrs = simulate(bench.unit, bench.cycle(load, temperature=temperature)).attrs
