@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
 from ramsight.plant.as_built import AsBuilt
-from ramsight.plant.balance import FACTORS, without_friction
+from ramsight.plant.balance import FACTORS, _share_of, without_friction
 from ramsight.plant.balance import balance as with_friction
 from ramsight.plant.drive import IdealDrive
 from ramsight.plant.hose import Hose
@@ -401,6 +401,15 @@ def test_factors_are_those_of_a_machine_as_it_was_built(unit):
         same, expected = solved(other, z0, speed, load)
         assert z == pytest.approx(expected, rel=1e-9, abs=1e-9)
         assert float(step.torque) == pytest.approx(float(same.torque), rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "law", [lambda a, f: a + 3.0 * a * f, lambda a, f: a + a * f * f + f], ids=["linear", "square"]
+)
+def test_what_is_there_by_a_factor_only_is_the_rest_of_what_is_without_it(law):
+    a, f = ca.SX.sym("a"), ca.SX.sym("f")
+    share = ca.Function("share", [a, f], [_share_of(law(a, f), f)])
+    assert float(share(2.0, 1.7)) == pytest.approx(law(2.0, 1.7) - law(2.0, 0.0), rel=1e-14)
 
 
 def test_a_held_piston_stands_whatever_the_pump_does(unit):

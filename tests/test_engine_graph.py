@@ -1,5 +1,7 @@
 """What an SX function becomes before it is machine code or C: shared inverses, choices, branches."""
 
+import itertools
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ from ramsight import machine
 from ramsight.engine import branches
 from ramsight.engine.branches import Branch, schedule
 from ramsight.engine.cache import generated_module, instructions
-from ramsight.engine.graph import SELECT, graph_of
+from ramsight.engine.graph import SELECT, graph_of, side_by_side
 from ramsight.plant.ddh import build_ddh
 from ramsight.sensor.kalman import kalman
 
@@ -33,6 +35,37 @@ def much(value, times=branches._LEAST):
 def test_what_is_divided_by_more_than_once_is_inverted_once():
     found = codes(graph(x / z, y / z, 1.0 / z))
     assert [found.count(code) for code in (ca.OP_INV, ca.OP_MUL, ca.OP_DIV)] == [1, 2, 0]
+
+
+def test_chains_that_do_not_need_each_other_stand_side_by_side():
+    """Each step of a chain takes longer than a processor looks ahead, so the chains take turns."""
+
+    def chain(value):
+        for _ in range(4):
+            value = ca.exp(ca.exp(ca.exp(value)))
+        return value
+
+    one = graph(chain(x), chain(y), chain(z))
+    order = side_by_side(one)
+    found = one.reordered(order)
+    assert sorted(order) == list(range(len(one.nodes)))
+    assert all(source < k for k, node in enumerate(found.nodes) for source in node.sources)
+
+    def of(place):
+        while found.nodes[place].sources:
+            (place,) = found.nodes[place].sources
+        return found.nodes[place].place[0]
+
+    chains = [of(k) for k, node in enumerate(found.nodes) if node.code == ca.OP_EXP]
+    turns = sum(a != b for a, b in itertools.pairwise(chains))
+    assert turns > 8, "one chain after the other takes two turns"
+    assert [of(k) for _, k in found.results] == [0, 1, 2]
+
+
+def test_parts_stay_together_however_long_they_take():
+    found = graph(ca.exp(x), y + z)
+    parts = [1 if node.code == ca.OP_EXP else 0 for node in found.nodes]
+    assert side_by_side(found, parts)[-1] == parts.index(1)
 
 
 def test_a_single_division_stays_one():

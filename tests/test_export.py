@@ -8,6 +8,7 @@ import os
 import re
 import struct
 import subprocess
+import tempfile
 import zlib
 from functools import cache
 from pathlib import Path
@@ -389,12 +390,13 @@ def test_the_step_stands_in_the_order_of_the_pipe(exported):
     places = [step.index(f"/* {part}: ") for part in PARTS]
     inputs, balance, contacts, update, status = (step[a:b] for a, b in itertools.pairwise([*places, len(step)]))
     assert "u_oil_temperature" in inputs
-    assert "x_circuit_pressure" not in inputs
-    assert "x_circuit_pressure" in balance
+    assert "s->circuit_pressure" not in inputs
+    assert "s->circuit_pressure" in balance
 
     assert "EXP(" in inputs + balance or "POW(" in inputs + balance, "viscosity"
     assert len(balance) > 0.2 * len(step)
-    assert "x_nominal_covariance" not in contacts
+    assert "s->described_covariance_01" not in contacts
+    assert "s->described_covariance_01" in update
     assert len(update) > len(status)
 
 
@@ -413,6 +415,52 @@ def test_operations_stand_by_their_parts_and_behind_what_they_need():
     assert [output for output, _ in ordered.results] == [(0, 0)]
     lines = statements(function, lambda *at: Term(f"a{at[0]}"), lambda *at: f"out = {at[2].text};", PLAIN, "ABC")
     assert [line[3] for line in lines if line.startswith("/* ")] == ["A", "B", "C", "W"]
+
+
+def _in_place(next_state, before=(2.0, 3.0), on=1.0):
+    """Statements that write a state over itself, and what a run of them leaves."""
+    s, flag = ca.SX.sym("s", 2), ca.SX.sym("on")
+    function = ca.Function("f", [s, flag], [ca.vertcat(*next_state(s[0], s[1], flag))])
+    names = ("s", "on")
+    lines = statements(
+        function,
+        lambda argument, k: Term(f"{names[argument]}[{k}]"),
+        lambda _, k, term: f"s[{k}] = {term.text};",
+        PLAIN,
+        kept={0: 0},
+    )
+    body = "\n".join(lines)
+    program = f"""#include <stdio.h>
+    typedef double real;
+    #define R(x) (x)
+    int main(void) {{
+      real s[2] = {{{before[0]}, {before[1]}}}, on[1] = {{{on}}};
+      {body}
+      printf("%.17g %.17g", s[0], s[1]);
+    }}"""
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "f.c").write_text(program)
+        run([COMPILER, "-std=c99", "f.c", "-o", "f"], Path(folder))
+        said = [float(word) for word in run([str(Path(folder) / "f")], Path(folder)).split()]
+    return body, said, function(list(before), on).full().ravel().tolist()
+
+
+@pytest.mark.parametrize("on", [0.0, 1.0])
+@pytest.mark.parametrize(
+    ("next_state", "guarded"),
+    [
+        pytest.param(lambda a, b, on: (ca.if_else(on, a, a + b), ca.if_else(on, b, a * b)), True, id="kept if"),
+        pytest.param(lambda a, b, on: (ca.if_else(on, a + b, a), ca.if_else(on, a * b, b)), True, id="new if"),
+        pytest.param(lambda a, b, on: (ca.if_else(on, b, a), ca.if_else(on, a, b)), True, id="swapped if"),
+        pytest.param(lambda a, b, on: (b, a), False, id="swapped"),
+        pytest.param(lambda a, b, on: (ca.if_else(on, b, 1.0), a + 1.0), False, id="the other one's place"),
+        pytest.param(lambda a, b, on: (c := ca.if_else(on, a, b), c * c), False, id="used as well"),
+    ],
+)
+def test_a_state_that_stays_is_not_written_and_none_is_read_behind_its_writing(next_state, guarded, on):
+    body, said, expected = _in_place(next_state, on=on)
+    assert said == expected
+    assert ("if (" in body) == guarded
 
 
 def test_the_folder_says_how_it_is_called_and_in_which_units(tmp_path):

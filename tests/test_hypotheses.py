@@ -1,5 +1,7 @@
 """What is not known of a machine: what references and contacts make likely, and what they do to the position."""
 
+import math
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -17,6 +19,7 @@ from ramsight.sensor.hypotheses import (
     LOW,
     NAMES,
     POSITION,
+    RISK,
     TOP,
     Hypotheses,
 )
@@ -79,6 +82,7 @@ class Bank:
             "room_low": room[0],
             "room_top": room[1],
             "total": ca.sqrt(bank.variance()),
+            "bound": bank.bound(),
             "leak": bank.means()[0],
             "exponent": bank.means()[4],
             "leak_std": bank.factor_std(LEAK),
@@ -624,6 +628,25 @@ def test_what_a_contact_corrects_is_not_the_compliance(bank):
     after = bank.means("described")
     assert after[COMPLIANCE] == before[COMPLIANCE]
     assert after[LEAK] < before[LEAK]
+
+
+@given(
+    weights=st.lists(st.floats(-14.0, 3.0), min_size=len(NAMES), max_size=len(NAMES)),
+    places=st.lists(st.floats(-0.05, 0.05), min_size=len(NAMES), max_size=len(NAMES)),
+)
+@settings(max_examples=25, deadline=None)
+def test_the_bound_holds_under_each_hypothesis_as_likely_as_it_is(bank, weights, places):
+    """By the separation of solutions, worked out here for itself."""
+    states = {f"{name}_weight": weight for name, weight in zip(NAMES, weights, strict=True)}
+    states |= {f"{name}_0": place for name, place in zip(NAMES, places, strict=True)}
+    said = bank.begin(0.3, std=1e-3, **states)
+    reach = []
+    for name in NAMES:
+        share = said[f"p_{name}"] - (2.0 * Assumptions().stops.wrong if name == "wrong" else 0.0)
+        if share > RISK:
+            std = math.sqrt(bank.matrix(name)[POSITION, POSITION])
+            reach.append(abs(bank.means(name)[POSITION]) + std * math.sqrt(2.0 * math.log(share / RISK)))
+    assert said["bound"] == pytest.approx(bank.value("band_width") * max(reach), rel=1e-9)
 
 
 @pytest.mark.parametrize(("k", "bound"), list(enumerate(BOUNDS, LEAK)))

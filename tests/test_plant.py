@@ -11,7 +11,7 @@ from ramsight.duty import Duty, Profile, lift_lower, simulate
 from ramsight.duty.profile import constant
 from ramsight.engine.run import integrate, outputs
 from ramsight.logs import read_truth
-from ramsight.plant.cylinder import friction_force
+from ramsight.plant.cylinder import friction_force, sliding_friction
 from ramsight.plant.ddh import build_ddh
 from ramsight.plant.oil import ATMOSPHERE
 from ramsight.plant.unit import circuit, initial_state
@@ -214,6 +214,13 @@ def test_cylinder_friction_opposes_the_motion(velocity):
     force = float(friction_force(velocity, 3000.0, 4200.0, 17000.0, 5e-3))
     assert force * velocity >= 0.0
     assert abs(force) <= 4200.0 * 1.3 + 17000.0 * abs(velocity)
+
+
+@given(shares=st.floats(5.0, 1e3), scale=st.floats(1e-4, 1e-1), hump=st.floats(1.0, 3.0))
+def test_friction_of_a_sliding_piston_is_the_law_without_its_hump(shares, scale, hump):
+    speed = shares * scale
+    whole = float(friction_force(speed, 3000.0, hump * 3000.0, 17000.0, scale))
+    assert sliding_friction(speed, 3000.0, 17000.0) == pytest.approx(whole, rel=1e-9)
 
 
 @given(

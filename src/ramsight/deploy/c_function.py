@@ -7,15 +7,16 @@ mean is what they mean in the engine (engine/llvm.py).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections import Counter, defaultdict
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
 
 from ramsight.deploy.c_sections import by_section, titled
-from ramsight.engine.branches import Branch, schedule
+from ramsight.engine.branches import Branch, choice, schedule
 from ramsight.engine.cache import instructions
-from ramsight.engine.graph import SELECT, graph_of
+from ramsight.engine.graph import SELECT, Graph, Node, graph_of
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,7 @@ def statements(
     write: Callable[[int, int, Term], str],
     dialect: Dialect,
     sections: Sequence[str] = (),
+    kept: Mapping[int, int] | None = None,
 ) -> list[str]:
     """The lines of a function's body.
 
@@ -66,14 +68,19 @@ def statements(
         dialect: how operations are written.
         sections: titles of the parts that it consists of. All but the last have a mark among the function's last
             outputs, which are not written: what the part leads to.
+        kept: of an output the input that it is written over, where there is one: what stays as it was is not written.
     """
     graph = graph_of(instructions(function))
     marks = max(len(sections) - 1, 0)
     graph, parts = by_section(graph, function.n_out() - marks, marks)
     terms: dict[int, Term] = {}
+    written = written_if(graph, kept or {})
+    unneeded = {node for place, node in graph.results if place in written}
 
     def line(k: int) -> list[str]:
         node = graph.nodes[k]
+        if k in unneeded:
+            return []
         if node.code == ca.OP_INPUT:
             terms[k] = read(*node.place)
         elif node.code == ca.OP_CONST:
@@ -96,12 +103,55 @@ def statements(
         then, otherwise = ([f"  {text}" for text in body] for body in bodies)
         return [*declared, f"if ({_truth(terms[item.condition])}) {{", *then, "} else {", *otherwise, "}"]
 
+    def copy(k: int) -> list[str]:
+        read, terms[k] = terms[k], Term(f"{terms[k].kind[0]}{k}", terms[k].kind)
+        return [f"const {dialect.types[read.kind]} {terms[k].text} = {read.text};"]
+
     lines = [
         (parts[max(item.chosen)], branch(item)) if isinstance(item, Branch) else (parts[item], line(item))
         for item in (schedule(graph, parts) if dialect.branches else range(len(graph.nodes)))
     ]
     known = ["", "/* What is known from now on */"] if sections else []
-    return titled(lines, sections) + known + [write(*place, terms[node]) for place, node in graph.results]
+    copied = [text for node in sorted(_moved(graph, written, kept or {})) for text in copy(node)]
+    always = [write(*place, terms[node]) for place, node in graph.results if place not in written]
+    seldom: dict[str, list[str]] = defaultdict(list)
+    for place, (condition, value, wanted) in written.items():
+        truth = _truth(terms[condition])
+        seldom[truth if wanted else f"!{truth}"].append(f"  {write(*place, terms[value])}")
+    guarded = [text for truth, body in seldom.items() for text in (f"if ({truth}) {{", *body, "}")]
+    return titled(lines, sections) + known + copied + always + guarded
+
+
+def _moved(graph: Graph, written: Mapping[tuple[int, int], tuple[int, int, bool]], kept: Mapping[int, int]) -> set[int]:
+    """Inputs that are results elsewhere than where they stand: they may be written over before they are read."""
+    values = {written[place][1] if place in written else node for place, node in graph.results}
+    return {k for k in values if graph.nodes[k].code == ca.OP_INPUT and graph.nodes[k].place[0] in kept.values()}
+
+
+def written_if(graph: Graph, kept: Mapping[int, int]) -> dict[tuple[int, int], tuple[int, int, bool]]:
+    """Results that are a new value or what stood in their place already, and are nothing's operand.
+
+    Args:
+        graph: of the function.
+        kept: of an output the input that it is written over.
+
+    Returns:
+        Of their places the condition, the new value, and which way the condition has to be for it.
+    """
+    used = {source for node in graph.nodes for source in node.sources}
+    often = Counter(node for _, node in graph.results)
+    found = {}
+    for place, node in graph.results:
+        chosen = choice(graph, node)
+        if chosen is None or node in used or often[node] > 1 or place[0] not in kept:
+            continue
+        condition, *values = chosen
+        before = Node(ca.OP_INPUT, place=(kept[place[0]], place[1]))
+        stays = [k is not None and graph.nodes[k] == before for k in values]
+        for way, (stay, other) in enumerate(zip(stays, reversed(values), strict=True)):
+            if stay and other is not None:
+                found[place] = condition, other, way == 1
+    return found
 
 
 def array_function(name: str, function: ca.Function, dialect: Dialect, *, outputs_end: str = "_") -> str:
@@ -117,7 +167,7 @@ def array_function(name: str, function: ca.Function, dialect: Dialect, *, output
         >>> x = ca.SX.sym("x", 2)
         >>> print(array_function("least", ca.Function("f", [x], [ca.fmin(x[0], x[1])], ["x"], ["y"]), PLAIN))
         static void least(const real *restrict x, real *restrict y_) {
-          const real r2 = x[0] >= x[1] ? x[1] : x[0];
+          const real r2 = x[1] < x[0] ? x[1] : x[0];
           y_[0] = r2;
         }
     """
@@ -164,7 +214,7 @@ _REAL = {
 }  # fmt: skip
 _ALIKE = {
     ca.OP_ASSIGN: "{0}", ca.OP_NEG: "-{0}", ca.OP_ADD: "{0} + {1}", ca.OP_SUB: "{0} - {1}",
-    ca.OP_FMIN: "{0} >= {1} ? {1} : {0}", ca.OP_FMAX: "{0} <= {1} ? {1} : {0}",
+    ca.OP_FMIN: "{1} < {0} ? {1} : {0}", ca.OP_FMAX: "{1} > {0} ? {1} : {0}",
 }  # fmt: skip
 _COMPARED = {
     ca.OP_LT: "{0} < {1}", ca.OP_LE: "{0} <= {1}", ca.OP_EQ: "{0} == {1}", ca.OP_NE: "{0} < {1} || {0} > {1}",

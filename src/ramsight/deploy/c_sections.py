@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ramsight.engine.graph import Graph
+from ramsight.engine.graph import Graph, side_by_side
 
 
 def live_marks(graph: Graph, first: int) -> set[tuple[int, int]]:
@@ -42,11 +42,9 @@ def by_section(graph: Graph, first: int, count: int) -> tuple[Graph, list[int]]:
         leads = replace(graph, results=[one for one in graph.results if one[0][0] == first + mark])
         for node in leads.live():
             parts[node] = mark
-    order = sorted(range(len(graph.nodes)), key=lambda k: (parts[k], k))
-    place = {old: new for new, old in enumerate(order)}
-    nodes = [replace(graph.nodes[k], sources=tuple(place[s] for s in graph.nodes[k].sources)) for k in order]
-    results = [(output, place[node]) for output, node in graph.results if output[0] < first]
-    return Graph(nodes, results), [parts[k] for k in order]
+    order = side_by_side(graph, parts)
+    results = [one for one in graph.results if one[0][0] < first]
+    return replace(graph, results=results).reordered(order), [parts[k] for k in order]
 
 
 def titled(lines: Sequence[tuple[int, Sequence[str]]], titles: Sequence[str]) -> list[str]:

@@ -220,7 +220,7 @@ def _step(sensor: VirtualSensor, prefix: str) -> tuple[list[str], list[str], set
     wide: set[str] = {*PLACES, *CLOCKS, *ANGLES} & set(recursion.state)
     while True:  # a sum of doubles is a double, and so is a state that it becomes
         scribe = _Scribe(recursion, prefix, names, frozenset(wide))
-        lines = statements(step, scribe.read, scribe.write, PLAIN, titles)
+        lines = statements(step, scribe.read, scribe.write, PLAIN, titles, kept={0: 0})
         if scribe.sums <= wide:
             break
         wide |= scribe.sums
@@ -229,7 +229,7 @@ def _step(sensor: VirtualSensor, prefix: str) -> tuple[list[str], list[str], set
         for name, value in zip(names, values, strict=True)
         if name in scribe.used
     ]
-    return ["/* What was known before */", *scribe.loaded.values(), *lines], constants, wide
+    return lines, constants, wide
 
 
 def _marked(recursion: Recursion, marks: list[Any]) -> tuple[ca.Function, ca.Function]:
@@ -267,7 +267,6 @@ class _Scribe:
     def __init__(self, recursion: Recursion, prefix: str, constants: list[str], wide: frozenset[str]) -> None:
         self._recursion, self._prefix, self._constants, self._wide = recursion, prefix, constants, wide
         self.used: set[str] = set()
-        self.loaded: dict[str, str] = {}
         self.sums: set[str] = set()
 
     def read(self, argument: int, k: int) -> Term:
@@ -279,9 +278,7 @@ class _Scribe:
             return Term(self._constants[k])
         name = self._recursion.state[k]
         kind = "wide" if name in self._wide and name not in ANGLES else "real"
-        if name not in CLOCKS and name not in ANGLES:
-            self.loaded[name] = f"const {kind} x_{name} = s->{name};"
-        return Term(f"x_{name}", kind)
+        return Term(f"x_{name}" if name in CLOCKS or name in ANGLES else f"s->{name}", kind)
 
     def write(self, argument: int, k: int, term: Term) -> str:
         if argument == 1:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import casadi as ca
@@ -20,6 +20,15 @@ Program = Sequence[Sequence[Any]]
 SELECT = -1
 """Beside CasADi's codes: first if the condition, else second."""
 _DIVISIONS = (ca.OP_DIV, ca.OP_INV)
+_FREE = (ca.OP_INPUT, ca.OP_CONST)
+# Cycles until a result can be used, on today's processors (Fog, Instruction tables, Technical University of Denmark):
+# what takes long there takes long everywhere.
+_USUAL = 4
+_CYCLES = {ca.OP_DIV: 14, ca.OP_INV: 14, ca.OP_SQRT: 18} | dict.fromkeys(
+    (ca.OP_EXP, ca.OP_LOG, ca.OP_TANH, ca.OP_SIN, ca.OP_COS, ca.OP_POW, ca.OP_CONSTPOW), 50
+)
+# Cycles that a processor looks ahead, some hundred instructions: what can be done within them may stand in any order.
+_AHEAD = 100
 
 
 @dataclass(frozen=True)
@@ -66,6 +75,27 @@ class Graph:
                 return Node(SELECT, (condition, value, instead))
         return None
 
+    def reordered(self, order: Sequence[int]) -> Graph:
+        """The same with its nodes in another order, each still behind those that it needs."""
+        place = {old: new for new, old in enumerate(order)}
+        nodes = [replace(self.nodes[k], sources=tuple(place[s] for s in self.nodes[k].sources)) for k in order]
+        return Graph(nodes, [(output, place[node]) for output, node in self.results])
+
+    def ready(self) -> list[int]:
+        """After how many cycles each node is known where nothing else has to be waited for.
+
+        Example:
+            >>> from ramsight.engine.cache import instructions
+            >>> a, b = ca.SX.sym("a"), ca.SX.sym("b")
+            >>> graph_of(instructions(ca.Function("f", [a, b], [ca.sqrt(a) + b]))).ready()
+            [0, 18, 0, 22]
+        """
+        known = [0] * len(self.nodes)
+        for k, node in enumerate(self.nodes):
+            takes = 0 if node.code in _FREE else _CYCLES.get(node.code, _USUAL)
+            known[k] = takes + max((known[source] for source in node.sources), default=0)
+        return known
+
     def live(self) -> set[int]:
         """Nodes that a result depends on."""
         found: set[int] = set()
@@ -89,6 +119,20 @@ def graph_of(program: Program) -> Graph:
         1
     """
     return _needed(_simplified(_read(program)))
+
+
+def side_by_side(graph: Graph, parts: Sequence[int] | None = None) -> list[int]:
+    """An order of the nodes in which chains that do not need each other stand side by side.
+
+    CasADi writes one after the other; a processor that waits for a root or a quotient in one of them does not look as
+    far ahead as to find the next.
+
+    Args:
+        graph: the operations.
+        parts: number of each node's part, never less than that of what it needs; parts stay together.
+    """
+    ready, part = graph.ready(), parts or [0] * len(graph.nodes)
+    return sorted(range(len(graph.nodes)), key=lambda k: (part[k], ready[k] // _AHEAD, k))
 
 
 def _read(program: Program) -> Graph:

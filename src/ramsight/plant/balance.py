@@ -187,7 +187,7 @@ class Balance:
         for _ in expressions:
             column = ca.substitute(column, kept, column)
         early, leaked = ca.SX.sym("early"), ca.SX.sym("leaked", len(rates))
-        leaks = rate - ca.substitute(rate, factors[0], 0.0)
+        leaks = _share_of(rate, factors[0])
         jacobian = ca.jacobian(rate, z)
         arguments = [z, speed, load, p, factors]
         options = {"cse": True}
@@ -232,7 +232,7 @@ class Balance:
         cylinder = replace(self.unit.cylinder, **{n: self._parameter(p, f"cylinder.{n}") for n in names})
         velocity = z[self.states.index("velocity")]
         least = _BEYOND * cylinder.stribeck_velocity
-        own = cylinder.friction(ca.fmax(ca.fabs(velocity), least))
+        own = cylinder.sliding_friction(ca.fmax(ca.fabs(velocity), least))
         if self.unit.cylinder.passive:
             # It goes where the chambers press it, or not at all.
             force = self.unit.lift_sign * self.force(z)
@@ -463,6 +463,17 @@ class _Step:
             _balance=balance,
             _h=self.h,
         )
+
+
+def _share_of(expression: Any, factor: Any) -> Any:
+    """That part of an expression which is there by a factor only.
+
+    Where it grows in proportion that is its slope, without the rest being worked out twice.
+    """
+    slope = ca.jacobian(expression, factor)
+    if ca.depends_on(slope, factor):
+        return expression - ca.substitute(expression, factor, 0.0)
+    return slope * factor
 
 
 def without_friction(unit: Any) -> Any:

@@ -175,6 +175,12 @@ class Hypotheses:
         total = sum(raw)
         return [value / total for value in raw]
 
+    def _logarithms(self) -> list[Any]:
+        """Natural logarithms of the probabilities."""
+        largest = self._largest()
+        total = ca.log(sum(ca.exp(h.weight - largest) for h in self.all))
+        return [h.weight - largest - total for h in self.all]
+
     def _largest(self) -> Any:
         largest = self.all[0].weight
         for h in self.all[1:]:
@@ -501,11 +507,14 @@ class Hypotheses:
         then its weight is an assumption (`stops.wrong`), not a finding.
         """
         wide: Any = 0.0
-        for k, (w, h) in enumerate(zip(self._probabilities(), self.all, strict=True)):
-            share = w - 2.0 * self._assumptions.stops.wrong if k == _WRONG else w
+        found = self._probabilities()[_WRONG] - 2.0 * self._assumptions.stops.wrong
+        shares = self._logarithms()
+        shares[_WRONG] = ca.log(ca.fmax(found, RISK))
+        for share, h in zip(shares, self.all, strict=True):
             std = ca.sqrt(ca.fmax(h.covariance[POSITION, POSITION], 0.0))
-            sure = ca.sqrt(2.0 * ca.log(ca.fmax(share, RISK) / RISK))
-            wide = ca.fmax(wide, ca.if_else(share > RISK, ca.fabs(h.mean[POSITION]) + sure * std, 0.0))
+            over = share - math.log(RISK)
+            sure = ca.sqrt(2.0 * ca.fmax(over, 0.0))
+            wide = ca.fmax(wide, ca.if_else(over > 0.0, ca.fabs(h.mean[POSITION]) + sure * std, 0.0))
         return self._graph.becoming("band_width") * wide
 
     def factor_std(self, k: int) -> Any:
