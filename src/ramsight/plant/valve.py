@@ -74,9 +74,9 @@ class ReliefValve:
     def connect(self, circuit: Circuit) -> None:
         """Add the flow and its throttling loss."""
         difference = circuit.pressure(self.inlet) - circuit.pressure(self.outlet)
-        above = self._felt(circuit, difference) - self.setting
-        # Chosen and not the larger of two: its slope is then one of two numbers, where a maximum's takes a division.
-        flow = ca.if_else(above > 0.0, self.conductance * above, 0.0)
+        # A load that is held at its limit keeps the valve at its setting to the last digit: a maximum has half the slope
+        # there, and rounding does not decide between none and all of it.
+        flow = self.conductance * ca.fmax(self._felt(circuit, difference) - self.setting, 0.0)
         flow = seeping(circuit, flow, self.closed_leak, difference)
         if self.pilot_flow is not None and self.pilot_opens is not None:
             beyond = (difference / self.setting - self.pilot_opens) / (1.0 - self.pilot_opens)
