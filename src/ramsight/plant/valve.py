@@ -74,8 +74,8 @@ class ReliefValve:
     def connect(self, circuit: Circuit) -> None:
         """Add the flow and its throttling loss."""
         difference = circuit.pressure(self.inlet) - circuit.pressure(self.outlet)
-        # A load that is held at its limit keeps the valve at its setting to the last digit: a maximum has half the slope
-        # there, and rounding does not decide between none and all of it.
+        # A load held at its limit keeps the valve at its setting to the last digit: a maximum has half the slope there,
+        # and rounding does not decide between none and all of it.
         flow = self.conductance * ca.fmax(self._felt(circuit, difference) - self.setting, 0.0)
         flow = seeping(circuit, flow, self.closed_leak, difference)
         if self.pilot_flow is not None and self.pilot_opens is not None:
