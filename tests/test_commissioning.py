@@ -203,6 +203,20 @@ def test_a_factor_is_doubtful_where_its_whole_interval_is_beyond_what_is_expecte
     assert verdict(1.31, 1.4, told=False) is Verdict.OPEN
 
 
+def test_a_finding_says_what_its_interval_does_not_hold():
+    """A thermometer that is 3 K off makes a leakage of 1.2 one of 1.08, which is told exactly and is not so."""
+    from ramsight.calibration.identify import Estimate
+
+    def found(per_kelvin, per_torque):
+        estimate = Estimate(1.0, 0.99, 1.01, told=True, per_kelvin=per_kelvin, per_torque=per_torque)
+        return sheet_checks._factor("leak", estimate, 1.0, 0.3).found
+
+    assert found(-0.038, -0.011).endswith(
+        "; -0.038 for each K that the oil is warmer than reported, -0.011 for each % that the torque is larger"
+    )
+    assert found(1e-4, -1e-4).endswith("expected 1 ± 0.3")
+
+
 def test_the_worst_finding_is_the_verdict():
     def whole(*kinds):
         return Commissioning("x", tuple(Finding("a", kind, "b") for kind in kinds), drive_log(np.arange(2.0))).verdict

@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.calibration.uncertainty import EFFICIENCY, NO_LOAD_TORQUE, rougher, with_friction_factor
+from ramsight.calibration.uncertainty import EFFICIENCY, NO_LOAD_TORQUE, dependence, rougher, with_friction_factor
 from ramsight.errors import RamsightError
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.balance import balance as balance_of
@@ -297,8 +297,7 @@ def leak_test_summary(test: LeakTest) -> str:
     lines = [
         f"leak factor {test.factor:.3f} ± {TWO_SIDED_95 * test.std:.3f} "
         "(95 %: scatter of the torque, rounding of the speed, and the pumps' described losses)",
-        f"  {test.per_kelvin:+.3f} for each K that the oil is warmer than reported, "
-        f"{test.per_torque:+.3f} for each % that the torque is larger",
+        f"  {dependence(test.per_kelvin, test.per_torque)}",
     ]
     lines += [
         f"  {s.start:.1f} to {s.end:.1f} s: {s.motor_speed / RPM:.0f} rpm hold "

@@ -15,6 +15,8 @@ pumps whose curves were read."""
 NO_LOAD_TORQUE = 0.25
 """Of a described no-load torque over it [1]; data sheets rarely give one, and oil and age change it. [G]"""
 
+_FELT = 5e-4  # of a factor, for a kelvin or a percent; less is not said
+
 
 def rougher(nominal: float, change: float) -> float:
     """Friction over the described one if the hydro-mechanical efficiency is not the nominal one [1].
@@ -28,6 +30,21 @@ def rougher(nominal: float, change: float) -> float:
         1.112
     """
     return (1.0 / (nominal + change) - 1.0) / (1.0 / nominal - 1.0)
+
+
+def dependence(per_kelvin: float, per_torque: float) -> str:
+    """What a factor's interval does not hold, in words: a thermometer or a torque that is off. Nothing where neither counts.
+
+    Args:
+        per_kelvin: change of the factor if the oil is 1 K warmer than reported [1/K].
+        per_torque: change of the factor if the torque is 1 % larger than reported [1].
+
+    Example:
+        >>> dependence(-0.038, -0.011)
+        '-0.038 for each K that the oil is warmer than reported, -0.011 for each % that the torque is larger'
+    """
+    causes = ((per_kelvin, "K that the oil is warmer than reported"), (per_torque, "% that the torque is larger"))
+    return ", ".join(f"{by:+.3f} for each {cause}" for by, cause in causes if abs(by) >= _FELT)
 
 
 def with_friction_factor(unit: HydraulicUnit) -> HydraulicUnit:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ramsight.calibration.leakage import LeakTest, LeakTestError, leak_test
+from ramsight.calibration.uncertainty import dependence
 from ramsight.duty.plausible import implausible, noisy
 from ramsight.logs.mapped import ChannelMap
 from ramsight.normal import TWO_SIDED_95
@@ -80,6 +81,7 @@ def leakage(unit: HydraulicUnit, log: xarray.Dataset) -> tuple[Finding, LeakTest
         return Finding("leak test", Verdict.DOUBT, str(error), "rehearse it: ramsight simulate --duty leak-test"), None
     half, assumed = TWO_SIDED_95 * test.std, unit.assumptions.machine.leak
     found = f"leakage {test.factor:.3f} ± {half:.3f} of the data sheet, from {len(test.stretches)} stretches"
+    found += f"; {dependence(test.per_kelvin, test.per_torque)}"
     if abs(test.factor - 1.0) - half > _UNUSUAL * assumed:
         remedy = (
             f"the sensor assumes 1 ± {_UNUSUAL * assumed:.2g}: check oil grade and thermometer, then describe the "

@@ -12,6 +12,7 @@ from ramsight import __version__
 from ramsight.calibration.identify import Identification
 from ramsight.calibration.identify_report import WORDS
 from ramsight.calibration.leakage import LeakTest
+from ramsight.calibration.uncertainty import dependence
 from ramsight.study.commissioning.finding import Finding, Verdict
 from ramsight.study.commissioning.walk import Commissioning
 from ramsight.study.figures import draw_track
@@ -100,18 +101,17 @@ def _leak_test(test: LeakTest) -> list[str]:
         for one in test.stretches
     )
     head = ("time [s]", "motor speed [rpm]", "pressure [bar]", "oil [°C]", "leakage over the data sheet's")
-    note = f"{test.per_kelvin:+.3f} for each K that the oil is warmer, {test.per_torque:+.3f} for each % of torque"
-    return ["<h2>Leak test</h2>", table(note, head, rows, "numbers")]
+    return ["<h2>Leak test</h2>", table(dependence(test.per_kelvin, test.per_torque), head, rows, "numbers")]
 
 
 def _factors(found: Identification) -> list[str]:
     rows = (
-        row((WORDS[name], f"{one.value:.4f}", f"{one.low:.4f}", f"{one.high:.4f}"))
+        row((WORDS[name], *(f"{v:.4f}" for v in (one.value, one.low, one.high, one.per_kelvin, one.per_torque))))
         if one.told
-        else row((WORDS[name], "not told", "", ""))
+        else row((WORDS[name], "not told", "", "", "", ""))
         for name, one in found.factors.items()
     )
-    head = ("factor on the data sheet", "value", "95 % from", "to")
+    head = ("factor on the data sheet", "value", "95 % from", "to", "oil 1 K warmer", "torque 1 % larger")
     note = f"{found.moves} moves over {found.duration:.0f} s, {found.loads} loads lifted and lowered"
     return ["<h2>Identified</h2>", table(note, head, rows, "numbers")]
 

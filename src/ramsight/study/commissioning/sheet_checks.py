@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ramsight.calibration.identify import Estimate, Identification
 from ramsight.calibration.identify_report import WORDS
+from ramsight.calibration.uncertainty import dependence
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.study.commissioning.finding import Finding, Verdict
 
@@ -36,6 +37,8 @@ def _factor(name: str, estimate: Estimate, nominal: float, allowed: float) -> Fi
     if not estimate.told:
         return Finding(check, Verdict.OPEN, "not told by this log")
     found = f"{estimate.value:.4f} ({estimate.low:.4f} to {estimate.high:.4f}), expected {nominal:g} ± {allowed:.2g}"
+    follows = dependence(estimate.per_kelvin, estimate.per_torque)
+    found += f"; {follows}" if follows else ""
     beyond = estimate.low > nominal + allowed or estimate.high < nominal - allowed
     if beyond:
         return Finding(check, Verdict.DOUBT, found, "describe the machine as it is: ramsight identify --out tuned.toml")
