@@ -14,7 +14,6 @@ EFFICIENCY = 0.02 / math.sqrt(3.0)
 pumps whose curves were read."""
 NO_LOAD_TORQUE = 0.25
 """Of a described no-load torque over it [1]; data sheets rarely give one, and oil and age change it. [G]"""
-
 _FELT = 5e-4  # of a factor, for a kelvin or a percent; less is not said
 
 
@@ -33,7 +32,7 @@ def rougher(nominal: float, change: float) -> float:
 
 
 def dependence(per_kelvin: float, per_torque: float) -> str:
-    """What a factor's interval does not hold, in words: a thermometer or a torque that is off. Nothing where neither counts.
+    """What a factor's interval does not hold, in words: a thermometer or a torque that is off; nothing if neither counts.
 
     Args:
         per_kelvin: change of the factor if the oil is 1 K warmer than reported [1/K].
