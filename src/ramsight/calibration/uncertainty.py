@@ -32,7 +32,7 @@ def rougher(nominal: float, change: float) -> float:
 
 
 def dependence(per_kelvin: float, per_torque: float) -> str:
-    """What a factor's interval does not hold, in words: a thermometer or a torque that is off; nothing if neither counts.
+    """What an interval does not hold, in words: a thermometer or a torque that is off; nothing if neither counts.
 
     Args:
         per_kelvin: change of the factor if the oil is 1 K warmer than reported [1/K].
