@@ -125,12 +125,12 @@ def test_samples_that_are_missing_or_out_of_order_are_counted_and_left_out():
     assert log_checks.samples(drive_log(time, motor_torque=np.nan)).verdict is Verdict.FAILED
 
 
-def track_of(*runs):
-    """A track whose modes are these: (mode, seconds, position)."""
+def track_of(*runs, speed=50.0):
+    """A track whose modes are these, (mode, seconds, position), with this speed of the motor [rad/s]."""
     mode = np.concatenate([np.full(int(seconds / 0.02), int(kind)) for kind, seconds, _ in runs])
     position = np.concatenate([np.full(int(seconds / 0.02), at) for _, seconds, at in runs])
     time = 0.02 * np.arange(len(mode))
-    data = {"mode": ("time", mode), "position": ("time", position)}
+    data = {"mode": ("time", mode), "position": ("time", position), "motor_speed": ("time", np.full(len(mode), speed))}
     return xarray.Dataset(data, coords={"time": time})
 
 
@@ -147,6 +147,17 @@ def test_visits_are_counted_once_and_by_where_they_are(boom):
     both = track_of(*[moves, (Mode.HELD_RETRACTING, 1.0, 0.0), moves, (Mode.HELD_EXTENDING, 1.0, 0.7)] * 2)
     assert sensor_checks.stops(both, boom).verdict is Verdict.PASSED
     assert sensor_checks.stops(track_of(moves), boom).verdict is Verdict.FAILED
+
+
+def test_a_load_taken_off_while_the_motor_stands_is_no_obstacle():
+    moves, rests = (Mode.MOVING, 10.0, 0.3), (Mode.RESTING_ON_VALVE, 10.0, 0.3)
+    track = track_of(moves, rests, (Mode.HELD_RETRACTING, 1.0, 0.3), rests, (Mode.HELD_RETRACTING, 1.0, 0.0), rests)
+    assert sensor_checks.contacts(track, 0.7).elsewhere == 1
+    track["motor_speed"][int(12.0 / 0.02) :] = 0.0
+    seen = sensor_checks.contacts(track, 0.7)
+    assert (seen.elsewhere, seen.retracted) == (0, 1)
+    track["motor_speed"][int(19.8 / 0.02) : int(19.9 / 0.02)] = -50.0  # pressed there until just before
+    assert sensor_checks.contacts(track, 0.7).elsewhere == 1
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.unit import HydraulicUnit
+from ramsight.sensor.drive_check import TURNS
 from ramsight.sensor.mode import Mode
 from ramsight.sensor.status import Status, is_invalid
 from ramsight.stretches import stretches
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 _AT_END = 0.02  # share of the stroke within which a contact is one with the end
 _LONG = 0.2  # s that a contact lasts at least
 _APART = 5.0  # s between two visits
+_DRIVEN = (
+    0.5  # s before a contact in which the motor drives the piston there: oil that is pressed takes as long to show it
+)
 _UNSURE = 0.05  # share of the stroke; a band wider than that to either side says hardly where the rod is
 _INVALID = 0.01  # share of samples that may be invalid
 _HOLDS, _FAILS = (
@@ -63,11 +67,14 @@ class Visit:
 def visits(track: xarray.Dataset, stroke: float) -> list[Visit]:
     """The visits to the ends that a track of the kalman sensor shows, in order.
 
+    Between the ends only a piston that the motor drives meets something: a load that is taken off while it stands is
+    nothing that was met.
+
     Args:
-        track: with `mode`, `position` [m], NaN where it is unknown, over `time` [s].
+        track: with `mode`, `position` [m], NaN where it is unknown, and `motor_speed` [rad/s] over `time` [s].
         stroke: of the cylinder [m].
     """
-    time, mode, position = (track[name].values for name in ("time", "mode", "position"))
+    time, mode, position, speed = (track[name].values for name in ("time", "mode", "position", "motor_speed"))
     found = []
     for held, end, name in ((Mode.HELD_RETRACTING, 0.0, "retracted"), (Mode.HELD_EXTENDING, stroke, "extended")):
         last = -np.inf
@@ -77,6 +84,9 @@ def visits(track: xarray.Dataset, stroke: float) -> list[Visit]:
             # At an end whose chamber is empty noise looks like letting go; there the piston is until it is surely away.
             stays = ends if where == "elsewhere" else float(time[_left(mode, after) - 1])
             if stays - begins < _LONG or begins - last < _APART:
+                continue
+            before = speed[(time >= begins - _DRIVEN) & (time <= begins)]
+            if where == "elsewhere" and not (np.abs(before) > TURNS).any():
                 continue
             last = ends
             found.append(Visit(begins, ends, at, where))
