@@ -171,14 +171,15 @@ def references(
     """References of a log, in order: end stops that the sensor saw, and those that the log has.
 
     Args:
-        log: with `reference` [m] if it has any.
+        log: with `motor_speed` [rad/s], and `reference` [m] if it has any.
         found: its track, with `mode` if the sensor says one.
         known: the true position, if it is known.
         stroke: of the cylinder [m].
     """
     rows = []
     if "mode" in found:
-        rows = [(one.ends, f"end stop, {one.where}", one.position) for one in visits(found, stroke)]
+        driven = found.assign(motor_speed=("time", log["motor_speed"].values))
+        rows = [(one.ends, f"end stop, {one.where}", one.position) for one in visits(driven, stroke)]
     if "reference" in log:
         at = np.flatnonzero(np.isfinite(log["reference"].values))
         first = at[np.insert(np.diff(at) > 1, 0, True)] if len(at) else at

@@ -22,9 +22,7 @@ if TYPE_CHECKING:
 _AT_END = 0.02  # share of the stroke within which a contact is one with the end
 _LONG = 0.2  # s that a contact lasts at least
 _APART = 5.0  # s between two visits
-_DRIVEN = (
-    0.5  # s before a contact in which the motor drives the piston there: oil that is pressed takes as long to show it
-)
+_DRIVEN = 0.5  # s; oil that is pressed takes no longer to show a contact
 _UNSURE = 0.05  # share of the stroke; a band wider than that to either side says hardly where the rod is
 _INVALID = 0.01  # share of samples that may be invalid
 _HOLDS, _FAILS = (
