@@ -10,13 +10,15 @@ stops that the sensor finds by itself (`contact`), switches and positions given 
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 
 from ramsight.errors import DescriptionError
 from ramsight.plant.balance import FACTORS, Balance, balance
-from ramsight.plant.limits import limits_of
+from ramsight.plant.limits import Limits, limits_of
 from ramsight.plant.linkage.lever import Lever
 from ramsight.plant.oil import T40
 from ramsight.plant.unit import HydraulicUnit
@@ -74,15 +76,130 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
         A sensor with position, standard deviation, velocity, load and status, and beside them the chambers' pressures
         and the factors. It need not be told where the piston is: it says so until it knows.
     """
-    assumed = assumptions or unit.assumptions
-    limits, circuit = limits_of(unit), balance(unit)
-    lever = _lever(unit, assumed)
-    angles = () if lever is None else (LINK_ANGLE,)
-    further = (*measured_pressures(assumed), *angles, *declared_checks(assumed), *declared_temperature(assumed))
-    graph = SensorGraph(circuit.model.commands, further)
-    stroke = float(unit.cylinder.stroke)
-    graph.initially("position", 0.5 * stroke)
-    graph.parameters.add("stop_stiffness", float(unit.cylinder.stop_stiffness))
+    parts = _parts(unit, assumptions or unit.assumptions)
+    stepped = _step(parts)
+    met = _meet(parts, stepped)
+    return _report(parts, stepped, met, _update(parts, stepped, met))
+
+
+@dataclass(frozen=True)
+class _Parts:
+    """What the sensor consists of, with the sample checked.
+
+    Attributes:
+        unit: the unit.
+        assumed: what is assumed of it.
+        graph: of the sensor.
+        circuit: the unit's balance.
+        limits: of the unit.
+        intake: what of the sample can be.
+        checks: what the drive's reports say of each other.
+        observer: of the load.
+        leaking: how leakage follows temperature and pressure.
+        watch: for contacts.
+        link: the link's angle, where it is measured.
+        bank: the hypotheses of machine and ends.
+        referenced: whether the position was known before the sample.
+        viscosity: of the oil, over its temperature [m2/s].
+    """
+
+    unit: HydraulicUnit
+    assumed: Assumptions
+    graph: SensorGraph
+    circuit: Balance
+    limits: Limits
+    intake: Intake
+    checks: DriveChecks
+    observer: LoadObserver
+    leaking: Leaking
+    watch: ContactWatch
+    link: LinkAngle | None
+    bank: Hypotheses
+    referenced: Any
+    viscosity: Callable[[Any], Any]
+
+    def symbol(self, name: str) -> Any:
+        """A parameter of the sensor."""
+        return self.graph.parameters.symbol(name)
+
+    def of_circuit(self, name: str) -> Any:
+        """A parameter of the circuit."""
+        return self.symbol(f"circuit.{name}")
+
+    @property
+    def thinner(self) -> Any:
+        """Viscosity at 40 degC over that of the oil [1]."""
+        return self.viscosity(T40) / self.viscosity(self.graph.oil_temperature)
+
+
+@dataclass(frozen=True)
+class _Stepped:
+    """The balance's step.
+
+    Attributes:
+        step: what the load observer says.
+        checks: of the drive's reports, pressures among them.
+        around: factors, lag and exponent that the step was made with.
+        travel_by, torque_by: derivatives of travel and torque with respect to those.
+        warming: of the oil [K/s].
+    """
+
+    step: LoadStep
+    checks: DriveChecks
+    around: list[Any]
+    travel_by: list[Any]
+    torque_by: list[Any]
+    warming: Any
+
+
+@dataclass(frozen=True)
+class _Met:
+    """What the piston may have met.
+
+    Attributes:
+        contact: that was found.
+        nominal: position after the step, without it [m].
+        relief: what passed a relief valve until this sample.
+        usual: change of a load at rest that is usual [N].
+    """
+
+    contact: Contact
+    nominal: Any
+    relief: Relief
+    usual: Any
+
+
+@dataclass(frozen=True)
+class _Updated:
+    """What is known after the sample.
+
+    Attributes:
+        position: [m].
+        known: whether it is.
+        measured: what a reference or a contact did.
+        after: factors, lag and exponent.
+        variance: of the position, over all hypotheses [m2].
+        pending: how uncertain it is by oil that may have passed a relief valve, until a contact tells [m].
+        relief: what passed a relief valve.
+        disputed: whether a reference was refused.
+        fault_passed: whether inputs have contradicted each other since the last reference.
+    """
+
+    position: Any
+    known: Any
+    measured: Measured
+    after: list[Any]
+    variance: Any
+    pending: Any
+    relief: Relief
+    disputed: Any
+    fault_passed: Any
+
+
+def _parts(unit: HydraulicUnit, assumed: Assumptions) -> _Parts:
+    """The sensor's graph up to the checked sample, and what the stages behind it work with."""
+    limits, circuit, lever = limits_of(unit), balance(unit), _lever(unit, assumed)
+    graph = _graph(unit, assumed, circuit, lever)
     assumed = correct_torque(graph, assumed)
     intake = take_in(graph, unit, limits)
     let_in = graph.motor_speed, graph.motor_torque, graph.oil_temperature
@@ -92,112 +209,141 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     observer = LoadObserver(graph, circuit, limits, assumed)
     symbol = graph.parameters.symbol
     viscosity = circuit.oil_of(lambda name: symbol(f"circuit.{name}")).viscosity
-    thinner = viscosity(T40) / viscosity(graph.oil_temperature)
-    checks = check_drive(graph, assumed, limits, thinner)
+    checks = check_drive(graph, assumed, limits, viscosity(T40) / viscosity(graph.oil_temperature))
     checks = check_inertia(graph, checks, assumed, limits, float(unit.drive.inertia))
     leaking = Leaking(graph, viscosity, first, observer.expected / symbol("relief_torque"))
     watch = ContactWatch(graph, float(unit.lift_sign), assumed.stops, resists=unit.cylinder.passive)
     link = None if lever is None else LinkAngle(graph, lever, assumed)
     bank = Hypotheses(
-        graph, stroke, assumed, known=referenced, first=first, start_variance=variance, with_link=link is not None
+        graph,
+        float(unit.cylinder.stroke),
+        assumed,
+        known=referenced,
+        first=first,
+        start_variance=variance,
+        with_link=link is not None,
+    )
+    return _Parts(
+        unit=unit,
+        assumed=assumed,
+        graph=graph,
+        circuit=circuit,
+        limits=limits,
+        intake=intake,
+        checks=checks,
+        observer=observer,
+        leaking=leaking,
+        watch=watch,
+        link=link,
+        bank=bank,
+        referenced=referenced,
+        viscosity=viscosity,
     )
 
-    warming = warming_of(graph)
-    around = bank.means()
-    learned = (around[0], *around[3:])
-    step = observer.step([leaking.factor(*learned), around[1], around[2]], watch.held, watch.leaves, warming)
-    checks = check_pressures(graph, checks, step, assumed, limits, thinner)
-    travel_by, torque_by = (leaking.derivatives(by, *learned) for by in (step.travel_by, step.torque_by))
 
+def _graph(unit: HydraulicUnit, assumed: Assumptions, circuit: Balance, lever: Lever | None) -> SensorGraph:
+    """A graph with its inputs and the parameters that all stages use."""
+    angles = () if lever is None else (LINK_ANGLE,)
+    further = (*measured_pressures(assumed), *angles, *declared_checks(assumed), *declared_temperature(assumed))
+    graph = SensorGraph(circuit.model.commands, further)
+    graph.initially("position", 0.5 * float(unit.cylinder.stroke))
+    graph.parameters.add("stop_stiffness", float(unit.cylinder.stop_stiffness))
+    return graph
+
+
+def _step(parts: _Parts) -> _Stepped:
+    """The balance of the sample, and how it depends on what is not known of the machine."""
+    graph, leaking = parts.graph, parts.leaking
+    warming = warming_of(graph)
+    around = parts.bank.means()
+    learned = (around[0], *around[3:])
+    factors = [leaking.factor(*learned), around[1], around[2]]
+    step = parts.observer.step(factors, parts.watch.held, parts.watch.leaves, warming)
+    checks = check_pressures(graph, parts.checks, step, parts.assumed, parts.limits, parts.thinner)
+    travel_by, torque_by = (leaking.derivatives(by, *learned) for by in (step.travel_by, step.torque_by))
     title = "Balance: a step of the circuit's equations under the load that the torque corrects, and its derivatives"
     graph.section(title, step, travel_by, torque_by)
-    nominal = watch.before_it(graph.position + step.travel)
-    setting = assumed.machine.relief
-    doubt = passing(circuit, step.z, lambda name: symbol(f"circuit.{name}"), graph.extending_speed, setting)
-    stiffness, usual = symbol("stop_stiffness"), assumed.machine.unseen_load * symbol("relief_load")
+    return _Stepped(step, checks, around, travel_by, torque_by, warming)
+
+
+def _meet(parts: _Parts, stepped: _Stepped) -> _Met:
+    """Whether the piston stands on something."""
+    graph, bank, step = parts.graph, parts.bank, stepped.step
+    nominal = parts.watch.before_it(graph.position + step.travel)
+    setting = parts.assumed.machine.relief
+    doubt = passing(parts.circuit, step.z, parts.of_circuit, graph.extending_speed, setting)
+    stiffness = parts.symbol("stop_stiffness")
+    usual = parts.assumed.machine.unseen_load * parts.symbol("relief_load")
     believed = Believed(
         position=nominal,
-        stroke=symbol("stroke"),
+        stroke=parts.symbol("stroke"),
         std=ca.sqrt(bank.variance()),
-        known=referenced,
+        known=parts.referenced,
         relief=doubt,
         held_back=held_back(doubt, setting),
         compliance=bank.factor_std(COMPLIANCE),
         unseen=usual,
         stiffness=stiffness,
     )
-    contact = watch.look(step, believed, travel_by)
+    contact = parts.watch.look(step, believed, stepped.travel_by)
     grown = graph.state("passed_relief")
     graph.section("Contacts: whether the piston stands on something, and where", contact, doubt)
-    passed, pending = _relief(graph, bank, step, Relief(doubt, grown), contact)
-    load = step.load / symbol("relief_load")
-    creeps = creep(graph, unit, load, viscosity(graph.oil_temperature), warming, assumed.machine)
-    rests = is_in(contact.mode, (Mode.RESTING_ON_VALVE,))
-    drawn = unfilled(circuit, step.z, lambda n: symbol(f"circuit.{n}"), graph.motor_speed, assumed.machine.filling)
-    starves = drawn * ca.fabs(graph.extending_angle * symbol("travel_per_radian"))
-    grows = intake.drift + passed + ca.if_else(rests, creeps, 0.0) + checks.grows + starves
-    grows = grows + _NOT_HELD * ca.fabs(contact.went)
-    _predict(graph, bank, step, travel_by, around, grows, leaking, assumed)
-    bank.confine(ca.if_else(contact.touched, contact.place, nominal), doubt > 0.0, grown + passed)
-    if one_sided(circuit):  # the pump draws from the tank when its load rests on something else
-        lifts = ca.logic_and(ca.logic_not(contact.held), graph.extending_speed * unit.lift_sign > _TURNING)
-        leaves = ca.if_else(lifts, float(unit.lift_sign), 0.0)
-        bank.turned(ca.if_else(contact.touched, contact.place, nominal), leaves)
-    observer.release(contact.released, step.carried)
-    _torque(graph, bank, step, contact, torque_by, around, checks, doubt)
-    measured = _measure(graph, bank, step, contact, nominal, assumed, link, referenced, checks, around)
+    return _Met(contact, nominal, Relief(doubt, grown), usual)
+
+
+def _update(parts: _Parts, stepped: _Stepped, met: _Met) -> _Updated:
+    """The filters of machine and ends: what makes them less certain, and what torque, contact or reference teach."""
+    graph, bank, contact, around = parts.graph, parts.bank, met.contact, stepped.around
+    passed, pending = _relief(parts, stepped.step, met)
+    _predict(parts, stepped, _grows(parts, stepped, contact, passed))
+    began = ca.if_else(contact.touched, contact.place, met.nominal)
+    bank.confine(began, met.relief.doubt > 0.0, met.relief.grown + passed)
+    if one_sided(parts.circuit):  # the pump draws from the tank when its load rests on something else
+        sign = float(parts.unit.lift_sign)
+        lifts = ca.logic_and(ca.logic_not(contact.held), graph.extending_speed * sign > _TURNING)
+        bank.turned(began, ca.if_else(lifts, sign, 0.0))
+    parts.observer.release(contact.released, stepped.step.carried)
+    _torque(parts, stepped, met)
+    measured = _measure(parts, stepped, met)
     # A stop gives way; what it gives back once the piston is let go is travel.
     back = ca.if_else(contact.released, contact.given_way, 0.0)
-    begins = ca.if_else(contact.touched, contact.place, nominal + back)
-    position = begins + measured.moved
-    watch.close(contact, position, measured.moved)
+    position = ca.if_else(contact.touched, contact.place, met.nominal + back) + measured.moved
+    parts.watch.close(contact, position, measured.moved)
     after = bank.means()
-    observer.shift([new - old for new, old in zip(after[:3], around[:3], strict=True)])
-    known = ca.fmax(referenced, measured.taken)
-    grown_1 = ca.if_else(measured.taken, 0.0, grown + passed)
-    graph.becomes("passed_relief", grown_1)
-    disputed = graph.state("disputed")
-    disputed_1 = ca.if_else(measured.taken, 0.0, ca.fmax(disputed, ca.logic_and(measured.refused, graph.referenced)))
-    graph.becomes("disputed", disputed_1)
-    fault_passed = _fault_passed(graph, checks, measured)
+    parts.observer.shift([new - old for new, old in zip(after[:3], around[:3], strict=True)])
+    known = ca.fmax(parts.referenced, measured.taken)
+    grown = ca.if_else(measured.taken, 0.0, met.relief.grown + passed)
+    graph.becomes("passed_relief", grown)
+    before = graph.state("disputed")
+    refused = ca.logic_and(measured.refused, graph.referenced)
+    disputed = ca.if_else(measured.taken, 0.0, ca.fmax(before, refused))
+    graph.becomes("disputed", disputed)
+    fault_passed = _fault_passed(graph, stepped.checks, measured)
     graph.becomes(IS_REFERENCED, known)
     total = bank.variance()
     graph.becomes(VARIANCE, ca.fmax(total, 0.0))
-    # What only resists moves nothing at rest, however it changes.
-    unmoved = 1.0 if unit.cylinder.passive else contact.held
-    furthest = ca.fmax(symbol("relief_load") - step.load, step.load + symbol("relief_pull"))
-    unseen = unseen_load(graph, step, unmoved, usual, furthest)
-    # How much of what the oil carries the stop carries is not known while it is held.
-    into = ca.if_else(contact.held, step.carried / stiffness, 0.0)
-    gives = step.give * checks.torque_off / symbol("travel_per_radian")
-    others = into**2 + step.noise_travel**2 + gives**2
-    seen = unseen.std**2 + others
-    std = ca.sqrt(bank.band() ** 2 + seen) + pending
-    settled = graph.said
-    code = judge(
-        graph,
-        intake,
-        step,
-        contact,
-        Relief(doubt, grown_1),
-        limits,
-        std=std,
-        overall=ca.sqrt(ca.fmax(total, 0.0) + seen) + pending,
-        position=position,
-        stroke=symbol("stroke"),
-        disputed=disputed_1,
-        known=known,
-        checks=checks,
-        fault_passed=fault_passed,
-    )
-    factors = [(after[k], bank.factor_std(k + LEAK)) for k in range(len(FACTORS))]
-    title = "Update: the filters of what is not known of machine and ends, by torque, contact or reference"
-    graph.section(title, settled, bank.close(), position)
-    bound = ca.sqrt(bank.bound() ** 2 + unseen.most**2 + CERTAIN**2 * others) + CERTAIN * pending
-    since = ca.fmax(graph.state(REFERENCED_NOW), measured.taken)
-    graph.becomes(REFERENCED_NOW, since)
-    more = {BOUND: (bound, "m"), REFERENCED_NOW: (since, "1"), **checks.more}
-    return _report(graph, step, intake, position, std, code, factors, measured.taken, contact, circuit, more)
+    relief = Relief(met.relief.doubt, grown)
+    return _Updated(position, known, measured, after, total, pending, relief, disputed, fault_passed)
+
+
+def _grows(parts: _Parts, stepped: _Stepped, contact: Contact, passed: Any) -> Any:
+    """By how much the position is less certain after the sample, beside what the filter knows of the machine [m].
+
+    Args:
+        parts: of the sensor.
+        stepped: the balance's step.
+        contact: that was found.
+        passed: by oil over a relief valve [m].
+    """
+    graph, step, machine = parts.graph, stepped.step, parts.assumed.machine
+    load = step.load / parts.symbol("relief_load")
+    viscosity = parts.viscosity(graph.oil_temperature)
+    creeps = creep(graph, parts.unit, load, viscosity, stepped.warming, machine)
+    rests = is_in(contact.mode, (Mode.RESTING_ON_VALVE,))
+    drawn = unfilled(parts.circuit, step.z, parts.of_circuit, graph.motor_speed, machine.filling)
+    starves = drawn * ca.fabs(graph.extending_angle * parts.symbol("travel_per_radian"))
+    grows = parts.intake.drift + passed + ca.if_else(rests, creeps, 0.0) + stepped.checks.grows + starves
+    return grows + _NOT_HELD * ca.fabs(contact.went)
 
 
 def _fault_passed(graph: SensorGraph, checks: DriveChecks, measured: Measured) -> Any:
@@ -234,17 +380,17 @@ def _lever(unit: HydraulicUnit, assumed: Assumptions) -> Lever | None:
     return unit.lever
 
 
-def _relief(graph: SensorGraph, bank: Hypotheses, step: LoadStep, relief: Relief, contact: Contact) -> tuple[Any, Any]:
+def _relief(parts: _Parts, step: LoadStep, met: _Met) -> tuple[Any, Any]:
     """By how much oil over a relief valve makes the position less certain [m]: for good, and as long as it may be.
 
     What passed moved nothing, and the position goes back by what is expected of it. A piston that seems to stand may be
     on a stop, where all of the pump's oil passes the valve and none is missing.
     """
-    pumped = graph.extending_angle * graph.parameters.symbol("travel_per_radian")
+    graph, contact, doubt = parts.graph, met.contact, met.relief.doubt
+    pumped = graph.extending_angle * parts.symbol("travel_per_radian")
     way = ca.sign(pumped)
     moved = ca.fmax(step.travel * way, _UNSEEN_FLOW * ca.fabs(pumped))
-    moved = ca.fmin(moved, bank.room(way, relief.grown))
-    doubt = relief.doubt
+    moved = ca.fmin(moved, parts.bank.room(way, met.relief.grown))
     missing, std = passed_share(doubt)
     still = ca.logic_or(contact.held, contact.touched)
     # A piston that leaves a stop against oil that is still under pressure there is near relief, and goes all the same;
@@ -254,8 +400,8 @@ def _relief(graph: SensorGraph, bank: Hypotheses, step: LoadStep, relief: Relief
     turns_back = ca.logic_or(goes_back, still)
     freely = ca.if_else(doubt > 0.0, went, went + ca.fabs(step.travel))
     graph.becomes("went_freely", ca.if_else(turns_back, 0.0, freely))
-    met = went > _WENT * graph.parameters.symbol("stroke")
-    missing, std = ca.if_else(met, missing, 0.0), ca.if_else(met, std, doubt)
+    met_it = went > _WENT * parts.symbol("stroke")
+    missing, std = ca.if_else(met_it, missing, 0.0), ca.if_else(met_it, std, doubt)
 
     def waits(name: str, newest: Any) -> tuple[Any, Any]:
         before = graph.state(name)
@@ -266,48 +412,39 @@ def _relief(graph: SensorGraph, bank: Hypotheses, step: LoadStep, relief: Relief
 
     passed, pending = waits("relief_waits", std * moved)
     back, _ = waits("relief_flow_waits", way * missing * moved)
-    bank.shift(-back)
+    parts.bank.shift(-back)
     return passed, pending
 
 
-def _predict(
-    graph: SensorGraph,
-    bank: Hypotheses,
-    step: LoadStep,
-    travel_by: list[Any],
-    around: list[Any],
-    grows: Any,
-    leaking: Leaking,
-    assumed: Assumptions,
-) -> None:
-    """Go with the step: the filter's time update."""
-    share = assumed.machine.leak_by_viscosity * ca.fabs(leaking.change)
-    leak = share * ca.sqrt(graph.elapsed / leaking.slow)
-    drive, dt = assumed.drive, graph.elapsed
+def _predict(parts: _Parts, stepped: _Stepped, grows: Any) -> None:
+    """Go with the step: the filter's time update.
+
+    Args:
+        parts: of the sensor.
+        stepped: the balance's step.
+        grows: by which the position is less certain besides [m].
+    """
+    step, travel_by, leaking = stepped.step, stepped.travel_by, parts.leaking
+    drive, dt = parts.assumed.drive, parts.graph.elapsed
+    share = parts.assumed.machine.leak_by_viscosity * ca.fabs(leaking.change)
+    leak = share * ca.sqrt(dt / leaking.slow)
     # An error of the torque that lasts for a while leaks like an error of the leakage that lasts for a while.
     wrong = drive.torque_gain**2 * travel_by[0] ** 2 * 2.0 * drive.correlation / ca.fmax(dt, 1e-3)
     # At rest friction hides a part of the load, and so a part of what leaks where the pump holds it.
-    share = ca.fmin(step.friction / graph.parameters.symbol("travel_per_radian"), step.load_std) / ca.fabs(step.load)
+    share = ca.fmin(step.friction / parts.symbol("travel_per_radian"), step.load_std) / ca.fabs(step.load)
     hidden = ca.fabs(step.free_travel) * ca.if_else(step.friction > 0.0, ca.fmin(share, 1.0), 0.0)
-    bank.predict(step.travel, travel_by, around, wrong, grows + hidden, leak)
-    bank.floor(assumed.drive.torque_gain)
+    parts.bank.predict(step.travel, travel_by, stepped.around, wrong, grows + hidden, leak)
+    parts.bank.floor(drive.torque_gain)
 
 
-def _torque(
-    graph: SensorGraph,
-    bank: Hypotheses,
-    step: LoadStep,
-    contact: Contact,
-    torque_by: list[Any],
-    around: list[Any],
-    checks: DriveChecks,
-    relief: Any,
-) -> None:
+def _torque(parts: _Parts, stepped: _Stepped, met: _Met) -> None:
     """What a torque tells of the machine where it tells nothing of the load.
 
     While the piston is held the pressures rise as the oil gives way, where none of it may pass a relief valve; while a
     closed valve keeps the load from the pump, all that the pump delivers is leakage.
     """
+    graph, contact, relief = parts.graph, met.contact, met.relief.doubt
+    step, torque_by, checks = stepped.step, stepped.torque_by, stepped.checks
     inflation = _CORRELATED / ca.fmax(graph.elapsed, 1e-3)
     compressed = ca.logic_and(contact.pushing, ca.logic_not(ca.logic_or(step.empty, relief > 0.0)))
     pushes = ca.logic_and(compressed, ca.fabs(torque_by[2]) > step.noise)
@@ -320,46 +457,36 @@ def _torque(
     model = (_MODEL * torque_by[2]) ** 2 + ca.if_else(blind, (_FRICTION * graph.motor_torque) ** 2, 0.0)
     variance = (step.noise**2 + model) * inflation
     blind, pushes = checks.unless_contradicted(blind), checks.unless_contradicted(pushes)
-    bank.torque(torque_by, around, step.surprise, variance, leak=blind, compliance=pushes)
+    parts.bank.torque(torque_by, stepped.around, step.surprise, variance, leak=blind, compliance=pushes)
 
 
-def _measure(
-    graph: SensorGraph,
-    bank: Hypotheses,
-    step: LoadStep,
-    contact: Contact,
-    nominal: Any,
-    assumed: Assumptions,
-    link: LinkAngle | None,
-    known: Any,
-    checks: DriveChecks,
-    around: list[Any],
-) -> Measured:
+def _measure(parts: _Parts, stepped: _Stepped, met: _Met) -> Measured:
     """References, contacts and angles, one a sample: a reference goes before a contact, and that before an angle.
 
     What a torque shows while the drive's power contradicts it is no contact.
     """
-    stroke, stops = graph.parameters.symbol("stroke"), assumed.stops
+    graph, step, contact = parts.graph, stepped.step, met.contact
+    stroke, stops = parts.symbol("stroke"), parts.assumed.stops
     given = graph.referenced
-    anew = checks.unless_contradicted(contact.anew)
+    anew = stepped.checks.unless_contradicted(contact.anew)
     by_contact = ca.logic_and(anew, ca.logic_not(given))
     top = contact.at_top
     # The torque may be late: the oil seems to be compressed a little after it is.
-    late = ca.fabs(step.free_travel) * ca.fmax(0.5 * assumed.drive.delay / ca.fmax(graph.elapsed, 1e-3), 0.5)
-    given_way = (step.carried / graph.parameters.symbol("stop_stiffness")) ** 2
+    late = ca.fabs(step.free_travel) * ca.fmax(0.5 * parts.assumed.drive.delay / ca.fmax(graph.elapsed, 1e-3), 0.5)
+    given_way = (step.carried / parts.symbol("stop_stiffness")) ** 2
     own = (stops.contact * stroke) ** 2 + given_way
     arrived = ca.if_else(by_contact, late**2 + contact.doubt**2, 0.0)
     place = ca.if_else(given, graph.reference, ca.if_else(top, stroke, 0.0))
     variance = ca.if_else(given, stops.reference**2, own)
     use, by_offset = ca.logic_or(given, anew), 0.0
     elsewhere = ca.logic_not(by_contact)
-    if link is not None:
-        angle = link.look(step, known, use)
+    if parts.link is not None:
+        angle = parts.link.look(step, parts.referenced, use)
         place, variance = ca.if_else(angle.use, angle.place, place), ca.if_else(angle.use, angle.variance, variance)
         use, by_offset = ca.logic_or(use, angle.use), ca.if_else(angle.use, angle.by_offset, 0.0)
-    return bank.measure(
+    return parts.bank.measure(
         place,
-        ca.if_else(elsewhere, nominal, contact.place),
+        ca.if_else(elsewhere, met.nominal, contact.place),
         ca.logic_and(by_contact, ca.logic_not(top)),
         ca.logic_and(by_contact, top),
         variance,
@@ -367,51 +494,82 @@ def _measure(
         ca.if_else(elsewhere, stops.lies, stops.obstacle),
         use,
         by_offset,
-        ([ca.if_else(elsewhere, 0.0, by) for by in contact.place_by], around),
+        ([ca.if_else(elsewhere, 0.0, by) for by in contact.place_by], stepped.around),
     )
 
 
-def _report(
-    graph: SensorGraph,
-    step: LoadStep,
-    intake: Intake,
-    position: Any,
-    std: Any,
-    status: Any,
-    factors: list[tuple[Any, Any]],
-    taken: Any,
-    contact: Contact,
-    circuit: Balance,
-    further: dict[str, tuple[Any, str]],
-) -> VirtualSensor:
-    """What the sensor says of the sample, and its graph closed."""
-    stroke = graph.parameters.symbol("stroke")
-    inside = ca.fmin(ca.fmax(position, -stroke), 2.0 * stroke)
+def _report(parts: _Parts, stepped: _Stepped, met: _Met, updated: _Updated) -> VirtualSensor:
+    """How sure the position is, and the status; with them the graph is closed."""
+    graph, bank, step, contact = parts.graph, parts.bank, stepped.step, met.contact
+    # What only resists moves nothing at rest, however it changes.
+    unmoved = 1.0 if parts.unit.cylinder.passive else contact.held
+    furthest = ca.fmax(parts.symbol("relief_load") - step.load, step.load + parts.symbol("relief_pull"))
+    unseen = unseen_load(graph, step, unmoved, met.usual, furthest)
+    # How much of what the oil carries the stop carries is not known while it is held.
+    into = ca.if_else(contact.held, step.carried / parts.symbol("stop_stiffness"), 0.0)
+    gives = step.give * stepped.checks.torque_off / parts.symbol("travel_per_radian")
+    others = into**2 + step.noise_travel**2 + gives**2
+    seen = unseen.std**2 + others
+    std = ca.sqrt(bank.band() ** 2 + seen) + updated.pending
+    settled = graph.said
+    code = judge(
+        graph,
+        parts.intake,
+        step,
+        contact,
+        updated.relief,
+        parts.limits,
+        std=std,
+        overall=ca.sqrt(ca.fmax(updated.variance, 0.0) + seen) + updated.pending,
+        position=updated.position,
+        stroke=parts.symbol("stroke"),
+        disputed=updated.disputed,
+        known=updated.known,
+        checks=stepped.checks,
+        fault_passed=updated.fault_passed,
+    )
+    more: dict[str, tuple[Any, str]] = {}
+    for k, name in enumerate(FACTORS):
+        more[f"{name}_factor"] = updated.after[k], "1"
+        more[f"{name}_factor_std"] = bank.factor_std(k + LEAK), "1"
+    title = "Update: the filters of what is not known of machine and ends, by torque, contact or reference"
+    graph.section(title, settled, bank.close(), updated.position)
+    bound = ca.sqrt(bank.bound() ** 2 + unseen.most**2 + CERTAIN**2 * others) + CERTAIN * updated.pending
+    since = ca.fmax(graph.state(REFERENCED_NOW), updated.measured.taken)
+    graph.becomes(REFERENCED_NOW, since)
+    shown, astray = _shown(parts, updated)
+    velocity = _velocity(graph, step, contact)
+    first = parts.circuit.chambers(step.z)
+    first |= {BOUND: (bound + astray, "m"), REFERENCED_NOW: (since, "1"), **stepped.checks.more}
+    more = {**first, **more, "mode": (contact.mode, "1")}
+    return graph.sensor(
+        "kalman", position=shown, velocity=velocity, load=step.load, std=std + astray, status=code, more=more
+    )
+
+
+def _shown(parts: _Parts, updated: _Updated) -> tuple[Any, Any]:
+    """The position that is shown, and how far it may be from the one that is meant [m].
+
+    Whatever is not a reference moves it no faster than the piston can go.
+    """
+    graph, intake, stroke = parts.graph, parts.intake, parts.symbol("stroke")
+    inside = ca.fmin(ca.fmax(updated.position, -stroke), 2.0 * stroke)
     graph.becomes("position", inside)
-    # Whatever is not a reference moves the position that is shown no faster than the piston can go.
     shown, started = graph.state("shown_position"), graph.held("started")
-    fastest = _FASTEST * graph.parameters.symbol("travel_per_radian") * graph.parameters.symbol("max_speed")
+    fastest = _FASTEST * parts.symbol("travel_per_radian") * parts.symbol("max_speed")
     reach = fastest * intake.passed
     wanted = ca.fmin(ca.fmax(ca.if_else(intake.usable, inside, graph.position), 0.0), stroke)
-    jumps = ca.logic_and(ca.logic_or(taken, ca.logic_not(started)), intake.usable)
+    jumps = ca.logic_and(ca.logic_or(updated.measured.taken, ca.logic_not(started)), intake.usable)
     followed = ca.fmin(ca.fmax(wanted, shown - reach), shown + reach)
-    shown_1 = ca.if_else(jumps, wanted, ca.if_else(started, followed, wanted))
-    graph.becomes("shown_position", shown_1, always=True)
+    now = ca.if_else(jumps, wanted, ca.if_else(started, followed, wanted))
+    graph.becomes("shown_position", now, always=True)
+    return now, intake.unseen + ca.fabs(wanted - now)
 
+
+def _velocity(graph: SensorGraph, step: LoadStep, contact: Contact) -> Any:
+    """The piston's velocity, smoothed [m/s]."""
     speed, dt = graph.state("velocity"), graph.elapsed
     moving = ca.if_else(contact.held, 0.0, step.travel / ca.fmax(dt, 1e-6))
     velocity = speed + dt / (_VELOCITY_SMOOTHING + dt) * (moving - speed)
     graph.becomes("velocity", velocity)
-    astray = intake.unseen + ca.fabs(wanted - shown_1)
-    deviation = std + astray
-
-    more = circuit.chambers(step.z)
-    bound, unit = further[BOUND]
-    more |= {**further, BOUND: (bound + astray, unit)}
-    for name, (value, error) in zip(FACTORS, factors, strict=True):
-        more[f"{name}_factor"] = (value, "1")
-        more[f"{name}_factor_std"] = (error, "1")
-    more["mode"] = (contact.mode, "1")
-    return graph.sensor(
-        "kalman", position=shown_1, velocity=velocity, load=step.load, std=deviation, status=status, more=more
-    )
+    return velocity
