@@ -122,6 +122,78 @@ class _Gains:
     walked_variance: Any
 
 
+@dataclass(frozen=True)
+class _Solver:
+    """The balance's step over a sample; a call solves it.
+
+    Attributes:
+        balance: of the unit.
+        mean_speed, speed: of the motor, during the sample and at its end [rad/s].
+        acceleration: of the motor at its end [rad/s2].
+        p: the circuit's parameters.
+        h: the sample's length [s].
+        factors: as believed before the sample.
+        held: whether the piston is held where it is.
+    """
+
+    balance: Balance
+    mean_speed: Any
+    speed: Any
+    acceleration: Any
+    p: Any
+    h: Any
+    factors: list[Any]
+    held: Any
+
+    def __call__(
+        self, z0: Any, load: Any, guess: Any, iterations: int, mean_speed: Any = None, *, more: int = 0
+    ) -> Solution:
+        """Solve it from states before it, under a load at its end [N]; `mean_speed` if another one."""
+        mean = self.mean_speed if mean_speed is None else mean_speed
+        how: dict[str, Any] = {"factors": self.factors, "held": self.held, "guess": guess, "iterations": iterations}
+        return self.balance.step(z0, mean, self.speed, self.acceleration, load, self.p, self.h, **how, more=more)
+
+
+@dataclass(frozen=True)
+class _Free:
+    """The step under the load as it was believed before the sample.
+
+    Attributes:
+        before: states before it.
+        first: the solved step.
+        by_load, by_large: how its states follow the load, and one that friction cannot hold [state/N].
+        by_first, by_initial: how the states before it and after it follow the first load [state/N].
+        h_walked, h_initial: how the torque follows a load that changes, and the first one [N m/N].
+        noise2: variance of the torque [N2 m2].
+        pumping: friction of slow pumps [N m].
+        friction: that hides a torque at standstill [N m].
+        missed: torque less what was expected [N m].
+        shown: whether the torque of a motor that stands shows the load.
+        mean_speed: of the motor [rad/s].
+        h: the sample's length [s].
+    """
+
+    before: Any
+    first: Solution
+    by_load: Any
+    by_large: Any
+    by_first: Any
+    by_initial: Any
+    h_walked: Any
+    h_initial: Any
+    noise2: Any
+    pumping: Any
+    friction: Any
+    missed: Any
+    shown: Any
+    mean_speed: Any
+    h: Any
+
+    def near(self, balance: Balance) -> Any:
+        """The states after it, as far as they can be."""
+        return balance.near(self.first.z, self.before, self.mean_speed, self.h)
+
+
 class LoadObserver:
     """States of the observer in a sensor's graph.
 
@@ -170,90 +242,59 @@ class LoadObserver:
             leaves: whether it was let go, and may still stand there.
             warming: of the oil [K/s], if it is known already.
         """
-        graph, balance = self._graph, self._balance
-        h = ca.fmax(graph.elapsed, _SHORTEST)
-        mean, w = graph.mean_speed, graph.motor_speed
-        acceleration = (w - graph.last_speed) / h
-        if warming is None:
-            warming = warming_of(graph) if balance.expands else 0.0
-        p = balance.parameters_at(self._p, graph.oil_temperature, graph.commands, warming=warming)
-        before = ca.vertcat(*self._before)
-        if self._pressures is not None:
-            before = self._pressures.settled(before, h)
-        load = self._load
-
-        def solve(z0: Any, load: Any, guess: Any, iterations: int, speed: Any = mean, more: int = 0) -> Solution:
-            how: dict[str, Any] = {"factors": factors, "held": held, "guess": guess, "iterations": iterations}
-            return balance.step(z0, speed, w, acceleration, load, p, h, **how, more=more)
-
-        first = solve(before, load, before, 3)
-        early = solve(before, load, first.z, 2, w)
-        by_load, by_large = first.by_load(), first.by_large_load()
-        by_first = ca.DM(balance.rest_by_load())
-        by_initial = first.by_start(by_first, 1.0)
-        h_walked, h_initial = first.torque_by(by_large), first.torque_by(by_initial)
-        noise2, pumping, friction = self._noise(first, early.torque - first.torque, p, h)
-        missed = graph.motor_torque - first.torque
-        shown = self._shown(first, h_walked, friction)
-        surprise, slowly = self._surprise(shown, missed, h_walked, h_initial, noise2, friction, h)
-        gains = self._gains(first, surprise, h_walked, h_initial, noise2, held, h)
+        graph = self._graph
+        moves = graph.elapsed > 0.0
+        solve = self._solver(factors, held, warming)
+        free = self._free(solve)
+        surprise, slowly = self._surprise(free)
+        gains = self._gains(free, surprise, held)
         d_initial, d_walked = gains.initial * surprise, gains.walked * surprise
-        after_torque = (1.0 - gains.walked * h_walked) * gains.walked_variance
+        after_torque = (1.0 - gains.walked * free.h_walked) * gains.walked_variance
         over_pressures = None
         if self._pressures is not None:
-            over_pressures = self._pressures.torque_over(first, by_large, h_walked, missed, held)
-            shown_load, after_torque = self._pressures.correction(first, by_large, after_torque, h)
+            over_pressures = self._pressures.torque_over(free.first, free.by_large, free.h_walked, free.missed, held)
+            shown_load, after_torque = self._pressures.correction(free.first, free.by_large, after_torque, free.h)
             d_walked = d_walked + ca.if_else(held, 0.0, shown_load)
         # No load beyond what relief valves carry: nothing would hold it, and the piston would run away in the model.
-        asked = self._binding(first, surprise) + d_initial + d_walked
+        asked = self._binding(free.first, surprise) + d_initial + d_walked
         corrected = ca.fmin(ca.fmax(asked, self._least), self._relief_load)
-        z0 = before + by_first * d_initial
-        guess = balance.possible(first.z + by_load * d_walked + by_initial * d_initial)
-        second = solve(z0, corrected, guess, 2, more=3)
-        moves = graph.elapsed > 0.0
-        # Iterations that have not found an end leave nothing behind that cannot be.
-        solved = balance.possible(balance.near(second.z, z0, mean, h))
-        z = ca.if_else(moves, solved, before)
+        second, solved = self._corrected(solve, free, corrected, d_initial, d_walked)
+        z = ca.if_else(moves, solved, free.before)
         if self._pressures is not None:
-            self._pressures.close(z, second.stands, h, after_torque)
-        may_be_empty, empty = self._is_empty(z, corrected, after_torque, pumping)
+            self._pressures.close(z, second.stands, free.h, after_torque)
+        may_be_empty, empty = self._is_empty(z, corrected, after_torque, free.pumping)
         goes = ca.logic_and(moves, ca.logic_not(empty))
-        self._keep(z, ca.if_else(moves, corrected, load))
+        self._keep(z, ca.if_else(moves, corrected, self._load))
         graph.becomes("load_variance", ca.if_else(moves, after_torque, self._walked))
-        kept = ca.if_else(moves, (1.0 - gains.initial * h_initial) * gains.initial_variance, self._initial)
+        kept = ca.if_else(moves, (1.0 - gains.initial * free.h_initial) * gains.initial_variance, self._initial)
         graph.becomes("first_load_variance", kept)
-        believed = ca.if_else(ca.fabs(missed) < friction, slowly, 1.0)
+        believed = ca.if_else(ca.fabs(free.missed) < free.friction, slowly, 1.0)
         taken = [gains.initial * believed, gains.walked * believed]
-        travel_by, torque_by = self._follow(first, second, by_first, taken, corrected == asked, moves, goes)
-        rests = 0.0 if self._passive else ca.logic_and(shown, ca.logic_not(ca.logic_or(held, leaves)))
-        sinks = ca.if_else(ca.logic_and(goes, rests), first.by_settled_load()[0] / h_walked, 0.0)
-        free_travel = ca.if_else(goes, balance.near(first.z, before, mean, h)[0] - before[0], 0.0)
-        sunk = _sunk(sinks, missed - h_initial * d_initial - h_walked * d_walked, friction, free_travel)
-        left = 1.0 - believed * (gains.initial * h_initial + gains.walked * h_walked)
-        travel_by = tuple(by - sinks * left * more for by, more in zip(travel_by, torque_by, strict=True))
-        # At its limit a relief valve gives way in the model, and not the oil.
-        limited = ca.logic_or(ca.fmin(load, corrected) <= self._least, ca.fmax(load, corrected) >= self._relief_load)
-        other = ca.logic_or(held, ca.logic_or(may_be_empty, limited))
-        give = ca.if_else(other, self._give, ca.fabs(by_large[0]))
-        graph.becomes("give", give)
-        self._graph.becomes("expected_torque", second.torque)
+        travel_by, torque_by = self._follow(free.first, second, free.by_first, taken, corrected == asked, moves, goes)
+        free_travel = ca.if_else(goes, free.near(self._balance)[0] - free.before[0], 0.0)
+        rests = 0.0 if self._passive else ca.logic_and(free.shown, ca.logic_not(ca.logic_or(held, leaves)))
+        sinks = ca.if_else(ca.logic_and(goes, rests), free.first.by_settled_load()[0] / free.h_walked, 0.0)
+        hidden = free.missed - free.h_initial * d_initial - free.h_walked * d_walked
+        left = 1.0 - believed * (gains.initial * free.h_initial + gains.walked * free.h_walked)
+        give = self._gives(free, held, may_be_empty, corrected)
+        graph.becomes("expected_torque", second.torque)
         return LoadStep(
-            travel=ca.if_else(goes, solved[0] - before[0], 0.0) + sunk,
+            travel=ca.if_else(goes, solved[0] - free.before[0], 0.0) + _sunk(sinks, hidden, free.friction, free_travel),
             free_travel=free_travel,
-            travel_by=travel_by,
+            travel_by=tuple(by - sinks * left * more for by, more in zip(travel_by, torque_by, strict=True)),
             torque_by=torque_by,
             surprise=surprise,
             change=second.torque - self.expected,
-            noise=ca.sqrt(noise2),
-            friction=friction,
+            noise=ca.sqrt(free.noise2),
+            friction=free.friction,
             noise_travel=give * self._sigma / self._per_angle,
             give=give,
             bounce=self._bounce,
-            seen=ca.fmin(ca.fabs(h_walked) / self._per_angle, 1.0),
-            load=ca.if_else(moves, corrected, load),
+            seen=ca.fmin(ca.fabs(free.h_walked) / self._per_angle, 1.0),
+            load=ca.if_else(moves, corrected, self._load),
             asked=asked,
             load_std=ca.sqrt(ca.fmax(gains.walked_variance + gains.initial_variance, 0.0)),
-            carried=balance.force(z),
+            carried=self._balance.force(z),
             empty=empty,
             torque=second.torque,
             z=z,
@@ -261,32 +302,94 @@ class LoadObserver:
             over_pressures=over_pressures,
         )
 
+    def _solver(self, factors: list[Any], held: Any, warming: Any) -> _Solver:
+        """The balance's step over this sample."""
+        graph, balance = self._graph, self._balance
+        h = ca.fmax(graph.elapsed, _SHORTEST)
+        acceleration = (graph.motor_speed - graph.last_speed) / h
+        if warming is None:
+            warming = warming_of(graph) if balance.expands else 0.0
+        p = balance.parameters_at(self._p, graph.oil_temperature, graph.commands, warming=warming)
+        return _Solver(balance, graph.mean_speed, graph.motor_speed, acceleration, p, h, factors, held)
+
+    def _free(self, solve: _Solver) -> _Free:
+        """The step under the load as it was believed, and how the torque and the pressures would follow another one."""
+        balance, before = self._balance, ca.vertcat(*self._before)
+        if self._pressures is not None:
+            before = self._pressures.settled(before, solve.h)
+        first = solve(before, self._load, before, 3)
+        early = solve(before, self._load, first.z, 2, solve.speed)
+        by_load, by_large = first.by_load(), first.by_large_load()
+        by_first = ca.DM(balance.rest_by_load())
+        by_initial = first.by_start(by_first, 1.0)
+        h_walked, h_initial = first.torque_by(by_large), first.torque_by(by_initial)
+        noise2, pumping, friction = self._noise(first, early.torque - first.torque, solve.p, solve.h)
+        return _Free(
+            before=before,
+            first=first,
+            by_load=by_load,
+            by_large=by_large,
+            by_first=by_first,
+            by_initial=by_initial,
+            h_walked=h_walked,
+            h_initial=h_initial,
+            noise2=noise2,
+            pumping=pumping,
+            friction=friction,
+            missed=self._graph.motor_torque - first.torque,
+            shown=self._shown(first, h_walked, friction),
+            mean_speed=solve.mean_speed,
+            h=solve.h,
+        )
+
+    def _corrected(self, solve: _Solver, free: _Free, load: Any, d_initial: Any, d_walked: Any) -> tuple[Solution, Any]:
+        """The step under the load as it is believed now [N], and its states as far as they can be.
+
+        Args:
+            solve: the balance's step.
+            free: the step under the load before.
+            load: now [N].
+            d_initial: what of its change is the first load's [N].
+            d_walked: what of it is the load's that walked [N].
+        """
+        z0 = free.before + free.by_first * d_initial
+        guess = self._balance.possible(free.first.z + free.by_load * d_walked + free.by_initial * d_initial)
+        second = solve(z0, load, guess, 2, more=3)
+        # Iterations that have not found an end leave nothing behind that cannot be.
+        return second, self._balance.possible(self._balance.near(second.z, z0, solve.mean_speed, solve.h))
+
+    def _gives(self, free: _Free, held: Any, may_be_empty: Any, corrected: Any) -> Any:
+        """Travel per load that the oil's compression allows [m/N]."""
+        # At its limit a relief valve gives way in the model, and not the oil.
+        least, most = ca.fmin(self._load, corrected), ca.fmax(self._load, corrected)
+        limited = ca.logic_or(least <= self._least, most >= self._relief_load)
+        other = ca.logic_or(held, ca.logic_or(may_be_empty, limited))
+        give = ca.if_else(other, self._give, ca.fabs(free.by_large[0]))
+        self._graph.becomes("give", give)
+        return give
+
     def _shown(self, first: Solution, h_walked: Any, friction: Any) -> Any:
         """Whether the torque of a motor that stands shows the load that it holds, but for friction."""
         shown = ca.logic_and(friction > 0.0, ca.fabs(h_walked) > SEEN_AT * self._per_angle)
         return ca.logic_and(shown, self._holds(first))
 
-    def _surprise(
-        self, shown: Any, missed: Any, h_walked: Any, h_initial: Any, noise2: Any, friction: Any, h: Any
-    ) -> tuple[Any, Any]:
+    def _surprise(self, free: _Free) -> tuple[Any, Any]:
         """What a torque says beside what was expected [N m], and the share of it that is taken within friction.
 
         Friction at standstill may have either sign, so what lies within it is still the likeliest, and taken slowly. A
         first load there is nothing to go on with.
         """
-        slowly = ca.if_else(shown, ca.fmin(h / _WITHIN, 1.0), 0.0)
-        unknown = h_initial**2 * self._initial
-        first_share = unknown / (unknown + h_walked**2 * self._walked + noise2)
-        slowly = ca.fmax(slowly, ca.if_else(shown, first_share, 0.0))
-        beyond = _beyond(missed, friction)
-        return beyond + slowly * (missed - beyond), slowly
+        slowly = ca.if_else(free.shown, ca.fmin(free.h / _WITHIN, 1.0), 0.0)
+        unknown = free.h_initial**2 * self._initial
+        first_share = unknown / (unknown + free.h_walked**2 * self._walked + free.noise2)
+        slowly = ca.fmax(slowly, ca.if_else(free.shown, first_share, 0.0))
+        beyond = _beyond(free.missed, free.friction)
+        return beyond + slowly * (free.missed - beyond), slowly
 
-    def _gains(
-        self, first: Solution, surprise: Any, h_walked: Any, h_initial: Any, noise2: Any, held: Any, h: Any
-    ) -> _Gains:
+    def _gains(self, free: _Free, surprise: Any, held: Any) -> _Gains:
         """How much of the surprise the first load takes, and how much the load that walked."""
-        unit = self._per_angle
-        walked = self._walked + (self._assumptions.machine.load_walk * self._relief_load) ** 2 * h / (
+        unit, h_initial, h_walked, noise2 = self._per_angle, free.h_initial, free.h_walked, free.noise2
+        walked = self._walked + (self._assumptions.machine.load_walk * self._relief_load) ** 2 * free.h / (
             1.0 + self._initial * unit**2 / self._sigma**2
         )
         initial = self._initial
@@ -302,7 +405,7 @@ class LoadObserver:
         share = ca.fmax(1.0, ca.fabs(gains[0] + gains[1]) * unit)
         k_initial, k_walked = (ca.if_else(held, 0.0, gain / share) for gain in gains)
         if self._passive:
-            k_walked = ca.if_else(ca.logic_and(first.stands, surprise > 0.0), 0.0, k_walked)
+            k_walked = ca.if_else(ca.logic_and(free.first.stands, surprise > 0.0), 0.0, k_walked)
         return _Gains(k_initial, k_walked, initial, walked)
 
     def _is_empty(self, z: Any, load: Any, variance: Any, friction: Any) -> tuple[Any, Any]:
