@@ -138,6 +138,33 @@ class _Standing:
     by: list[Any]
 
 
+@dataclass(frozen=True)
+class _Found:
+    """What the sample says of a contact.
+
+    Attributes:
+        turns: whether the motor turns.
+        way: +1 for extension, in which the piston was delivered oil.
+        before: position before the sample [m].
+        standing: whether the piston stands.
+        in_vain: whether it surely does while oil is delivered.
+        sunk: whether its load has come to stand on something else.
+        touched: whether a contact is found.
+        leaving: whether it is the end that the piston is about to leave.
+        settled: where a load that stands on something else came to stand [m].
+    """
+
+    turns: Any
+    way: Any
+    before: Any
+    standing: _Standing
+    in_vain: Any
+    sunk: Any
+    touched: Any
+    leaving: Any
+    settled: Any
+
+
 class ContactWatch:
     """Its states in a sensor's graph.
 
@@ -181,9 +208,62 @@ class ContactWatch:
             believed: of the piston after it.
             travel_by: derivatives of the step's travel with respect to factors and lag [m, m/s].
         """
+        graph, position, relief = self._graph, believed.position, believed.relief
+        found = self._find(step, believed, travel_by)
+        turns, way, touched, leaving = found.turns, found.way, found.touched, found.leaving
+        keeps = found.standing.keeps
+        holds, off = ca.logic_and(touched, ca.logic_not(leaving)), ca.logic_and(touched, leaving)
+        # At rest only leakage takes its oil away, and no end lets go by that: what the end carries goes with it.
+        pulled, stays = ca.logic_and(off, turns), ca.logic_and(off, ca.logic_not(turns))
+        keeps_load = ca.logic_or(keeps, ca.logic_or(self.held, touched))
+        grip = self._grip.look(step, turns, keeps_load, stays, believed.held_back)
+        away = ca.fabs(position - self._left_from) > _SURE * step.noise_travel
+        conditions = {
+            "stopped while it retracts": ca.logic_or(ca.logic_and(holds, way < 0.0), ca.logic_and(stays, way > 0.0)),
+            "stopped while it extends": ca.logic_or(ca.logic_and(holds, way >= 0.0), ca.logic_and(stays, way <= 0.0)),
+            "pulled off an end": pulled,
+            "let go": grip.released,
+            "not yet away": ca.logic_not(away),
+            "no force": step.empty,
+            "relief valve open": relief > 0.0,
+            "motor turns": turns,
+            "torque shows the load": step.seen > SEEN_AT,
+        }
+        mode = next_mode(self._mode, conditions)
+        graph.becomes("mode", mode)
+        leaves = ca.logic_or(grip.released, pulled)
+        graph.becomes("leaves_way", ca.if_else(grip.back, way, ca.if_else(leaves, 0.0, self._leaves_way)))
+        follows = _gone(step, graph.motor_torque, grip.rests, self._found_with)
+        follows = ca.logic_or(follows, ca.logic_and(grip.pushing, _builds(step, grip.rise, grip.missing)))
+        was_none = ca.logic_and(self._waits, grip.released)
+        anew = self._is_anew(touched, step, believed.stroke, believed.known, was_none)
+        later = ca.logic_and(anew, ca.logic_and(holds, ca.logic_not(turns)))
+        shows = self._waited(step, touched, later, follows, grip.released)
+        at_top = ca.if_else(leaving, way < 0.0, ca.if_else(shows, self._direction > 0.0, way > 0.0))
+        stood_at, doubt, place_by = self._stood_at(found)
+        return Contact(
+            touched=touched,
+            anew=ca.logic_or(ca.logic_and(anew, ca.logic_not(later)), shows),
+            place=ca.if_else(shows, position, stood_at),
+            place_by=place_by,
+            doubt=doubt,
+            at_top=at_top,
+            held=is_in(mode, HELD),
+            leaves=leaves,
+            released=grip.released,
+            stands=found.standing.stands,
+            pushing=grip.pushing,
+            built=grip.built,
+            given_way=grip.pressed / believed.stiffness,
+            went=grip.went,
+            mode=mode,
+        )
+
+    def _find(self, step: LoadStep, believed: Believed, travel_by: Sequence[Any]) -> _Found:
+        """Whether the piston has come to stand on something, and whether that is an end that it leaves."""
         graph, w = self._graph, self._graph.extending_speed
         position, stroke, known, relief = believed.position, believed.stroke, believed.known, believed.relief
-        sigma, moves = step.noise_travel, graph.elapsed > 0.0
+        moves = graph.elapsed > 0.0
         turns = ca.logic_and(ca.fabs(w) > _PUSHING, moves)
         # A load that has changed at rest is found in the first moments; the piston seems to stand meanwhile.
         since = ca.if_else(turns == self._turned, self._since + graph.elapsed, 0.0)
@@ -216,58 +296,18 @@ class ContactWatch:
         leaving = ca.logic_and(ca.logic_and(known, nearer), behind < near)
         leaving = ca.logic_and(leaving, self._came(step.travel, stroke) * way < 0.0)
         graph.becomes("delivered_in_vain", ca.if_else(ca.logic_and(keeps, ca.logic_not(touched)), delivered, 0.0))
+        return _Found(turns, way, before, standing, in_vain, sunk, touched, leaving, settled)
 
-        holds, off = ca.logic_and(touched, ca.logic_not(leaving)), ca.logic_and(touched, leaving)
-        # At rest only leakage takes its oil away, and no end lets go by that: what the end carries goes with it.
-        pulled, stays = ca.logic_and(off, turns), ca.logic_and(off, ca.logic_not(turns))
-        keeps_load = ca.logic_or(keeps, ca.logic_or(self.held, touched))
-        grip = self._grip.look(step, turns, keeps_load, stays, believed.held_back)
-        away = ca.fabs(position - self._left_from) > _SURE * sigma
-        conditions = {
-            "stopped while it retracts": ca.logic_or(ca.logic_and(holds, way < 0.0), ca.logic_and(stays, way > 0.0)),
-            "stopped while it extends": ca.logic_or(ca.logic_and(holds, way >= 0.0), ca.logic_and(stays, way <= 0.0)),
-            "pulled off an end": pulled,
-            "let go": grip.released,
-            "not yet away": ca.logic_not(away),
-            "no force": step.empty,
-            "relief valve open": relief > 0.0,
-            "motor turns": turns,
-            "torque shows the load": step.seen > SEEN_AT,
-        }
-        mode = next_mode(self._mode, conditions)
-        graph.becomes("mode", mode)
-        leaves = ca.logic_or(grip.released, pulled)
-        graph.becomes("leaves_way", ca.if_else(grip.back, way, ca.if_else(leaves, 0.0, self._leaves_way)))
+    def _stood_at(self, found: _Found) -> tuple[Any, Any, list[Any]]:
+        """Where a piston that is held stands [m], how doubtful that is [m], and its derivatives by the way it went."""
         # Where it is again before it was away it was held before; the stop that gave way meanwhile does so once more.
-        again = ca.if_else(self.leaves, self._held_at, before)
+        again = ca.if_else(self.leaves, self._held_at, found.before)
         # Where no oil gives it a force, nothing shows where it stands since.
-        drained = ca.logic_or(sunk, is_in(self._mode, (Mode.EMPTY,)))
-        stood_at = ca.if_else(drained, settled, ca.if_else(in_vain, anchor, again))
-        doubt = ca.if_else(drained, _SETTLING * (before - settled), 0.0)
-        by_way = ca.logic_and(in_vain, ca.logic_not(drained))
-        follows = _gone(step, graph.motor_torque, grip.rests, self._found_with)
-        follows = ca.logic_or(follows, ca.logic_and(grip.pushing, _builds(step, grip.rise, grip.missing)))
-        anew = self._is_anew(touched, step, stroke, known, ca.logic_and(self._waits, grip.released))
-        later = ca.logic_and(anew, ca.logic_and(holds, ca.logic_not(turns)))
-        shows = self._waited(step, touched, later, follows, grip.released)
-        at_top = ca.if_else(leaving, way < 0.0, ca.if_else(shows, self._direction > 0.0, way > 0.0))
-        return Contact(
-            touched=touched,
-            anew=ca.logic_or(ca.logic_and(anew, ca.logic_not(later)), shows),
-            place=ca.if_else(shows, position, stood_at),
-            place_by=[ca.if_else(by_way, by, 0.0) for by in standing.by],
-            doubt=doubt,
-            at_top=at_top,
-            held=is_in(mode, HELD),
-            leaves=leaves,
-            released=grip.released,
-            stands=standing.stands,
-            pushing=grip.pushing,
-            built=grip.built,
-            given_way=grip.pressed / believed.stiffness,
-            went=grip.went,
-            mode=mode,
-        )
+        drained = ca.logic_or(found.sunk, is_in(self._mode, (Mode.EMPTY,)))
+        stood_at = ca.if_else(drained, found.settled, ca.if_else(found.in_vain, found.standing.anchor, again))
+        doubt = ca.if_else(drained, _SETTLING * (found.before - found.settled), 0.0)
+        by_way = ca.logic_and(found.in_vain, ca.logic_not(drained))
+        return stood_at, doubt, [ca.if_else(by_way, by, 0.0) for by in found.standing.by]
 
     def _standing(
         self,

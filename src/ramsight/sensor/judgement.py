@@ -78,34 +78,13 @@ def judge(
         checks: what the drive's report says of itself.
         fault_passed: whether it has contradicted itself since the last reference.
     """
-    dt, w = graph.elapsed, graph.motor_speed
-    free = ca.logic_not(contact.held)
-
-    def lasting(name: str, condition: Any, least: float) -> Any:
-        since = graph.state(name)
-        since_1 = ca.if_else(condition, since + dt, 0.0)
-        graph.becomes(name, since_1)
-        return since_1 > least
-
-    turning = ca.fabs(w) > _STANDING
-    wrong = ca.logic_and(free, ca.fabs(step.surprise) > _UNEXPLAINED * step.noise)
-    impossible = ca.logic_and(turning, ca.fabs(step.asked) > _IMPOSSIBLE * graph.parameters.symbol("relief_load"))
-    implausible = ca.logic_or(
-        lasting("unexplained_for", ca.logic_and(turning, wrong), _LONG),
-        lasting("impossible_for", ca.logic_and(free, impossible), _LASTS),
-    )
-    rests = lasting("resting_for", ca.logic_not(turning), _RESTING)
-    at_rest = graph.state("resting_torque")
-    at_rest_1 = ca.if_else(rests, at_rest + dt / (_RESTING_SMOOTHING + dt) * (step.surprise - at_rest), 0.0)
-    graph.becomes("resting_torque", at_rest_1)
-    offset = ca.fabs(at_rest_1) > _RESTING_TORQUE * graph.parameters.symbol("relief_torque") + step.friction
-
+    implausible = _implausible(graph, step, ca.logic_not(contact.held))
     outside = ca.fmax(-position, position - stroke) > _BEYOND * std + _BEYOND_LEAST
     extreme = ca.logic_or(graph.oil_temperature < COLDEST, graph.oil_temperature > HOTTEST)
     conditions = {
         Status.REFERENCE_DUE: std > WARNING * stroke,
         Status.OUTSIDE_TEMPERATURE: extreme,
-        Status.OUTSIDE_SPEED: ca.fabs(w) > _OVERSPEED * limits.max_speed,
+        Status.OUTSIDE_SPEED: ca.fabs(graph.motor_speed) > _OVERSPEED * limits.max_speed,
         Status.TEMPERATURE_LOST: intake.cold,
         Status.NEAR_RELIEF: relief.doubt > 0.0,
         Status.INPUT_GAP: intake.gap,
@@ -117,7 +96,7 @@ def judge(
         Status.NOT_REFERENCED: ca.logic_not(known),
         Status.TOO_UNCERTAIN: ca.logic_and(known, overall > LIMIT * stroke),
         Status.OUTSIDE_STROKE: ca.logic_and(known, outside),
-        Status.IMPLAUSIBLE_TORQUE: ca.logic_or(ca.logic_or(implausible, offset), intake.overtorque),
+        Status.IMPLAUSIBLE_TORQUE: ca.logic_or(implausible, intake.overtorque),
         Status.IMPLAUSIBLE_SPEED: intake.overspeed,
         Status.SPEED_CONTRADICTED: checks.undecided,
         Status.TORQUE_CONTRADICTED: checks.torque_wrong,
@@ -133,3 +112,35 @@ def judge(
             continue  # never, on this machine
         code = ca.if_else(condition, float(one.status), code)
     return code
+
+
+def _lasting(graph: SensorGraph, name: str, condition: Any, least: float) -> Any:
+    """Whether a condition has held for longer than `least` [s]."""
+    since = graph.state(name)
+    since_1 = ca.if_else(condition, since + graph.elapsed, 0.0)
+    graph.becomes(name, since_1)
+    return since_1 > least
+
+
+def _implausible(graph: SensorGraph, step: LoadStep, free: Any) -> Any:
+    """Whether the torque is none that the machine can have: unexplained, beyond relief, or there at rest.
+
+    Args:
+        graph: the sensor's graph; gains states.
+        step: of the load observer.
+        free: whether nothing holds the piston.
+    """
+    dt, symbol = graph.elapsed, graph.parameters.symbol
+    turning = ca.fabs(graph.motor_speed) > _STANDING
+    wrong = ca.logic_and(free, ca.fabs(step.surprise) > _UNEXPLAINED * step.noise)
+    impossible = ca.logic_and(turning, ca.fabs(step.asked) > _IMPOSSIBLE * symbol("relief_load"))
+    implausible = ca.logic_or(
+        _lasting(graph, "unexplained_for", ca.logic_and(turning, wrong), _LONG),
+        _lasting(graph, "impossible_for", ca.logic_and(free, impossible), _LASTS),
+    )
+    rests = _lasting(graph, "resting_for", ca.logic_not(turning), _RESTING)
+    at_rest = graph.state("resting_torque")
+    at_rest_1 = ca.if_else(rests, at_rest + dt / (_RESTING_SMOOTHING + dt) * (step.surprise - at_rest), 0.0)
+    graph.becomes("resting_torque", at_rest_1)
+    offset = ca.fabs(at_rest_1) > _RESTING_TORQUE * symbol("relief_torque") + step.friction
+    return ca.logic_or(implausible, offset)
