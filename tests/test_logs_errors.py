@@ -8,7 +8,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from ramsight.errors import LogError, LogWarning, MissingColumnError, RamsightError
-from ramsight.logs import read_drive_log, read_truth
+from ramsight.logs import open_log, read_drive_log, read_truth
 
 HEADER = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c"
 ROWS = ["0.00,0,-0.6875,39.8", "0.02,1500,12.5,40.1", "0.04,-1500,0,39.7"]
@@ -132,6 +132,16 @@ def test_a_log_that_cannot_be_read_says_where(tmp_path, data, line, column, text
     error, said = refusal(tmp_path, data)
     assert said == text
     assert (error.line, error.column) == (line, column)
+
+
+def test_a_log_that_cannot_be_opened_says_so_when_it_is_opened(tmp_path):
+    """And not when its first piece is read, which may be far from there."""
+    with pytest.raises(LogError, match="no such file"):
+        open_log(tmp_path / "missing.csv")
+    columns = tmp_path / "columns.csv"
+    columns.write_text("time_s,speed\n0.0,1.0\n")
+    with pytest.raises(LogError, match="motor_speed_rpm"):
+        open_log(columns)
 
 
 def test_missing_columns_are_named_with_those_found(tmp_path):

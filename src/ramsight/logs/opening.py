@@ -70,9 +70,10 @@ def open_log(
         samples: of each piece but the last.
         advance: told the share of the file that was read since the last call.
 
-    Yields:
-        Over ``time`` [s]: ``motor_speed`` [rad/s], ``motor_torque`` [N m], ``oil_temperature`` [K], NaN where the
-        log has no number, and ``reference`` [m] if there are any, NaN where none is known; commands to parts, and
+    Returns:
+        The pieces in order, each read when it is asked for; what is wrong with the name, the map or the columns is said
+        at once. Over ``time`` [s]: ``motor_speed`` [rad/s], ``motor_torque`` [N m], ``oil_temperature`` [K], NaN where
+        the log has no number, and ``reference`` [m] if there are any, NaN where none is known; commands to parts, and
         ``link_angle`` [rad], ``pressure_a`` and ``pressure_b`` [Pa] where the log has them. Time is as in the file:
         it may repeat or jump.
 
@@ -101,7 +102,7 @@ def open_log(
         source.clock = TIME
     pieces = _regular(_resampled(_columns(source, known), known, source.file), samples)
     oil = known.roles["temperature"].channel
-    yield from _as_datasets(pieces, source.file, oil, is_clock_watched=source.has_clock_watched)
+    return _as_datasets(pieces, source.file, oil, is_clock_watched=source.has_clock_watched)
 
 
 def _check_standard(source: Source, names: list[str]) -> None:
