@@ -5,7 +5,9 @@
 The runs are those of a laboratory actuator (public repository ivliev123/Electro-Hydraulic-Actuator), a file each, with
 the columns that `rig.toml` names. From the runs in the first folder the values of `eha-valve-rig` are found as
 `ramsight identify` finds them; every run in the second folder is tracked with them from its first position, from the
-shaft's angle, the motor's current and the valve's command alone, and once more with the chambers' pressures.
+shaft's angle, the motor's current and the valve's command alone, and once more with the chambers' pressures. The rig's
+position sensor has a curve of its own, which is identified with the rest; the track is given in that sensor's readings
+and held against what it read (`all`, `runs`), and, for comparison, as it is (`all_without_curve`).
 """
 
 from __future__ import annotations
@@ -51,19 +53,19 @@ def main() -> None:
     parser.add_argument("--figures", type=Path, default=None, help="folder for figures of the judged runs")
     given = parser.parse_args()
     known = load_map(MAP)
-    result: dict[str, Any] = {"date": date.today().isoformat(), "machine": MACHINE, "fit": {}, "runs": {}, "all": {}}
-    drawn, recorded = {}, runs_in(given.fit, known)
+    found = ramsight.identify_values(MACHINE, runs_in(given.fit, known), unit=UNIT, progress=True)
+    tuned = with_found(known, found)
+    recorded = runs_in(given.judge, tuned)
+    result: dict[str, Any] = {"date": date.today().isoformat(), "machine": MACHINE, "fit": described(found, tuned)}
+    result |= {"runs": {}, "all": {}, "all_without_curve": {}}
+    drawn = {}
     for name, pressures in SIGNALS.items():
-        fitted = ramsight.identify_values(
-            MACHINE, [given_pressures(run, pressures) for run in recorded], unit=UNIT, progress=True
-        )
-        tuned = _with_torque(known, fitted)
-        judged = [given_pressures(run, pressures) for run in runs_in(given.judge, tuned)]
+        judged = [given_pressures(run, pressures) for run in recorded]
         with progress(len(judged), f"judging, {name.replace('_', ' ')}") as bar:
-            drawn[name] = [(run, tracked(fitted, run, bar.advance)) for run in judged]
-        rows = {run.name: errors(track, run) for run, track in drawn[name]}
-        result["fit"][name] = described(fitted, tuned)
-        result["all"][name] = overall(list(rows.values()))
+            drawn[name] = [(run, tracked(found, run, bar.advance)) for run in judged]
+        rows = {run.name: errors(*as_read(track, run, tuned)) for run, track in drawn[name]}
+        plain = [errors(track, unbent(run, tuned)) for run, track in drawn[name]]
+        result["all"][name], result["all_without_curve"][name] = overall(list(rows.values())), overall(plain)
         for run_name, row in rows.items():
             result["runs"].setdefault(run_name, {})[name] = row
     with atomic_path(given.out) as draft:
@@ -103,7 +105,10 @@ def runs_in(folder: Path, known: ChannelMap) -> list[MeasuredRun]:
     files = sorted(file for file in folder.iterdir() if file.name.endswith((".csv", ".csv.gz")))
     if not files:
         raise SystemExit(f"{folder}: there are no runs")
-    return [MeasuredRun(file.name, read_drive_log(file, known), cleaned(read_measured(file, known))) for file in files]
+    return [
+        MeasuredRun(file.name, read_drive_log(file, known), cleaned(read_measured(file, known)), known.linearity)
+        for file in files
+    ]
 
 
 def cleaned(measured: Any) -> Any:
@@ -119,9 +124,24 @@ def cleaned(measured: Any) -> Any:
     return result
 
 
-def _with_torque(known: ChannelMap, fitted: FittedValues) -> ChannelMap:
-    """The map with the torque of the current that was found."""
-    return replace(known, motor=None if known.motor is None else motor_with(known.motor, fitted.torque))
+def with_found(known: ChannelMap, fitted: FittedValues) -> ChannelMap:
+    """The map with the torque of the current and the curve of the position's sensor that were found."""
+    motor = None if known.motor is None else motor_with(known.motor, fitted.torque)
+    return replace(known, motor=motor, curve=fitted.curve)
+
+
+def unbent(run: MeasuredRun, tuned: ChannelMap) -> MeasuredRun:
+    """The run with the position as it was read, with no curve."""
+    if tuned.curve is None:
+        return run
+    return replace(run, measured=run.measured.assign(position=("time", tuned.curve.reading(run.measured["position"]))))
+
+
+def as_read(track: Any, run: MeasuredRun, tuned: ChannelMap) -> tuple[Any, MeasuredRun]:
+    """What the rig's own sensor would read where the track is, and what it did read."""
+    if tuned.curve is None:
+        return track, run
+    return track.assign(position=("time", tuned.curve.reading(track["position"]))), unbent(run, tuned)
 
 
 def tracked(fitted: FittedValues, run: MeasuredRun, advance: Any) -> Any:

@@ -15,7 +15,8 @@ SAME = HERE / "eha_rig_same.json"
 WORDS = {"angle_current": "angle, current, valve", "angle_current_pressure": "the same and pressures"}
 _HEAD = (
     "runs judged", "signals", "end of a move, largest [mm]", "95 % of them [mm]", "while it goes, largest [mm]",
-    "RMS [mm]", "RMS of the worst run [mm]", "inside the 95 % band", "ok beyond 4 σ, longest [s]",
+    "RMS [mm]", "RMS of the worst run [mm]", "RMS without the curve [mm]",
+    "inside the 95 % band", "ok beyond 4 σ, longest [s]",
 )  # fmt: skip
 
 
@@ -36,6 +37,7 @@ def table(unseen: dict[str, Any], same: dict[str, Any]) -> list[str]:
                     f"{row[key]:.2f}"
                     for key in ("largest_end_mm", "p95_end_mm", "largest_mm", "rms_mm", "largest_rms_mm")
                 ),
+                f"{found['all_without_curve'][name]['rms_mm']:.2f}",
                 f"{row['coverage_95'] * 100.0:.1f} %",
                 f"{row['ok_beyond_4_std_longest_s']:.2f}",
             )

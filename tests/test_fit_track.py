@@ -1,13 +1,18 @@
 """Values of a description from runs with a measured position: they stay within what can be."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import ramsight
 from ramsight import machine
 from ramsight.calibration import fit_track as fitting
+from ramsight.calibration.fit_report import map_with
 from ramsight.calibration.fit_track import MeasuredRun
 from ramsight.calibration.free_values import FreeValue, free_values, with_values
+from ramsight.logs.channel_map import load_map
+from ramsight.logs.sensor_curve import SensorCurve
 
 RIG = machine.load("eha-valve-rig")
 GIVE = "parts.hose_a.effective_bulk_modulus"
@@ -93,3 +98,67 @@ def test_draws_come_with_their_opposites(run):
     assert low < 0.02
     assert high > 0.2
     assert not found.told
+
+
+BENT = SensorCurve(tuple(np.linspace(0.0, 0.06, 7)), (0.0, 0.3e-3, 0.2e-3, -0.1e-3, -0.3e-3, -0.1e-3, 0.0))
+
+
+@pytest.fixture(scope="module")
+def bent(softer):
+    """The same runs, read by a position sensor with a curve."""
+    return [
+        replace(
+            run, measured=run.measured.assign(position=("time", BENT.reading(run.measured["position"]))), linearity=3e-4
+        )
+        for run in softer
+    ]
+
+
+def test_the_curve_of_a_position_sensor_is_told_from_a_hose_and_a_pump(bent):
+    """It is the same both ways and under each load; the hose and the displacement are found in spite of it."""
+    found = fitting.fit_track(RIG, "axis", bent, free(GIVE, "parts.pump.displacement"))
+    read = np.concatenate([run.measured["position"].values for run in bent])
+    at = np.linspace(read.min(), read.max(), 9)
+    line = np.polynomial.Polynomial.fit(at, BENT.position(at) - found.curve.position(at), 1)
+    left = BENT.position(at) - found.curve.position(at) - line(at)
+    assert np.std(BENT.position(at) - at) > 0.18e-3
+    assert np.std(left) < 0.08e-3, "a straight line is displacement, and its knots are elsewhere"
+    assert found.values[GIVE][0] == pytest.approx(10e6, rel=0.1)
+    assert found.values["parts.pump.displacement"][0] == pytest.approx(1.627e-6 / (2.0 * np.pi), rel=0.01)
+    assert found.rms < 0.15e-3
+    assert fitting.fit_track(RIG, "axis", bent[:1], free(GIVE)).curve.at[0] == pytest.approx(
+        bent[0].measured["position"].values.min()
+    )
+
+
+def test_derivatives_of_a_curve_are_those_of_differences(bent):
+    model = fitting._Model(RIG, "axis", bent[:1], free(GIVE))
+    change = 1e-4 * np.arange(len(model.prior))
+    slopes = model.slopes(change)
+    assert slopes.shape[1] == len(model.prior) == 3 + fitting._KNOTS
+    for k in range(3, len(model.prior)):
+        step = np.zeros(len(change))
+        step[k] = 1e-4
+        by_difference = (model.residuals(change + step) - model.residuals(change - step)) / 2e-4
+        np.testing.assert_allclose(slopes[:, k], by_difference, atol=1e-6 * np.abs(by_difference).max())
+
+
+def test_a_sensor_that_is_declared_straight_has_no_curve(run):
+    assert fitting._Model(RIG, "axis", [run], free(GIVE)).curve(np.zeros(3)) is None
+
+
+def test_a_map_gets_the_curve_that_was_found_and_reads_by_it(tmp_path):
+    text = """time = {channel = "t", unit = "s"}
+speed = {channel = "n", unit = "rpm"}
+torque = {channel = "m", unit = "N m"}
+temperature = {constant = "40 degC"}
+[measured]
+position = {channel = "x", unit = "mm", linearity = "0.3 mm"}  # a comment
+"""
+    (tmp_path / "map.toml").write_text(text, encoding="utf-8")
+    made = map_with(text, load_map(tmp_path / "map.toml"), fitting.Torque(), BENT)
+    assert "# a comment" in made
+    (tmp_path / "made.toml").write_text(made, encoding="utf-8")
+    curve = load_map(tmp_path / "made.toml").curve
+    np.testing.assert_allclose(curve.at, BENT.at, atol=1e-6)
+    np.testing.assert_allclose(curve.excess, BENT.excess, atol=1e-7)

@@ -14,6 +14,7 @@ from ramsight.logs.channel_map import load_map
 from ramsight.logs.mapped import Counted, Motor
 from ramsight.logs.opening import read_measured
 from ramsight.logs.resample import Resampler
+from ramsight.logs.sensor_curve import SensorCurve
 
 MAP = """
 time = {channel = "t", unit = "ms"}
@@ -58,6 +59,55 @@ def test_what_was_measured_never_enters_the_log(folder):
     assert set(measured.data_vars) == {"position"}
     assert np.array_equal(log["time"].values, measured["time"].values)
     assert np.allclose(measured["position"].values, 0.025e-3 * 1000.0 * measured["time"].values, atol=0.02e-3)
+
+
+CURVE = "{reading = [0, 10, 25], excess = [0, 0.2, -0.1]}"
+
+
+def with_position(folder, keys):
+    """The map with more keys of the measured position."""
+    bent = MAP.replace("scale = 0.025}", f"scale = 0.025, {keys}}}")
+    assert bent != MAP
+    (folder / "bent.toml").write_text(bent, encoding="utf-8")
+    return folder / "bent.toml"
+
+
+def test_a_position_is_what_was_read_less_the_curve_of_its_sensor(folder):
+    """Linear between the readings that the map has: 0.2 mm too much at 10, 0.05 mm at 17.5, 0.1 too little at 25 mm."""
+    read = read_measured(folder / "run.csv", folder / "map.toml")["position"].values
+    bent = with_position(folder, f'linearity = "0.3 mm", curve = {CURVE}')
+    assert load_map(bent).linearity == pytest.approx(0.3e-3)
+    position = read_measured(folder / "run.csv", bent)["position"].values
+    for at, excess in ((5e-3, 0.1e-3), (10e-3, 0.2e-3), (17.5e-3, 0.05e-3), (24e-3, -0.08e-3)):
+        k = int(np.argmin(np.abs(read - at)))
+        assert read[k] - position[k] == pytest.approx(excess, abs=0.01e-3)
+
+
+@given(st.lists(st.floats(-1e-3, 1e-3), min_size=3, max_size=9), st.floats(-0.02, 0.12))
+def test_a_curve_leads_to_the_reading_and_back(excess, reading):
+    curve = SensorCurve(tuple(np.linspace(0.0, 0.1, len(excess))), tuple(excess))
+    assert curve.is_unique
+    assert float(curve.reading(curve.position(reading))) == pytest.approx(reading, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("keys", "key", "allowed"),
+    [
+        ('linearity = "0.2 m"', "measured.position.linearity", "0 to 100 mm"),
+        ('linearity = "1 K"', "measured.position.linearity", None),
+        ("curve = {reading = [0], excess = [0]}", "measured.position.curve.reading", "two or more"),
+        ("curve = {reading = [0, 5], excess = [0]}", "measured.position.curve.reading", "as many"),
+        ("curve = {reading = [0, 5], excess = [0, 6]}", "measured.position.curve.reading", "read once"),
+        ('curve = {reading = [0, "5"], excess = [0, 1]}', "measured.position.curve.reading", "in mm"),
+        ('curve = {unit = "bar", reading = [0, 5], excess = [0, 1]}', "measured.position.curve.unit", None),
+        ("curve = {reading = [0, 5], excess = [0, 1], x = 1}", "measured.position.curve.x", None),
+    ],
+)
+def test_a_curve_that_cannot_be_is_refused_with_its_key(folder, keys, key, allowed):
+    with pytest.raises(DescriptionError) as raised:
+        load_map(with_position(folder, keys))
+    assert raised.value.key == key
+    assert allowed is None or allowed in str(raised.value)
 
 
 @settings(max_examples=30, deadline=None)

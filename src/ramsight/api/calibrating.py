@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,6 +19,7 @@ from ramsight.calibration.leakage import leak_test as leak_test_built
 from ramsight.duty.plausible import watched
 from ramsight.errors import DescriptionError
 from ramsight.logs import read_drive_log
+from ramsight.logs.channel_map import load_map
 from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.opening import read_measured
 from ramsight.machine.description import Composed
@@ -137,7 +139,8 @@ def identify_values(
 
     Returns:
         The description with the values that were found, `machine`; the values with their 95 % intervals [SI]; what the
-        reported torque is; the errors of the position that are left [m].
+        reported torque is; the curve of the position's sensor, where the map declares its linearity; the errors of the
+        position that are left [m].
 
     Raises:
         DescriptionError: the machine or the map cannot be read, or the unit's circuit is not one of parts.
@@ -168,4 +171,7 @@ def _recorded(log: str | Path | xarray.Dataset, channel_map: ChannelMap | str | 
 def _measured_run(path: str | Path, channel_map: ChannelMap | str | Path | None) -> MeasuredRun:
     if channel_map is None:
         raise DescriptionError("a map has to name the measured position", key="channel_map")
-    return MeasuredRun(Path(path).name, read_drive_log(path, channel_map), read_measured(path, channel_map))
+    known = load_map(channel_map) if isinstance(channel_map, str | Path) else channel_map
+    # A curve that is not certain is found anew, from what was read.
+    bent = replace(known, curve=None) if known.linearity else known
+    return MeasuredRun(Path(path).name, read_drive_log(path, known), read_measured(path, bent), known.linearity)

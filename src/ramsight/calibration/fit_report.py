@@ -13,6 +13,7 @@ from ramsight.normal import TWO_SIDED_95
 if TYPE_CHECKING:
     from ramsight.calibration.fit_track import FittedValues, Torque
     from ramsight.logs.mapped import ChannelMap, Motor
+    from ramsight.logs.sensor_curve import SensorCurve
     from ramsight.machine.description import Machine
 
 
@@ -30,6 +31,9 @@ def values_summary(found: FittedValues, unit: str) -> str:
         )
     error = math.expm1(TWO_SIDED_95 * found.torque_std) * 100.0
     lines.append(f"{'torque':{width}}  {found.torque.gain:.4g} of the reported one (within {error:.1f} %)")
+    if found.curve is not None:
+        bend = max(map(abs, found.curve.excess)) * 1e3
+        lines.append(f"{'curve':{width}}  of the position's sensor: up to {bend:.2f} mm beside a straight line")
     if found.torque.loss:
         lines.append(f"{'':{width}}  less {found.torque.loss * 100.0:.3g} % per N m of it, by the motor's saturation")
     return "\n".join(lines)
@@ -73,24 +77,32 @@ def motor_with(motor: Motor, torque: Torque) -> Motor:
     return Motor(motor.torque_constant * torque.gain, 1.0 / loss if loss > 0.0 else None)
 
 
-def map_with(text: str, known: ChannelMap, torque: Torque) -> str:
-    """The text of a channel map with what was found of the motor's torque.
+def map_with(text: str, known: ChannelMap, torque: Torque, curve: SensorCurve | None = None) -> str:
+    """The text of a channel map with what was found of the motor's torque and of the position's sensor.
 
     Args:
-        text: of the map, with a table ``current``.
+        text: of the map, with a table ``current`` or a curve to be found.
         known: the map.
         torque: what was found.
+        curve: of the position's sensor, if it was looked for.
 
     Returns:
-        The text with another `torque_constant` and `saturation`; everything else as it was.
+        The text with another `torque_constant`, `saturation` and `curve`; everything else as it was.
     """
     import tomlkit
 
-    if known.motor is None:
-        raise ValueError("the map has no current")
-    motor = motor_with(known.motor, torque)
+    if known.motor is None and curve is None:
+        raise ValueError("the map has no current, and no curve of a sensor was found")
     document = tomlkit.parse(text)
-    document["current"]["torque_constant"] = f"{motor.torque_constant:.6g} N m"
-    if motor.saturation is not None:
-        document["current"]["saturation"] = float(f"{motor.saturation:.6g}")
+    if known.motor is not None:
+        motor = motor_with(known.motor, torque)
+        document["current"]["torque_constant"] = f"{motor.torque_constant:.6g} N m"
+        if motor.saturation is not None:
+            document["current"]["saturation"] = float(f"{motor.saturation:.6g}")
+    if curve is not None:
+        table = tomlkit.inline_table()
+        table["unit"] = "mm"
+        table["reading"] = [round(1e3 * one, 3) for one in curve.at]
+        table["excess"] = [round(1e3 * one, 4) for one in curve.excess]
+        document["measured"]["position"]["curve"] = table
     return tomlkit.dumps(document)

@@ -8,6 +8,9 @@ what was known before as a prior,
 
 the pressures where they were measured. Errors of a track last for a while, so samples count by how far apart they are.
 
+A position sensor that is declared to bend has a curve c of its own, linear between knots and 0 at both ends of what was
+measured (terminal-based linearity): x_m is then the reading, and x(q) + c(x_m) - c(x_m at the start) stands for x(q).
+
 Valves and friction that open, close and hold make the sum rough: many minima explain the runs alike, and differ on runs
 that are not among them. So it is not one of them that is taken. Residuals and prior are drawn anew, each draw is fitted
 (randomized maximum likelihood), and what is found is the mean over draws and their opposites; its spread is in the
@@ -29,6 +32,7 @@ from ramsight.calibration.free_values import FreeValue, with_values
 from ramsight.calibration.identify_record import IdentifyError
 from ramsight.engine.recursion import Recursion, replay_many
 from ramsight.errors import DescriptionError
+from ramsight.logs.sensor_curve import SensorCurve
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.build import build_unit
 from ramsight.sensor.balance import balance
@@ -57,6 +61,7 @@ _DIFFERENCES = (0.02, 0.006)
 _SETTLED = 1e-4  # change of the sum of squares, relative, at which a round ends
 _HALVINGS = 20  # to find how far a value may go
 _GAIN, _BEND = 0.3, 0.03  # standard deviations: logarithm of a torque's gain, share that saturation takes at the most
+_KNOTS = 7  # of a position sensor's curve, between the ends of what was measured: waves down to a quarter of that show
 
 
 @dataclass(frozen=True)
@@ -67,11 +72,13 @@ class MeasuredRun:
         name: for messages.
         log: what the drive reported, and the commands that the circuit takes, over `time` [s].
         measured: `position` [m] and maybe `pressure_a`, `pressure_b` [Pa] over the same `time`; NaN where unknown.
+        linearity: standard deviation of what the position sensor reads from what it should, along its way [m].
     """
 
     name: str
     log: xarray.Dataset
     measured: xarray.Dataset
+    linearity: float = 0.0
 
     @property
     def start(self) -> float:
@@ -107,6 +114,8 @@ class FittedValues:
             description may have it [SI].
         told: those of them whose interval is less than half of what it was before.
         torque: what the reported torque is, with the standard deviation of the logarithm of its gain in `torque_std`.
+        curve: of the position sensor, the one that was known with what was found beside it; None where the sensor is
+            declared to have none.
         rms: of the position's errors over all runs [m], and of each, by name.
         evaluations: that it took.
     """
@@ -116,6 +125,7 @@ class FittedValues:
     told: frozenset[str]
     torque: Torque
     torque_std: float
+    curve: SensorCurve | None
     rms: float
     rms_of: dict[str, float]
     evaluations: int
@@ -213,7 +223,9 @@ class _Model:
         recursion: Recursion | None = None,
     ) -> None:
         self.machine, self.unit, self.runs, self.free = machine, unit, runs, free
-        self._around = np.zeros(len(free) + 2) if around is None else around
+        self._curve = _Curve.of(runs)
+        self._driven = len(free) + 2  # changes that the track follows; those after them are of what it is held against
+        self._around = np.zeros(self._driven + self._curve.knots) if around is None else around
         self._sensor = self.sensor(self._around)
         # Values are parameters of the equations, which are those of the first description for all that come after it.
         self._recursion = recursion or self._sensor.recursion
@@ -221,7 +233,7 @@ class _Model:
         self._inputs = [log_inputs(self._sensor, run.log) for run in runs]
         self._starts = np.array([self._start(run) for run in runs])
         self._largest = max(float(np.nanmax(np.abs(inputs[:, 2]))) for inputs in self._inputs)
-        self.prior = np.array([*(one.std for one in free), _GAIN, _BEND])
+        self.prior = np.array([*(one.std for one in free), _GAIN, _BEND, *[self._curve.std] * self._curve.knots])
 
     def _start(self, run: MeasuredRun) -> list[float]:
         self._sensor.start(run.start)
@@ -262,7 +274,11 @@ class _Model:
 
     def torque(self, change: Array) -> Torque:
         """What the reported torque is after a change."""
-        return Torque(float(np.exp(change[-2])), float(change[-1]) / self._largest)
+        return Torque(float(np.exp(change[len(self.free)])), float(change[len(self.free) + 1]) / self._largest)
+
+    def curve(self, change: Array) -> SensorCurve | None:
+        """The curve of the position sensor after a change."""
+        return self._curve.after(change[self._driven :])
 
     def _elasticity(self, k: int) -> Array:
         """How the logarithm of each parameter follows a value's: nearly every one by a power."""
@@ -297,7 +313,12 @@ class _Model:
     def errors(self, change: Array) -> list[Array]:
         """Errors of the position along each run [m]."""
         (said,) = self.tracks(change[None, :])
-        return [one[:, 0] - run.measured["position"].values for one, run in zip(said, self.runs, strict=True)]
+        return [self._error(one, k, change) for k, one in enumerate(said)]
+
+    def _error(self, said: Array, k: int, change: Array) -> Array:
+        """Error of the position along the k-th run [m]: where the piston would be read, less what was read."""
+        read = said[:, 0] + self._curve.hats[k] @ change[self._driven :]
+        return np.asarray(read - self.runs[k].measured["position"].values)
 
     def residuals(self, change: Array) -> Array:
         """Everything that is to be small, over its standard deviation."""
@@ -306,31 +327,89 @@ class _Model:
     def _residuals(self, changes: Array) -> list[Array]:
         """The same after each of some changes."""
         return [
-            np.concatenate([change / self.prior, *map(self._missed, self.runs, said)])
+            np.concatenate([change / self.prior, *(self._missed(k, one, change) for k, one in enumerate(said))])
             for change, said in zip(changes, self.tracks(changes), strict=True)
         ]
 
-    def _missed(self, run: MeasuredRun, said: Array) -> Array:
-        """What is measured of a run and not said, over its standard deviation."""
+    def _missed(self, k: int, said: Array, change: Array) -> Array:
+        """What is measured of the k-th run and not said, over its standard deviation."""
+        run = self.runs[k]
         period = float(np.median(np.diff(run.log["time"].values))) * _EVERY
-        error = (said[:, 0] - run.measured["position"].values)[::_EVERY] / _POSITION
+        error = self._error(said, k, change)[::_EVERY] / _POSITION
         parts = [np.nan_to_num(error) * np.sqrt(period / _POSITION_LASTS)]
-        for k, name in enumerate(PRESSURES, 1):
+        for column, name in enumerate(PRESSURES, 1):
             if name in run.measured:
-                off = (said[:, k] - run.measured[name].values)[::_EVERY] / _PRESSURE
+                off = (said[:, column] - run.measured[name].values)[::_EVERY] / _PRESSURE
                 parts.append(_FAR * np.tanh(np.nan_to_num(off) / _FAR) * np.sqrt(period / _PRESSURE_LASTS))
         return np.concatenate(parts)
 
     def slopes(self, change: Array, difference: float = _DIFFERENCES[-1]) -> Array:
         """Derivatives of the residuals by central differences, shape (residuals, changes)."""
-        steps = difference * np.eye(len(change))
+        steps = difference * np.eye(len(change))[: self._driven]
         at_once = max(_ROWS // (2 * sum(map(len, self._inputs))), 1)
         columns: list[Array] = []
         for first in range(0, len(steps), at_once):
             some = steps[first : first + at_once]
             found = self._residuals(np.concatenate([change + some, change - some]))
             columns += [(a - b) / (2.0 * difference) for a, b in zip(found, found[len(some) :], strict=False)]
-        return np.column_stack(columns)
+        return np.column_stack([*columns, *self._bent(change)])
+
+    def _bent(self, change: Array) -> list[Array]:
+        """The same with respect to the sensor's curve, on which they depend linearly, and no track does."""
+        still = [np.zeros((len(inputs), 1 + len(PRESSURES))) for inputs in self._inputs]
+        columns = []
+        for k in range(self._driven, len(change)):
+            step = np.zeros(len(change))
+            step[k] = 1.0
+            parts = [self._missed(run, one, step) - self._missed(run, one, 0.0 * step) for run, one in enumerate(still)]
+            columns.append(np.concatenate([step / self.prior, *parts]))
+        return columns
+
+
+@dataclass(frozen=True)
+class _Curve:
+    """What a position sensor reads beside its line, as it was measured along runs.
+
+    Args:
+        known: the curve's knots [m]; none where the sensor is declared to have no curve.
+        std: of a knot [m].
+        hats: of each run, shape (samples, knots): how a knot moves the reading from that at the run's start.
+    """
+
+    known: Array
+    std: float
+    hats: list[Array]
+
+    @property
+    def knots(self) -> int:
+        """How many there are."""
+        return len(self.known)
+
+    @classmethod
+    def of(cls, runs: Sequence[MeasuredRun]) -> _Curve:
+        """That of the runs' sensor, as far as they went; a straight line between both ends is displacement."""
+        std = max(run.linearity for run in runs)
+        read = [run.measured["position"].values for run in runs]
+        if not std:
+            return cls(np.empty(0), 0.0, [np.zeros((len(one), 0)) for one in read])
+        least, most = min(map(np.nanmin, read)), max(map(np.nanmax, read))
+        knots = np.linspace(least, most, _KNOTS + 2)
+        hats = [_hats(one, knots)[:, 1:-1] for one in read]
+        starts = [_hats(np.array([run.start]), knots)[:, 1:-1] for run in runs]
+        return cls(knots[1:-1], std, [np.nan_to_num(one - start) for one, start in zip(hats, starts, strict=True)])
+
+    def after(self, change: Array) -> SensorCurve | None:
+        """The curve after a change of its knots."""
+        if not self.knots:
+            return None
+        step = self.known[1] - self.known[0]
+        at = (self.known[0] - step, *self.known, self.known[-1] + step)
+        return SensorCurve(tuple(map(float, at)), (0.0, *map(float, change), 0.0))
+
+
+def _hats(x: Array, knots: Array) -> Array:
+    """Piecewise linear functions that are 1 at a knot and 0 at the others, shape (len(x), len(knots))."""
+    return np.asarray(np.maximum(0.0, 1.0 - np.abs(x[:, None] - knots) / (knots[1] - knots[0])))
 
 
 def _fitted(model: _Model, change: Array, spread: Array, evaluations: int) -> FittedValues:
@@ -361,7 +440,8 @@ def _fitted(model: _Model, change: Array, spread: Array, evaluations: int) -> Fi
         values=values,
         told=told,
         torque=model.torque(change),
-        torque_std=float(std[-2]),
+        torque_std=float(std[len(model.free)]),
+        curve=model.curve(change),
         rms=float(np.sqrt(np.mean(list(squares.values())))),
         rms_of={name: float(np.sqrt(value)) for name, value in squares.items()},
         evaluations=evaluations,

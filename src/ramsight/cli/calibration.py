@@ -164,15 +164,15 @@ def _identify_values(
     read |= {f"log {k}": log for k, log in enumerate(logs, 1)}
     check_apart(read, {"--out": out, "--map-out": map_out})
     known = load_map(channel_map)
-    if map_out is not None and known.motor is None:
-        raise typer.BadParameter("--map-out is for a map with a [current]")
+    if map_out is not None and known.motor is None and not known.linearity:
+        raise typer.BadParameter("--map-out is for a map with a [current], or with a linearity of measured.position")
     description = load_machine(machine)
     found = identify_values(description, logs, known, unit=unit, progress=True)
     if out is not None:
         with atomic_path(out) as draft:
             draft.write_text(described(found, unit, description, _named(logs)), encoding="utf-8")
     if map_out is not None:
-        text = map_with(channel_map.read_text(encoding="utf-8"), known, found.torque)
+        text = map_with(channel_map.read_text(encoding="utf-8"), known, found.torque, found.curve)
         with atomic_path(map_out) as draft:
             draft.write_text(text, encoding="utf-8")
     typer.echo(values_summary(found, unit))

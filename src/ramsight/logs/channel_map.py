@@ -13,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ramsight.errors import DescriptionError
-from ramsight.logs.channels import DC_POWER
+from ramsight.logs.channels import DC_POWER, POSITION
 from ramsight.logs.header import SEPARATORS, CsvForm
 from ramsight.logs.lines import file_name
 from ramsight.logs.map_keys import Keys
@@ -35,9 +35,12 @@ from ramsight.logs.mapped import (
     Referenced,
     to_si_of,
 )
+from ramsight.logs.sensor_curve import SensorCurve
 
 SHORTEST, LONGEST, USUAL_PERIOD = 8e-3, 0.1, 0.02
 """Periods of samples that sensors work with, and one that drives usually have [s]."""
+
+WORST_LINEARITY = 0.1  # m; a sensor that is bent by more measures something else
 
 EDGES = ("rising", "falling", "both")
 
@@ -101,7 +104,8 @@ def _read_map(keys: Keys, folder: Path, file: str) -> ChannelMap:
     pdos = tuple(_pdo(part) for part in can.tables("pdo"))
     bus = can.take("bus", int, None)
     can.end()
-    commands, measured = _commands(keys.table("command")), _measured(keys.table("measured"))
+    commands = _commands(keys.table("command"))
+    measured, linearity, curve = _measured(keys.table("measured"))
     tables = {name: keys.table(name) for name in FURTHER}
     further = {name: _mapped(table, name) for name, table in tables.items() if table is not None}
     linked = _linked(keys, further)
@@ -109,7 +113,7 @@ def _read_map(keys: Keys, folder: Path, file: str) -> ChannelMap:
     clock = None if time is None else _mapped(time, "time")
     return ChannelMap(
         file, clock, roles, references, base, bool(empty), form, dbc, pdos, bus, date, angle, motor, commands, further,
-        measured, linked, USUAL_PERIOD if angle is not None and period is None else period,
+        measured, linked, USUAL_PERIOD if angle is not None and period is None else period, linearity, curve,
     )  # fmt: skip
 
 
@@ -178,16 +182,46 @@ def _commands(keys: Keys | None) -> dict[str, Commanded]:
     return found
 
 
-def _measured(keys: Keys | None) -> dict[str, Mapped]:
-    """The channels that only identification and judgement may see."""
-    found = {}
+def _measured(keys: Keys | None) -> tuple[dict[str, Mapped], float, SensorCurve | None]:
+    """The channels that only identification and judgement may see; linearity and curve of the position's sensor."""
+    found: dict[str, Mapped] = {}
+    linearity, curve = 0.0, None
     for name in MEASURED:
         part = None if keys is None else keys.table(name)
-        if part is not None:
-            found[name] = _mapped(part, name)
+        if part is None:
+            continue
+        if name == POSITION.name:
+            linearity, curve = _linearity(part), _curve(part.table("curve"))
+        found[name] = _mapped(part, name)
     if keys is not None:
         keys.end()
-    return found
+    return found, linearity, curve
+
+
+def _linearity(keys: Keys) -> float:
+    linearity = keys.quantity("linearity", "m")
+    if linearity is not None and not 0.0 <= linearity <= WORST_LINEARITY:
+        raise keys.wrong("linearity", "is none of a position sensor", f"0 to {WORST_LINEARITY * 1e3:g} mm")
+    return linearity or 0.0
+
+
+def _curve(keys: Keys | None) -> SensorCurve | None:
+    if keys is None:
+        return None
+    unit = keys.take("unit", str, "mm")
+    factor, _ = to_si_of(unit, "position", None, file=keys.file, key=f"{keys.path}unit")
+    columns = []
+    for key in ("reading", "excess"):
+        numbers = keys.take(key, list, [])
+        if not all(isinstance(one, (int, float)) and math.isfinite(one) for one in numbers):
+            raise keys.wrong(key, "has to be numbers", f"in {unit}")
+        columns.append(tuple(factor * float(one) for one in numbers))
+    keys.end()
+    curve = SensorCurve(*columns)
+    if len(curve.at) < 2 or len(curve.at) != len(curve.excess) or not curve.is_unique:
+        allowed = "two or more, as many as of excess, and each position read once"
+        raise keys.wrong("reading", "and excess make no curve of a sensor", allowed)
+    return curve
 
 
 def _mapped(keys: Keys, role: str, *, end: bool = True) -> Mapped:

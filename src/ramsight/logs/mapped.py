@@ -27,6 +27,7 @@ from ramsight.logs.channels import (
 )
 from ramsight.logs.channels import FURTHER as FURTHER_CHANNELS
 from ramsight.logs.header import CsvForm
+from ramsight.logs.sensor_curve import SensorCurve
 from ramsight.units import parse
 
 ROLES = {"speed": MOTOR_SPEED, "torque": MOTOR_TORQUE, "temperature": OIL_TEMPERATURE}
@@ -186,6 +187,8 @@ class ChannelMap:
         commands: to parts of the circuit, by their names.
         further: what else a sensor may be given, by their names in `FURTHER`.
         measured: position and pressures, by their names in `MEASURED`; no sensor is given them.
+        linearity: standard deviation of what the measured position's sensor reads beside a straight line [m].
+        curve: that of the measured position's sensor, where it is known.
         linked: voltage and current of the DC link, by their names in `LINKED`, or none; their product is the power.
         period: of the log's samples, if they are made anew [s].
     """
@@ -208,6 +211,8 @@ class ChannelMap:
     measured: Mapping[str, Mapped] = field(default_factory=dict)
     linked: Mapping[str, Mapped] = field(default_factory=dict)
     period: float | None = None
+    linearity: float = 0.0
+    curve: SensorCurve | None = None
 
     @property
     def is_can(self) -> bool:

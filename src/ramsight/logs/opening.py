@@ -19,6 +19,7 @@ from ramsight.logs.channels import (
     MOTOR_SPEED,
     MOTOR_TORQUE,
     OIL_TEMPERATURE,
+    POSITION,
     REFERENCE,
     TIME,
     Channel,
@@ -128,7 +129,8 @@ def read_measured(
 ) -> xarray.Dataset:
     """What a log holds beside what a drive reports: the channels that its map names under `measured`.
 
-    For identification and judgement; a sensor's log, from `open_log`, never has them.
+    For identification and judgement; a sensor's log, from `open_log`, never has them. Where the map has a curve of the
+    position's sensor, the position is that of the piston, not what was read.
 
     Args:
         path: the file.
@@ -148,6 +150,8 @@ def read_measured(
     source = open_source(path, known, advance)
     pieces = list(_resampled(_columns(source, known, known.measured), known, source.file))
     columns = {name: np.concatenate([piece[name] for piece in pieces]) for name in ("time", *known.measured)}
+    if known.curve is not None and POSITION.name in columns:
+        columns[POSITION.name] = known.curve.position(columns[POSITION.name])
     channels = [replace(MEASURED[name], column=name, factor=1.0, offset=0.0) for name in known.measured]
     return as_dataset(columns | {TIME: columns["time"]}, channels)
 
