@@ -33,6 +33,11 @@ class AssumedDrive(Part):
         float,
         quantity("s", "for which an error as large as the torque's gain's stays what it is", least="0 s", most="1 h"),
     ] = 5.0
+    # Brushes, cogging, seals of the shaft, gears that do not turn back: what it takes to move a motor that has stood.
+    standing: Annotated[
+        float,
+        quantity("N m", "torque that a standing motor may hold beside its pumps' friction", least="0 N m", most="1 kN m"),
+    ] = 0.0
 
 
 class AssumedMachine(Part):

@@ -34,6 +34,7 @@ SEEN_AT = 0.5
 _SHORTEST = 1e-3  # s; a step that is solved even where no time passed, and not used then
 _GATE = 16.0  # a torque four standard deviations away is a load that jumped, not noise
 _STANDING = 1.0  # rad/s; friction of a motor slower than this has a sign that nobody knows
+_MIXED = 5.0  # rad/s; slower, gears and shaft seals slide with mixed friction, which falls with the speed
 _WITHIN = 0.2  # s; time constant for a torque that friction at standstill may explain
 _ROUGHER = 1.25  # friction of a usual pump over the described one
 _FIRST = 0.3  # of the load at relief pressure: standard deviation of one that has not been seen yet
@@ -485,7 +486,13 @@ class LoadObserver:
         up, down = (self._balance.torque(first.z, sign * 3.0 * _STANDING, 0.0, p) for sign in (1.0, -1.0))
         stands = ca.fabs(graph.motor_speed) < _STANDING
         friction = 0.5 * (up - down)
-        return self._sigma**2 + timing_1, friction, ca.if_else(stands, _ROUGHER * friction, 0.0)
+        return self._sigma**2 + timing_1, friction, ca.if_else(stands, _ROUGHER * friction, 0.0) + self._holds_back()
+
+    def _holds_back(self) -> Any:
+        """Torque that a motor which hardly turns may hold beside its pumps' friction [N m], as described."""
+        standing = self._assumptions.drive.standing
+        slow = ca.fabs(self._graph.motor_speed) < _MIXED
+        return ca.if_else(slow, standing, 0.0) if standing else 0.0
 
     def _follow(
         self,
