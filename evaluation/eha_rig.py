@@ -62,9 +62,11 @@ def main() -> None:
     for name, pressures in SIGNALS.items():
         judged = [given_pressures(run, pressures) for run in recorded]
         with progress(len(judged), f"judging, {name.replace('_', ' ')}") as bar:
-            drawn[name] = [(run, tracked(found, run, bar.advance)) for run in judged]
-        rows = {run.name: errors(*as_read(track, run, tuned)) for run, track in drawn[name]}
-        plain = [errors(track, unbent(run, tuned)) for run, track in drawn[name]]
+            tracks = [(tracked(found, run, bar.advance), run) for run in judged]
+        read = [as_read(track, run, tuned) for track, run in tracks]
+        drawn[name] = [(run, track) for track, run in read]
+        rows = {run.name: errors(track, run) for track, run in read}
+        plain = [errors(track, unbent(run, tuned)) for track, run in tracks]
         result["all"][name], result["all_without_curve"][name] = overall(list(rows.values())), overall(plain)
         for run_name, row in rows.items():
             result["runs"].setdefault(run_name, {})[name] = row

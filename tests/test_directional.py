@@ -121,6 +121,31 @@ def test_a_load_that_has_yet_to_be_overcome_is_no_contact(sensor, load):
     assert track["compliance_factor"].values == pytest.approx(1.0), "nothing was held that could tell it"
 
 
+def dipped(log, begins, speed=0.0):
+    """The log with a motor that takes no torque for 80 ms, and turns back at a speed [rad/s] meanwhile."""
+    time = log["time"].values
+    dip = (time > begins) & (time < begins + 0.08)
+    changed = {name: log[name].values.copy() for name in ("motor_torque", "motor_speed")}
+    changed["motor_torque"][dip], changed["motor_speed"][dip] = 0.0, speed
+    return log.assign({name: ("time", values) for name, values in changed.items()})
+
+
+@pytest.mark.parametrize("speed", [0.0, -3.0])
+def test_a_motor_that_hardly_turns_may_hold_a_load_by_its_own_friction(run, log, speed):
+    """Its torque then says little of the load, as far as the description says so: the oil would push the piston out."""
+    moved = {}
+    for standing in (0.0, 2.0):
+        sensor, ends = kalman(UNIT, UNIT.assumptions.replace({"drive.standing": standing})), []
+        for seen in (log, dipped(log, 4.7, speed)):
+            sensor.start(0.005, 1e-4)
+            track = sensor.track(seen)
+            at = np.searchsorted(track["time"].values, 4.79)
+            ends.append(float(track["position"][at]))
+        moved[standing] = abs(ends[1] - ends[0])
+    assert moved[0.0] > 0.3e-3
+    assert moved[2.0] < 0.6 * moved[0.0]
+
+
 def moved_by(run, std, offset, lag=0.0):
     """By how much an error of both pressures [Pa] moves the last position [m], by how well they are known [Pa]."""
     known = {"pressure.std": std, "pressure.lag": lag}
