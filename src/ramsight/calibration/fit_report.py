@@ -31,11 +31,11 @@ def values_summary(found: FittedValues, unit: str) -> str:
         )
     error = math.expm1(TWO_SIDED_95 * found.torque_std) * 100.0
     lines.append(f"{'torque':{width}}  {found.torque.gain:.4g} of the reported one (within {error:.1f} %)")
+    if found.torque.loss:
+        lines.append(f"{'':{width}}  less {found.torque.loss * 100.0:.3g} % per N m of it, by the motor's saturation")
     if found.curve is not None:
         bend = max(map(abs, found.curve.excess)) * 1e3
         lines.append(f"{'curve':{width}}  of the position's sensor: up to {bend:.2f} mm beside a straight line")
-    if found.torque.loss:
-        lines.append(f"{'':{width}}  less {found.torque.loss * 100.0:.3g} % per N m of it, by the motor's saturation")
     return "\n".join(lines)
 
 
