@@ -115,11 +115,14 @@ def _cushions(length: float, flow: float) -> dict[str, Any]:
     return {**lengths, "cylinder.cushion_plunger_a": 0.06, "cylinder.cushion_flow": flow}
 
 
+_WARMER = {"assumptions.thermometer.offset": COLDER}
+"""That the oil in the pumps is warmer or colder than reported, and nobody knows by how much."""
+
 _LITRE_A_MINUTE = 1e-3 / 60.0
 
 EFFECTS: dict[str, Effect] = {
     "none": Effect("none: the data sheet"),
-    "gap_oil": Effect("oil in the pumps 5 K warmer than reported", reported=_cold_thermometer),
+    "gap_oil": Effect("oil in the pumps 5 K warmer than reported", _WARMER, reported=_cold_thermometer),
     "warming": Effect("oil warms by 35 K, thermometer 30 to 90 s late", reported=_late_thermometer, warms=True),
     "relief": Effect(
         "relief valve ± 7 %, pilot leaks 1 l/min, loads up to 94 % of it",
@@ -168,7 +171,7 @@ EFFECTS: dict[str, Effect] = {
         lambda random: {"oil.free_air": random.uniform(0.0025, 0.01), **both_pumps(compression="beside efficiency")},
     ),
     "peaks": Effect("a load of 40 % more comes and goes at rest", peaks=True),
-    "own_heat": Effect("losses heat cases and tank from 15 °C, the thermometer is in the tank", heats=True),
+    "own_heat": Effect("losses heat cases and tank from 15 °C, the thermometer is in the tank", _WARMER, heats=True),
     "starving": Effect(
         "pumps starve: 0.12 bar at their inlet, and they want 0.9 to 1.1 bar at their highest speed",
         {"tank.pressure": 0.12e5, **both_pumps(min_inlet_pressure=1e5)},

@@ -22,6 +22,7 @@ from ramsight.sensor.hypotheses import (
     RISK,
     TOP,
     Hypotheses,
+    learned,
 )
 from ramsight.sensor.uncertainty import Covariance
 from ramsight.sensor.virtual_sensor import SensorGraph
@@ -792,3 +793,22 @@ def test_a_covariance_is_that_of_a_kalman_filter():
     assert variance[0] == pytest.approx(h @ expected @ h)
     assert full[3][0, 0] == pytest.approx(min(expected[0, 0], 0.01))
     assert np.linalg.eigvalsh(full[3]).min() > 0.0
+
+
+def test_how_much_warmer_the_oil_is_is_a_quantity_only_where_it_is_declared():
+    """Its place is the last one, after the link's error where there is one, and its derivative goes there."""
+    declared = Assumptions().replace({"thermometer.offset": 5.0, "link_angle.offset": 0.01})
+    for with_link, assumptions, size in (
+        (False, Assumptions(), N), (False, declared, N + 1), (True, Assumptions(), N + 1), (True, declared, N + 2),
+    ):  # fmt: skip
+        graph = SensorGraph()
+        bank = Hypotheses(graph, STROKE, assumptions, known=0.0, first=0.0, start_variance=1e-6, with_link=with_link)
+        learns = assumptions is declared
+        assert [len(h.mean) for h in bank.all] == [size] * len(NAMES)
+        assert len(bank.means()) == LEARNT + learns
+        row = bank._row([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, *([6.0] if learns else [])], (7.0, 8.0, 9.0))
+        expected = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 7.0, 8.0, *([9.0] if with_link else []), *([6.0] if learns else [])]
+        assert row == expected
+        last = f"described_covariance_{size - 1}{size - 1}"
+        if learns:
+            assert set(learned((f"leaks_{size - 1}", last))) == {f"leaks_{size - 1}", last}

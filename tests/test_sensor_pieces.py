@@ -348,6 +348,32 @@ def leaks():
     return fed(TOLD, write)
 
 
+@pytest.fixture(scope="module")
+def warmer():
+    """The same with oil in the gaps that may be warmer than reported: the factor, and its derivative by that."""
+
+    def write(graph, x):
+        leaking = Leaking(graph, BOOM.oil.viscosity, ca.logic_not(graph.held("started")), x["torque"])
+        learned = (x["leak"], x["lag"], x["exponent"], x["warmer"])
+        *_, by_warmer = leaking.derivatives([2.0, 3.0, 4.0], *learned)
+        return ca.if_else(x["which"] > 0.0, by_warmer, leaking.factor(*learned))
+
+    return fed((*TOLD, "warmer"), write)
+
+
+@pytest.mark.parametrize("reported", [288.0, 323.0])
+def test_oil_that_is_warmer_than_reported_leaks_as_oil_of_its_own_temperature(warmer, reported):
+    """By the slope of the viscosity's logarithm there: 6 % a kelvin in cold oil, 3 % in warm oil."""
+    warmer.state = warmer.sensor.initial.copy()
+    steady = USUAL | {"warmth": reported, "lag": 0.0, "exponent": 0.0}
+    rows = [(1, 50.0, steady | {"warmer": by, "which": which}) for by, which in ((0.0, 0.0), (3.0, 0.0), (3.0, 1.0))]
+    as_reported, as_it_is, slope = (float(said[0]) for said in samples(warmer, rows))
+    thinner = float(BOOM.oil.viscosity(reported) / BOOM.oil.viscosity(reported + 3.0))
+    assert as_it_is / as_reported == pytest.approx(thinner, rel=0.03)
+    per_kelvin = float(ca.log(BOOM.oil.viscosity(reported - 0.5) / BOOM.oil.viscosity(reported + 0.5)))
+    assert slope == pytest.approx(2.0 * as_it_is * per_kelvin, rel=0.02)
+
+
 def warmed(leaks, **other):
     """What is said last while the oil becomes 0.05 K a second warmer, for two minutes."""
     leaks.state = leaks.sensor.initial.copy()

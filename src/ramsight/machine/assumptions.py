@@ -36,7 +36,7 @@ class AssumedDrive(Part):
     # Brushes, cogging, seals of the shaft, gears that do not turn back: what it takes to move a motor that has stood.
     standing: Annotated[
         float,
-        quantity("N m", "torque that a standing motor may hold beside its pumps' friction", least="0 N m", most="1 kN m"),
+        quantity("N m", "torque that a slow motor may hold beside its pumps' friction", least="0 N m", most="1 kN m"),
     ] = 0.0
 
 
@@ -123,6 +123,16 @@ class AssumedThermometer(Part):
         float, quantity("s", "by which it is behind the oil in the pumps, mean", least="0 s", most="1 h")
     ] = 60.0
     lag_std: Annotated[float, quantity("s", "standard deviation of that", least="0 s", most="1 h")] = 40.0
+    # Cases of working pumps are some kelvins warmer than their tank.
+    offset: Annotated[
+        float,
+        quantity(
+            "K",
+            "by which the oil in the pumps is warmer or colder all the time, std; 0 where it is not learned",
+            least="0 K",
+            most="50 K",
+        ),
+    ] = 0.0
 
 
 class AssumedPressure(Part):

@@ -31,7 +31,7 @@ from ramsight.sensor.virtual_sensor import SensorGraph
 
 NAMES = ("described", "leaks", "low", "top", "wrong")
 _LEAKS, _WRONG = NAMES.index("leaks"), NAMES.index("wrong")
-POSITION, LEAK, DISPLACEMENT, COMPLIANCE, LAG, EXPONENT, LOW, TOP, OFFSET = range(9)
+POSITION, LEAK, DISPLACEMENT, COMPLIANCE, LAG, EXPONENT, LOW, TOP, OFFSET, WARMER = range(10)
 BOUNDS = ((0.3, 4.0), (0.97, 1.03), (0.4, 2.5))
 """What the factors are kept within [1]."""
 _OUTSIDE = 0.05  # share of the truth that the band may miss
@@ -50,8 +50,8 @@ _LEARNED = frozenset(
     f"{name}_{what}"
     for name in NAMES
     for what in (
-        *range(LEAK, OFFSET + 1),
-        *(f"covariance_{i}{j}" for i in range(LEAK, OFFSET + 1) for j in range(i, OFFSET + 1)),
+        *range(LEAK, WARMER + 1),
+        *(f"covariance_{i}{j}" for i in range(LEAK, WARMER + 1) for j in range(i, WARMER + 1)),
         "weight",
     )
 )
@@ -68,7 +68,8 @@ class Hypothesis:
 
     Attributes:
         mean: position over the nominal one [m], factors [1], lag [s], places of the stops over the cylinder's ends [m],
-            error of the link's angle [rad] where there is one.
+            error of the link's angle [rad] where there is one, how much warmer the oil in the pumps is [K] where that
+            is learned.
         covariance: of these.
         weight: natural logarithm of its probability, but for a common term.
     """
@@ -132,6 +133,12 @@ class Hypotheses:
         with_link: bool = False,
     ) -> None:
         self._graph, self._assumptions, self._with_link = graph, assumptions, with_link
+        learns_warmer = assumptions.thermometer.offset > 0.0
+        # Which of all quantities there are, in the order of the means.
+        self._kept_of = (*range(OFFSET), *([OFFSET] if with_link else []), *([WARMER] if learns_warmer else []))
+        self._size = len(self._kept_of)
+        # Those that the step is made with.
+        self._stepping = (*range(LEAK, LOW), *([self._size - 1] if learns_warmer else []))
         self._stroke = graph.parameters.add("stroke", stroke)
         machine, stops, lag = assumptions.machine, assumptions.stops, assumptions.thermometer
         usual = (machine.leak, machine.leak_exponent)
@@ -147,12 +154,12 @@ class Hypotheses:
         self._unknown = 0.5 * self._stroke
         self.all: list[Hypothesis] = []
         for name, (probability, low, top, (leak, exponent)) in priors.items():
-            means = (0.0, 1.0, 1.0, 1.0, lag.lag, 0.0, stops.retracted, -stops.extended, 0.0)[: self._size]
-            mean = [graph.state(f"{name}_{k}", value) for k, value in enumerate(means)]
+            means = (0.0, 1.0, 1.0, 1.0, lag.lag, 0.0, stops.retracted, -stops.extended, 0.0, 0.0)
+            mean = [graph.state(f"{name}_{k}", value) for k, value in enumerate(self._of(means))]
             factors = (leak, machine.displacement, machine.compliance)
             prior = (0.0, *factors, lag.lag_std, exponent, low * stroke, top * stroke)
-            std = (*prior, assumptions.link_angle.offset)
-            covariance = Covariance(graph, std[: self._size], prefix=f"{name}_")
+            std = (*prior, assumptions.link_angle.offset, lag.offset)
+            covariance = Covariance(graph, self._of(std), prefix=f"{name}_")
             least = ca.if_else(known, start_variance, self._unknown**2) if name != "wrong" else self._unknown**2
             covariance.raise_to(POSITION, ca.if_else(first, least, 0.0))
             weight = graph.state(f"{name}_weight", math.log(probability))
@@ -160,14 +167,24 @@ class Hypotheses:
         self._adapt = graph.state("innovations")  # their mean square over the expected one, less 1
         self._width = graph.state("band_width", 1.0)
 
-    @property
-    def _size(self) -> int:
-        return OFFSET + 1 if self._with_link else OFFSET
+    def _of(self, values: Sequence[Any]) -> list[Any]:
+        """Those of the quantities that there are, of one for each."""
+        return [values[k] for k in self._kept_of]
+
+    def _stepped(self, one: Hypothesis) -> list[Any]:
+        """What the step is made with, as a hypothesis has it."""
+        return [one.mean[k] for k in self._stepping]
 
     def _row(self, by: list[Any], rest: Sequence[Any] = ()) -> list[Any]:
-        """Derivatives of something with respect to the position, factors and lag (`by`) and what comes after them."""
-        row = [*by, *rest, *(0.0 for _ in range(OFFSET))]
-        return row[: self._size]
+        """Derivatives of something with respect to the position and what a step is made with, and to what is left.
+
+        Args:
+            by: with respect to position, factors, lag and exponent, and to `WARMER` where it is learned.
+            rest: with respect to the ends' places and the link's error.
+        """
+        row = [*by[:LOW], *rest, *(0.0 for _ in range(WARMER + 1))]
+        row[WARMER] = by[LOW] if len(by) > LOW else 0.0
+        return self._of(row)
 
     def _probabilities(self) -> list[Any]:
         largest = self._largest()
@@ -200,9 +217,9 @@ class Hypotheses:
         return self._best([float(h is one) for h in self.all])
 
     def means(self) -> list[Any]:
-        """Factors, lag and exponent over all hypotheses."""
+        """Factors, lag and exponent over all hypotheses, and how much warmer the oil is where that is learned."""
         weights = self._probabilities()
-        return [sum(w * h.mean[k] for w, h in zip(weights, self.all, strict=True)) for k in range(LEAK, LOW)]
+        return [sum(w * h.mean[k] for w, h in zip(weights, self.all, strict=True)) for k in self._stepping]
 
     def predict(self, travel: Any, travel_by: list[Any], around: list[Any], noise: Any, grows: Any, leak: Any) -> None:
         """Go with the load observer's step.
@@ -218,12 +235,12 @@ class Hypotheses:
         machine, dt = self._assumptions.machine, self._graph.elapsed
         adapt = 1.0 + ca.fmax(self._adapt, 0.0)
         walk = [machine.leak_walk**2 * dt * adapt + leak**2, machine.displacement_walk**2 * dt]
-        walk += [machine.compliance_walk**2 * dt, 0.0, 0.0, 0.0, 0.0, self._assumptions.link_angle.drift**2 * dt]
+        walk += [machine.compliance_walk**2 * dt, 0.0, 0.0, 0.0, 0.0, self._assumptions.link_angle.drift**2 * dt, 0.0]
         along = machine.walk**2 * ca.fabs(travel) + noise
         for h in self.all:
-            other = zip(travel_by, h.mean[LEAK:LOW], around, strict=True)
+            other = zip(travel_by, self._stepped(h), around, strict=True)
             h.mean[POSITION] = h.mean[POSITION] + sum(by * (mine - used) for by, mine, used in other)
-            h.covariance.predict(self._row([0.0, *travel_by]), [along, *walk][: self._size])
+            h.covariance.predict(self._row([0.0, *travel_by]), self._of([along, *walk]))
             h.covariance.grow(grows)
 
     def shift(self, by: Any) -> None:
@@ -301,7 +318,7 @@ class Hypotheses:
         full = self._row([0.0, *row])
         before = self._kept()
         for h in self.all:
-            own = sum(by * (m - used) for by, m, used in zip(row, h.mean[LEAK:LOW], around, strict=True))
+            own = sum(by * (m - used) for by, m, used in zip(row, self._stepped(h), around, strict=True))
             self._correct(
                 h, h.covariance.consider(full, surprise - own, variance, {LEAK: leak, COMPLIANCE: compliance})
             )
@@ -371,7 +388,7 @@ class Hypotheses:
             fits = likelihood > elsewhere
             h.covariance.add(POSITION, ca.if_else(fits, arrived, 0.0))
             h.weight = h.weight + ca.fmax(likelihood, elsewhere)
-            corrected = [POSITION, LEAK, DISPLACEMENT, LAG, EXPONENT, LOW, TOP, OFFSET]
+            corrected = [k for k in range(self._size) if k != COMPLIANCE]
             self._correct(h, h.covariance.update(row, innovation, variance, fits, only=corrected))
             used.append(fits)
             normal.append(innovation2 / total)
@@ -395,7 +412,7 @@ class Hypotheses:
         """Take back a way that the piston only seemed to go: what it made unsure, and what it made known."""
         if by:
             h.covariance.predict(self._row([0.0, *(-one for one in by)]), [0.0] * self._size)
-            made = zip(by, h.mean[LEAK:LOW], around, strict=True)
+            made = zip(by, self._stepped(h), around, strict=True)
             h.mean[POSITION] = h.mean[POSITION] - sum(one * (mine - used) for one, mine, used in made)
 
     def _widen(self, size: Any, fits: Any, use: Any) -> None:
