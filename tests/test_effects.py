@@ -642,3 +642,29 @@ def test_all_effects_are_in_a_machine_with_a_mechanism_too():
     assert run.attrs["boom.energy.expansion"] != 0.0
     assert "boom.energy.expansion" not in plain.attrs
     assert abs(float(run["boom_position"][-1] - plain["boom_position"][-1])) > 0.1e-3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("colder", [5.0, -5.0])
+def test_a_sensor_learns_how_much_warmer_the_oil_in_the_pumps_is_while_it_warms_up(colder):
+    """By the reported temperature the same leakage is one factor in cold oil and another in warm oil."""
+    duty = work_day(BOOM, (100e3, 370e3), WARM, duration=2400.0, visit_every=120.0, seed=0)
+    after = np.linspace(0.0, duty.duration, 60)
+    duty = replace(duty, oil_temperature=Profile(after, 323.15 - 35.0 * np.exp(-after / 900.0)))
+    run = simulate(BOOM, duty)
+    log = report(run, DriveReport(seed=0))
+    log["oil_temperature"].values[:] -= colder
+    sensor = kalman(BOOM, BOOM.assumptions.replace({"thermometer.offset": 5.0}))
+    sensor.start(duty.start_position)
+    track = sensor.track(log)
+    warmer = np.array([sensor.state[f"{name}_8"] for name in ("described", "leaks")])
+    assert (0.25 * abs(colder) < np.sign(colder) * warmer).all()
+    assert (np.sign(colder) * warmer < 1.2 * abs(colder)).all()
+    judged = judge(track, log["motor_speed"].values, run["position"].values, BOOM.cylinder.stroke, after=3)
+    assert judged.p95 < 3e-3
+    assert judged.coverage > 0.95
+    # What leaks is said by the reported temperature, its share that is the oil's own among it.
+    oil = float(run["oil_temperature"][-1])
+    there = float(BOOM.oil.viscosity(oil - colder) / BOOM.oil.viscosity(oil))
+    found, std = float(track["leak_factor"][-1]), float(track["leak_factor_std"][-1])
+    assert abs(found - there) < max(3.0 * std, 0.05)

@@ -538,6 +538,11 @@ class Hypotheses:
         """Standard deviation of a factor under the likeliest hypothesis [1]."""
         return ca.sqrt(ca.fmax(self._best([h.covariance[k, k] for h in self.all]), 0.0))
 
+    def leak_std(self, by: Sequence[Any]) -> Any:
+        """The same of leakage that follows its factor and `WARMER` by these derivatives."""
+        row = self._row([0.0, by[0], *(0.0 for _ in range(DISPLACEMENT, LOW)), by[1]])
+        return ca.sqrt(ca.fmax(self._best([h.covariance.variance(row) for h in self.all]), 0.0))
+
     def close(self) -> list[Any]:
         """Hand all back to the graph; returns what it is after the sample."""
         for name, h in zip(NAMES, self.all, strict=True):

@@ -26,7 +26,7 @@ from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.contact import Believed, Contact, ContactWatch
 from ramsight.sensor.drive_check import DriveChecks, check_drive, declared_checks
 from ramsight.sensor.filling import unfilled
-from ramsight.sensor.hypotheses import CERTAIN, COMPLIANCE, LEAK, Hypotheses, Measured
+from ramsight.sensor.hypotheses import CERTAIN, COMPLIANCE, LEAK, LOW, Hypotheses, Measured
 from ramsight.sensor.inertia_check import check_inertia
 from ramsight.sensor.intake import Intake, take_in
 from ramsight.sensor.judgement import Relief, judge
@@ -532,6 +532,9 @@ def _report(parts: _Parts, stepped: _Stepped, met: _Met, updated: _Updated) -> V
     for k, name in enumerate(FACTORS):
         more[f"{name}_factor"] = updated.after[k], "1"
         more[f"{name}_factor_std"] = bank.factor_std(k + LEAK), "1"
+    for warmer in updated.after[LOW - LEAK :]:  # what leaks by the reported temperature, be it the oil's or not
+        leak, by = parts.leaking.at_reported(updated.after[0], warmer)
+        more |= {"leak_factor": (leak, "1"), "leak_factor_std": (bank.leak_std(by), "1")}
     title = "Update: the filters of what is not known of machine and ends, by torque, contact or reference"
     graph.section(title, settled, bank.close(), updated.position)
     bound = ca.sqrt(bank.bound() ** 2 + unseen.most**2 + CERTAIN**2 * others) + CERTAIN * updated.pending

@@ -62,6 +62,11 @@ class Leaking:
         """The factor at this sample [1]; by how much the oil is `warmer` [K] only where that is learned."""
         return leak * self._scale(lag, exponent, *warmer)
 
+    def at_reported(self, leak: Any, warmer: Any) -> tuple[Any, list[Any]]:
+        """Leakage over the described one of the oil that is reported, and its derivatives by both [1, 1/K]."""
+        scale = ca.exp(warmer * self._per_kelvin)
+        return leak * scale, [scale, leak * scale * self._per_kelvin]
+
     def _scale(self, lag: Any, exponent: Any, *warmer: Any) -> Any:
         return ca.exp(lag * self._rate + exponent * self._under + sum(one * self._per_kelvin for one in warmer))
 
