@@ -9,7 +9,8 @@ from typing import Any
 from ramsight.errors import UnknownNameError
 from ramsight.machine import catalogue
 from ramsight.machine.assumptions import Assumptions
-from ramsight.machine.declare import Part, declaration, explain
+from ramsight.machine.base import Part
+from ramsight.machine.declare import declaration, explain
 from ramsight.machine.description import Composed, Machine, Unit, circuits
 from ramsight.machine.reading import load
 from ramsight.machine.template import yours
