@@ -295,7 +295,7 @@ def test_replace_takes_a_model_with_all_its_values(loader, text):
     for path in ("units.boom.pump_b.model", "units.boom.pump_b"):
         changed = loader.replace({path: "pgi100-2-005"})
         assert changed.unit("boom").pump_b == other.unit("boom").pump_b
-        assert changed.unit("boom").pump_b.displacement == pytest.approx(5.3e-6 / (2 * math.pi), abs=0.0)
+        assert changed.unit("boom").pump_b.displacement == pytest.approx(5.3e-6 / (2 * math.pi), rel=1e-9, abs=0.0)
         assert changed.source_of("units.boom.pump_b.displacement").startswith("PGI100-2-005: [M]")
         assert changed.source_of("units.boom.pump_b.belt") == loader.source_of("units.boom.pump_b.belt")
         assert machine.loads("\n".join(as_toml(changed, changed.sources))).unit("boom") == changed.unit("boom")
@@ -312,7 +312,7 @@ def test_replace_takes_models_of_placed_parts_and_of_parts_that_were_not_there(l
     rig = machine.load("eha-test-bench")
     (name,) = rig.unit("axis").pumps
     changed = rig.replace({f"units.axis.parts.{name}.model": "PGI100-2-005"}).unit("axis")
-    assert changed.pumps[name].displacement == pytest.approx(5.3e-6 / (2 * math.pi), abs=0.0)
+    assert changed.pumps[name].displacement == pytest.approx(5.3e-6 / (2 * math.pi), rel=1e-9, abs=0.0)
     assert changed.pumps[name].inlet == rig.unit("axis").pumps[name].inlet
     with_port = loader.replace({"units.boom.port_relief_valve": {"model": "DB10P-01", "setting": "300 bar"}})
     assert with_port.unit("boom").port_relief_valve.setting == 300e5
