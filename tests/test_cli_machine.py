@@ -174,7 +174,7 @@ def test_usage_errors_are_two_and_help_teaches():
     for verb in (["check"], ["catalog"], ["catalog", "show"], ["new"]):
         done = at_once(*verb, "--help")
         assert done.returncode == 0
-        assert f"Example: ramsight {' '.join(verb)}" in done.stdout
+        assert f"\n    ramsight {' '.join(verb)}" in done.stdout
 
 
 def test_a_reader_that_leaves_early_is_no_error():

@@ -11,7 +11,7 @@ import numpy as np
 
 from ramsight.errors import OutputError
 from ramsight.output.cells import Coded, Column
-from ramsight.output.table_file import TableWriter, clock_of, installed, numbers
+from ramsight.output.table_writer import TableWriter, clock_of, installed, numbers
 
 _NS = 1e9
 _LATEST = (1 << 63) / _NS  # s; MCAP counts nanoseconds in 64 bits
