@@ -60,6 +60,7 @@ START_STD = 1e-3  # m, of a position given by hand
 START_SLACK = 1e-3  # m by which it may lie outside the stroke: a stop gives way, and numbers are rounded
 _STROKE = "circuit.cylinder.stroke"
 _COMMANDS = 1.5  # a command beyond is none; from 1 to here it is rounded
+MEASURABLE = 1e9  # rad, W, Pa or m; what is beyond, or no number, is not measured
 _LARGEST = 1e12  # of any output, in SI units
 _LARGEST_STATE = 1e30  # of any state, as in exported C: its square is a number, too
 
