@@ -79,6 +79,14 @@ class Estimate:
         velocity: [m/s]; NaN if unknown.
         load: [N], positive against lifting; NaN if unknown.
         status: whether to believe it, and why not.
+
+    Example:
+        >>> import ramsight
+        >>> sensor = ramsight.sensor_for("mining-loader", unit="boom")
+        >>> sensor.start(position=0.1)  # m
+        >>> now = sensor.step(time=0.0, motor_speed=0.0, motor_torque=0.0, oil_temperature=313.15)
+        >>> now.position, round(now.std, 4), now.status.text
+        (0.1, 0.0014, 'ok')
     """
 
     position: float
