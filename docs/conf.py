@@ -10,7 +10,8 @@ import warnings
 from pathlib import Path
 
 import ramsight
-from ramsight.machine.declare import Part, Quantity
+from ramsight.machine.base import Part
+from ramsight.machine.declare import Quantity
 
 project = "ramsight"
 author = "The ramsight authors"

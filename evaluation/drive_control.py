@@ -299,6 +299,21 @@ def table(found: dict[str, Any]) -> list[str]:
     return [*head, "|---" * 9 + "|", *rows]
 
 
+def missed(found: dict[str, Any]) -> list[str]:
+    """Which units did not reach all their targets: how many they reached, with which drives."""
+    lines = []
+    for name in next(iter(found["moves"].values())):
+        by_reached: dict[int, list[str]] = {}
+        for label, units in found["moves"].items():
+            by_reached.setdefault(units[name]["reached"], []).append(label)
+        if min(by_reached) < TARGETS:
+            counts = "; ".join(
+                f"{reached} ({', '.join(labels)})" for reached, labels in sorted(by_reached.items())[::-1]
+            )
+            lines.append(f"- {name}, reached of its {TARGETS} targets: {counts}")
+    return lines
+
+
 def fault_table(found: dict[str, Any]) -> list[str]:
     """How soon faults stop each drive: standstill of the slowest unit, running up and at full speed [s]."""
     head = [f"| fault | {' | '.join(found['faults'])} |", "|---" * (len(found["faults"]) + 1) + "|"]

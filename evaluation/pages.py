@@ -157,11 +157,19 @@ CONTROL_TABLES: dict[str, tuple[str, Callable[[Any], list[str]]]] = {
     "unit_control": ("unit_control", unit_control.table),
     "lost": ("unit_control", unit_control.fault_table),
     "drives": ("drive_control", drive_control.table),
+    "missed": ("drive_control", drive_control.missed),
     "drive_faults": ("drive_control", drive_control.fault_table),
     "drive_loader": ("drive_control", drive_control.loader_table),
     "loop": ("loop_response", loop_response.table),
 }
-"""The tables of docs/control.md by their marks: whose figures, and how they are written."""
+"""The tables and lists of docs/control.md by their marks: whose figures, and how they are written."""
+
+LOADER_TABLES: dict[str, Callable[[Any], list[str]]] = {
+    "loader": loader_control.table,
+    "limits": loader_control.limits,
+    "loader_faults": loader_control.fault_table,
+}
+"""The same of docs/loader.md."""
 
 
 def put(page: Path, tables: dict[str, list[str]]) -> None:
@@ -188,8 +196,7 @@ def main() -> None:
     fixed |= {"shared": shared_table().splitlines()}
     put(INTEGRITY_PAGE, integrity | fixed)
     put(SAFETY_PAGE, {"second_channel": second_channel.table(found["second_channel"])})
-    loader = {"loader": loader_control.table, "loader_faults": loader_control.fault_table}
-    put(LOADER_PAGE, {name: table(found["loader_control"]) for name, table in loader.items()})
+    put(LOADER_PAGE, {name: table(found["loader_control"]) for name, table in LOADER_TABLES.items()})
     put(CONTROL_PAGE, {name: table(found[study]) for name, (study, table) in CONTROL_TABLES.items()})
 
 

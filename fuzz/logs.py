@@ -82,7 +82,7 @@ def _frames(name: str, **options: Any) -> Callable[[Path], Prepared]:
         import cantools
 
         import can
-        from ramsight.logs.frames import open_frames
+        from ramsight.logs.frames_by_suffix import open_frames
 
         judge = Judge()
         database = cantools.database.load_file(_DBC)
@@ -154,7 +154,7 @@ def _check(prepared: Prepared, rng: Rng, folder: Path) -> tuple[str, str]:
 def _begun(path: Path, prepared: Prepared) -> float:
     """How late the first frame is [s]; clocks of CAN logs count from there, those of tables have their own zero."""
     from ramsight.errors import RamsightError
-    from ramsight.logs.frames import open_frames
+    from ramsight.logs.frames_by_suffix import open_frames
 
     if prepared.first_time is None:
         return 0.0

@@ -5,8 +5,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from typer.main import get_command
 
 import ramsight
+from ramsight.cli import app
+from ramsight.machine.description import circuits
 
 from .command import as_command, at_once
 
@@ -65,7 +68,7 @@ def test_new_writes_what_check_accepts(tmp_path):
     one_line_error(at_once("new", tmp_path / "b.toml", "--like", "nothing"))
 
 
-@pytest.mark.parametrize("circuit", ["ddh", "eha-double-rod", "eha-pilot-check", "parts"])
+@pytest.mark.parametrize("circuit", circuits())
 def test_a_minimal_description_has_one_unit_and_fits_on_a_page(circuit, tmp_path):
     from ramsight import machine
     from ramsight.machine.minimal import example_of
@@ -77,7 +80,8 @@ def test_a_minimal_description_has_one_unit_and_fits_on_a_page(circuit, tmp_path
     written = machine.load(file)
     like, name = example_of(circuit)
     assert list(written.units) == ["hoist"]
-    assert written.unit("hoist") == like.unit(name)
+    hoist, given = dict(written.unit("hoist")), dict(like.unit(name))  # what a sensor assumes has defaults
+    assert {key for key in given if hoist[key] != given[key]} <= {"assumptions"}
     full = tmp_path / "full.toml"
     assert at_once("new", full, "--circuit", circuit).returncode == 0
     assert machine.load(full).unit(name) == like.unit(name)
@@ -85,7 +89,7 @@ def test_a_minimal_description_has_one_unit_and_fits_on_a_page(circuit, tmp_path
     assert "what hoist can have" in at_once("check", file).stdout
 
 
-@pytest.mark.parametrize("circuit", ["ddh", "eha-double-rod", "parts"])
+@pytest.mark.parametrize("circuit", ["ddh", "eha-double-rod", "load-sensing", "parts"])
 def test_what_is_marked_as_yours_is_what_a_description_cannot_do_without(circuit, tmp_path):
     from ramsight import DescriptionError, machine
 
@@ -99,7 +103,8 @@ def test_what_is_marked_as_yours_is_what_a_description_cannot_do_without(circuit
         with pytest.raises(DescriptionError, match="is missing"):
             machine.loads("\n".join(lines[:k] + lines[k + 1 :]))
     of_the_file = ("format", "name", "circuit", "kind", "inlet", "outlet", "pilot", "node", "cushion", "setting")
-    left = [k for k in places if k not in marked and not lines[k].startswith(of_the_file)]
+    keys = {k: lines[k].partition(" =")[0].rpartition(".")[2] for k in places}
+    left = [k for k in places if k not in marked and not keys[k].startswith(of_the_file)]
     machine.loads("\n".join(line for k, line in enumerate(lines) if k not in left))
 
 
@@ -169,7 +174,7 @@ def test_usage_errors_are_two_and_help_teaches():
     for verb in (["check"], ["catalog"], ["catalog", "show"], ["new"]):
         done = at_once(*verb, "--help")
         assert done.returncode == 0
-        assert f"Example: ramsight {' '.join(verb)}" in done.stdout
+        assert f"\n    ramsight {' '.join(verb)}" in done.stdout
 
 
 def test_a_reader_that_leaves_early_is_no_error():
@@ -187,3 +192,26 @@ def test_a_full_disk_is_one_line():
             [*RUN, "check", "mining-loader"], stdout=full, stderr=subprocess.PIPE, text=True, check=False
         )
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+
+
+def verbs(command, path=()):
+    """Every verb with the words that lead to it, and groups that do something by themselves."""
+    below = getattr(command, "commands", {})
+    if not below or command.invoke_without_command:
+        yield path, command
+    for name, one in below.items():
+        yield from verbs(one, (*path, name))
+
+
+@pytest.mark.parametrize(
+    ("words", "verb"), [pytest.param(*one, id=" ".join(one[0])) for one in verbs(get_command(app))]
+)
+def test_help_shows_each_example_on_a_line_that_can_be_copied(words, verb):
+    shown = at_once(*words, "--help").stdout.splitlines()
+    documented = (getattr(verb.callback, "__wrapped__", verb.callback).__doc__ or "").splitlines()
+    examples = [line.strip().removeprefix("Example: ") for line in documented if "Example: " in line]
+    assert examples
+    assert [line.strip() for line in shown if line.startswith(f"    ramsight {' '.join(words)}")] == [
+        one for one in examples if one.startswith(f"ramsight {' '.join(words)}")
+    ]
+    assert [one for one in examples if f"    {one}" not in shown] == []

@@ -105,6 +105,14 @@ def test_a_number_without_its_unit_is_seen():
     assert without_unit(stroke) == ["return"]
 
 
+def test_public_names_have_an_example_that_runs():
+    """Errors apart: `tests/test_docs.py` runs them."""
+    public = [getattr(ramsight, name) for name in ramsight.__all__]
+    named = [one for one in public if callable(one) and not (inspect.isclass(one) and issubclass(one, BaseException))]
+    assert [one.__name__ for one in named if ">>> " not in (inspect.getdoc(one) or "")] == []
+    assert len(named) > 20
+
+
 RIDDLE = re.compile(r"(To|Yes|Nothing|Some of)\b|Whether (the |it |a )?\w* ?(is|are|has|does)\.$")
 """First lines that lack their verb, or what they are about."""
 

@@ -537,4 +537,4 @@ def test_the_verb_exports_what_it_says(tmp_path, monkeypatch):
     assert "#define RAMSIGHT_BOOM_FLOAT 1" in (out / "ramsight_boom.h").read_text()
     assert "| float, -O2 |" in (out / "README.md").read_text()
     help_text = CliRunner().invoke(app, ["export", "c", "--help"]).output
-    assert "Example: ramsight export c mining-loader" in help_text
+    assert "Example:\n    ramsight export c mining-loader" in help_text

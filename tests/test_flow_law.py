@@ -82,8 +82,8 @@ def test_intervals_hold_the_truth_though_errors_come_in_clusters():
 def test_a_fit_does_not_depend_on_units():
     design, flow, cluster, _ = _bench(1)
     plain, scaled = fit(design, flow, cluster), fit(design * [1.0, 1e-9, 1e3], flow, cluster)
-    assert scaled.value * [1.0, 1e-9, 1e3] == pytest.approx(plain.value)
-    assert scaled.half_width * [1.0, 1e-9, 1e3] == pytest.approx(plain.half_width)
+    assert scaled.value * [1.0, 1e-9, 1e3] == pytest.approx(plain.value, rel=1e-9, abs=0.0)
+    assert scaled.half_width * [1.0, 1e-9, 1e3] == pytest.approx(plain.half_width, rel=1e-9, abs=0.0)
 
 
 def test_what_cannot_be_told_apart_is_refused():
@@ -113,4 +113,4 @@ def test_a_real_pump_obeys_the_law(monkeypatch):
     assert found["auc_0_1"] >= 0.99
     assert found["auc_1_2"] >= 0.99
     written = json.loads((ROOT / "study.json").read_text())["real_oil"]
-    assert found == pytest.approx(written, rel=1e-6)
+    assert found == pytest.approx(written, rel=1e-6, abs=0.0)

@@ -76,4 +76,4 @@ def test_what_is_wrong_is_said_in_one_line(trace, tmp_path, change, words):
 def test_help_teaches(tmp_path):
     text = at_once("identify", "--help", cwd=tmp_path).stdout
     assert "--truth" in text
-    assert "Example: ramsight identify" in " ".join(text.split())
+    assert "Examples: ramsight identify" in " ".join(text.split())

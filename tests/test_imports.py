@@ -5,7 +5,8 @@ import importlib
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from graphlib import CycleError, TopologicalSorter
 from importlib.metadata import version
 from pathlib import Path
 
@@ -106,6 +107,56 @@ def test_imports_run_one_way(file):
         if room != DOOR and not allowed(room, other)
     ]
     assert not wrong
+
+
+def dotted(file: Path) -> str:
+    parts = ("ramsight", *file.relative_to(SOURCE).with_suffix("").parts)
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def imported(files: list[Path]) -> dict[str, set[str]]:
+    """The modules that each module imports, inside functions too."""
+    known = {dotted(file): file for file in files}
+    found: dict[str, set[str]] = {}
+    for module, file in known.items():
+        names = {name for _, name in modules(file)}
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and node.module:
+                below = {f"{node.module}.{alias.name}" for alias in node.names}
+                names |= below
+                names -= {node.module} if below <= known.keys() else set()
+        found[module] = names & known.keys() - {module}
+    return found
+
+
+def circle(of: Mapping[str, set[str]]) -> list[str]:
+    """Modules that import each other in a circle; empty if there is none."""
+    try:
+        TopologicalSorter(of).prepare()
+    except CycleError as error:
+        return list(error.args[1])
+    return []
+
+
+def test_no_modules_import_each_other_in_a_circle():
+    """Late imports count; the package itself does not, which imports whatever it is asked for."""
+    of = {module: names - {"ramsight"} for module, names in imported(FILES).items()}
+    assert sum(map(len, of.values())) > 1000
+    assert circle(of) == []
+
+
+def test_the_test_sees_circles_inside_a_room(tmp_path, monkeypatch):
+    (tmp_path / "logs").mkdir()
+    files = [tmp_path / "logs" / name for name in ("__init__.py", "a.py", "b.py")]
+    monkeypatch.setitem(globals(), "SOURCE", tmp_path)
+    files[0].write_text("from ramsight.logs.a import one\n")
+    files[1].write_text("from ramsight.logs import b\none = 1\n")
+    files[2].write_text("import math\n")
+    assert circle(imported(files)) == []
+    files[2].write_text("def late():\n    from ramsight.logs.a import one\n")
+    assert set(circle(imported(files))) == {"ramsight.logs.a", "ramsight.logs.b"}
+    files[2].write_text("from ramsight.logs import one\n")
+    assert set(circle(imported(files))) == {"ramsight.logs", "ramsight.logs.a", "ramsight.logs.b"}
 
 
 def test_the_engine_uses_numpy_llvmlite_and_casadi_alone():

@@ -71,6 +71,14 @@ def test_a_log_without_a_leak_test_says_so(trace):
         leak_test(UNITS["boom"], read_drive_log(trace("boom_441kN_40C").log))
 
 
+def test_the_figure_per_kelvin_is_what_a_warmer_oil_would_have_made_of_it(trace):
+    log = read_drive_log(trace("boom_asbuilt1_leaktest").log)
+    found = leak_test(UNITS["boom"], log)
+    warmer = leak_test(UNITS["boom"], log.assign(oil_temperature=log["oil_temperature"] + 1.0))
+    assert found.per_kelvin < -0.01  # a thinner oil leaks as much with less wear
+    assert found.per_kelvin == pytest.approx(warmer.factor - found.factor, rel=0.05)
+
+
 def test_the_summary_says_what_the_figure_depends_on(trace):
     text = leak_test_summary(leak_test(UNITS["boom"], read_drive_log(trace("boom_asbuilt1_leaktest").log)))
     assert "leak factor 1.1" in text

@@ -1,5 +1,6 @@
 """`ramsight loader`, and the study of the loader under control that the page quotes."""
 
+import importlib
 import json
 import sys
 from pathlib import Path
@@ -132,11 +133,12 @@ def test_targets_are_met_and_faults_stop_the_machine(study):
     assert absurd["goes_on"] == 1.0
 
 
-def test_the_page_quotes_the_study(study):
-    """The tables of docs/loader.md are those of study.json, and every row is of a way that the study goes."""
+def test_the_page_quotes_the_study(study, monkeypatch):
+    """Tables and sentences of docs/loader.md are those of study.json; every row is of a way that the study goes."""
     found, page = json.loads((ROOT / "study.json").read_text())["loader_control"], (ROOT / "docs/loader.md").read_text()
-    for table in (study.table(found), study.fault_table(found)):
-        assert "\n".join(table) in page
+    monkeypatch.syspath_prepend(ROOT / "evaluation")
+    for name, table in importlib.import_module("pages").LOADER_TABLES.items():
+        assert "\n".join(table(found)) in page, name
     assert study.ROWS.keys() | {"faults"} == found.keys()
     assert found["sheet_sensor"]["p95"] < 2e-3
     assert found["sheet_sensor"]["p95"] < found["sheet_truth"]["p95"] + 1e-3

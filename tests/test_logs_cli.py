@@ -153,7 +153,7 @@ def test_a_map_of_another_node_is_told_from_a_log_without_samples(tmp_path):
 def test_help_teaches():
     done = at_once("logs", "inspect", "--help")
     assert done.returncode == 0
-    assert "Example: ramsight logs inspect day.mf4 --out map.toml" in " ".join(done.stdout.split())
+    assert "Examples: ramsight logs inspect day.mf4 --out map.toml" in " ".join(done.stdout.split())
 
 
 ASC_HEADER = "date Mon Jan 1 00:00:00.000 am 2024\nbase hex  timestamps absolute\ninternal events logged\n"

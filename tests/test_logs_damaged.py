@@ -18,7 +18,7 @@ from ramsight.logs import mdf_file, open_log, read_drive_log, write_drive_log
 from ramsight.logs.can_dbc import dbc_fields
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.csv_table import CsvTable
-from ramsight.logs.frames import open_frames
+from ramsight.logs.frames_by_suffix import open_frames
 from ramsight.logs.inspect import inspect_log
 from ramsight.logs.lines import line_blocks
 from ramsight.logs.shown import inspection_table, show
@@ -71,7 +71,7 @@ import resource, sys
 from ramsight.logs import read_drive_log
 from ramsight.logs.can_dbc import dbc_fields
 from ramsight.logs.channel_map import load_map
-from ramsight.logs.frames import open_frames
+from ramsight.logs.frames_by_suffix import open_frames
 from ramsight.errors import RamsightError
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 path = sys.argv[1]

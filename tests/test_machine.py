@@ -10,7 +10,9 @@ from hypothesis import strategies as st
 from ramsight import machine, units
 from ramsight.errors import DescriptionError, RamsightError, UnknownNameError
 from ramsight.machine import catalogue
-from ramsight.machine.declare import Part, declaration, explain
+from ramsight.machine.as_toml import as_toml
+from ramsight.machine.base import Part
+from ramsight.machine.declare import declaration, explain
 from ramsight.machine.parts import PARTS
 from ramsight.machine.placed import PLACED
 
@@ -285,6 +287,41 @@ def test_replace_checks_and_keeps_the_rest(loader):
     for path in ("units.boom.cylinder.boer", "units.bomb.cylinder", "units.boom.cylinder.bore.x", "unit"):
         with pytest.raises(UnknownNameError):
             loader.replace({path: 1, "units.bomb.x": 1})
+
+
+def test_replace_takes_a_model_with_all_its_values(loader, text):
+    head, tail = text.split("[units.boom.pump_b]")
+    other = machine.loads(f"{head}[units.boom.pump_b]{re.sub('PGI100-2-[0-9]+', 'PGI100-2-005', tail, count=1)}")
+    for path in ("units.boom.pump_b.model", "units.boom.pump_b"):
+        changed = loader.replace({path: "pgi100-2-005"})
+        assert changed.unit("boom").pump_b == other.unit("boom").pump_b
+        assert changed.unit("boom").pump_b.displacement == pytest.approx(5.3e-6 / (2 * math.pi), rel=1e-9, abs=0.0)
+        assert changed.source_of("units.boom.pump_b.displacement").startswith("PGI100-2-005: [M]")
+        assert changed.source_of("units.boom.pump_b.belt") == loader.source_of("units.boom.pump_b.belt")
+        assert machine.loads("\n".join(as_toml(changed, changed.sources))).unit("boom") == changed.unit("boom")
+    pump = loader.unit("boom").pump_b
+    assert pump.replace({"model": "PGI100-2-005"}) == other.unit("boom").pump_b
+    assert pump.replace({"model": "PGI100-2-005", "displacement": "5.4 cm3/rev", "belt": 2}).belt == 2.0
+    assert pump.replace({"displacement": "5.4 cm3/rev", "model": "PGI100-2-005"}).displacement > 5.3e-6 / (2 * math.pi)
+    assert pump.replace({"model": None}) == pump.model_copy(update={"model": None})
+    whole = loader.replace({"units.boom.pump_b": {"model": "PGI100-2-005", "belt": 2}}).unit("boom").pump_b
+    assert whole == pump.replace({"model": "PGI100-2-005", "belt": 2})
+
+
+def test_replace_takes_models_of_placed_parts_and_of_parts_that_were_not_there(loader):
+    rig = machine.load("eha-test-bench")
+    (name,) = rig.unit("axis").pumps
+    changed = rig.replace({f"units.axis.parts.{name}.model": "PGI100-2-005"}).unit("axis")
+    assert changed.pumps[name].displacement == pytest.approx(5.3e-6 / (2 * math.pi), rel=1e-9, abs=0.0)
+    assert changed.pumps[name].inlet == rig.unit("axis").pumps[name].inlet
+    with_port = loader.replace({"units.boom.port_relief_valve": {"model": "DB10P-01", "setting": "300 bar"}})
+    assert with_port.unit("boom").port_relief_valve.setting == 300e5
+
+
+def test_replace_refuses_a_model_that_is_none(loader):
+    for path in ("units.boom.pump_b.model", "units.boom.pump_b"):
+        with pytest.raises(UnknownNameError, match=r"unknown pump 'nonsense' .*known: PGI100-2-005, PGI100-2-006"):
+            loader.replace({path: "nonsense"})
 
 
 def test_python_builds_parts_from_si_numbers():

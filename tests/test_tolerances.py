@@ -139,7 +139,7 @@ def test_every_default_can_be_read_and_covers_name_values_that_exist():
         text, source = default_text(name, unit.assumptions, unit.cylinder.stroke)
         assert source.startswith("default: ")
         assert len(source) > len("default: ") or not text
-    keys = {path.rpartition(".")[2] for path in (value.path for value in machine.declare.walk(unit))}
+    keys = {path.rpartition(".")[2] for path in (value.path for value in machine.walk(unit))}
     assert {keys_of[0] for keys_of in COVERS.values()} <= keys
 
 

@@ -62,7 +62,7 @@ WRITTEN = [
 
 @pytest.mark.parametrize(("text", "unit", "si"), WRITTEN)
 def test_what_engineers_write_becomes_si(text, unit, si):
-    assert units.parse(text, unit) == pytest.approx(si, rel=1e-14)
+    assert units.parse(text, unit) == pytest.approx(si, rel=1e-14, abs=0.0)
 
 
 @pytest.mark.parametrize(
@@ -208,7 +208,7 @@ def pints():
 
 def same(found, expected):
     factor, offset, dimension = expected
-    assert float(found.factor) == pytest.approx(factor, rel=1e-12)
+    assert float(found.factor) == pytest.approx(factor, rel=1e-12, abs=0.0)
     assert float(found.offset) == pytest.approx(offset, rel=1e-12, abs=1e-9 * factor)
     assert dict(found.dimension) == dimension
 

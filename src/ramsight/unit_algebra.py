@@ -11,6 +11,8 @@ from fractions import Fraction
 from functools import cache
 from typing import NamedTuple
 
+NANOSECONDS = 1e9  # in a second, as recorders count time
+
 DEFINITIONS = """
 tera- = 1e12 = T-
 giga- = 1e9 = G-

@@ -74,8 +74,9 @@ def sensor_for(machine: AnyUnit, kind: str = "kalman", *, unit: str | None = Non
         unit: name of the unit, if the machine has several.
 
     Returns:
-        The sensor. Its `start(position)`, `step(...)` and `track(log)` take SI numbers, and `step` gives an
-        `Estimate`; `start` raises `StartError` for a position outside the stroke.
+        The sensor. Its `start(position)` [m], `step(time, motor_speed, motor_torque, oil_temperature)` [s, rad/s, N m,
+        K] and `track(log)` take SI numbers, and `step` gives an `Estimate` (position and std [m], velocity [m/s],
+        load [N]); `start` raises `StartError` for a position outside the stroke.
 
     Raises:
         UnknownNameError: no such machine, unit or sensor.

@@ -6,7 +6,8 @@ import math
 from typing import TYPE_CHECKING
 
 from ramsight.machine.as_toml import as_toml
-from ramsight.machine.declare import Quantity, walk
+from ramsight.machine.base import walk
+from ramsight.machine.declare import Quantity
 from ramsight.machine.reading import loads
 from ramsight.normal import TWO_SIDED_95
 

@@ -21,7 +21,10 @@ def simulate(
     unit: Annotated[str, typer.Option(help="The unit that works, for example boom.")],
     load: Annotated[
         list[str] | None,
-        typer.Option(help="Load against lifting, at the rods; may be repeated [default: 0.2, 0.4, 0.6 of relief]."),
+        typer.Option(
+            help="Load against lifting, at the rods; may be repeated; lift-lower needs one [default of work-day, "
+            "leak-test and commissioning: 0.2, 0.4, 0.6 of relief]."
+        ),
     ] = None,
     duty: Annotated[
         str,

@@ -24,7 +24,8 @@ def logs_inspect(
     and prints a channel map in TOML. Check it - names, units, and signs above all: positive speed extends the rod,
     positive torque drives that way - then track with it.
 
-    Example: ramsight logs inspect day.mf4 --out map.toml; ramsight track my-machine.toml day.mf4 --map map.toml ...
+    Example: ramsight logs inspect day.mf4 --out map.toml
+    Example: ramsight track my-machine.toml day.mf4 --unit boom --map map.toml
     """
     from ramsight.logs.inspect import inspect_log
     from ramsight.logs.proposal import map_text

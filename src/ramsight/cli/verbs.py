@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+import inspect
+import re
+from collections.abc import Callable
+from typing import Annotated, Any
 
 import typer
 
@@ -25,6 +28,25 @@ from ramsight.cli import (
 from ramsight.cli.common import group
 
 app = group(name="ramsight", no_args_is_help=True, pretty_exceptions_enable=False)
+
+
+def offer(to: typer.Typer, verb: Callable[..., Any], name: str | None = None, *, alone: bool = False) -> None:
+    """Offer a verb with its docstring as help, in which each example has a line of its own that can be copied.
+
+    Args:
+        to: the group that gets it.
+        verb: the function.
+        name: what it is called there; by default as the function.
+        alone: it is what the group does by itself.
+    """
+    # \b is how Click is told to leave the lines of a paragraph as they are.
+    text = re.sub(r"((?:^Example: .*\n*)+)\Z", _examples, inspect.getdoc(verb) or "", flags=re.MULTILINE)
+    (to.callback(help=text) if alone else to.command(name, help=text))(verb)
+
+
+def _examples(found: re.Match[str]) -> str:
+    lines = [line.removeprefix("Example: ") for line in found[0].splitlines() if line]
+    return "\n".join(["\b", f"Example{'s' * (len(lines) > 1)}:", *(f"  {line}" for line in lines)])
 
 
 def _version(wanted: bool) -> None:
@@ -65,20 +87,20 @@ for verb in (
     datasheets.datasheet,
     bus.encoder,
 ):
-    app.command()(verb)
+    offer(app, verb)
 
 catalog = group(invoke_without_command=True)
-catalog.callback()(machines.catalog_list)
-catalog.command("show")(machines.catalog_show)
+offer(catalog, machines.catalog_list, alone=True)
+offer(catalog, machines.catalog_show, "show")
 app.add_typer(catalog, name="catalog")
 
 logs = group(no_args_is_help=True, help="Look into drive logs, and send them.")
-logs.command("inspect")(tracking.logs_inspect)
-logs.command("shared")(sharing.logs_shared)
-logs.command("replay")(bus.logs_replay)
+offer(logs, tracking.logs_inspect, "inspect")
+offer(logs, sharing.logs_shared, "shared")
+offer(logs, bus.logs_replay, "replay")
 app.add_typer(logs, name="logs")
 
 export = group(no_args_is_help=True, help="Into a control unit and into a simulator.")
-export.command("c")(exporting.export_c)
-export.command("fmu")(exporting.export_fmu)
+offer(export, exporting.export_c, "c")
+offer(export, exporting.export_fmu, "fmu")
 app.add_typer(export, name="export")

@@ -8,14 +8,15 @@ from typing import Any
 from ramsight.control.trajectory import Limits
 from ramsight.control.tuning import Tuning
 from ramsight.duty.drive_response import IDEAL, DriveResponse
+from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.errors import DescriptionError
 from ramsight.plant.either import both, choose, least, most, within
 from ramsight.plant.holding import Holding
 from ramsight.plant.oil import T40
 from ramsight.plant.unit import HydraulicUnit
+from ramsight.sensor.intake import WARMING
 
 _COLDEST, _HOTTEST = 243.15, 383.15  # K; a thermometer that says anything else is not believed
-_WARMING = 5.0  # s, over which its noise is averaged
 _REACHABLE = 0.9  # share of the highest motor speed for the trajectory; the rest is for corrections
 _BEFORE_FORCE = 0.1  # share of the largest force, over which a motion against it gets slower
 
@@ -49,7 +50,7 @@ class Actuation:
         unit: HydraulicUnit,
         limits: Limits,
         tuning: Tuning,
-        period: float = 0.02,
+        period: float = SAMPLE_PERIOD,
         response: DriveResponse = IDEAL,
     ) -> None:
         self.unit, self.limits, self.tuning, self.period = unit, limits, tuning, period
@@ -74,7 +75,7 @@ class Actuation:
 
     def warm(self, reported: Any) -> None:
         """Take a thermometer's next value [K]."""
-        share = self.period / (_WARMING + self.period)
+        share = self.period / (WARMING + self.period)
         believed = both(reported > _COLDEST, reported < _HOTTEST)
         self.temperature = choose(believed, self.temperature + share * (reported - self.temperature), self.temperature)
 

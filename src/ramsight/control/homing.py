@@ -14,10 +14,10 @@ from ramsight.plant.limits import limits_of
 _FEELING = 0.5  # s, over which a load's noise is averaged
 _PRESSURE = 0.2  # s, in which a chamber comes to the load's pressure and the rod begins to move
 _STANDS = 0.3  # of the velocity that it should have: below, the rod is held by something
-_SURELY_FAR = 4.0  # standard deviations of the position before a stop that is to be near
-_SPARE = (
-    1.5  # times as long as the whole stroke takes at the slow velocity: a stop that is not found by then is not there
-)
+# Standard deviations of the position before a stop that is to be near: it is nearer by chance 3 times in 100 000.
+_SURELY_FAR = 4.0
+# Times as long as the whole stroke takes at the slow velocity: a stop that is not found by then is not there.
+_SPARE = 1.5
 
 
 class Homing(Doing):

@@ -27,6 +27,7 @@ from ramsight.control.tuning import Tuning
 from ramsight.control.watch import DriveWatch, Verdict
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.live import Reported
+from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.errors import DescriptionError
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.status import Status
@@ -85,7 +86,7 @@ class PositionControl:
         unit: HydraulicUnit,
         limits: Limits | None = None,
         tuning: Tuning | None = None,
-        period: float = 0.02,
+        period: float = SAMPLE_PERIOD,
         response: DriveResponse = IDEAL,
     ) -> None:
         self.unit, self.tuning, self.period = unit, tuning or Tuning(), period

@@ -23,9 +23,8 @@ FALSE_ALARMS = 1.0 / 3.6e6  # 1/s: one in a thousand hours of each kind, which i
 NOTICED = 0.08  # s, in which a motor that does not obey is noticed: with the stopping time less than 0.3 s
 _STALLED = 1.0  # s at the torque limit without a turn: a pump presses a chamber to relief pressure in a tenth of it
 _STANDS = 1.0  # rad/s, below which a motor at its limit does not turn
-_MOVED = (
-    2.0  # steps of the reported speed by which the model has to move past a report that stands: one may be rounding
-)
+# Steps of the reported speed by which the model has to move past a report that stands: one may be rounding.
+_MOVED = 2.0
 _KNOWN_AFTER = 3.0  # repeats that are taken to have been seen before any: of rare events, with 95 % (rule of three)
 
 

@@ -27,7 +27,7 @@ from ramsight.output import check_folder, whole_folder
 from ramsight.plant.build import build_unit
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
-from ramsight.sensor.virtual_sensor import START_STD
+from ramsight.sensor.virtual_sensor import START_STD, VirtualSensor
 
 STEPS = 5
 """How often `advance` is called with 1 while a sensor is written."""
@@ -92,28 +92,11 @@ def write_sensor(
     out = Path(out)
     check_folder(out)
     built = build_unit(unit, machine.unit(unit), machine.linkage)
-    if single and built.cylinder.passive:
-        raise DescriptionError(
-            "is not for floats: a piston that its load holds stands or goes by the last digits",
-            key=f"units.{unit}.load.kind",
-            value="passive",
-            allowed="doubles",
-        )
+    if single:
+        _check_floats(built)
     sensor, prefix = kalman(built), f"ramsight_{identifier_of(unit)}"
-    rows, start = faulty_day(built, duration=45.0, every=30.0, seed=1, further=sensor.further)
-    rows = rows[:SAMPLES]
-    sensor.start(start)
-    state = sensor.initial.copy()
-    state[:] = [sensor.state[name] for name in sensor.recursion.state]
-    said = replay(sensor.recursion, inputs_of(rows), sensor.parameters, state)[:, :5]
-    source = golden_source(
-        sensor_source(sensor, built, prefix, machine.name, single=single),
-        rows,
-        said,
-        start,
-        START_STD,
-        sensor.further,
-    )
+    plain = sensor_source(sensor, built, prefix, machine.name, single=single)
+    source, samples = _with_rows(plain, sensor, built)
     advance(1)
     driven = _control(control, built, prefix, machine.name).files if control else {}
     files = {**source.files, **comparison_source(built, prefix, machine.name), **driven}
@@ -135,13 +118,35 @@ def write_sensor(
             unit=unit,
             machine=machine.name,
             precision="float" if single else "double",
-            samples=len(rows),
+            samples=samples,
             units=unit_table(sensor),
             measured=_table(measured, told),
             control=_about_control(prefix, driving) if control else "",
         )
         (draft / _LAST).write_text(text, encoding="utf-8")
     return WrittenSensor(out, (*files, _LAST), told, tuple(measured), driving)
+
+
+def _check_floats(unit: HydraulicUnit) -> None:
+    """Refuse floats where they are too few digits."""
+    if unit.cylinder.passive:
+        raise DescriptionError(
+            "is not for floats: a piston that its load holds stands or goes by the last digits",
+            key=f"units.{unit.name}.load.kind",
+            value="passive",
+            allowed="doubles",
+        )
+
+
+def _with_rows(plain: SensorSource, sensor: VirtualSensor, unit: HydraulicUnit) -> tuple[SensorSource, int]:
+    """A sensor's C with rows of a day of faults and what Python's sensor says of them, and how many rows these are."""
+    rows, start = faulty_day(unit, duration=45.0, every=30.0, seed=1, further=sensor.further)
+    rows = rows[:SAMPLES]
+    sensor.start(start)
+    state = sensor.initial.copy()
+    state[:] = [sensor.state[name] for name in sensor.recursion.state]
+    said = replay(sensor.recursion, inputs_of(rows), sensor.parameters, state)[:, :5]
+    return golden_source(plain, rows, said, start, START_STD, sensor.further), len(rows)
 
 
 def _control(options: ControlOptions, unit: HydraulicUnit, prefix: str, machine: str) -> SensorSource:

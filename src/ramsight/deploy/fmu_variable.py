@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntEnum
 
+from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.sensor.comparing import Verdict
 from ramsight.sensor.status import Status
 
 UNKNOWN = 1e10
 """What no pressure in Pa, no angle in rad and no position in m is."""
 NOTHING = "1e10 where it is not measured"
-PERIOD = 0.02  # s; of the steps of a sensor that nothing behind it asks for others
+PERIOD = SAMPLE_PERIOD  # s; of the steps of a sensor that nothing behind it asks for others
 ENUMERATIONS: dict[str, type[Status] | type[Verdict]] = {"status": Status, "verdict": Verdict}
 """Kinds of variables that are whole numbers with words."""
 

@@ -19,17 +19,21 @@ from ramsight.logs.lines import file_name
 from ramsight.logs.mapped import ChannelMap, standard_map
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.units import FREEZING, RPM
+from ramsight.units import FREEZING, RPM, to_si
 
 if TYPE_CHECKING:
     import xarray
 
 _PERIOD = 0.5e-3, 0.5  # s; samples of a drive come further apart than the one and closer than the other
+_HINTED_PERIOD = 0.9e-3, 0.2  # s; what another unit of the clock has to make of it: 1 to 100 ms, and jitter
 _CLOCKS = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 _OVERSPEED, _SLOW, _LIVELY = 1.1, 0.11, 0.2  # shares of the highest speed
 _OVERTRAVEL, _FARTHEST = 1.15, 3.0  # shares of the stroke: of a free move, and of one that ends against a stop
 _SPEEDS = {"rpm": RPM, "deg/s": np.pi / 180.0, "rad/s": 1.0}  # rad/s for one of them
+# N m up to which a figure is taken to be in a unit: no motor gives more than four times its rated torque
 _TORQUES = {"percent of the rated torque": 4e2, "permille of the rated torque": 4e3, "mN m": np.inf}
+# Shares of the torque at relief pressure [G]. A valve's override and a drive that is a few per cent wrong give no more
+# than the one; what turns at all takes more than the other, by friction.
 _OVERTORQUE, _WEAK = 1.15, 0.02
 _HOT = 353.15  # K; oil of a healthy machine is colder on the average
 _MOVING = 0.02  # share of the highest speed
@@ -37,6 +41,7 @@ _MOVED = 2.0  # s of turning either way before signs are judged
 _AGAINST = 0.05  # share of the torque at relief pressure
 _STANDS = 1.0  # rad/s
 _NOISY, _RESTED = 2.0, 100  # times the assumed noise of the torque, and samples at rest that it takes to say so
+_PEAK = 0.995  # quantile taken for the largest value: a few samples in a thousand may be disturbed
 _STEPS = 0.99  # share of the changes at rest that are noise; the others are loads
 
 
@@ -230,7 +235,7 @@ def _scatter(speed: NDArray[np.float64], torque: NDArray[np.float64]) -> list[fl
 
 def _peak(values: NDArray[np.float64]) -> list[float]:
     known = np.abs(values[np.isfinite(values)])
-    return [float(np.quantile(known, 0.995))] if known.size else []
+    return [float(np.quantile(known, _PEAK))] if known.size else []
 
 
 def _middle(values: NDArray[np.float64]) -> list[float]:
@@ -252,10 +257,10 @@ def _clock(seen: Seen, _: Limits, unit: str) -> str:
         return ""
     period = float(np.median(seen.periods))
     if period > _PERIOD[1]:
-        fitting = [unit for unit, second in _CLOCKS.items() if _PERIOD[0] <= period * second <= 0.2]
+        fitting = [unit for unit, second in _CLOCKS.items() if _PERIOD[0] <= period * second <= _HINTED_PERIOD[1]]
         return f"samples come every {period:.3g} s, a drive's every 1 to 100 ms{_asked(fitting)}"
     if period < _PERIOD[0]:
-        factor = next((f for f in (1e3, 1e6, 1e9) if 0.9e-3 <= period * f <= 0.2), 0.0)
+        factor = next((f for f in (1e3, 1e6, 1e9) if _HINTED_PERIOD[0] <= period * f <= _HINTED_PERIOD[1]), 0.0)
         hint = f": is the clock in a unit {factor:.0f} times larger, s in place of ms?" if factor else ""
         return f"samples come every {1e3 * period:.3g} ms, a drive's every 1 to 100 ms{hint}"
     return ""
@@ -322,7 +327,7 @@ def _temperature(seen: Seen, limits: Limits, unit: str) -> str:
     warmth = float(np.median(seen.temperatures))
     lowest, highest = limits.oil
     most_time = f"the oil has {warmth - FREEZING:.4g} °C most of the time"
-    as_fahrenheit = (warmth - FREEZING - 32.0) / 1.8 + FREEZING
+    as_fahrenheit = to_si(warmth - FREEZING, "degF")
     if warmth > min(_HOT, highest):
         fitting = ["degF"] if lowest < as_fahrenheit < _HOT else []
         return f"{most_time}, more than a healthy machine's{_asked(fitting)}"

@@ -67,6 +67,14 @@ class Duty:
         start_position: of the piston [m].
         end: when the duty ends [s]; by default at the last corner of the speed.
         commands: to parts that are commanded, by their names, each held from corner to corner, -1 to 1 [1].
+
+    Example:
+        >>> import ramsight
+        >>> speed = ramsight.Profile([0.0, 1.0, 5.0], [0.0, 100.0, 100.0])  # s, rad/s
+        >>> load, oil = ramsight.Profile([0.0], [200e3]), ramsight.Profile([0.0], [313.15])  # N, K
+        >>> duty = ramsight.Duty(speed, load, oil, start_position=0.1)  # m
+        >>> duty.duration, float(duty.motor_speed(0.5))
+        (5.0, 50.0)
     """
 
     motor_speed: Profile

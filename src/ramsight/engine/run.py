@@ -124,15 +124,7 @@ def integrate(
             progress[kernel.RECORDED] = 0
         if advance is not None:
             advance((segments.end[-1] if code == compiled.DONE else progress[kernel.TIME]) - before)
-    outcome = {
-        compiled.DONE: Outcome.DONE,
-        compiled.PAUSED: Outcome.TOO_MANY_STEPS,
-        compiled.TOO_SMALL: Outcome.STEP_TOO_SMALL,
-        compiled.NOT_FINITE: Outcome.NOT_FINITE,
-    }[code]
-    bad = int(progress[kernel.BAD_STATE])
-    state = model.states[bad].name if bad >= 0 else ""
-    message = outcome.sentence(time=progress[kernel.TIME], state=state, limit=max_steps)
+    outcome, message = _outcome(model, code, progress, max_steps)
     n = int(progress[kernel.SAMPLE])
     return Trajectory(
         outcome=outcome,
@@ -144,6 +136,20 @@ def integrate(
         accepted=int(progress[kernel.ACCEPTED]),
         rejected=int(progress[kernel.REFUSED]),
     )
+
+
+def _outcome(model: OdeModel, code: int, progress: Array, max_steps: int) -> tuple[Outcome, str]:
+    """How a run ended, and a sentence about it."""
+    compiled = compile_ode(model)
+    outcome = {
+        compiled.DONE: Outcome.DONE,
+        compiled.PAUSED: Outcome.TOO_MANY_STEPS,
+        compiled.TOO_SMALL: Outcome.STEP_TOO_SMALL,
+        compiled.NOT_FINITE: Outcome.NOT_FINITE,
+    }[code]
+    bad = int(progress[kernel.BAD_STATE])
+    state = model.states[bad].name if bad >= 0 else ""
+    return outcome, outcome.sentence(time=progress[kernel.TIME], state=state, limit=max_steps)
 
 
 def outputs(model: OdeModel, segments: Segments, time: Array, state: Array) -> dict[str, Array]:

@@ -15,7 +15,8 @@ from ramsight.logs.clock import Clock, find_clock
 from ramsight.logs.guess import guess_form, guess_roles
 from ramsight.logs.lines import Advance
 from ramsight.logs.mapped import ChannelMap
-from ramsight.logs.source import CSV, Offered, TableSource, open_source
+from ramsight.logs.source import Offered, TableSource
+from ramsight.logs.source_by_suffix import CSV, open_source
 from ramsight.logs.source_can import CanSource
 from ramsight.logs.source_csv import CsvSource
 from ramsight.logs.source_mdf import MdfSource

@@ -29,11 +29,13 @@ from ramsight.logs.channels import (
 )
 from ramsight.logs.csv_table import check_columns
 from ramsight.logs.falls import Falls
-from ramsight.logs.frames import EXTENDED, open_frames
+from ramsight.logs.frames import EXTENDED
+from ramsight.logs.frames_by_suffix import open_frames
 from ramsight.logs.lines import Advance
 from ramsight.logs.mapped import FURTHER, MEASURED, ChannelMap, Mapped, Referenced, standard_map, to_si_of
 from ramsight.logs.resample import Resampler
-from ramsight.logs.source import CAN, CSV, Source, open_source
+from ramsight.logs.source import Source
+from ramsight.logs.source_by_suffix import CAN, CSV, open_source
 from ramsight.units import FREEZING
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from ramsight.logs.clock import Clock
 from ramsight.logs.guess import USUAL, is_share
 from ramsight.logs.inspect import Inspection
 from ramsight.logs.mapped import HOLD, Mapped
-from ramsight.logs.source import CAN
+from ramsight.logs.source_by_suffix import CAN
 from ramsight.units import FREEZING
 
 _SPARSE = 0.1  # share of empty cells from which they are no samples, rather than faults

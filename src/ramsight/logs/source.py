@@ -14,15 +14,8 @@ from numpy.typing import NDArray
 
 from ramsight.errors import LogError, UnknownNameError
 from ramsight.logs.align import Block, Samples
-from ramsight.logs.lines import Advance, check_file, file_name
+from ramsight.logs.lines import Advance, file_name
 from ramsight.logs.mapped import ChannelMap
-
-CSV = (".csv", ".csv.gz", ".txt", ".txt.gz", ".tsv", ".tsv.gz")
-PARQUET = (".parquet", ".pq")
-MDF = (".mf4", ".mdf")
-MCAP = (".mcap",)
-CAN = (".blf", ".asc", ".asc.gz", ".log", ".log.gz")
-READABLE = (*CSV, *PARQUET, *MDF, *MCAP, *CAN)
 
 _IN_BRACKETS = re.compile(r".*[\[(]([^\[\]()]*)[\])]\s*")
 _ENDINGS = {
@@ -154,45 +147,6 @@ def unit_in_name(name: str) -> str:
         return _OBJECTS[match[1]]
     fitting = [ending for ending in _ENDINGS if small.endswith(f"_{ending}")]
     return _ENDINGS[max(fitting, key=len)] if fitting else ""
-
-
-def open_source(path: str | Path, file_map: ChannelMap | None = None, advance: Advance | None = None) -> Source:
-    """The source for a file, by its suffix.
-
-    Args:
-        path: the file.
-        file_map: its channel map, if there is one.
-        advance: told how much of the file has been read.
-
-    Raises:
-        LogError: the suffix is unknown, or the package that reads it is not installed.
-    """
-    name = Path(path).name.lower()
-    is_can = file_map is not None and file_map.is_can
-    if is_can and not name.endswith((*CAN, *MDF)):
-        raise LogError(f"its map is for CAN frames, which stand in {', '.join((*CAN, *MDF))}", file=file_name(path))
-    if name.endswith(CAN) or (is_can and name.endswith(MDF)):
-        from ramsight.logs.source_can import CanSource
-
-        return CanSource(path, file_map, advance)
-    if name.endswith(PARQUET):
-        from ramsight.logs.source_parquet import ParquetSource
-
-        return ParquetSource(path, file_map, advance)
-    if name.endswith(MDF):
-        from ramsight.logs.source_mdf import MdfSource
-
-        return MdfSource(path, advance)
-    if name.endswith(MCAP):
-        from ramsight.logs.source_mcap import McapSource
-
-        return McapSource(path, advance)
-    if name.endswith(CSV):
-        from ramsight.logs.source_csv import CsvSource
-
-        return CsvSource(path, file_map, advance)
-    check_file(path)
-    raise LogError(f"unknown suffix of a log (known: {', '.join(READABLE)})", file=file_name(path))
 
 
 def needs(package: str, extra: str, file: str) -> ModuleType:

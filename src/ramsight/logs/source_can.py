@@ -16,7 +16,8 @@ from ramsight.logs.can_dbc import dbc_fields, j1939_group
 from ramsight.logs.can_field import Field
 from ramsight.logs.can_pdo import pdo_fields
 from ramsight.logs.falls import Falls
-from ramsight.logs.frames import EXTENDED, open_frames
+from ramsight.logs.frames import EXTENDED
+from ramsight.logs.frames_by_suffix import open_frames
 from ramsight.logs.lines import Advance, check_file
 from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.source import Offered, Source

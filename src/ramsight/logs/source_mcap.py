@@ -15,10 +15,10 @@ from ramsight.logs.align import Block, Samples
 from ramsight.logs.lines import Advance, first_line
 from ramsight.logs.packed import opened
 from ramsight.logs.source import Offered, Source, needs, unit_in_name
+from ramsight.unit_algebra import NANOSECONDS
 
 _AT_ONCE = 1 << 14  # messages
 _LARGEST = 1 << 28  # bytes of a record; a recorder's chunk has a few million
-_NS = 1e9
 _NUMBERS = {"number", "integer", "boolean"}
 
 
@@ -63,7 +63,7 @@ class McapSource(Source):
                 rows, count = {topic: [] for topic in wanted}, 0
             latest, count = max(latest, stamp), count + 1
             values = [_number(message.get(field)) for _, field in wanted[topic]]
-            rows[topic].append([latest / _NS, stamp / _NS, *values])
+            rows[topic].append([latest / NANOSECONDS, stamp / NANOSECONDS, *values])
         yield _block(rows, wanted)
         if self.advance is not None:
             self.advance(1.0)
@@ -79,8 +79,8 @@ class McapSource(Source):
                 try:
                     content = json.loads(record.data)
                 except ValueError as error:
-                    raise LogError(f"a message at {record.log_time / _NS:g} s: {first_line(error)}", file=self.file,
-                                   column=topic) from None  # fmt: skip
+                    text = f"a message at {record.log_time / NANOSECONDS:g} s: {first_line(error)}"
+                    raise LogError(text, file=self.file, column=topic) from None
                 yield topic, record.log_time, content if isinstance(content, dict) else {}
 
     def _records(self) -> Iterator[Any]:

@@ -15,9 +15,9 @@ from ramsight.logs.align import Block
 from ramsight.logs.lines import Advance, check_file, first_line
 from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.source import Offered, TableSource, needs, unit_in_name
+from ramsight.unit_algebra import NANOSECONDS
 
 _ROWS = 1 << 16
-_NS = 1e9
 _LOOKED_AT = 200  # rows
 
 
@@ -108,7 +108,7 @@ class ParquetSource(TableSource):
             self._since = known[0].as_py() if len(known) and stamps else 0
         missing = ticks.is_null().to_numpy(zero_copy_only=False)
         counted = ticks.fill_null(self._since).to_numpy(zero_copy_only=False) - self._since
-        return np.where(missing, np.nan, counted / _NS)
+        return np.where(missing, np.nan, counted / NANOSECONDS)
 
     def _numbers(self, column: Any) -> NDArray[np.float64]:
         values = column.cast(self._arrow.float64(), safe=False).to_numpy(zero_copy_only=False)

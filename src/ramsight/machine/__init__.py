@@ -9,7 +9,8 @@ Example:
 
 from ramsight.machine import catalogue
 from ramsight.machine.assumptions import Assumptions
-from ramsight.machine.declare import Part, Quantity, Value, quantity, walk
+from ramsight.machine.base import Part, Value, walk
+from ramsight.machine.declare import Quantity, quantity
 from ramsight.machine.description import FORMAT, Composed, DirectDriven, Machine, Unit
 from ramsight.machine.parts import (
     AnticavitationValve,

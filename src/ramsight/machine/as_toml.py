@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from ramsight.machine.declare import Value, walk
+from ramsight.machine.base import Value, walk
 
 if TYPE_CHECKING:
     from ramsight.machine.description import Machine

@@ -12,7 +12,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from ramsight.machine.declare import Part, quantity
+from ramsight.machine.base import Part
+from ramsight.machine.declare import quantity
 from ramsight.units import RPM
 
 

@@ -9,10 +9,10 @@ from typing import Any, TypeVar, get_args
 from pydantic import BaseModel, Tag, ValidationError
 
 from ramsight.errors import DescriptionError, first_of
-from ramsight.machine.declare import Part, declaration, explain, part_class
+from ramsight.machine.declare import declaration, explain, model_class
 from ramsight.units import name_of
 
-P = TypeVar("P", bound=Part)
+P = TypeVar("P", bound=BaseModel)
 
 
 def validate(
@@ -39,7 +39,7 @@ def validate(
     raise first_of([_one_line(model, dict(problem), file, prefix) for problem in problems])
 
 
-def _one_line(model: type[Part], problem: dict[str, Any], file: str | None, prefix: str) -> DescriptionError:
+def _one_line(model: type[BaseModel], problem: dict[str, Any], file: str | None, prefix: str) -> DescriptionError:
     steps = [str(item) for item in problem["loc"]]
     location = [step for step in steps if not step.startswith("@")]
     context = problem.get("ctx", {})
@@ -102,7 +102,7 @@ def _field_at(model: type[BaseModel], location: list[str]) -> tuple[type[BaseMod
             steps.pop(0)
             if not steps:
                 field = None
-        holder = part_class(inner)
+        holder = model_class(inner)
     return holder, field
 
 
@@ -129,7 +129,7 @@ def _describe(field: Any) -> str:
     if field is None:
         return "it has to be given"
     declared = declaration(field)
-    part = part_class(field.annotation)
+    part = model_class(field.annotation)
     if part is not None:
         needed = [name for name, inner in part.model_fields.items() if inner.is_required()]
         return f"{explain(field) or 'a table'}, with {', '.join(needed)}"

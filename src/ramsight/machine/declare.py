@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Annotated, Any, ClassVar, Self, get_args
+from typing import Annotated, Any, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic import BaseModel, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError, core_schema
 
 from ramsight import units
-from ramsight.errors import DescriptionError, UnknownNameError
+from ramsight.errors import DescriptionError
 
 #: validation context of values that come from a file, where a number without a unit is refused
 FROM_FILE: Mapping[str, bool] = {"from_file": True}
@@ -161,70 +161,6 @@ def refuse(key: str, value: object, message: str, allowed: str | None = None) ->
     return PydanticCustomError("cross", "{text}", {"text": message, "key": key, "value": value, "allowed": allowed})
 
 
-class Part(BaseModel):
-    """Base of everything that a description holds: frozen, SI inside, unknown keys refused."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, protected_namespaces=())
-
-    #: the kind under which the catalogue lists such parts; empty if it does not
-    family: ClassVar[str] = ""
-
-    def replace(self, changes: Mapping[str, Any]) -> Self:
-        """Return a copy with some values changed, checked like values from a file.
-
-        Args:
-            changes: dotted path to value; an SI number, or text with a unit.
-
-        Raises:
-            DescriptionError: a value cannot be used.
-            UnknownNameError: there is no such key.
-
-        Example:
-            >>> from ramsight import machine
-            >>> boom = machine.load("mining-loader").unit("boom")
-            >>> boom.replace({"cylinder.bore": "6 in"}).cylinder.bore
-            0.1524
-        """
-        from ramsight.machine.checking import validate
-
-        own: dict[str, Any] = {}
-        nested: dict[str, dict[str, Any]] = {}
-        for path, value in changes.items():
-            head, _, rest = path.partition(".")
-            if head not in type(self).model_fields:
-                raise UnknownNameError("key", head, type(self).model_fields)
-            if rest:
-                nested.setdefault(head, {})[rest] = value
-            else:
-                own[head] = value
-        for head, inner in nested.items():
-            part = own.get(head, getattr(self, head))
-            if isinstance(part, Part):
-                own[head] = part.replace(inner)
-            elif isinstance(part, dict):
-                own[head] = _replace_in(part, inner)
-            else:
-                raise UnknownNameError("key", f"{head}.{next(iter(inner))}", type(self).model_fields)
-        return validate(type(self), {**dict(self), **own})
-
-
-def _replace_in(parts: dict[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Do what `Part.replace` does, in a dictionary of parts or of values."""
-    result = dict(parts)
-    nested: dict[str, dict[str, Any]] = {}
-    for path, value in changes.items():
-        head, _, rest = path.partition(".")
-        if rest and head not in result:
-            raise UnknownNameError("key", head, result)
-        if rest:
-            nested.setdefault(head, {})[rest] = value
-        else:
-            result[head] = value
-    for head, inner in nested.items():  # all of a part at once: a bore and its rod may both be too small for the other
-        result[head] = result[head].replace(inner)
-    return result
-
-
 #: the field by which a part names a catalogue entry
 Model = Annotated[str | None, Field(description="name of a catalogue entry that gives what is not given here")]
 
@@ -234,10 +170,10 @@ def declaration(field: FieldInfo) -> Quantity | None:
     return next((item for item in field.metadata if isinstance(item, Quantity)), None)
 
 
-def part_class(annotation: Any) -> type[Part] | None:
+def model_class(annotation: Any) -> type[BaseModel] | None:
     """The class of parts that a field holds, be the part optional or not; `None` if it holds something else."""
     for kind in (annotation, *get_args(annotation)):
-        if isinstance(kind, type) and issubclass(kind, Part):
+        if isinstance(kind, type) and issubclass(kind, BaseModel):
             return kind
     return None
 
@@ -248,54 +184,3 @@ def explain(field: FieldInfo) -> str:
     if declared is not None:
         return declared.text
     return field.description or next((one.text for one in field.metadata if hasattr(one, "text")), "")
-
-
-@dataclass(frozen=True)
-class Value:
-    """One value of a description: where it stands, what it is, how it reads, and if it is more than a default."""
-
-    path: str
-    value: Any
-    declared: Quantity | None
-    text: str
-    given: bool = True
-
-    @property
-    def shown(self) -> str:
-        """The value as a person would write it."""
-        return self.declared.show(self.value) if self.declared else str(self.value)
-
-
-def walk(part: Part, prefix: str = "") -> Iterator[Value]:
-    """Yield every value of a part and of the parts in it, in the order of their declaration.
-
-    Args:
-        part: a part, a unit or a machine.
-        prefix: path of the part, ending in a dot, or empty.
-    """
-    for name, field in type(part).model_fields.items():
-        given = name in part.model_fields_set
-        yield from _walk_value(getattr(part, name), f"{prefix}{name}", field, given)
-
-
-def _walk_value(value: Any, path: str, field: FieldInfo, given: bool) -> Iterator[Value]:
-    if isinstance(value, Part):
-        yield from walk(value, f"{path}.")
-    elif isinstance(value, dict):
-        inner = _of_values(field)
-        for key, item in value.items():
-            if isinstance(item, Part):
-                yield from walk(item, f"{path}.{key}.")
-            else:
-                yield Value(f"{path}.{key}", item, inner, inner.text if inner else explain(field))
-    elif value is not None:
-        yield Value(path, value, declaration(field), explain(field), given)
-
-
-def _of_values(field: FieldInfo) -> Quantity | None:
-    """Return the declaration of the values of a `dict[str, Annotated[float, quantity(...)]]`."""
-    for argument in getattr(field.annotation, "__args__", ()):
-        for item in getattr(argument, "__metadata__", ()):
-            if isinstance(item, Quantity):
-                return item
-    return None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Discriminator, Field, PrivateAttr, Tag, field_validator, model_validator
@@ -12,7 +12,8 @@ from pydantic_core import PydanticCustomError
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.machine import catalogue
 from ramsight.machine.assumptions import Assumptions
-from ramsight.machine.declare import Part, refuse, walk
+from ramsight.machine.base import Part, walk, with_models
+from ramsight.machine.declare import refuse
 from ramsight.machine.efficiencies import read_efficiencies
 from ramsight.machine.linkage import Linkage
 from ramsight.machine.parts import (
@@ -313,17 +314,16 @@ class Machine(Part):
         return None
 
     def replace(self, changes: Mapping[str, Any]) -> Self:
-        """Return a copy with some values changed; see `Part.replace`. Changed values lose their source."""
-        copy = super().replace(changes)
-        copy._sources = {
-            path: source
-            for path, source in self._sources.items()
-            if not any(path == key or path.startswith(f"{key}.") for key in changes)
-        }
+        """Return a copy with some values changed; see `Part.replace`. They lose their source, or have their model's."""
+        every, sources = with_models(self, changes)
+        copy = super().replace(every)
         copy._origin = self._origin
-        copy._tolerances = {
-            path: text
-            for path, text in self._tolerances.items()
-            if not any(path == key or path.startswith(f"{key}.") for key in changes)
-        }
+        copy._sources = _of_others(self._sources, every) | sources
+        copy._tolerances = _of_others(self._tolerances, every)
         return copy
+
+
+def _of_others(texts: Mapping[str, str], changed: Iterable[str]) -> dict[str, str]:
+    """What is said of values, by dotted path, less what stands at or below paths that are changed."""
+    ends = tuple(f"{path}." for path in changed)
+    return {path: text for path, text in texts.items() if not f"{path}.".startswith(ends)}

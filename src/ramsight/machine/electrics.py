@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar
 
-from ramsight.machine.declare import Part, quantity
+from ramsight.machine.base import Part
+from ramsight.machine.declare import quantity
 
 
 class Motor(Part):

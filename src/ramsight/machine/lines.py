@@ -6,7 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from ramsight.machine.declare import Part, count, quantity
+from ramsight.machine.base import Part
+from ramsight.machine.declare import count, quantity
 
 
 class Manifold(Part):

@@ -11,7 +11,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from ramsight.machine.declare import Part, quantity, refuse
+from ramsight.machine.base import Part
+from ramsight.machine.declare import quantity, refuse
 
 #: the machine itself, which stands still
 FRAME = "frame"

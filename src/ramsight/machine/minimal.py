@@ -9,7 +9,8 @@ from typing import Any
 from ramsight.errors import UnknownNameError
 from ramsight.machine import catalogue
 from ramsight.machine.assumptions import Assumptions
-from ramsight.machine.declare import Part, declaration, explain
+from ramsight.machine.base import Part
+from ramsight.machine.declare import declaration, explain
 from ramsight.machine.description import Composed, Machine, Unit, circuits
 from ramsight.machine.reading import load
 from ramsight.machine.template import yours
@@ -19,6 +20,8 @@ _HEAD = """\
 # {name}, with the values of {of}: replace those marked "yours:", which nothing else gives. Then: ramsight check FILE
 # Every value with its unit, any of the right kind; pressures are absolute, a setting is above the tank's.
 # What has a default is left out; 'ramsight new FILE --like {like}' shows all of it."""
+
+_SMALL = 2  # values up to which a part has no table of its own: short enough to be read without one
 
 
 def example_of(circuit: str) -> tuple[Machine, str]:
@@ -71,18 +74,26 @@ def minimal(machine: Machine, name: str = "my-machine") -> str:
     head = _HEAD.format(name=name, of=machine.title or machine.name, like=machine.name)
     lines = [head, "format = 1", f"name = {json.dumps(name)}"]
     for unit_name, unit in machine.units.items():
-        lines += ["", f"[units.{unit_name}]"]
-        fields = type(unit).model_fields
-        for key in ("circuit", "load_direction"):
-            lines.append(_line(key, getattr(unit, key), yours(type(unit), key, {}) + explain(fields[key])))
-        close = False  # parts of a circuit stand together
-        for path, part, places in _parts(unit):
-            values = list(_values(part, places))
-            if values:
-                apart = [] if close else [""]
-                close = path.startswith("parts.")
-                lines += [*apart, f"[units.{unit_name}.{path}]", *values]
+        lines += ["", f"[units.{unit_name}]", *_unit(unit, f"units.{unit_name}")]
     return "\n".join(lines) + "\n"
+
+
+def _unit(unit: Unit, path: str) -> Iterator[str]:
+    """Lines of a unit: its words and small parts as keys of its own, then a table for each larger part."""
+    fields = type(unit).model_fields
+    for key in ("circuit", "load_direction"):
+        yield _line(key, getattr(unit, key), yours(type(unit), key, {}) + explain(fields[key]))
+    tables: list[str] = []
+    close = False  # parts of a circuit stand together
+    for name, part, places in _parts(unit):
+        values = list(_values(part, places))
+        if len(values) <= _SMALL:
+            yield from (f"{_aligned(f'{name}.{text}')}  # {words}" for text, words in values)
+        else:
+            apart = [] if close else [""]
+            close = name.startswith("parts.")
+            tables += [*apart, f"[{path}.{name}]", *(f"{_aligned(text)}  # {words}" for text, words in values)]
+    yield from tables
 
 
 def _parts(unit: Unit) -> Iterator[tuple[str, Part, Mapping[str, Any]]]:
@@ -97,7 +108,8 @@ def _parts(unit: Unit) -> Iterator[tuple[str, Part, Mapping[str, Any]]]:
             yield f"parts.{key}", part, given.get(key, {})
 
 
-def _values(part: Part, places: Mapping[str, Any]) -> Iterator[str]:
+def _values(part: Part, places: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Key and value of what is needed of a part, and what it means."""
     model = getattr(part, "model", None)
     given = {} if model is None else catalogue.read(catalogue.find(part.family, model))[0]
     for key, field in type(part).model_fields.items():
@@ -106,16 +118,24 @@ def _values(part: Part, places: Mapping[str, Any]) -> Iterator[str]:
             continue
         if isinstance(value, dict):
             inner = ", ".join(f'{name} = "{item / 1e3:g} kN"' for name, item in value.items())
-            yield f"{f'{key} = {{ {inner} }}':<40}  # {explain(field)}"
+            yield f"{key} = {{ {inner} }}", explain(field)
         elif declared is None:
-            yield _line(key, value, yours(type(part), key, given) + explain(field))
+            yield _written(key, value), yours(type(part), key, given) + explain(field)
         elif key not in given or declared.read(given[key], from_file=True) != value:
             text = declared.show(value)
             words = yours(type(part), key, given) + explain(field)
             bare = declared.whole or (declared.unit == "1" and "/" not in text)
-            yield _line(key, float(text) if bare and not declared.whole else value if bare else text, words)
+            yield _written(key, float(text) if bare and not declared.whole else value if bare else text), words
 
 
 def _line(key: str, value: Any, words: str) -> str:
+    return f"{_aligned(_written(key, value))}  # {words}"
+
+
+def _written(key: str, value: Any) -> str:
     written = value if isinstance(value, int | float) else json.dumps(value, ensure_ascii=False)
-    return f"{f'{key} = {written}':<40}  # {words}"
+    return f"{key} = {written}"
+
+
+def _aligned(text: str) -> str:
+    return f"{text:<40}"

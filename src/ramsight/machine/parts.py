@@ -7,7 +7,8 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from ramsight.machine.declare import Model, Part, count, quantity, refuse
+from ramsight.machine.base import Part
+from ramsight.machine.declare import Model, count, quantity, refuse
 from ramsight.machine.electrics import ELECTRICS
 from ramsight.machine.lines import Hose, Manifold
 from ramsight.machine.pump import Drive, Pump

@@ -7,7 +7,8 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from ramsight.machine.declare import Part, quantity
+from ramsight.machine.base import Part
+from ramsight.machine.declare import quantity
 from ramsight.machine.parts import AnticavitationValve, Hose, Manifold, Pump, ReliefValve, SafetyValve
 
 Node = Annotated[

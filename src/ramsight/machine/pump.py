@@ -7,7 +7,8 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from ramsight.machine.declare import Model, Part, count, gearing, quantity
+from ramsight.machine.base import Part
+from ramsight.machine.declare import Model, count, gearing, quantity
 from ramsight.machine.efficiencies import read_efficiencies
 
 

@@ -9,8 +9,9 @@ from typing import Any
 
 from ramsight.errors import DescriptionError, RamsightError, UnknownNameError, first_of
 from ramsight.machine import catalogue
+from ramsight.machine.base import Part, part_class
 from ramsight.machine.checking import validate
-from ramsight.machine.declare import FROM_FILE, Part, part_class
+from ramsight.machine.declare import FROM_FILE
 from ramsight.machine.description import FORMAT, IN_FULL, Composed, DirectDriven, Machine, circuits
 from ramsight.machine.parts import PARTS
 from ramsight.machine.placed import KINDS
@@ -193,11 +194,10 @@ def _from_model(
     if not family or not isinstance(given, dict) or not isinstance(given.get("model"), str):
         return given
     try:
-        entry = catalogue.find(family, given["model"], where=f"{file}: {path}")
+        values, origins = catalogue.filled(family, given, where=f"{file}: {path}")
     except UnknownNameError as error:
         wrong[path] = error
         return given
-    values, origins = catalogue.read(entry)
-    for name in values.keys() - given.keys():
-        sources.setdefault(f"{path}.{name}", f"{entry.name}: {origins.get(name, entry.source)}")
-    return {**values, **given, "model": entry.name}
+    for name, source in origins.items():
+        sources.setdefault(f"{path}.{name}", source)
+    return values

@@ -9,7 +9,8 @@ from rich.table import Table
 from rich.text import Text
 
 from ramsight.machine import catalogue
-from ramsight.machine.declare import declaration, explain, walk
+from ramsight.machine.base import walk
+from ramsight.machine.declare import declaration, explain
 from ramsight.machine.parts import PARTS
 from ramsight.machine.placed import KINDS
 from ramsight.machine.reading import load

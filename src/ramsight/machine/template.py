@@ -11,7 +11,8 @@ from pydantic.fields import FieldInfo
 
 from ramsight.machine import catalogue
 from ramsight.machine.assumptions import Assumptions
-from ramsight.machine.declare import Part, Quantity, declaration, explain, part_class
+from ramsight.machine.base import Part, part_class
+from ramsight.machine.declare import Quantity, declaration, explain
 from ramsight.machine.description import Composed, DirectDriven, Machine, Unit
 from ramsight.machine.linkage import Linkage
 from ramsight.machine.placed import PLACED

@@ -14,7 +14,8 @@ from pydantic import Field, model_validator
 from pydantic.fields import FieldInfo
 
 from ramsight.errors import DescriptionError
-from ramsight.machine.declare import Part, Quantity, quantity, refuse
+from ramsight.machine.base import Part
+from ramsight.machine.declare import Quantity, quantity, refuse
 from ramsight.machine.spread import Spread, read_spread
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import Annotated, ClassVar
 
-from ramsight.machine.declare import Model, Part, quantity
+from ramsight.machine.base import Part
+from ramsight.machine.declare import Model, quantity
 
 #: what passes a closed valve: of data sheets of poppets 5 drops a minute, 0.3 ml/min; of a worn one 2 to 10 ml/min
 ClosedLeakage = Annotated[

@@ -11,10 +11,10 @@ import numpy as np
 
 from ramsight.errors import OutputError
 from ramsight.output.cells import Coded, Column
-from ramsight.output.table_file import TableWriter, clock_of, installed, numbers
+from ramsight.output.table_writer import TableWriter, clock_of, installed, numbers
+from ramsight.unit_algebra import NANOSECONDS
 
-_NS = 1e9
-_LATEST = (1 << 63) / _NS  # s; MCAP counts nanoseconds in 64 bits
+_LATEST = (1 << 63) / NANOSECONDS  # s; MCAP counts nanoseconds in 64 bits
 _TEXT = json.JSONEncoder(separators=(",", ":"), ensure_ascii=False, allow_nan=False)
 _ENCODING, _SCHEMA = "json", "jsonschema"
 _TOPICS = (
@@ -73,7 +73,7 @@ class McapTable(TableWriter):
         self._check(time)
         if not self._topics:
             self._begin(others)
-        stamps = np.rint(time * _NS).astype(np.int64).tolist()
+        stamps = np.rint(time * NANOSECONDS).astype(np.int64).tolist()
         cells = {name: _cells(column) for name, column in others.items()}
         for row, stamp in enumerate(stamps):
             for number, names in self._topics.values():

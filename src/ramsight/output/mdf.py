@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.output.cells import Coded, Column
-from ramsight.output.table_file import TableWriter, clock_of, installed
+from ramsight.output.table_writer import TableWriter, clock_of, installed
 
 
 class MdfTable(TableWriter):

@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 
 from ramsight.output.cells import Coded, Column
-from ramsight.output.table_file import TableWriter, installed, numbers
+from ramsight.output.table_writer import TableWriter, installed, numbers
 
 
 class ParquetTable(TableWriter):

@@ -23,6 +23,13 @@ class AsBuilt:
         stiffness: bulk modulus of the oil, and of oil and hose wall together [1].
         friction: Coulomb, breakaway and viscous friction of the cylinder [1].
         relief: settings of the relief valves [1]; they are adjusted by hand, and springs settle: to 5 or 7 %.
+
+    Example:
+        >>> import ramsight
+        >>> boom = ramsight.build("mining-loader", "boom")
+        >>> worn = ramsight.AsBuilt(leak=1.2, friction=1.3).apply(boom)
+        >>> round(worn.cylinder.coulomb_friction / boom.cylinder.coulomb_friction, 3)
+        1.3
     """
 
     leak: float = 1.0

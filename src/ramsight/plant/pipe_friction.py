@@ -13,6 +13,7 @@ from typing import Any
 
 import casadi as ca
 
+# Reynolds numbers between which a flow may be either (White: 2000 to 4000), and Blasius's factor for smooth pipes.
 _LAMINAR, _TURBULENT = 2000.0, 4000.0
 _BLASIUS = 0.3164
 _END = _BLASIUS * _TURBULENT**1.75 / 64.0  # what Re would be at 4000 if the flow were still laminar

@@ -7,7 +7,7 @@ import math
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from ramsight.machine.declare import walk
+from ramsight.machine.base import walk
 from ramsight.machine.description import Machine, Unit
 from ramsight.machine.tables import table_of
 from ramsight.plant.build import build_unit

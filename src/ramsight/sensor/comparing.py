@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from ramsight.engine.recursion import Recursion, replay
 from ramsight.sensor.status import Status
+from ramsight.sensor.virtual_sensor import MEASURABLE
 
 Array = NDArray[np.float64]
 
@@ -29,7 +30,6 @@ LONGEST_ALERT = 60.0
 
 _FASTEST = 1.2  # times the highest velocity, which no piston exceeds
 _LEAPS, _LATELY = 2.5, 1.0  # leaps within some s that are no single disturbance
-_LARGEST = 1e9  # m; beyond, or no number, a sensor says nothing
 
 
 class Verdict(IntEnum):
@@ -76,7 +76,7 @@ def comparison_graph() -> Recursion:
     time, position, bound, status, other = ca.vertsplit(u)
     stroke, fastest, tolerance, time_to_alert = ca.vertsplit(p)
 
-    says = ca.fabs(other) < _LARGEST
+    says = ca.fabs(other) < MEASURABLE
     elapsed = ca.if_else(begun, time - last_time, 0.0)
     outside = ca.logic_or(other < -tolerance, other > stroke + tolerance)
     far = ca.fabs(other - last) > _FASTEST * fastest * elapsed + 2.0 * tolerance

@@ -20,9 +20,8 @@ from ramsight.plant.limits import Limits
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.disagreement import MEMORY, Apart, apart, lately, sure
 from ramsight.sensor.uncertainty import Covariance
-from ramsight.sensor.virtual_sensor import DC_POWER, LAST_SHAFT_ANGLE, SHAFT_ANGLE, SHAFT_BEGUN, SensorGraph
+from ramsight.sensor.virtual_sensor import DC_POWER, LAST_SHAFT_ANGLE, MEASURABLE, SHAFT_ANGLE, SHAFT_BEGUN, SensorGraph
 
-_LARGEST = 1e9  # rad, W; beyond, or no number, it is not measured
 _FASTEST = 1.5  # share of the highest speed; a counter that leaps farther was set anew
 _LEAPS = 2.5  # within a second or so, that no overflow explains
 TURNS = 3.0
@@ -155,7 +154,7 @@ class _Shaft:
     def __init__(self, graph: SensorGraph, assumptions: Assumptions, limits: Limits) -> None:
         self._graph, self._assumed, self._delay = graph, assumptions.shaft, assumptions.drive.delay
         angle, last, begun = graph.measured[SHAFT_ANGLE], graph.held(LAST_SHAFT_ANGLE), graph.held(SHAFT_BEGUN)
-        there = ca.fabs(angle) < _LARGEST
+        there = ca.fabs(angle) < MEASURABLE
         h, most = graph.elapsed, _FASTEST * limits.max_speed
         turned = (angle - last) / ca.fmax(h, 1e-3)
         goes_on = ca.logic_and(ca.logic_and(there, begun), h > 0.0)
@@ -224,7 +223,7 @@ class _Power:
     def __init__(self, graph: SensorGraph, assumptions: Assumptions, limits: Limits) -> None:
         self._graph, self._assumed, self._drive = graph, assumptions.power, assumptions.drive
         given = graph.measured[DC_POWER]
-        there, last, begun = ca.fabs(given) < _LARGEST, graph.state("last_power"), graph.state("power_begun")
+        there, last, begun = ca.fabs(given) < MEASURABLE, graph.state("last_power"), graph.state("power_begun")
         self._there = ca.logic_and(ca.logic_and(there, begun), graph.elapsed > 0.0)
         # Means over the sample, as the speed is: while a shaft speeds up half a sample is a watt in a hundred.
         self._power = ca.if_else(self._there, 0.5 * (given + last), 0.0)

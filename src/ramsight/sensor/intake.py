@@ -22,12 +22,17 @@ from ramsight.sensor.virtual_sensor import LAST_SHAFT_ANGLE, SHAFT_ANGLE, SHAFT_
 _NUMBER = 1e12  # beyond, or no number, there is none
 _USUAL, _LATE = 0.1, 0.15  # s; samples may come 1 ... 100 ms apart
 _SOONEST = 8e-3  # s; samples closer together are passed over, for the circuit's pressures settle in some 10 ms
+# Share of the highest speed that a motor may have had unseen between two samples, whatever both say [G].
+_UNSEEN = 0.02
+# Share of both speeds around a gap, added up, by which the angle counted over it may be off [G]: half their mean.
+_BRIDGE_ERROR = 0.25
+_LONGEST_GAP = 3600.0  # s; an hour of turning unseen is more than any stroke, so a longer gap leaves no less known
 _BRIDGED = 0.5  # s; a longer gap is not counted, because nothing says what happened in it
 _RESET = 1.0  # s; a clock that goes back by more was set anew, by less the sample came out of order
 _OVERSPEED = 1.5  # share of the highest speed that no motor reaches
 _OVERTORQUE = 1.5  # share of the torque at relief pressure on both sides
 _COLDEST, _HOTTEST = 203.15, 423.15  # K; -70 ... 150 degC, beyond which a thermometer is broken
-_WARMING = 5.0  # s; oil does not change its temperature faster, a thermometer's noise does
+WARMING = 5.0  # s; oil does not change its temperature faster, a thermometer's noise does
 _LEAP = 10.0  # K; from the filtered temperature
 _INSISTING, _LONGEST = 10.0, 600.0  # s; a leap is believed once it has lasted as long as what was before, within these
 _LEARNING = 0.005  # share of a sample in the habit of changing
@@ -225,7 +230,7 @@ def _temperature(graph: SensorGraph, elapsed: Any) -> tuple[Any, Any]:
     graph.becomes("temperature_leap_for", ca.if_else(leap, leap_for + elapsed, 0.0))
     graph.becomes("temperature_good_for", ca.if_else(leap, good_for, ca.if_else(known, good_for + elapsed, 0.0)))
     warm_ok = ca.logic_and(possible, ca.logic_not(leap))
-    share = ca.if_else(known, elapsed / (_WARMING + elapsed), 1.0)
+    share = ca.if_else(known, elapsed / (WARMING + elapsed), 1.0)
     held = ca.if_else(known, filtered, T40)
     temperature = ca.if_else(warm_ok, held + share * (warmth - held), held)
     graph.becomes("oil_temperature", ca.if_else(ca.logic_or(known, warm_ok), temperature, 0.0))
@@ -237,7 +242,7 @@ def _not_seen(graph: SensorGraph, clock: _Clock, fastest: Any) -> tuple[Any, Any
     last_speed = graph.held("motor_speed")
     speeds = ca.fabs(last_speed) + ca.fabs(graph.motor_speed)
     gap_for = ca.if_else(graph.held("started"), ca.if_else(clock.back, _BRIDGED, clock.raw), 0.0)
-    not_counted = ca.if_else(clock.jump, (0.5 * speeds + 0.02 * fastest) * ca.fmin(gap_for, 3600.0), 0.0)
-    bridged = (0.25 * speeds + 0.02 * fastest) * ca.fmax(graph.elapsed - _USUAL, 0.0)
-    unseen = (ca.fabs(last_speed) + 0.02 * fastest) * ca.fmax(clock.raw, 0.0)
+    not_counted = ca.if_else(clock.jump, (0.5 * speeds + _UNSEEN * fastest) * ca.fmin(gap_for, _LONGEST_GAP), 0.0)
+    bridged = (_BRIDGE_ERROR * speeds + _UNSEEN * fastest) * ca.fmax(graph.elapsed - _USUAL, 0.0)
+    unseen = (ca.fabs(last_speed) + _UNSEEN * fastest) * ca.fmax(clock.raw, 0.0)
     return not_counted + bridged, unseen

@@ -15,7 +15,13 @@ import casadi as ca
 
 
 class Mode(IntEnum):
-    """What the piston is doing."""
+    """What the piston is doing, by the kalman sensor; its tracks have it as `mode`.
+
+    Example:
+        >>> import ramsight
+        >>> ramsight.Mode(3).name, ramsight.Mode(3).text
+        ('HELD_RETRACTING', 'held by what stops its retraction')
+    """
 
     MOVING = 0
     RESTING_ON_VALVE = 1

@@ -14,11 +14,10 @@ import casadi as ca
 from ramsight.plant.balance import Balance, Solution
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.drive_check import TURNS
-from ramsight.sensor.virtual_sensor import PRESSURES, SensorGraph
+from ramsight.sensor.virtual_sensor import MEASURABLE, PRESSURES, SensorGraph
 
 _SETTLES = 1.0  # s, within which the oil of a standing piston takes the pressure that is shown; errors are shorter
 _SHOWN = 0.5  # share of a pressure that the torque shows, from which on one is held against the other
-_LARGEST = 1e9  # Pa; beyond, or no number, it is not measured
 
 
 def measured_pressures(assumptions: Assumptions) -> tuple[str, ...]:
@@ -48,7 +47,7 @@ class MeasuredPressures:
         self._leak_std = math.sqrt((1.0 - otherwise) * known.leak**2 + otherwise * known.other_leak**2)
         self._measured = [graph.measured[name] for name in PRESSURES]
         self._force_std = math.hypot(cylinder.area_a, cylinder.area_b) * self._assumed.std
-        self._known = [ca.fabs(value) < _LARGEST for value in self._measured]
+        self._known = [ca.fabs(value) < MEASURABLE for value in self._measured]
 
     def settled(self, before: Any, h: Any) -> Any:
         """The states before a sample, with the pressures of a piston that stands nearer to what is shown.

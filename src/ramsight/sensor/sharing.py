@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 
 from ramsight.engine.recursion import Recursion, replay
 from ramsight.sensor.disagreement import KEPT, Sums, summed
+from ramsight.sensor.virtual_sensor import MEASURABLE
 
 Array = NDArray[np.float64]
 
-_LARGEST = 1e9  # beyond, or no number, nothing is said
 _INPUTS = ("time", "one", "other")
 _SET = ("noise", "offset", "gain", "delay")
 _OUTPUTS = ("apart", "allowed", "alarm")
@@ -100,7 +100,7 @@ def agreement_graph(memory: float) -> Recursion:
     time, one, other = ca.vertsplit(u)
     noise, offset, gain, delay = ca.vertsplit(p)
     before = Sums(*kept)
-    both = ca.logic_and(ca.fabs(one) < _LARGEST, ca.fabs(other) < _LARGEST)
+    both = ca.logic_and(ca.fabs(one) < MEASURABLE, ca.fabs(other) < MEASURABLE)
     elapsed = ca.if_else(begun, ca.fmax(time - last_time, 0.0), 0.0)
     level = ca.if_else(both, one, before.level)
     lasting = ca.if_else(both, ca.sqrt(offset**2 + (gain * level) ** 2), 0.0)

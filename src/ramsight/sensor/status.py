@@ -16,7 +16,16 @@ LEAST = (10, 30, 40)
 
 
 class Status(IntEnum):
-    """Status of one sample. Below 10 ok, below 30 uncertain, below 40 not referenced, else invalid."""
+    """Status of one sample. Below 10 ok, below 30 uncertain, below 40 not referenced, else invalid.
+
+    Example:
+        >>> import ramsight
+        >>> status = ramsight.Status(30)
+        >>> status.name, status.validity, status < ramsight.Status.TOO_UNCERTAIN
+        ('NOT_REFERENCED', 'not referenced', True)
+        >>> ramsight.Status.INPUT_GAP.text
+        'uncertain: samples were missing'
+    """
 
     OK = 0
     REFERENCE_DUE = 10

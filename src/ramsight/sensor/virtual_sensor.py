@@ -60,6 +60,7 @@ START_STD = 1e-3  # m, of a position given by hand
 START_SLACK = 1e-3  # m by which it may lie outside the stroke: a stop gives way, and numbers are rounded
 _STROKE = "circuit.cylinder.stroke"
 _COMMANDS = 1.5  # a command beyond is none; from 1 to here it is rounded
+MEASURABLE = 1e9  # rad, W, Pa or m; what is beyond, or no number, is not measured
 _LARGEST = 1e12  # of any output, in SI units
 _LARGEST_STATE = 1e30  # of any state, as in exported C: its square is a number, too
 
@@ -78,6 +79,14 @@ class Estimate:
         velocity: [m/s]; NaN if unknown.
         load: [N], positive against lifting; NaN if unknown.
         status: whether to believe it, and why not.
+
+    Example:
+        >>> import ramsight
+        >>> sensor = ramsight.sensor_for("mining-loader", unit="boom")
+        >>> sensor.start(position=0.1)  # m
+        >>> now = sensor.step(time=0.0, motor_speed=0.0, motor_torque=0.0, oil_temperature=313.15)
+        >>> now.position, round(now.std, 4), now.status.text
+        (0.1, 0.0014, 'ok')
     """
 
     position: float

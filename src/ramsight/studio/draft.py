@@ -20,8 +20,8 @@ from ramsight.api.abilities import abilities
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.machine import catalogue, loads
 from ramsight.machine.as_toml import as_toml
+from ramsight.machine.base import Value, walk
 from ramsight.machine.catalogue import parse_toml
-from ramsight.machine.declare import Value, walk
 from ramsight.machine.description import Machine
 from ramsight.plant.summary import machine_summary
 

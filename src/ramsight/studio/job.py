@@ -1,7 +1,7 @@
 """Work that takes long, in a process of its own: it says how far it is, and can be stopped at any time.
 
-Its process is spawned. One that is forked, as `nicegui.run.cpu_bound` does, holds the sockets of visitors' browsers:
-the server closes one, the browser does not hear of it, and what it asks for next over that socket never comes.
+Its process is spawned. One that is forked, as `nicegui.run.cpu_bound` does, holds copies of the
+server's sockets: a connection that the server closes stays open, and the browser waits for an answer on it for ever.
 """
 
 from __future__ import annotations

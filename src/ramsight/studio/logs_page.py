@@ -161,16 +161,16 @@ class _LogsPage:
         await self._work(work, self.asked)
 
     async def _look(self) -> None:
-        """Hear what a process says."""
+        """Take what a process has sent."""
         job = self.job
         if job is None:
             return
         for what, value in job.news():
-            await self._hear(what, value)
+            await self._take_news(what, value)
         if not job.alive and self.job is job:
             self.job = None
 
-    async def _hear(self, what: str, value: Any) -> None:
+    async def _take_news(self, what: str, value: Any) -> None:
         if what == "progress":
             self.bar.set_value(value)
         elif what == "error":

@@ -34,7 +34,7 @@ from ramsight.studio.told import FAULTS, KINDS, SENSORS, Knobs
 from ramsight.units import FREEZING
 
 _OBSTACLE = 0.02  # m beyond where the piston is, extending
-_SPEED_GAIN = 1.03
+_SPEED_GAIN = 1.03  # [G] of a drive that gets its speed wrong: more than displacements differ by
 _MAGNETS = Magnets(torque=1.0).coefficient  # 1/K, of the torque constant
 _RAMP = 1.0  # s, in which a motor gets from rest to its highest speed
 _HEATER = 0.5  # K/s, at most, by which oil is brought to another temperature

@@ -1,4 +1,4 @@
-"""A rig in a process of its own: it keeps time, hears commands through a pipe and sends back what happened."""
+"""A rig in a process of its own: it keeps time, takes commands through a pipe and sends back what happened."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ class _Clock:
 
     def go_on(self) -> None:
         """Run until told to stop."""
-        while self._hear():
+        while self._take_commands():
             now = time.perf_counter()
             due = int((now - self.begun) * self.factor / self.rig.period) - self.steps
             if due * self.rig.period > _BEHIND * max(self.factor, 1.0):
@@ -113,7 +113,7 @@ class _Clock:
     def _from_now(self, now: float) -> None:
         self.begun, self.steps = now, 0
 
-    def _hear(self) -> bool:
+    def _take_commands(self) -> bool:
         """Take commands; whether to go on."""
         while self.pipe.poll(0.25 if self.factor == 0.0 else 0.0):
             what, *values = self.pipe.recv()

@@ -22,6 +22,7 @@ from dataclasses import dataclass
 from ramsight.deploy.encoder.encoder import Encoder
 from ramsight.deploy.encoder.faults import warnings
 from ramsight.deploy.encoder.frame import EXTENDED, Frame
+from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.errors import DescriptionError
 from ramsight.sensor.status import Status
 from ramsight.units import parse_option
@@ -54,7 +55,7 @@ class Message:
     pgn: int = 0xFF40
     source: int = 0x80
     priority: int = 6
-    period: float = 0.02
+    period: float = SAMPLE_PERIOD  # s; as often as a drive reports there is something new to say
     resolution: float = 1e-4
 
     def __post_init__(self) -> None:

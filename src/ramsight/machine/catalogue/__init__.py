@@ -13,7 +13,7 @@ from typing import Any
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.machine.spread import halves, has_spread
 
-__all__ = ["Entry", "circuit", "entries", "find", "has", "read"]
+__all__ = ["Entry", "circuit", "entries", "filled", "find", "has", "read"]
 
 _LARGEST = 1 << 24  # bytes of a description
 _ROOT = Path(__file__).parent
@@ -92,6 +92,26 @@ def read(entry: Entry) -> tuple[dict[str, Any], dict[str, str]]:
     """
     values, sources = split_sources(read_toml(entry.path)["values"], str(entry.path))
     return values, {key: sources.get(key, entry.source) for key in values}
+
+
+def filled(kind: str, given: Mapping[str, Any], *, where: str | None = None) -> tuple[dict[str, Any], dict[str, str]]:
+    """Values of a part that names a catalogue entry: those that are given, and the entry's for the others.
+
+    Args:
+        kind: one of the kinds of `Entry`.
+        given: values by key, with the entry's name as ``model``.
+        where: the place that asks, for the error text.
+
+    Returns:
+        Values by key, and where those of the entry come from.
+
+    Raises:
+        UnknownNameError: the catalogue has no such name; the text lists those it has.
+    """
+    entry = find(kind, given["model"], where=where)
+    values, origins = read(entry)
+    sources = {key: f"{entry.name}: {origins.get(key, entry.source)}" for key in values.keys() - given.keys()}
+    return {**values, **given, "model": entry.name}, sources
 
 
 def circuit(name: str) -> dict[str, dict[str, Any]]:

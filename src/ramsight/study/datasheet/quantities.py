@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.machine.assumptions import Assumptions
-from ramsight.machine.declare import Quantity, walk
+from ramsight.machine.base import walk
+from ramsight.machine.declare import Quantity
 from ramsight.machine.description import Machine, Unit
 from ramsight.machine.spread import Spread, read_spread
 from ramsight.machine.tolerances import CENTRES, KINDS
