@@ -18,6 +18,7 @@ from ramsight.duty import DriveReport, Duty, Magnets, Profile, lift_lower, repor
 from ramsight.duty.linked import LinkedDuty, simulate_linked
 from ramsight.duty.profile import constant
 from ramsight.duty.warming import Warming, warmed
+from ramsight.duty.work_day import work_day
 from ramsight.errors import DescriptionError
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.balance import balance, without_friction
@@ -30,6 +31,7 @@ from ramsight.sensor.balance import balance as balance_sensor
 from ramsight.sensor.filling import unfilled
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
+from ramsight.study.judging import judge
 
 from .interpreted import interpret
 from .plant_bench import UNITS

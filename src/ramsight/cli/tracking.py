@@ -58,7 +58,13 @@ def track(
             "not referenced until it meets an end stop or a reference."
         ),
     ] = None,
-    start_std: Annotated[str, typer.Option(help="Standard deviation of that position.")] = "1 mm",
+    start_std: Annotated[
+        str,
+        typer.Option(
+            help="Standard deviation of that position. A start that is off by many of them is taken for leakage at the "
+            "first stop: say honestly how well it is known, or leave --start out."
+        ),
+    ] = "1 mm",
     sensor: Annotated[
         str,
         typer.Option(
