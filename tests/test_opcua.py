@@ -95,7 +95,7 @@ def test_a_client_reads_the_position_with_what_it_is_worth(port):
         silent = offered("Position", "Text")
         assert silent[0][1] == "BadNoCommunication"
         assert silent[0][0] is None or math.isnan(silent[0][0])
-        assert "no speed and torque" in silent[1][0]
+        assert "drive silent" in silent[1][0]
 
 
 def _warm(bus):

@@ -127,12 +127,7 @@ class AssumedThermometer(Part):
     # Cases of working pumps are some kelvins warmer than their tank.
     offset: Annotated[
         float,
-        quantity(
-            "K",
-            "by which the oil in the pumps is warmer or colder all the time, std; 0 where it is not learned",
-            least="0 K",
-            most="50 K",
-        ),
+        quantity("K", "oil in the pumps over the reported, steady part, std; 0 unlearned", least="0 K", most="50 K"),
     ] = 0.0
 
 
