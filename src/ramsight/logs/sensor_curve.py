@@ -29,7 +29,7 @@ class SensorCurve:
 
     @property
     def is_unique(self) -> bool:
-        """Whether each position has one reading: with both of them growing."""
+        """Whether each position has one reading, and a larger one reads more."""
         at, excess = np.array(self.at), np.array(self.excess)
         return bool((np.diff(at) > 0.0).all() and (np.diff(at - excess) > 0.0).all())
 
