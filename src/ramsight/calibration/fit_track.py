@@ -357,12 +357,13 @@ class _Model:
     def _bent(self, change: Array) -> list[Array]:
         """The same with respect to the sensor's curve, on which they depend linearly, and no track does."""
         still = [np.zeros((len(inputs), 1 + len(PRESSURES))) for inputs in self._inputs]
+        unbent = [self._missed(run, one, np.zeros(len(change))) for run, one in enumerate(still)]
         columns = []
         for k in range(self._driven, len(change)):
             step = np.zeros(len(change))
             step[k] = 1.0
-            parts = [self._missed(run, one, step) - self._missed(run, one, 0.0 * step) for run, one in enumerate(still)]
-            columns.append(np.concatenate([step / self.prior, *parts]))
+            bent = [self._missed(run, one, step) for run, one in enumerate(still)]
+            columns.append(np.concatenate([step / self.prior, *map(np.subtract, bent, unbent)]))
         return columns
 
 
