@@ -37,7 +37,7 @@ STREET = [
     {"__main__"},
 ]
 PLACE = {room: place for place, rooms in enumerate(STREET) for room in rooms}
-FREE = {"elimination", "equation", "errors", "normal", "output", "progress", "stretches", "unit_algebra"}
+FREE = {"elimination", "equation", "errors", "normal", "optional", "output", "progress", "stretches", "unit_algebra"}
 """Modules that all others may use, and that use no room but each other."""
 DOOR = "__init__"
 """The package itself: anyone may ask it for the version, and it loads no room by itself."""

@@ -16,6 +16,7 @@ from ramsight.errors import LogError, UnknownNameError
 from ramsight.logs.align import Block, Samples
 from ramsight.logs.lines import Advance, file_name
 from ramsight.logs.mapped import ChannelMap
+from ramsight.optional import imported
 
 _IN_BRACKETS = re.compile(r".*[\[(]([^\[\]()]*)[\])]\s*")
 _ENDINGS = {
@@ -160,10 +161,4 @@ def needs(package: str, extra: str, file: str) -> ModuleType:
     Raises:
         LogError: it is not installed.
     """
-    import importlib
-
-    try:
-        return importlib.import_module(package)
-    except ImportError:
-        top = package.partition(".")[0]
-        raise LogError(f'needs the package {top}: pip install "ramsight[{extra}]"', file=file) from None
+    return imported(package, extra, lambda text: LogError(text, file=file))

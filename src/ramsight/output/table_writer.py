@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ramsight.errors import OutputError
+from ramsight.optional import imported
 from ramsight.output.atomic import one_line
 from ramsight.output.cells import Coded, Column
 
@@ -73,8 +73,4 @@ def installed(package: str, extra: str, path: str | Path) -> ModuleType:
     Raises:
         OutputError: it is not installed.
     """
-    try:
-        return importlib.import_module(package)
-    except ImportError:
-        top = package.partition(".")[0]
-        raise OutputError(f'{one_line(path)}: needs the package {top}: pip install "ramsight[{extra}]"') from None
+    return imported(package, extra, lambda text: OutputError(f"{one_line(path)}: {text}"))

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import Any
 
 from ramsight.errors import RamsightError
+from ramsight.optional import imported
 
 
 class NeedsPackageError(RamsightError):
@@ -26,8 +26,4 @@ def needs(package: str, extra: str) -> Any:
         >>> needs("math", "study").pi > 3.0
         True
     """
-    try:
-        return import_module(package)
-    except ImportError:
-        top = package.partition(".")[0]
-        raise NeedsPackageError(f'a study needs the package {top}: pip install "ramsight[{extra}]"') from None
+    return imported(package, extra, lambda text: NeedsPackageError(f"a study {text}"))
