@@ -188,9 +188,10 @@ warms in the pumps is there already; a machine whose pumps starve is stopped."""
 def unit_with(changes: Mapping[str, Any]) -> HydraulicUnit:
     """The loader's boom with values of its description changed, and as built."""
     loader = machine.load("mining-loader")
-    as_built = {key: value for key, value in changes.items() if "." not in key}
-    described = {key: value for key, value in changes.items() if "." in key}
-    unit = loader.unit(UNIT).replace(described)
+    unit = loader.unit(UNIT)
+    described = {key: value for key, value in changes.items() if "." in key or key in type(unit).model_fields}
+    as_built = {key: value for key, value in changes.items() if key not in described}
+    unit = unit.replace(described)
     return AsBuilt(**as_built).apply(build_unit(UNIT, unit, loader.linkage))
 
 

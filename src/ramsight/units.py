@@ -39,6 +39,8 @@ _KNOWN = {
     "N s/m": ("viscous friction", "8.5 kN/(m/s)"),
     "Pa": ("pressure", "210 bar"),
     "W": ("power", "12 kW"),
+    "J/K": ("heat capacity", "4 kJ/K"),
+    "W/K": ("thermal conductance", "300 W/K"),
     "kg": ("mass", "4000 kg"),
     "kg m2": ("moment of inertia", "0.008 kg m2"),
     "kg/m3": ("density", "872 kg/m3"),

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
-from ramsight.duty.warming import Warming, case_losses, shared_out
+from ramsight.plant.heat import HeatStores, case_losses, shared_out
 from ramsight.plant.unit import HydraulicUnit
 
 
@@ -17,7 +16,7 @@ class LiveWarming:
     Args:
         unit: the unit; its oil's data say between which temperatures the stores are kept.
         first: temperature of both at the beginning [K].
-        how: heat stores; by default those of a unit of some kW.
+        stores: of heat; by default those of its description, or of a unit of some kW where it has none.
 
     Example:
         >>> from ramsight import machine
@@ -29,8 +28,8 @@ class LiveWarming:
         (43.5, 40.6)
     """
 
-    def __init__(self, unit: HydraulicUnit, first: float, how: Warming | None = None) -> None:
-        self._of_pumps, self._how = case_losses(unit), how or Warming()
+    def __init__(self, unit: HydraulicUnit, first: float, stores: HeatStores | None = None) -> None:
+        self._of_pumps, self._heat = case_losses(unit.parts()), stores or unit.heat or HeatStores()
         self._limits = unit.oil.temperatures
         self._stores = np.full(2, first)
         self._entered = np.zeros(2)
@@ -57,10 +56,7 @@ class LiveWarming:
             losses: energies since the account began, by the circuit's names [J].
             ambient: temperature of the air [K].
         """
-        entered = self._enter(losses)
-        if ambient != self._how.ambient:
-            self._how = replace(self._how, ambient=ambient)
-        self._keep(self._how.after(self._stores, dt, entered))
+        self._keep(self._heat.after(self._stores, dt, self._enter(losses), ambient))
 
     def bring(self, dt: float, losses: Mapping[str, float], aim: float, rate: float) -> bool:
         """Let a time pass in which a heater or a cooler brings all oil towards a temperature, whatever is lost in it.

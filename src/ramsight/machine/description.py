@@ -15,6 +15,7 @@ from ramsight.machine.assumptions import Assumptions
 from ramsight.machine.base import Part, walk, with_models
 from ramsight.machine.declare import refuse
 from ramsight.machine.efficiencies import read_efficiencies
+from ramsight.machine.heat import Heat
 from ramsight.machine.linkage import Linkage
 from ramsight.machine.parts import (
     AnticavitationValve,
@@ -59,6 +60,7 @@ class Unit(Part):
     drive: Drive
     tank: Tank
     load: Load
+    heat: Annotated[Heat | None, Field(description="what the heat of its losses is kept in")] = None
     assumptions: Annotated[Assumptions, Field(description="what a sensor assumes of it")] = Assumptions()
     tolerances: Annotated[Tolerances, Field(description="how far it may be from its description")] = Tolerances()
 

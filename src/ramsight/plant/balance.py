@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 from ramsight.elimination import eliminate
 from ramsight.plant.circuit import TANK, WARMING, Circuit, command_of
 from ramsight.plant.drive import IdealDrive
+from ramsight.plant.heat import case_losses
 from ramsight.plant.oil import ATMOSPHERE, Oil
 from ramsight.plant.unit import HydraulicUnit, initial_state
 
@@ -217,6 +218,9 @@ class Balance:
             options,
         )
         self._elimination = eliminate(jacobian.sparsity())
+        lost = ca.SX(circuit.lost(case_losses(self.unit.parts())))
+        lost = ca.substitute(ca.substitute(lost, p, by_factors), kept, column)
+        self._pump_heat = ca.Function("pump_heat", [z, speed, p, factors], [lost], options)
 
     def _parameter(self, p: Any, name: str) -> Any:
         return p[self.parameters.index(name)]
@@ -341,6 +345,19 @@ class Balance:
     def torque(self, z: Any, speed: Any, acceleration: Any, p: Any, factors: Any = (1.0, 1.0, 1.0)) -> Any:
         """Torque at the motor [N m] at states, speed [rad/s] and acceleration [rad/s2]."""
         return self._torque(z, speed, acceleration, p, ca.vertcat(*factors))[0]
+
+    def pump_heat(self, z: Any, speed: Any, p: Any, factors: Any = (1.0, 1.0, 1.0)) -> Any:
+        """What leakage and friction of the pumps turn into heat [W] at states and speed [rad/s].
+
+        Example:
+            >>> from ramsight import machine
+            >>> from ramsight.plant.build import build_unit
+            >>> bench = balance(build_unit("axis", machine.load("eha-test-bench").unit("axis")))
+            >>> z, p = bench.at_rest(0.1, 15e3), bench.parameters_at(bench.values, 313.15)
+            >>> [round(float(bench.pump_heat(z, speed, p))) for speed in (0.0, 150.0, -150.0)]
+            [0, 0, 0]
+        """
+        return self._pump_heat(z, speed, p, ca.vertcat(*factors))
 
     def solve(self, factored: Any, right: Any) -> Any:
         """Solve (1/h - J) x = right."""

@@ -7,7 +7,7 @@ of the model, its other fields shape the graph.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
@@ -249,6 +249,10 @@ class Circuit:
         """Power that a part turns into heat [W]; never negative."""
         self._powers[name] = power
         self._losses.append(name)
+
+    def lost(self, names: Collection[str]) -> Any:
+        """Sum of the powers that parts turn into heat, of those named [W]."""
+        return sum((self._powers[name] for name in sorted(names)), start=0.0)
 
     def work(self, name: str, power: Any) -> None:
         """Power given to the outside [W]."""

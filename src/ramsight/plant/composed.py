@@ -16,6 +16,7 @@ from ramsight.plant.accumulator import Accumulator
 from ramsight.plant.circuit import Part
 from ramsight.plant.cylinder import Cylinder
 from ramsight.plant.drive import Drive
+from ramsight.plant.heat import HeatStores
 from ramsight.plant.hose import Volume
 from ramsight.plant.linkage.lever import Lever
 from ramsight.plant.oil import Oil
@@ -38,6 +39,7 @@ class ComposedUnit:
         others: all further parts; add your own with `dataclasses.replace`.
         assumptions: what a sensor assumes of it; no law uses them.
         lever: what the angle of the body that the cylinder turns says of its position; None where it says nothing.
+        heat: what the heat of its losses is kept in; None where that is not described.
     """
 
     name: str
@@ -51,6 +53,7 @@ class ComposedUnit:
     # Not in the text: tables made from simulated runs are kept by it, and know no assumptions.
     assumptions: Assumptions = field(default=Assumptions(), repr=False)
     lever: Lever | None = field(default=None, repr=False)
+    heat: HeatStores | None = field(default=None, repr=False)
 
     def mapped(self, change: Callable[[Any], Any]) -> ComposedUnit:
         """The unit with every further part replaced by what `change` makes of it."""
@@ -90,6 +93,7 @@ def build_composed(name: str, unit: Composed) -> ComposedUnit:
         lift_sign=float(unit.lift_sign),
         max_speed=unit.drive.max_speed,
         assumptions=unit.assumptions,
+        heat=described.heat(unit.heat),
         others=tuple(_part(key, part, unit) for key, part in unit.parts.items()),
     )
     if not pumped_into(built, built.held) * unit.lift_sign > 0.0:

@@ -19,6 +19,7 @@ from ramsight.plant import described
 from ramsight.plant.circuit import TANK, Part
 from ramsight.plant.cylinder import Cylinder
 from ramsight.plant.drive import Drive
+from ramsight.plant.heat import HeatStores
 from ramsight.plant.hose import Hose, Volume
 from ramsight.plant.linkage.lever import Lever
 from ramsight.plant.oil import Oil
@@ -55,6 +56,7 @@ class DdhUnit:
         extra: further parts, for example your own, added with `dataclasses.replace`.
         assumptions: what a sensor assumes of it; no law uses them.
         lever: what the angle of the body that the cylinder turns says of its position; None where it says nothing.
+        heat: what the heat of its losses is kept in; None where that is not described.
     """
 
     name: str
@@ -70,6 +72,7 @@ class DdhUnit:
     # Not in the text: tables made from simulated runs are kept by it, and know no assumptions.
     assumptions: Assumptions = field(default=Assumptions(), repr=False)
     lever: Lever | None = field(default=None, repr=False)
+    heat: HeatStores | None = field(default=None, repr=False)
 
     @property
     def held(self) -> str:
@@ -128,6 +131,7 @@ def build_ddh(name: str, unit: Unit) -> DdhUnit:
         max_speed=unit.drive.max_speed,
         extra=_port_reliefs(unit),
         assumptions=unit.assumptions,
+        heat=described.heat(unit.heat),
     )
 
 

@@ -6,9 +6,11 @@ from ramsight.machine import parts as description
 from ramsight.machine import placed
 from ramsight.machine.description import Unit
 from ramsight.machine.efficiencies import read_efficiencies
+from ramsight.machine.heat import Heat
 from ramsight.plant.cylinder import Cylinder
 from ramsight.plant.directional import DirectionalValve
 from ramsight.plant.drive import Drive, IdealDrive, ServoDrive, Supply
+from ramsight.plant.heat import HeatStores
 from ramsight.plant.hose import Hose
 from ramsight.plant.load_sensing import LoadSensingPump, MeteringValve
 from ramsight.plant.loss_table import LossTable
@@ -40,6 +42,11 @@ def oil(spec: description.Oil) -> Oil:
         name=spec.model or "oil",
         temperatures=(spec.min_temperature, spec.max_temperature),
     )
+
+
+def heat(spec: Heat | None) -> HeatStores | None:
+    """The heat stores of a description, if it has any."""
+    return None if spec is None else HeatStores(**dict(spec))
 
 
 def drive(spec: description.Drive) -> Drive:

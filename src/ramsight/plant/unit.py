@@ -12,6 +12,7 @@ from ramsight.machine.assumptions import Assumptions
 from ramsight.plant.circuit import TANK, CircuitModel, Part, join
 from ramsight.plant.cylinder import Cylinder
 from ramsight.plant.drive import Drive
+from ramsight.plant.heat import HeatStores
 from ramsight.plant.linkage.lever import Lever
 from ramsight.plant.oil import ATMOSPHERE, Oil
 from ramsight.plant.pump import Pump
@@ -31,6 +32,7 @@ class HydraulicUnit(Protocol):
         max_speed: highest motor speed [rad/s].
         assumptions: what a sensor assumes of it; no law uses them.
         lever: what the angle of the body that the cylinder turns says of its position; None where it says nothing.
+        heat: what the heat of its losses is kept in; None where that is not described.
     """
 
     @property
@@ -54,6 +56,8 @@ class HydraulicUnit(Protocol):
     def assumptions(self) -> Assumptions: ...  # noqa: D102
     @property
     def lever(self) -> Lever | None: ...  # noqa: D102
+    @property
+    def heat(self) -> HeatStores | None: ...  # noqa: D102
 
     def __hash__(self) -> int: ...
 

@@ -23,6 +23,7 @@ from ramsight.plant.linkage.lever import Lever
 from ramsight.plant.oil import T40
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.case_heat import CaseHeat
 from ramsight.sensor.contact import Believed, Contact, ContactWatch
 from ramsight.sensor.drive_check import DriveChecks, check_drive, declared_checks
 from ramsight.sensor.filling import unfilled
@@ -93,6 +94,7 @@ class _Parts:
         circuit: the unit's balance.
         limits: of the unit.
         intake: what of the sample can be.
+        case: the pumps' cases as a heat store, where the unit's heat is described.
         checks: what the drive's reports say of each other.
         observer: of the load.
         leaking: how leakage follows temperature and pressure.
@@ -109,6 +111,7 @@ class _Parts:
     circuit: Balance
     limits: Limits
     intake: Intake
+    case: CaseHeat | None
     checks: DriveChecks
     observer: LoadObserver
     leaking: Leaking
@@ -129,7 +132,7 @@ class _Parts:
     @property
     def thinner(self) -> Any:
         """Viscosity at 40 degC over that of the oil [1]."""
-        return self.viscosity(T40) / self.viscosity(self.graph.oil_temperature)
+        return self.viscosity(T40) / self.viscosity(self.graph.pump_temperature)
 
 
 @dataclass(frozen=True)
@@ -209,7 +212,8 @@ def _parts(unit: HydraulicUnit, assumed: Assumptions) -> _Parts:
     observer = LoadObserver(graph, circuit, limits, assumed)
     symbol = graph.parameters.symbol
     viscosity = circuit.oil_of(lambda name: symbol(f"circuit.{name}")).viscosity
-    checks = check_drive(graph, assumed, limits, viscosity(T40) / viscosity(graph.oil_temperature))
+    case = None if unit.heat is None else CaseHeat(graph, unit.heat)
+    checks = check_drive(graph, assumed, limits, viscosity(T40) / viscosity(graph.pump_temperature))
     checks = check_inertia(graph, checks, assumed, limits, float(unit.drive.inertia))
     leaking = Leaking(graph, viscosity, first, observer.expected / symbol("relief_torque"))
     watch = ContactWatch(graph, float(unit.lift_sign), assumed.stops, resists=unit.cylinder.passive)
@@ -230,6 +234,7 @@ def _parts(unit: HydraulicUnit, assumed: Assumptions) -> _Parts:
         circuit=circuit,
         limits=limits,
         intake=intake,
+        case=case,
         checks=checks,
         observer=observer,
         leaking=leaking,
@@ -259,6 +264,8 @@ def _step(parts: _Parts) -> _Stepped:
     learned = (around[0], *around[3:])
     factors = [leaking.factor(*learned), around[1], around[2]]
     step = parts.observer.step(factors, parts.watch.held, parts.watch.leaves, warming)
+    if parts.case is not None:
+        parts.case.after(step.pump_heat, parts.intake.passed)
     checks = check_pressures(graph, parts.checks, step, parts.assumed, parts.limits, parts.thinner)
     travel_by, torque_by = (leaking.derivatives(by, *learned) for by in (step.travel_by, step.torque_by))
     title = "Balance: a step of the circuit's equations under the load that the torque corrects, and its derivatives"

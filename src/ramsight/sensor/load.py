@@ -68,6 +68,7 @@ class LoadStep:
         velocity: of the piston [m/s].
         over_pressures: torque beyond what measured pressures ask of the pump, and its standard deviation by theirs
             [N m]; None where there are none.
+        pump_heat: what leakage and friction of the pumps turn into heat [W]; None where no heat is described.
     """
 
     travel: Any
@@ -91,6 +92,7 @@ class LoadStep:
     z: Any
     velocity: Any
     over_pressures: tuple[Any, Any] | None
+    pump_heat: Any
 
 
 def _beyond(value: Any, limit: Any) -> Any:
@@ -301,7 +303,12 @@ class LoadObserver:
             z=z,
             velocity=z[1],
             over_pressures=over_pressures,
+            pump_heat=self._heat(z, solve, factors),
         )
+
+    def _heat(self, z: Any, solve: _Solver, factors: list[Any]) -> Any:
+        balance = self._balance
+        return None if balance.unit.heat is None else balance.pump_heat(z, solve.speed, solve.p, factors)
 
     def _solver(self, factors: list[Any], held: Any, warming: Any) -> _Solver:
         """The balance's step over this sample."""
@@ -310,7 +317,7 @@ class LoadObserver:
         acceleration = (graph.motor_speed - graph.last_speed) / h
         if warming is None:
             warming = warming_of(graph) if balance.expands else 0.0
-        p = balance.parameters_at(self._p, graph.oil_temperature, graph.commands, warming=warming)
+        p = balance.parameters_at(self._p, graph.pump_temperature, graph.commands, warming=warming)
         return _Solver(balance, graph.mean_speed, graph.motor_speed, acceleration, p, h, factors, held)
 
     def _free(self, solve: _Solver) -> _Free:

@@ -135,6 +135,7 @@ class SensorGraph:
             for part, place, last in zip(commands, places, last_commands, strict=True)
         }
         self.way, self.last_way = _way(list(self.commands.values())), _way(last_commands)
+        self.warmer: Any = None
 
     def _count(self, angle: Any) -> None:
         """Remember the shaft's counter, and whether there was one."""
@@ -148,6 +149,11 @@ class SensorGraph:
         value = ca.if_else(ca.fabs(given) <= _COMMANDS, ca.fmin(ca.fmax(given, -1.0), 1.0), last)
         self.becomes(last.name(), value)
         return value
+
+    @property
+    def pump_temperature(self) -> Any:
+        """Of the oil in the pumps' gaps [K]: the reported one, where nothing says by how much they are `warmer`."""
+        return self.oil_temperature if self.warmer is None else self.oil_temperature + self.warmer
 
     @property
     def extending_speed(self) -> Any:
