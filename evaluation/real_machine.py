@@ -25,6 +25,7 @@ from ramsight.duty.warming import warmed
 from ramsight.duty.work_day import work_day
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build_unit
+from ramsight.plant.heat import HeatStores
 from ramsight.plant.oil import kinematic_viscosity
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
@@ -115,6 +116,12 @@ def _cushions(length: float, flow: float) -> dict[str, Any]:
     return {**lengths, "cylinder.cushion_plunger_a": 0.06, "cylinder.cushion_flow": flow}
 
 
+def _heat(case: float = 1.0, to_tank: float = 1.0) -> dict[str, float]:
+    """Heat stores of a unit of some kW, with factors on what they hold and on what oil carries away."""
+    usual = HeatStores()
+    return {"case": case * usual.case, "case_to_tank": to_tank * usual.case_to_tank}
+
+
 _WARMER = {"assumptions.thermometer.offset": COLDER}
 """That the oil in the pumps is warmer or colder than reported, and nobody knows by how much."""
 
@@ -171,7 +178,12 @@ EFFECTS: dict[str, Effect] = {
         lambda random: {"oil.free_air": random.uniform(0.0025, 0.01), **both_pumps(compression="beside efficiency")},
     ),
     "peaks": Effect("a load of 40 % more comes and goes at rest", peaks=True),
-    "own_heat": Effect("losses heat cases and tank from 15 °C, the thermometer is in the tank", _WARMER, heats=True),
+    "own_heat": Effect(
+        "losses heat cases and tank from 15 °C, the thermometer is in the tank; stores and ways known to ± 40 %",
+        {"heat": _heat()},
+        lambda random: {"heat": _heat(random.uniform(0.7, 1.4), random.uniform(0.7, 1.4))},
+        heats=True,
+    ),
     "starving": Effect(
         "pumps starve: 0.12 bar at their inlet, and they want 0.9 to 1.1 bar at their highest speed",
         {"tank.pressure": 0.12e5, **both_pumps(min_inlet_pressure=1e5)},

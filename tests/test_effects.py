@@ -17,13 +17,14 @@ from ramsight.calibration.identify_tuned import _left as efficiency_left
 from ramsight.duty import DriveReport, Duty, Magnets, Profile, lift_lower, report, simulate
 from ramsight.duty.linked import LinkedDuty, simulate_linked
 from ramsight.duty.profile import constant
-from ramsight.duty.warming import Warming, warmed
+from ramsight.duty.warming import warmed
 from ramsight.duty.work_day import work_day
 from ramsight.errors import DescriptionError
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.balance import balance, without_friction
 from ramsight.plant.build import build_unit
 from ramsight.plant.cautions import cautions
+from ramsight.plant.heat import HeatStores
 from ramsight.plant.limits import limits_of
 from ramsight.plant.linked import build_linked
 from ramsight.plant.steady import derive
@@ -542,7 +543,7 @@ def test_magnets_come_to_their_rise_under_their_torque_and_cool_without():
     np.testing.assert_allclose(cools, 50.0 * np.exp(-time / 1800.0), rtol=1e-9)
 
 
-SMALL = Warming(case=500.0, tank=2000.0, case_to_tank=100.0)
+SMALL = HeatStores(case=500.0, tank=2000.0, case_to_tank=100.0)
 LIFT = Duty(Profile([0.0, 0.2, 0.4, 4.0], [0.0, 0.0, 157.0, 157.0]), constant(HIGH), constant(293.15), 0.2)
 
 
@@ -560,23 +561,23 @@ def test_losses_warm_up_the_case_first_and_then_the_tank():
 
 def test_heat_goes_into_case_tank_and_air_and_nowhere_else():
     time = np.linspace(0.0, 4000.0, 4001)
-    how = Warming(ambient=283.15)
+    how = HeatStores()
     into_case, into_tank = 900.0 * time, 100.0 * time
-    found = how.temperatures(time, into_case, into_tank, 293.15)
+    found = how.temperatures(time, into_case, into_tank, 293.15, 283.15)
     stored = how.case * (found[:, 0] - 293.15) + how.tank * (found[:, 1] - 293.15)
     air = how.case_to_air * (found[:, 0] - 283.15) + how.tank_to_air * (found[:, 1] - 283.15)
     lost = np.concatenate([[0.0], np.cumsum(0.5 * (air[1:] + air[:-1]))])
     np.testing.assert_allclose(stored + lost, into_case + into_tank, rtol=1e-9, atol=1e-6)
     late = np.linspace(0.0, 4e4, 4001)
-    settled = how.temperatures(late, 900.0 * late, 100.0 * late, 293.15)
+    settled = how.temperatures(late, 900.0 * late, 100.0 * late, 293.15, 283.15)
     case, tank = settled[-1]
-    assert how.case_to_tank * (case - tank) + how.case_to_air * (case - how.ambient) == pytest.approx(900.0, rel=1e-6)
+    assert how.case_to_tank * (case - tank) + how.case_to_air * (case - 283.15) == pytest.approx(900.0, rel=1e-6)
 
 
 def test_a_unit_that_would_burn_its_oil_is_refused(monkeypatch):
     monkeypatch.setattr("ramsight.duty.warming._ROUNDS", 1)
     with pytest.raises(DescriptionError, match="the data of the oil tellus-t-32 do not reach so far"):
-        warmed(BOOM, LIFT, Warming(case=2.0, tank=20.0), sample_period=0.1)
+        warmed(BOOM, LIFT, HeatStores(case=2.0, tank=20.0), sample_period=0.1)
 
 
 # All of it together ------------------------------------------------------------------------------------------------

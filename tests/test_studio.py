@@ -23,7 +23,7 @@ from ramsight.duty.link_report import LiveLink
 from ramsight.duty.live import LiveUnit
 from ramsight.duty.live_further import LiveFurther
 from ramsight.duty.live_warming import LiveWarming
-from ramsight.duty.warming import Warming, warmed
+from ramsight.duty.warming import warmed
 from ramsight.errors import DescriptionError
 from ramsight.normal import TWO_SIDED_95
 from ramsight.studio import draft
@@ -172,7 +172,7 @@ def test_oil_that_is_held_stays_where_its_knob_is_and_is_let_go_again(press):
 def test_a_machine_that_lives_gets_as_warm_as_its_run():
     unit = ramsight.build("press")
     duty = ramsight.lift_lower(unit, "300 kN")
-    ran = warmed(unit, duty, Warming(ambient=263.15))
+    ran = warmed(unit, duty, ambient=263.15)
     live = LiveUnit(unit, duty.start_position, float(duty.load(0.0)), float(duty.oil_temperature(0.0)))
     live.begin_account()
     oil = LiveWarming(unit, float(duty.oil_temperature(0.0)))

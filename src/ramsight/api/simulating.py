@@ -15,6 +15,7 @@ from ramsight.duty import report as report_of
 from ramsight.duty.drive_report import declared_report, usual_report
 from ramsight.duty.recorded import Recorded
 from ramsight.duty.simulate import SAMPLE_PERIOD, labelled, ran
+from ramsight.duty.warming import warm_run
 from ramsight.engine.run import DEFAULT_RTOL
 from ramsight.errors import DescriptionError
 from ramsight.plant.as_built import AsBuilt
@@ -42,6 +43,7 @@ def simulate(
     visits: int | None = None,
     duration: Quantity | None = None,
     seed: int | None = None,
+    ambient: Quantity | None = None,
     sample_period: Quantity = SAMPLE_PERIOD,
     rtol: float = DEFAULT_RTOL,
     progress: bool = False,
@@ -65,6 +67,8 @@ def simulate(
         visits: as `duty_for`'s.
         duration: as `duty_for`'s [s].
         seed: as `duty_for`'s.
+        ambient: temperature of the air [K], or ``"20 degC"``: the oil then begins at its temperature and is warmed by
+            what is lost in it, in the heat stores of the description; None: it keeps its temperature.
         sample_period: distance of the samples [s], or ``"20 ms"``.
         rtol: relative tolerance of the integrator.
         progress: show a bar on a terminal if it takes long.
@@ -72,7 +76,8 @@ def simulate(
 
     Returns:
         Over `time` [s], shape (samples,): `position`, `velocity`, `motor_speed`, `motor_torque`, `load`, pressures,
-        flows, openings and loss powers in SI, each with `units`. Attributes carry the audit of energy and volume.
+        flows, openings and loss powers in SI, each with `units`; with `ambient` also
+        `pump_temperature` [K], of the oil in the pumps' gaps. Attributes carry the audit of energy and volume.
 
     Raises:
         DescriptionError: a quantity cannot be read or is out of range; there is no such duty; or both a duty of one's
@@ -102,13 +107,15 @@ def simulate(
     if not isinstance(duty, Duty):
         kind = "lift-lower" if duty is None else duty
         duty = duty_for(made, kind, oil_temperature=oil_temperature, named=named, **of_duty)  # type: ignore[arg-type]
-    return recorded(made, duty, sample_period=sample_period, rtol=rtol, progress=progress, named=named).dataset()
+    run = recorded(made, duty, ambient=ambient, sample_period=sample_period, rtol=rtol, progress=progress, named=named)
+    return run.dataset()
 
 
 def recorded(
     unit: HydraulicUnit,
     duty: Duty,
     *,
+    ambient: Quantity | None = None,
     sample_period: Quantity = SAMPLE_PERIOD,
     rtol: float = DEFAULT_RTOL,
     progress: bool = False,
@@ -116,6 +123,9 @@ def recorded(
 ) -> Recorded:
     """The same run before it is a Dataset, for whoever needs no more than its numbers; arguments as `simulate`."""
     period = argument(sample_period, "s", named("sample_period"), least="0.1 ms", most="10 s")
+    if ambient is not None:
+        air = argument(ambient, "K", named("ambient"), least="-60 degC", most="80 degC")
+        return warm_run(unit, duty, ambient=air, sample_period=period, rtol=rtol, progress=progress)
     with progress_bar(duty.duration, "simulating") as bar:
         advance = bar.advance if progress else None
         return labelled(unit, duty, ran(unit, duty, sample_period=period, rtol=rtol, advance=advance))

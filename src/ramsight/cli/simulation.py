@@ -33,6 +33,13 @@ def simulate(
         ),
     ] = "lift-lower",
     oil_temperature: Annotated[str, typer.Option(help="Oil temperature.")] = "40 degC",
+    ambient: Annotated[
+        str | None,
+        typer.Option(
+            help="Temperature of the air: the oil begins at its temperature, and what is lost in it warms it, cases of "
+            "the pumps and tank apart, as the description's [heat] says [default: it keeps its temperature]."
+        ),
+    ] = None,
     speed: Annotated[str | None, typer.Option(help="Motor speed of lifting and lowering [default: 1500 rpm].")] = None,
     ramp: Annotated[str | None, typer.Option(help="Time of each speed ramp of lift-lower [default: 0.8 s].")] = None,
     hold: Annotated[
@@ -123,7 +130,7 @@ def simulate(
         "temperature_offset": temperature_offset,
     }
     how = reported_how(given, built, seed=seed, named=option)
-    run = recorded(made, work, sample_period=sample_period, progress=True, named=option)
+    run = recorded(made, work, ambient=ambient, sample_period=sample_period, progress=True, named=option)
     _write(run, how, out, log, truth, figure)
     typer.echo(run_summary(run))
     for sentence in run_cautions(run, described.unit(unit).drive.max_torque, derive(built).load_at_relief):

@@ -1,7 +1,7 @@
 """The oil warms up by what is lost in it: two heat stores, pump cases and tank (`ramsight.plant.heat`).
 
-What warms them are the losses of the run itself, and the viscosity of the run is that of the oil in the pumps' gaps, which
-has the cases' temperature. Losses change with the temperature and the temperature with them: a few rounds agree.
+What warms them are the losses of the run itself, and the viscosity of the run is that of the oil in the pumps' gaps,
+which has the cases' temperature. Losses change with the temperature and it with them: a few rounds agree.
 """
 
 from __future__ import annotations
@@ -13,10 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.duty.profile import Duty, Profile
+from ramsight.duty.recorded import Recorded, Signal
 from ramsight.duty.simulate import SAMPLE_PERIOD, Ran, check_temperature, labelled, ran
 from ramsight.errors import SimulationError
 from ramsight.plant.heat import ROOM, HeatStores, case_losses, shared_out
 from ramsight.plant.unit import HydraulicUnit
+from ramsight.progress import progress as progress_bar
 
 if TYPE_CHECKING:
     import xarray
@@ -28,7 +30,12 @@ _ROUNDS = 12
 _STEP = 1.0  # s, between the corners of the temperatures; cases and tanks take minutes
 
 
-def warmed(
+def warmed(unit: HydraulicUnit, duty: Duty, stores: HeatStores | None = None, **how: Any) -> xarray.Dataset:
+    """The run of `warm_run`, whose arguments and errors these are, as a Dataset."""
+    return warm_run(unit, duty, stores, **how).dataset()
+
+
+def warm_run(
     unit: HydraulicUnit,
     duty: Duty,
     stores: HeatStores | None = None,
@@ -36,16 +43,18 @@ def warmed(
     ambient: float = ROOM,
     sample_period: float = SAMPLE_PERIOD,
     rtol: float = 1e-6,
-) -> xarray.Dataset:
+    progress: bool = False,
+) -> Recorded:
     """Simulate a unit whose losses warm up its oil.
 
     Args:
         unit: the unit.
-        duty: what it is asked to do; its oil temperature is that of everything at first.
+        duty: what it is asked to do; its oil temperature at the beginning is that of cases and tank.
         stores: of heat; by default those of its description, or of a unit of some kW where it has none.
         ambient: temperature of the air [K].
         sample_period: distance of the samples [s].
         rtol: relative tolerance of the integrator.
+        progress: show a bar for each round on a terminal if it takes long.
 
     Returns:
         As `simulate`, with `pump_temperature`, of the oil in the pumps' gaps, by which the run went, and
@@ -58,8 +67,11 @@ def warmed(
     stores = stores or unit.heat or HeatStores()
     first = float(duty.oil_temperature(0.0))
     case = Profile([0.0], [first])
-    for _ in range(_ROUNDS):
-        done = ran(unit, replace(duty, oil_temperature=case), sample_period=sample_period, rtol=rtol)
+    for count in range(_ROUNDS):
+        with progress_bar(duty.duration, f"simulating, round {count + 1}") as bar:
+            advance = bar.advance if progress else None
+            asked = replace(duty, oil_temperature=case)
+            done = ran(unit, asked, sample_period=sample_period, rtol=rtol, advance=advance)
         time = done.trajectory.time
         corners = np.unique(np.append(np.arange(0.0, time[-1], _STEP), time[-1]))
         into_case, into_tank = (np.interp(corners, time, heat) for heat in heats(unit, done))
@@ -71,11 +83,12 @@ def warmed(
     else:
         check_temperature(unit, Profile(corners, found[:, 0]))
         raise SimulationError(f"{done.model.ode.name}: losses and temperatures are still {apart:.2g} K apart")
-    run = labelled(unit, replace(duty, oil_temperature=case), done).dataset()
-    run["pump_temperature"] = run["oil_temperature"].assign_attrs(long_name="temperature of the oil in the pumps")
-    tank = np.interp(time, corners, found[:, 1])
-    run["oil_temperature"] = ("time", tank, {"units": "K", "long_name": "temperature of the oil in the tank"})
-    return run
+    run = labelled(unit, asked, done)
+    warm = {
+        "pump_temperature": Signal(run["oil_temperature"].values, "K", "temperature of the oil in the pumps"),
+        "oil_temperature": Signal(np.interp(time, corners, found[:, 1]), "K", "temperature of the oil in the tank"),
+    }
+    return replace(run, signals={**run.signals, **warm})
 
 
 def heats(unit: HydraulicUnit, done: Ran) -> tuple[Array, Array]:

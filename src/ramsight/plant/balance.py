@@ -355,7 +355,7 @@ class Balance:
             >>> bench = balance(build_unit("axis", machine.load("eha-test-bench").unit("axis")))
             >>> z, p = bench.at_rest(0.1, 15e3), bench.parameters_at(bench.values, 313.15)
             >>> [round(float(bench.pump_heat(z, speed, p))) for speed in (0.0, 150.0, -150.0)]
-            [0, 0, 0]
+            [118, 370, 370]
         """
         return self._pump_heat(z, speed, p, ca.vertcat(*factors))
 

@@ -303,15 +303,27 @@ class Hypotheses:
             h.covariance.raise_to(LEAK, leak**2)
 
     def torque(
-        self, row: list[Any], around: list[Any], surprise: Any, variance: Any, *, leak: Any, compliance: Any
+        self,
+        row: list[Any],
+        around: list[Any],
+        surprise: Any,
+        variance: Any,
+        inflation: Any,
+        *,
+        leak: Any,
+        compliance: Any,
     ) -> None:
         """A torque that does not depend on the load tells leakage or compliance; all else is considered.
+
+        One that a hypothesis holds for impossible teaches it nothing: a machine does not change so much, but an input
+        that is wrong looks as if it did.
 
         Args:
             row: derivatives of the torque with respect to factors and lag [N m, N m/s].
             around: the values that it was expected with.
             surprise: torque less the expected one [N m].
             variance: of the torque [N2 m2].
+            inflation: of that variance, because errors of samples that follow each other are the same ones [1].
             leak: whether it tells the leakage.
             compliance: whether it tells the compliance.
         """
@@ -319,9 +331,10 @@ class Hypotheses:
         before = self._kept()
         for h in self.all:
             own = sum(by * (m - used) for by, m, used in zip(row, self._stepped(h), around, strict=True))
-            self._correct(
-                h, h.covariance.consider(full, surprise - own, variance, {LEAK: leak, COMPLIANCE: compliance})
-            )
+            missing = surprise - own
+            fits = missing**2 < CERTAIN**2 * (h.covariance.variance(full) + variance)
+            use = {LEAK: ca.logic_and(leak, fits), COMPLIANCE: ca.logic_and(compliance, fits)}
+            self._correct(h, h.covariance.consider(full, missing, variance * inflation, use))
         self._keep(before, ca.logic_or(leak, compliance))
 
     def _kept(self) -> list[Hypothesis]:

@@ -462,9 +462,11 @@ def _torque(parts: _Parts, stepped: _Stepped, met: _Met) -> None:
     graph.becomes("closed_for", closed_for_1)
     blind = closed_for_1 > _SETTLED
     model = (_MODEL * torque_by[2]) ** 2 + ca.if_else(blind, (_FRICTION * graph.motor_torque) ** 2, 0.0)
-    variance = (step.noise**2 + model) * inflation
+    variance = step.noise**2 + model
     blind, pushes = checks.unless_contradicted(blind), checks.unless_contradicted(pushes)
-    parts.bank.torque(torque_by, stepped.around, step.surprise, variance, leak=blind, compliance=pushes)
+    parts.bank.torque(
+        torque_by, stepped.around, step.surprise, variance, inflation, leak=blind, compliance=pushes
+    )
 
 
 def _measure(parts: _Parts, stepped: _Stepped, met: _Met) -> Measured:
