@@ -195,6 +195,8 @@ EFFECTS: dict[str, Effect] = {
 TOGETHER = tuple(key for key in EFFECTS if key not in ("none", "relief", "air", "own_heat", "starving"))
 """Oil over the relief valve loses the position; free air and compression are two conventions of one law, and oil that
 warms in the pumps is there already; a machine whose pumps starve is stopped."""
+HEATED = tuple("own_heat" if key == "gap_oil" else key for key in TOGETHER)
+"""The same with oil that is warmed by what the machine loses, in the place of one that is warmer all the time."""
 
 
 def unit_with(changes: Mapping[str, Any]) -> HydraulicUnit:
@@ -330,7 +332,7 @@ def night(seed: int, *, told: bool) -> dict[str, float]:
 
 def runs(days: int) -> int:
     """How many days are run."""
-    return days * (1 + sum(1 + bool(effect.usual) for key, effect in EFFECTS.items() if key != "none") + 4)
+    return days * (1 + sum(1 + bool(effect.usual) for key, effect in EFFECTS.items() if key != "none") + 5)
 
 
 def study(days: int, advance: Callable[[int], object]) -> dict[str, Any]:
@@ -348,9 +350,11 @@ def study(days: int, advance: Callable[[int], object]) -> dict[str, Any]:
         for told in (False, True) if effect.usual else (False,):
             figured, _ = some((key,), duration=DAY, visits=VISITS, told=told)
             found["alone"].setdefault(key, {})["told" if told else "untold"] = figured
-    for kind, visits in (("stops", VISITS), ("link", RARE_VISITS)):
-        figured, done = some(TOGETHER, link=kind == "link", duration=LONG_DAY, visits=visits, told=True)
-        found["together"][kind], found["leakage"][kind] = figured, leakage(done)
+    for kind, keys, visits in (("stops", TOGETHER, VISITS), ("heat", HEATED, VISITS), ("link", TOGETHER, RARE_VISITS)):
+        figured, done = some(keys, link=kind == "link", duration=LONG_DAY, visits=visits, told=True)
+        found["together"][kind] = figured
+        if keys is TOGETHER:
+            found["leakage"][kind] = leakage(done)
     for told in (False, True):
         nights = []
         for seed in range(days):
@@ -373,7 +377,11 @@ def table(found: dict[str, Any]) -> list[str]:
         for kind, row in kinds.items():
             said = "has it" if kind == "told" else "–" if key == "none" else "does not know it"
             rows.append(_row(EFFECTS[key].title, said, row))
-    together = {"stops": "all, a stop every 2 min", "link": "all, inclinometer, a stop every 30 min"}
+    together = {
+        "stops": "all, a stop every 2 min",
+        "heat": "all, but warmed by its own losses, a stop every 2 min",
+        "link": "all, inclinometer, a stop every 30 min",
+    }
     for key, title in together.items():
         rows.append(_row(f"**{title}**", "usual values", found["together"][key]))
     return rows
