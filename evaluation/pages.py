@@ -15,6 +15,7 @@ import drive_control
 import effects
 import loader_control
 import loop_response
+import named_faults
 import real_machine
 import second_channel
 import undisturbed
@@ -191,6 +192,7 @@ def main() -> None:
     integrity = {"by_signals": by_signals(found["faults"]), "bounds": bounds.table(found["bounds"])}
     integrity |= {"noticed": noticed(found["faults"]), "beyond_bound": beyond_bound(found["faults"])}
     integrity["after_faults"] = after_faults.table(found["after_faults"])
+    integrity["named_faults"] = named_faults.table(found["named_faults"])
     integrity["undisturbed"] = undisturbed.table(found["undisturbed"])
     fixed = {"redundancy": redundancy_table(), "detectors": detector_table().splitlines()}
     fixed |= {"shared": shared_table().splitlines()}

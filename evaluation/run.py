@@ -18,6 +18,7 @@ import faults
 import identify_coverage
 import loader_control
 import loop_response
+import named_faults
 import quadrants
 import real_machine
 import real_oil
@@ -40,6 +41,7 @@ STUDIES = (
     "work_days",
     "faults",
     "after_faults",
+    "named_faults",
     "undisturbed",
     "second_channel",
     "loader_control",
@@ -90,6 +92,9 @@ def main() -> None:
     if "after_faults" in given.only:
         with progress(given.seeds * len(after_faults.SIGNALS), "after faults") as bar:
             found["after_faults"] = after_faults.study(given.seeds, bar.advance)
+    if "named_faults" in given.only:
+        with progress(given.seeds, "naming faults") as bar:
+            found["named_faults"] = named_faults.study(given.seeds, bar.advance)
     if "undisturbed" in given.only:
         with progress(2 * given.days, "days without a fault") as bar:
             found["undisturbed"] = undisturbed.study(given.days, bar.advance)

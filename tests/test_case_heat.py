@@ -118,7 +118,9 @@ def test_a_description_says_what_keeps_the_heat():
     heat = loaded.unit("boom").heat
     assert (heat.case, heat.case_to_tank, heat.tank) == (4200.0, 300.0, 37e3)
     assert machine.loads(machine.template(loaded)).unit("boom").heat == heat
-    with pytest.raises(DescriptionError, match=r"units.boom.heat.case = '0 kJ/K': out of range .allowed: at least 0.05 kJ/K"):
+    with pytest.raises(
+        DescriptionError, match=r"units.boom.heat.case = '0 kJ/K': out of range .allowed: at least 0.05 kJ/K"
+    ):
         machine.loads(text.replace('"4.2 kJ/K"', '"0 kJ/K"'))
 
 

@@ -18,6 +18,7 @@ import casadi as ca
 
 from ramsight.plant.limits import Limits
 from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.diagnosis import Pair, diagnose
 from ramsight.sensor.disagreement import MEMORY, Apart, apart, lately, sure
 from ramsight.sensor.uncertainty import Covariance
 from ramsight.sensor.virtual_sensor import DC_POWER, LAST_SHAFT_ANGLE, MEASURABLE, SHAFT_ANGLE, SHAFT_BEGUN, SensorGraph
@@ -28,6 +29,8 @@ TURNS = 3.0
 """Motor speed below which friction and rounding make up torque and power [rad/s]."""
 _USUAL = 0.5  # share of what may be missing up to which it teaches gain and losses
 _LEARNED = ("gain", "copper", "iron")
+_TELLS = 0.05  # share of the torque at relief pressure, below which torques that agree say little
+_MOST = 1.5  # greatest torque over that at relief pressure: the pumps' friction and ramps come on top
 _LEAST = 1.0  # rad turned lately, below which power says nothing of a torque
 
 
@@ -106,6 +109,7 @@ def check_drive(graph: SensorGraph, assumptions: Assumptions, limits: Limits, th
         shaft.use(counter_wrong, ca.logic_or(speed_wrong, undecided))
         grows = grows + shaft.doubt(apart_by, counter_wrong, undecided)
         more["speed_over_counter"] = (shaft.ratio, "1")
+        more |= diagnose(graph, shaft.pair(speed, limits), disputed, counter_wrong)
     torque_wrong, torque_off = 0.0, 0.0
     if power is not None and turned is not None:
         power.learn(speed if shaft is None else shaft.speed, turned)
@@ -119,6 +123,7 @@ def check_drive(graph: SensorGraph, assumptions: Assumptions, limits: Limits, th
         grows = grows + from_onset(graph, "torque", torque_wrong, leaks)
         torque_off = ca.if_else(torque_wrong, off, 0.0)
         more["torque_missing"] = (power.signed(by), "N m")
+        more |= diagnose(graph, power.pair(speed if shaft is None else shaft.speed), torque_wrong)
     return DriveChecks(speed_wrong, counter_wrong, undecided, torque_wrong, grows, torque_off, more)
 
 
@@ -168,6 +173,22 @@ class _Shaft:
         self._difference = graph.mean_speed - self.speed
         counted, said = lately(graph, "counted", ca.fabs(self.speed)), lately(graph, "said", ca.fabs(graph.mean_speed))
         self.ratio = ca.if_else(counted > _LEAST, said / ca.fmax(counted, _LEAST), 1.0)
+
+    def pair(self, said: Any, limits: Limits) -> Pair:
+        """The reported speed and the counter's [rad/s]; `said` is the reported one before the counter's is used."""
+        graph, h = self._graph, ca.fmax(self._graph.elapsed, 1e-3)
+        std = ca.sqrt((self._assumed.std / h) ** 2 + self._assumed.speed**2)
+        return Pair(
+            name="speed",
+            unit="rad/s",
+            reported=said,
+            other=self.speed,
+            std=std,
+            delay=self._delay,
+            there=graph.elapsed > 0.0,
+            most=limits.max_speed,
+            least=TURNS,
+        )
 
     def judge(self, said: Apart | None, turned: Apart | None) -> tuple[Apart, Any, Any]:
         """Whether speed and counter are apart, and which of them is wrong by the power."""
@@ -265,6 +286,34 @@ class _Power:
             lasting=ca.sqrt(ca.fmax(self._known.variance(self._row(speed)), 0.0) + standby**2),
             noise=self._noise(speed),
         )
+
+    def pair(self, speed: Any) -> Pair:
+        """The reported torque and the one that the power asks for at a speed [N m]."""
+        assumed, relief = self._assumed, self._relief
+        lasting = ca.fmax(self._known.variance(self._row(speed)), 0.0)
+        turning = ca.fmax(ca.fabs(speed), TURNS)
+        there = ca.logic_and(self._there, ca.fabs(speed) > TURNS)
+        return Pair(
+            name="torque",
+            unit="N m",
+            reported=self._torque,
+            other=self._asked(speed, turning),
+            std=ca.sqrt(self._noise(speed) ** 2 + lasting) / turning,
+            delay=self._drive.delay,
+            there=there,
+            most=_MOST * relief,
+            least=_TELLS * relief,
+            gain=ca.fmax(self._drive.torque_gain, assumed.gain),
+        )
+
+    def _asked(self, speed: Any, turning: Any) -> Any:
+        """The torque T of which the power is (1 + g) T w + (1 + c) k T^2 + (1 + i) iron loss + P0 [N m]."""
+        assumed, rated, (gain, copper, iron) = self._assumed, self._relief * self._fastest, self._off
+        fixed = (1.0 + iron) * assumed.iron * turning / self._fastest * rated + assumed.standby
+        through = self._power - fixed
+        by_speed, by_square = (1.0 + gain) * turning, (1.0 + copper) * assumed.copper * rated / self._relief**2
+        root = ca.sqrt(ca.fmax(by_speed**2 + 4.0 * by_square * through, 0.0))
+        return ca.if_else(speed < 0.0, -2.0, 2.0) * through / (by_speed + root)
 
     def learn(self, speed: Any, found: Apart) -> None:
         """Gain and losses, from what is missing while it is no more than it may be.

@@ -192,6 +192,10 @@ class Hypotheses:
         total = sum(raw)
         return [value / total for value in raw]
 
+    def probabilities(self) -> dict[str, Any]:
+        """Of each hypothesis, by its name."""
+        return dict(zip(NAMES, self._probabilities(), strict=True))
+
     def _logarithms(self) -> list[Any]:
         """Natural logarithms of the probabilities."""
         largest = self._largest()

@@ -464,9 +464,7 @@ def _torque(parts: _Parts, stepped: _Stepped, met: _Met) -> None:
     model = (_MODEL * torque_by[2]) ** 2 + ca.if_else(blind, (_FRICTION * graph.motor_torque) ** 2, 0.0)
     variance = step.noise**2 + model
     blind, pushes = checks.unless_contradicted(blind), checks.unless_contradicted(pushes)
-    parts.bank.torque(
-        torque_by, stepped.around, step.surprise, variance, inflation, leak=blind, compliance=pushes
-    )
+    parts.bank.torque(torque_by, stepped.around, step.surprise, variance, inflation, leak=blind, compliance=pushes)
 
 
 def _measure(parts: _Parts, stepped: _Stepped, met: _Met) -> Measured:
@@ -544,6 +542,7 @@ def _report(parts: _Parts, stepped: _Stepped, met: _Met, updated: _Updated) -> V
     for warmer in updated.after[LOW - LEAK :]:  # what leaks by the reported temperature, be it the oil's or not
         leak, by = parts.leaking.at_reported(updated.after[0], warmer)
         more |= {"leak_factor": (leak, "1"), "leak_factor_std": (bank.leak_std(by), "1")}
+    more |= {f"{name}_probability": (chance, "1") for name, chance in bank.probabilities().items()}
     title = "Update: the filters of what is not known of machine and ends, by torque, contact or reference"
     graph.section(title, settled, bank.close(), updated.position)
     bound = ca.sqrt(bank.bound() ** 2 + unseen.most**2 + CERTAIN**2 * others) + CERTAIN * updated.pending

@@ -8,6 +8,7 @@ import numpy as np
 
 from ramsight.sensor.status import Status
 from ramsight.study.errors import PositionErrors, TrackErrors
+from ramsight.study.named_faults import FaultNames
 
 if TYPE_CHECKING:
     import xarray
@@ -21,6 +22,7 @@ class Tally:
         self._time: list[float] = []
         self._position: list[float] = []
         self._counts: dict[int, int] = {}
+        self._faults = FaultNames()
 
     def append(self, tracked: xarray.Dataset) -> None:
         """Count the samples of a piece by their status."""
@@ -30,10 +32,11 @@ class Tally:
         self._position = [*self._position[:1], float(position[0]), float(position[-1])]
         for code, count in zip(*np.unique(tracked["status"].values, return_counts=True), strict=True):
             self._counts[int(code)] = self._counts.get(int(code), 0) + int(count)
+        self._faults.append(tracked)
 
     @property
     def text(self) -> str:
-        """One line on where the piston is now, and one on each doubt."""
+        """One line on where the piston is now, one on each doubt, and one on each fault of an input that has a name."""
         first, last = (_millimetres(self._position[k]) for k in (0, -1))
         lines = [
             f"{self._sensor} sensor: {self._samples} samples over {self._time[-1] - self._time[0]:.1f} s, "
@@ -42,7 +45,7 @@ class Tally:
         for code, count in sorted(self._counts.items()):
             if code != Status.OK:
                 lines.append(f"  {100 * count / self._samples:.1f} % of the samples {Status(code).text}")
-        return "\n".join(lines)
+        return "\n".join([*lines, *(f"  {one.text}" for one in self._faults.close())])
 
 
 def _millimetres(position: float) -> str:

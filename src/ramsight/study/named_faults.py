@@ -1,0 +1,150 @@
+"""Faults of inputs by name: what a track's hypotheses say of a report while it contradicts another one."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ramsight.sensor.diagnosis import KINDS
+from ramsight.sensor.status import Status
+
+if TYPE_CHECKING:
+    import xarray
+
+_SURE = 0.95  # probability from which a hypothesis is said
+_APART = 1.0  # s; contradictions closer together are one
+#: reports that are diagnosed, with what may be wrong as well, and the unit of an offset
+_SIGNALS = {"speed": ("the shaft's counter", "rad/s"), "torque": ("DC power", "N m")}
+_DECIDED = {int(Status.SPEED_WRONG): "motor speed", int(Status.COUNTER_WRONG): "the shaft's counter"}
+
+
+@dataclass(frozen=True)
+class NamedFault:
+    """A fault of an input.
+
+    Attributes:
+        signal: which report, ``"motor speed"``; both, where nothing tells which of them is wrong.
+        kinds: what may be wrong with it, of `ramsight.sensor.diagnosis.KINDS`; one, where that is sure.
+        gain: of the report over what it should be, if that is its fault [1].
+        offset: of it, if that is its fault [`unit`].
+        unit: of the report.
+        first, last: time from which and to which the reports contradict each other [s].
+
+    Example:
+        >>> print(NamedFault("motor speed", ("gain",), 1.3, 12.6, "rad/s", 120.42, 140.6).text)
+        motor speed: 1.30 times what it should be, from 120.4 s to 140.6 s
+        >>> print(NamedFault("motor speed", ("gain", "offset"), 1.3, 12.6, "rad/s", 120.42, 140.6).text)
+        motor speed: 1.30 times what it should be or off by +12.6 rad/s, from 120.4 s to 140.6 s
+    """
+
+    signal: str
+    kinds: tuple[str, ...]
+    gain: float
+    offset: float
+    unit: str
+    first: float
+    last: float
+
+    @property
+    def text(self) -> str:
+        """One line on it."""
+        words = {
+            "gain": f"{self.gain:.2f} times what it should be",
+            "offset": f"off by {self.offset:+.3g} {self.unit}",
+            "sign": "of the wrong sign",
+            "stuck": "stuck",
+            "other": "wrong in another way than by a gain, an offset or a sign",
+        }
+        said = " or ".join(words[kind] for kind in self.kinds) or "wrong"
+        return f"{self.signal}: {said}, from {self.first:.1f} s to {self.last:.1f} s"
+
+
+@dataclass
+class _Episode:
+    """A contradiction that has not ended for long; of each sample the status, the likeliest kinds, gain and offset."""
+
+    first: float
+    last: float
+    codes: list[int] = field(default_factory=list)
+    kinds: list[tuple[str, ...]] = field(default_factory=list)
+    gains: list[float] = field(default_factory=list)
+    offsets: list[float] = field(default_factory=list)
+
+    def named(self, signal: str) -> NamedFault:
+        """The fault: as long as one kind is sure, that which is for longest; else what is left for longest."""
+        sure = [k for k, kinds in enumerate(self.kinds) if len(kinds) == 1] or list(range(len(self.kinds)))
+        kinds = Counter(self.kinds[k] for k in sure).most_common(1)[0][0]
+        its = [k for k in sure if self.kinds[k] == kinds]
+        gain, offset = (float(np.median(np.array(column)[its])) for column in (self.gains, self.offsets))
+        other, unit = _SIGNALS[signal]
+        decided = _DECIDED.get(Counter(self.codes).most_common(1)[0][0]) if signal == "speed" else None
+        return NamedFault(decided or f"motor {signal} or {other}", kinds, gain, offset, unit, self.first, self.last)
+
+
+class FaultNames:
+    """Names of the faults in a track, piece by piece.
+
+    Example:
+        >>> names = FaultNames()
+        >>> names.close()
+        []
+    """
+
+    def __init__(self) -> None:
+        self._found: list[NamedFault] = []
+        self._open: dict[str, _Episode] = {}
+
+    def append(self, tracked: xarray.Dataset) -> None:
+        """Look at a piece of a track; only sensors that are declared a counter or DC power say anything of it."""
+        for signal in _SIGNALS:
+            if f"{signal}_{KINDS[0]}_probability" in tracked:
+                self._look(signal, tracked)
+
+    def close(self) -> list[NamedFault]:
+        """All of them, in the order of their beginnings."""
+        for signal in list(self._open):
+            self._end(signal)
+        return sorted(self._found, key=lambda one: (one.first, one.signal))
+
+    def _look(self, signal: str, tracked: xarray.Dataset) -> None:
+        time, status = tracked["time"].values, tracked["status"].values
+        chances = np.array([tracked[f"{signal}_{kind}_probability"].values for kind in KINDS])
+        gains, offsets = (tracked[f"{signal}_{kind}"].values for kind in ("gain", "offset"))
+        for k in np.flatnonzero(chances.sum(axis=0) > 0.0):
+            now = float(time[k])
+            if signal in self._open and now - self._open[signal].last > _APART:
+                self._end(signal)
+            known = self._open.setdefault(signal, _Episode(now, now))
+            known.last = now
+            known.codes.append(int(status[k]))
+            known.kinds.append(tuple(kind for kind, p in zip(KINDS, chances[:, k], strict=True) if p > 1.0 - _SURE))
+            known.gains.append(float(gains[k]))
+            known.offsets.append(float(offsets[k]))
+
+    def _end(self, signal: str) -> None:
+        self._found.append(self._open.pop(signal).named(signal))
+
+
+def named_faults(tracked: xarray.Dataset) -> list[NamedFault]:
+    """The faults of inputs that a track names, in the order of their beginnings.
+
+    Args:
+        tracked: with all that the sensor says, over `time` [s]; only a sensor to which a counter of the shaft or DC
+            power is declared names any.
+
+    Example:
+        >>> import ramsight
+        >>> from ramsight.duty.faults import Fault, inject
+        >>> changes = {"units.boom.assumptions.shaft.std": "0.05 deg", "units.boom.assumptions.power.std": "0.5 %"}
+        >>> loader = ramsight.load_machine("mining-loader").replace(changes)
+        >>> run = ramsight.simulate(loader, "work-day", unit="boom", load=["200 kN"], duration="1 min")
+        >>> log = inject(ramsight.drive_report(run, loader, unit="boom"), Fault("sign", 20.0, 40.0, "motor_speed"), 0)
+        >>> [one.text for one in named_faults(ramsight.track(loader, log, unit="boom", start="140 mm"))]
+        ['motor speed: of the wrong sign, from 20.1 s to 47.3 s']
+    """
+    names = FaultNames()
+    names.append(tracked)
+    return names.close()
