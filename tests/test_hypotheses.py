@@ -35,10 +35,11 @@ PERIOD = 0.02
 INPUTS = (
     "travel", "passes", "passed", "way", "back", *(f"seemed_{k}" for k in range(LEARNT)),
     *(f"travel_by_{k}" for k in range(LEARNT)), "noise", "grows", "leak", "floor",
-    "told", *(f"row_{k}" for k in range(LEARNT)), "surprise", "torque_variance", "tells_leak", "tells_compliance",
+    "told", *(f"row_{k}" for k in range(LEARNT)), "surprise", "torque_variance", "inflation",
+    "tells_leak", "tells_compliance",
     "place", "low", "top", "variance", "arrived", "doubt", "use",
 )  # fmt: skip
-QUIET = dict.fromkeys(INPUTS, 0.0) | {"torque_variance": 1.0, "variance": 1e-6, "doubt": 0.2}
+QUIET = dict.fromkeys(INPUTS, 0.0) | {"torque_variance": 1.0, "inflation": 1.0, "variance": 1e-6, "doubt": 0.2}
 N = TOP + 1
 
 
@@ -68,8 +69,9 @@ class Bank:
         seemed = [x[f"seemed_{k}"] for k in range(LEARNT)]
         row = [x["told"] * x[f"row_{k}"] for k in range(LEARNT)]
         bank.torque(
-            row, around, x["surprise"], x["torque_variance"], leak=x["tells_leak"], compliance=x["tells_compliance"]
-        )
+            row, around, x["surprise"], x["torque_variance"], x["inflation"],
+            leak=x["tells_leak"], compliance=x["tells_compliance"],
+        )  # fmt: skip
         measured = bank.measure(
             x["place"], nominal, x["low"], x["top"], x["variance"], x["arrived"], x["doubt"], x["use"] > 0.0, 0.0,
             (seemed, around),
@@ -88,7 +90,7 @@ class Bank:
             "exponent": bank.means()[4],
             "leak_std": bank.factor_std(LEAK),
         }
-        more |= {f"p_{name}": p for name, p in zip(NAMES, bank._probabilities(), strict=True)}
+        more |= {f"p_{name}": p for name, p in bank.probabilities().items()}
         bank.close()
         sensor = graph.sensor(
             "bank",
@@ -621,6 +623,18 @@ def test_a_torque_tells_leakage_or_compliance_as_it_is_told_to(bank, told):
     assert bank.means("described") == pytest.approx(means)
 
 
+@pytest.mark.parametrize(("told", "learns"), [(0.04, True), (0.25, False)])
+def test_a_torque_that_is_impossible_teaches_nothing(bank, told, learns):
+    """Leakage is known to 0.05: a torque that says 0.04 more is usual, one that says 0.25 more a fault."""
+    bank.begin(0.3, std=1e-3)
+    bank.set(**{f"{name}_covariance_11": 0.05**2 for name in NAMES})
+    for _ in range(50):
+        bank.go(told=1.0, row_0=2.0, torque_variance=1e-4, inflation=10.0, surprise=2.0 * told, tells_leak=1.0)
+    for name in NAMES:
+        assert (bank.means(name)[LEAK] > 1.0 + 0.3 * told) == learns, name
+        assert (bank.matrix(name)[LEAK, LEAK] < 0.02**2) == learns, "nor does it make surer"
+
+
 def test_what_a_contact_corrects_is_not_the_compliance(bank):
     bank.begin(0.3, std=1e-3)
     bank.go(travel=0.1, travel_by_2=5e-3, travel_by_0=-5e-3)
@@ -657,7 +671,8 @@ def test_factors_stay_within_their_bounds(bank, k, bound):
         for _ in range(30):
             bank.go(travel_by_0=0.02, travel_by_1=2.0, leak=0.5)
             if k == COMPLIANCE:
-                bank.go(told=1.0, row_2=1.0, surprise=20.0 * sign, tells_compliance=1.0, torque_variance=0.01)
+                bank.set(**{f"{name}_covariance_33": 0.25**2 for name in NAMES})
+                bank.go(told=1.0, row_2=1.0, surprise=1.0 * sign, tells_compliance=1.0, torque_variance=0.01)
             else:
                 bank.go(place=bank.value("position") + 0.02 * sign, variance=1e-8, doubt=1e-30, use=1.0)
             for name in NAMES:
