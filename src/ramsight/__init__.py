@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from ramsight.sensor.status import Status
     from ramsight.sensor.virtual_sensor import Estimate, StartError
     from ramsight.study.errors import ComparisonError
+    from ramsight.study.named_faults import NamedFault, named_faults
 
 __version__ = "0.1.0.dev0"
 
@@ -64,6 +65,7 @@ __all__ = [
     "LogWarning",
     "MissingColumnError",
     "Mode",
+    "NamedFault",
     "OutputError",
     "Profile",
     "RamsightError",
@@ -89,6 +91,7 @@ __all__ = [
     "leak_test",
     "lift_lower",
     "load_machine",
+    "named_faults",
     "open_log",
     "plot",
     "read_log",
@@ -126,6 +129,7 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
         "sensor.status": ("Status",),
         "sensor.virtual_sensor": ("Estimate", "StartError"),
         "study.errors": ("ComparisonError",),
+        "study.named_faults": ("NamedFault", "named_faults"),
     }  # fmt: skip
     _HOME = {name: home for home, names in _HOMES.items() for name in names}
 

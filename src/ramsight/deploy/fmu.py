@@ -77,7 +77,7 @@ def write_fmu(
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     done = write_fmu(machine.load("mining-loader"), "boom", f"{folder}/boom.fmu", compiler="")
         ...     done.path.name, done.variables, done.binary
-        ('boom.fmu', 25, None)
+        ('boom.fmu', 30, None)
     """
     for key, value, known in (("what", what, WHAT), ("fmi", fmi, VERSIONS)):
         if value not in known:
