@@ -6,6 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import ramsight
+from ramsight.duty.faults import Fault, inject
 from ramsight.sensor.diagnosis import (
     KINDS,
     SUMS,
@@ -73,6 +75,12 @@ def test_more_of_the_same_is_no_evidence_for_what_fits_better_than_its_noise():
     assert few == pytest.approx(many, rel=0.05)
 
 
+def test_a_report_without_noise_is_not_stuck_for_that():
+    """At a steady speed one that is rounded repeats itself, and the other one trembles."""
+    found = chances(np.full(60, 130.0), np.full(60, 100.0) + NOISE)
+    assert found["stuck"] < 0.5, found
+
+
 def test_gain_and_offset_are_those_of_least_squares():
     y = 1.3 * MOVES + 4.0 + NOISE
     sums = of(y, MOVES)
@@ -82,7 +90,7 @@ def test_gain_and_offset_are_those_of_least_squares():
 
 def test_the_evidence_of_a_gain_is_that_of_its_marginal_normal():
     """Against the density of y itself, covariance sigma^2 + 0.25 x x', that no formula of the module makes."""
-    x, y = MOVES[:5], 1.4 * MOVES[:5] + 3.0 * NOISE[:5]
+    x, y = MOVES[:5], 0.6 * MOVES[:5] + 3.0 * NOISE[:5]
     covariance = STD**2 * np.eye(5) + 0.25 * np.outer(x, x)
     apart = y - x
     exact = -0.5 * (apart @ np.linalg.solve(covariance, apart) + np.linalg.slogdet(covariance)[1])
@@ -158,6 +166,26 @@ def test_the_other_report_is_named_where_that_one_is_wrong():
     found = followed(MOVES, 1.3 * MOVES, np.ones(60), np.ones(60))
     assert found["speed_gain_probability"][-1] > 0.99
     assert found["speed_gain"][-1] == pytest.approx(1.3, abs=1e-9)
+
+
+@pytest.mark.parametrize(("unit", "load"), [("boom", "200 kN"), ("bucket", "90 kN")])
+def test_a_torque_is_named_by_what_the_power_has_after_all_losses(unit, load):
+    """Boom and bucket lift by turning either way; copper losses are a tenth of what a slow shaft takes."""
+    where = f"units.{unit}.assumptions"
+    loader = ramsight.load_machine("mining-loader").replace(
+        {f"{where}.shaft.std": "0.05 deg", f"{where}.power.std": "0.5 %"}
+    )
+    moves = {"load": load, "speed": "700 rpm", "cycles": 2, "hold": "8 s"}
+    run = ramsight.simulate(loader, "lift-lower", unit=unit, **moves)
+    log = ramsight.drive_report(run, loader, unit=unit)
+    lifts = log["time"].values[(log["motor_speed"].values * log["motor_torque"].values > 0.0) & (log["time"] > 20.0)]
+    for kind, size in (("gain", 1.3), ("offset", 8.0 if unit == "boom" else -8.0)):
+        wrong = inject(log, Fault(kind, lifts[0], lifts[0] + 8.0, "motor_torque", size), 0)
+        track = ramsight.track(loader, wrong, unit=unit, start=float(run["position"][0]))
+        (one,) = (name for name in named_faults(track) if name.first < lifts[0] + 8.0)
+        assert one.signal == "motor torque or DC power"
+        assert kind in one.kinds
+        assert getattr(one, kind) == pytest.approx(size, rel=0.05)
 
 
 def tracked(kinds, status, gain=1.3, signal="speed"):

@@ -635,6 +635,17 @@ def test_a_torque_that_is_impossible_teaches_nothing(bank, told, learns):
         assert (bank.matrix(name)[LEAK, LEAK] < 0.02**2) == learns, "nor does it make surer"
 
 
+def test_samples_that_err_alike_count_as_one(bank):
+    """Ten of them with ten times the variance are one of it."""
+    learned = []
+    for samples, inflation in ((1, 1.0), (10, 10.0)):
+        bank.begin(0.3, std=1e-3)
+        for _ in range(samples):
+            bank.go(told=1.0, row_0=2.0, torque_variance=0.04, inflation=inflation, surprise=0.2, tells_leak=1.0)
+        learned.append(bank.matrix("described")[LEAK, LEAK])
+    assert learned[1] == pytest.approx(learned[0], rel=0.02)
+
+
 def test_what_a_contact_corrects_is_not_the_compliance(bank):
     bank.begin(0.3, std=1e-3)
     bank.go(travel=0.1, travel_by_2=5e-3, travel_by_0=-5e-3)

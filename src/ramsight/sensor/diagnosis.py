@@ -12,11 +12,11 @@ each with the noise that is declared, m being the greatest level. What is not kn
 so that its evidence is known in closed form (linear regression, Bishop 2006, equation 3.86): of e = theta u with the
 prior's variance s^2 and sums S weighted by 1/sigma^2
 
-    ln p = -max(S_ee - S_eu^2 / (S_uu + 1/s^2), n) / 2 - ln(1 + s^2 S_uu) / 2.
+    ln p = -max(S_ee - S_eu^2 / (S_uu + 1/s^2), n + 2 sqrt(2 n)) / 2 - ln(1 + s^2 S_uu) / 2,
 
-What is declared of noise is the most: n samples that fit better than that are no evidence. All of it needs a few sums
-since the contradiction began. Samples closer together than delays are not new. The five are as likely before;
-afterwards their probabilities are what is published.
+of a gain above 1 the first with 1/g^2, because the noise may be that of x. What is declared of noise is the most: that
+n samples fit better is no evidence. All of it needs a few sums since the contradiction began. Samples closer together
+than delays are not new. The five are as likely before; afterwards their probabilities are what is published.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ KINDS = ("gain", "offset", "sign", "stuck", "other")
 _GAIN = 0.5  # standard deviation of a gain about 1 [G]: from nothing to twice within two of them
 _LEAST_GAIN = 1e-3  # of what two reports without a fault may differ by
 _OFFSET = 1.0 / 3.0  # of an offset over the greatest level [G]: one of all of it is rare
+_SCATTER = 2.0  # standard deviations of the sum of squares (chi-squared) that are usual
 _AGREES = 3.0  # standard deviations of the noise within which a sample says nothing of a fault
 _LEAST = 1e-9  # of a sum, so that nothing is divided by 0 before the first sample
 
@@ -100,12 +101,16 @@ def likelihoods(sums: Evidence, most: Any, gain: Any = 0.0) -> tuple[Any, ...]:
     s = sums
     apart, together = s.yy - 2.0 * s.xy + s.xx, s.yy + 2.0 * s.xy + s.xx
 
-    def normal(ee: Any, eu: Any, uu: Any, prior: Any) -> Any:
-        left = ca.fmax(ee - eu**2 / (uu + 1.0 / prior**2), s.count)
+    usual = s.count + _SCATTER * ca.sqrt(2.0 * s.count)
+
+    def normal(ee: Any, eu: Any, uu: Any, prior: Any, scale: Any = 1.0) -> Any:
+        left = ca.fmax((ee - eu**2 / (uu + 1.0 / prior**2)) / scale, usual)
         return -0.5 * left - 0.5 * ca.log(1.0 + prior**2 * uu)
 
+    # The noise may be the other report's: a gain has that of it as well.
+    times = ca.fmax(gain_of(s) ** 2, 1.0)
     return (
-        normal(apart, s.xy - s.xx, s.xx, _GAIN),
+        normal(apart, s.xy - s.xx, s.xx, _GAIN, times),
         normal(apart, s.y - s.x, s.one, _OFFSET * most),
         normal(together, s.xy + s.xx, s.xx, ca.fmax(gain, _LEAST_GAIN)),
         normal(s.yy, s.y, s.one, most),
@@ -180,17 +185,18 @@ def diagnose(graph: SensorGraph, pair: Pair, alarm: Any, turned_round: Any = 0.0
         turned_round: whether it is the other report that is wrong; then probabilities, gain and offset are its.
 
     Returns:
-        Outputs with their units: a probability of each of `KINDS`, 0 while nothing is contradicted; gain and offset.
+        Outputs with their units: a probability of each of `KINDS`, 0 while nothing is contradicted or nothing is known
+            of it yet; gain and offset.
     """
     sums = _followed(graph, pair, alarm)
     both = zip(vars(sums).values(), vars(sums.turned_round()).values(), strict=True)
     seen = Evidence(*(ca.if_else(turned_round, other, own) for own, other in both))
-    chances = probabilities(seen, pair.most, pair.gain)
+    chances, says = probabilities(seen, pair.most, pair.gain), ca.logic_and(alarm, seen.count > 0.0)
     more = {}
     for kind, chance in zip(KINDS, chances, strict=True):
-        more[f"{pair.name}_{kind}_probability"] = ca.if_else(alarm, chance, 0.0), "1"
-    more[f"{pair.name}_gain"] = ca.if_else(alarm, gain_of(seen), 1.0), "1"
-    more[f"{pair.name}_offset"] = ca.if_else(alarm, offset_of(seen), 0.0), pair.unit
+        more[f"{pair.name}_{kind}_probability"] = ca.if_else(says, chance, 0.0), "1"
+    more[f"{pair.name}_gain"] = ca.if_else(says, gain_of(seen), 1.0), "1"
+    more[f"{pair.name}_offset"] = ca.if_else(says, offset_of(seen), 0.0), pair.unit
     return more
 
 
