@@ -1,6 +1,6 @@
 """Faults that the sensor names: whether the hypotheses that are left hold the true one, with counter and DC power.
 
-Faults of speed, torque, counter and power are put into work days of machines drawn at random. Of each that is noticed
+Faults of speed, torque and counter are put into work days of machines drawn at random. Of each that is noticed
 the name is *right* if the true kind alone is left, *among* if others are left as well (a motor that keeps its speed
 does not tell a gain from an offset), and *wrong* if it is none of those that are left. Gain and offset are those said
 where their kind is.
@@ -21,7 +21,7 @@ from ramsight.sensor.kalman import kalman
 from ramsight.study.named_faults import NamedFault, named_faults
 
 SIGNALS = "+ counter and DC power"
-CHANNELS = ("motor_speed", "shaft_angle", "motor_torque", "dc_power")
+CHANNELS = ("motor_speed", "shaft_angle", "motor_torque")
 KINDS = ("gain", "offset", "sign", "stuck")
 _EARLIEST, _LATEST = 100.0, 300.0  # s
 
@@ -76,6 +76,6 @@ def table(found: list[dict[str, Any]]) -> list[str]:
         unit = "" if row["fault"].startswith("gain") else " rad/s" if row["input"] == "motor_speed" else " N m"
         off = "" if row["off"] is None else f"{row['off']:.2g}{unit}"
         said = f"{row['noticed']} of {row['faults']} | {row['right']} | {row['among']} | {wrong} | {off}"
-        name = {"shaft_angle": "counter", "dc_power": "DC power"}.get(row["input"], row["input"].replace("_", " "))
+        name = {"shaft_angle": "counter"}.get(row["input"], row["input"].replace("_", " "))
         rows.append(f"| {name} | {row['fault']} | {said} |")
     return rows

@@ -175,22 +175,29 @@ class Pair:
     gain: Any = 0.0
 
 
-def diagnose(graph: SensorGraph, pair: Pair, alarm: Any, turned_round: Any = 0.0) -> dict[str, tuple[Any, str]]:
+def diagnose(
+    graph: SensorGraph, pair: Pair, alarm: Any, own: Any = 0.0, other: Any = 0.0
+) -> dict[str, tuple[Any, str]]:
     """Weigh the hypotheses while two reports contradict each other.
 
     Args:
         graph: of the sensor; gains states.
         pair: the reports.
         alarm: whether they contradict each other.
-        turned_round: whether it is the other report that is wrong; then probabilities, gain and offset are its.
+        own: whether it is known that the report itself is wrong.
+        other: whether it is known that the other one is; then probabilities, gain and offset are its, until the alarm
+            is over or the opposite is known.
 
     Returns:
         Outputs with their units: a probability of each of `KINDS`, 0 while nothing is contradicted or nothing is known
             of it yet; gain and offset.
     """
     sums = _followed(graph, pair, alarm)
+    was = graph.state(f"{pair.name}_right")
+    right = ca.if_else(other, 1.0, ca.if_else(own, 0.0, was))
+    graph.becomes(f"{pair.name}_right", ca.if_else(alarm, right, 0.0))
     both = zip(vars(sums).values(), vars(sums.turned_round()).values(), strict=True)
-    seen = Evidence(*(ca.if_else(turned_round, other, own) for own, other in both))
+    seen = Evidence(*(ca.if_else(right, swapped, plain) for plain, swapped in both))
     chances, says = probabilities(seen, pair.most, pair.gain), ca.logic_and(alarm, seen.count > 0.0)
     more = {}
     for kind, chance in zip(KINDS, chances, strict=True):

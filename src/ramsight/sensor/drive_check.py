@@ -109,7 +109,7 @@ def check_drive(graph: SensorGraph, assumptions: Assumptions, limits: Limits, th
         shaft.use(counter_wrong, ca.logic_or(speed_wrong, undecided))
         grows = grows + shaft.doubt(apart_by, counter_wrong, undecided)
         more["speed_over_counter"] = (shaft.ratio, "1")
-        more |= diagnose(graph, shaft.pair(speed, limits), disputed, counter_wrong)
+        more |= diagnose(graph, shaft.pair(speed, limits), disputed, speed_wrong, counter_wrong)
     torque_wrong, torque_off = 0.0, 0.0
     if power is not None and turned is not None:
         power.learn(speed if shaft is None else shaft.speed, turned)

@@ -26,7 +26,8 @@ class NamedFault:
     """A fault of an input.
 
     Attributes:
-        signal: which report, ``"motor speed"``; both, where nothing tells which of them is wrong.
+        signal: which report, ``"motor speed"``.
+        or_else: which one is wrong in its place, where nothing tells which of them; else empty.
         kinds: what may be wrong with it, of `ramsight.sensor.diagnosis.KINDS`; one, where that is sure.
         gain: of the report over what it should be, if that is its fault [1].
         offset: of it, if that is its fault [`unit`].
@@ -34,13 +35,14 @@ class NamedFault:
         first, last: time from which and to which the reports contradict each other [s].
 
     Example:
-        >>> print(NamedFault("motor speed", ("gain",), 1.3, 12.6, "rad/s", 120.42, 140.6).text)
+        >>> print(NamedFault("motor speed", "", ("gain",), 1.3, 12.6, "rad/s", 120.42, 140.6).text)
         motor speed: 1.30 times what it should be, from 120.4 s to 140.6 s
-        >>> print(NamedFault("motor speed", ("gain", "offset"), 1.3, 12.6, "rad/s", 120.42, 140.6).text)
-        motor speed: 1.30 times what it should be or off by +12.6 rad/s, from 120.4 s to 140.6 s
+        >>> print(NamedFault("motor torque", "DC power", ("sign",), -1.0, 9.3, "N m", 120.42, 140.6).text)
+        motor torque: of the wrong sign (unless it is DC power that is wrong), from 120.4 s to 140.6 s
     """
 
     signal: str
+    or_else: str
     kinds: tuple[str, ...]
     gain: float
     offset: float
@@ -59,7 +61,8 @@ class NamedFault:
             "other": "wrong in another way than by a gain, an offset or a sign",
         }
         said = " or ".join(words[kind] for kind in self.kinds) or "wrong"
-        return f"{self.signal}: {said}, from {self.first:.1f} s to {self.last:.1f} s"
+        doubt = f" (unless it is {self.or_else} that is wrong)" if self.or_else else ""
+        return f"{self.signal}: {said}{doubt}, from {self.first:.1f} s to {self.last:.1f} s"
 
 
 @dataclass
@@ -81,7 +84,8 @@ class _Episode:
         gain, offset = (float(np.median(np.array(column)[its])) for column in (self.gains, self.offsets))
         other, unit = _SIGNALS[signal]
         decided = _DECIDED.get(Counter(self.codes).most_common(1)[0][0]) if signal == "speed" else None
-        return NamedFault(decided or f"motor {signal} or {other}", kinds, gain, offset, unit, self.first, self.last)
+        name, doubt = (decided, "") if decided else (f"motor {signal}", other)
+        return NamedFault(name, doubt, kinds, gain, offset, unit, self.first, self.last)
 
 
 class FaultNames:
