@@ -50,6 +50,7 @@ _SETTLING = 0.1  # share of the seeming way since then by which that place is un
 _APART = 0.05  # share of the stroke that the piston goes between two contacts that are not the same
 _CAME = 0.02  # share of the stroke; whoever went farther back has left an end
 _GONE, _GONE_NOISE = 0.1, 2.0  # share of the torque, and its standard deviations, that are left where no load is
+_MODEL = 0.05  # share of a change of the torque by which a closed volume's equation may err, standard deviation
 _BUILT = 16.0  # standard deviations of the torque; of a motor that pushes a closed volume
 
 
@@ -96,6 +97,7 @@ class Contact:
         released: whether it has just been let go.
         stands: whether the piston may be standing while the pump delivers, not yet surely.
         pushing: whether the motor pushes against what holds it.
+        draws: whether it draws oil from what is still held.
         built: change of the expected torque since it pushes [N m].
         given_way: by which what holds it gives way under it, extension positive [m].
         went: what a piston that is let go may have gone after all, while it was thought to be held [m].
@@ -113,6 +115,7 @@ class Contact:
     released: Any
     stands: Any
     pushing: Any
+    draws: Any
     built: Any
     given_way: Any
     went: Any
@@ -216,7 +219,8 @@ class ContactWatch:
         # At rest only leakage takes its oil away, and no end lets go by that: what the end carries goes with it.
         pulled, stays = ca.logic_and(off, turns), ca.logic_and(off, ca.logic_not(turns))
         keeps_load = ca.logic_or(keeps, ca.logic_or(self.held, touched))
-        grip = self._grip.look(step, turns, keeps_load, stays, believed.held_back)
+        soft = ca.fmax(believed.compliance, _MODEL)
+        grip = self._grip.look(step, turns, keeps_load, stays, believed.held_back, soft)
         away = ca.fabs(position - self._left_from) > _SURE * step.noise_travel
         conditions = {
             "stopped while it retracts": ca.logic_or(ca.logic_and(holds, way < 0.0), ca.logic_and(stays, way > 0.0)),
@@ -253,6 +257,7 @@ class ContactWatch:
             released=grip.released,
             stands=found.standing.stands,
             pushing=grip.pushing,
+            draws=ca.logic_and(grip.back, is_in(mode, HELD)),
             built=grip.built,
             given_way=grip.pressed / believed.stiffness,
             went=grip.went,

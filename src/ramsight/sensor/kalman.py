@@ -453,7 +453,7 @@ def _torque(parts: _Parts, stepped: _Stepped, met: _Met) -> None:
     graph, contact, relief = parts.graph, met.contact, met.relief.doubt
     step, torque_by, checks = stepped.step, stepped.torque_by, stepped.checks
     inflation = _CORRELATED / ca.fmax(graph.elapsed, 1e-3)
-    compressed = ca.logic_and(contact.pushing, ca.logic_not(ca.logic_or(step.empty, relief > 0.0)))
+    compressed = ca.logic_and(ca.logic_or(contact.pushing, contact.draws), ca.logic_not(ca.logic_or(step.empty, relief > 0.0)))
     pushes = ca.logic_and(compressed, ca.fabs(torque_by[2]) > step.noise)
     turns = ca.logic_and(ca.fabs(graph.motor_speed) > _TURNING, ca.logic_not(contact.held))
     steady = ca.fabs(step.change) < _STEADY * ca.fabs(torque_by[0])

@@ -53,6 +53,19 @@ class Grip:
     went: Any
 
 
+@dataclass(frozen=True)
+class _Drawn:
+    """What the torque says of a piston that is held while the motor turns back.
+
+    Attributes:
+        behind: it changes less than that of a closed volume.
+        surely: compliance and noise do not explain it: the piston goes.
+    """
+
+    behind: Any
+    surely: Any
+
+
 class LettingGo:
     """Its states in a sensor's graph.
 
@@ -69,7 +82,9 @@ class LettingGo:
         self._friction = graph.parameters.symbol("circuit.cylinder.coulomb_friction")
         self._loads = {name: graph.state(name) for name in ("least_load_lately", "largest_load_lately")}
 
-    def look(self, step: LoadStep, turns: Any, keeps: Any, from_rest: Any, held_back: Any) -> Grip:
+    def look(
+        self, step: LoadStep, turns: Any, keeps: Any, from_rest: Any, held_back: Any, compliance: Any
+    ) -> Grip:
         """One sample.
 
         Args:
@@ -79,6 +94,7 @@ class LettingGo:
             from_rest: whether it has just been found at rest on an end that it was pressed on already; of the load that
                 it carried before nothing is known then.
             held_back: share of a pressure by which a relief valve may hold it lower than described [1].
+            compliance: standard deviation of the compliance [1].
         """
         graph, held, direction = self._graph, self._held, self._direction
         same_way = ca.sign(graph.extending_speed) == direction
@@ -93,11 +109,33 @@ class LettingGo:
         missing, rise = -step.surprise * pushes_with, built * pushes_with
         explained = _NOISE * step.noise + _SOFTER * ca.fabs(built) + held_back * ca.fabs(step.torque)
         yields = ca.logic_and(pushing, missing > explained)
-        behind = ca.logic_and(pushing, missing > USUALLY * rise)
+        drawn = self._drawn(step, back, compliance)
+        behind = ca.logic_or(ca.logic_and(pushing, missing > USUALLY * rise), ca.logic_and(back, drawn.behind))
         went = self._went(step, behind, ca.logic_or(keeps, ca.logic_not(turns)))
         stays = ca.logic_and(rests, _stays(step, *self._changes_at_rest(step, rests)))
-        released = ca.logic_or(ca.logic_or(back, lost), ca.logic_or(yields, stays))
-        return Grip(rests, pushing, back, released, pressed, built, rise, missing, ca.if_else(yields, went, 0.0))
+        sunk = pressed * direction < self._friction
+        leaves = ca.logic_and(back, ca.logic_or(sunk, drawn.surely))
+        released = ca.logic_or(ca.logic_or(leaves, lost), ca.logic_or(yields, stays))
+        went = ca.if_else(ca.logic_or(yields, leaves), went, 0.0)
+        return Grip(rests, pushing, back, released, pressed, built, rise, missing, went)
+
+    def _drawn(self, step: LoadStep, back: Any, compliance: Any) -> _Drawn:
+        """Whether a piston goes with a motor that turns back, by a torque that changes less than a closed volume's.
+
+        The oil on the stop's side decompresses, or the one on the other side is compressed; either way the torque
+        changes until the piston leaves the stop. While a valve that holds the load opens it comes a little sooner or
+        later; what is looked at is the change since the torque was largest, or least.
+        """
+        graph, torque, noise = self._graph, step.torque, _NOISE * step.noise
+        behind, surely = [], []
+        for name, sign in (("torque_back_largest", 1.0), ("torque_back_least", -1.0)):
+            extreme = graph.state(name)
+            now = ca.if_else(back, ca.fmax(sign * extreme, sign * torque), sign * torque)
+            graph.becomes(name, sign * now)
+            changed, left = now - sign * torque, sign * step.surprise
+            behind.append(left > compliance * changed)
+            surely.append(ca.logic_and(changed > noise, left > noise + 2.0 * compliance * changed))
+        return _Drawn(ca.logic_or(*behind), ca.logic_or(*surely))
 
     def _went(self, step: LoadStep, behind: Any, keeps: Any) -> Any:
         """What the pump has delivered since the torque stays behind, less what leaked under the load from before [m].
