@@ -453,12 +453,13 @@ def _torque(parts: _Parts, stepped: _Stepped, met: _Met) -> None:
     graph, contact, relief = parts.graph, met.contact, met.relief.doubt
     step, torque_by, checks = stepped.step, stepped.torque_by, stepped.checks
     inflation = _CORRELATED / ca.fmax(graph.elapsed, 1e-3)
-    compressed = ca.logic_and(ca.logic_or(contact.pushing, contact.draws), ca.logic_not(ca.logic_or(step.empty, relief > 0.0)))
+    closed = ca.logic_or(contact.pushing, contact.draws)
+    compressed = ca.logic_and(closed, ca.logic_not(ca.logic_or(step.empty, relief > 0.0)))
     pushes = ca.logic_and(compressed, ca.fabs(torque_by[2]) > step.noise)
     turns = ca.logic_and(ca.fabs(graph.motor_speed) > _TURNING, ca.logic_not(contact.held))
     steady = ca.fabs(step.change) < _STEADY * ca.fabs(torque_by[0])
-    closed, closed_for = ca.logic_and(ca.logic_and(turns, step.seen < _BLIND), steady), graph.state("closed_for")
-    closed_for_1 = ca.if_else(closed, closed_for + graph.elapsed, 0.0)
+    valve, closed_for = ca.logic_and(ca.logic_and(turns, step.seen < _BLIND), steady), graph.state("closed_for")
+    closed_for_1 = ca.if_else(valve, closed_for + graph.elapsed, 0.0)
     graph.becomes("closed_for", closed_for_1)
     blind = closed_for_1 > _SETTLED
     model = (_MODEL * torque_by[2]) ** 2 + ca.if_else(blind, (_FRICTION * graph.motor_torque) ** 2, 0.0)
