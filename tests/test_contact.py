@@ -74,9 +74,11 @@ def test_a_held_piston_stands_and_is_let_go_when_the_motor_turns_the_other_way(n
     first, last = np.flatnonzero(held)[[0, -1]]
     assert held[first : last + 1].all(), "held once and for all"
     assert np.ptp(said["position"][first : last + 1]) < 0.2e-3
-    speed = run["motor_speed"].values
+    speed, place = run["motor_speed"].values, run["position"].values
     assert np.sign(speed[last + 1]) == -np.sign(speed[first])
-    assert np.abs(speed[last]) < 0.1 * np.abs(speed).max()
+    gone = np.abs(place - place[first])
+    assert gone[last + 1] < 0.002 * unit.cylinder.stroke, "not before it goes"
+    assert (np.abs(said["position"] - place) < 0.006 * unit.cylinder.stroke)[last:].all()
     assert said["released"].sum() == 1.0
     assert said["released"][last + 1] == 1.0
     assert said["state_mode"][last + 1] == Mode.LEAVING
@@ -251,7 +253,9 @@ def test_a_piston_stays_on_a_stop_that_its_load_presses_it_on(name, share):
     said = watched(name, run, log)
     held = run["time"].values[said["held"] > 0.0]
     assert held[0] < up - 3.0
-    assert held[-1] == pytest.approx(up, abs=0.06)
+    place, time = run["position"].values, run["time"].values
+    leaves = time[(np.abs(place - place[time < up][-1]) > 0.1e-3) & (time > up)][0]
+    assert held[-1] == pytest.approx(leaves, abs=0.06)
     assert said["position"][-1] == pytest.approx(run["position"].values[-1], abs=0.4e-3)
 
 
@@ -274,7 +278,7 @@ def test_a_piston_does_not_go_through_the_stop_that_the_motor_pulls_it_off(name)
     run, log, _ = pressed_and_rested(name, 0.3)
     said = watched(name, run, log)
     leaves = np.flatnonzero(said["state_mode"] == Mode.LEAVING)
-    assert leaves.size > 2
+    assert leaves.size > 1
     begins = said["position"][leaves[0]]
     assert said["position"][leaves].min() >= begins - 1e-12
 

@@ -1,9 +1,13 @@
 """When a piston that is held is let go.
 
-It is when the motor turns the other way (oil that decompresses is in the observer, so a piston that still stands is
-seen to stand), or when the torque stays behind what a closed volume would ask for, and neither its compliance nor a
-relief valve that opens early explains that. Then it may not have been held since the torque stays behind: it may have
-gone as far as the pump delivered, less what leaked before.
+When the motor turns the other way the stop holds the piston until its oil has decompressed to the load that it carried
+before, or the oil on its other side is pressed as far; sooner, when the torque changes less than that of a closed
+volume, and neither compliance nor noise explains that; at the latest when several times as much oil has been drawn
+as compliance gives back. Meanwhile the torque tells the compliance.
+
+When the motor goes on the same way the piston is let go where the torque stays behind what a closed volume would ask
+for, and neither its compliance nor a relief valve that opens early explains that. Then it may not have been held since
+the torque stays behind: it may have gone as far as the pump delivered, less what leaked before.
 
 Where the pump holds the load it also leaves a stop by itself: leakage lets the oil's force sink below the load that it
 carried before, or the torque stays at that load while a closed volume would lose it.
@@ -21,6 +25,7 @@ from ramsight.sensor.virtual_sensor import SensorGraph
 
 _NOISE = 4.0  # standard deviations
 _SOFTER = 0.5  # share of the expected torque's change that compliance does not explain, twice its deviation
+_ALL = 5.0  # of what the oil gives back as described; neither compliance nor another stroke makes it so much more
 USUALLY = 0.25
 """The same, its deviation."""
 _REMEMBERED = 1.0  # s; for which the load and the leakage from before are remembered
@@ -82,9 +87,7 @@ class LettingGo:
         self._friction = graph.parameters.symbol("circuit.cylinder.coulomb_friction")
         self._loads = {name: graph.state(name) for name in ("least_load_lately", "largest_load_lately")}
 
-    def look(
-        self, step: LoadStep, turns: Any, keeps: Any, from_rest: Any, held_back: Any, compliance: Any
-    ) -> Grip:
+    def look(self, step: LoadStep, turns: Any, keeps: Any, from_rest: Any, held_back: Any, compliance: Any) -> Grip:
         """One sample.
 
         Args:
@@ -113,11 +116,26 @@ class LettingGo:
         behind = ca.logic_or(ca.logic_and(pushing, missing > USUALLY * rise), ca.logic_and(back, drawn.behind))
         went = self._went(step, behind, ca.logic_or(keeps, ca.logic_not(turns)))
         stays = ca.logic_and(rests, _stays(step, *self._changes_at_rest(step, rests)))
-        sunk = pressed * direction < self._friction
-        leaves = ca.logic_and(back, ca.logic_or(sunk, drawn.surely))
+        leaves = ca.logic_and(back, ca.logic_or(drawn.surely, self._decompressed(step, back, pressed * direction)))
         released = ca.logic_or(ca.logic_or(leaves, lost), ca.logic_or(yields, stays))
         went = ca.if_else(ca.logic_or(yields, leaves), went, 0.0)
         return Grip(rests, pushing, back, released, pressed, built, rise, missing, went)
+
+    def _decompressed(self, step: LoadStep, back: Any, pressed: Any) -> Any:
+        """Whether the oil presses a piston no more on what holds it, or as much has been drawn as that can take.
+
+        Args:
+            step: of the load observer.
+            back: whether the motor turns back.
+            pressed: force of the oil towards what holds it, beside the load from before [N].
+        """
+        graph = self._graph
+        drawn, began = graph.state("drawn_back"), graph.state("pressed_before")
+        pumped = ca.fabs(graph.extending_angle) * graph.parameters.symbol("travel_per_radian")
+        taken = ca.if_else(back, drawn + pumped, 0.0)
+        graph.becomes("drawn_back", taken)
+        graph.becomes("pressed_before", ca.if_else(back, began, ca.fabs(pressed)))
+        return ca.logic_or(pressed < -self._friction, taken > _ALL * step.give * began)
 
     def _drawn(self, step: LoadStep, back: Any, compliance: Any) -> _Drawn:
         """Whether a piston goes with a motor that turns back, by a torque that changes less than a closed volume's.
