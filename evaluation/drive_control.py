@@ -29,6 +29,7 @@ from ramsight.plant.limits import limits_of
 from ramsight.plant.linked import LinkedMachine, build_linked
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.status import Status
+from ramsight.units import RPM
 
 UNITS = {**CIRCUITS, "bucket": ("mining-loader", "bucket")}
 FAULT_UNITS = ("direct driven", "press", "bucket")  # two behind a valve, one that its pump holds
@@ -73,20 +74,32 @@ class Drive:
 
 
 _REPEATS = 0.05  # of the torque: steps of 1/16 N m over a noise of 0.5 N m
+# Whole rpm, of which the last one flickers: an encoder in the bearing of a traction motor has 64 pulses a turn, 256
+# edges. If each is placed to 2 % of their distance, a speed counted over 5 ms is off by 0.02 sqrt(2)/(256 * 5 ms)
+# = 0.022 /s, 1.3 rpm, whatever the speed; filters of drives take some of it.
+NOISE = RPM
+FINE = 0.1 * RPM  # of a drive that is told to report tenths: in CiA 402 a matter of the velocity's factor
+
+
+def response(**follows: Any) -> DriveResponse:
+    """How a drive of the study follows, with the noise of its reports."""
+    return DriveResponse(**{"speed_noise": NOISE, "torque_repeats": _REPEATS} | follows)
+
+
 DRIVES = {
-    "ideal": Drive(DriveResponse(torque_repeats=_REPEATS)),
-    **{
-        f"{n} sample{'s' * (n > 1)} late": Drive(DriveResponse(report_delay=0.02 * n, torque_repeats=_REPEATS))
-        for n in (1, 2, 3, 5)
-    },
-    "5 samples either way": Drive(DriveResponse(command_delay=0.1, report_delay=0.1, torque_repeats=_REPEATS)),
-    "10 Hz": Drive(DriveResponse(bandwidth=10.0, order=2, torque_repeats=_REPEATS)),
-    "150 rad/s²": Drive(DriveResponse(acceleration=150.0, torque_repeats=_REPEATS)),
-    "torque limited": Drive(DriveResponse(torque_repeats=_REPEATS), limited=True),
-    "samples of 100 ms": Drive(DriveResponse(torque_repeats=_REPEATS), period=0.1),
-    "5 % lost": Drive(DriveResponse(lost=0.05, torque_repeats=_REPEATS)),
+    "ideal": Drive(response()),
+    **{f"{n} sample{'s' * (n > 1)} late": Drive(response(report_delay=0.02 * n)) for n in (1, 2, 3, 5)},
+    "5 samples either way": Drive(response(command_delay=0.1, report_delay=0.1)),
+    "10 Hz": Drive(response(bandwidth=10.0, order=2)),
+    "150 rad/s²": Drive(response(acceleration=150.0)),
+    "torque limited": Drive(response(), limited=True),
+    "samples of 100 ms": Drive(response(), period=0.1),
+    "5 % lost": Drive(response(lost=0.05)),
+    "speed in 0.1 rpm": Drive(response(speed_step=FINE)),
     "all but the torque": Drive(
-        DriveResponse(0.04, 0.04, bandwidth=10.0, order=2, acceleration=300.0, lost=0.02, torque_repeats=_REPEATS)
+        response(
+            command_delay=0.04, report_delay=0.04, bandwidth=10.0, order=2, acceleration=300.0, lost=0.02
+        )
     ),
 }
 
