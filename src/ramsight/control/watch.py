@@ -25,6 +25,9 @@ _STALLED = 1.0  # s at the torque limit without a turn: a pump presses a chamber
 _STANDS = 1.0  # rad/s, below which a motor at its limit does not turn
 # Steps of the reported speed by which the model has to move past a report that stands: one may be rounding.
 _MOVED = 2.0
+# Samples of which a mean is taken, and in which a command has left it, at least: one that follows a sensor trembles by
+# some 0.06 rad/s, so that three are two steps of 1 rpm off a mean of three one time in 10^8.
+_LEAVING = 3
 _SAME = 0.5  # steps of the reported speed, within which a command stands: rounding alone could hide it
 _TREMBLE = 6.0  # standard deviations of the reported speed, from end to end, in which what a command does is not seen
 
@@ -80,6 +83,7 @@ class DriveWatch:
         self.late = math.ceil((response.command_delay + response.report_delay) / period - 1e-9) + lost
         self._patience = self.late + max(self.late // 3, 2)  # beyond which a late drive is no drive that obeys
         self._in_a_row = max(math.floor(NOTICED / period + 1e-9), 1)
+        self._leaving = max(self._in_a_row, _LEAVING)
         self._missing_at_most = max(lost, self._in_a_row)
         chance = (FALSE_ALARMS * period) ** (1.0 / self._in_a_row)
         self._allowed = response.deviation + NormalDist().inv_cdf(1.0 - chance) * response.speed_noise
@@ -199,13 +203,13 @@ class DriveWatch:
             return False
         self._same += 1
         model, asked, seen = self._speeds[-1 - self.late], self._asked[-1 - self.late], self._same - self.late
-        if 0 < seen <= self._in_a_row:
-            self._began = self._began[0] + model / self._in_a_row, self._began[1] + asked / self._in_a_row
+        if 0 < seen <= self._leaving:
+            self._began = self._began[0] + model / self._leaving, self._began[1] + asked / self._leaving
         elif seen > 0:
             off, least = (model - self._began[0], asked - self._began[1]), _MOVED * self.response.speed_step
             side = 1.0 if min(off) > least else -1.0 if max(off) < -least else 0.0
             self._gone, self._side = (self._gone + 1 if side == self._side else 1), side
-        return self._side != 0.0 and self._gone >= self._in_a_row
+        return self._side != 0.0 and self._gone >= self._leaving
 
     def _speed_sticks(self, speed: float) -> bool:
         """Whether the speed of a motor that turns repeats more often than its noise lets it."""
