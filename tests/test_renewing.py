@@ -78,6 +78,7 @@ def test_a_sensor_that_still_asks_gets_another_of_the_references_that_are_allowe
     monkeypatch.setattr("ramsight.control.driven.ASKS", frozenset(Status))
     loop.records["axis"].estimate[-1] = Estimate(0.1, 1.0, 0.0, 1e4, Status.REFERENCE_DUE)
     monkeypatch.setattr("ramsight.control.renewing.ASKS", frozenset(Status))
+    assert loop.reference_due("axis", [0.5 * STROKE]) == 0.0, "it asks, whatever its standard deviation"
     assert loop.renew({"axis": 0.5 * STROKE}) == 2
     assert {visit.lifted for *_, visit in loop.visited} == {False, True}
 

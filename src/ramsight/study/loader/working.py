@@ -46,7 +46,7 @@ class Options:
 
     Example:
         >>> Options().late
-        'drives 40 ms late with commands, and 40 ms with reports'
+        'drives 40 ms late either way'
     """
 
     payload: float | None = None
@@ -60,8 +60,7 @@ class Options:
     @property
     def late(self) -> str:
         """What a title says of the drives."""
-        time = f"{1e3 * self.delay:g} ms"
-        return f"drives {time} late with commands, and {time} with reports" if self.delay else "drives without a delay"
+        return f"drives {1e3 * self.delay:g} ms late either way" if self.delay else "drives without a delay"
 
 
 @dataclass(frozen=True)
