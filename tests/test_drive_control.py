@@ -145,5 +145,7 @@ def test_tables_say_what_was_found(study):
     assert study.longer(found)[1].startswith(f"- {full}: torque lost 0.10 s (late); torque stuck 0.10 s (late);")
     found["faults"]["late"]["kinds"]["no reports"][full] = none
     assert study.fault_table(found)[-3].endswith("| 0.80, **never**\\* |")
+    assert study.missed({"moves": {"ideal": {"a": unit}}}) == ["- none"]
+    assert study.missed(found) == ["- b, reached of its 12 targets: 12 (ideal); 1 (late)"]
     assert study.loader_table(found)[-1] == "| late | 30 | 1.20 | 1.20 | 2.00 | 3.00 |"
     assert math.isclose(study.Drive().latency, 0.0)
