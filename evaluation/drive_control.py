@@ -135,18 +135,21 @@ def targets(unit: HydraulicUnit, seed: int) -> Iterator[float]:
 
 
 def moved(unit: HydraulicUnit, drive: Drive, seed: int = 0) -> dict[str, Any]:
-    """`TARGETS` moves with references as they are due, at either end.
+    """`TARGETS` moves with references as they are due, at either end; one stop is gone on from, a second one ends it.
 
     Returns:
-        How many arrived, errors of rod and sensor [m], visits, time [s], and what stopped them, if anything.
+        How many arrived, errors of rod and sensor [m], visits, time [s], and what stopped it, if anything.
     """
-    name, errors, sensed = unit.name, [], []
+    name, errors, sensed, stopped = unit.name, [], [], ""
     renewing = Renewing({name: (Visit(lifted=False), Visit(lifted=True))})
     run = loop(unit, drive, 0.5, seed, renewing=renewing)
     for _, target in zip(range(TARGETS), targets(unit, seed), strict=False):
         run.go({name: target})
         if run.stopped:
-            break
+            if stopped:
+                break
+            stopped = run.reasons[name]
+            continue
         errors.append(abs(run.now.position[name] - target))
         sensed.append(abs(run.records[name].estimate[-1].position - run.now.position[name]))
     return {
@@ -156,7 +159,7 @@ def moved(unit: HydraulicUnit, drive: Drive, seed: int = 0) -> dict[str, Any]:
         "sensor_p95": float(np.percentile(sensed, 95)) if sensed else None,
         "visits": len(run.visited),
         "time": run.now.time,
-        "stopped": run.reasons[name] if run.stopped else "",
+        "stopped": stopped,
     }
 
 
