@@ -15,6 +15,7 @@ from ramsight.study.figures import STYLE, legend_above, save
 
 ROOT = Path(__file__).parents[1]
 _MARKS = "osv^Dx"
+_JUDGED = "stood_less_ramp"  # without what the motor needs by its declared acceleration
 _SLOW = 1.0  # s; standstills that take longer have the same colour
 
 
@@ -53,11 +54,12 @@ def _draw_errors(axes: Any, moves: dict[str, dict[str, dict[str, Any]]]) -> None
 
 def _draw_standstills(axes: Any, faults: dict[str, Any], phase: str) -> Any:
     kinds = list(next(iter(faults.values()))["kinds"])
-    times = np.array([[_standstill(of["kinds"][kind][phase]) for of in faults.values()] for kind in kinds])
+    cases = [[of["kinds"][kind][phase] for of in faults.values()] for kind in kinds]
+    times, judged = (np.array([[_seconds(case[key]) for case in row] for row in cases]) for key in ("stood", _JUDGED))
     shown = axes.imshow(times, cmap="YlOrBr", vmin=0.0, vmax=_SLOW, aspect="auto")
     allowed = [drive_control.STANDSTILL + of["latency"] for of in faults.values()]
     for (row, column), seconds in np.ndenumerate(times):
-        late = seconds > allowed[column] + 1e-9
+        late = judged[row, column] > allowed[column] + 1e-6
         axes.text(
             column, row, f"{seconds:.2f}", ha="center", va="center", fontsize=7,
             fontweight="bold" if late else "normal", color="white" if seconds > 0.7 * _SLOW else "black",
@@ -69,8 +71,8 @@ def _draw_standstills(axes: Any, faults: dict[str, Any], phase: str) -> Any:
     return shown
 
 
-def _standstill(of: dict[str, float | None]) -> float:
-    return float("nan") if of["standstill"] is None else float(of["standstill"])
+def _seconds(time: float | None) -> float:
+    return float("nan") if time is None else float(time)
 
 
 if __name__ == "__main__":

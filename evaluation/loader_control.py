@@ -16,8 +16,10 @@ import numpy as np
 
 from ramsight import machine
 from ramsight.control.loop import ClosedLoop
-from ramsight.control.planning import Knowledge, Visit, due, plan
-from ramsight.control.setting import Feedback, Setting
+from ramsight.control.planning import Knowledge, Visit, plan
+from ramsight.control.renewing import Renewing, felt
+from ramsight.control.setting import USUAL, Feedback, Setting
+from ramsight.duty.drive_report import DriveReport
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.live import Reported
 from ramsight.plant.as_built import AsBuilt
@@ -91,7 +93,7 @@ def planned(loop: ClosedLoop, references: int) -> None:
     """One reference of each unit, then the visits that are planned for work to come."""
     for unit in UNITS:
         loop.home(unit, lifted=unit == "bucket")
-        load, control = felt(loop, unit), loop.controls[unit]
+        load, control = felt(loop.records[unit].estimate), loop.controls[unit]
         work = [(share * control.unit.cylinder.stroke, load) for share in WORK]
         known, place = Knowledge.of(loop.sensors[unit], control), loop.records[unit].estimate[-1].position
         for one in plan(known, control, place, load, work, VISITS[unit], references - 1).visits:
@@ -99,26 +101,18 @@ def planned(loop: ClosedLoop, references: int) -> None:
         loop.go({unit: START[unit]})
 
 
+RENEWING = Renewing(VISITS, DUE)
+
+
 def renewed(loop: ClosedLoop, target: Mapping[str, float]) -> int:
     """Visit what is due before a target is left for; how many visits that took."""
-    count = 0
+    before = len(loop.visited)
     for unit, place in target.items():
-        load, control = felt(loop, unit), loop.controls[unit]
-        known, here = Knowledge.of(loop.sensors[unit], control), loop.records[unit].estimate[-1].position
-        if due(known, control, here, [(place, load), (here, load)], DUE) < abs(place - here) / control.limits.speed:
-            for one in plan(known, control, here, load, [(place, load)], VISITS[unit], 1).visits:
-                loop.calibrate(unit, one)
-                count += 1
-    return count
-
-
-def felt(loop: ClosedLoop, unit: str) -> float:
-    """The load that a unit has felt while it moved lately, the median [N]."""
-    said = [one for one in loop.records[unit].estimate[-_LATELY:] if abs(one.velocity) > _MOVES]
-    return float(np.median([one.load for one in said])) if said else loop.records[unit].estimate[-1].load
-
-
-_LATELY, _MOVES = 1500, 1e-3  # samples, m/s
+        estimates, may = loop.records[unit].estimate, RENEWING.visits[unit]
+        visit = RENEWING.before(loop.sensors[unit], loop.controls[unit], estimates, place, may)
+        if visit is not None:
+            loop.calibrate(unit, visit)
+    return len(loop.visited) - before
 
 
 def arrivals(
@@ -133,6 +127,7 @@ def arrivals(
     assumptions: Assumptions | None = None,
     leak_test: bool = False,
     drive: DriveResponse = IDEAL,
+    report: DriveReport = USUAL,
     plans: bool = False,
     renews: bool = False,
     spent: list[tuple[float, float]] | None = None,
@@ -147,7 +142,7 @@ def arrivals(
     for series, payload in enumerate(PAYLOADS):
         number = len(PAYLOADS) * seed + series
         shared = {"temperature_offset": offset, "feedback": feedback, "assumptions": assumptions}
-        setting = Setting(seed=number, drive=drive, **shared)
+        setting = Setting(seed=number, drive=drive, report=report, **shared)
         loop = ClosedLoop(actual, sheet, START, setting)
         loop.load(payload, 2.0)
         planned(loop, references) if plans else visit(loop, references, leak_test)

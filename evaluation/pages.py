@@ -160,6 +160,9 @@ CONTROL_TABLES: dict[str, tuple[str, Callable[[Any], list[str]]]] = {
     "drives": ("drive_control", drive_control.table),
     "missed": ("drive_control", drive_control.missed),
     "drive_faults": ("drive_control", drive_control.fault_table),
+    "repeats": ("drive_control", drive_control.repeat_table),
+    "drive_commands": ("drive_control", drive_control.command_table),
+    "drive_longer": ("drive_control", drive_control.longer),
     "drive_loader": ("drive_control", drive_control.loader_table),
     "loop": ("loop_response", loop_response.table),
 }

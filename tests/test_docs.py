@@ -151,10 +151,20 @@ def test_the_page_of_the_control_quotes_the_study_and_its_python_runs(monkeypatc
     margins = [row for drives in everything["loop_response"].values() for row in drives.values()]
     assert min(row["phase_margin"] for row in margins) > 60.0
     assert min(row["gain_margin"] or 10.0 for row in margins) > 3.0
-    (block,) = re.findall(r"```python\n(.*?)```", page, flags=re.DOTALL)
+    first, second = re.findall(r"```python\n(.*?)```", page, flags=re.DOTALL)
     names = {}
-    exec(block, names)
+    exec(first, names)
     assert names["loop"].now.position["ram"] == pytest.approx(0.05, abs=4e-3)
+    exec(second, names)
+    assert names["loop"].now.position["ram"] == pytest.approx(0.3, abs=4e-3)
+
+
+def test_no_drive_as_it_is_declared_is_stopped_in_hours_of_work_with_its_noise_or_without():
+    found = json.loads((ROOT / "study.json").read_text())["drive_control"]
+    for label in found["moves"]:
+        of = [found[key][label] for key in ("worked", "watched", "silent") if label in found[key]]
+        assert sum(one["hours"] for one in of) >= 10.0, label
+        assert sum(one["stops"] for one in of) == 0, label
 
 
 def test_the_page_of_studies_quotes_its_sheets_and_the_benchmark(monkeypatch):

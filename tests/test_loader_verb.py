@@ -45,6 +45,9 @@ def test_the_loader_works_and_leaves_all_its_files(done):
     found = json.loads((out / "results.json").read_text())
     assert found["stopped"] == ""
     assert found["options"]["payload"] == 5000.0
+    assert found["options"]["delay"] == 0.04, "the drives are late, as real ones are, and picture and page say so"
+    for name in ("loader.html", "control.svg"):
+        assert "drives 40 ms late either way" in (out / name).read_text(), name
     assert [phase["name"] for phase in found["phases"]][:3] == ["reference boom", "reference bucket", "approach"]
     for name in ("boom", "bucket"):
         assert found[name]["target_error_largest"] < 3e-3

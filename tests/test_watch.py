@@ -6,16 +6,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ramsight.control.watch import FALSE_ALARMS, NOTICED, DriveWatch, Verdict, runs
+from ramsight.control.repeats import runs
+from ramsight.control.watch import NOTICED, DriveWatch, Verdict
 from ramsight.duty import DriveReport
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.live import Reported
 from ramsight.duty.live_drive import LiveDrive
 from ramsight.plant.drive import ServoDrive
+from ramsight.units import RPM
 
 from .plant_bench import UNITS
 
 WARM = 313.15
+HOW = DriveReport(seed=3)
 BOOM = UNITS["mining-loader boom"]
 SERVO = replace(BOOM, drive=ServoDrive("drive", 0.008, 0.8, 16.0, 50.0))
 DRIVES = {
@@ -40,10 +43,10 @@ def commands(count, period, seed=0):
     return [float(value) for value in found[:count]]
 
 
-def watched(response, period, asked, *, declared=None, does=lambda k, w: w, says=lambda k, r: r, unit=BOOM):
+def watched(response, period, asked, *, declared=None, does=lambda k, w: w, says=lambda k, r: r, unit=BOOM, how=HOW):
     """What the watch says of a drive, sample by sample, given what the motor and the report make of it."""
     watch = DriveWatch(unit, declared or response, period)
-    drive, said, speed = LiveDrive(response, period, DriveReport(seed=3)), [], 0.0
+    drive, said, speed = LiveDrive(response, period, how), [], 0.0
     for k, command in enumerate(asked):
         report = drive.report(period * k, speed, 20.0, WARM)
         changed = None if report is None else says(k, report)
@@ -195,10 +198,45 @@ def test_what_is_pending_is_the_angle_that_reports_will_still_show(response):
     assert (max(abs(angle) for angle in pending) > 1.0) == (response is not IDEAL)
 
 
-def test_rare_events_in_a_row_are_rarer_than_the_stated_rate():
-    for share in (0.01, 0.05, 0.3, 0.9):
-        count = runs(share, 0.02)
-        assert share**count <= 0.02 * FALSE_ALARMS < share ** (count - 1)
+NOISY = DriveResponse(speed_noise=RPM)
+
+
+def steady(count, seed, tremble=0.0):
+    """A motor that turns up and down between times of a steady speed, at which a command may tremble [rad/s]."""
+    random, found = np.random.default_rng(seed), []
+    while len(found) < count:
+        speed = float(random.uniform(50.0, 250.0))
+        found += [*np.linspace(0.0, speed, 20), *(speed + tremble * random.standard_normal(150))]
+        found += [*np.linspace(speed, 0.0, 20), *[0.0] * 20]
+    return [float(value) for value in found[:count]]
+
+
+@pytest.mark.parametrize("tremble", [0.0, 0.06])
+def test_a_speed_that_is_stuck_while_the_motor_keeps_its_speed_is_told_where_it_had_noise(tremble):
+    asked = steady(9000, 4, tremble)
+    at = next(k for k in range(8400, 9000) if abs(asked[k] - asked[k - 1]) < 0.5 and asked[k] > 50.0) + 60
+    said = watched(
+        NOISY, 0.02, asked[: at + 60], how=DriveReport(seed=3, speed_noise=RPM),
+        says=lambda k, r, kept={}: replace(r, motor_speed=kept.setdefault("now", r.motor_speed)) if k >= at else r,
+    )  # fmt: skip
+    first = next(k for k, verdict in enumerate(said) if verdict.stops)
+    assert said[first] is Verdict.STUCK
+    assert 0 < first - at <= 22, "19 repeats are rare; some more until that is known"
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.3 * RPM, RPM, 2.0 * RPM])
+@pytest.mark.parametrize("period", [0.02, 0.1])
+def test_a_drive_that_is_noisier_or_less_noisy_than_declared_is_not_stuck(noise, period):
+    how = DriveReport(seed=3, speed_noise=noise)
+    for tremble in (0.0, 0.06):
+        said = watched(NOISY, period, steady(int(1800.0 / period), 5, tremble), how=how)
+        assert Verdict.STUCK not in said
+
+
+def test_a_slow_or_standing_motor_is_not_stuck():
+    asked = [*steady(3000, 6), *[0.0] * 3000, *(2.0 + 1e-4 * np.arange(6000)).tolist(), *[2.0] * 3000]
+    for noise in (0.0, RPM):
+        assert Verdict.STUCK not in watched(NOISY, 0.02, asked, how=DriveReport(seed=3, speed_noise=noise))
 
 
 @pytest.mark.parametrize("name", ["ideal", "5 samples either way"])

@@ -75,8 +75,8 @@ def loader(
         int, typer.Option(min=1, max=9, help="Visits of each unit to an end stop before it works; three teach it.")
     ] = 1,
     drive_delay: Annotated[
-        str, typer.Option(help="By which the drives are late, with commands and with reports each: '40 ms'.")
-    ] = "0 ms",
+        str, typer.Option(help="By which the drives are late, with commands and with reports each; '0 ms': not at all.")
+    ] = "40 ms",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the drives' noise.")] = 0,
 ) -> None:
     """Let a loader work without position sensors, and show how well it goes.
@@ -84,13 +84,14 @@ def loader(
     Boom and bucket visit an end stop to find where they are, then dig, lift, dump and return; every move goes to a
     position, and what the virtual sensors make of motor speed, torque and oil temperature is all that the controls
     know. The sensors believe the data sheet: give the real machine another leakage, or a thermometer that reads too
-    much, and see what it costs, and what more references mend.
+    much, and see what it costs, and what more references mend. Their drives are late, as real ones are, and the
+    controls know by how much.
 
     Writes loader.html (open it and drag through the run; dashed is what the sensors believe), loader.gif, control.png
     and control.svg (targets, errors with the sensors' 95 % bands, motor speeds, torques), and results.json in SI units.
 
     Example: ramsight loader --out loader --leak 1.2 --temperature-offset 3 --references 3
-    Example: ramsight loader --out late --drive-delay "60 ms"
+    Example: ramsight loader --out late --drive-delay "100 ms"
     """
     from ramsight.machine import load as load_machine
     from ramsight.output import check_folder
@@ -117,7 +118,7 @@ def loader(
     )
     with progress(2.0, "working") as bar:
         done = work(built, options, advance=bar.advance)
-        title = f"{description.title or description.name}: sensorless position control"
+        title = f"{description.title or description.name}: sensorless position control, {options.late}"
         write_work(done, options, out, title=title, advance=bar.advance)
     typer.echo(summary(done))
     typer.echo(f"{out}: loader.html, loader.gif, control.png, control.svg and results.json written")

@@ -15,11 +15,11 @@ import numpy as np
 
 from ramsight.control.activity import STOPS, Activity
 from ramsight.control.judging import Trust, trust
-from ramsight.control.planning import Visit
+from ramsight.control.planning import Knowledge, Visit, due
 from ramsight.control.position import Command, PositionControl
+from ramsight.control.renewing import ASKS, Renewing, felt
 from ramsight.control.setting import Feedback, Setting
 from ramsight.control.trajectory import Limits, together
-from ramsight.duty.drive_report import DriveReport
 from ramsight.duty.live import Instant, Reported
 from ramsight.duty.live_drive import LiveDrive
 from ramsight.plant.unit import HydraulicUnit
@@ -68,6 +68,9 @@ class DrivenUnits(ABC):
         sheet: the units as their data sheets have them, which is all that sensors and controls know.
         start_position: of each unit's piston [m].
         setting: of the loop.
+
+    Attributes:
+        visited: planned visits that were made: when each began [s], by which unit, and which.
     """
 
     def __init__(self, sheet: Sequence[HydraulicUnit], start_position: Mapping[str, float], setting: Setting) -> None:
@@ -76,7 +79,7 @@ class DrivenUnits(ABC):
         self.motor_fault: MotorFault | None = None
         self._oil_temperature, self._start = setting.oil_temperature, dict(start_position)
         self.units = tuple(unit.name for unit in sheet)
-        how = DriveReport(temperature_offset=setting.temperature_offset, seed=setting.seed)
+        how = replace(setting.report, temperature_offset=setting.temperature_offset, seed=setting.seed)
         self._drives = {
             name: LiveDrive(setting.drive, self.period, how, stream=k) for k, name in enumerate(self.units)
         }  # fmt: skip
@@ -98,6 +101,8 @@ class DrivenUnits(ABC):
         self._commands: dict[str, Command] = {}
         self._references: dict[str, float] = {}
         self._waiting: dict[str, tuple[float, float]] = {}
+        self._renewing = setting.renewing or Renewing({})
+        self.visited: list[tuple[float, str, Visit]] = []
 
     @property
     @abstractmethod
@@ -168,15 +173,55 @@ class DrivenUnits(ABC):
                 self.controls[name].move_to(target)
 
     def go(self, targets: Mapping[str, float], settle: float = 0.5) -> None:
-        """Send cylinders to targets [m] and wait until they are there, or have stopped; then for a while [s]."""
+        """Send cylinders to targets [m] and wait until they are there, or have stopped; then for a while [s].
+
+        References that are due by then are taken before, where the setting has visits that may be made.
+        """
+        self.renew(targets)
+        self._go(targets, settle)
+
+    def _go(self, targets: Mapping[str, float], settle: float = 0.5) -> None:
         self.send(targets)
         self.wait()
         self.rest(settle)
 
+    def reference_due(self, unit: str, targets: Sequence[float]) -> float:
+        """Time of work that is left until a unit's next reference is due [s]; 0 if its sensor asks for one.
+
+        Args:
+            unit: its name.
+            targets: of the work [m], gone to again and again under the load that the unit feels.
+        """
+        sensor, control, estimates = self.sensors[unit], self.controls[unit], self.records[unit].estimate
+        if estimates[-1].status in ASKS:
+            return 0.0
+        limit = self._renewing.largest(control)
+        work = [(target, felt(estimates)) for target in targets]
+        return due(Knowledge.of(sensor, control), control, estimates[-1].position, work, limit)
+
+    def renew(self, targets: Mapping[str, float]) -> int:
+        """Take the references that are due before moves to targets [m], as the setting allows; how many that were."""
+        before = len(self.visited)
+        for unit, target in targets.items():
+            self._renew(unit, target)
+        return len(self.visited) - before
+
+    def _renew(self, unit: str, target: float) -> None:
+        """The visit that is due, and others of those that are allowed as long as the sensor asks after it."""
+        renewing, left = self._renewing, list(self._renewing.visits.get(unit, ()))
+        sensor, control, estimates = self.sensors[unit], self.controls[unit], self.records[unit].estimate
+        chosen = renewing.before(sensor, control, estimates, target, left)
+        while chosen is not None:
+            self.calibrate(unit, chosen)
+            left.remove(chosen)
+            asks = estimates[-1].status in ASKS
+            chosen = renewing.before(sensor, control, estimates, target, left) if asks else None
+
     def calibrate(self, unit: str, visit: Visit) -> None:
         """Make a planned visit with one unit."""
+        self.visited.append((self.now.time, unit, visit))
         if not math.isnan(visit.turns):
-            self.go({unit: visit.turns})
+            self._go({unit: visit.turns})
         self.home(unit, lifted=visit.lifted, slow=visit.slow)
 
     def home(self, unit: str, *, lifted: bool = False, slow: bool = False, settle: float = 0.5) -> None:

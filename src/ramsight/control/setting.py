@@ -6,11 +6,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
+from ramsight.control.renewing import Renewing
 from ramsight.control.trajectory import Limits
+from ramsight.duty.drive_report import DriveReport
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.plant.oil import T40
 from ramsight.sensor.assumptions import Assumptions
+
+USUAL = DriveReport()
+"""What a usual CANopen drive reports: whole rpm, a torque with a noise of 0.5 N m."""
 
 
 class Feedback(Enum):
@@ -36,6 +41,9 @@ class Setting:
         period: of the samples [s].
         drive: how the drives follow their commands and report.
         declared: how the controls take them to do that; by default as they do.
+        report: rounding and noise of what the drives report; seed and the thermometers' offset are those above. What
+            the controls take them for is in `DriveResponse`.
+        renewing: references that `go` takes before a move by which they are due; by default none.
 
     Example:
         >>> Setting(known=True, period=0.01).oil_temperature
@@ -52,3 +60,5 @@ class Setting:
     period: float = SAMPLE_PERIOD
     drive: DriveResponse = IDEAL
     declared: DriveResponse | None = None
+    report: DriveReport = USUAL
+    renewing: Renewing | None = None

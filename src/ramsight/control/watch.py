@@ -13,19 +13,23 @@ from collections import deque
 from enum import Enum
 from statistics import NormalDist
 
+from ramsight.control.repeats import FALSE_ALARMS, Going, Seen, SpeedRepeats, runs
 from ramsight.duty.drive_response import Delay, DriveResponse, Follower
 from ramsight.duty.live import Reported
 from ramsight.plant.drive import ServoDrive
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 
-FALSE_ALARMS = 1.0 / 3.6e6  # 1/s: one in a thousand hours of each kind, which is half a year of a machine's work
 NOTICED = 0.08  # s, in which a motor that does not obey is noticed: with the stopping time less than 0.3 s
 _STALLED = 1.0  # s at the torque limit without a turn: a pump presses a chamber to relief pressure in a tenth of it
 _STANDS = 1.0  # rad/s, below which a motor at its limit does not turn
 # Steps of the reported speed by which the model has to move past a report that stands: one may be rounding.
 _MOVED = 2.0
-_KNOWN_AFTER = 3.0  # repeats that are taken to have been seen before any: of rare events, with 95 % (rule of three)
+# Samples of which a mean is taken, and in which a command has left it, at least: one that follows a sensor trembles by
+# some 0.06 rad/s, so that three are two steps of 1 rpm off a mean of three one time in 10^8.
+_LEAVING = 3
+_SAME = 0.5  # steps of the reported speed, within which a command stands: rounding alone could hide it
+_TREMBLE = 6.0  # standard deviations of the reported speed, from end to end, in which what a command does is not seen
 
 
 class Verdict(Enum):
@@ -44,22 +48,6 @@ class Verdict(Enum):
     def stops(self) -> bool:
         """Whether a cylinder may not go on with such a drive."""
         return self not in {Verdict.OBEYS, Verdict.SLOW, Verdict.AT_LIMIT}
-
-
-def runs(share: float, period: float) -> int:
-    """Samples in a row, of which each is met by chance with this share, that are rarer than `FALSE_ALARMS`.
-
-    Args:
-        share: chance of one sample [1].
-        period: of the samples [s].
-
-    Example:
-        >>> runs(0.0, 0.02), runs(0.05, 0.02), runs(0.2, 0.02)
-        (1, 7, 12)
-    """
-    if share <= 0.0:
-        return 1
-    return max(math.ceil(math.log(FALSE_ALARMS * period) / math.log(share)), 1)
 
 
 class DriveWatch:
@@ -95,25 +83,29 @@ class DriveWatch:
         self.late = math.ceil((response.command_delay + response.report_delay) / period - 1e-9) + lost
         self._patience = self.late + max(self.late // 3, 2)  # beyond which a late drive is no drive that obeys
         self._in_a_row = max(math.floor(NOTICED / period + 1e-9), 1)
+        self._leaving = max(self._in_a_row, _LEAVING)
         self._missing_at_most = max(lost, self._in_a_row)
         chance = (FALSE_ALARMS * period) ** (1.0 / self._in_a_row)
         self._allowed = response.deviation + NormalDist().inv_cdf(1.0 - chance) * response.speed_noise
         self._model, self._reporting = Follower(response, period, delayed=False), Follower(response, period)
         self._delay = Delay(response.report_delay, period, 0.0)
-        self._speeds = deque([0.0] * (self._patience + 1), maxlen=self._patience + 1)
-        self._asked = deque(self._speeds, maxlen=self._patience + 1)
+        kept = max(self._patience, self.late + self._in_a_row) + 1
+        self._speeds = deque([0.0] * kept, maxlen=kept)
+        self._asked = deque(self._speeds, maxlen=kept)
         whole = math.floor(response.lag / period + 1e-9)
         self._times = (*(period for _ in range(whole)), max(response.lag - whole * period, 0.0))
         self._underway = deque([0.0] * len(self._times), maxlen=len(self._times))
         self._commanded = self._integral = self._shown = 0.0
         self._speed = self._torque = math.nan
-        self._seen, self._repeated = 0, 0
+        self._torques = Seen()
+        self._same_speed = SpeedRepeats(response.speed_noise, response.speed_step, period)
         self.begin()
 
     def begin(self) -> None:
         """Look anew, after a stop."""
         self._off = self._slow = self._missing = self._repeats = self._limited = 0
         self._stalled_for = 0.0
+        self._same_speed.forget()
         self._forget()
 
     def _forget(self) -> None:
@@ -146,7 +138,8 @@ class DriveWatch:
         gives = self._gives_way(torque)
         low, high = self._range(self.late, gives)
         missing = low - speed if speed < low else high - speed if speed > high else 0.0
-        slept, stuck = self._slept(speed), self._torque_sticks(torque, speed)
+        slept = self._slept(speed) | self._speed_sticks(speed)
+        stuck = self._torque_sticks(torque, speed)
         self._speed, self._torque = speed, torque
         if self._at_limit(torque, missing):
             return Verdict.STALLED if self._stalls(speed) else Verdict.AT_LIMIT
@@ -186,8 +179,13 @@ class DriveWatch:
 
         It may also be quicker than declared, down to one that does at once as it is told.
         """
+        least, most = self._spread(late)
+        return least - max(gives, 0.0) - self._allowed, most - min(gives, 0.0) + self._allowed
+
+    def _spread(self, late: int) -> tuple[float, float]:
+        """Least and greatest of what commands and model had in so many samples [rad/s]."""
         speeds = [speeds[-1 - k] for k in range(late + 1) for speeds in (self._speeds, self._asked)]
-        return min(speeds) - max(gives, 0.0) - self._allowed, max(speeds) - min(gives, 0.0) + self._allowed
+        return min(speeds), max(speeds)
 
     def _disobeys(self, speed: float, gives: float) -> bool:
         low, high = self._range(self._patience, gives)
@@ -205,13 +203,27 @@ class DriveWatch:
             return False
         self._same += 1
         model, asked, seen = self._speeds[-1 - self.late], self._asked[-1 - self.late], self._same - self.late
-        if 0 < seen <= self._in_a_row:
-            self._began = self._began[0] + model / self._in_a_row, self._began[1] + asked / self._in_a_row
+        if 0 < seen <= self._leaving:
+            self._began = self._began[0] + model / self._leaving, self._began[1] + asked / self._leaving
         elif seen > 0:
             off, least = (model - self._began[0], asked - self._began[1]), _MOVED * self.response.speed_step
             side = 1.0 if min(off) > least else -1.0 if max(off) < -least else 0.0
             self._gone, self._side = (self._gone + 1 if side == self._side else 1), side
-        return self._side != 0.0 and self._gone >= self._in_a_row
+        return self._side != 0.0 and self._gone >= self._leaving
+
+    def _speed_sticks(self, speed: float) -> bool:
+        """Whether the speed of a motor that turns repeats more often than its noise lets it."""
+        if abs(speed) < _STANDS:
+            self._same_speed.forget()
+            return False
+        return self._same_speed.look(speed, self._going())
+
+    def _going(self) -> Going:
+        """What the command did in the time that a report may be late, and as long as it takes to notice."""
+        least, most = self._spread(self.late + self._in_a_row)
+        if most - least < _SAME * self.response.speed_step:
+            return Going.STANDS
+        return Going.TREMBLES if most - least < _TREMBLE * self.response.speed_noise else Going.GOES
 
     def _torque_sticks(self, torque: float, speed: float) -> bool:
         """Whether a torque repeats more often than its noise lets it, while the motor turns.
@@ -224,10 +236,10 @@ class DriveWatch:
         if torque == self._torque:
             self._repeats += 1
         else:
-            self._seen, self._repeated = self._seen + 1 + self._repeats, self._repeated + self._repeats
+            self._torques.add(1 + self._repeats, self._repeats)
             self._repeats = 0
-        learned = (self._repeated + _KNOWN_AFTER) / (self._seen + _KNOWN_AFTER)
-        share = self.response.torque_repeats if self.response.torque_repeats is not None else learned
+        declared = self.response.torque_repeats
+        share = self._torques.share if declared is None else declared
         return share < 1.0 and self._repeats >= runs(share, self.period)
 
     def _at_limit(self, torque: float, missing: float) -> bool:
@@ -237,6 +249,7 @@ class DriveWatch:
         if abs(torque) >= self._servo.max_torque - 3.0 * self._torque_noise:
             self._limited = self._patience + self._in_a_row
             self._forget()  # a motor at its limit keeps its speed, whatever the command
+            self._same_speed.forget()
         else:
             self._limited = max(self._limited - 1, 0)
         return self._limited > 0 and missing != 0.0

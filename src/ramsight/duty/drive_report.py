@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-_PRESSURES = 0x70726573  # apart from the drive's noise of the same seed
+_PRESSURES, SPEEDS = 0x70726573, 0x73706565  # apart from the drive's noise of the same seed
 
 
 @dataclass(frozen=True)
@@ -87,6 +87,7 @@ class DriveReport:
 
     Args:
         speed_step: [rad/s]; default 1 rpm.
+        speed_noise: standard deviation before it is rounded [rad/s]; none by default, whole rpm of a filtered speed.
         torque_step: [N m]; default 1/16 N m.
         torque_noise: standard deviation [N m].
         temperature_step: [K].
@@ -105,6 +106,7 @@ class DriveReport:
     """
 
     speed_step: float = RPM
+    speed_noise: float = 0.0
     torque_step: float = 1.0 / 16.0
     torque_noise: float = 0.5
     temperature_step: float = 0.1
@@ -123,6 +125,9 @@ class DriveReport:
     def of(self, speed: Array, torque: Array, temperature: Array) -> tuple[Array, Array, Array]:
         """Reported motor speed [rad/s], torque [N m] and oil temperature [K] of true ones, each (samples,)."""
         noise = np.random.default_rng(self.seed).standard_normal((2, len(torque)))
+        if self.speed_noise > 0.0:
+            own = np.random.default_rng([self.seed, SPEEDS])
+            speed = speed + self.speed_noise * own.standard_normal(len(speed))
         return self.sample(speed, torque, temperature, (noise[0], noise[1]))
 
     def sample(

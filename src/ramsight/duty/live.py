@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ramsight.duty.audit import Audited
-from ramsight.duty.drive_report import DriveReport
+from ramsight.duty.drive_report import SPEEDS, DriveReport
 from ramsight.duty.linked import audited_model
 from ramsight.duty.live_energy import EnergyAccount, LiveEnergy
 from ramsight.duty.profile import Array, constant
@@ -348,9 +348,12 @@ class LiveReport:
 
     def __post_init__(self) -> None:
         self._random = np.random.default_rng([self.how.seed, self.stream])
+        self._speeds = np.random.default_rng([self.how.seed, self.stream, SPEEDS])
 
     def sample(self, time: float, motor_speed: float, motor_torque: float, oil_temperature: float) -> Reported:
         """Report one sample; all in SI."""
         torque_noise, temperature_noise = self._random.standard_normal(2).tolist()
         noise = torque_noise, temperature_noise
+        if self.how.speed_noise > 0.0:
+            motor_speed += self.how.speed_noise * float(self._speeds.standard_normal())
         return Reported(time, *self.how.sample(motor_speed, motor_torque, oil_temperature, noise))

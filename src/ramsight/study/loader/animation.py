@@ -10,6 +10,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from html import escape
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -34,6 +35,7 @@ _GIF_PICTURES = 160
 _GIF_SPEED = 5.0  # times faster than life
 _PAGE_SPEED = 2.0
 _MARGIN = 0.3  # m around all that moves
+_TITLE = 72  # letters in a line of the GIF's title
 _LEAST_TOP = 1.0  # mm, of the error's axis
 
 
@@ -56,7 +58,7 @@ def write_animation(
             not known) and status. Units without one have no ghost of their own: they are drawn where they are.
         folder: where to; made if it is not there.
         phases: names of parts of the run and when each begins [s].
-        title: above the page; the machine's name if not given.
+        title: above page and GIF; the machine's name above the page if not given.
         advance: called now and then with the share of the work done since the last call; 1 in all.
 
     Returns:
@@ -72,7 +74,8 @@ def write_animation(
     with atomic_path(page) as draft:
         draft.write_text(content, encoding="utf-8")
     stride = max(round(GIF_STEP / PAGE_STEP), -(-len(times) // _GIF_PICTURES))
-    _write_gif(machine, run, units, seen, times, range(0, len(times), stride), picture, lambda share: tell(0.5 * share))
+    which = range(0, len(times), stride)
+    _write_gif(machine, run, units, seen, times, which, picture, title, lambda share: tell(0.5 * share))
     return page, picture
 
 
@@ -221,6 +224,7 @@ def _write_gif(
     times: Array,
     which: range,
     path: Path,
+    title: str,
     advance: Callable[[float], object],
 ) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -233,6 +237,7 @@ def _write_gif(
     tracked = [unit for unit in units if unit["tracked"]]
     heights = [3.0, *(0.7 for _ in tracked)]
     figure = Figure(figsize=(6.0, 4.6 + 0.9 * len(tracked)), dpi=80, layout="constrained")
+    figure.suptitle("\n".join(wrap(title, _TITLE)), fontsize=8)
     canvas = FigureCanvasAgg(figure)
     panels = np.ravel(figure.subplots(len(heights), 1, height_ratios=heights))
     cursors = []

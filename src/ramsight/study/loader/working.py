@@ -13,6 +13,7 @@ from ramsight.control.setting import Setting
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.duty.linked import simulate_linked
 from ramsight.duty.loading import PHASES, Phase
+from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.errors import DescriptionError
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.as_built import AsBuilt
@@ -40,7 +41,12 @@ class Options:
         temperature_offset: by which the thermometers read too much [K].
         references: visits of each unit to an end stop before the work; after the second one the sensor has learned.
         seed: of the drives' noise.
-        delay: by which the drives are late, with commands and with reports each [s]; the controls know it.
+        delay: by which the drives are late, with commands and with reports each [s]; the controls know it. Two samples
+            by default: one until the bus takes a value over, one until the other side does.
+
+    Example:
+        >>> Options().late
+        'drives 40 ms late either way'
     """
 
     payload: float | None = None
@@ -49,7 +55,12 @@ class Options:
     temperature_offset: float = 0.0
     references: int = 1
     seed: int = 0
-    delay: float = 0.0
+    delay: float = 2.0 * SAMPLE_PERIOD
+
+    @property
+    def late(self) -> str:
+        """What a title says of the drives."""
+        return f"drives {1e3 * self.delay:g} ms late either way" if self.delay else "drives without a delay"
 
 
 @dataclass(frozen=True)

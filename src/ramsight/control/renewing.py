@@ -1,0 +1,97 @@
+"""References that a loop takes by itself between two moves, before it knows too little of where a rod is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ramsight.control.planning import Knowledge, Visit, due, expected, plan
+from ramsight.control.position import PositionControl
+from ramsight.sensor.judgement import WARNING
+from ramsight.sensor.status import Status
+from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
+
+ASKS = frozenset(
+    {
+        Status.REFERENCE_DUE,
+        Status.POSITION_LOST,
+        Status.FAULT_PASSED,
+        Status.NOT_REFERENCED,
+        Status.TOO_UNCERTAIN,
+        Status.OUTSIDE_STROKE,
+    }
+)
+"""What a sensor says that only a reference mends."""
+_LATELY, _MOVES = 1500, 1e-3  # samples, m/s: a load is felt while a rod moves, half a minute back at most
+
+
+@dataclass(frozen=True)
+class Renewing:
+    """Which references are taken between moves, and when.
+
+    Args:
+        visits: that may be made, by unit; a unit that is not among them is never sent to an end stop.
+        limit: standard deviation of the position that no move may reach [m]; by default 1 % of the stroke, at which
+            sensors say that a reference is due.
+
+    Example:
+        >>> from ramsight import machine
+        >>> from ramsight.control.setting import Setting
+        >>> from ramsight.control.unit_loop import UnitLoop
+        >>> from ramsight.plant.build import build_unit
+        >>> axis = build_unit("axis", machine.load("eha-test-bench").unit("axis"))
+        >>> both = Renewing({"axis": (Visit(lifted=False), Visit(lifted=True))})
+        >>> loop = UnitLoop(axis, axis, 0.1, 10e3, Setting(known=True, renewing=both))
+        >>> f"{loop.reference_due('axis', [0.15, 0.05]):.0f} s of such moves are left"
+        '2 s of such moves are left'
+        >>> for target in (0.15, 0.05, 0.15, 0.05):
+        ...     loop.go({"axis": target})
+        >>> loop.stopped, len(loop.visited)
+        (False, 1)
+    """
+
+    visits: Mapping[str, Sequence[Visit]]
+    limit: float | None = None
+
+    def largest(self, control: PositionControl) -> float:
+        """The standard deviation that no move of a cylinder may reach [m]."""
+        return WARNING * control.unit.cylinder.stroke if self.limit is None else self.limit
+
+    def before(
+        self,
+        sensor: VirtualSensor,
+        control: PositionControl,
+        estimates: Sequence[Estimate],
+        target: float,
+        visits: Sequence[Visit],
+    ) -> Visit | None:
+        """The visit to make before a move, if any: one that pays, where it is due by the end of the move.
+
+        A sensor that asks for a reference gets one: if none pays by what is known, the quickest.
+
+        Args:
+            sensor: of the cylinder.
+            control: of it.
+            estimates: until now.
+            target: of the move [m].
+            visits: that may be made.
+        """
+        if not visits:
+            return None
+        load, here, known = felt(estimates), estimates[-1].position, Knowledge.of(sensor, control)
+        left = due(known, control, here, [(target, load), (here, load)], self.largest(control))
+        asks, work = estimates[-1].status in ASKS, [(target, load)]
+        if not asks and left >= abs(target - here) / control.limits.speed:
+            return None
+        pays = plan(known, control, here, load, work, visits, 1).visits
+        if pays or not asks:
+            return pays[0] if pays else None
+        return min(visits, key=lambda one: expected(known, control, here, load, work, [one]).cost)
+
+
+def felt(estimates: Sequence[Estimate]) -> float:
+    """The load that a rod has felt while it moved lately, the median [N]; that of now if it did not."""
+    moving = [one.load for one in estimates[-_LATELY:] if abs(one.velocity) > _MOVES]
+    return float(np.median(moving)) if moving else estimates[-1].load
