@@ -96,6 +96,21 @@ class BalanceProblem:
         moved = self.run(replace(how, **{name: getattr(how, name) + step}))
         return np.asarray((self.differences(moved) - d) / step)
 
+    def instrument(self, name: str, column: Array) -> Array:
+        """What of a factor's column may tell it: of compliance its part from move to move, of others all.
+
+        Within a move the mass swings on its oil, and the replay's load follows the torque some samples late, so that
+        the column errs with the position there; over a whole move swings are gone.
+        """
+        if name != "compliance":
+            return column
+        between = np.zeros(len(self.moves.run) - 1)
+        between[self.joined] = column
+        level = np.concatenate([[0.0], np.cumsum(between)])
+        run = np.unique(self.moves.run, return_inverse=True)[1]
+        mean = np.bincount(run, level) / np.bincount(run)
+        return np.asarray(np.diff(mean[run])[self.joined])
+
     def whitening(self, run: Run, how: Deviation) -> Array:
         """What makes the differences independent, of variance 1.
 
@@ -192,8 +207,8 @@ def _gauss_newton(problem: BalanceProblem, base: Deviation, names: list[str]) ->
     for _ in range(_ROUNDS):
         d = problem.differences(run)
         columns = [problem.column(how, name, _STEPS[name], d) for name in names]
-        white = whiten @ np.column_stack([*columns, d])
-        design, y = np.asarray(white[:, :-1], dtype=np.float64), white[:, -1]
+        instruments = [problem.instrument(name, column) for name, column in zip(names, columns, strict=True)]
+        design, y = _told_by(whiten @ np.column_stack(instruments), whiten @ np.column_stack(columns)), whiten @ d
         scale = np.maximum(np.linalg.norm(design, axis=0), 1e-300)  # a factor may do nothing at all
         change, _, rank, _ = np.linalg.lstsq(design / scale, -y, rcond=1e-7)
         if rank < len(names):
@@ -212,6 +227,17 @@ def _gauss_newton(problem: BalanceProblem, base: Deviation, names: list[str]) ->
     d = problem.differences(run)
     rms = float(np.sqrt(np.mean(d[problem.inside] ** 2))) if problem.inside.any() else math.nan
     return BalanceFit(how, tuple(names), dict(zip(names, half.tolist(), strict=True)), rms)
+
+
+def _told_by(instruments: Array, columns: Array) -> Array:
+    """The columns as far as instruments explain them; least squares with these is two-stage least squares.
+
+    Errors of the columns that the instruments have no part in leave no bias.
+
+    Source: R. L. Basmann, Econometrica 25 (1957) 77.
+    """
+    scaled = instruments / np.maximum(np.linalg.norm(instruments, axis=0), 1e-300)  # a factor may do nothing at all
+    return np.asarray(scaled @ np.linalg.lstsq(scaled, columns, rcond=1e-7)[0])
 
 
 def _half_widths(
