@@ -154,7 +154,8 @@ class BalanceProblem:
         """What errs the same way all the time, a standard deviation each, shape (differences, k).
 
         The zero of the torque; the pumps' friction; what happens while the valve opens and closes, for reversals up
-        and down; what stays at the data sheet without being known to be what it says.
+        and down; a load that changed at rest and is seen late; what stays at the data sheet without being known to be
+        what it says.
         """
         moves, stroke = self.moves, self.circuit.unit.cylinder.stroke
         offset = self.record.changed(offset=_TORQUE_ZERO * self.record.largest_torque)
@@ -167,7 +168,18 @@ class BalanceProblem:
             for name in _UNTOLD
             if name not in free
         ]
-        return np.column_stack([zero, efficiency, no_load, np.maximum(turns, 0.0), np.minimum(turns, 0.0), *untold])
+        up, down = np.maximum(turns, 0.0), np.minimum(turns, 0.0)
+        return np.column_stack([zero, efficiency, no_load, up, down, self._seen_late(how), *untold])
+
+    def _seen_late(self, how: Deviation) -> Array:
+        """What a load that changed at rest costs until the torque has shown it [m].
+
+        When the valve opens, the replay's pumps leak at the old load's pressure for a sample, more or less.
+        """
+        limits = self.circuit.limits
+        leak = (how.leak + how.orifice) * limits.leak_velocity / limits.pressure
+        change = np.diff(self.moves.mean(self.run(how).pressure))[self.joined]
+        return np.where(self.inside, 0.0, leak * self.record.period * change)
 
 
 def fit_balance(problem: BalanceProblem, base: Deviation, free: Sequence[str] | None = None) -> BalanceFit:
@@ -207,12 +219,14 @@ def _gauss_newton(problem: BalanceProblem, base: Deviation, names: list[str]) ->
     for _ in range(_ROUNDS):
         d = problem.differences(run)
         columns = [problem.column(how, name, _STEPS[name], d) for name in names]
-        instruments = [problem.instrument(name, column) for name, column in zip(names, columns, strict=True)]
-        design, y = _told_by(whiten @ np.column_stack(instruments), whiten @ np.column_stack(columns)), whiten @ d
+        tell = [problem.instrument(name, column) for name, column in zip(names, columns, strict=True)]
+        instruments, y = whiten @ np.column_stack(tell), whiten @ d
+        design = _told_by(instruments, whiten @ np.column_stack(columns))
         scale = np.maximum(np.linalg.norm(design, axis=0), 1e-300)  # a factor may do nothing at all
         change, _, rank, _ = np.linalg.lstsq(design / scale, -y, rcond=1e-7)
         if rank < len(names):
-            lost = names[int(np.argmin(scale * np.array([LIMITS[n] for n in names])))]
+            shown = np.linalg.norm(instruments, axis=0) * np.array([LIMITS[n] for n in names])
+            lost = names[int(np.argmin(shown))]
             return BalanceFit(base, tuple(names), {n: math.inf if n == lost else 0.0 for n in names}, math.nan)
         change = change / scale
         std = np.sqrt(np.diag(np.linalg.inv((design / scale).T @ (design / scale)))) / scale
