@@ -9,6 +9,8 @@ import ramsight
 from ramsight import machine
 from ramsight.plant.balance import balance
 
+from .command import at_once
+
 BENCH, SERVICE = machine.load("mining-loader"), machine.load("mining-loader-in-service")
 HONEST = {
     "cylinder.stribeck_velocity": (5e-3, 30e-3),
@@ -89,3 +91,24 @@ def test_a_share_of_the_force_is_friction_either_way():
             forces.append(float(solved.force(z)))
         apart.append(forces[0] - forces[1])
     assert apart[0] - apart[1] == pytest.approx(2.0 * 0.035 * 300e3, rel=0.02)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("unit", ["boom", "bucket"])
+def test_every_verb_of_a_machine_works_on_it(unit, tmp_path):
+    name = "mining-loader-in-service"
+    files = ("--log", "log.csv.gz", "--truth", "truth.csv.gz")
+    verbs = (
+        ("check", name),
+        ("simulate", name, "--unit", unit, "--duty", "commissioning", *files),
+        ("leaktest", name, "log.csv.gz", "--unit", unit),
+        ("identify", name, "log.csv.gz", "--unit", unit, "--truth", "truth.csv.gz", "--out", "tuned.toml"),
+        ("track", name, "log.csv.gz", "--unit", unit, "--truth", "truth.csv.gz"),
+        ("calibrate", name, "--unit", unit, "--loads", 8, "--out", "table.sensor"),
+        ("export", "c", name, "--unit", unit, "--out", "c"),
+        ("datasheet", name, "--unit", unit, "--machines", 8, "--budget", 0, "--out", "sheet"),
+    )
+    for verb in verbs:
+        done = at_once(*verb, cwd=tmp_path)
+        assert done.returncode == 0, (verb, done.stdout, done.stderr)
+    assert "pressure_friction" in (tmp_path / "tuned.toml").read_text()
