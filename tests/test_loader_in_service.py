@@ -93,6 +93,19 @@ def test_a_share_of_the_force_is_friction_either_way():
     assert apart[0] - apart[1] == pytest.approx(2.0 * 0.035 * 300e3, rel=0.02)
 
 
+@pytest.mark.parametrize("unit", ["boom", "bucket"])
+def test_identify_finds_it_to_be_its_description(unit):
+    """Seals that the oil presses on are in what lifting takes more than lowering, and are not the pumps'."""
+    made = ramsight.build(SERVICE, unit)
+    run = ramsight.simulate(made, "commissioning")
+    found = ramsight.identify(made, ramsight.drive_report(run), run)
+    for name, estimate in found.factors.items():
+        true = 0.0 if name in ("orifice", "efficiency") else 1.0
+        assert not estimate.told or estimate.low <= true <= estimate.high, name
+    assert found.factors["stiffness"].told
+    assert found.factors["efficiency"].value == pytest.approx(0.0, abs=0.003)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("unit", ["boom", "bucket"])
 def test_every_verb_of_a_machine_works_on_it(unit, tmp_path):
