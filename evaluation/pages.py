@@ -13,11 +13,13 @@ import after_faults
 import bounds
 import drive_control
 import effects
+import in_service
 import loader_control
 import loop_response
 import named_faults
 import real_machine
 import second_channel
+import tuned_sensor
 import undisturbed
 import unit_control
 
@@ -28,9 +30,9 @@ from ramsight.sensor.sharing import shared_table
 from ramsight.study.datasheet.statistics import share_of
 
 ROOT = Path(__file__).parents[1]
-PAGE, CONTROL_PAGE, PLANT_PAGE, VALIDATION_PAGE, INTEGRITY_PAGE, SAFETY_PAGE, LOADER_PAGE = (
+PAGE, CONTROL_PAGE, PLANT_PAGE, VALIDATION_PAGE, INTEGRITY_PAGE, SAFETY_PAGE, LOADER_PAGE, IDENTIFY_PAGE = (
     ROOT / "docs" / f"{name}.md"
-    for name in ("kalman", "control", "plant", "validation", "integrity", "safety", "loader")
+    for name in ("kalman", "control", "plant", "validation", "integrity", "safety", "loader", "identify")
 )
 INPUTS = {
     "motor_speed": "motor speed", "motor_torque": "motor torque", "oil_temperature": "oil temperature",
@@ -190,7 +192,10 @@ def main() -> None:
     """Put each table between its marks."""
     found = json.loads((ROOT / "study.json").read_text())
     put(PAGE, {name: table(found[name]) for name, table in TABLES.items()})
-    put(VALIDATION_PAGE, {"real_machine": real_machine.table(found["real_machine"])})
+    real = {"real_machine": real_machine.table(found["real_machine"])}
+    put(VALIDATION_PAGE, real | {"in_service": in_service.table(found["in_service"])})
+    identify = {"identify": identified(found["identify"]), "tuned_sensor": tuned_sensor.table(found["tuned_sensor"])}
+    put(IDENTIFY_PAGE, identify)
     put(PLANT_PAGE, {"effects": effects.table(found["effects"])})
     integrity = {"by_signals": by_signals(found["faults"]), "bounds": bounds.table(found["bounds"])}
     integrity |= {"noticed": noticed(found["faults"]), "beyond_bound": beyond_bound(found["faults"])}

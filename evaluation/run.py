@@ -16,6 +16,7 @@ import drive_control
 import effects
 import faults
 import identify_coverage
+import in_service
 import loader_control
 import loop_response
 import named_faults
@@ -25,6 +26,7 @@ import real_oil
 import recorded
 import second_channel
 import structure
+import tuned_sensor
 import undisturbed
 import unit_control
 import work_days
@@ -38,6 +40,7 @@ STUDIES = (
     "structure",
     "real_oil",
     "identify",
+    "tuned_sensor",
     "work_days",
     "faults",
     "after_faults",
@@ -49,6 +52,7 @@ STUDIES = (
     "drive_control",
     "loop_response",
     "real_machine",
+    "in_service",
     "quadrants",
     "effects",
 )
@@ -83,6 +87,9 @@ def main() -> None:
     if "identify" in given.only:
         with progress(given.seeds * len(identify_coverage.UNITS), "identifying") as bar:
             found["identify"] = identify_coverage.coverage(given.seeds, bar.advance)
+    if "tuned_sensor" in given.only:
+        with progress(tuned_sensor.runs(given.machines), "days of tuned sensors") as bar:
+            found["tuned_sensor"] = tuned_sensor.study(given.machines, bar.advance)
     if "work_days" in given.only:
         with progress(2 * given.days, "work days") as bar:
             found["work_days"] = work_days.study(given.days, bar.advance)
@@ -116,6 +123,9 @@ def main() -> None:
     if "real_machine" in given.only:
         with progress(real_machine.runs(real_machine.DAYS), "days of real machines") as bar:
             found["real_machine"] = real_machine.study(real_machine.DAYS, bar.advance)
+    if "in_service" in given.only:
+        with progress(in_service.runs(in_service.DAYS), "days of loaders in service") as bar:
+            found["in_service"] = in_service.study(in_service.DAYS, bar.advance)
     if "quadrants" in given.only:
         with progress(quadrants.runs(), "moves in four quadrants") as bar:
             found["quadrants"] = quadrants.study(bar.advance)

@@ -115,6 +115,7 @@ PARTS = {
     "cylinder": CYLINDER,
     "cylinder under a load that resists": replace(CYLINDER, passive=True),
     "cylinder that leaks": replace(CYLINDER, seal_leak=1e-18),
+    "cylinder whose seals press": replace(CYLINDER, pressure_friction=0.03),
     "cylinder with cushions": replace(
         CYLINDER,
         cushion_length_a=25e-3,

@@ -138,6 +138,13 @@ def test_the_page_of_the_real_actuator_quotes_what_was_measured(monkeypatch):
     assert "\n".join(page.table(*page.read())) in (ROOT / "docs" / "validation.md").read_text()
 
 
+def test_the_page_of_the_real_actuator_quotes_the_loader_in_service(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "evaluation")
+    study = importlib.import_module("in_service")
+    found = json.loads((ROOT / "study.json").read_text())["in_service"]
+    assert "\n".join(study.table(found)) in (ROOT / "docs" / "validation.md").read_text()
+
+
 def test_the_page_of_the_control_quotes_the_study_and_its_python_runs(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     study = importlib.import_module("unit_control")

@@ -181,7 +181,9 @@ def test_a_table_that_cannot_be_used_is_refused_with_its_line(table, words):
 def test_what_is_left_out_leaves_no_trace_in_the_equations():
     names = set(casadi_model(BOOM).parameters)
     assert not {
-        n for n in names if n.split(".")[-1] in {"expansion", "air", "orifice_leak", "seal_leak", "opening_time"}
+        n
+        for n in names
+        if n.split(".")[-1] in {"expansion", "air", "orifice_leak", "seal_leak", "opening_time", "pressure_friction"}
     }
     more = set(casadi_model(BOOM.replace({"oil.free_air": "1 %"})).parameters)
     assert more - names == {"oil.air", "oil.polytropic"}

@@ -12,12 +12,15 @@ from ramsight import machine
 from ramsight.calibration.identify import FACTORS, IdentifyError, identify
 from ramsight.calibration.identify_moves import find_moves
 from ramsight.calibration.identify_record import recorded, running_mean
-from ramsight.calibration.identify_replay import Circuit, Deviation, orifice_at_one
+from ramsight.calibration.identify_replay import Circuit, Deviation, opening_time_in_steps, orifice_at_one
 from ramsight.calibration.identify_report import summary
 from ramsight.calibration.identify_tuned import tuned
 from ramsight.duty import DriveReport, lift_lower, report, simulate
+from ramsight.duty.commissioning import commissioning, usual_loads
 from ramsight.logs import read_drive_log, read_truth
+from ramsight.plant.build import build_unit
 from ramsight.plant.ddh import build_ddh
+from ramsight.plant.valve import SETTLED
 
 ROOT = Path(__file__).parent.parent
 LOADER = machine.load("mining-loader")
@@ -241,6 +244,45 @@ def test_a_running_mean_keeps_straight_lines():
     assert running_mean(line, 5) == pytest.approx(line)
 
 
+@pytest.fixture(scope="module")
+def mast(coverage):
+    """A mast of 63 mm as described: 9.6 t that swing on their oil four times a second."""
+    unit = coverage.unit_of("forklift 63 mm")
+    run = simulate(unit, commissioning(unit, usual_loads(unit), 313.15))
+    return unit, run, identify(unit, report(run, DriveReport(seed=1)), run[["position"]])
+
+
+def test_a_mass_that_swings_on_its_oil_does_not_make_the_oil_stiff(mast):
+    _, _, found = mast
+    stiffness = found.factors["stiffness"]
+    assert stiffness.told
+    assert stiffness.low < 1.0 < stiffness.high
+    assert stiffness.value == pytest.approx(1.0, abs=0.04)
+    assert stiffness.high - stiffness.low < 0.25
+
+
+def test_a_log_without_a_load_that_changes_tells_no_stiffness(coverage):
+    """Then only swings within the moves would tell it, and they do not."""
+    unit = coverage.unit_of("forklift")
+    run = simulate(unit, lift_lower(unit, 40e3, 313.15, cycles=3))
+    assert not identify(unit, report(run, DriveReport(seed=2)), run[["position"]]).factors["stiffness"].told
+
+
+def test_a_valve_in_steps_is_where_one_that_opens_freely_is():
+    for opening_time, period in ((0.03, 0.02), (0.1, 0.02), (0.02, 0.05)):
+        left = 1.0 / (1.0 + SETTLED * period / opening_time_in_steps(opening_time, period))
+        assert left == pytest.approx(np.exp(-SETTLED * period / opening_time))
+
+
+def test_a_tuned_sensor_of_a_mast_is_no_worse_on_the_next_day(coverage, mast, monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "evaluation")
+    study = importlib.import_module("tuned_sensor")
+    unit, _, found = mast
+    new = tuned(coverage.machine_of("forklift 63 mm"), "lift", found, "day.csv", "rod.csv")
+    work = study.day(unit, unit, 3)
+    assert study.error(build_unit("lift", new.machine.unit("lift")), *work) < study.error(unit, *work) + 0.5e-3
+
+
 def test_the_page_quotes_the_studies(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     pages = importlib.import_module("pages")
@@ -261,6 +303,9 @@ def test_the_page_quotes_the_studies(monkeypatch):
     ]
     assert [figure for figure in quoted if figure not in page] == []
     assert "\n".join(pages.identified(machines)) in page
+    assert "\n".join(pages.tuned_sensor.table(found["tuned_sensor"])) in page
+    for kinds in found["tuned_sensor"].values():
+        assert kinds["drawn"]["tuned_worst_mm"] < kinds["drawn"]["untuned_worst_mm"]
     for name, figures in machines.items():
         told, held = (sum(entry[key] for entry in figures.values()) for key in ("told", "held"))
         assert held >= 0.93 * told, name

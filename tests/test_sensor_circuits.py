@@ -60,6 +60,7 @@ OPTIONS = {
     "a loss table": lambda unit: mapped_pumps(unit, tabulated),
     "viscosity under pressure": lambda unit: replace(unit, oil=replace(unit.oil, pressure_viscosity=1.8e-8)),
     "seals that leak": lambda unit: replace(unit, cylinder=replace(unit.cylinder, seal_leak=5e-18)),
+    "seals that press": lambda unit: replace(unit, cylinder=replace(unit.cylinder, pressure_friction=0.05)),
     "an orifice across the pump": lambda unit: replace(unit, extra=(Orifice("short", "manifold_a", "tank", 3e-9),)),
 }
 

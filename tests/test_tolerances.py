@@ -62,6 +62,14 @@ def test_what_is_no_tolerance_is_refused_in_one_line(text, words):
     assert "\n" not in str(refused.value)
 
 
+def test_a_value_with_a_source_may_have_its_tolerance_in_it():
+    text = TEXT.replace('bore = "127 mm"', 'bore = { value = "127 mm ± 0.1 mm", source = "drawing 4711" }')
+    read = machine.loads(text)
+    assert read.unit("boom").cylinder.bore == 0.127
+    assert read.tolerances["units.boom.cylinder.bore"].half == pytest.approx(1e-4)
+    assert read.source_of("units.boom.cylinder.bore") == "drawing 4711"
+
+
 def test_a_description_keeps_tolerances_beside_its_values():
     beside = '{ value = "127 mm", tolerance = "± 0.1 mm normal", source = "drawing 4711" }'
     text = TEXT.replace('bore = "127 mm"', f"bore = {beside}").replace('rod = "79.4 mm"', 'rod = "79.4 mm ± 0.05 mm"')

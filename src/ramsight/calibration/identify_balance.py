@@ -96,6 +96,21 @@ class BalanceProblem:
         moved = self.run(replace(how, **{name: getattr(how, name) + step}))
         return np.asarray((self.differences(moved) - d) / step)
 
+    def instrument(self, name: str, column: Array) -> Array:
+        """What of a factor's column may tell it: of compliance its part from move to move, of others all.
+
+        Within a move the mass swings on its oil, and the replay's load follows the torque some samples late, so that
+        the column errs with the position there; over a whole move swings are gone.
+        """
+        if name != "compliance":
+            return column
+        between = np.zeros(len(self.moves.run) - 1)
+        between[self.joined] = column
+        level = np.concatenate([[0.0], np.cumsum(between)])
+        run = np.unique(self.moves.run, return_inverse=True)[1]
+        mean = np.bincount(run, level) / np.bincount(run)
+        return np.asarray(np.diff(mean[run])[self.joined])
+
     def whitening(self, run: Run, how: Deviation) -> Array:
         """What makes the differences independent, of variance 1.
 
@@ -139,7 +154,8 @@ class BalanceProblem:
         """What errs the same way all the time, a standard deviation each, shape (differences, k).
 
         The zero of the torque; the pumps' friction; what happens while the valve opens and closes, for reversals up
-        and down; what stays at the data sheet without being known to be what it says.
+        and down; a load that changed at rest and is seen late; what stays at the data sheet without being known to be
+        what it says.
         """
         moves, stroke = self.moves, self.circuit.unit.cylinder.stroke
         offset = self.record.changed(offset=_TORQUE_ZERO * self.record.largest_torque)
@@ -152,7 +168,18 @@ class BalanceProblem:
             for name in _UNTOLD
             if name not in free
         ]
-        return np.column_stack([zero, efficiency, no_load, np.maximum(turns, 0.0), np.minimum(turns, 0.0), *untold])
+        up, down = np.maximum(turns, 0.0), np.minimum(turns, 0.0)
+        return np.column_stack([zero, efficiency, no_load, up, down, self._seen_late(how), *untold])
+
+    def _seen_late(self, how: Deviation) -> Array:
+        """What a load that changed at rest costs until the torque has shown it [m].
+
+        When the valve opens, the replay's pumps leak at the old load's pressure for a sample, more or less.
+        """
+        limits = self.circuit.limits
+        leak = (how.leak + how.orifice) * limits.leak_velocity / limits.pressure
+        change = np.diff(self.moves.mean(self.run(how).pressure))[self.joined]
+        return np.where(self.inside, 0.0, leak * self.record.period * change)
 
 
 def fit_balance(problem: BalanceProblem, base: Deviation, free: Sequence[str] | None = None) -> BalanceFit:
@@ -192,12 +219,14 @@ def _gauss_newton(problem: BalanceProblem, base: Deviation, names: list[str]) ->
     for _ in range(_ROUNDS):
         d = problem.differences(run)
         columns = [problem.column(how, name, _STEPS[name], d) for name in names]
-        white = whiten @ np.column_stack([*columns, d])
-        design, y = np.asarray(white[:, :-1], dtype=np.float64), white[:, -1]
+        tell = [problem.instrument(name, column) for name, column in zip(names, columns, strict=True)]
+        instruments, y = whiten @ np.column_stack(tell), whiten @ d
+        design = _told_by(instruments, whiten @ np.column_stack(columns))
         scale = np.maximum(np.linalg.norm(design, axis=0), 1e-300)  # a factor may do nothing at all
         change, _, rank, _ = np.linalg.lstsq(design / scale, -y, rcond=1e-7)
         if rank < len(names):
-            lost = names[int(np.argmin(scale * np.array([LIMITS[n] for n in names])))]
+            shown = np.linalg.norm(instruments, axis=0) * np.array([LIMITS[n] for n in names])
+            lost = names[int(np.argmin(shown))]
             return BalanceFit(base, tuple(names), {n: math.inf if n == lost else 0.0 for n in names}, math.nan)
         change = change / scale
         std = np.sqrt(np.diag(np.linalg.inv((design / scale).T @ (design / scale)))) / scale
@@ -212,6 +241,17 @@ def _gauss_newton(problem: BalanceProblem, base: Deviation, names: list[str]) ->
     d = problem.differences(run)
     rms = float(np.sqrt(np.mean(d[problem.inside] ** 2))) if problem.inside.any() else math.nan
     return BalanceFit(how, tuple(names), dict(zip(names, half.tolist(), strict=True)), rms)
+
+
+def _told_by(instruments: Array, columns: Array) -> Array:
+    """The columns as far as instruments explain them; least squares with these is two-stage least squares.
+
+    Errors of the columns that the instruments have no part in leave no bias.
+
+    Source: R. L. Basmann, Econometrica 25 (1957) 77.
+    """
+    scaled = instruments / np.maximum(np.linalg.norm(instruments, axis=0), 1e-300)  # a factor may do nothing at all
+    return np.asarray(scaled @ np.linalg.lstsq(scaled, columns, rcond=1e-7)[0])
 
 
 def _half_widths(

@@ -200,7 +200,8 @@ def _between_moves(rest: Array, runs: Places, noise: Array, spare: int) -> float
 
 def sheet_friction(unit: HydraulicUnit, moves: Moves, run: Run) -> Array:
     """The data sheet's friction of the cylinder at each node [N], in the direction of lifting."""
-    return np.asarray(unit.cylinder.friction(ca.DM(moves.mean(run.velocity))), dtype=np.float64).ravel()
+    velocity, force = (ca.DM(moves.mean(column)) for column in (run.velocity, run.force))
+    return np.asarray(unit.cylinder.friction(velocity, force), dtype=np.float64).ravel()
 
 
 def _line(x: Array, y: Array, at: Array) -> Array:
@@ -232,13 +233,14 @@ def same_loads(unit: HydraulicUnit, moves: Moves, record: Record, run: Run) -> P
     rows = [moves.run == number for number in runs]
     mean_force, mean_sheet = (np.array([values[r].mean() for r in rows]) for values in (force, sheet))
     starts = np.array([int(np.argmax(r)) for r in rows])
-    holds = 2.0 * unit.cylinder.breakaway_friction
+    pressed = (unit.cylinder.pressure_friction or 0.0) * np.abs(mean_force)
+    holds = 2.0 * (unit.cylinder.breakaway_friction + pressed)
     with np.errstate(invalid="ignore"):
         changed = moved_at_rest(moves, record, run)[starts] > holds * run.give[moves.first[starts]]
     change, expected = np.diff(mean_force), np.diff(mean_sheet)
     reverses = np.diff(np.sign(mean_sheet)) != 0.0
     factor = change / np.where(reverses, expected, 1.0)
-    same = np.where(reverses, (factor > 0.0) & (factor < _MOST), np.abs(change) < 0.25 * holds) & ~changed[1:]
+    same = np.where(reverses, (factor > 0.0) & (factor < _MOST), np.abs(change) < 0.25 * holds[1:]) & ~changed[1:]
     pairs = same & reverses
     if pairs.sum() >= 3:
         # Pumps rougher than described add what goes with the load, so most agree on a line.

@@ -51,6 +51,7 @@ def changes(machine: Machine, unit: str, found: Identification) -> dict[str, tup
             put(f"{name}.{key}", value, *told)
     if factors["friction"].told:
         names = ["coulomb_friction", "breakaway_friction", "viscous_friction"]
+        names += ["pressure_friction"] if described.cylinder.pressure_friction else []
         # One after the other, and breakaway may not be below Coulomb friction in between.
         for name in names if factors["friction"].value < 1.0 else reversed(names):
             put(f"cylinder.{name}", factors["friction"].value * getattr(described.cylinder, name), "friction")

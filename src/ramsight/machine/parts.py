@@ -113,6 +113,10 @@ class Cylinder(Part):
             most="10000 kN/(m/s)",
         ),
     ]
+    pressure_friction: Annotated[
+        float,
+        quantity("%", "friction added, over the force of the pressures; 0 for none", least="0 %", most="20 %"),
+    ] = 0.0
     stribeck_velocity: Annotated[
         float,
         quantity("mm/s", "velocity over which breakaway fades to Coulomb friction", above="0 mm/s", most="1 m/s"),

@@ -21,7 +21,7 @@ class AsBuilt:
         leak: leakage of both pumps [1].
         displacement: of both pumps [1].
         stiffness: bulk modulus of the oil, and of oil and hose wall together [1].
-        friction: Coulomb, breakaway and viscous friction of the cylinder [1].
+        friction: Coulomb, breakaway and viscous friction of the cylinder, and what grows with its pressures [1].
         relief: settings of the relief valves [1]; they are adjusted by hand, and springs settle: to 5 or 7 %.
 
     Example:
@@ -51,8 +51,10 @@ class AsBuilt:
             >>> round(AsBuilt(displacement=0.995).apply(boom).travel_per_radian / boom.travel_per_radian, 6)
             0.995
         """
+        pressed = unit.cylinder.pressure_friction
         cylinder = replace(
             unit.cylinder,
+            pressure_friction=None if pressed is None else pressed * self.friction,
             coulomb_friction=unit.cylinder.coulomb_friction * self.friction,
             breakaway_friction=unit.cylinder.breakaway_friction * self.friction,
             viscous_friction=unit.cylinder.viscous_friction * self.friction,

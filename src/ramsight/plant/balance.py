@@ -156,7 +156,8 @@ class Balance:
         self.states = tuple(state.name for state in ode.states)
         self.parameters, self.values = ode.parameters, self.model.values
         names = {field.name for field in fields(cylinder)}
-        self._without = {f"cylinder.{key}" for key in names if key.endswith("_friction") or key == "stop_stiffness"}
+        gone = {f"cylinder.{key}" for key in names if key.endswith("_friction") or key == "stop_stiffness"}
+        self._without = gone & set(self.parameters)
         self._write(circuit)
 
     def _write(self, circuit: Circuit) -> None:
@@ -236,7 +237,7 @@ class Balance:
         cylinder = replace(self.unit.cylinder, **{n: self._parameter(p, f"cylinder.{n}") for n in names})
         velocity = z[self.states.index("velocity")]
         least = _BEYOND * cylinder.stribeck_velocity
-        own = cylinder.sliding_friction(ca.fmax(ca.fabs(velocity), least))
+        own = cylinder.sliding_friction(ca.fmax(ca.fabs(velocity), least), self.force(z))
         if self.unit.cylinder.passive:
             # It goes where the chambers press it, or not at all.
             force = self.unit.lift_sign * self.force(z)
@@ -495,7 +496,9 @@ def _share_of(expression: Any, factor: Any) -> Any:
 
 def without_friction(unit: Any) -> Any:
     """The unit with a piston that slides freely: whoever solves for its load finds the friction in it."""
-    cylinder = replace(unit.cylinder, coulomb_friction=0.0, breakaway_friction=0.0, viscous_friction=0.0)
+    smooth: dict[str, Any] = dict.fromkeys(("coulomb_friction", "breakaway_friction", "viscous_friction"), 0.0)
+    smooth["pressure_friction"] = None
+    cylinder = replace(unit.cylinder, **smooth)
     return replace(unit, cylinder=cylinder)
 
 

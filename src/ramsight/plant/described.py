@@ -76,6 +76,7 @@ def cylinder(unit: Unit) -> Cylinder:
         coulomb_friction=c.number * c.coulomb_friction,
         breakaway_friction=c.number * c.breakaway_friction,
         viscous_friction=c.number * c.viscous_friction,
+        pressure_friction=c.pressure_friction or None,
         stribeck_velocity=c.stribeck_velocity,
         stop_stiffness=c.number * c.end_stop_stiffness,
         stop_damping=c.end_stop_damping / (c.end_stop_stiffness * _STOP_DEFORMATION),

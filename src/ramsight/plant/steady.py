@@ -88,6 +88,7 @@ def derive(unit: HydraulicUnit) -> Derived:
     reliefs = [valve.setting for valve in pump_reliefs(unit) if valve.inlet in nodes]
     relief = min(reliefs, default=math.inf) + unit.tank_pressure
     at_relief = relief * held - unit.tank_pressure * other - unit.lift_sign * ATMOSPHERE * (area_a - area_b)
+    pressed = (cylinder.pressure_friction or 0.0) * at_relief
     return Derived(
         area_a=area_a,
         area_b=area_b,
@@ -100,7 +101,7 @@ def derive(unit: HydraulicUnit) -> Derived:
         travel_b=geared_b / area_b,
         relief_pressure=relief,
         load_at_relief=at_relief,
-        load_at_relief_after_friction=at_relief - cylinder.breakaway_friction,
+        load_at_relief_after_friction=at_relief - cylinder.breakaway_friction - pressed,
     )
 
 
@@ -194,7 +195,7 @@ def _steady(
         return float((pump.outlet in held) * delivered - (pump.inlet in held) * drawn)
 
     for _ in range(_ROUNDS):
-        friction = direction * (cylinder.coulomb_friction + cylinder.viscous_friction * abs(velocity))
+        friction = direction * float(cylinder.sliding_friction(abs(velocity), pressure * area - low * other))
         pressure = (force + low * other + friction) / area
         into = sum(into_held(p) for p in pumps)
         velocity = unit.lift_sign * (1.0 if unit.held == "a" else -1.0) * into / area

@@ -197,11 +197,11 @@ def split_tolerances(data: Mapping[str, Any], file: str, path: str = "") -> tupl
             tolerances[where] = item["tolerance"]
             plain[key] = {name: value for name, value in item.items() if name != "tolerance"}
         elif isinstance(item, dict):
-            given, inner = split_tolerances(item, file, where)
-            value = given.get("value")
+            value = item.get("value")
             if isinstance(value, str) and has_spread(value) and not _of_a_kind(where):
-                given["value"], inner[where] = halves(value)
-            plain[key] = given
+                value, tolerances[where] = halves(value)
+                item = {**item, "value": value}
+            plain[key], inner = split_tolerances(item, file, where)
             tolerances.update(inner)
         elif has_spread(item) and not _of_a_kind(where):
             plain[key], tolerances[where] = halves(item)

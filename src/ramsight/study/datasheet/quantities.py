@@ -44,7 +44,7 @@ COVERS = {
     "leakage": ("volumetric_efficiency", "orifice_leakage"),
     "displacement": ("displacement",),
     "pump_friction": ("hydromechanical_efficiency", "no_load_torque"),
-    "friction": ("breakaway_friction", "coulomb_friction", "viscous_friction"),
+    "friction": ("breakaway_friction", "coulomb_friction", "viscous_friction", "pressure_friction"),
     "stiffness": ("bulk_modulus", "effective_bulk_modulus"),
     "volumes": ("dead_volume_a", "dead_volume_b", "volume"),
     "valves": ("rated_flow", "rated_pressure_drop"),
