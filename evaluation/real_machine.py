@@ -116,10 +116,17 @@ def _cushions(length: float, flow: float) -> dict[str, Any]:
     return {**lengths, "cylinder.cushion_plunger_a": 0.06, "cylinder.cushion_flow": flow}
 
 
+COOLER = 60.0
+"""Conductance from the tank to the air with an oil cooler of 2 kW at 35 K [W/K]."""
+
+
 def _heat(case: float = 1.0, to_tank: float = 1.0) -> dict[str, float]:
-    """Heat stores of a unit of some kW, with factors on what they hold and on what oil carries away."""
+    """Heat stores of a unit of some kW, with factors on what they hold and on what oil carries away; it has a cooler.
+
+    Work that goes on for hours, as this does, heats a bare tank beyond what oil bears.
+    """
     usual = HeatStores()
-    return {"case": case * usual.case, "case_to_tank": to_tank * usual.case_to_tank}
+    return {"case": case * usual.case, "case_to_tank": to_tank * usual.case_to_tank, "tank_to_air": COOLER}
 
 
 _WARMER = {"assumptions.thermometer.offset": COLDER}
