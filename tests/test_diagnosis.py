@@ -198,7 +198,7 @@ def tracked(kinds, status, gain=1.3, signal="speed"):
     return xarray.Dataset({**values, "status": ("time", status)}, {"time": 0.1 * np.arange(n)})
 
 
-def test_a_fault_is_named_by_what_is_sure_for_longest():
+def test_a_fault_is_named_by_all_that_came_together_until_its_end():
     status = np.full(60, int(Status.SPEED_WRONG))
     gain = np.r_[np.full(10, 0.8), np.full(50, 0.99)]
     one = named_faults(tracked({"gain": gain, "stuck": np.r_[np.full(10, 0.2), np.full(50, 0.01)]}, status))

@@ -67,25 +67,21 @@ class NamedFault:
 
 @dataclass
 class _Episode:
-    """A contradiction that has not ended for long; of each sample the status, the likeliest kinds, gain and offset."""
+    """A contradiction that has not ended for long: how often each status was, and what is known by its last sample."""
 
     first: float
     last: float
-    codes: list[int] = field(default_factory=list)
-    kinds: list[tuple[str, ...]] = field(default_factory=list)
-    gains: list[float] = field(default_factory=list)
-    offsets: list[float] = field(default_factory=list)
+    codes: Counter[int] = field(default_factory=Counter)
+    kinds: tuple[str, ...] = ()
+    gain: float = 1.0
+    offset: float = 0.0
 
     def named(self, signal: str) -> NamedFault:
-        """The fault: as long as one kind is sure, that which is for longest; else what is left for longest."""
-        sure = [k for k, kinds in enumerate(self.kinds) if len(kinds) == 1] or list(range(len(self.kinds)))
-        kinds = Counter(self.kinds[k] for k in sure).most_common(1)[0][0]
-        its = [k for k in sure if self.kinds[k] == kinds]
-        gain, offset = (float(np.median(np.array(column)[its])) for column in (self.gains, self.offsets))
+        """The fault, by all that came together until its last sample."""
         other, unit = _SIGNALS[signal]
-        decided = _DECIDED.get(Counter(self.codes).most_common(1)[0][0]) if signal == "speed" else None
+        decided = _DECIDED.get(self.codes.most_common(1)[0][0]) if signal == "speed" else None
         name, doubt = (decided, "") if decided else (f"motor {signal}", other)
-        return NamedFault(name, doubt, kinds, gain, offset, unit, self.first, self.last)
+        return NamedFault(name, doubt, self.kinds, self.gain, self.offset, unit, self.first, self.last)
 
 
 class FaultNames:
@@ -123,10 +119,9 @@ class FaultNames:
                 self._end(signal)
             known = self._open.setdefault(signal, _Episode(now, now))
             known.last = now
-            known.codes.append(int(status[k]))
-            known.kinds.append(tuple(kind for kind, p in zip(KINDS, chances[:, k], strict=True) if p > 1.0 - _SURE))
-            known.gains.append(float(gains[k]))
-            known.offsets.append(float(offsets[k]))
+            known.codes[int(status[k])] += 1
+            known.kinds = tuple(kind for kind, p in zip(KINDS, chances[:, k], strict=True) if p > 1.0 - _SURE)
+            known.gain, known.offset = float(gains[k]), float(offsets[k])
 
     def _end(self, signal: str) -> None:
         self._found.append(self._open.pop(signal).named(signal))
