@@ -6,6 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 import xarray
+from scipy.stats import chi2
 
 from ramsight.plant.balance import balance
 from ramsight.plant.limits import limits_of
@@ -23,7 +24,7 @@ from ramsight.sensor.load import LoadStep
 from ramsight.sensor.mode import Mode
 from ramsight.sensor.pumping import delivers, one_sided
 from ramsight.sensor.relief import held_back, passed_share, passing
-from ramsight.sensor.resting import unseen_load
+from ramsight.sensor.resting import SURELY, unseen_load
 from ramsight.sensor.status import Status, validity_levels
 from ramsight.sensor.virtual_sensor import SensorGraph
 
@@ -159,7 +160,7 @@ def test_a_load_that_nobody_sees_may_be_another_one(resting):
         resting, [(30, 50.0, TURNS | {"load": 2e4}), (10, 0.0, TURNS | {"load": 2e4}), (5, 0.0, TURNS | {"held": 1.0})]
     )
     assert turning == pytest.approx(np.zeros(30))
-    assert rest == pytest.approx(np.full(10, 1e-7 * 1e4))
+    assert rest == pytest.approx(np.full(10, SURELY * 1e-7 * 1e4))
     assert on_a_stop == pytest.approx(np.zeros(5))
 
 
@@ -169,11 +170,17 @@ def test_changes_that_were_seen_teach_how_large_the_next_may_be(resting):
     for k in range(40):
         rows += [(30, 50.0, TURNS | {"load": 2e4 + 100.0 * (k % 2)}), (5, 0.0, TURNS)]
     said = samples(resting, rows)
-    assert said[1][-1] == pytest.approx(1e-3)
-    assert said[3][-1] == pytest.approx(1e-3 * (5.0 / 6.0) ** 0.5, rel=1e-3), "a sixth is learnt from one change"
-    assert said[-1][-1] < 0.1e-3
+    assert said[1][-1] == pytest.approx(SURELY * 1e-3)
+    assert said[3][-1] == pytest.approx(SURELY * 1e-3 * (5.0 / 6.0) ** 0.5, rel=1e-3), (
+        "a sixth is learnt from one change"
+    )
+    assert said[-1][-1] < 0.15e-3
     short = samples(resting, [(10, 50.0, TURNS | {"load": 9e4}), (5, 0.0, TURNS)], after=28.0)
-    assert short[-1][-1] < 0.1e-3, "too short to be seen"
+    assert short[-1][-1] < 0.15e-3, "too short to be seen"
+
+
+def test_a_dozen_changes_say_no_more_of_the_next_than_a_dozen_can():
+    assert pytest.approx((11.0 / chi2.ppf(0.05, 11)) ** 0.5, abs=5e-3) == SURELY
 
 
 def test_the_bound_goes_on_with_the_change_that_was_expected_at_first(bounded):
