@@ -328,13 +328,20 @@ class Balance:
         split = zip(self.states, ca.vertsplit(z), strict=True)
         return ca.vertcat(*(ca.fmax(v, 0.0) if name.startswith("pressure_") else v for name, v in split))
 
-    def near(self, z: Any, z0: Any, mean_speed: Any, h: Any) -> Any:
+    def near(self, z: Any, z0: Any, mean_speed: Any, h: Any, gives: Any = None) -> Any:
         """The states with a piston no farther away than it gets in a step, to go on with.
 
         A relief valve that was open in the last one may have let it through the whole cylinder, and more.
+
+        Args:
+            z: the states.
+            z0: those before the step.
+            mean_speed: of the motor [rad/s].
+            h: the step [s].
+            gives: what the oil gives at most in it [m]; by default what it may ever give.
         """
         pumped = ca.fabs(mean_speed) * abs(float(self.unit.travel_per_radian)) * h
-        far = _NEAR * self.unit.cylinder.stroke + 2.0 * pumped + ca.fabs(z0[1]) * h
+        far = (_NEAR * self.unit.cylinder.stroke if gives is None else gives) + 2.0 * pumped + ca.fabs(z0[1]) * h
         position = ca.fmin(ca.fmax(z[0], z0[0] - far), z0[0] + far)
         return ca.vertcat(position, ca.fmin(ca.fmax(z[1], -far / h), far / h), z[2:])
 

@@ -35,6 +35,7 @@ _SHORTEST = 1e-3  # s; a step that is solved even where no time passed, and not 
 _GATE = 16.0  # a torque four standard deviations away is a load that jumped, not noise
 _STANDING = 1.0  # rad/s; friction of a motor slower than this has a sign that nobody knows
 _MIXED = 5.0  # rad/s; slower, bearings, gears and shaft seals have mixed friction, which falls with the speed
+_GIVES, _LEAST_GIVEN = 3.0, 2e-3  # what oil gives under a load's change over what it gave, and share of the stroke
 _WITHIN = 0.2  # s; time constant for a torque that friction at standstill may explain
 _ROUGHER = 1.25  # friction of a usual pump over the described one
 _FIRST = 0.3  # of the load at relief pressure: standard deviation of one that has not been seen yet
@@ -364,7 +365,9 @@ class LoadObserver:
         guess = self._balance.possible(free.first.z + free.by_load * d_walked + free.by_initial * d_initial)
         second = solve(z0, load, guess, 2, more=3)
         # Iterations that have not found an end leave nothing behind that cannot be.
-        return second, self._balance.possible(self._balance.near(second.z, z0, solve.mean_speed, solve.h))
+        gives = _GIVES * self._give * ca.fabs(load - self._load) + _LEAST_GIVEN * self._balance.unit.cylinder.stroke
+        z = self._balance.near(second.z, z0, solve.mean_speed, solve.h, gives)
+        return second, self._balance.possible(z)
 
     def _gives(self, free: _Free, held: Any, may_be_empty: Any, corrected: Any) -> Any:
         """Travel per load that the oil's compression allows [m/N]."""
