@@ -99,7 +99,7 @@ def test_a_stop_takes_the_time_that_is_stated_and_ends_in_the_sample_in_which_th
 
 
 def test_the_page_has_the_table():
-    rows = re.findall(r"^\| \d+ \| (.*?) \| (.*?) \| (.*?) \|$", PAGE.read_text(), re.MULTILINE)
+    rows = re.findall(r"^\| \d+ \| (.*?) \| (.*?) \| (`.*?`) \|$", PAGE.read_text(), re.MULTILINE)
     groups = {ANY: "any", GOING: "any but the stops"}
     expected = [
         (

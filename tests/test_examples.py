@@ -95,9 +95,11 @@ def test_the_toml_of_the_plants_page_is_read():
     from ramsight.machine.efficiencies import read_efficiencies
 
     text = (ROOT / "docs" / "plant.md").read_text(encoding="utf-8")
-    table, circuit, _ = (
-        tomllib.loads(textwrap.dedent(block)) for block in re.findall(r"```toml\n(.*?)```", text, re.S)
-    )
+    blocks = [tomllib.loads(textwrap.dedent(block)) for block in re.findall(r"```toml\n(.*?)```", text, re.S)]
+    (table,) = (block for block in blocks if "efficiency_table" in block)
+    (circuit,) = (block for block in blocks if "ram" in block.get("units", {}))
+    (heat,) = (block["units"]["boom"]["heat"] for block in blocks if "heat" in block.get("units", {}).get("boom", {}))
+    assert machine.load("mining-loader").unit("boom").replace({"heat": heat}).heat.case == 4200.0
     assert read_efficiencies(table["efficiency_table"]).pressure == (50e5, 250e5)
     press = machine.load("press").unit("ram")
     for name, part in circuit["units"]["ram"]["parts"].items():
