@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from circuits import catalogued
 from real_machine import figures
 
 from ramsight import machine
@@ -48,11 +49,6 @@ def drawn(unit: str, seed: int) -> HydraulicUnit:
     return build_unit(unit, service.unit(unit).replace(values))
 
 
-def described(name: str, unit: str) -> HydraulicUnit:
-    """A unit as a machine of the catalogue describes it."""
-    return build_unit(unit, machine.load(name).unit(unit))
-
-
 def day(unit: str, kind: str, seed: int, *, duration: float = _DAY) -> Judged:
     """A day of a machine, judged after three stops.
 
@@ -62,10 +58,10 @@ def day(unit: str, kind: str, seed: int, *, duration: float = _DAY) -> Judged:
         seed: of the machine, its work and its drive's noise.
         duration: [s].
     """
-    real = described(BENCH, unit) if kind == "bench" else drawn(unit, seed)
+    real = catalogued(BENCH, unit) if kind == "bench" else drawn(unit, seed)
     duty = work_day(real, LOADS[unit], _OIL, duration=duration, visit_every=_VISITS, seed=seed)
     run = simulate(real, duty)
-    sensor = kalman(described(SERVICE if kind == "described" else BENCH, unit))
+    sensor = kalman(catalogued(SERVICE if kind == "described" else BENCH, unit))
     sensor.start(duty.start_position)
     track = sensor.track(report(run, DriveReport(seed=seed)))
     return judge(track, run["motor_speed"].values, run["position"].values, float(real.cylinder.stroke))

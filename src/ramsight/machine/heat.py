@@ -7,6 +7,10 @@ from typing import Annotated
 from ramsight.machine.base import Part
 from ramsight.machine.declare import quantity
 
+#: what a unit of some kW has where nobody says more: a tank of 20 l and 10 kg of steel [J/K], 0.3 m2 of cases and 1 m2
+#: of tank at 10 and 15 W/m2/K [W/K]
+TANK, CASE_TO_AIR, TANK_TO_AIR = 37e3, 3.0, 15.0
+
 
 class Heat(Part):
     """Heat stores: the pumps' cases, which leakage and friction of the pumps warm, and the tank."""
@@ -21,6 +25,10 @@ class Heat(Part):
     ]
     tank: Annotated[
         float, quantity("kJ/K", "heat capacity of the tank with its oil", least="0.1 kJ/K", most="1e5 kJ/K")
-    ] = 37e3
-    case_to_air: Annotated[float, quantity("W/K", "from the cases to the air", least="0 W/K", most="1e4 W/K")] = 3.0
-    tank_to_air: Annotated[float, quantity("W/K", "from the tank to the air", least="0 W/K", most="1e5 W/K")] = 15.0
+    ] = TANK
+    case_to_air: Annotated[float, quantity("W/K", "from the cases to the air", least="0 W/K", most="1e4 W/K")] = (
+        CASE_TO_AIR
+    )
+    tank_to_air: Annotated[float, quantity("W/K", "from the tank to the air", least="0 W/K", most="1e5 W/K")] = (
+        TANK_TO_AIR
+    )

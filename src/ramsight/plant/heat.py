@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.machine.heat import CASE_TO_AIR, TANK, TANK_TO_AIR
 from ramsight.plant.pump import Pump
 
 Array = NDArray[np.float64]
@@ -42,10 +43,10 @@ class HeatStores:
     """
 
     case: float = 4.2e3
-    tank: float = 37e3
+    tank: float = TANK
     case_to_tank: float = 300.0
-    case_to_air: float = 3.0
-    tank_to_air: float = 15.0
+    case_to_air: float = CASE_TO_AIR
+    tank_to_air: float = TANK_TO_AIR
 
     def temperatures(self, time: Array, into_case: Array, into_tank: Array, first: float, ambient: float) -> Array:
         """Temperatures of case and tank [K], shape (times, 2).

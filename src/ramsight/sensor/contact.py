@@ -31,7 +31,7 @@ from typing import Any
 import casadi as ca
 
 from ramsight.sensor.assumptions import AssumedStops
-from ramsight.sensor.letting_go import USUALLY, LettingGo
+from ramsight.sensor.letting_go import SOFT, USUALLY, LettingGo
 from ramsight.sensor.load import SEEN_AT, LoadStep
 from ramsight.sensor.mode import HELD, Mode, is_in, next_mode
 from ramsight.sensor.virtual_sensor import SensorGraph
@@ -39,7 +39,6 @@ from ramsight.sensor.virtual_sensor import SensorGraph
 _SURE = 30.0  # standard deviations of the position that the pump has to deliver in vain
 _STILL, _SLIPS = 4.0, 0.15  # standard deviations and share of what was delivered by which it may seem to move
 _SLIPS_ANYWHERE = 0.5  # the same where the position is not known: a chamber that is full gives twice as a half full one
-_SOFT = 2.0  # standard deviations of the compliance by which a piston on an end may seem to go on
 _RARE = 2.0  # standard deviations of the change of a load, beyond which it is rare
 _OVER = 0.95  # share of the way from where a relief valve may open to its setting; no load is lifted with more
 _FOUND = 0.3  # s after the motor has started or stopped, until the load is found
@@ -337,7 +336,7 @@ class ContactWatch:
         """
         graph, sigma = self._graph, step.noise_travel
         seems = self._seemed + step.travel
-        softer = ca.fmin(ca.fmax(_SOFT * believed.compliance, _SLIPS), _SLIPS_ANYWHERE)
+        softer = ca.fmin(ca.fmax(SOFT * believed.compliance, _SLIPS), _SLIPS_ANYWHERE)
         slips = ca.if_else(believed.known, ca.if_else(ends, softer, _SLIPS), _SLIPS_ANYWHERE)
 
         def still(share: Any) -> Any:

@@ -111,8 +111,9 @@ def check_drive(graph: SensorGraph, assumptions: Assumptions, limits: Limits, th
         more["speed_over_counter"] = (shaft.ratio, "1")
         more |= diagnose(graph, shaft.pair(speed, limits), disputed, speed_wrong, counter_wrong)
     torque_wrong, torque_off = 0.0, 0.0
+    turning = speed if shaft is None else shaft.speed
     if power is not None and turned is not None:
-        power.learn(speed if shaft is None else shaft.speed, turned)
+        power.learn(turning, turned)
     if power is not None and said is not None and turned is not None:
         # With a speed that is disputed the power tells of that.
         chosen = ca.if_else(counter_wrong, said.alarm, turned.alarm)
@@ -123,7 +124,7 @@ def check_drive(graph: SensorGraph, assumptions: Assumptions, limits: Limits, th
         grows = grows + from_onset(graph, "torque", torque_wrong, leaks)
         torque_off = ca.if_else(torque_wrong, off, 0.0)
         more["torque_missing"] = (power.signed(by), "N m")
-        more |= diagnose(graph, power.pair(speed if shaft is None else shaft.speed), torque_wrong)
+        more |= diagnose(graph, power.pair(turning), torque_wrong)
     return DriveChecks(speed_wrong, counter_wrong, undecided, torque_wrong, grows, torque_off, more)
 
 
@@ -252,6 +253,7 @@ class _Power:
         graph.becomes("last_power", ca.if_else(there, given, last))
         graph.becomes("power_begun", there)
         self._fastest, self._relief = limits.max_speed, limits.torque
+        self._rated = self._relief * self._fastest
         self._turned = lately(graph, "turned_lately", ca.fabs(graph.mean_speed))
         a = self._assumed
         self._off = [graph.state(f"power_{what}_off") for what in _LEARNED]
@@ -259,9 +261,17 @@ class _Power:
 
     def _row(self, speed: Any) -> list[Any]:
         """What goes through the shaft, and losses with torque and with speed, as declared [W]."""
-        a, rated, torque = self._assumed, self._relief * self._fastest, self._torque
-        copper = a.copper * (torque / self._relief) ** 2 * rated
-        return [torque * speed, copper, a.iron * ca.fabs(speed) / self._fastest * rated]
+        return [self._torque * speed, self._copper_loss(self._torque), self._iron_loss(speed)]
+
+    def _copper_loss(self, torque: Any) -> Any:
+        return self._assumed.copper * (torque / self._relief) ** 2 * self._rated
+
+    def _iron_loss(self, speed: Any) -> Any:
+        return self._assumed.iron * ca.fabs(speed) / self._fastest * self._rated
+
+    def _unknown(self, speed: Any) -> Any:
+        """Variance of that by what is not known of gain and losses [W2]."""
+        return ca.fmax(self._known.variance(self._row(speed)), 0.0)
 
     def _missing(self, speed: Any) -> Any:
         """Power that torque, speed, and what is known of gain and losses leave unexplained [W]."""
@@ -271,7 +281,7 @@ class _Power:
 
     def _noise(self, speed: Any) -> Any:
         """Standard deviation of that by what is new with each sample [W]."""
-        power = self._assumed.std * self._relief * self._fastest
+        power = self._assumed.std * self._rated
         return ca.sqrt(power**2 + (self._drive.torque * self._relief * speed) ** 2)
 
     def against(self, name: str, speed: Any, level: Any) -> Apart:
@@ -283,14 +293,12 @@ class _Power:
             self._missing(speed),
             level=self._graph.motor_torque * level,
             delay=self._drive.delay,
-            lasting=ca.sqrt(ca.fmax(self._known.variance(self._row(speed)), 0.0) + standby**2),
+            lasting=ca.sqrt(self._unknown(speed) + standby**2),
             noise=self._noise(speed),
         )
 
     def pair(self, speed: Any) -> Pair:
         """The reported torque and the one that the power asks for at a speed [N m]."""
-        assumed, relief = self._assumed, self._relief
-        lasting = ca.fmax(self._known.variance(self._row(speed)), 0.0)
         turning = ca.fmax(ca.fabs(speed), TURNS)
         there = ca.logic_and(self._there, ca.fabs(speed) > TURNS)
         return Pair(
@@ -298,20 +306,19 @@ class _Power:
             unit="N m",
             reported=self._torque,
             other=self._asked(speed, turning),
-            std=ca.sqrt(self._noise(speed) ** 2 + lasting) / turning,
+            std=ca.sqrt(self._noise(speed) ** 2 + self._unknown(speed)) / turning,
             delay=self._drive.delay,
             there=there,
-            most=_MOST * relief,
-            least=_TELLS * relief,
-            gain=ca.fmax(self._drive.torque_gain, assumed.gain),
+            most=_MOST * self._relief,
+            least=_TELLS * self._relief,
+            gain=max(self._drive.torque_gain, self._assumed.gain),
         )
 
     def _asked(self, speed: Any, turning: Any) -> Any:
         """The torque T of which the power is (1 + g) T w + (1 + c) k T^2 + (1 + i) iron loss + P0 [N m]."""
-        assumed, rated, (gain, copper, iron) = self._assumed, self._relief * self._fastest, self._off
-        fixed = (1.0 + iron) * assumed.iron * turning / self._fastest * rated + assumed.standby
-        through = self._power - fixed
-        by_speed, by_square = (1.0 + gain) * turning, (1.0 + copper) * assumed.copper * rated / self._relief**2
+        gain, copper, iron = self._off
+        through = self._power - (1.0 + iron) * self._iron_loss(turning) - self._assumed.standby
+        by_speed, by_square = (1.0 + gain) * turning, (1.0 + copper) * self._copper_loss(1.0)
         root = ca.sqrt(ca.fmax(by_speed**2 + 4.0 * by_square * through, 0.0))
         return ca.if_else(speed < 0.0, -2.0, 2.0) * through / (by_speed + root)
 

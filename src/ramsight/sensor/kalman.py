@@ -32,6 +32,7 @@ from ramsight.sensor.inertia_check import check_inertia
 from ramsight.sensor.intake import Intake, take_in
 from ramsight.sensor.judgement import Relief, judge
 from ramsight.sensor.leaking import Leaking
+from ramsight.sensor.letting_go import SOFT
 from ramsight.sensor.link_angle import LinkAngle
 from ramsight.sensor.load import LoadObserver, LoadStep
 from ramsight.sensor.magnets import correct_torque, declared_temperature
@@ -57,7 +58,6 @@ _FASTEST = 1.1  # share of the velocity at the highest motor speed that no corre
 _BLIND = 0.02  # share of a load that the torque shows, below which it tells of leakage
 _TURNING = 1.0  # rad/s
 _CORRELATED = 0.2  # s; for which errors of the torque stay what they are
-_SOFTEST = 2.0  # standard deviations of the compliance of a new machine
 _MODEL = 0.1  # share of a torque by which a closed volume's equation may err
 _SETTLED = 0.5  # s
 _STEADY = 0.02  # change of the torque over what leakage makes of it; a pump against a closed valve has settled
@@ -455,7 +455,7 @@ def _torque(parts: _Parts, stepped: _Stepped, met: _Met) -> None:
     step, torque_by, checks = stepped.step, stepped.torque_by, stepped.checks
     inflation = _CORRELATED / ca.fmax(graph.elapsed, 1e-3)
     # Oil that gives back more than any such machine's is that of a piston that goes already.
-    usual = ca.fabs(stepped.around[2] - 1.0) < _SOFTEST * parts.assumed.machine.compliance
+    usual = ca.fabs(stepped.around[COMPLIANCE - LEAK] - 1.0) < SOFT * parts.assumed.machine.compliance
     closed = ca.logic_or(contact.pushing, ca.logic_and(contact.draws, usual))
     compressed = ca.logic_and(closed, ca.logic_not(ca.logic_or(step.empty, relief > 0.0)))
     pushes = ca.logic_and(compressed, ca.fabs(torque_by[2]) > step.noise)

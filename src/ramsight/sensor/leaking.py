@@ -52,9 +52,9 @@ class Leaking:
         graph.becomes("age", age + dt)
         # Two filters that begin with the same noisy sample are apart by that noise for a while.
         surely = ca.fmin(age / (_SURELY * _SLOWEST), 1.0)
-        warmer = 0.0 if graph.warmer is None else graph.warmer  # a late thermometer is not late for it
         gaps = graph.pump_temperature
-        self.change = surely * ca.log(viscosity(after + warmer) / viscosity(gaps))
+        # A late thermometer is not late for how much warmer the gaps are.
+        self.change = surely * ca.log(viscosity(after + graph.warmer) / viscosity(gaps))
         self._rate = self.change / _SLOWEST
         self._per_kelvin = ca.log(viscosity(gaps) / viscosity(gaps + _KELVIN)) / _KELVIN
         share = ca.fmin(ca.fmax(ca.fabs(torque), _LEAST), _MOST)

@@ -28,6 +28,8 @@ _SOFTER = 0.5  # share of the expected torque's change that compliance does not 
 _ALL = 5.0  # of what the oil gives back as described; neither compliance nor another stroke makes it so much more
 USUALLY = 0.25
 """The same, its deviation."""
+SOFT = 2.0
+"""Standard deviations of the compliance by which a closed volume may give more or less."""
 _REMEMBERED = 1.0  # s; for which the load and the leakage from before are remembered
 
 
@@ -152,7 +154,7 @@ class LettingGo:
             graph.becomes(name, sign * now)
             changed, left = now - sign * torque, sign * step.surprise
             behind.append(left > compliance * changed)
-            surely.append(ca.logic_and(changed > noise, left > noise + 2.0 * compliance * changed))
+            surely.append(ca.logic_and(changed > noise, left > noise + SOFT * compliance * changed))
         return _Drawn(ca.logic_or(*behind), ca.logic_or(*surely))
 
     def _went(self, step: LoadStep, behind: Any, keeps: Any) -> Any:

@@ -135,7 +135,7 @@ class SensorGraph:
             for part, place, last in zip(commands, places, last_commands, strict=True)
         }
         self.way, self.last_way = _way(list(self.commands.values())), _way(last_commands)
-        self.warmer: Any = None
+        self.warmer: Any = 0.0
 
     def _count(self, angle: Any) -> None:
         """Remember the shaft's counter, and whether there was one."""
@@ -153,7 +153,7 @@ class SensorGraph:
     @property
     def pump_temperature(self) -> Any:
         """Of the oil in the pumps' gaps [K]: the reported one, where nothing says by how much they are `warmer`."""
-        return self.oil_temperature if self.warmer is None else self.oil_temperature + self.warmer
+        return self.oil_temperature + self.warmer
 
     @property
     def extending_speed(self) -> Any:
