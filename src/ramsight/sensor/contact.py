@@ -100,6 +100,7 @@ class Contact:
         built: change of the expected torque since it pushes [N m].
         given_way: by which what holds it gives way under it, extension positive [m].
         went: what a piston that is let go may have gone after all, while it was thought to be held [m].
+        shown: share of what its oil did meanwhile that the torque shows [1].
         mode: what the piston is doing after this sample, a number of `Mode`.
     """
 
@@ -118,6 +119,7 @@ class Contact:
     built: Any
     given_way: Any
     went: Any
+    shown: Any
     mode: Any
 
 
@@ -260,6 +262,7 @@ class ContactWatch:
             built=grip.built,
             given_way=grip.pressed / believed.stiffness,
             went=grip.went,
+            shown=grip.shown,
             mode=mode,
         )
 

@@ -310,11 +310,11 @@ def _update(parts: _Parts, stepped: _Stepped, met: _Met) -> _Updated:
         sign = float(parts.unit.lift_sign)
         lifts = ca.logic_and(ca.logic_not(contact.held), graph.extending_speed * sign > _TURNING)
         bank.turned(began, ca.if_else(lifts, sign, 0.0))
-    parts.observer.release(contact.released, stepped.step.carried)
+    came = parts.observer.release(contact.released, contact.held, contact.shown, stepped.step.give)
     _torque(parts, stepped, met)
     measured = _measure(parts, stepped, met)
     # A stop gives way; what it gives back once the piston is let go is travel.
-    back = ca.if_else(contact.released, contact.given_way, 0.0)
+    back = ca.if_else(contact.released, contact.given_way, 0.0) + came
     position = ca.if_else(contact.touched, contact.place, met.nominal + back) + measured.moved
     parts.watch.close(contact, position, measured.moved)
     after = bank.means()

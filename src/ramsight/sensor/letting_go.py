@@ -30,6 +30,7 @@ USUALLY = 0.25
 """The same, its deviation."""
 SOFT = 2.0
 """Standard deviations of the compliance by which a closed volume may give more or less."""
+_LEAST = 1e-6  # N m; that something is divided by
 _REMEMBERED = 1.0  # s; for which the load and the leakage from before are remembered
 
 
@@ -47,6 +48,8 @@ class Grip:
         rise: the same in the direction in which it pushes [N m].
         missing: what the shown torque stays behind that [N m].
         went: what the piston may have gone after all [m].
+        shown: share of what its oil did while it was held that the torque shows [1]; of a piston that has just been
+            let go.
     """
 
     rests: Any
@@ -58,6 +61,7 @@ class Grip:
     rise: Any
     missing: Any
     went: Any
+    shown: Any
 
 
 @dataclass(frozen=True)
@@ -117,11 +121,13 @@ class LettingGo:
         drawn = self._drawn(step, back, compliance)
         behind = ca.logic_or(ca.logic_and(pushing, missing > USUALLY * rise), ca.logic_and(back, drawn.behind))
         went = self._went(step, behind, ca.logic_or(keeps, ca.logic_not(turns)))
-        stays = ca.logic_and(rests, _stays(step, *self._changes_at_rest(step, rests)))
+        expected, shown = self._changes_at_rest(step, rests)
+        stays = ca.logic_and(rests, _stays(step, expected, shown))
         leaves = ca.logic_and(back, ca.logic_or(drawn.surely, self._decompressed(step, back, pressed * direction)))
         released = ca.logic_or(ca.logic_or(leaves, lost), ca.logic_or(yields, stays))
         went = ca.if_else(ca.logic_or(yields, leaves), went, 0.0)
-        return Grip(rests, pushing, back, released, pressed, built, rise, missing, went)
+        share = ca.if_else(yields, _share(rise - missing, rise), ca.if_else(stays, _share(shown, expected), 1.0))
+        return Grip(rests, pushing, back, released, pressed, built, rise, missing, went, share)
 
     def _decompressed(self, step: LoadStep, back: Any, pressed: Any) -> Any:
         """Whether the oil presses a piston no more on what holds it, or as much has been drawn as that can take.
@@ -208,6 +214,12 @@ class LettingGo:
             kept.append(lately)
         least, largest = kept
         return ca.if_else(self._direction * self._lift > 0.0, least, largest)
+
+
+def _share(shown: Any, expected: Any) -> Any:
+    """How much of a change that is expected is there, 0 to 1."""
+    some = ca.fmax(shown * ca.sign(expected), 0.0)
+    return ca.fmin(some / ca.fmax(ca.fabs(expected), _LEAST), 1.0)
 
 
 def _stays(step: LoadStep, expected: Any, shown: Any) -> Any:

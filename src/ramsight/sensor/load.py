@@ -535,9 +535,35 @@ class LoadObserver:
             torque.append(shown)
         return tuple(travel), tuple(torque)
 
-    def release(self, released: Any, carried: Any) -> None:
-        """Let go of a piston that was held: the load is what the pressures carry."""
-        self._graph.becomes("load", ca.if_else(released, carried, self._graph.becoming("load")))
+    def release(self, released: Any, held: Any, shown: Any, give: Any) -> Any:
+        """Let go of a piston that was held: the load is what the pressures carry.
+
+        Of a piston that was not held after all, the oil was compressed no more than the torque shows: its pressures go
+        back by the rest of the way that they went meanwhile, and what the oil gave way by then is travel.
+
+        Args:
+            released: whether it is let go.
+            held: whether it is held after the sample.
+            shown: share of what its pressures did while it was held that the torque shows [1].
+            give: travel per load that the oil's compression allows [m/N].
+
+        Returns:
+            That travel, extension positive [m].
+        """
+        graph, now, then = self._graph, [self._before[0]], [self._before[0]]
+        for name in self._names[:-1]:
+            after, before = graph.becoming(name), graph.state(f"unheld_{name}")
+            now.append(after)
+            then.append(before + shown * (after - before))
+            graph.becomes(name, ca.if_else(released, then[-1], after))
+            graph.becomes(f"unheld_{name}", ca.if_else(held, before, graph.becoming(name)))
+        carried, carries = (self._balance.force(ca.vertcat(*z)) for z in (now, then))
+        graph.becomes("load", ca.if_else(released, carries, graph.becoming("load")))
+        for factor in FACTORS:
+            for state in self._names:
+                by = graph.becoming(f"{state}_by_{factor}")
+                graph.becomes(f"{state}_by_{factor}", ca.if_else(released, shown * by, by))
+        return ca.if_else(released, self._balance.unit.lift_sign * give * (carried - carries), 0.0)
 
     def shift(self, changes: list[Any]) -> None:
         """Let the pressures follow factors that have changed, by their derivatives.
