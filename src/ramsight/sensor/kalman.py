@@ -63,6 +63,7 @@ _SETTLED = 0.5  # s
 _STEADY = 0.02  # change of the torque over what leakage makes of it; a pump against a closed valve has settled
 _FRICTION = 0.02  # of a torque, by the pumps' hydromechanical efficiency
 _NOT_HELD = 0.5  # of what a piston may have gone while it was thought to be held, standard deviation over it
+_BOUNCES = 0.5  # of the way that a piston may have gone by, or the pump drawn from the tank, standard deviation over it
 _WENT = 0.01  # share of the stroke, the motor turning one way, after which relief pressure is something that it met
 _UNSEEN_FLOW = 0.1  # share of the pump's flow that may move the piston although it seems to stand at relief pressure
 
@@ -351,7 +352,9 @@ def _grows(parts: _Parts, stepped: _Stepped, contact: Contact, passed: Any) -> A
     drawn = unfilled(parts.circuit, step.z, parts.of_circuit, graph.motor_speed, machine.filling)
     starves = drawn * ca.fabs(graph.extending_angle * parts.symbol("travel_per_radian"))
     grows = parts.intake.drift + passed + ca.if_else(rests, creeps, 0.0) + stepped.checks.grows + starves
-    return grows + _NOT_HELD * ca.fabs(contact.went)
+    # A mass that bounces leaves the oil for a moment, and the pump draws from the tank: as good as all of it, or none.
+    bounces = ca.if_else(step.may_be_empty, _BOUNCES * ca.fabs(step.travel), 0.0)
+    return grows + _NOT_HELD * ca.fabs(contact.went) + bounces
 
 
 def _fault_passed(graph: SensorGraph, checks: DriveChecks, measured: Measured) -> Any:

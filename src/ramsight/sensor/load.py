@@ -64,6 +64,7 @@ class LoadStep:
         load_std: standard deviation of the load [N].
         carried: load that the pressures carry [N].
         empty: whether the held chamber has no pressure left and the other one gives no force either.
+        may_be_empty: whether that may be so, for less than half a period of the mass on its oil.
         torque: as expected after the correction [N m].
         z: the circuit's states.
         velocity: of the piston [m/s].
@@ -89,6 +90,7 @@ class LoadStep:
     load_std: Any
     carried: Any
     empty: Any
+    may_be_empty: Any
     torque: Any
     z: Any
     velocity: Any
@@ -300,6 +302,7 @@ class LoadObserver:
             load_std=ca.sqrt(ca.fmax(gains.walked_variance + gains.initial_variance, 0.0)),
             carried=self._balance.force(z),
             empty=empty,
+            may_be_empty=may_be_empty,
             torque=second.torque,
             z=z,
             velocity=z[1],
