@@ -389,6 +389,7 @@ class Hypotheses:
         used, normal, likelihoods = [], [], []
         self._normalise()
         kept = self._kept()
+        self._lose(row, place - nominal, variance + arrived, use)
         for h in self.all:
             self._take_back(h, *seemed)
             m = h.mean
@@ -424,6 +425,28 @@ class Hypotheses:
         self._keep(kept, use)
         moved = self._recentre()
         return Measured(taken, ca.logic_and(use, ca.logic_not(taken)), moved)
+
+    def _lose(self, row: list[Any], innovation: Any, own: Any, use: Any) -> None:
+        """*Wrong* begins anew where that explains what was met better than what it believes.
+
+        Since the last reference the position may have been lost at any time. What *wrong* took for an end before that
+        may have been an obstacle; it does not keep the position from being found again.
+
+        Args:
+            row: of the measurement.
+            innovation: of it, over the nominal position [m].
+            own: its variance [m2].
+            use: whether there is one.
+        """
+        first, wrong = self.all[0], self.all[_WRONG]
+        believes = wrong.covariance.variance(row) + own
+        anew = self._unknown**2 + own
+        before = wrong.weight + _likelihood((innovation - wrong.mean[POSITION]) ** 2, believes)
+        prior = math.log(self._assumptions.stops.wrong)
+        lost = ca.logic_and(use, prior + _likelihood((innovation - first.mean[POSITION]) ** 2, anew) > before)
+        wrong.covariance.replaced(first.covariance, lost, std=self._unknown)
+        wrong.mean = [ca.if_else(lost, new, old) for new, old in zip(first.mean, wrong.mean, strict=True)]
+        wrong.weight = ca.if_else(lost, prior, wrong.weight)
 
     def _take_back(self, h: Hypothesis, by: Sequence[Any], around: Sequence[Any]) -> None:
         """Take back a way that the piston only seemed to go: what it made unsure, and what it made known."""
