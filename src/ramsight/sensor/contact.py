@@ -101,6 +101,7 @@ class Contact:
         given_way: by which what holds it gives way under it, extension positive [m].
         went: what a piston that is let go may have gone after all, while it was thought to be held [m].
         shown: share of what its oil did meanwhile that the torque shows [1].
+        unsure: standard deviation of the way that a piston which is held may have gone while the motor turns back [m].
         mode: what the piston is doing after this sample, a number of `Mode`.
     """
 
@@ -120,6 +121,7 @@ class Contact:
     given_way: Any
     went: Any
     shown: Any
+    unsure: Any
     mode: Any
 
 
@@ -263,6 +265,7 @@ class ContactWatch:
             given_way=grip.pressed / believed.stiffness,
             went=grip.went,
             shown=grip.shown,
+            unsure=grip.unsure,
             mode=mode,
         )
 

@@ -522,7 +522,7 @@ def _report(parts: _Parts, stepped: _Stepped, met: _Met, updated: _Updated) -> V
     # How much of what the oil carries the stop carries is not known while it is held.
     into = ca.if_else(contact.held, step.carried / parts.symbol("stop_stiffness"), 0.0)
     gives = step.give * stepped.checks.torque_off / parts.symbol("travel_per_radian")
-    others = into**2 + step.noise_travel**2 + gives**2
+    others = into**2 + contact.unsure**2 + step.noise_travel**2 + gives**2
     seen = unseen.std**2 + others
     std = ca.sqrt(bank.band() ** 2 + seen) + updated.pending
     settled = graph.said

@@ -50,6 +50,7 @@ class Grip:
         went: what the piston may have gone after all [m].
         shown: share of what its oil did while it was held that the torque shows [1]; of a piston that has just been
             let go.
+        unsure: standard deviation of the way that it may have gone while the motor turns back [m].
     """
 
     rests: Any
@@ -62,6 +63,7 @@ class Grip:
     missing: Any
     went: Any
     shown: Any
+    unsure: Any
 
 
 @dataclass(frozen=True)
@@ -123,25 +125,32 @@ class LettingGo:
         went = self._went(step, behind, ca.logic_or(keeps, ca.logic_not(turns)))
         expected, shown = self._changes_at_rest(step, rests)
         stays = ca.logic_and(rests, _stays(step, expected, shown))
-        leaves = ca.logic_and(back, ca.logic_or(drawn.surely, self._decompressed(step, back, pressed * direction)))
+        taken = self._taken(back)
+        leaves = ca.logic_and(back, ca.logic_or(drawn.surely, self._decompressed(step, back, taken, pressed * direction)))
         released = ca.logic_or(ca.logic_or(leaves, lost), ca.logic_or(yields, stays))
         went = ca.if_else(ca.logic_or(yields, leaves), went, 0.0)
         share = ca.if_else(yields, _share(rise - missing, rise), ca.if_else(stays, _share(shown, expected), 1.0))
-        return Grip(rests, pushing, back, released, pressed, built, rise, missing, went, share)
+        return Grip(rests, pushing, back, released, pressed, built, rise, missing, went, share, compliance * taken)
 
-    def _decompressed(self, step: LoadStep, back: Any, pressed: Any) -> Any:
+    def _taken(self, back: Any) -> Any:
+        """What the pump has drawn since the motor turns back, as a way of the piston [m]."""
+        graph = self._graph
+        pumped = ca.fabs(graph.extending_angle) * graph.parameters.symbol("travel_per_radian")
+        taken = ca.if_else(back, graph.state("drawn_back") + pumped, 0.0)
+        graph.becomes("drawn_back", taken)
+        return taken
+
+    def _decompressed(self, step: LoadStep, back: Any, taken: Any, pressed: Any) -> Any:
         """Whether the oil presses a piston no more on what holds it, or as much has been drawn as that can take.
 
         Args:
             step: of the load observer.
             back: whether the motor turns back.
+            taken: what has been drawn since [m].
             pressed: force of the oil towards what holds it, beside the load from before [N].
         """
         graph = self._graph
-        drawn, began = graph.state("drawn_back"), graph.state("pressed_before")
-        pumped = ca.fabs(graph.extending_angle) * graph.parameters.symbol("travel_per_radian")
-        taken = ca.if_else(back, drawn + pumped, 0.0)
-        graph.becomes("drawn_back", taken)
+        began = graph.state("pressed_before")
         graph.becomes("pressed_before", ca.if_else(back, began, ca.fabs(pressed)))
         return ca.logic_or(pressed < -self._friction, taken > _ALL * step.give * began)
 
