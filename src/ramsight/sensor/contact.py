@@ -31,7 +31,7 @@ from typing import Any
 import casadi as ca
 
 from ramsight.sensor.assumptions import AssumedStops
-from ramsight.sensor.letting_go import SOFT, USUALLY, LettingGo
+from ramsight.sensor.letting_go import SOFT, LettingGo
 from ramsight.sensor.load import SEEN_AT, LoadStep
 from ramsight.sensor.mode import HELD, Mode, is_in, next_mode
 from ramsight.sensor.virtual_sensor import SensorGraph
@@ -50,6 +50,7 @@ _APART = 0.05  # share of the stroke that the piston goes between two contacts t
 _CAME = 0.02  # share of the stroke; whoever went farther back has left an end
 _GONE, _GONE_NOISE = 0.1, 2.0  # share of the torque, and its standard deviations, that are left where no load is
 _MODEL = 0.05  # share of a change of the torque by which a closed volume's equation may err, standard deviation
+_USUALLY = 0.25  # share of a torque's rise by which machines give more than described, the softest in twenty twice that
 _BUILT = 16.0  # standard deviations of the torque; of a motor that pushes a closed volume
 
 
@@ -89,6 +90,7 @@ class Contact:
         anew: it is not the last one once more, which would be no evidence.
         place: position at which the piston came to stand [m].
         place_by: derivatives of the way that it seemed to go since, with respect to factors and lag [m, m/s].
+        went_on: whether it went that way all the same: it was on an end, and leaves it.
         doubt: standard deviation of that place where the oil's pressure had to tell it [m].
         at_top: whether that would be the extended end, 1 or 0: the one it was moved to, or the one that it leaves.
         held: whether the piston is held after this sample.
@@ -109,6 +111,7 @@ class Contact:
     anew: Any
     place: Any
     place_by: list[Any]
+    went_on: Any
     doubt: Any
     at_top: Any
     held: Any
@@ -247,12 +250,13 @@ class ContactWatch:
         later = ca.logic_and(anew, ca.logic_and(holds, ca.logic_not(turns)))
         shows = self._waited(step, touched, later, follows, grip.released)
         at_top = ca.if_else(leaving, way < 0.0, ca.if_else(shows, self._direction > 0.0, way > 0.0))
-        stood_at, doubt, place_by = self._stood_at(found)
+        stood_at, doubt, place_by, by_way = self._stood_at(found)
         return Contact(
             touched=touched,
             anew=ca.logic_or(ca.logic_and(anew, ca.logic_not(later)), shows),
             place=ca.if_else(shows, position, stood_at),
             place_by=place_by,
+            went_on=ca.logic_and(pulled, by_way),
             doubt=doubt,
             at_top=at_top,
             held=is_in(mode, HELD),
@@ -308,8 +312,8 @@ class ContactWatch:
         graph.becomes("delivered_in_vain", ca.if_else(ca.logic_and(keeps, ca.logic_not(touched)), delivered, 0.0))
         return _Found(turns, way, before, standing, in_vain, sunk, touched, leaving, settled)
 
-    def _stood_at(self, found: _Found) -> tuple[Any, Any, list[Any]]:
-        """Where a piston that is held stands [m], how doubtful that is [m], and its derivatives by the way it went."""
+    def _stood_at(self, found: _Found) -> tuple[Any, Any, list[Any], Any]:
+        """Where a piston stood [m], how doubtful that is [m], its derivatives by the way it went, and whether it has any."""
         # Where it is again before it was away it was held before; the stop that gave way meanwhile does so once more.
         again = ca.if_else(self.leaves, self._held_at, found.before)
         # Where no oil gives it a force, nothing shows where it stands since.
@@ -317,7 +321,7 @@ class ContactWatch:
         stood_at = ca.if_else(drained, found.settled, ca.if_else(found.in_vain, found.standing.anchor, again))
         doubt = ca.if_else(drained, _SETTLING * (found.before - found.settled), 0.0)
         by_way = ca.logic_and(found.in_vain, ca.logic_not(drained))
-        return stood_at, doubt, [ca.if_else(by_way, by, 0.0) for by in found.standing.by]
+        return stood_at, doubt, [ca.if_else(by_way, by, 0.0) for by in found.standing.by], by_way
 
     def _standing(
         self,
@@ -430,4 +434,4 @@ def _gone(step: LoadStep, torque: Any, rests: Any, found_with: Any) -> Any:
 
 def _builds(step: LoadStep, built: Any, missing: Any) -> Any:
     """Whether the torque of a motor that pushes rises as a closed volume lets it."""
-    return ca.logic_and(built > _BUILT * step.noise, missing < USUALLY * built)
+    return ca.logic_and(built > _BUILT * step.noise, missing < _USUALLY * built)

@@ -368,6 +368,7 @@ class Hypotheses:
         use: Any,
         by_offset: Any = 0.0,
         seemed: tuple[Sequence[Any], Sequence[Any]] = ((), ()),
+        went_on: Any = 0.0,
     ) -> Measured:
         """Take a contact, a reference or an angle.
 
@@ -383,6 +384,7 @@ class Hypotheses:
             by_offset: how the place follows the error of the link's angle [m/rad].
             seemed: derivatives of the way that the piston only seemed to go since it came to that nominal position,
                 with respect to factors and lag [m, m/s], and the factors and lag that it was made with.
+            went_on: whether it went that way all the same, after it had been there.
         """
         row = self._row([1.0, 0.0, 0.0, 0.0, 0.0, 0.0], (-low, -top, by_offset))
         chance = ca.log(doubt / self._stroke)  # of its density, were it anywhere in the stroke
@@ -408,6 +410,7 @@ class Hypotheses:
             h.weight = h.weight + ca.fmax(likelihood, elsewhere)
             corrected = [k for k in range(self._size) if k != COMPLIANCE]
             self._correct(h, h.covariance.update(row, innovation, variance, fits, only=corrected))
+            self._take_back(h, [ca.if_else(went_on, -by, 0.0) for by in seemed[0]], seemed[1])
             used.append(fits)
             normal.append(innovation2 / total)
             likelihoods.append(likelihood)

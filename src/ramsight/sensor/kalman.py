@@ -316,7 +316,8 @@ def _update(parts: _Parts, stepped: _Stepped, met: _Met) -> _Updated:
     measured = _measure(parts, stepped, met)
     # A stop gives way; what it gives back once the piston is let go is travel.
     back = ca.if_else(contact.released, contact.given_way, 0.0) + came
-    position = ca.if_else(contact.touched, contact.place, met.nominal + back) + measured.moved
+    stands = ca.logic_and(contact.touched, ca.logic_not(contact.went_on))
+    position = ca.if_else(stands, contact.place, met.nominal + back) + measured.moved
     parts.watch.close(contact, position, measured.moved)
     after = bank.means()
     parts.observer.shift([new - old for new, old in zip(after[:3], around[:3], strict=True)])
@@ -509,6 +510,7 @@ def _measure(parts: _Parts, stepped: _Stepped, met: _Met) -> Measured:
         use,
         by_offset,
         ([ca.if_else(elsewhere, 0.0, by) for by in contact.place_by], stepped.around),
+        ca.logic_and(contact.went_on, ca.logic_not(elsewhere)),
     )
 
 

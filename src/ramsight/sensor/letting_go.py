@@ -24,10 +24,8 @@ from ramsight.sensor.load import LoadStep
 from ramsight.sensor.virtual_sensor import SensorGraph
 
 _NOISE = 4.0  # standard deviations
-_SOFTER = 0.5  # share of the expected torque's change that compliance does not explain, twice its deviation
+_SOFTER = 0.5  # share of what leakage changes at rest that neither it nor compliance explains, twice their deviation
 _ALL = 5.0  # of what the oil gives back as described; neither compliance nor another stroke makes it so much more
-USUALLY = 0.25
-"""The same, its deviation."""
 SOFT = 2.0
 """Standard deviations of the compliance by which a closed volume may give more or less."""
 _LEAST = 1e-6  # N m; that something is divided by
@@ -118,10 +116,10 @@ class LettingGo:
         graph.becomes("torque_when_pushing_began", ca.if_else(pushing, self._torque, step.torque))
         pushes_with = direction * graph.way  # sign of the torque
         missing, rise = -step.surprise * pushes_with, built * pushes_with
-        explained = _NOISE * step.noise + _SOFTER * ca.fabs(built) + held_back * ca.fabs(step.torque)
+        explained = _NOISE * step.noise + SOFT * compliance * ca.fabs(built) + held_back * ca.fabs(step.torque)
         yields = ca.logic_and(pushing, missing > explained)
         drawn = self._drawn(step, back, compliance)
-        behind = ca.logic_or(ca.logic_and(pushing, missing > USUALLY * rise), ca.logic_and(back, drawn.behind))
+        behind = ca.logic_or(ca.logic_and(pushing, missing > compliance * rise), ca.logic_and(back, drawn.behind))
         went = self._went(step, behind, ca.logic_or(keeps, ca.logic_not(turns)))
         expected, shown = self._changes_at_rest(step, rests)
         stays = ca.logic_and(rests, _stays(step, expected, shown))
