@@ -354,7 +354,7 @@ def _grows(parts: _Parts, stepped: _Stepped, contact: Contact, passed: Any) -> A
     starves = drawn * ca.fabs(graph.extending_angle * parts.symbol("travel_per_radian"))
     grows = parts.intake.drift + passed + ca.if_else(rests, creeps, 0.0) + stepped.checks.grows + starves
     # A mass that bounces leaves the oil for a moment, and the pump draws from the tank: as good as all of it, or none.
-    bounces = ca.if_else(step.may_be_empty, _BOUNCES * ca.fabs(step.travel), 0.0)
+    bounces = _BOUNCES * step.may_be_empty * ca.fabs(step.travel)
     return grows + _NOT_HELD * ca.fabs(contact.went) + bounces
 
 

@@ -64,7 +64,7 @@ class LoadStep:
         load_std: standard deviation of the load [N].
         carried: load that the pressures carry [N].
         empty: whether the held chamber has no pressure left and the other one gives no force either.
-        may_be_empty: whether that may be so, for less than half a period of the mass on its oil.
+        may_be_empty: how likely that is so for a moment, less than half a period of the mass on its oil, 0 to 1.
         torque: as expected after the correction [N m].
         z: the circuit's states.
         velocity: of the piston [m/s].
@@ -268,7 +268,7 @@ class LoadObserver:
         z = ca.if_else(moves, solved, free.before)
         if self._pressures is not None:
             self._pressures.close(z, second.stands, free.h, after_torque)
-        may_be_empty, empty = self._is_empty(z, corrected, after_torque, free.pumping)
+        likely, may_be_empty, empty = self._is_empty(z, corrected, after_torque, free.pumping)
         goes = ca.logic_and(moves, ca.logic_not(empty))
         self._keep(z, ca.if_else(moves, corrected, self._load))
         graph.becomes("load_variance", ca.if_else(moves, after_torque, self._walked))
@@ -302,7 +302,7 @@ class LoadObserver:
             load_std=ca.sqrt(ca.fmax(gains.walked_variance + gains.initial_variance, 0.0)),
             carried=self._balance.force(z),
             empty=empty,
-            may_be_empty=may_be_empty,
+            may_be_empty=likely,
             torque=second.torque,
             z=z,
             velocity=z[1],
@@ -438,21 +438,22 @@ class LoadObserver:
         """
         graph, balance = self._graph, self._balance
         if self._passive:  # what only resists keeps the piston where it is
-            return 0.0, 0.0
+            return 0.0, 0.0, 0.0
         if not one_sided(balance):
             least = _NOTHING * self._assumptions.drive.torque * self._relief_load
             held = getattr(balance.unit.cylinder, f"node_{balance.unit.held}")
             tank = self._p[balance.parameters.index("tank.pressure")]
             lost = z[balance.states.index(f"pressure_{held}")] < tank
             empty = ca.logic_and(lost, ca.fabs(balance.force(z)) < least)
-            return empty, empty
+            return 0.0, empty, empty
         rougher = (_ROUGHER - 1.0) * friction / self._per_angle
         lightest = _NOTHING * ca.sqrt(ca.fmax(variance, 0.0) + rougher**2)
         none = ca.logic_and(load < lightest, balance.unit.lift_sign * graph.extending_speed <= 0.0)
         since = graph.state("empty_for")
         since_1 = ca.if_else(none, since + graph.elapsed, 0.0)
         graph.becomes("empty_for", since_1)
-        return none, since_1 > self._bounce
+        likely = ca.if_else(none, ca.fmin(1.0 - load / ca.fmax(lightest, 1e-3), 1.0), 0.0)
+        return likely, none, since_1 > self._bounce
 
     def _binding(self, first: Solution, surprise: Any) -> Any:
         """The load that a correction starts from [N].
