@@ -88,7 +88,7 @@ def load_observer(unit, factors=None, *, watches=False, assumptions=None, std=2e
     stroke = graph.parameters.add("stroke", float(unit.cylinder.stroke))
     observer = LoadObserver(graph, circuit, limits, assumptions or Assumptions())
     factors_of = factors or [1.0] * len(FACTORS)
-    more = {}
+    more, came = {}, 0.0
     if watches:
         watch = ContactWatch(graph, float(unit.lift_sign), unit.assumptions.stops)
         step = observer.step(factors_of, watch.held)
@@ -96,12 +96,12 @@ def load_observer(unit, factors=None, *, watches=False, assumptions=None, std=2e
         believed = believed_of(position, stroke, std=ca.SX(std), compliance=compliance, unseen=unseen, stiffness=1e12)
         contact = watch.look(step, believed)
         watch.close(contact, position, 0.0)
-        observer.release(contact.released, step.carried)
+        came = observer.release(contact.released, contact.held, contact.shown, step.give)
         names = ("touched", "anew", "place", "at_top", "held", "released", "stands", "pushing", "built")
         more |= {name: (getattr(contact, name), "1") for name in names}
     else:
         step = observer.step(factors_of, 0.0)
-    graph.becomes("position", graph.position + step.travel)
+    graph.becomes("position", graph.position + step.travel + came)
     names = ("travel", "free_travel", "surprise", "change", "noise", "noise_travel", "give", "seen", "carried", "empty")
     more |= {name: (getattr(step, name), "1") for name in names}
     more |= {f"travel_by_{name}": (by, "1") for name, by in zip(FACTORS, step.travel_by, strict=True)}
@@ -111,10 +111,11 @@ def load_observer(unit, factors=None, *, watches=False, assumptions=None, std=2e
         "asked": (step.asked, "1"),
         "torque": (step.torque, "1"),
         "step_load": (step.load, "1"),
+        "may_be_empty": (ca.SX(step.may_be_empty), "1"),
     }
     sensor = graph.sensor(
         "observer",
-        position=graph.position + step.travel,
+        position=graph.position + step.travel + came,
         velocity=step.velocity,
         load=step.load,
         std=step.noise_travel,

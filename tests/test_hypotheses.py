@@ -37,7 +37,7 @@ INPUTS = (
     *(f"travel_by_{k}" for k in range(LEARNT)), "noise", "grows", "leak", "floor",
     "told", *(f"row_{k}" for k in range(LEARNT)), "surprise", "torque_variance", "inflation",
     "tells_leak", "tells_compliance",
-    "place", "low", "top", "variance", "arrived", "doubt", "use",
+    "place", "low", "top", "variance", "arrived", "doubt", "use", "went_on",
 )  # fmt: skip
 QUIET = dict.fromkeys(INPUTS, 0.0) | {"torque_variance": 1.0, "inflation": 1.0, "variance": 1e-6, "doubt": 0.2}
 N = TOP + 1
@@ -74,9 +74,9 @@ class Bank:
         )  # fmt: skip
         measured = bank.measure(
             x["place"], nominal, x["low"], x["top"], x["variance"], x["arrived"], x["doubt"], x["use"] > 0.0, 0.0,
-            (seemed, around),
+            (seemed, around), x["went_on"],
         )  # fmt: skip
-        position = nominal + measured.moved
+        position = nominal + x["went_on"] * x["back"] + measured.moved
         graph.becomes("position", position)
         graph.becomes("is_referenced", ca.fmax(known, measured.taken))
         graph.becomes("covariance_00", bank.variance())
@@ -280,6 +280,41 @@ def test_a_way_that_was_none_leaves_a_contact_as_it_would_have_been_before_it(ba
         means.append(np.append(bank.means("described"), bank.value("position")))
     assert after[1] == pytest.approx(after[0], rel=1e-4, abs=1e-12)
     assert means[1] == pytest.approx(means[0], rel=1e-4, abs=1e-7)
+
+
+def test_a_way_from_an_end_that_shows_later_is_as_known_as_its_factors(bank):
+    """The oracle is the contact taken where the piston stood, and the way after it."""
+    by = {f"travel_by_{k}": value for k, value in enumerate((2e-3, 5e-2, 8e-3, 1e-5, 4e-3))}
+    seemed = {name.replace("travel_by", "seemed"): value for name, value in by.items()}
+    contact = {"place": STROKE, "top": 1.0, "use": 1.0}
+    after, means = [], []
+    for late in (False, True):
+        bank.begin(STROKE - 8e-3, std=5e-3)
+        bank.go(**by | {"travel": 2e-3})
+        if late:
+            bank.go(**by | {"travel": -5e-3})
+            bank.go(**seemed | contact, back=-5e-3, went_on=1.0)
+        else:
+            bank.go(**contact)
+            bank.go(**by | {"travel": -5e-3})
+        after.append(bank.matrix("described"))
+        means.append(np.append(bank.means("described"), bank.value("position") + bank.means("described")[POSITION]))
+    assert after[1] == pytest.approx(after[0], rel=2e-3, abs=1e-11)
+    assert means[1][1:] == pytest.approx(means[0][1:], rel=1e-3, abs=2e-6)
+
+
+@pytest.mark.parametrize("end", ENDS)
+def test_a_false_contact_keeps_no_position_from_being_found(bank, end):
+    """*Wrong* took something in mid-stroke for an end; then a real end is met 90 mm beyond where it can be."""
+    place, how = ENDS[end]
+    bank.begin(0.5 * STROKE, std=2e-3)
+    at(bank, 0.4 * STROKE, place=place, **CONTACT | how)
+    assert bank.matrix("wrong")[POSITION, POSITION] ** 0.5 < 1e-3, "it takes it for the end"
+    off = place + 0.09 * (1.0 if end == "top" else -1.0)
+    said = at(bank, off, place=place, **CONTACT | how)
+    assert said["taken"] == 1.0
+    assert said["position"] == pytest.approx(place, abs=1e-3)
+    assert said["p_described"] > 0.5, "what was wrong is what is described now"
 
 
 @given(travel=st.floats(-0.2, 0.2))

@@ -320,7 +320,7 @@ def piece(unit, *, held=0.0, shift=None, release=None, factors=None):
     observer = LoadObserver(graph, circuit, limits, Assumptions())
     step = observer.step(factors or [1.0] * len(FACTORS), ca.SX(held))
     if release is not None:
-        observer.release(ca.SX(release), step.carried)
+        observer.release(ca.SX(release), held, 1.0, step.give)
     if shift is not None:
         observer.shift(shift)
     graph.becomes("position", graph.position + step.travel)
@@ -367,6 +367,60 @@ def test_a_held_piston_takes_no_load_from_the_torque_and_its_load_is_what_it_car
     begin(freed, float(run["position"][0]))
     said = freed.track(log.isel(time=slice(0, 200)))
     assert said["state_load"] == pytest.approx(said["carried"], rel=1e-12)
+
+
+def test_the_lighter_a_load_is_while_it_is_lowered_the_likelier_the_pump_draws_from_the_tank():
+    name = "forklift-mast lift"
+    unit = UNITS[name]
+    heavy = limits_of(unit).load
+    corners = [(0.0, 0.0), (0.5, 0.0), (0.9, -0.25), (4.9, -0.25), (5.3, 0.0), (5.8, 0.0), (6.2, 0.25), (8.0, 0.25)]
+    loads = changing([(0.0, 0.3 * heavy), (2.5, 0.3 * heavy), (3.0, 0.004 * heavy)])
+    run, log = moves(unit, corners, loads, 0.6 * unit.cylinder.stroke)
+    said, _ = followed(name, run, log)
+    time, likely, load = run["time"].values, said["may_be_empty"], said["step_load"]
+    assert ((likely >= 0.0) & (likely <= 1.0)).all()
+    assert not likely[(time < 2.0) | (time > 6.3)].any(), "it is heavy, or lifted"
+    lowers = (time > 3.5) & (time < 4.5) & (likely > 0.0)
+    assert lowers.any()
+    lighter = load[lowers] < np.median(load[lowers])
+    assert likely[lowers][lighter].min() > np.median(likely[lowers][~lighter])
+
+
+@pytest.mark.parametrize("shown", [0.0, 0.4, 1.0])
+def test_oil_of_a_piston_that_was_not_held_after_all_is_travel_as_far_as_the_torque_does_not_show_it(shown):
+    """Held for 0.2 s while the pump delivers, then let go: no oil is lost, and pressures are what the torque shows."""
+    unit = UNITS["eha-single-rod axis"]
+    run, log = cycle(unit)
+    graph = SensorGraph()
+    graph.initially("position", 0.5 * unit.cylinder.stroke)
+    per_angle = graph.parameters.add("travel_per_radian", float(unit.travel_per_radian))
+    observer = LoadObserver(graph, balance(unit), limits_of(unit), Assumptions())
+    since, pumped = graph.state("since"), graph.state("pumped")
+    began = (graph.extending_speed > 20.0) + (since > 0.0)
+    now = ca.if_else(began > 0.0, since + graph.elapsed, 0.0)
+    graph.becomes("since", now)
+    held = ca.logic_and(now > 0.0, now < 0.2)
+    released = ca.logic_and(since > 0.0, ca.logic_and(since < 0.2, now >= 0.2))
+    graph.becomes("pumped", ca.if_else(held, pumped + graph.extending_angle * per_angle, pumped))
+    step = observer.step([1.0] * len(FACTORS), ca.logic_or(held, released))
+    came = observer.release(released, held, shown, step.give)
+    graph.becomes("position", graph.position + step.travel + came)
+    more = {"came": (came, "m"), "released": (released, "1"), "carried": (step.carried, "N")}
+    stepped = Stepped(
+        graph.sensor("piece", position=graph.position, velocity=0.0, load=step.load, std=0.0, status=0.0, more=more)
+    )
+    begin(stepped, float(run["position"][0]))
+    said = stepped.track(log)
+    at = int(np.argmax(said["released"]))
+    before = int(np.argmax(said["state_since"] > 0.0)) - 1
+    compressed = said["carried"][at] - said["carried"][before]
+    assert abs(compressed) > 0.1 * limits_of(unit).load
+    for name in ("circuit_pressure_chamber_a", "circuit_pressure_port_a"):
+        then, last = said[f"state_{name}"][before], said[f"state_{name}"][at - 1]
+        assert said[f"state_{name}"][at] == pytest.approx(then + shown * (last - then), rel=0.15, abs=2e5), name
+    assert said["state_load"][at] == pytest.approx(said["carried"][before] + shown * compressed, rel=0.02)
+    delivered = said["state_pumped"][at]
+    assert said["came"][at] == pytest.approx((1.0 - shown) * delivered, rel=0.3), "but for leakage and friction"
 
 
 def test_a_drive_with_more_noise_is_followed_more_slowly():

@@ -569,7 +569,7 @@ GRIP = (
 )  # fmt: skip
 
 
-@pytest.fixture(scope="module", params=["released", "went", "pressed"])
+@pytest.fixture(scope="module", params=["released", "went", "pressed", "shown", "unsure"])
 def gripping(request):
     """What holds a piston that was stopped while it extends, fed by hand; 0.1 mm per radian."""
 
@@ -615,9 +615,37 @@ def test_what_it_went_counts_from_where_the_torque_stays_behind(gripping):
     """What gave way at last was an obstacle until then: the torque followed."""
     builds = (10, {"torque": 10.0, "surprise": -1.0})
     said = gripped(gripping, 50.0, [(1, {"torque": 0.0}), builds, (1, {"torque": 10.0, "surprise": -9.0})])
-    expected = {"released": 1.0, "went": 50.0 * 1e-4 * PERIOD, "pressed": 0.0}[gripping[0]]
+    went = 50.0 * 1e-4 * PERIOD
+    expected = {"released": 1.0, "went": went, "pressed": 0.0, "shown": 0.1, "unsure": 0.0}[gripping[0]]
     assert said[-1] == pytest.approx(expected)
-    assert not said[:-1].any()
+    assert (said[:-1] == (1.0 if gripping[0] == "shown" else 0.0)).all()
+
+
+def test_a_piston_that_pushes_is_let_go_by_what_is_known_of_the_compliance(gripping):
+    """Of 10 N m that a closed volume asks for 7 are there: half of them would be a soft machine, and not a known one."""
+    said = [
+        gripped(gripping, 50.0, [(1, {}), (1, {"torque": 10.0, "surprise": -3.0, "compliance": c})])[-1]
+        for c in (0.25, 0.05)
+    ]
+    if gripping[0] == "released":
+        assert said == [0.0, 1.0]
+    if gripping[0] == "shown":
+        assert said == pytest.approx([1.0, 0.7])
+
+
+def test_at_rest_the_share_of_what_leaked_that_the_torque_shows_is_told(gripping):
+    """40 N m of 50 would have leaked away, and 4 did."""
+    first = (2, {"turns": 0.0, "torque": 50.0})
+    later = {"turns": 0.0, "torque": 10.0, "surprise": 36.0}
+    said = gripped(gripping, 0.0, [first, (1, later)], held_at_rest=0.0)
+    if gripping[0] == "shown":
+        assert said[-1] == pytest.approx(0.0, abs=1e-9), "the shown torque is the report's, which stays at nothing here"
+
+
+def test_a_piston_that_is_drawn_from_its_end_may_have_gone_as_much_as_the_compliance_is_unknown(gripping):
+    said = gripped(gripping, -10.0, [RESTS, (5, TIGHT)], **LOADS)
+    if gripping[0] == "unsure":
+        assert said == pytest.approx(0.25 * 10.0 * 1e-4 * PERIOD * np.arange(6), rel=1e-6)
 
 
 def test_a_valve_that_opens_early_lets_no_piston_go(gripping):

@@ -124,7 +124,9 @@ class LettingGo:
         expected, shown = self._changes_at_rest(step, rests)
         stays = ca.logic_and(rests, _stays(step, expected, shown))
         taken = self._taken(back)
-        leaves = ca.logic_and(back, ca.logic_or(drawn.surely, self._decompressed(step, back, taken, pressed * direction)))
+        leaves = ca.logic_and(
+            back, ca.logic_or(drawn.surely, self._decompressed(step, back, taken, pressed * direction))
+        )
         released = ca.logic_or(ca.logic_or(leaves, lost), ca.logic_or(yields, stays))
         went = ca.if_else(ca.logic_or(yields, leaves), went, 0.0)
         share = ca.if_else(yields, _share(rise - missing, rise), ca.if_else(stays, _share(shown, expected), 1.0))

@@ -422,8 +422,8 @@ class LoadObserver:
             k_walked = ca.if_else(ca.logic_and(free.first.stands, surprise > 0.0), 0.0, k_walked)
         return _Gains(k_initial, k_walked, initial, walked)
 
-    def _is_empty(self, z: Any, load: Any, variance: Any, friction: Any) -> tuple[Any, Any]:
-        """Whether oil may give the piston no force, and whether it surely gives none.
+    def _is_empty(self, z: Any, load: Any, variance: Any, friction: Any) -> tuple[Any, Any, Any]:
+        """How likely oil gives the piston no force for a moment, whether it may give none, and whether it surely does.
 
         Then nothing in the circuit says where the piston goes, and it stays. Where the pump acts on one side only, that
         is so as soon as there may be no load and the pump does not deliver: a load that rests on something else leaves
