@@ -622,7 +622,7 @@ def test_what_it_went_counts_from_where_the_torque_stays_behind(gripping):
 
 
 def test_a_piston_that_pushes_is_let_go_by_what_is_known_of_the_compliance(gripping):
-    """Of 10 N m that a closed volume asks for 7 are there: half of them would be a soft machine, and not a known one."""
+    """Of 10 N m that a closed volume asks for 7 are there: a soft machine may give so much, a known one does not."""
     said = [
         gripped(gripping, 50.0, [(1, {}), (1, {"torque": 10.0, "surprise": -3.0, "compliance": c})])[-1]
         for c in (0.25, 0.05)

@@ -7,7 +7,8 @@ as compliance gives back. Meanwhile the torque tells the compliance.
 
 When the motor goes on the same way the piston is let go where the torque stays behind what a closed volume would ask
 for, and neither its compliance nor a relief valve that opens early explains that. Then it may not have been held since
-the torque stays behind: it may have gone as far as the pump delivered, less what leaked before.
+the torque stays behind: it may have gone as far as the pump delivered, less what leaked before. Its oil was compressed
+no more than the torque shows, and what it gave way by then is travel (`LoadObserver.release`).
 
 Where the pump holds the load it also leaves a stop by itself: leakage lets the oil's force sink below the load that it
 carried before, or the torque stays at that load while a closed volume would lose it.
