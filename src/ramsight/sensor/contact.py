@@ -313,7 +313,7 @@ class ContactWatch:
         return _Found(turns, way, before, standing, in_vain, sunk, touched, leaving, settled)
 
     def _stood_at(self, found: _Found) -> tuple[Any, Any, list[Any], Any]:
-        """Where a piston stood [m], how doubtful that is [m], its derivatives by its way since, and whether there is one."""
+        """Where a piston stood [m], how doubtful that is [m], derivatives of its way since, and whether it has one."""
         # Where it is again before it was away it was held before; the stop that gave way meanwhile does so once more.
         again = ca.if_else(self.leaves, self._held_at, found.before)
         # Where no oil gives it a force, nothing shows where it stands since.
