@@ -247,7 +247,7 @@ class ContactWatch:
         follows = ca.logic_or(follows, ca.logic_and(grip.pushing, _builds(step, grip.rise, grip.missing)))
         was_none = ca.logic_and(self._waits, grip.released)
         anew = self._is_anew(touched, step, believed.stroke, believed.known, was_none)
-        later = ca.logic_and(anew, ca.logic_and(holds, ca.logic_not(turns)))
+        later = ca.logic_and(anew, ca.logic_not(turns))
         shows = self._waited(step, touched, later, follows, grip.released)
         at_top = ca.if_else(leaving, way < 0.0, ca.if_else(shows, self._direction > 0.0, way > 0.0))
         stood_at, doubt, place_by, by_way = self._stood_at(found)
