@@ -103,7 +103,7 @@ class Contact:
         given_way: by which what holds it gives way under it, extension positive [m].
         went: what a piston that is let go may have gone after all, while it was thought to be held [m].
         shown: share of what its oil did meanwhile that the torque shows [1].
-        unsure: standard deviation of the way that a piston which is held may have gone while the motor turns back [m].
+        unsure: standard deviation of the way that a piston which is held may have gone, drawn off or by leakage [m].
         mode: what the piston is doing after this sample, a number of `Mode`.
     """
 

@@ -49,7 +49,7 @@ class Grip:
         went: what the piston may have gone after all [m].
         shown: share of what its oil did while it was held that the torque shows [1]; of a piston that has just been
             let go.
-        unsure: standard deviation of the way that it may have gone while the motor turns back [m].
+        unsure: standard deviation of the way that it may have gone while the motor turns back, or stands [m].
     """
 
     rests: Any
@@ -91,6 +91,7 @@ class LettingGo:
     def __init__(self, graph: SensorGraph, lift_sign: float, held: Any, direction: Any) -> None:
         self._graph, self._lift, self._held, self._direction = graph, lift_sign, held, direction
         self._torque = graph.state("torque_when_pushing_began")
+        self._per_angle = graph.parameters.symbol("travel_per_radian")
         self._friction = graph.parameters.symbol("circuit.cylinder.coulomb_friction")
         self._loads = {name: graph.state(name) for name in ("least_load_lately", "largest_load_lately")}
 
@@ -131,12 +132,13 @@ class LettingGo:
         released = ca.logic_or(ca.logic_or(leaves, lost), ca.logic_or(yields, stays))
         went = ca.if_else(ca.logic_or(yields, leaves), went, 0.0)
         share = ca.if_else(yields, _share(rise - missing, rise), ca.if_else(stays, _share(shown, expected), 1.0))
-        return Grip(rests, pushing, back, released, pressed, built, rise, missing, went, share, compliance * taken)
+        unsure = self._may_have_sunk(step, rests, back, expected, shown) + compliance * taken
+        return Grip(rests, pushing, back, released, pressed, built, rise, missing, went, share, unsure)
 
     def _taken(self, back: Any) -> Any:
         """What the pump has drawn since the motor turns back, as a way of the piston [m]."""
         graph = self._graph
-        pumped = ca.fabs(graph.extending_angle) * graph.parameters.symbol("travel_per_radian")
+        pumped = ca.fabs(graph.extending_angle) * self._per_angle
         taken = ca.if_else(back, graph.state("drawn_back") + pumped, 0.0)
         graph.becomes("drawn_back", taken)
         return taken
@@ -182,7 +184,7 @@ class LettingGo:
             keeps: whether the leakage from before is kept.
         """
         graph = self._graph
-        pumped = graph.extending_angle * graph.parameters.symbol("travel_per_radian")
+        pumped = graph.extending_angle * self._per_angle
         leaks, pushed = graph.state("leaked_lately"), graph.state("pushed_in_vain")
         newest = (pumped - step.free_travel) / ca.fmax(graph.elapsed, 1e-3)
         share = ca.fmin(graph.elapsed / _REMEMBERED, 1.0)
@@ -208,6 +210,23 @@ class LettingGo:
         graph.becomes("held_at_rest", rests)
         expected, shown = changes
         return expected, shown
+
+    def _may_have_sunk(self, step: LoadStep, rests: Any, back: Any, expected: Any, shown: Any) -> Any:
+        """The way that explains how far the torque of a piston at rest stays behind, since it went along last [m].
+
+        Args:
+            step: of the load observer.
+            rests: whether it is held while the motor stands.
+            back: whether the motor turns back after that.
+            expected, shown: changes of the torque since [N m].
+        """
+        behind, least = (expected - shown) * ca.sign(expected), self._graph.state("least_behind_at_rest")
+        went_along = ca.if_else(rests, ca.fmin(least, behind), 0.0)
+        self._graph.becomes("least_behind_at_rest", went_along)
+        sunk, way = self._graph.state("sunk_at_rest"), (behind - went_along) * step.give / self._per_angle
+        may = ca.if_else(rests, way, ca.if_else(back, sunk, 0.0))
+        self._graph.becomes("sunk_at_rest", may)
+        return may
 
     def _load_before(self, load: Any, keeps: Any, unknown: Any) -> Any:
         """The load that the oil carried before the piston came to stand [N].
