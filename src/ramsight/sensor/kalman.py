@@ -521,8 +521,9 @@ def _report(parts: _Parts, stepped: _Stepped, met: _Met, updated: _Updated) -> V
     unmoved = 1.0 if parts.unit.cylinder.passive else contact.held
     furthest = ca.fmax(parts.symbol("relief_load") - step.load, step.load + parts.symbol("relief_pull"))
     unseen = unseen_load(graph, step, unmoved, met.usual, furthest)
-    # How much of what the oil carries the stop carries is not known while it is held.
+    # What the stop carries is not known while it is held: some of what the oil does, or what it did before.
     into = ca.if_else(contact.held, step.carried / parts.symbol("stop_stiffness"), 0.0)
+    into = ca.fmax(ca.fabs(into), ca.if_else(contact.held, ca.fabs(contact.given_way), 0.0))
     gives = step.give * stepped.checks.torque_off / parts.symbol("travel_per_radian")
     others = into**2 + contact.unsure**2 + step.noise_travel**2 + gives**2
     seen = unseen.std**2 + others
