@@ -11,6 +11,7 @@ from ramsight.engine import branches
 from ramsight.engine.branches import Branch, schedule
 from ramsight.engine.cache import generated_module, instructions
 from ramsight.engine.graph import SELECT, graph_of, side_by_side
+from ramsight.engine.writes import writes
 from ramsight.plant.ddh import build_ddh
 from ramsight.sensor.kalman import kalman
 
@@ -81,6 +82,11 @@ def test_a_constant_divisor_becomes_a_factor_unless_it_is_zero():
 def test_a_choice_by_what_a_condition_is_not_is_one_by_the_condition():
     found = codes(graph(ca.if_else(ca.logic_not(x), y, z), ca.if_else(ca.logic_not(x), y, 0.0)))
     assert [found.count(code) for code in (SELECT, ca.OP_NOT, ca.OP_IF_ELSE_ZERO)] == [2, 0, 0]
+
+
+def test_a_choice_between_a_value_and_itself_is_none():
+    found = graph(ca.if_else(x > 0, y, ca.if_else(z > 0, y, y)), x)
+    assert SELECT not in codes(found)
 
 
 def branches_of(*results):
@@ -157,3 +163,89 @@ def test_a_sample_without_contact_does_nothing_of_what_a_contact_does():
     assert contact > 0.15 * len(whole.nodes)
     iterations = max(len(item.then) for item in branches if len(item.chosen) <= 100)
     assert iterations > 0.08 * len(whole.nodes), "further iterations of the balance, where a valve was taken for open"
+
+
+SEVERAL = 10  # states, more than a condition needs
+
+
+def stepped(*new):
+    """A step of a recursion, of states (s), two conditions (u) and nothing else, as `f(s, u) -> s_new`."""
+    return ca.Function("f", [s, u], [ca.vertcat(*new)], ["s", "u"], ["s_new"])
+
+
+s, u = ca.SX.sym("s", SEVERAL), ca.SX.sym("u", 2)
+
+
+def written(step, whole=()):
+    """How many results are written always, and where each of both conditions holds and where it does not."""
+    one = graph_of(instructions(step))
+    found = writes(one, {0: 0}, whole)
+    return len(found.always), [(len(then.always), len(other.always)) for then, other in found.cases.values()]
+
+
+def test_a_state_that_stays_is_not_written():
+    assert written(stepped(s)) == (0, [])
+    assert written(stepped(ca.if_else(u[0] > 0, 2.0 * s, s))) == (0, [(SEVERAL, 0)])
+    assert written(stepped(ca.if_else(u[0] > 0, s, 2.0 * s))) == (0, [(0, SEVERAL)])
+
+
+def test_what_is_chosen_behind_another_choice_is_written_where_both_are_so():
+    inner = ca.if_else(u[1] > 0, s + 1.0, s)
+    step = stepped(ca.if_else(u[0] > 0, s, inner))
+    (outer,) = writes(graph_of(instructions(step)), {0: 0}).cases.values()
+    assert not outer[0].cases
+    assert not outer[0].always
+    (cases,) = outer[1].cases.values()
+    assert [len(case.always) for case in cases] == [SEVERAL, 0]
+
+
+def test_states_that_change_places_are_all_written():
+    """What stood elsewhere is a new value."""
+    turned = ca.vertcat(s[1:], s[0])
+    assert written(stepped(turned)) == (SEVERAL, [])
+    assert written(stepped(ca.if_else(u[0] > 0, turned, s))) == (0, [(SEVERAL, 0)])
+
+
+def test_few_states_are_chosen_and_not_branched_over():
+    few = ca.vertcat(ca.if_else(u[0] > 0, 2.0 * s[0], s[0]), s[1:])
+    assert written(stepped(few)) == (1, [])
+
+
+def test_an_output_of_its_own_is_written_whatever_it_is():
+    step = ca.Function("f", [s, u], [ca.if_else(u[0] > 0, 2.0 * s, s)], ["s", "u"], ["y"])
+    one = graph_of(instructions(step))
+    assert len(writes(one, {}).always) == SEVERAL
+
+
+def nested():
+    """A step that keeps, chooses and branches: in the cases of two conditions, with much in one of them."""
+    long = ca.vertcat(*(much(s[k]) * 1e-3 + s[k - 1] for k in range(SEVERAL)))
+    inner = ca.if_else(u[1] > 0.0, long, ca.vertcat(s[:5], s[5:] + u[0]))
+    turned = ca.if_else(u[0] > 0.5, ca.vertcat(s[1:], s[0]), inner)
+    return stepped(ca.if_else(ca.logic_and(u[0] < 0.0, u[1] < 0.5), s, turned))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_machine_code_that_writes_over_its_states_gives_what_the_graph_gives(seed):
+    step = nested()
+    assert any(isinstance(item, Branch) for item in schedule(graph_of(instructions(step))))
+    compiled = generated_module({"advance": step}, {}, "")
+    rng = np.random.default_rng(seed)
+    for _ in range(100):
+        state, given = rng.uniform(-0.5, 0.5, SEVERAL), rng.uniform(-1.0, 1.0, 2)
+        expected = np.asarray(step(state, given)).ravel()
+        compiled.advance(state, given)
+        np.testing.assert_allclose(state, expected, rtol=1e-12, atol=1e-15)
+
+
+def test_a_usual_sample_writes_what_it_changes():
+    """Of hundreds of states those that only a contact, a reference or a leak that is seen changes stay as they are."""
+    recursion = kalman(build_ddh("boom", machine.load("mining-loader").unit("boom"))).recursion
+    step = ca.Function("f", [recursion.x, recursion.u, recursion.p], [recursion.next_state], {"cse": True})
+    one = graph_of(instructions(step))
+    inside = {k for item in schedule(one) if isinstance(item, Branch) for k in (*item.then, *item.otherwise)}
+    found = writes(one, {0: 0}, inside)
+    refused, *_ = sorted(found.cases.values(), key=lambda both: -sum(1 for case in both for _ in case.nodes()))
+    taken = max(refused, key=lambda case: len(case.always))
+    assert len(found.always) + len(taken.always) < 0.6 * len(recursion.state)
+    assert sum(1 for case in taken.cases.values() for one in case for _ in one.nodes()) > 200

@@ -14,7 +14,7 @@ from typing import Any
 import casadi as ca
 from llvmlite import ir
 
-from ramsight.engine import branches, graph, llvm, loop, terms
+from ramsight.engine import branches, graph, llvm, loop, terms, writes
 from ramsight.engine.loop import Kinds
 from ramsight.engine.object_code import NativeFunction
 from ramsight.engine.private_folder import private_folder
@@ -81,7 +81,7 @@ def generated_module(
         *(text for name, function in functions.items() for text in (name, function.serialize())),
         repr((list(constants.items()), widths)),
         body,
-        *map(inspect.getsource, (graph, branches, llvm, terms, loop)),
+        *map(inspect.getsource, (graph, branches, writes, llvm, terms, loop)),
         ca.CasadiMeta.version(),
     )
     if name not in _loaded:
@@ -148,7 +148,13 @@ class CompiledModule:
         inputs, outputs = function.name_in(), [out.removesuffix("_new") for out in function.name_out()]
         symbol = f"operations.{name}"
         emitted = module.globals.get(symbol) or llvm.emit_program(
-            module, symbol, instructions(function), len(inputs), len(outputs), self._widths[name]
+            module,
+            symbol,
+            instructions(function),
+            len(inputs),
+            len(outputs),
+            self._widths[name],
+            kept={k: inputs.index(out) for k, out in enumerate(outputs) if out in inputs},
         )
         given = dict(zip(_arguments(function), views, strict=True))
         builder.call(emitted, [given[name].data for name in (*inputs, *outputs)])

@@ -176,6 +176,9 @@ def _simplified(old: Graph) -> Graph:
         by = node.sources[-1] if node.code in _DIVISIONS else None
         if k not in live:
             continue
+        if node.code == SELECT and place[node.sources[1]] == place[node.sources[2]]:  # the same in either case
+            place[k] = place[node.sources[1]]
+            continue
         if by is not None and (divisors[by] > 1 or _invertible(old.nodes[by])):
             inverted = inverse(by)
             shares = node.code == ca.OP_INV

@@ -7,7 +7,7 @@ A `Program` (the operations of one SX function) becomes one function of machine 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any
 
 import casadi as ca
@@ -15,6 +15,7 @@ from llvmlite import ir
 
 from ramsight.engine.branches import Branch, schedule
 from ramsight.engine.graph import SELECT, Program, graph_of
+from ramsight.engine.writes import Writes, writes
 
 _LOG2_E = 1.4426950408889634
 _LN2_HIGH, _LN2_LOW = 0.693147180369123816490, 1.90821492927058770002e-10  # ln 2 in two parts, as in fdlibm
@@ -159,10 +160,15 @@ class _Emitter:
             SELECT: self.chosen,
         }
 
-    def run(self, program: Program, inputs: Sequence[Any], outputs: Sequence[Any]) -> None:
+    def run(self, program: Program, inputs: Sequence[Any], outputs: Sequence[Any], kept: Mapping[int, int]) -> None:
         """Emit a whole program; every output is stored after every input was read, so they may overlap."""
         graph, table = graph_of(program), self.table()
         values: dict[int, Any] = {}
+        order = schedule(graph)
+        inside = {k for item in order if isinstance(item, Branch) for k in (*item.then, *item.otherwise)}
+        # Side by side a case is seldom that of all runs.
+        found = writes(graph, kept if self.width == 1 else {}, inside)
+        behind = inside.intersection(found.nodes())
 
         def emit(place: int) -> None:
             node = graph.nodes[place]
@@ -174,27 +180,48 @@ class _Emitter:
             else:
                 values[place] = table[node.code](*(values[s] for s in node.sources))
 
-        branch = self.branch if self.width == 1 else self.branch_of_any
-        for item in schedule(graph):
-            if isinstance(item, Branch):
-                branch(item, values, emit)
-            else:
+        for item in order:
+            if not isinstance(item, Branch):
                 emit(item)
-        for (output, element), place in graph.results:
-            self.b.store(values[place], self.address(outputs[output], element), align=8)
+            elif self.width == 1:
+                self.branch(item, values, emit, behind)
+            else:
+                self.branch_of_any(item, values, emit)
+        self.store(found, values, outputs)
 
-    def branch(self, branch: Branch, values: dict[int, Any], emit: Callable[[int], None]) -> None:
-        """Emit one case or the other, and what is chosen behind them."""
-        zero = self.constant(0.0)
+    def store(self, found: Writes, values: Mapping[int, Any], outputs: Sequence[Any]) -> None:
+        """Store results, those of a case in a branch of their own."""
+        for (output, element), place in found.always:
+            self.b.store(values[place], self.address(outputs[output], element), align=8)
+        for condition, both in found.cases.items():
+            with self.b.if_else(self.nonzero(values[condition])) as cases:
+                for block, case in zip(cases, both, strict=True):
+                    with block:
+                        self.store(case, values, outputs)
+
+    def branch(
+        self, branch: Branch, values: dict[int, Any], emit: Callable[[int], None], behind: Collection[int]
+    ) -> None:
+        """Emit one case or the other, and what is chosen behind them.
+
+        Args:
+            branch: both.
+            values: of what was emitted.
+            emit: an operation.
+            behind: operations of which the value is asked for again where their case is known to have been the one.
+        """
+        zero, any_value = self.constant(0.0), ir.Constant(self.real, ir.Undefined)
         ends: list[tuple[Any, list[Any]]] = []
+        asked = [k for k in (*branch.then, *branch.otherwise) if k in behind]
         with self.b.if_else(self.nonzero(values[branch.condition])) as cases:
             for case, block in enumerate(cases):
                 with block:
                     for place in (branch.then, branch.otherwise)[case]:
                         emit(place)
                     kept = [zero if k is None else values[k] for k in (v[case] for v in branch.chosen.values())]
+                    kept += [values[k] if k in (branch.then, branch.otherwise)[case] else any_value for k in asked]
                     ends.append((self.b.block, kept))
-        for number, place in enumerate(branch.chosen):
+        for number, place in enumerate((*branch.chosen, *asked)):
             values[place] = self.b.phi(self.real)
             for block, kept in ends:
                 values[place].add_incoming(kept[number], block)
@@ -226,7 +253,16 @@ class _Emitter:
         return self.b.bitcast(self.b.gep(base, [offset], source_etype=ir.DoubleType()), self.real.as_pointer())
 
 
-def emit_program(module: Any, name: str, program: Program, inputs: int, outputs: int, width: int = 1) -> Any:
+def emit_program(
+    module: Any,
+    name: str,
+    program: Program,
+    inputs: int,
+    outputs: int,
+    width: int = 1,
+    *,
+    kept: Mapping[int, int] | None = None,
+) -> Any:
     """Emit a program as a function of its own, which stays one.
 
     Args:
@@ -236,6 +272,7 @@ def emit_program(module: Any, name: str, program: Program, inputs: int, outputs:
         inputs: how many arrays it reads.
         outputs: how many it writes.
         width: runs side by side. With 1 the arrays have shape (n,), else (n, width).
+        kept: of an output the input that it is written over.
 
     Returns:
         The function, of pointers to the inputs and then to the outputs; an output may be an input.
@@ -245,6 +282,6 @@ def emit_program(module: Any, name: str, program: Program, inputs: int, outputs:
     function.linkage = "internal"
     function.attributes.add("noinline")
     builder = ir.IRBuilder(function.append_basic_block())
-    _Emitter(builder, width).run(program, function.args[:inputs], function.args[inputs:])
+    _Emitter(builder, width).run(program, function.args[:inputs], function.args[inputs:], kept or {})
     builder.ret_void()
     return function
