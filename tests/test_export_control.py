@@ -10,7 +10,8 @@ from typer.testing import CliRunner
 from ramsight import machine
 from ramsight.cli import app
 from ramsight.control.activity import Activity
-from ramsight.control.block import ACTIVITIES, INPUTS, Ask, Reason, position_block
+from ramsight.control.block import position_block
+from ramsight.control.orders import ACTIVITIES, INPUTS, NOTHING, Ask, Reason
 from ramsight.control.setting import Setting
 from ramsight.control.trajectory import Limits
 from ramsight.control.unit_loop import UnitLoop
@@ -18,7 +19,7 @@ from ramsight.deploy.c_control import ControlOptions, control_source, golden_con
 from ramsight.deploy.c_sensor import sensor_source
 from ramsight.deploy.compiler import STRICT, CompilerError, find_compiler, run
 from ramsight.deploy.fmu import write_fmu
-from ramsight.deploy.golden_control import RecordedRun
+from ramsight.deploy.golden_control import golden_run
 from ramsight.engine.recursion import replay
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.kalman import kalman
@@ -35,7 +36,7 @@ def driven(request):
     """A unit, its control as a graph, and a run of Python's control."""
     unit = UNITS[request.param]
     block = ControlOptions().block(unit)
-    return unit, block, RecordedRun(unit, block)
+    return unit, block, golden_run(unit, block)
 
 
 def said_by(block, rows, state=None):
@@ -43,12 +44,19 @@ def said_by(block, rows, state=None):
     return replay(block.recursion, np.ascontiguousarray(rows), np.zeros(0), state)
 
 
+def same(unit, block, run):
+    """What the graph says in a recorded run, which is what the objects say."""
+    said, recorded = said_by(block, run.rows), run.said
+    np.testing.assert_array_equal(said[:, 1], recorded[:, 1])
+    np.testing.assert_array_equal(np.where(said[:, 3] == NOTHING, np.nan, said[:, 3]), recorded[:, 2])
+    assert np.abs(said[:, 0] - recorded[:, 0]).max() < 1e-9 * unit.max_speed
+    return said
+
+
 def test_the_graph_asks_for_what_the_objects_ask_for(driven):
     unit, block, run = driven
-    said = said_by(block, run.rows)
     assert set(run.said[:, 1]) == set(range(len(ACTIVITIES))), "the run has all that the block does"
-    np.testing.assert_array_equal(said[:, 1], run.said[:, 1])
-    assert np.abs(said[:, 0] - run.said[:, 0]).max() < 1e-9 * unit.max_speed
+    said = same(unit, block, run)
     reasons = {Reason(int(k)) for k in said[:, 2]}
     assert {Reason.NONE, Reason.ASKED, Reason.SENSOR} <= reasons
 

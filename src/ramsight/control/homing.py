@@ -7,7 +7,7 @@ import math
 from ramsight.control.activity import Activity, Event
 from ramsight.control.actuation import Actuation
 from ramsight.control.doing import Doing, Now, Wish
-from ramsight.control.judging import Trust, may_home
+from ramsight.control.judging import Trust
 from ramsight.control.resting import OnStop, Resting
 from ramsight.control.visiting import NO_REFERENCE, NOT_FOUND, Visiting
 
@@ -49,7 +49,7 @@ class Homing(Doing):
         else:
             self._stood, self._felt = 0.0, laws.feeling(self._felt, estimate.load)
         if self._stood > self.by.tuning.pressing:
-            if laws.on_the_stop(away, may_home(estimate.status)):
+            if laws.on_the_stop(away):
                 return Wish(0.0, Event.PRESSED)
             return Wish(0.0, Event.FAILED, f"{NO_REFERENCE}: {estimate.status.text}")
         if self._for > laws.longest:

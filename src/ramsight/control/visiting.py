@@ -83,9 +83,9 @@ class Visiting:
         """The load on the way [N], its noise averaged, from what it was before and is now."""
         return felt + self.by.period / (_FEELING + self.by.period) * (load - felt)
 
-    def on_the_stop(self, away: Any, mended: Any) -> Any:
-        """Whether a pressed rod stands on the stop: it is not far away [m], and its sensor is one that a stop mends."""
-        return both(away < self.by.limits.landing_zone, mended)
+    def on_the_stop(self, away: Any) -> Any:
+        """Whether what holds a rod may be the stop, which is taken to be so far away [m]."""
+        return away < self.by.limits.landing_zone
 
     def speed(self, velocity: Any, stood: Any, direction: Any, felt: Any, load: Any) -> Any:
         """The motor's speed [rad/s] on the way to a stop, and on it.

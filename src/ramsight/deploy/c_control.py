@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight import __version__
-from ramsight.control.block import ACTIVITIES, INPUTS, Block, Reason, position_block
+from ramsight.control.block import Block, position_block
+from ramsight.control.orders import ACTIVITIES, INPUTS, Reason
 from ramsight.control.stopping import STOPPING_TIME
 from ramsight.control.trajectory import Limits
 from ramsight.deploy.c_function import PLAIN, array_function, literal
@@ -88,7 +89,7 @@ def golden_control(source: SensorSource, rows: Any, said: NDArray[np.float64], f
     Args:
         source: header and body.
         rows: inputs, shape (samples, inputs).
-        said: motor speed [rad/s] and activity, shape (samples, 2).
+        said: motor speed [rad/s], activity and stop that was pressed [m], shape (samples, 3).
         fastest: largest motor speed [rad/s].
     """
     p = source.prefix
@@ -96,7 +97,7 @@ def golden_control(source: SensorSource, rows: Any, said: NDArray[np.float64], f
         f"/* A simulated run, and what the control of ramsight {__version__} asked for in it. */\n#include <math.h>\n"
         f"#define GOLDEN {len(rows)}\n#define FASTEST {literal(fastest)} /* rad/s */\n"
         f"/* {', '.join(INPUTS)} */\n{golden_table('golden_in', np.asarray(rows))}"
-        f"/* motor speed [rad/s], activity */\n{golden_table('golden_out', said)}"
+        f"/* motor speed [rad/s], activity, end stop that was pressed [m] */\n{golden_table('golden_out', said)}"
     )
     program = template("control_test.c", p=p, row=", ".join(f"row[{k}]" for k in range(len(INPUTS))))
     return SensorSource(p, {**source.files, f"{p}_control_golden.h": text, f"{p}_control_test.c": program})

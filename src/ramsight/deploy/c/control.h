@@ -6,7 +6,8 @@
  *   static ${p}_control control;
  *   ${p}_control_inputs order;
  *   ${p}_control_init(&control);               // at power-up: it rests, and nothing moves until it is told to
- *   for (;;) {                                 // every ${ms} ms, after the sensor's step
+ *   for (;;) {                                 // every ${ms} ms
+ *     ${p}_control_refer(&control, &sensor);
  *     ${p}_step(&sensor, &in, &out);
  *     ${p}_control_sense(&order, &sensor, &in, &out);
  *     order.ask = ...; order.target = ...;
@@ -25,11 +26,14 @@ extern "C" {
 /* Time between two steps [s]. */
 #define ${P}_CONTROL_PERIOD ${period}
 
-/* What may be asked for. After a stop it goes on when something else is asked for, or another target. */
+/* What may be asked for. After a stop it goes on when something else is asked for, or another target. A visit goes to an
+ * end stop, presses on it, and rests there; who asks for one says that nothing is in the way. */
 typedef enum {
   ${P}_ASK_STOP = 0,     /* bring the motor to rest in ${stopping} s; a load that the pump holds sinks from then on */
   ${P}_ASK_POSITION = 1, /* go to the target and stay there; NaN: to none */
-  ${P}_ASK_STEER = 2     /* go at the velocity `steering`; 0 holds the rod where it is */
+  ${P}_ASK_STEER = 2,    /* go at the velocity `steering`; 0 holds the rod where it is */
+  ${P}_ASK_HOME_LOWERED = 3, /* visit the end stop of lowering */
+  ${P}_ASK_HOME_LIFTED = 4   /* visit the end stop of lifting */
 } ${p}_ask;
 
 typedef enum {
@@ -42,13 +46,14 @@ ${reasons}
 
 /* What the control is given at a sample. */
 typedef struct {
-  double position, velocity, load, status; /* of the sensor [m, m/s, N] */
+  double position, position_std;           /* of the sensor [m] */
+  double velocity, load, status;           /* of the sensor [m/s, N] */
   double oil_temperature;                  /* [K] */
   double leak, displacement;               /* factors that the sensor has learned */
   double ask;                              /* ${p}_ask */
   double target;                           /* [m] */
   double steering;                         /* velocity by hand [m/s], positive extends */
-  double speed;                            /* largest velocity of a move [m/s], at most ${speed} */
+  double speed;                            /* largest velocity of a move or a visit [m/s], at most ${speed}; 0: as slow as either can be */
 } ${p}_control_inputs;
 
 /* All that the control knows. */
@@ -56,10 +61,14 @@ typedef struct {
   double x[${states}];
   ${p}_activity activity; /* what it is doing */
   ${p}_reason reason;     /* why it stops or has stopped */
+  double reference;       /* end stop [m] that a visit has just pressed on, for `refer`; else NaN */
 } ${p}_control;
 
 /* Make a control of a struct: at rest, with no target. */
 void ${p}_control_init(${p}_control *control);
+
+/* Before the sensor's next step: tell it of an end stop that a visit has pressed on. */
+void ${p}_control_refer(const ${p}_control *control, ${p} *sensor);
 
 /* Take over what the sensor said after a sample, and the sample's temperature; what is asked for stays. */
 void ${p}_control_sense(${p}_control_inputs *order, const ${p} *sensor, const ${p}_inputs *in, const ${p}_outputs *out);
