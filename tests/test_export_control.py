@@ -144,7 +144,7 @@ def test_the_verb_writes_a_folder_with_a_control(tmp_path):
     assert done.exit_code == 0, done.output
     assert "control: " in done.output
     header = (out / "ramsight_boom_control.h").read_text()
-    assert "at most 0.01 */" in header
+    assert "at most 0.01; 0: " in header
     assert "CONTROL_PERIOD 0.01" in header
     assert "ramsight_boom_control_test.c" in (out / "README.md").read_text()
     sources = ["ramsight_boom_control.c", "ramsight_boom_control_test.c", "-lm", "-o", "test"]
