@@ -1,6 +1,9 @@
 """Reference visits of a control that is a graph: those of Python's control, at either end, whatever happens."""
 
+import ctypes
 import math
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,13 +16,15 @@ from ramsight.control.homing import Homing
 from ramsight.control.orders import ACTIVITIES, INPUTS, NOTHING, Ask, Reason
 from ramsight.control.position import PositionControl
 from ramsight.control.watch import Verdict
-from ramsight.deploy.c_control import ControlOptions
-from ramsight.deploy.compiler import find_compiler
+from ramsight.deploy.c_control import ControlOptions, control_source
+from ramsight.deploy.c_sensor import sensor_source
+from ramsight.deploy.compiler import STRICT, find_compiler, library
 from ramsight.deploy.fmu import write_fmu
 from ramsight.deploy.golden_control import Recording
 from ramsight.duty.live import Reported
 from ramsight.engine.recursion import replay
 from ramsight.plant.limits import limits_of
+from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate
 
@@ -224,6 +229,49 @@ def test_whatever_is_asked_and_whatever_the_sensor_says_both_do_the_same(name, s
 
 
 BLOCKS = {}
+
+
+SHIM = """
+#include "ramsight_boom_control.h"
+double boom_cycle(ramsight_boom *, ramsight_boom_control *, const ramsight_boom_inputs *, double);
+static ramsight_boom sensor;
+static ramsight_boom_control control;
+void begin(void) { ramsight_boom_init(&sensor); ramsight_boom_control_init(&control); }
+double cycle(const double *row, double target, int first) {
+  const ramsight_boom_inputs in = {.time = row[0], .motor_speed = row[1], .motor_torque = row[2],
+                                   .oil_temperature = row[3]};
+  ramsight_boom_outputs out;
+  if (!first) return boom_cycle(&sensor, &control, &in, target);
+  ramsight_boom_step(&sensor, &in, &out);
+  return 0.0;
+}
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(find_compiler() is None, reason="there is no C compiler")
+def test_the_pages_cycle_goes_home_and_to_its_target_as_python_does(tmp_path):
+    """Plant and drive of ramsight; sensor, control and the page's function in C, from unreferenced to the target."""
+    unit = UNITS["mining-loader boom"]
+    block = ControlOptions().block(unit)
+    run = Recording(unit, block, 0.1, known=False)
+    run.home(lifted=False)
+    run.send(0.1, wait=True)
+    record, target = run.loop.records["boom"], 0.1 * unit.cylinder.stroke
+    page = (Path(__file__).parent.parent / "docs" / "export.md").read_text(encoding="utf-8")
+    _, cycle = re.findall(r"```c\n(.*?)```", page, flags=re.DOTALL)
+    sensor = sensor_source(kalman(unit), unit, "ramsight_boom", "m", single=False).files
+    control = control_source(block, unit, "ramsight_boom", "m").files
+    files = {**sensor, **control, "cycle.c": cycle, "shim.c": SHIM}
+    library(find_compiler(), files, tmp_path / "cycle.so", *STRICT)
+    made = ctypes.CDLL(str(tmp_path / "cycle.so"))
+    made.cycle.restype = ctypes.c_double
+    made.begin()
+    for k, (reported, asked) in enumerate(zip(record.reported, record.asked, strict=True)):
+        row = reported.time, reported.motor_speed, reported.motor_torque, reported.oil_temperature
+        said = made.cycle((ctypes.c_double * 4)(*row), ctypes.c_double(target), k == 0)
+        assert said == pytest.approx(asked, abs=1e-6)
+    assert abs(record.position[-1] - target) < 2e-3
 
 
 @pytest.mark.slow
