@@ -87,6 +87,7 @@ def test_c_asks_for_it_too_and_a_wrong_sample_is_noticed(driven, tmp_path):
 BOOM = UNITS["mining-loader boom"]
 ORDER = dict.fromkeys(INPUTS, 0.0) | {
     "position": 0.3, "load": 2e5, "oil_temperature": 313.15, "leak": 1.0, "displacement": 1.0,
+    "reported": 1.0, "reported_speed": np.nan, "reported_torque": np.nan,  # of which the watch says nothing
     "ask": float(Ask.POSITION), "target": np.nan, "speed": np.inf,
 }  # fmt: skip
 

@@ -15,7 +15,6 @@ from ramsight.control.activity import Activity
 from ramsight.control.homing import Homing
 from ramsight.control.orders import ACTIVITIES, INPUTS, NOTHING, Ask, Reason
 from ramsight.control.position import PositionControl
-from ramsight.control.watch import Verdict
 from ramsight.deploy.c_control import ControlOptions, control_source
 from ramsight.deploy.c_sensor import sensor_source
 from ramsight.deploy.compiler import STRICT, find_compiler, library
@@ -108,22 +107,25 @@ def test_a_sensor_that_is_lost_on_the_way_stops_the_visit(built):
 
 
 class Both:
-    """Python's control and the graph, given the same estimates."""
+    """Python's control and the graph, given the same estimates; `watched`: with reports that say what was commanded."""
 
-    def __init__(self, unit, block):
+    def __init__(self, unit, block, *, watched=False):
+        self.watched = watched
         self.unit, self.block = unit, block
         self.control = PositionControl(unit, block.limits, period=block.period)
-        self.control.watch.look = lambda _: Verdict.OBEYS  # the graph has no watch
         self.state, self.speed, self.k = block.initial.copy(), 0.0, 0
 
-    def step(self, estimate, ask=Ask.POSITION, target=math.nan, steering=0.0):
+    def step(self, estimate, ask=Ask.POSITION, target=math.nan, steering=0.0, says=None):
         """One sample; the estimate may be any."""
+        speed, torque = says or (self.speed if self.watched else math.nan, 20.0 + self.k % 7)
+        reported = Reported(self.k * DT, speed, torque, WARM)
+        sensed = estimate.position, estimate.std, estimate.velocity, estimate.load, float(estimate.status)
         given_ = (
-            *(estimate.position, estimate.std, estimate.velocity, estimate.load, float(estimate.status)),
-            *(WARM, 1.0, 1.0, float(ask), target, steering, math.inf),
+            *(*sensed, WARM, 1.0, 1.0, 1.0),
+            *(reported.motor_speed, reported.motor_torque, float(ask), target, steering, math.inf),
         )  # fmt: skip
         said = replay(self.block.recursion, np.array([given_]), np.zeros(0), self.state)[0]
-        asked = self.control.step(estimate, Reported(self.k * DT, self.speed, 20.0, WARM))
+        asked = self.control.step(estimate, reported)
         self.speed, self.k = asked.motor_speed, self.k + 1
         assert ACTIVITIES[int(said[1])] is asked.activity
         assert said[0] == pytest.approx(asked.motor_speed, abs=1e-9 * self.unit.max_speed)
@@ -201,7 +203,7 @@ def test_whatever_is_asked_and_whatever_the_sensor_says_both_do_the_same(name, s
     """A crude rod follows the commands."""
     unit = UNITS[name]
     block = BLOCKS.setdefault(name, ControlOptions().block(unit))
-    both, stroke = Both(unit, block), unit.cylinder.stroke
+    both, stroke = Both(unit, block, watched=True), unit.cylinder.stroke
     x, force, travel = start * stroke, load * limits_of(unit).load, unit.travel_per_radian
     ask, target = Ask.POSITION, math.nan
     for what, status, count in steps:

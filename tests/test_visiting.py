@@ -67,6 +67,15 @@ def test_a_rod_goes_fast_only_while_the_stop_is_surely_far():
     assert laws.nearing(limits.speed, 0.0, 0.0, limits.speed, True) == pytest.approx(limits.speed - step)
 
 
+def test_a_stop_is_pressed_once_the_rod_stands_on_it_where_a_pump_holds_the_load():
+    laws, surely = Visiting(actuation()), Tuning().surely
+    goes, by = laws.by.moving(1e-3, -1.0, FELT), laws.by
+    assert laws.speed(1e-3, 0.9 * surely, -1.0, FELT, FELT) == goes
+    assert laws.speed(1e-3, 1.1 * surely, -1.0, FELT, FELT) == by.turning(0.0, laws.pressing(-1.0, FELT)) != goes
+    behind = Visiting(actuation(BOOM))
+    assert behind.speed(1e-3, 1.1 * surely, -1.0, FELT, FELT) == behind.by.moving(1e-3, -1.0, FELT)
+
+
 def test_a_rod_is_held_when_it_is_slow_after_it_has_set_out():
     laws = Visiting(actuation())
     assert laws.stands(1.2, 0.2 * laws.slowly)

@@ -100,7 +100,7 @@ class PositionControl:
         self._entered = True
         self._speed = 0.0  # commanded [rad/s]
         self._verdict = Verdict.OBEYS
-        self._last = Estimate(math.nan, math.inf, 0.0, math.nan, Status.NOT_REFERENCED)
+        self._last = Estimate(math.nan, math.inf, 0.0, 0.0, Status.NOT_REFERENCED)
 
     @property
     def activity(self) -> Activity:

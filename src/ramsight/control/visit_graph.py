@@ -35,13 +35,17 @@ class Visit:
         """Of the stop, +1 or -1."""
         return choose(self.of.s["end"] > 0.0, 1.0, -1.0)
 
+    def asked(self) -> Any:
+        """Whether a visit is asked for that was not before."""
+        ask = self.of.u["ask"]
+        visits = either(*(ask == float(one) for one in (Ask.HOME_LOWERED, Ask.HOME_LIFTED)))
+        return both(visits, ask != self.of.x["ask"])
+
     def order(self, **anew: Any) -> None:
         """Take up a visit that is asked for; `anew` is what every order changes."""
-        of, ask = self.of, self.of.u["ask"]
-        lifted = ask == float(Ask.HOME_LIFTED)
-        asked = both(either(lifted, ask == float(Ask.HOME_LOWERED)), ask != of.s["ask"])
+        of, lifted = self.of, self.of.u["ask"] == float(Ask.HOME_LIFTED)
         begins = {"end": end_stop(of.by.unit, lifted), "sought": 0.0, "lead_velocity": 0.0}
-        of.happens(Event.HOMED, asked, **(anew | begins))
+        of.happens(Event.HOMED, self.asked(), **(anew | begins))
 
     def enter(self) -> None:
         """Feel the load first where the way begins."""
@@ -54,9 +58,9 @@ class Visit:
         of, laws, s = self.of, self._laws, self.of.s
         away = abs(s["end"] - of.position)
         fast = most(least(of.u["speed"], of.by.limits.speed), laws.slowly)
-        velocity = laws.nearing(s["lead_velocity"], away, of.u["position_std"], fast, ca.logic_not(of.none))
+        velocity = laws.nearing(s["lead_velocity"], away, of.sensed["position_std"], fast, ca.logic_not(of.none))
         sought = s["sought"] + of.by.period
-        stands = laws.stands(sought, of.u["velocity"])
+        stands = laws.stands(sought, of.sensed["velocity"])
         new = {
             "sought": sought,
             "lead_velocity": velocity,

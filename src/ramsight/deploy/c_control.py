@@ -18,6 +18,7 @@ from ramsight.control.trajectory import Limits
 from ramsight.deploy.c_function import PLAIN, array_function, literal
 from ramsight.deploy.c_sensor import SensorSource
 from ramsight.deploy.c_text import golden_table, headings, indented, template
+from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.hypotheses import DISPLACEMENT, LEAK
@@ -31,15 +32,17 @@ class ControlOptions:
         speed: largest velocity [m/s]; by default half of what the motor could do.
         force: largest load against a motion that is pushed on [N].
         period: of its samples [s].
+        drive: how the drive is declared to follow and to report; what does otherwise is stopped.
     """
 
     speed: float | None = None
     force: float = math.inf
     period: float = SAMPLE_PERIOD
+    drive: DriveResponse = IDEAL
 
     def block(self, unit: HydraulicUnit) -> Block:
         """The control of a unit, as a graph."""
-        return position_block(unit, Limits.of(unit, self.speed, self.force), period=self.period)
+        return position_block(unit, Limits.of(unit, self.speed, self.force), period=self.period, response=self.drive)
 
 
 def control_source(block: Block, unit: HydraulicUnit, prefix: str, machine: str) -> SensorSource:

@@ -28,7 +28,7 @@ class Recording:
 
     Args:
         unit: the unit.
-        block: the control that is compared; its limits and period are those of the run.
+        block: the control that is compared; its limits, period and declared drive are those of the run.
         start: where the rod is, over the stroke [1].
         load: on it, over the load at relief pressure [1].
         known: whether the sensor is told where the rod is.
@@ -43,7 +43,9 @@ class Recording:
         self._name, self.full, self._stroke = unit.name, limits_of(unit).load, unit.cylinder.stroke
         self._asked: list[tuple[float, float, float, float]] = []
         self._references: dict[int, float] = {}
-        setting = Setting(known=known, limits={unit.name: block.limits}, period=block.period)
+        setting = Setting(
+            known=known, limits={unit.name: block.limits}, period=block.period, drive=block.response
+        )  # fmt: skip
         self.loop = UnitLoop(unit, unit, start * self._stroke, load * self.full, setting)
         self._note(Ask.POSITION)
 
@@ -105,14 +107,12 @@ class Recording:
 
     @property
     def rows(self) -> Array:
-        """What the control was given, a column each of `ramsight.control.orders.INPUTS`, shape (samples, 12)."""
-        record = self.loop.records[self._name]
-        rows = [
-            (e.position, e.std, e.velocity, e.load, float(e.status), r.oil_temperature, *learned, *asked)
-            for e, r, learned, asked in zip(
-                record.estimate, record.reported, record.learned, self._asked, strict=True
-            )
-        ]  # fmt: skip
+        """What the control was given, a column each of `ramsight.control.orders.INPUTS`, shape (samples, 15)."""
+        record, rows, before = self.loop.records[self._name], [], math.nan
+        for e, r, learned, asked in zip(record.estimate, record.reported, record.learned, self._asked, strict=True):
+            sensed = e.position, e.std, e.velocity, e.load, float(e.status), r.oil_temperature
+            arrived, before = float(r.time != before), r.time  # a report that was lost is the last one once more
+            rows.append((*sensed, *learned, arrived, r.motor_speed, r.motor_torque, *asked))
         return np.array(rows)
 
     @property

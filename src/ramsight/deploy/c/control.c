@@ -31,6 +31,9 @@ void ${p}_control_sense(${p}_control_inputs *order, const ${p} *sensor, const ${
   order->oil_temperature = (double)in->oil_temperature;
   order->leak = (double)sensor->${leak};
   order->displacement = (double)sensor->${displacement};
+  order->reported = 1.0;
+  order->reported_speed = (double)in->motor_speed;
+  order->reported_torque = (double)in->motor_torque;
 }
 
 double ${p}_control_step(${p}_control *control, const ${p}_control_inputs *order) {

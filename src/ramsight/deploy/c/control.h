@@ -50,6 +50,8 @@ typedef struct {
   double velocity, load, status;           /* of the sensor [m/s, N] */
   double oil_temperature;                  /* [K] */
   double leak, displacement;               /* factors that the sensor has learned */
+  double reported;                         /* 1: a report of the drive has arrived; 0: none, and all of the above counts not */
+  double reported_speed, reported_torque;  /* in it [rad/s, N m] */
   double ask;                              /* ${p}_ask */
   double target;                           /* [m] */
   double steering;                         /* velocity by hand [m/s], positive extends */
@@ -70,7 +72,8 @@ void ${p}_control_init(${p}_control *control);
 /* Before the sensor's next step: tell it of an end stop that a visit has pressed on. */
 void ${p}_control_refer(const ${p}_control *control, ${p} *sensor);
 
-/* Take over what the sensor said after a sample, and the sample's temperature; what is asked for stays. */
+/* Take over a report, and what the sensor said after it; what is asked for stays. Where no report has arrived leave out the
+ * sensor's step and this, and set `reported` to 0. */
 void ${p}_control_sense(${p}_control_inputs *order, const ${p} *sensor, const ${p}_inputs *in, const ${p}_outputs *out);
 
 /* The motor's speed at the next sample [rad/s]. */
