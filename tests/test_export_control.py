@@ -20,6 +20,7 @@ from ramsight.deploy.c_sensor import sensor_source
 from ramsight.deploy.compiler import STRICT, CompilerError, find_compiler, run
 from ramsight.deploy.fmu import write_fmu
 from ramsight.deploy.golden_control import golden_run
+from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.engine.recursion import replay
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.kalman import kalman
@@ -31,11 +32,15 @@ COMPILER = find_compiler()
 NAMES = ["mining-loader boom", "press ram", "eha-test-bench axis"]
 
 
-@pytest.fixture(scope="module", params=NAMES)
+LATE = DriveResponse(0.05, 0.03, bandwidth=10.0, order=2, acceleration=300.0, lost=0.02)
+
+
+@pytest.fixture(scope="module", params=[*((name, IDEAL) for name in NAMES), ("mining-loader bucket", LATE)])
 def driven(request):
     """A unit, its control as a graph, and a run of Python's control."""
-    unit = UNITS[request.param]
-    block = ControlOptions().block(unit)
+    name, drive = request.param
+    unit = UNITS[name]
+    block = ControlOptions(drive=drive).block(unit)
     return unit, block, golden_run(unit, block)
 
 
@@ -58,7 +63,7 @@ def test_the_graph_asks_for_what_the_objects_ask_for(driven):
     assert set(run.said[:, 1]) == set(range(len(ACTIVITIES))), "the run has all that the block does"
     said = same(unit, block, run)
     reasons = {Reason(int(k)) for k in said[:, 2]}
-    assert {Reason.NONE, Reason.ASKED, Reason.SENSOR} <= reasons
+    assert {Reason.NONE, Reason.ASKED, Reason.SILENT, Reason.SENSOR} <= reasons
 
 
 @pytest.mark.skipif(COMPILER is None, reason="there is no C compiler")
@@ -141,22 +146,25 @@ def test_a_load_at_the_largest_force_stops_the_rod_and_a_slower_speed_is_kept():
 def test_the_verb_writes_a_folder_with_a_control(tmp_path):
     runner, out = CliRunner(), tmp_path / "boom"
     base = ["export", "c", "mining-loader", "--unit", "boom", "--out", str(out)]
-    done = runner.invoke(app, [*base, "--control", "--speed", "10 mm/s", "--force", "600 kN", "--period", "10 ms"])
+    limits = ["--speed", "10 mm/s", "--force", "600 kN", "--period", "10 ms", "--drive-delay", "40 ms"]
+    done = runner.invoke(app, [*base, "--control", *limits])
     assert done.exit_code == 0, done.output
     assert "control: " in done.output
     header = (out / "ramsight_boom_control.h").read_text()
     assert "at most 0.01; 0: " in header
     assert "CONTROL_PERIOD 0.01" in header
+    assert "commands 40 ms late, reports 40 ms late" in header
     assert "ramsight_boom_control_test.c" in (out / "README.md").read_text()
     sources = ["ramsight_boom_control.c", "ramsight_boom_control_test.c", "-lm", "-o", "test"]
     subprocess.run([COMPILER, *STRICT, "-DROUNDS=1", *sources], cwd=out, check=True)
     assert "passed" in run([str(out / "test")], out)
 
 
+@pytest.mark.parametrize("option", [["--force", "1 kN"], ["--drive-delay", "40 ms"]])
 @pytest.mark.parametrize("name", ["c", "fmu"])
-def test_options_of_a_control_are_refused_without_one(name, tmp_path):
+def test_options_of_a_control_are_refused_without_one(name, option, tmp_path):
     out = tmp_path / "x.fmu"
-    given = ["export", name, "mining-loader", "--unit", "boom", "--out", str(out), "--force", "1 kN"]
+    given = ["export", name, "mining-loader", "--unit", "boom", "--out", str(out), *option]
     done = CliRunner().invoke(app, given)
     assert done.exit_code != 0
     assert not out.exists()

@@ -62,6 +62,7 @@ def control_source(block: Block, unit: HydraulicUnit, prefix: str, machine: str)
         period=repr(block.period),
         stopping=f"{STOPPING_TIME:g}",
         speed=f"{block.limits.speed:.6g}",
+        drive=declared(block.response),
         activities=indented(f"{macro}_{a.name} = {k}," for k, a in enumerate(ACTIVITIES)),
         reasons=indented(f"{macro}_REASON_{r.name} = {int(r)}, /* {r.text or 'none'} */" for r in Reason),
         **common,
@@ -78,6 +79,21 @@ def control_source(block: Block, unit: HydraulicUnit, prefix: str, machine: str)
         **common,
     )
     return SensorSource(prefix, {f"{prefix}_control.h": header, f"{prefix}_control.c": body})
+
+
+def declared(drive: DriveResponse) -> str:
+    """How a drive is declared, in words.
+
+    Example:
+        >>> declared(DriveResponse(command_delay=0.04, report_delay=0.04, lost=0.02))
+        'commands 40 ms late, reports 40 ms late, 2 % lost, at once otherwise, give or take 5 rad/s'
+    """
+    late = {"commands": drive.command_delay, "reports": drive.report_delay}
+    said = [f"{what} {1e3 * by:g} ms late" for what, by in late.items()]
+    said += [f"{100.0 * drive.lost:g} % lost"] if drive.lost > 0.0 else []
+    follows = [f"{drive.bandwidth:g} Hz of order {drive.order}"] if math.isfinite(drive.bandwidth) else []
+    follows += [f"at most {drive.acceleration:g} rad/s2"] if math.isfinite(drive.acceleration) else []
+    return ", ".join([*said, *(follows or ["at once otherwise"]), f"give or take {drive.deviation:g} rad/s"])
 
 
 def _step(block: Block) -> ca.Function:

@@ -98,6 +98,12 @@ class Recording:
         self.go_on(time)
         self.loop.fault = None
 
+    def silence(self, time: float) -> None:
+        """Lose the reports for a time [s]."""
+        self.loop.fault = lambda *_: None
+        self.go_on(time)
+        self.loop.fault = None
+
     def _note(
         self, ask: Ask, share: float = _NO_TARGET, steering: float = 0.0, speed: float = math.inf
     ) -> None:  # fmt: skip
@@ -127,7 +133,7 @@ class Recording:
 
 
 def golden_run(unit: HydraulicUnit, block: Block) -> Recording:
-    """All that an exported control does: moves, a hand, a load that changes, a visit, a sensor that is lost.
+    """All that an exported control does: moves, a hand, a changing load, a visit, a lost drive, a lost sensor.
 
     Args:
         unit: the unit.
@@ -152,6 +158,7 @@ def golden_run(unit: HydraulicUnit, block: Block) -> Recording:
     run.go_on(0.5)
     run.send(0.1, wait=False)
     run.go_on(1.0)
+    run.silence(0.4)
     run.home(lifted=True, time=1.0)
     run.lose(0.5)
     return run

@@ -2,6 +2,7 @@
  *
  * Made by ramsight ${version} from the machine "${machine}"; do not edit, export anew.
  * In doubles in either precision of the sensor. C99, libm alone: no memory is taken, nothing is global.
+ * The drive is declared so: ${drive}. One that does otherwise is stopped.
  *
  *   static ${p}_control control;
  *   ${p}_control_inputs order;
