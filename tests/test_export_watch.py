@@ -138,6 +138,10 @@ def test_a_drive_that_does_otherwise_stops_the_cylinder(fault, unit, response):
     assert said[-1, 0] == 0.0
     assert Reason(int(said[-1, 2])) is FAULTS[fault]
     assert run.loop.controls[unit.name].reason == Reason(int(said[-1, 2])).text
+    run.home(lifted=False, time=0.5)  # whatever is asked for, it looks anew, and stops again
+    run.steer(0.5 * block.limits.speed, 0.5)
+    run.send(0.55, wait=False)
+    run.go_on(0.5)
     run.loop.fault = run.loop.motor_fault = None
     run.send(0.5, wait=False)
     run.go_on(1.0)
