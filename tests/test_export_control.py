@@ -10,7 +10,8 @@ from typer.testing import CliRunner
 from ramsight import machine
 from ramsight.cli import app
 from ramsight.control.activity import Activity
-from ramsight.control.block import ACTIVITIES, INPUTS, Ask, Reason, position_block
+from ramsight.control.block import position_block
+from ramsight.control.orders import ACTIVITIES, INPUTS, NOTHING, Ask, Reason
 from ramsight.control.setting import Setting
 from ramsight.control.trajectory import Limits
 from ramsight.control.unit_loop import UnitLoop
@@ -18,7 +19,8 @@ from ramsight.deploy.c_control import ControlOptions, control_source, golden_con
 from ramsight.deploy.c_sensor import sensor_source
 from ramsight.deploy.compiler import STRICT, CompilerError, find_compiler, run
 from ramsight.deploy.fmu import write_fmu
-from ramsight.deploy.golden_control import RecordedRun
+from ramsight.deploy.golden_control import golden_run
+from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.engine.recursion import replay
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.kalman import kalman
@@ -30,12 +32,16 @@ COMPILER = find_compiler()
 NAMES = ["mining-loader boom", "press ram", "eha-test-bench axis"]
 
 
-@pytest.fixture(scope="module", params=NAMES)
+LATE = DriveResponse(0.05, 0.03, bandwidth=10.0, order=2, acceleration=300.0, lost=0.02)
+
+
+@pytest.fixture(scope="module", params=[*((name, IDEAL) for name in NAMES), ("mining-loader bucket", LATE)])
 def driven(request):
     """A unit, its control as a graph, and a run of Python's control."""
-    unit = UNITS[request.param]
-    block = ControlOptions().block(unit)
-    return unit, block, RecordedRun(unit, block)
+    name, drive = request.param
+    unit = UNITS[name]
+    block = ControlOptions(drive=drive).block(unit)
+    return unit, block, golden_run(unit, block)
 
 
 def said_by(block, rows, state=None):
@@ -43,14 +49,21 @@ def said_by(block, rows, state=None):
     return replay(block.recursion, np.ascontiguousarray(rows), np.zeros(0), state)
 
 
+def same(unit, block, run):
+    """What the graph says in a recorded run, which is what the objects say."""
+    said, recorded = said_by(block, run.rows), run.said
+    np.testing.assert_array_equal(said[:, 1], recorded[:, 1])
+    np.testing.assert_array_equal(np.where(said[:, 3] == NOTHING, np.nan, said[:, 3]), recorded[:, 2])
+    assert np.abs(said[:, 0] - recorded[:, 0]).max() < 1e-9 * unit.max_speed
+    return said
+
+
 def test_the_graph_asks_for_what_the_objects_ask_for(driven):
     unit, block, run = driven
-    said = said_by(block, run.rows)
     assert set(run.said[:, 1]) == set(range(len(ACTIVITIES))), "the run has all that the block does"
-    np.testing.assert_array_equal(said[:, 1], run.said[:, 1])
-    assert np.abs(said[:, 0] - run.said[:, 0]).max() < 1e-9 * unit.max_speed
+    said = same(unit, block, run)
     reasons = {Reason(int(k)) for k in said[:, 2]}
-    assert {Reason.NONE, Reason.ASKED, Reason.SENSOR} <= reasons
+    assert {Reason.NONE, Reason.ASKED, Reason.SILENT, Reason.SENSOR} <= reasons
 
 
 @pytest.mark.skipif(COMPILER is None, reason="there is no C compiler")
@@ -79,6 +92,7 @@ def test_c_asks_for_it_too_and_a_wrong_sample_is_noticed(driven, tmp_path):
 BOOM = UNITS["mining-loader boom"]
 ORDER = dict.fromkeys(INPUTS, 0.0) | {
     "position": 0.3, "load": 2e5, "oil_temperature": 313.15, "leak": 1.0, "displacement": 1.0,
+    "reported": 1.0, "reported_speed": np.nan, "reported_torque": np.nan,  # of which the watch says nothing
     "ask": float(Ask.POSITION), "target": np.nan, "speed": np.inf,
 }  # fmt: skip
 
@@ -132,22 +146,25 @@ def test_a_load_at_the_largest_force_stops_the_rod_and_a_slower_speed_is_kept():
 def test_the_verb_writes_a_folder_with_a_control(tmp_path):
     runner, out = CliRunner(), tmp_path / "boom"
     base = ["export", "c", "mining-loader", "--unit", "boom", "--out", str(out)]
-    done = runner.invoke(app, [*base, "--control", "--speed", "10 mm/s", "--force", "600 kN", "--period", "10 ms"])
+    limits = ["--speed", "10 mm/s", "--force", "600 kN", "--period", "10 ms", "--drive-delay", "40 ms"]
+    done = runner.invoke(app, [*base, "--control", *limits])
     assert done.exit_code == 0, done.output
     assert "control: " in done.output
     header = (out / "ramsight_boom_control.h").read_text()
-    assert "at most 0.01 */" in header
+    assert "at most 0.01; 0: " in header
     assert "CONTROL_PERIOD 0.01" in header
+    assert "commands 40 ms late, reports 40 ms late" in header
     assert "ramsight_boom_control_test.c" in (out / "README.md").read_text()
     sources = ["ramsight_boom_control.c", "ramsight_boom_control_test.c", "-lm", "-o", "test"]
     subprocess.run([COMPILER, *STRICT, "-DROUNDS=1", *sources], cwd=out, check=True)
     assert "passed" in run([str(out / "test")], out)
 
 
+@pytest.mark.parametrize("option", [["--force", "1 kN"], ["--drive-delay", "40 ms"]])
 @pytest.mark.parametrize("name", ["c", "fmu"])
-def test_options_of_a_control_are_refused_without_one(name, tmp_path):
+def test_options_of_a_control_are_refused_without_one(name, option, tmp_path):
     out = tmp_path / "x.fmu"
-    given = ["export", name, "mining-loader", "--unit", "boom", "--out", str(out), "--force", "1 kN"]
+    given = ["export", name, "mining-loader", "--unit", "boom", "--out", str(out), *option]
     done = CliRunner().invoke(app, given)
     assert done.exit_code != 0
     assert not out.exists()

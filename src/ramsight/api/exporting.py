@@ -9,6 +9,7 @@ from ramsight.api.machines import AnyMachine, load_machine, only_unit
 from ramsight.deploy.c_control import ControlOptions
 from ramsight.deploy.c_folder import STEPS, WrittenSensor, write_sensor
 from ramsight.deploy.fmu import WrittenFmu, write_fmu
+from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
 from ramsight.progress import progress as progress_bar
@@ -25,6 +26,7 @@ def export_c(
     speed: str | float | None = None,
     force: str | float | None = None,
     period: str | float | None = None,
+    drive_delay: str | float | DriveResponse | None = None,
     compiler: str | None = None,
     progress: bool = False,
     named: Callable[[str], str] = str,
@@ -40,6 +42,8 @@ def export_c(
         speed: largest velocity [m/s]; by default half of what the motor could do.
         force: largest load against a motion that is pushed on [N]; by default none.
         period: of the control's samples [s]; by default 20 ms.
+        drive_delay: by which the drive is late, with commands and with reports each [s], or all that is declared of it;
+            by default it follows at once. The control stops a drive that does otherwise.
         compiler: path of the C compiler that measures it; by default the one that is found, "" for none.
         progress: show a bar on a terminal if it takes long.
         named: what errors call an argument.
@@ -60,7 +64,7 @@ def export_c(
         True
     """
     described, name = _unit_of(machine, unit)
-    driving = _driving(control, speed, force, period, named)
+    driving = _driving(control, speed, force, period, drive_delay, named)
     with progress_bar(STEPS, "exporting") as bar:
         advance = bar.advance if progress else lambda count: None
         return write_sensor(
@@ -78,6 +82,7 @@ def export_fmu(
     speed: str | float | None = None,
     force: str | float | None = None,
     period: str | float | None = None,
+    drive_delay: str | float | DriveResponse | None = None,
     compiler: str | None = None,
     named: Callable[[str], str] = str,
 ) -> WrittenFmu:
@@ -93,6 +98,7 @@ def export_fmu(
         speed: of a control: largest velocity [m/s]; by default half of what the motor could do.
         force: of a control: largest load against a motion that is pushed on [N]; by default none.
         period: of a control's samples [s]; by default 20 ms.
+        drive_delay: of a control: as `export_c` has it.
         compiler: path of the C compiler; by default the one that is found. Without one, "", it has sources alone.
         named: what errors call an argument.
 
@@ -112,7 +118,7 @@ def export_fmu(
         ('boom.fmu', True)
     """
     described, name = _unit_of(machine, unit)
-    driving = _driving(what == "control", speed, force, period, named) or ControlOptions()
+    driving = _driving(what == "control", speed, force, period, drive_delay, named) or ControlOptions()
     return write_fmu(described, name, out, what=what, fmi=fmi, control=driving, compiler=compiler, named=named)
 
 
@@ -121,6 +127,7 @@ def _driving(
     speed: str | float | None,
     force: str | float | None,
     period: str | float | None,
+    drive_delay: str | float | DriveResponse | None,
     named: Callable[[str], str],
 ) -> ControlOptions | None:
     """How a control that is exported drives; None if none is wanted.
@@ -130,7 +137,7 @@ def _driving(
     """
     given = {"speed": speed, "force": force, "period": period}
     if not wanted:
-        for key, value in given.items():
+        for key, value in {**given, "drive_delay": drive_delay}.items():
             if value is not None:
                 raise DescriptionError("is of a control, and none is exported", key=named(key), value=value)
         return None
@@ -140,7 +147,17 @@ def _driving(
         for key, value in given.items()
         if value is not None
     }
-    return ControlOptions(**known)
+    return ControlOptions(**known, drive=_declared(drive_delay, named))
+
+
+def _declared(delay: str | float | DriveResponse | None, named: Callable[[str], str]) -> DriveResponse:
+    """How the drive of a control that is exported is declared."""
+    if isinstance(delay, DriveResponse):
+        return delay
+    if delay is None:
+        return IDEAL
+    late = argument(delay, "s", named("drive_delay"), least="0 s", most="0.5 s")
+    return DriveResponse(command_delay=late, report_delay=late)
 
 
 def _unit_of(machine: AnyMachine, unit: str | None) -> tuple[Machine, str]:

@@ -11,6 +11,10 @@ from ramsight.cli.common import Machine, SensedUnit, option
 
 Speed = Annotated[str | None, typer.Option(help="Of the control: largest velocity, for example '20 mm/s'.")]
 Force = Annotated[str | None, typer.Option(help="Of the control: largest load that is pushed against, '300 kN'.")]
+Delay = Annotated[
+    str | None,
+    typer.Option(help="Of the control: by which the drive is late, with commands and with reports each, '40 ms'."),
+]
 Period = Annotated[str | None, typer.Option(help="Of the control: time between its steps; by default 20 ms.")]
 
 
@@ -23,6 +27,7 @@ def export_c(
     speed: Speed = None,
     force: Force = None,
     period: Period = None,
+    drive_delay: Delay = None,
 ) -> None:
     """Write the kalman sensor as C99 for an electronic control unit, and a position control if it is wanted.
 
@@ -35,7 +40,7 @@ def export_c(
     from ramsight.api.exporting import export_c as export_unit
     from ramsight.deploy.c_folder import shown, shown_control
 
-    driving = {"speed": speed, "force": force, "period": period}
+    driving = {"speed": speed, "force": force, "period": period, "drive_delay": drive_delay}
     done = export_unit(machine, unit, out=out, single=single, control=control, **driving, progress=True, named=option)
     typer.echo(
         shown(done.footprints) if done.footprints else "no C compiler was found: nothing was compiled or measured"
@@ -60,6 +65,7 @@ def export_fmu(
     speed: Speed = None,
     force: Force = None,
     period: Period = None,
+    drive_delay: Delay = None,
 ) -> None:
     """Write a co-simulation FMU of a unit's sensor, of that with a control, or of the unit with its own solver.
 
@@ -72,7 +78,7 @@ def export_fmu(
     from ramsight.api.exporting import export_fmu as export_unit
     from ramsight.progress import progress
 
-    driving = {"speed": speed, "force": force, "period": period}
+    driving = {"speed": speed, "force": force, "period": period, "drive_delay": drive_delay}
     with progress(1.0, "exporting"):  # one step, of which nobody knows how far it is
         done = export_unit(machine, unit, out=out, what=what, fmi=fmi, **driving, named=option)
     binary = f"sources and a binary for {done.binary}" if done.binary else "sources alone: no C compiler was found"

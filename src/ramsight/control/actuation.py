@@ -177,7 +177,7 @@ class Actuation:
         left = _REACHABLE * self.unit.max_speed - abs(self.leakage(load))
         return most(left * self.holding.travel_per_radian(load), self.tuning.creeping)
 
-    def on_its_way(self, angle: float, commanded: Iterable[tuple[float, float]], load: float) -> Any:
+    def on_its_way(self, angle: Any, commanded: Iterable[tuple[Any, float]], load: Any) -> Any:
         """Way that the rod will go by what was commanded and is in no report yet [m].
 
         Args:
@@ -190,12 +190,13 @@ class Actuation:
         lost = sum(self._moves_nothing(speed, load) * time for speed, time in commanded)
         return (angle - lost) * self.holding.travel_per_radian(load) * self.displacement
 
-    def _moves_nothing(self, speed: float, load: float) -> float:
+    def _moves_nothing(self, speed: Any, load: Any) -> Any:
         """What of a motor's speed does not move the rod [rad/s]: what leaks, or all of it where a valve holds the rod.
 
         It does while the motor lifts less than leaks, or lowers too slowly to open it.
         """
         lift, leaks = self.unit.lift_sign, self.leakage(load)
-        if self.holding.stands and -self.holding.opening_speed <= lift * speed <= leaks:
-            return speed
-        return float(lift * leaks)
+        if not self.holding.stands:
+            return lift * leaks
+        held = both(lift * speed >= -self.holding.opening_speed, lift * speed <= leaks)
+        return choose(held, speed, lift * leaks)

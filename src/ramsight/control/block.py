@@ -2,82 +2,34 @@
 
 The laws are those of `ramsight.control.actuation` and `ramsight.control.trajectory`, and what follows an activity
 stands in the table of `ramsight.control.activity`; a graph is in the place of Python's objects, and a test holds both
-to the same commands. Not in it are reference visits, leak tests and the watch over the drive: they stay with whoever
-drives the machine.
+to the same commands. Not in it are leak tests: they stay with whoever drives the machine.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
 from typing import Any
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.control.activity import TRANSITIONS, Activity, Event
+from ramsight.control.activity import Activity, Event
+from ramsight.control.activity_graph import LAST, ActivityGraph, either
 from ramsight.control.actuation import Actuation
-from ramsight.control.judging import Trust, may_home, trust
-from ramsight.control.moving import PUSHING
-from ramsight.control.stopping import stopping_slope
+from ramsight.control.moving import PUSHING, leaving
+from ramsight.control.orders import ACTIVITIES, INPUTS, NOTHING, OUTPUTS, STOPPED_BY, Ask, Reason
 from ramsight.control.trajectory import Limits, ahead, begun, places, smoothed
 from ramsight.control.tuning import Tuning
+from ramsight.control.visit_graph import STATES, Visit
+from ramsight.control.watch import Verdict
+from ramsight.control.watch_graph import WatchGraph
+from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.engine.recursion import Recursion
 from ramsight.plant.either import both, choose, known, least, most, towards
 from ramsight.plant.oil import T40
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.status import Status
-
-ACTIVITIES = tuple(a for a in Activity if a not in {Activity.HOMING, Activity.LEAK_TEST})
-"""What the block does; its `activity` is the place in here."""
-INPUTS = {
-    "position": "m",
-    "velocity": "m/s",
-    "load": "N",
-    "status": "1",
-    "oil_temperature": "K",
-    "leak": "1",
-    "displacement": "1",
-    "ask": "1",
-    "target": "m",
-    "steering": "m/s",
-    "speed": "m/s",
-}
-"""What it takes, with units: of the sensor, of the thermometer, and of whoever commands it."""
-OUTPUTS = {"motor_speed": "rad/s", "activity": "1", "reason": "1"}
-"""What it says, with units."""
-_NOTHING = -1e3  # a target and a place that are none: NaN would be lost in choices that a compiler may turn round
-
-
-class Ask(IntEnum):
-    """What is asked of a control, at every sample."""
-
-    STOP = 0
-    POSITION = 1
-    STEER = 2
-
-
-class Reason(IntEnum):
-    """Why a control stops or has stopped."""
-
-    NONE = 0
-    ASKED = 1
-    SENSOR = 2
-    ROD = 3
-    FORCE = 4
-
-    @property
-    def text(self) -> str:
-        """The reason in words."""
-        return {
-            Reason.NONE: "",
-            Reason.ASKED: "asked to stop",
-            Reason.SENSOR: "the sensor is not to be relied on: see its status",
-            Reason.ROD: "the rod is not where it should be",
-            Reason.FORCE: "the load has reached the largest force",
-        }[self]
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,24 +41,31 @@ class Block:
         initial: state at power-up: at rest, with no target.
         period: of its samples [s].
         limits: of the cylinder.
+        response: how its drive is declared to follow.
     """
 
     recursion: Recursion
     initial: NDArray[np.float64]
     period: float
     limits: Limits
+    response: DriveResponse
 
 
 def position_block(
-    unit: HydraulicUnit, limits: Limits | None = None, tuning: Tuning | None = None, period: float = SAMPLE_PERIOD
+    unit: HydraulicUnit,
+    limits: Limits | None = None,
+    tuning: Tuning | None = None,
+    period: float = SAMPLE_PERIOD,
+    response: DriveResponse = IDEAL,
 ) -> Block:
-    """The position control of a unit, whose drive follows at once, as a graph.
+    """The position control of a unit, with its watch over the drive, as a graph.
 
     Args:
         unit: the unit's parts, as its data sheet has them.
         limits: what the cylinder may do; by default `Limits.of(unit)`.
         tuning: how it is driven.
         period: of the samples [s].
+        response: how the drive is declared to follow its commands.
 
     Raises:
         DescriptionError: the motor cannot turn as fast as a valve of the unit asks for before it opens.
@@ -115,124 +74,117 @@ def position_block(
         >>> from ramsight import machine
         >>> from ramsight.plant.build import build_unit
         >>> block = position_block(build_unit("boom", machine.load("mining-loader").unit("boom")))
-        >>> len(block.recursion.state), block.recursion.outputs
-        (25, ('motor_speed', 'activity', 'reason'))
+        >>> len(block.recursion.state) < 100, block.recursion.outputs
+        (True, ('motor_speed', 'activity', 'reason', 'reference'))
     """
     used = limits or Limits.of(unit)
-    by = Actuation(unit, used, tuning or Tuning(), period)
-    graph = _Step(by)
+    by = Actuation(unit, used, tuning or Tuning(), period, response)
+    graph = _Step(by, WatchGraph(unit, response, period))
     x, u = ca.vertcat(*graph.x.values()), ca.vertcat(*graph.u.values())
     new, out = graph.result()
     recursion = Recursion(
         tuple(graph.x), tuple(INPUTS), (), tuple(OUTPUTS), x, u, ca.SX.sym("p", 0), ca.vertcat(*new), ca.vertcat(*out)
     )
-    start = dict.fromkeys(graph.x, 0.0) | {
+    start = dict.fromkeys(graph.x, 0.0) | LAST | graph.watch.initial
+    start |= {
         "activity": float(ACTIVITIES.index(Activity.RESTING)),
-        "place": _NOTHING,
-        "target": _NOTHING,
+        "place": NOTHING,
+        "target": NOTHING,
         "ask": float(Ask.POSITION),
         "temperature": T40,
         "direction": 1.0,
+        "end": NOTHING,
     }
-    return Block(recursion, np.array([start[name] for name in graph.x]), period, used)
+    return Block(recursion, np.array([start[name] for name in graph.x]), period, used, response)
 
 
-class _Step:
+class _Step(ActivityGraph):
     """One step: the orders, the sensor's judgement, what the activity asks for, what follows it."""
 
-    def __init__(self, by: Actuation) -> None:
-        self.by, self.count = by, places(by.limits, by.period)
+    def __init__(self, by: Actuation, watch: WatchGraph) -> None:
+        self.count = places(by.limits, by.period)
         been = [f"been_{k}" for k in range(self.count + 1)]
         names = (
             "motor_speed", "activity", "fresh", "target", "ask", "place", "direction", "tries", "stood", "pushed",
-            "slope", "reason", "temperature", "lead_velocity",
+            "slope", "reason", "temperature", "lead_velocity", "left",
         )  # fmt: skip
-        self.x = {name: ca.SX.sym(name) for name in (*names, *been)}
-        self.u = {name: ca.SX.sym(name) for name in INPUTS}
-        self.s: dict[str, Any] = dict(self.x)
+        super().__init__(by, (*names, *STATES, *LAST, *watch.initial, *been))
+        self.watch = watch
         self.been = [self.x[name] for name in been]
-        self.position, self.load = self.u["position"], self.u["load"]
-        by.temperature = self.x["temperature"]
-        by.warm(self.u["oil_temperature"])
-        by.leak, by.displacement = self.u["leak"], self.u["displacement"]
-        self.full, self.none, self.mended = (
-            self._any(test)
-            for test in (lambda s: trust(s) is Trust.FULL, lambda s: trust(s) is Trust.NONE, may_home)
-        )  # fmt: skip
-
-    def _any(self, test: Any) -> Any:
-        """Whether the status is one of those that pass a test."""
-        found: Any = ca.SX(0.0)
-        for status in Status:
-            if test(status):
-                found = ca.logic_or(found, self.u["status"] == float(status))
-        return found
+        self.visit = Visit(self)
 
     def result(self) -> tuple[list[Any], list[Any]]:
         """The next state and the outputs."""
+        self._look()
         self._order()
         self._judge()
         self._enter()
         wish = self._do()
         s = self.s
         speed = self.by.ramped(s["motor_speed"], wish, s["used_slope"])
-        s["motor_speed"], s["temperature"] = speed, self.by.temperature
+        s["motor_speed"] = speed
         s |= {f"been_{k}": place for k, place in enumerate(self.been)}
-        return [s[name] for name in self.x], [speed, s["activity"], s["reason"]]
+        told = self.visit.told(speed)
+        return [s[name] for name in self.x], [speed, s["activity"], s["reason"], told]
 
-    def doing(self, activity: Activity) -> Any:
-        """Whether it does that now."""
-        return self.s["activity"] == float(ACTIVITIES.index(activity))
+    def _asked(self) -> tuple[Any, Any, Any]:
+        """Whether the target is one, whether the rod is sent to it anew, and whether a hand takes it."""
+        ask, target = self.u["ask"], self.u["target"]
+        inside = both(target >= 0.0, target <= self.by.unit.cylinder.stroke)
+        other = ca.logic_or(target != self.x["target"], ask != self.x["ask"])
+        sent = both(both(ask == float(Ask.POSITION), inside), other)
+        return inside, sent, both(ask == float(Ask.STEER), ask != self.x["ask"])
 
-    def happens(self, event: Event, when: Any, **then: Any) -> None:
-        """Go where the table leads, with changes of the state, if an event happens in an activity that knows it."""
-        for row in TRANSITIONS:
-            if row.when is event and row.after in ACTIVITIES:
-                befores = [self.doing(before) for before in row.before if before in ACTIVITIES]
-                goes, after = befores[0], float(ACTIVITIES.index(row.after))
-                for before in befores[1:]:
-                    goes = ca.logic_or(goes, before)
-                goes = ca.logic_and(goes, when)
-                changes = {"activity": after, "fresh": 1.0} | then
-                self.s |= {name: choose(goes, value, self.s[name]) for name, value in changes.items()}
+    def _look(self) -> None:
+        """What the drive does, and which way is on its way."""
+        _, sent, taken = self._asked()
+        self.watch.begin(self.s, either(sent, taken, self.visit.asked()))
+        reported = self.u["reported_speed"], self.u["reported_torque"]
+        self.verdicts = self.watch.look(self.s, self.arrived, *reported, self.x["motor_speed"])
+        declared = self.watch.declared
+        self.position = self.position + self.by.on_its_way(declared.pending, declared.underway, self.load)
+        self.full = both(self.full, ca.logic_not(self.verdicts[Verdict.SLOW]))
 
     def _order(self) -> None:
         """What is asked for, where it is something else than before."""
         ask, target, by = self.u["ask"], self.u["target"], self.by
-        inside = both(target >= 0.0, target <= by.unit.cylinder.stroke)
-        other = ca.logic_or(target != self.s["target"], ask != self.s["ask"])
-        sent = both(both(ask == float(Ask.POSITION), inside), other)
-        taken = both(ask == float(Ask.STEER), ask != self.s["ask"])
-        stop = ask == float(Ask.STOP)
-        anew = {"reason": float(Reason.NONE), "place": _NOTHING, "stood": 0.0, "pushed": 0.0}
-        self.happens(Event.SENT, sent, tries=float(by.tuning.tries), **anew)
+        inside, sent, taken = self._asked()
+        left = choose(self.visit.stays(), self.position, NOTHING)
+        anew = {"reason": float(Reason.NONE), "place": NOTHING, "end": NOTHING, "stood": 0.0, "pushed": 0.0}
+        self.happens(Event.SENT, sent, tries=float(by.tuning.tries), left=left, **anew)
         self.happens(Event.STEERED, taken, **anew)
-        self.s["target"] = choose(inside, target, choose(ask == float(Ask.POSITION), self.s["target"], _NOTHING))
+        self.visit.order(**anew)
+        self.s["target"] = choose(inside, target, choose(ask == float(Ask.POSITION), self.s["target"], NOTHING))
         self.s["ask"] = ask
-        self._fail(stop, Reason.ASKED)
-
-    def _fail(self, when: Any, reason: Reason) -> None:
-        slope = stopping_slope(self.s["motor_speed"], self.by.period)
-        self.happens(Event.FAILED, when, slope=slope, reason=float(reason))
+        self.fail(ask == float(Ask.STOP), Reason.ASKED)
 
     def _judge(self) -> None:
-        """Stop if the estimate is not to be relied on, but for one who keeps a load up or is steered."""
+        """Stop if the estimate is not to be relied on, unless a load is kept up, or a hand or a visit goes without.
+
+        And if the drive is not; one that stalls may, against an end stop.
+        """
         rests = self.doing(Activity.RESTING)
-        placeless = ca.logic_or(self.s["place"] == _NOTHING, float(not self.by.holding.stands))
-        homes = both(ca.logic_or(self.doing(Activity.MANUAL), both(rests, placeless)), self.mended)
-        lost = ca.logic_or(both(self.none, ca.logic_not(homes)), ca.logic_not(known(self.position)))
+        placeless = ca.logic_or(self.s["place"] == NOTHING, float(not self.by.holding.stands))
+        without = either(self.doing(Activity.MANUAL, Activity.HOMING), both(rests, placeless))
+        homes = both(without, self.mended)
+        lost = ca.logic_or(both(self.none, ca.logic_not(homes)), ca.logic_not(known(self.sensed["position"])))
         matters = ca.logic_or(ca.logic_not(rests), self.s["motor_speed"] != 0.0)
-        self._fail(both(lost, matters), Reason.SENSOR)
+        presses = self.doing(Activity.MANUAL, Activity.HOMING)
+        self.fail(both(lost, matters), Reason.SENSOR)
+        for verdict, reason in STOPPED_BY.items():
+            stops = both(self.verdicts[verdict], ca.logic_not(lost))
+            self.fail(both(stops, ca.logic_not(presses)) if verdict is Verdict.STALLED else stops, reason)
 
     def _enter(self) -> None:
         """The first sample of an activity: a trajectory begins where the rod is, as fast as it goes."""
         s, fresh = self.s, self.s["fresh"]
-        velocity = choose(s["motor_speed"] == 0.0, 0.0, self.u["velocity"])
+        velocity = choose(s["motor_speed"] == 0.0, 0.0, self.sensed["velocity"])
         moves = both(fresh, self.doing(Activity.MOVING))
         steers = both(fresh, self.doing(Activity.MANUAL))
         s["direction"] = choose(moves, towards(s["target"] - self.position), s["direction"])
         self._begin(moves, velocity)
         s["lead_velocity"] = choose(steers, velocity, s["lead_velocity"])
+        self.visit.enter()
         s["fresh"] = ca.SX(0.0)
 
     def _begin(self, when: Any, velocity: Any) -> None:
@@ -251,6 +203,7 @@ class _Step:
             Activity.MANUAL: choose(goes, steered, held),
             Activity.LANDING: held,
             Activity.RESTING: held,
+            Activity.HOMING: self.visit.step(doing[Activity.HOMING]),
         }
         self._landed(doing[Activity.LANDING])
         stands = abs(self.s["motor_speed"]) <= self.s["slope"] * self.by.period + 1e-9
@@ -274,6 +227,7 @@ class _Step:
         before = self.been
         self.been = [choose(moves, new, old) for new, old in zip([lead[0], *before[:-1]], before, strict=True)]
         s["lead_velocity"] = choose(moves, lead[1], s["lead_velocity"])
+        self._begin(both(moves, self.verdicts[Verdict.AT_LIMIT]), self.sensed["velocity"])
         waits = both(moves, push == 0.0)
         self._begin(waits, 0.0)
         s["pushed"] = choose(waits, s["pushed"] + by.period, choose(moves, 0.0, s["pushed"]))
@@ -283,11 +237,12 @@ class _Step:
         near = remaining <= by.to_stand(s["motor_speed"], s["direction"], self.load)
         follows = both(moves, ca.logic_not(waits))
         astray = both(follows, abs(off) > by.tuning.following(by.limits))
-        self._fail(both(waits, s["pushed"] > PUSHING), Reason.FORCE)
-        self._fail(astray, Reason.ROD)
+        self.fail(both(waits, s["pushed"] > PUSHING), Reason.FORCE)
+        self.fail(astray, Reason.ROD)
         landing = both(follows, near)
         self.happens(Event.NEAR, landing, place=s["target"], stood=0.0)
-        pursued = choose(near, 0.0, by.pursuing(velocity, off, s["direction"], self.load))
+        load = leaving(by, place - s["left"], s["direction"], s["felt"], self.load)
+        pursued = choose(near, 0.0, by.pursuing(velocity, off, s["direction"], load))
         return choose(waits, by.at_rest(0.0, self.load), pursued)
 
     def _steered(self, steers: Any) -> tuple[Any, Any]:
@@ -302,7 +257,7 @@ class _Step:
         velocity = choose(push == 0.0, 0.0, velocity)
         s["lead_velocity"] = choose(steers, velocity, s["lead_velocity"])
         goes = velocity != 0.0
-        s["place"] = choose(both(steers, goes), _NOTHING, s["place"])
+        s["place"] = choose(both(steers, goes), NOTHING, s["place"])
         return goes, by.moving(push * abs(velocity), direction, self.load)
 
     def _held(self) -> Any:
@@ -311,20 +266,20 @@ class _Step:
         trusted = ca.logic_not(self.none)
         if by.holding.stands:
             return 0.0
-        rests = ca.logic_or(self.doing(Activity.RESTING), self.doing(Activity.LANDING))
-        keeps = ca.logic_or(rests, both(self.doing(Activity.MANUAL), s["lead_velocity"] == 0.0))
-        first = both(both(keeps, trusted), s["place"] == _NOTHING)
+        rests = self.doing(Activity.RESTING, Activity.LANDING)
+        keeps = either(rests, both(self.doing(Activity.MANUAL), s["lead_velocity"] == 0.0))
+        first = both(both(keeps, trusted), s["place"] == NOTHING)
         s["place"] = choose(first, self.position, s["place"])
         back = choose(trusted, by.back(s["place"] - self.position), 0.0)
-        return by.at_rest(back, self.load)
+        return choose(self.visit.stays(), self.visit.kept(), by.at_rest(back, self.load))
 
     def _landed(self, lands: Any) -> None:
         s, tuning = self.s, self.by.tuning
         stands = ca.logic_or(self.x["motor_speed"] == 0.0, float(not self.by.holding.stands))
         stood = choose(stands, s["stood"] + self.by.period, 0.0)
         s["stood"] = choose(lands, stood, s["stood"])
-        settled = both(lands, s["stood"] >= tuning.settling)
+        settled = both(lands, s["stood"] >= tuning.settling + self.by.lag)
         missed = both(abs(s["target"] - self.position) > tuning.renewing, s["tries"] > 0.0)
         again = both(both(settled, missed), ca.logic_not(self.none))
-        self.happens(Event.MISSED, again, tries=s["tries"] - 1.0, place=_NOTHING, stood=0.0, pushed=0.0)
+        self.happens(Event.MISSED, again, tries=s["tries"] - 1.0, place=NOTHING, left=NOTHING, stood=0.0, pushed=0.0)
         self.happens(Event.SETTLED, both(settled, ca.logic_not(again)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from ramsight.control.activity import Activity, Event
 from ramsight.control.actuation import Actuation
@@ -11,11 +12,28 @@ from ramsight.control.judging import Trust
 from ramsight.control.resting import Resting
 from ramsight.control.trajectory import Limits, Trajectory
 from ramsight.control.watch import Verdict
-from ramsight.plant.either import towards
+from ramsight.plant.either import both, choose, most, towards
 
 FORCE_REACHED = "the load has reached the largest force"
 _LEAVING = 5e-3  # m of the trajectory until a rod has surely left a stop
 PUSHING = 1.0  # s, for which a rod waits there until it is taken to be blocked
+
+
+def leaving(by: Actuation, gone: Any, direction: Any, felt: Any, load: Any) -> Any:
+    """The load [N] to reckon with: on a stop, which carries it, the one that was felt on the way there.
+
+    With what leaks under the load that the stop still carries the rod would stay there, and the motor turn for
+    nothing: neither a move nor a rest, of which a sensor makes the wrong one.
+
+    Args:
+        by: the cylinder's motor speeds.
+        gone: way of the trajectory from the stop that it leaves [m]; NaN, or much, where it leaves none.
+        direction: of the move, +1 or -1.
+        felt: load on the way to the stop [N].
+        load: now [N].
+    """
+    leaves = both(abs(gone) < _LEAVING, direction * by.unit.lift_sign > 0.0)
+    return choose(leaves, most(load, felt), load)
 
 
 class Moving(Doing):
@@ -33,14 +51,15 @@ class Moving(Doing):
 
     def __init__(self, by: Actuation, target: float, tries: int, limits: Limits, felt: float = math.nan) -> None:
         super().__init__(by)
-        self._felt, self._stop = felt, math.nan
+        self._felt, self._left = felt, math.nan
         self.target, self._tries, self._limits = target, tries, limits
         self.trajectory = Trajectory(limits, by.unit.cylinder.stroke, by.period)
         self._direction, self._pushed = 1.0, 0.0
 
     def enter(self, now: Now) -> None:
         """Begin the trajectory where the rod is, and as fast as it goes."""
-        self._direction, self._stop = towards(self.target - now.estimate.position), now.estimate.position
+        self._direction = towards(self.target - now.estimate.position)
+        self._left = now.estimate.position if math.isfinite(self._felt) else math.nan
         self.trajectory.begin(now.estimate.position, now.estimate.velocity if now.speed != 0.0 else 0.0)
 
     def step(self, now: Now) -> Wish:
@@ -61,17 +80,8 @@ class Moving(Doing):
         remaining = self._direction * (self.target - estimate.position)
         if remaining <= by.to_stand(now.speed, self._direction, estimate.load):
             return Wish(0.0, Event.NEAR)
-        return Wish(by.pursuing(way.velocity, off, self._direction, self._load(estimate.load)))
-
-    def _load(self, load: float) -> float:
-        """The load [N] to reckon with: on a stop, which carries it, the one that was felt on the way there.
-
-        With what leaks under the load that the stop still carries the rod would stay there, and the motor turn for
-        nothing: neither a move nor a rest, of which a sensor makes the wrong one.
-        """
-        leaves = math.isfinite(self._felt) and abs(self.trajectory.position - self._stop) < _LEAVING
-        lift = self.by.unit.lift_sign
-        return max(load, self._felt) if leaves and self._direction * lift > 0.0 else load
+        load = leaving(by, way.position - self._left, self._direction, self._felt, estimate.load)
+        return Wish(by.pursuing(way.velocity, off, self._direction, load))
 
     def _waits(self, now: Now) -> Wish:
         """At the largest force: hold the load, for a while."""

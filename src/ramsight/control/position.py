@@ -24,6 +24,7 @@ from ramsight.control.steering import Manual
 from ramsight.control.stopping import Stopping
 from ramsight.control.trajectory import Limits
 from ramsight.control.tuning import Tuning
+from ramsight.control.visiting import end_stop
 from ramsight.control.watch import DriveWatch, Verdict
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.live import Reported
@@ -99,7 +100,7 @@ class PositionControl:
         self._entered = True
         self._speed = 0.0  # commanded [rad/s]
         self._verdict = Verdict.OBEYS
-        self._last = Estimate(math.nan, math.inf, 0.0, math.nan, Status.NOT_REFERENCED)
+        self._last = Estimate(math.nan, math.inf, 0.0, 0.0, Status.NOT_REFERENCED)
 
     @property
     def activity(self) -> Activity:
@@ -140,7 +141,7 @@ class PositionControl:
 
     def end(self, *, lifted: bool) -> float:
         """Where the end stop of lifting, or that of lowering, is [m]."""
-        return self.unit.cylinder.stroke if lifted == (self.unit.lift_sign > 0.0) else 0.0
+        return float(end_stop(self.unit, lifted))
 
     def home(self, *, lifted: bool = False, slow: bool = False) -> None:
         """Visit an end stop and press on it, so that the sensor finds where it is; takes a stopped cylinder up again.

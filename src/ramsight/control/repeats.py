@@ -18,8 +18,8 @@ from itertools import pairwise
 from statistics import NormalDist
 
 FALSE_ALARMS = 1.0 / 3.6e6  # 1/s: one in a thousand hours of each kind, which is half a year of a machine's work
-_KNOWN_AFTER = 3.0  # repeats that are taken to have been seen before any: of rare events, with 95 % (rule of three)
-_SURELY = 10.0  # runs that are too long, of which a speed without noise would have shown one
+KNOWN_AFTER = 3.0  # repeats that are taken to have been seen before any: of rare events, with 95 % (rule of three)
+SURELY = 10.0  # runs that are too long, of which a speed without noise would have shown one
 _FAR = 6.0  # standard deviations, beyond which no value is looked for: one in 500 million
 _NEVER = 1.0e9  # samples; half a year
 
@@ -113,7 +113,7 @@ class Seen:
     @property
     def share(self) -> float:
         """With 95 %, it is no more often, where it is rare [1]; 1 before any samples."""
-        return (self._met + _KNOWN_AFTER) / (self.samples + _KNOWN_AFTER)
+        return (self._met + KNOWN_AFTER) / (self.samples + KNOWN_AFTER)
 
 
 class Going(Enum):
@@ -173,7 +173,7 @@ class SpeedRepeats:
         elif known is not None:
             known.repeated(follows=self._any)
             self._any = True
-            surely = known.repeats >= self._enough and known.samples >= _SURELY * self._enough
+            surely = known.repeats >= self._enough and known.samples >= SURELY * self._enough
             self._alarm = self._alarm or (self.believed and surely and known.repeats >= known.least(self._period))
         if known is not None:
             known.looked += 1

@@ -9,6 +9,7 @@ from ramsight.control.activity import Activity
 from ramsight.control.actuation import Actuation
 from ramsight.control.doing import Doing, Now, Wish
 from ramsight.control.judging import Trust
+from ramsight.control.visiting import kept_on
 
 
 @dataclass(frozen=True)
@@ -16,11 +17,11 @@ class OnStop:
     """An end stop that the rod stands on.
 
     Args:
-        end: its place [m].
+        direction: of the stop, +1 or -1.
         felt: load on the way there, which the stop hides [N].
     """
 
-    end: float
+    direction: float
     felt: float
 
 
@@ -49,14 +50,11 @@ class Resting(Doing):
         """As slowly as leakage takes, and back to where it is held once the rod has left the dead band.
 
         On an end stop the sensor feels what presses on the stop: the load there is the one that was felt on the way.
-        What presses the rod to the stop, the stop carries.
         """
         if self.by.holding.stands:
             return 0.0
         if self.on_stop is not None:
-            towards_lowered = (self.on_stop.end > 0.0) != (self.by.unit.lift_sign > 0.0)
-            carried = towards_lowered == (self.on_stop.felt > 0.0)
-            return 0.0 if carried else float(self.by.turning(0.0, self.on_stop.felt))
+            return float(kept_on(self.by, self.on_stop.direction, self.on_stop.felt))
         velocity = 0.0
         if now.trust is not Trust.NONE:
             if math.isnan(self._place):

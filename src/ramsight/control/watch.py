@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from dataclasses import dataclass
 from enum import Enum
 from statistics import NormalDist
 
@@ -21,15 +22,15 @@ from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 
 NOTICED = 0.08  # s, in which a motor that does not obey is noticed: with the stopping time less than 0.3 s
-_STALLED = 1.0  # s at the torque limit without a turn: a pump presses a chamber to relief pressure in a tenth of it
-_STANDS = 1.0  # rad/s, below which a motor at its limit does not turn
+STALLED = 1.0  # s at the torque limit without a turn: a pump presses a chamber to relief pressure in a tenth of it
+STANDS = 1.0  # rad/s, below which a motor at its limit does not turn
 # Steps of the reported speed by which the model has to move past a report that stands: one may be rounding.
-_MOVED = 2.0
+MOVED = 2.0
 # Samples of which a mean is taken, and in which a command has left it, at least: one that follows a sensor trembles by
 # some 0.06 rad/s, so that three are two steps of 1 rpm off a mean of three one time in 10^8.
-_LEAVING = 3
-_SAME = 0.5  # steps of the reported speed, within which a command stands: rounding alone could hide it
-_TREMBLE = 6.0  # standard deviations of the reported speed, from end to end, in which what a command does is not seen
+LEAVING = 3
+SAME = 0.5  # steps of the reported speed, within which a command stands: rounding alone could hide it
+TREMBLE = 6.0  # standard deviations of the reported speed, from end to end, in which what a command does is not seen
 
 
 class Verdict(Enum):
@@ -48,6 +49,59 @@ class Verdict(Enum):
     def stops(self) -> bool:
         """Whether a cylinder may not go on with such a drive."""
         return self not in {Verdict.OBEYS, Verdict.SLOW, Verdict.AT_LIMIT}
+
+
+@dataclass(frozen=True)
+class Allowed:
+    """What a drive that is as declared may do, in samples and speeds.
+
+    Attributes:
+        late: samples by which a report may be behind its command.
+        patience: samples beyond which a late drive is no drive that obeys.
+        in_a_row: samples in which a motor that does not obey is noticed.
+        leaving: samples of a command's mean, and in which it has left it.
+        missing: reports that may be missing in a row.
+        speed: by which one may be off the declared drive's [rad/s].
+        kept: samples of commands that are looked at.
+        times: of the samples within the declared lag, the newest first [s].
+        servo: the drive, if it is one whose torque says by how much it gives way.
+        full: torque at which such a drive is at its limit [N m].
+    """
+
+    late: int
+    patience: int
+    in_a_row: int
+    leaving: int
+    missing: int
+    speed: float
+    kept: int
+    times: tuple[float, ...]
+    servo: ServoDrive | None
+    full: float
+
+    @classmethod
+    def of(cls, unit: HydraulicUnit, response: DriveResponse, period: float) -> Allowed:
+        """Of a unit's drive that is declared to follow so, at samples of a period [s]."""
+        lost = runs(response.lost, period) if response.lost > 0.0 else 0
+        late = math.ceil((response.command_delay + response.report_delay) / period - 1e-9) + lost
+        patience = late + max(late // 3, 2)
+        in_a_row = max(math.floor(NOTICED / period + 1e-9), 1)
+        chance = (FALSE_ALARMS * period) ** (1.0 / in_a_row)
+        whole = math.floor(response.lag / period + 1e-9)
+        servo = unit.drive if isinstance(unit.drive, ServoDrive) else None
+        noise = unit.assumptions.drive.torque * limits_of(unit).torque
+        return cls(
+            late=late,
+            patience=patience,
+            in_a_row=in_a_row,
+            leaving=max(in_a_row, LEAVING),
+            missing=max(lost, in_a_row),
+            speed=response.deviation + NormalDist().inv_cdf(1.0 - chance) * response.speed_noise,
+            kept=max(patience, late + in_a_row) + 1,
+            times=(*(period for _ in range(whole)), max(response.lag - whole * period, 0.0)),
+            servo=servo,
+            full=math.inf if servo is None else servo.max_torque - 3.0 * noise,
+        )
 
 
 class DriveWatch:
@@ -76,25 +130,13 @@ class DriveWatch:
 
     def __init__(self, unit: HydraulicUnit, response: DriveResponse, period: float) -> None:
         self.response, self.period, self.pending = response, period, 0.0
-        drive = unit.drive
-        self._servo = drive if isinstance(drive, ServoDrive) else None
-        self._torque_noise = unit.assumptions.drive.torque * limits_of(unit).torque
-        lost = runs(response.lost, period) if response.lost > 0.0 else 0
-        self.late = math.ceil((response.command_delay + response.report_delay) / period - 1e-9) + lost
-        self._patience = self.late + max(self.late // 3, 2)  # beyond which a late drive is no drive that obeys
-        self._in_a_row = max(math.floor(NOTICED / period + 1e-9), 1)
-        self._leaving = max(self._in_a_row, _LEAVING)
-        self._missing_at_most = max(lost, self._in_a_row)
-        chance = (FALSE_ALARMS * period) ** (1.0 / self._in_a_row)
-        self._allowed = response.deviation + NormalDist().inv_cdf(1.0 - chance) * response.speed_noise
+        self._may = may = Allowed.of(unit, response, period)
+        self.late = may.late
         self._model, self._reporting = Follower(response, period, delayed=False), Follower(response, period)
         self._delay = Delay(response.report_delay, period, 0.0)
-        kept = max(self._patience, self.late + self._in_a_row) + 1
-        self._speeds = deque([0.0] * kept, maxlen=kept)
-        self._asked = deque(self._speeds, maxlen=kept)
-        whole = math.floor(response.lag / period + 1e-9)
-        self._times = (*(period for _ in range(whole)), max(response.lag - whole * period, 0.0))
-        self._underway = deque([0.0] * len(self._times), maxlen=len(self._times))
+        self._speeds = deque([0.0] * may.kept, maxlen=may.kept)
+        self._asked = deque(self._speeds, maxlen=may.kept)
+        self._underway = deque([0.0] * len(may.times), maxlen=len(may.times))
         self._commanded = self._integral = self._shown = 0.0
         self._speed = self._torque = math.nan
         self._torques = Seen()
@@ -116,7 +158,7 @@ class DriveWatch:
     @property
     def underway(self) -> tuple[tuple[float, float], ...]:
         """Mean speeds of the samples within the declared lag, the newest first [rad/s], and how much of each [s]."""
-        return tuple(zip(self._underway, self._times, strict=True))
+        return tuple(zip(self._underway, self._may.times, strict=True))
 
     def command(self, speed: float) -> None:
         """What the drive was asked for: the speed at the next sample [rad/s]."""
@@ -126,7 +168,7 @@ class DriveWatch:
         """At a sample whose report has not arrived."""
         self._advance()
         self._missing += 1
-        return Verdict.SILENT if self._missing > self._missing_at_most else Verdict.OBEYS
+        return Verdict.SILENT if self._missing > self._may.missing else Verdict.OBEYS
 
     def look(self, reported: Reported) -> Verdict:
         """At a report; a value that is no number is the sensor's to judge."""
@@ -147,13 +189,13 @@ class DriveWatch:
         if missing == 0.0:
             self._off = 0
         elif self._disobeys(speed, gives):
-            return Verdict.STUCK if self._same >= self._in_a_row else Verdict.DISOBEYS
+            return Verdict.STUCK if self._same >= self._may.in_a_row else Verdict.DISOBEYS
         if slept:
             return Verdict.STUCK
         if stuck:
             return Verdict.TORQUE_STUCK
         self._slow = self._slow + 1 if missing != 0.0 else 0
-        return Verdict.SLOW if self._slow >= self._in_a_row else Verdict.OBEYS
+        return Verdict.SLOW if self._slow >= self._may.in_a_row else Verdict.OBEYS
 
     def _advance(self) -> None:
         """The declared drive's next sample."""
@@ -167,12 +209,12 @@ class DriveWatch:
 
     def _gives_way(self, torque: float) -> float:
         """Speed by which a servo is below its reference, as its torque has it [rad/s]."""
-        if self._servo is None:
+        if self._may.servo is None:
             return 0.0
         off = torque - self._integral
-        gain = self._servo.integral_gain / self._servo.proportional_gain
+        gain = self._may.servo.integral_gain / self._may.servo.proportional_gain
         self._integral += (1.0 - math.exp(-gain * self.period)) * off
-        return off / self._servo.proportional_gain
+        return off / self._may.servo.proportional_gain
 
     def _range(self, late: int, gives: float) -> tuple[float, float]:
         """Least and greatest speed that a drive could report that is up to so many samples late [rad/s].
@@ -180,7 +222,7 @@ class DriveWatch:
         It may also be quicker than declared, down to one that does at once as it is told.
         """
         least, most = self._spread(late)
-        return least - max(gives, 0.0) - self._allowed, most - min(gives, 0.0) + self._allowed
+        return least - max(gives, 0.0) - self._may.speed, most - min(gives, 0.0) + self._may.speed
 
     def _spread(self, late: int) -> tuple[float, float]:
         """Least and greatest of what commands and model had in so many samples [rad/s]."""
@@ -188,9 +230,9 @@ class DriveWatch:
         return min(speeds), max(speeds)
 
     def _disobeys(self, speed: float, gives: float) -> bool:
-        low, high = self._range(self._patience, gives)
+        low, high = self._range(self._may.patience, gives)
         self._off = 0 if low <= speed <= high else self._off + 1
-        return self._off >= self._in_a_row
+        return self._off >= self._may.in_a_row
 
     def _slept(self, speed: float) -> bool:
         """Whether the speed has been reported unchanged while all that must have been reported by now went elsewhere.
@@ -203,34 +245,34 @@ class DriveWatch:
             return False
         self._same += 1
         model, asked, seen = self._speeds[-1 - self.late], self._asked[-1 - self.late], self._same - self.late
-        if 0 < seen <= self._leaving:
-            self._began = self._began[0] + model / self._leaving, self._began[1] + asked / self._leaving
+        if 0 < seen <= self._may.leaving:
+            self._began = self._began[0] + model / self._may.leaving, self._began[1] + asked / self._may.leaving
         elif seen > 0:
-            off, least = (model - self._began[0], asked - self._began[1]), _MOVED * self.response.speed_step
+            off, least = (model - self._began[0], asked - self._began[1]), MOVED * self.response.speed_step
             side = 1.0 if min(off) > least else -1.0 if max(off) < -least else 0.0
             self._gone, self._side = (self._gone + 1 if side == self._side else 1), side
-        return self._side != 0.0 and self._gone >= self._leaving
+        return self._side != 0.0 and self._gone >= self._may.leaving
 
     def _speed_sticks(self, speed: float) -> bool:
         """Whether the speed of a motor that turns repeats more often than its noise lets it."""
-        if abs(speed) < _STANDS:
+        if abs(speed) < STANDS:
             self._same_speed.forget()
             return False
         return self._same_speed.look(speed, self._going())
 
     def _going(self) -> Going:
         """What the command did in the time that a report may be late, and as long as it takes to notice."""
-        least, most = self._spread(self.late + self._in_a_row)
-        if most - least < _SAME * self.response.speed_step:
+        least, most = self._spread(self.late + self._may.in_a_row)
+        if most - least < SAME * self.response.speed_step:
             return Going.STANDS
-        return Going.TREMBLES if most - least < _TREMBLE * self.response.speed_noise else Going.GOES
+        return Going.TREMBLES if most - least < TREMBLE * self.response.speed_noise else Going.GOES
 
     def _torque_sticks(self, torque: float, speed: float) -> bool:
         """Whether a torque repeats more often than its noise lets it, while the motor turns.
 
         How often it does is declared, or learned from repeats that ended: of a coarse torque it is often.
         """
-        if abs(speed) < _STANDS or math.isnan(self._torque):
+        if abs(speed) < STANDS or math.isnan(self._torque):
             self._repeats = 0
             return False
         if torque == self._torque:
@@ -244,10 +286,10 @@ class DriveWatch:
 
     def _at_limit(self, torque: float, missing: float) -> bool:
         """Whether the drive has no torque for the speed that is missing, or had none just now."""
-        if self._servo is None:
+        if self._may.servo is None:
             return False
-        if abs(torque) >= self._servo.max_torque - 3.0 * self._torque_noise:
-            self._limited = self._patience + self._in_a_row
+        if abs(torque) >= self._may.full:
+            self._limited = self._may.patience + self._may.in_a_row
             self._forget()  # a motor at its limit keeps its speed, whatever the command
             self._same_speed.forget()
         else:
@@ -255,5 +297,5 @@ class DriveWatch:
         return self._limited > 0 and missing != 0.0
 
     def _stalls(self, speed: float) -> bool:
-        self._stalled_for = self._stalled_for + self.period if abs(speed) < _STANDS else 0.0
-        return self._stalled_for > _STALLED
+        self._stalled_for = self._stalled_for + self.period if abs(speed) < STANDS else 0.0
+        return self._stalled_for > STALLED

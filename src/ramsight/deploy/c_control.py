@@ -11,12 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight import __version__
-from ramsight.control.block import ACTIVITIES, INPUTS, Block, Reason, position_block
+from ramsight.control.block import Block, position_block
+from ramsight.control.orders import ACTIVITIES, INPUTS, Reason
 from ramsight.control.stopping import STOPPING_TIME
 from ramsight.control.trajectory import Limits
 from ramsight.deploy.c_function import PLAIN, array_function, literal
 from ramsight.deploy.c_sensor import SensorSource
 from ramsight.deploy.c_text import golden_table, headings, indented, template
+from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.hypotheses import DISPLACEMENT, LEAK
@@ -30,15 +32,17 @@ class ControlOptions:
         speed: largest velocity [m/s]; by default half of what the motor could do.
         force: largest load against a motion that is pushed on [N].
         period: of its samples [s].
+        drive: how the drive is declared to follow and to report; what does otherwise is stopped.
     """
 
     speed: float | None = None
     force: float = math.inf
     period: float = SAMPLE_PERIOD
+    drive: DriveResponse = IDEAL
 
     def block(self, unit: HydraulicUnit) -> Block:
         """The control of a unit, as a graph."""
-        return position_block(unit, Limits.of(unit, self.speed, self.force), period=self.period)
+        return position_block(unit, Limits.of(unit, self.speed, self.force), period=self.period, response=self.drive)
 
 
 def control_source(block: Block, unit: HydraulicUnit, prefix: str, machine: str) -> SensorSource:
@@ -58,6 +62,7 @@ def control_source(block: Block, unit: HydraulicUnit, prefix: str, machine: str)
         period=repr(block.period),
         stopping=f"{STOPPING_TIME:g}",
         speed=f"{block.limits.speed:.6g}",
+        drive=declared(block.response),
         activities=indented(f"{macro}_{a.name} = {k}," for k, a in enumerate(ACTIVITIES)),
         reasons=indented(f"{macro}_REASON_{r.name} = {int(r)}, /* {r.text or 'none'} */" for r in Reason),
         **common,
@@ -76,6 +81,21 @@ def control_source(block: Block, unit: HydraulicUnit, prefix: str, machine: str)
     return SensorSource(prefix, {f"{prefix}_control.h": header, f"{prefix}_control.c": body})
 
 
+def declared(drive: DriveResponse) -> str:
+    """How a drive is declared, in words.
+
+    Example:
+        >>> declared(DriveResponse(command_delay=0.04, report_delay=0.04, lost=0.02))
+        'commands 40 ms late, reports 40 ms late, 2 % lost, at once otherwise, give or take 5 rad/s'
+    """
+    late = {"commands": drive.command_delay, "reports": drive.report_delay}
+    said = [f"{what} {1e3 * by:g} ms late" for what, by in late.items()]
+    said += [f"{100.0 * drive.lost:g} % lost"] if drive.lost > 0.0 else []
+    follows = [f"{drive.bandwidth:g} Hz of order {drive.order}"] if math.isfinite(drive.bandwidth) else []
+    follows += [f"at most {drive.acceleration:g} rad/s2"] if math.isfinite(drive.acceleration) else []
+    return ", ".join([*said, *(follows or ["at once otherwise"]), f"give or take {drive.deviation:g} rad/s"])
+
+
 def _step(block: Block) -> ca.Function:
     of = block.recursion
     new, out = ca.densify(of.next_state), ca.densify(of.output)
@@ -88,7 +108,7 @@ def golden_control(source: SensorSource, rows: Any, said: NDArray[np.float64], f
     Args:
         source: header and body.
         rows: inputs, shape (samples, inputs).
-        said: motor speed [rad/s] and activity, shape (samples, 2).
+        said: motor speed [rad/s], activity and stop that was pressed [m], shape (samples, 3).
         fastest: largest motor speed [rad/s].
     """
     p = source.prefix
@@ -96,7 +116,7 @@ def golden_control(source: SensorSource, rows: Any, said: NDArray[np.float64], f
         f"/* A simulated run, and what the control of ramsight {__version__} asked for in it. */\n#include <math.h>\n"
         f"#define GOLDEN {len(rows)}\n#define FASTEST {literal(fastest)} /* rad/s */\n"
         f"/* {', '.join(INPUTS)} */\n{golden_table('golden_in', np.asarray(rows))}"
-        f"/* motor speed [rad/s], activity */\n{golden_table('golden_out', said)}"
+        f"/* motor speed [rad/s], activity, end stop that was pressed [m] */\n{golden_table('golden_out', said)}"
     )
     program = template("control_test.c", p=p, row=", ".join(f"row[{k}]" for k in range(len(INPUTS))))
     return SensorSource(p, {**source.files, f"{p}_control_golden.h": text, f"{p}_control_test.c": program})

@@ -19,7 +19,7 @@ from ramsight.deploy.c_sensor import (
 from ramsight.deploy.c_text import template
 from ramsight.deploy.compiler import ControlFootprint, Footprint, control_footprint, find_compiler, footprint, version
 from ramsight.deploy.golden import SAMPLES, faulty_day
-from ramsight.deploy.golden_control import RecordedRun
+from ramsight.deploy.golden_control import golden_run
 from ramsight.engine.recursion import replay
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
@@ -152,7 +152,7 @@ def _with_rows(plain: SensorSource, sensor: VirtualSensor, unit: HydraulicUnit) 
 def _control(options: ControlOptions, unit: HydraulicUnit, prefix: str, machine: str) -> SensorSource:
     """The control's C, with a run of Python's control."""
     block = options.block(unit)
-    run = RecordedRun(unit, block)
+    run = golden_run(unit, block)
     return golden_control(control_source(block, unit, prefix, machine), run.rows, run.said, unit.max_speed)
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from ramsight.control.block import Ask, Block
+from ramsight.control.block import Block
+from ramsight.control.orders import Ask
 from ramsight.deploy.c_compare import comparison_source
 from ramsight.deploy.c_control import control_source
 from ramsight.deploy.c_text import template
@@ -28,6 +29,7 @@ class Behind:
         words: outputs of its own that are enumerations.
         began: its C at the start, from the place of the first of `says`.
         step: its C after the sensor's step, from the same.
+        refer: its C before the sensor's step, if it has any.
         title: what it adds, in the FMU's description.
         period: of the steps [s].
     """
@@ -42,13 +44,15 @@ class Behind:
     step: Callable[[int], str]
     title: str
     period: float
+    refer: str = ""
 
 
+_ASKED = "0: stop, 1: go to the target, 2: steer, 3: visit the end stop of lowering, 4: of lifting"
 _ORDERS = (
-    Variable("ask", "real", "input", "", "0: stop, 1: go to the target, 2: steer", float(Ask.POSITION)),
+    Variable("ask", "real", "input", "", _ASKED, float(Ask.POSITION)),
     Variable("target", "real", "input", "m", "where to; 1e10: nowhere", UNKNOWN),
     Variable("steering", "real", "input", "m/s", "velocity by hand, positive extends", 0.0),
-    Variable("speed", "real", "input", "m/s", "largest velocity of a move", UNKNOWN),
+    Variable("speed", "real", "input", "m/s", "largest velocity of a move or a visit", UNKNOWN),
 )
 _COMMANDED = (
     Variable("motor_speed_command", "real", "output", "rad/s", "motor speed at the next sample"),
@@ -80,6 +84,7 @@ def control_behind(block: Block, unit: HydraulicUnit, prefix: str, machine: str)
         lambda place: sensed + _commanded(f"{of}_step(&m->memory.control, &order)", place),
         " and position control",
         block.period,
+        f"  {of}_refer(&m->memory.control, &m->memory.sensor);\n",
     )
 
 

@@ -112,6 +112,7 @@ def sensor_model(unit: HydraulicUnit, prefix: str, machine: str, behind: Behind 
         further="".join(f"  in.{name} = m->real[{name.upper()}];\n" for name in sensor.further),
         says="\n".join(f"  m->real[{first + k}] = out->{name};" for k, name in enumerate(says)),
         began=behind.began(first + len(says)) if behind else "",
+        referred=behind.refer if behind else "",
         driven=behind.step(first + len(says)) if behind else "",
         factors="\n".join(f"  out.{n}_factor = s->described_{k};" for k, n in enumerate(FACTORS, 1)),
     )

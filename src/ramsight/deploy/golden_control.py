@@ -1,13 +1,16 @@
-"""A run of a unit under control, recorded: what an exported control is compared on."""
+"""Runs of a unit under control, recorded: what a control that is a graph, or C, is compared on."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.control.block import ACTIVITIES, Ask, Block
+from ramsight.control.activity import Activity
+from ramsight.control.block import Block
+from ramsight.control.orders import ACTIVITIES, Ask
 from ramsight.control.setting import Setting
 from ramsight.control.unit_loop import UnitLoop
 from ramsight.plant.limits import limits_of
@@ -20,88 +23,142 @@ _START = 0.4  # of the stroke
 _NO_TARGET = float("nan")
 
 
-class RecordedRun:
-    """A run of Python's control around a simulated unit: moves, a hand, a load that changes, a sensor that is lost.
+class Recording:
+    """Python's control around a simulated unit, with what it was asked for at every sample.
 
     Args:
         unit: the unit.
-        block: the control that is exported; its limits and period are those of the run.
+        block: the control that is compared; its limits, period and declared drive are those of the run.
+        start: where the rod is, over the stroke [1].
+        load: on it, over the load at relief pressure [1].
+        known: whether the sensor is told where the rod is.
 
     Attributes:
-        rows: what the control was given, a column each of `ramsight.control.block.INPUTS`, shape (samples, 11).
-        said: motor speed [rad/s] and activity, as `PositionControl` had them, shape (samples, 2).
+        loop: plant, drive, sensor and control.
     """
 
-    def __init__(self, unit: HydraulicUnit, block: Block) -> None:
-        stroke, full = unit.cylinder.stroke, limits_of(unit).load
-        self._name, self._full, self._stroke = unit.name, full, stroke
+    def __init__(
+        self, unit: HydraulicUnit, block: Block, start: float = _START, load: float = _LOAD, *, known: bool = True
+    ) -> None:
+        self._name, self.full, self._stroke = unit.name, limits_of(unit).load, unit.cylinder.stroke
         self._asked: list[tuple[float, float, float, float]] = []
-        limits = {unit.name: block.limits}
-        setting = Setting(known=True, limits=limits, period=block.period)
-        self._loop = UnitLoop(unit, unit, _START * stroke, _LOAD * full, setting)
-        self._run(block.limits.speed)
-        self.rows, self.said = self._recorded()
+        self._references: dict[int, float] = {}
+        setting = Setting(
+            known=known, limits={unit.name: block.limits}, period=block.period, drive=block.response
+        )  # fmt: skip
+        self.loop = UnitLoop(unit, unit, start * self._stroke, load * self.full, setting)
+        self._note(Ask.POSITION)
 
-    def _run(self, speed: float) -> None:
-        loop, name = self._loop, self._name
-        self._go_on(0.3)
-        self._send(0.5, wait=True)
-        self._send(0.42, wait=True)
-        self._steer(0.8 * speed, 2.0)
-        self._send(0.3, wait=False)
-        self._go_on(2.0)
-        self._steer(-0.3 * speed, 1.0)
-        self._steer(0.0, 1.0)
-        self._send(0.35, wait=True)
-        loop.load(_MORE * self._full, 0.5)
-        self._note(Ask.POSITION, 0.35)
-        self._send(0.25, wait=False)
-        self._go_on(1.0)
-        self._stop()
-        loop.controls[name].steer(0.2 * speed)
-        self._go_on(0.5, Ask.STEER, steering=0.2 * speed)
-        self._send(0.2, wait=False)
-        self._go_on(1.0)
-        loop.fault = lambda _, now: replace(now, motor_torque=_NO_TARGET)
-        self._go_on(0.5)
+    def go_on(self, time: float) -> None:
+        """Let a time pass [s]; what is asked for stays."""
+        self.loop.rest(time)
+        self._asked += self._asked[-1:] * (len(self.loop.time) - len(self._asked))
 
-    def _note(self, ask: Ask, share: float = _NO_TARGET, steering: float = 0.0) -> None:
-        """What was asked for in the samples since the last note."""
-        more = len(self._loop.time) - len(self._asked)
-        self._asked += [(float(ask), share * self._stroke, steering, np.inf)] * more
+    def load(self, share: float, time: float) -> None:
+        """Let a load come, over the one at relief pressure [1], over a time [s]."""
+        self.loop.load(share * self.full, time)
+        self.go_on(0.0)
 
-    def _go_on(self, time: float, ask: Ask | None = None, steering: float = 0.0) -> None:
-        before = self._asked[-1] if self._asked else (float(Ask.POSITION), _NO_TARGET, 0.0, np.inf)
-        self._loop.rest(time)
-        used = before if ask is None else (float(ask), _NO_TARGET, steering, np.inf)
-        self._asked += [used] * (len(self._loop.time) - len(self._asked))
-
-    def _send(self, share: float, *, wait: bool) -> None:
-        self._loop.send({self._name: share * self._stroke})
+    def send(self, share: float, *, wait: bool) -> None:
+        """Send the rod to a target, over the stroke [1]."""
+        self.loop.send({self._name: share * self._stroke})
         if wait:
-            self._loop.wait()
+            self.loop.wait()
         else:
-            self._loop.step()
+            self.loop.step()
         self._note(Ask.POSITION, share)
 
-    def _steer(self, velocity: float, time: float) -> None:
-        self._loop.controls[self._name].steer(velocity)
-        self._go_on(time, Ask.STEER, velocity)
+    def steer(self, velocity: float, time: float) -> None:
+        """Steer by hand [m/s] for a time [s]."""
+        self.loop.controls[self._name].steer(velocity)
+        self.loop.rest(time)
+        self._note(Ask.STEER, steering=velocity)
 
-    def _stop(self) -> None:
-        self._loop.controls[self._name].stop("asked to stop")
-        self._go_on(0.3, Ask.STOP)
+    def home(self, *, lifted: bool, slow: bool = False, time: float = math.inf) -> None:
+        """Visit an end stop until it is over, or for a time [s]."""
+        control, ask = self.loop.controls[self._name], Ask.HOME_LIFTED if lifted else Ask.HOME_LOWERED
+        if math.isfinite(time):
+            control.home(lifted=lifted, slow=slow)
+            self.loop.rest(time)
+        else:
+            self.loop.home(self._name, lifted=lifted, slow=slow, settle=0.0)
+            if control.activity is Activity.RESTING:
+                self._references[len(self.loop.time) - 1] = control.end(lifted=lifted)
+        self._note(ask, speed=0.0 if slow else math.inf)
 
-    def _recorded(self) -> tuple[Array, Array]:
-        record = self._loop.records[self._name]
-        rows = [
-            (e.position, e.velocity, e.load, float(e.status), r.oil_temperature, *learned, *asked)
-            for e, r, learned, asked in zip(
-                record.estimate, record.reported, record.learned, self._asked, strict=True
-            )
-        ]  # fmt: skip
+    def stop(self) -> None:
+        """Stop, and stay so for a while."""
+        self.loop.controls[self._name].stop("asked to stop")
+        self.loop.rest(0.3)
+        self._note(Ask.STOP)
+
+    def lose(self, time: float) -> None:
+        """Lose the torque for a time [s]."""
+        self.loop.fault = lambda _, now: replace(now, motor_torque=_NO_TARGET)
+        self.go_on(time)
+        self.loop.fault = None
+
+    def silence(self, time: float) -> None:
+        """Lose the reports for a time [s]."""
+        self.loop.fault = lambda *_: None
+        self.go_on(time)
+        self.loop.fault = None
+
+    def _note(
+        self, ask: Ask, share: float = _NO_TARGET, steering: float = 0.0, speed: float = math.inf
+    ) -> None:  # fmt: skip
+        """What was asked for in the samples since the last note."""
+        more = len(self.loop.time) - len(self._asked)
+        self._asked += [(float(ask), share * self._stroke, steering, speed)] * more
+
+    @property
+    def rows(self) -> Array:
+        """What the control was given, a column each of `ramsight.control.orders.INPUTS`, shape (samples, 15)."""
+        record, rows, before = self.loop.records[self._name], [], math.nan
+        for e, r, learned, asked in zip(record.estimate, record.reported, record.learned, self._asked, strict=True):
+            sensed = e.position, e.std, e.velocity, e.load, float(e.status), r.oil_temperature
+            arrived, before = float(r.time != before), r.time  # a report that was lost is the last one once more
+            rows.append((*sensed, *learned, arrived, r.motor_speed, r.motor_torque, *asked))
+        return np.array(rows)
+
+    @property
+    def said(self) -> Array:
+        """Motor speed [rad/s], activity and the stop that was pressed [m], as Python has them, shape (samples, 3)."""
+        record = self.loop.records[self._name]
         said = [
-            (command, float(ACTIVITIES.index(activity)))
-            for command, activity in zip(record.asked, record.activity, strict=True)
+            (command, float(ACTIVITIES.index(activity)), self._references.get(k, math.nan))
+            for k, (command, activity) in enumerate(zip(record.asked, record.activity, strict=True))
         ]
-        return np.array(rows), np.array(said)
+        return np.array(said)
+
+
+def golden_run(unit: HydraulicUnit, block: Block) -> Recording:
+    """All that an exported control does: moves, a hand, a changing load, a visit, a lost drive, a lost sensor.
+
+    Args:
+        unit: the unit.
+        block: the control that is exported.
+    """
+    run, speed = Recording(unit, block), block.limits.speed
+    run.go_on(0.3)
+    run.send(0.5, wait=True)
+    run.send(0.42, wait=True)
+    run.steer(0.8 * speed, 2.0)
+    run.send(0.3, wait=False)
+    run.go_on(2.0)
+    run.steer(-0.3 * speed, 1.0)
+    run.steer(0.0, 1.0)
+    run.send(0.35, wait=True)
+    run.load(_MORE, 0.5)
+    run.send(0.25, wait=False)
+    run.go_on(1.0)
+    run.stop()
+    run.steer(0.2 * speed, 0.5)
+    run.home(lifted=False)
+    run.go_on(0.5)
+    run.send(0.1, wait=False)
+    run.go_on(1.0)
+    run.silence(0.4)
+    run.home(lifted=True, time=1.0)
+    run.lose(0.5)
+    return run

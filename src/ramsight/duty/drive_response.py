@@ -8,8 +8,11 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
+from ramsight.plant.either import choose
 from ramsight.units import RPM
 
 _DAMPING = math.sqrt(0.5)  # of a second order without a resonance (Butterworth): -3 dB at its natural frequency
@@ -83,6 +86,27 @@ IDEAL = DriveResponse()
 """A drive that follows at once and exactly, and reports at once."""
 
 
+def between(delay: float, period: float) -> tuple[float, int]:
+    """Which share of the oldest of the values that have to be kept is that of a delay ago, and how many these are.
+
+    Args:
+        delay: [s].
+        period: of the samples [s].
+
+    Example:
+        >>> between(0.02, 0.02), between(0.03, 0.02)
+        ((0.0, 3), (0.5, 3))
+    """
+    samples = delay / period
+    whole = math.floor(samples + 1e-9)
+    return max(samples - whole, 0.0), whole + 2
+
+
+def delayed(held: Sequence[Any], share: float) -> Any:
+    """The value of a delay ago, of values that were kept, the oldest first; numbers or graphs."""
+    return (1.0 - share) * held[1] + share * held[0]
+
+
 class Delay:
     """Values that come later, straight between samples.
 
@@ -98,15 +122,13 @@ class Delay:
     """
 
     def __init__(self, delay: float, period: float, value: float) -> None:
-        samples = delay / period
-        whole = math.floor(samples + 1e-9)
-        self._share = max(samples - whole, 0.0)
-        self._held = deque([value] * (whole + 2), maxlen=whole + 2)
+        self._share, count = between(delay, period)
+        self._held = deque([value] * count, maxlen=count)
 
     def step(self, value: float) -> float:
         """The value of a delay ago, given the newest."""
         self._held.append(value)
-        return (1.0 - self._share) * self._held[1] + self._share * self._held[0]
+        return float(delayed(self._held, self._share))
 
 
 class Follower:
@@ -134,26 +156,49 @@ class Follower:
     def step(self, command: float) -> float:
         """The motor's speed at the next sample, where the command [rad/s] is reached evenly."""
         asked = self._delay.step(command)
-        wanted, slope = self._filtered(asked) if math.isfinite(self.response.bandwidth) else (asked, 0.0)
-        most = self.response.acceleration * self.period
-        if abs(wanted - self.speed) > most:
-            slope = math.copysign(self.response.acceleration, wanted - self.speed)
-            wanted = self.speed + slope * self.period
-        self._before, self._slope, self.speed = asked, slope, wanted
+        self.speed, self._slope = followed(
+            self.response, self.period, asked, self._before, (self.speed, self._slope)
+        )  # fmt: skip
+        self._before = asked
         return self.speed
 
-    def _filtered(self, asked: float) -> tuple[float, float]:
-        """Speed and its rate after a sample in which what is asked goes straight to its value: the exact solution."""
-        period, frequency = self.period, self.response.frequency
-        ramp = (asked - self._before) / period
-        if self.response.order == 1:
-            behind = ramp / frequency
-            rest = (self.speed - self._before + behind) * math.exp(-frequency * period)
-            return asked - behind + rest, ramp - frequency * rest
-        behind, decay = 2.0 * _DAMPING * ramp / frequency, _DAMPING * frequency
-        off, rate = self.speed - self._before + behind, self._slope - ramp
-        sine = (rate + decay * off) / decay  # decay and damped frequency are equal at this damping
-        swing, fading = decay * period, math.exp(-decay * period)
-        rest = fading * (off * math.cos(swing) + sine * math.sin(swing))
-        change = fading * decay * (sine * math.cos(swing) - off * math.sin(swing)) - decay * rest
-        return asked - behind + rest, ramp + change
+
+def followed(
+    response: DriveResponse, period: float, asked: Any, before: Any, now: tuple[Any, Any]
+) -> tuple[Any, Any]:  # fmt: skip
+    """A drive's speed [rad/s] and its rate [rad/s2] after a sample; numbers or graphs.
+
+    Args:
+        response: how it follows; its delays are not looked at here.
+        period: of the samples [s].
+        asked: the speed at the end of the sample, reached evenly [rad/s].
+        before: that of the sample before [rad/s].
+        now: speed and rate before it.
+    """
+    wanted, slope = (asked, 0.0 * asked)
+    if math.isfinite(response.bandwidth):
+        wanted, slope = _filtered(response, period, asked, before, now)
+    if not math.isfinite(response.acceleration):
+        return wanted, slope
+    most = response.acceleration * period
+    limited = choose(wanted - now[0] > 0.0, response.acceleration, -response.acceleration)
+    beyond = abs(wanted - now[0]) > most
+    return choose(beyond, now[0] + limited * period, wanted), choose(beyond, limited, slope)
+
+
+def _filtered(
+    response: DriveResponse, period: float, asked: Any, before: Any, now: tuple[Any, Any]
+) -> tuple[Any, Any]:  # fmt: skip
+    """Speed and its rate after a sample in which what is asked goes straight to its value: the exact solution."""
+    frequency, ramp = response.frequency, (asked - before) / period
+    if response.order == 1:
+        behind = ramp / frequency
+        rest = (now[0] - before + behind) * math.exp(-frequency * period)
+        return asked - behind + rest, ramp - frequency * rest
+    behind, decay = 2.0 * _DAMPING * ramp / frequency, _DAMPING * frequency
+    off, rate = now[0] - before + behind, now[1] - ramp
+    sine = (rate + decay * off) / decay  # decay and damped frequency are equal at this damping
+    swing, fading = decay * period, math.exp(-decay * period)
+    rest = fading * (off * math.cos(swing) + sine * math.sin(swing))
+    change = fading * decay * (sine * math.cos(swing) - off * math.sin(swing)) - decay * rest
+    return asked - behind + rest, ramp + change

@@ -15,7 +15,7 @@
 typedef struct {
   double largest; /* difference, over the largest motor speed */
   int missing;    /* speeds that are no finite numbers */
-  int activities; /* that are others */
+  int activities; /* that are others, or other stops that were pressed */
 } findings;
 
 static findings run(${p}_control *control) {
@@ -29,6 +29,8 @@ static findings run(${p}_control *control) {
     if (!(off <= 1e30)) found.missing++;
     else if (off > found.largest) found.largest = off;
     found.activities += (int)control->activity != (int)golden_out[k][1];
+    found.activities += (control->reference >= 0.0) != (golden_out[k][2] >= 0.0);
+    found.activities += control->reference < golden_out[k][2] || control->reference > golden_out[k][2];
   }
   return found;
 }

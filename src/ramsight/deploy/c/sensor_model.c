@@ -38,7 +38,7 @@ const char *model_step(Model *m, double time, double step) {
   in.motor_torque = m->real[MOTOR_TORQUE];
   in.oil_temperature = m->real[OIL_TEMPERATURE];
 ${further}  ${p}_reference(&m->memory.sensor, m->truth[REFERENCE_KNOWN] ? m->real[REFERENCE] : NAN);
-  ${p}_step(&m->memory.sensor, &in, &out);
+${referred}  ${p}_step(&m->memory.sensor, &in, &out);
 ${driven}  say(m, &out);
   return NULL;
 }
