@@ -218,7 +218,8 @@ class LettingGo:
             step: of the load observer.
             rests: whether it is held while the motor stands.
             back: whether the motor turns back after that.
-            expected, shown: changes of the torque since [N m].
+            expected: change of the expected torque since [N m].
+            shown: that of the shown one [N m].
         """
         behind, least = (expected - shown) * ca.sign(expected), self._graph.state("least_behind_at_rest")
         went_along = ca.if_else(rests, ca.fmin(least, behind), 0.0)
