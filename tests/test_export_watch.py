@@ -92,6 +92,20 @@ def test_a_drive_that_stalls_stops_a_move_and_nothing_that_may_press(ask):
     assert reason is (Reason.STALLED if ask is Ask.POSITION else Reason.NONE)
 
 
+def test_a_rod_that_rests_with_a_lost_sensor_is_not_stopped_for_its_drive():
+    both = Both(BOOM, made(BOOM), watched=True)
+    both.control.move_to(0.3)
+    here = Estimate(0.3, 1e-3, 0.0, 2e5, Status.OK)
+    for _ in range(60):
+        asked, _ = both.step(here, Ask.POSITION, 0.3)
+    turns = 100.0, 20.0  # rad/s, N m: of a motor that was told to stand
+    for _ in range(10):
+        asked, reason = both.step(replace(here, status=Status.INPUT_LOST), Ask.POSITION, 0.3, says=turns)
+    assert (asked.activity, reason) == (Activity.RESTING, Reason.NONE)
+    asked, reason = both.step(here, Ask.POSITION, 0.3, says=turns)
+    assert (asked.activity, reason) == (Activity.STOPPED, Reason.SPEED_STUCK)
+
+
 def silent(run):
     run.loop.fault = lambda name, report: None
 
