@@ -149,9 +149,9 @@ def test_tables_say_what_was_found(study):
     assert study.missed(found) == ["- b, reached of its 12 targets: 12 (ideal); 1 (late)"]
     assert study.loader_table(found)[-1] == "| late | 30 | 1.20 | 1.20 | 2.00 | 3.00 |"
     for row in found["loader"].values():
-        row["groups"] = [1.1e-3, 1.4e-3, 0.9e-3]
+        row |= {"drawn": 180, "groups": [1.1e-3, 1.4e-3, 0.9e-3]}
     assert study.loader_table(found)[0].startswith("| drive | targets | rod, p95 [mm] | of every 60 | over")
-    assert study.loader_table(found)[-1] == "| late | 30 | 1.20 | 0.90 to 1.40 | 1.20 | 2.00 | 3.00 |"
+    assert study.loader_table(found)[-1] == "| late | 30 of 180 | 1.20 | 0.90 to 1.40 | 1.20 | 2.00 | 3.00 |"
     assert math.isclose(study.Drive().latency, 0.0)
 
 
@@ -167,6 +167,6 @@ def test_the_loaders_targets_count_together_and_in_groups(study, monkeypatch):
     found = {name: study.loader(study.DRIVES[name], 4) for name in ("ideal", "3 samples late")}
     assert [seed for seed, _ in asked] == [0, 1, 2, 3] * 2
     assert {drive for _, drive in asked} == {study.DRIVES[name].response for name in found}
-    assert found["ideal"]["targets"] == 120
+    assert found["ideal"]["targets"] == found["ideal"]["drawn"] == 120
     assert found["ideal"]["groups"] == pytest.approx([2e-3, 4e-3])
     assert found["ideal"]["p95"] == pytest.approx(4e-3)
