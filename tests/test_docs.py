@@ -248,6 +248,13 @@ def test_relative_links_lead_to_files_of_the_repository(page):
     assert [link for link in named if not ((ROOT / page).parent / link).exists()] == []
 
 
+@pytest.mark.parametrize("page", [*(f"docs/{page}" for page in PAGES), "README.md", "CONTRIBUTING.md"])
+def test_files_that_a_page_names_are_there(page):
+    folders = "evaluation|benchmarks|tests|src|fuzz|examples|docs"
+    named = re.findall(rf"`((?:{folders})/[\w./-]+)`", (ROOT / page).read_text())
+    assert [one for one in named if not (ROOT / one).exists()] == []
+
+
 def test_the_map_of_changes_names_files_targets_and_tests_that_are_there():
     text = (ROOT / "CONTRIBUTING.md").read_text()
     named = [

@@ -140,6 +140,17 @@ def test_elimination_solves_sparse_systems_like_numpy(seed):
     np.testing.assert_allclose((7.0 * np.eye(n) - dense) @ k, b, atol=1e-9)
 
 
+def _chain(n):
+    return elimination.eliminate(ca.Sparsity.banded(n, min(n - 1, 1)))
+
+
+@pytest.mark.parametrize("n", [3, 5, 7])
+def test_a_chain_of_states_is_eliminated_from_both_its_ends(n):
+    one, two, many = (max(graph_of(instructions(_chain(k).factor)).ready()) for k in (1, 2, n))
+    assert many < one + (n // 2 + 1) * (two - one), "a pivot waits for no more than half of the others"
+    assert _chain(n).n_factors == ca.Sparsity.banded(n, 1).nnz(), "and none is filled"
+
+
 def test_rodas4_meets_its_order_conditions():
     # Sums of the transformed weights: the first-order condition in the form that the coefficients are given in.
     a, c = np.zeros((6, 6)), np.zeros((6, 6))

@@ -164,6 +164,7 @@ class Hypotheses:
             covariance.raise_to(POSITION, ca.if_else(first, least, 0.0))
             weight = graph.state(f"{name}_weight", math.log(probability))
             self.all.append(Hypothesis(mean, covariance, weight))
+        self._shares = self._likelihoods()
         self._adapt = graph.state("innovations")  # their mean square over the expected one, less 1
         self._width = graph.state("band_width", 1.0)
 
@@ -186,11 +187,14 @@ class Hypotheses:
         row[WARMER] = by[LOW] if len(by) > LOW else 0.0
         return self._of(row)
 
-    def _probabilities(self) -> list[Any]:
+    def _likelihoods(self) -> list[Any]:
+        """Of each over that of the likeliest."""
         largest = self._largest()
-        raw = [ca.exp(h.weight - largest) for h in self.all]
-        total = sum(raw)
-        return [value / total for value in raw]
+        return [ca.exp(h.weight - largest) for h in self.all]
+
+    def _probabilities(self) -> list[Any]:
+        total = sum(self._shares)
+        return [share / total for share in self._shares]
 
     def probabilities(self) -> dict[str, Any]:
         """Of each hypothesis, by its name."""
@@ -198,8 +202,7 @@ class Hypotheses:
 
     def _logarithms(self) -> list[Any]:
         """Natural logarithms of the probabilities."""
-        largest = self._largest()
-        total = ca.log(sum(ca.exp(h.weight - largest) for h in self.all))
+        largest, total = self._largest(), ca.log(sum(self._shares))
         return [h.weight - largest - total for h in self.all]
 
     def _largest(self) -> Any:
@@ -425,6 +428,8 @@ class Hypotheses:
         # A reference is never an obstacle.
         doubts = ca.if_else(low + top > 0.0, chance - likelihoods[0], _NEVER)
         self._renew(fits, kept[0], doubts)
+        # Nothing else changes a weight: as exponentials they are worked out anew where there is a reference alone.
+        self._shares = [ca.if_else(use, new, old) for new, old in zip(self._likelihoods(), self._shares, strict=True)]
         self._keep(kept, use)
         moved = self._recentre()
         return Measured(taken, ca.logic_and(use, ca.logic_not(taken)), moved)

@@ -331,11 +331,14 @@ class LoadObserver:
             before = self._pressures.settled(before, solve.h)
         first = solve(before, self._load, before, 3)
         early = solve(before, self._load, first.z, 2, solve.speed)
+        # A motor that keeps its speed was as fast all the time: both are one solution, and the second is left out.
+        hastens = ca.logic_and(self._graph.held("started"), solve.speed != solve.mean_speed)
+        earlier = ca.if_else(hastens, early.torque - first.torque, 0.0)
         by_load, by_large = first.by_load(), first.by_large_load()
         by_first = ca.DM(balance.rest_by_load())
         by_initial = first.by_start(by_first, 1.0)
         h_walked, h_initial = first.torque_by(by_large), first.torque_by(by_initial)
-        noise2, pumping, friction = self._noise(first, early.torque - first.torque, solve.p, solve.h)
+        noise2, pumping, friction = self._noise(first, earlier, solve.p, solve.h)
         return _Free(
             before=before,
             first=first,
@@ -494,8 +497,8 @@ class LoadObserver:
         graph, drive = self._graph, self._assumptions.drive
         timing = graph.state("timing_variance")
         change = (first.torque - self.expected) * ca.fmin(drive.delay / h, 1.0)
+        change = ca.if_else(graph.held("started"), change, 0.0)
         timing_1 = ca.fmax(ca.fmax(change**2, early**2), timing * ca.exp(-2.0 * h / drive.delay))
-        timing_1 = ca.if_else(graph.held("started"), timing_1, 0.0)
         graph.becomes("timing_variance", timing_1)
         up, down = (self._balance.torque(first.z, sign * 3.0 * _STANDING, 0.0, p) for sign in (1.0, -1.0))
         stands = ca.fabs(graph.motor_speed) < _STANDING
