@@ -10,7 +10,7 @@ INK, ACCENT = "#1f2a36", "#c8401e"
 
 
 def axes_of(ax, x, y, title):
-    ax.set(xlabel=x, ylabel=y, xlim=(0, None), ylim=(0, None))
+    ax.set(xlabel=x, ylabel=y, xlim=(0, None), ylim=(0, 1.1 * ax.dataLim.y1))
     ax.set_title(title, loc="left", fontsize=10)
     ax.grid(alpha=0.25)
     ax.spines[["top", "right"]].set_visible(False)

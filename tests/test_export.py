@@ -32,7 +32,7 @@ from ramsight.engine.graph import graph_of
 from ramsight.engine.recursion import replay
 from ramsight.errors import OutputError
 from ramsight.plant.ddh import build_ddh
-from ramsight.sensor.hypotheses import learned
+from ramsight.sensor.hypothesis import learned
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.persistence import StateFile, forgotten
 from ramsight.sensor.status import Status

@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.hypotheses import (
+from ramsight.sensor.hypotheses import Hypotheses
+from ramsight.sensor.hypothesis import (
     BOUNDS,
     COMPLIANCE,
     DISPLACEMENT,
@@ -19,11 +20,10 @@ from ramsight.sensor.hypotheses import (
     LOW,
     NAMES,
     POSITION,
-    RISK,
     TOP,
-    Hypotheses,
     learned,
 )
+from ramsight.sensor.mixture import RISK
 from ramsight.sensor.uncertainty import Covariance
 from ramsight.sensor.virtual_sensor import SensorGraph
 

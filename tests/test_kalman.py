@@ -16,7 +16,7 @@ from ramsight.duty.work_day import work_day
 from ramsight.logs import read_drive_log, read_truth
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.ddh import build_ddh
-from ramsight.sensor.hypotheses import NAMES
+from ramsight.sensor.hypothesis import NAMES
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 from ramsight.study.errors import first_stop_contact, stop_visits, turning_for

@@ -10,7 +10,7 @@ from ramsight import machine
 from ramsight.logs import read_drive_log
 from ramsight.plant.ddh import build_ddh
 from ramsight.sensor.balance import balance
-from ramsight.sensor.hypotheses import learned
+from ramsight.sensor.hypothesis import learned
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.persistence import StateError, StateFile
 from ramsight.sensor.status import Status

@@ -15,12 +15,12 @@ from ramsight.sensor.assumptions import AssumedStops
 from ramsight.sensor.contact import Contact, ContactWatch
 from ramsight.sensor.detectors import DETECTORS
 from ramsight.sensor.drive_check import UNCHECKED
-from ramsight.sensor.hypotheses import CERTAIN
 from ramsight.sensor.intake import Intake
 from ramsight.sensor.judgement import Relief, judge
 from ramsight.sensor.leaking import Leaking
 from ramsight.sensor.letting_go import LettingGo
 from ramsight.sensor.load import LoadStep
+from ramsight.sensor.mixture import CERTAIN
 from ramsight.sensor.mode import Mode
 from ramsight.sensor.pumping import delivers, one_sided
 from ramsight.sensor.relief import held_back, passed_share, passing

@@ -23,7 +23,7 @@ from ramsight.control.trajectory import Limits, together
 from ramsight.duty.live import Instant, Reported
 from ramsight.duty.live_drive import LiveDrive
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.hypotheses import DISPLACEMENT, LEAK
+from ramsight.sensor.hypothesis import DISPLACEMENT, LEAK
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor

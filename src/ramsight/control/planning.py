@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ramsight.control.actuation import Actuation
 from ramsight.control.position import PositionControl
-from ramsight.sensor.hypotheses import DISPLACEMENT, LEAK
+from ramsight.sensor.hypothesis import DISPLACEMENT, LEAK
 from ramsight.sensor.virtual_sensor import VirtualSensor
 
 WORTH = 0.1  # of the standard deviation, below which a gain is not worth a visit

@@ -21,7 +21,7 @@ from ramsight.deploy.c_text import golden_table, headings, indented, template
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.hypotheses import DISPLACEMENT, LEAK
+from ramsight.sensor.hypothesis import DISPLACEMENT, LEAK
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from ramsight.engine.cache import hold, instructions
 from ramsight.engine.graph import graph_of
 from ramsight.engine.recursion import Recursion
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.hypotheses import learned
+from ramsight.sensor.hypothesis import learned
 from ramsight.sensor.persistence import CHANGED, CREEPING, DOUBTED, RESTING, SETTLING, TURNING
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import MEASURED, SHAFT_ANGLE, START_SLACK, VirtualSensor, is_variance

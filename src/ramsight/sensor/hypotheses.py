@@ -18,27 +18,32 @@ and the position is found anew. The position said is that of the likeliest, its 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 
-from ramsight.normal import ONE_SIDED_95, TWO_SIDED_95
+from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.hypothesis import (
+    COMPLIANCE,
+    DISPLACEMENT,
+    LEAK,
+    LEAKS,
+    LOW,
+    NAMES,
+    OFFSET,
+    POSITION,
+    TOP,
+    WARMER,
+    WRONG,
+    Hypothesis,
+)
+from ramsight.sensor.mixture import CERTAIN, OUTSIDE, Mixture
 from ramsight.sensor.uncertainty import Covariance
 from ramsight.sensor.virtual_sensor import SensorGraph
 
-NAMES = ("described", "leaks", "low", "top", "wrong")
-_LEAKS, _WRONG = NAMES.index("leaks"), NAMES.index("wrong")
-POSITION, LEAK, DISPLACEMENT, COMPLIANCE, LAG, EXPONENT, LOW, TOP, OFFSET, WARMER = range(10)
-BOUNDS = ((0.3, 4.0), (0.97, 1.03), (0.4, 2.5))
-"""What the factors are kept within [1]."""
-_OUTSIDE = 0.05  # share of the truth that the band may miss
-RISK = 1e-5
-"""Share of the samples at which an error may be larger than the position's bound and nothing says so."""
-CERTAIN = math.sqrt(-2.0 * math.log(RISK))
-"""Standard deviations that a normal error exceeds no more often: P(|e| > k sigma) <= exp(-k^2/2) (Chernoff)."""
 _NEVER = 1e9  # a logarithm that no likelihood reaches
 _LEAST = -12.0  # natural logarithm of the least weight over the largest, so that a hypothesis can come back
 _TURNED = 0.5  # of what a piston seemed to be beyond an end that it leaves: standard deviation that it leaves there
@@ -46,46 +51,6 @@ _BEYOND, _BEYOND_LEAST = 4.0, 5e-3  # standard deviations and share of the strok
 _ADAPTS = 0.2  # share of the newest reference in the mean of the normalised innovations
 _MOST = 25.0  # of a normalised innovation; a larger one is none of a walk
 _STEP = 0.3  # of the logarithm of the band's width, by which a reference outside it widens it
-_LEARNED = frozenset(
-    f"{name}_{what}"
-    for name in NAMES
-    for what in (
-        *range(LEAK, WARMER + 1),
-        *(f"covariance_{i}{j}" for i in range(LEAK, WARMER + 1) for j in range(i, WARMER + 1)),
-        "weight",
-    )
-)
-
-
-def learned(states: Iterable[str]) -> tuple[str, ...]:
-    """Those of a sensor's states that know the machine; all others say where the piston is, or of which pressures."""
-    return tuple(name for name in states if name in _LEARNED)
-
-
-@dataclass
-class Hypothesis:
-    """One hypothesis: its means as expressions, its covariance, its weight.
-
-    Attributes:
-        mean: position over the nominal one [m], factors [1], lag [s], places of the stops over the cylinder's ends [m],
-            error of the link's angle [rad] where there is one, how much warmer the oil in the pumps is [K] where that
-            is learned.
-        covariance: of these.
-        weight: natural logarithm of its probability, but for a common term.
-    """
-
-    mean: list[Any]
-    covariance: Covariance
-    weight: Any
-
-    def copy(self) -> Hypothesis:
-        """As it is now."""
-        return Hypothesis(list(self.mean), self.covariance.copy(), self.weight)
-
-
-def _counts(probability: Any) -> Any:
-    """How far a hypothesis counts in a band of 95 %: wholly from one in twenty on, not at all below half of that."""
-    return ca.fmin(ca.fmax(2.0 * probability / _OUTSIDE - 1.0, 0.0), 1.0)
 
 
 def _likelihood(innovation2: Any, variance: Any) -> Any:
@@ -164,7 +129,7 @@ class Hypotheses:
             covariance.raise_to(POSITION, ca.if_else(first, least, 0.0))
             weight = graph.state(f"{name}_weight", math.log(probability))
             self.all.append(Hypothesis(mean, covariance, weight))
-        self._shares = self._likelihoods()
+        self._together = Mixture(self.all, assumptions.stops.wrong)
         self._adapt = graph.state("innovations")  # their mean square over the expected one, less 1
         self._width = graph.state("band_width", 1.0)
 
@@ -187,46 +152,13 @@ class Hypotheses:
         row[WARMER] = by[LOW] if len(by) > LOW else 0.0
         return self._of(row)
 
-    def _likelihoods(self) -> list[Any]:
-        """Of each over that of the likeliest."""
-        largest = self._largest()
-        return [ca.exp(h.weight - largest) for h in self.all]
-
-    def _probabilities(self) -> list[Any]:
-        total = sum(self._shares)
-        return [share / total for share in self._shares]
+    def means(self) -> list[Any]:
+        """Factors, lag and exponent over all hypotheses, and how much warmer the oil is where that is learned."""
+        return [self._together.mean(k) for k in self._stepping]
 
     def probabilities(self) -> dict[str, Any]:
         """Of each hypothesis, by its name."""
-        return dict(zip(NAMES, self._probabilities(), strict=True))
-
-    def _logarithms(self) -> list[Any]:
-        """Natural logarithms of the probabilities."""
-        largest, total = self._largest(), ca.log(sum(self._shares))
-        return [h.weight - largest - total for h in self.all]
-
-    def _largest(self) -> Any:
-        largest = self.all[0].weight
-        for h in self.all[1:]:
-            largest = ca.fmax(largest, h.weight)
-        return largest
-
-    def _best(self, values: list[Any]) -> Any:
-        """The value that belongs to the likeliest hypothesis."""
-        largest = self._largest()
-        chosen = values[-1]
-        for h, value in reversed(list(zip(self.all, values, strict=True))):
-            chosen = ca.if_else(h.weight >= largest, value, chosen)
-        return chosen
-
-    def _leads(self, one: Hypothesis) -> Any:
-        """Whether a hypothesis is the likeliest."""
-        return self._best([float(h is one) for h in self.all])
-
-    def means(self) -> list[Any]:
-        """Factors, lag and exponent over all hypotheses, and how much warmer the oil is where that is learned."""
-        weights = self._probabilities()
-        return [sum(w * h.mean[k] for w, h in zip(weights, self.all, strict=True)) for k in self._stepping]
+        return dict(zip(NAMES, self._together.probabilities(), strict=True))
 
     def predict(self, travel: Any, travel_by: list[Any], around: list[Any], noise: Any, grows: Any, leak: Any) -> None:
         """Go with the load observer's step.
@@ -283,8 +215,7 @@ class Hypotheses:
         for h in self.all:
             position = nominal + h.mean[POSITION]
             beyond = ca.if_else(way > 0.0, -position, ca.if_else(way < 0.0, position - self._stroke, 0.0))
-            std = ca.sqrt(ca.fmax(h.covariance[POSITION, POSITION], 0.0))
-            back = ca.if_else(beyond > std + _BEYOND_LEAST * self._stroke, beyond, 0.0)
+            back = ca.if_else(beyond > h.position_std + _BEYOND_LEAST * self._stroke, beyond, 0.0)
             h.mean[POSITION] = h.mean[POSITION] + way * back
             h.covariance.grow(_TURNED * back)
 
@@ -297,12 +228,11 @@ class Hypotheses:
         """
         position = self._graph.position
         ahead = ca.if_else(way > 0.0, self._stroke - position, position)
-        return ca.fmax(ahead + self._best([self._far(h, passed) for h in self.all]), 0.0)
+        return ca.fmax(ahead + self._together.best([self._far(h, passed) for h in self.all]), 0.0)
 
     def _far(self, h: Hypothesis, passed: Any) -> Any:
         """How far beyond an end a piston may seem to be [m]; what passed a relief valve took it nowhere."""
-        std = ca.sqrt(ca.fmax(h.covariance[POSITION, POSITION], 0.0))
-        return _BEYOND * ca.fmax(std - passed, 0.0) + _BEYOND_LEAST * self._stroke
+        return _BEYOND * ca.fmax(h.position_std - passed, 0.0) + _BEYOND_LEAST * self._stroke
 
     def floor(self, leak: Any) -> None:
         """Leakage is never better known than this standard deviation [1]."""
@@ -341,7 +271,7 @@ class Hypotheses:
             missing = surprise - own
             fits = missing**2 < CERTAIN**2 * (h.covariance.variance(full) + variance)
             use = {LEAK: ca.logic_and(leak, fits), COMPLIANCE: ca.logic_and(compliance, fits)}
-            self._correct(h, h.covariance.consider(full, missing, variance * inflation, use))
+            h.correct(h.covariance.consider(full, missing, variance * inflation, use))
         self._keep(before, ca.logic_or(leak, compliance))
 
     def _kept(self) -> list[Hypothesis]:
@@ -353,11 +283,6 @@ class Hypotheses:
             h.covariance.replaced(old.covariance, ca.logic_not(unless))
             h.mean = [ca.if_else(unless, new, kept) for new, kept in zip(h.mean, old.mean, strict=True)]
             h.weight = ca.if_else(unless, h.weight, old.weight)
-
-    def _correct(self, h: Hypothesis, changes: list[Any]) -> None:
-        h.mean = [value + change for value, change in zip(h.mean, changes, strict=True)]
-        for k, (least, most) in enumerate(BOUNDS, LEAK):
-            h.mean[k] = ca.fmin(ca.fmax(h.mean[k], least), most)
 
     def measure(
         self,
@@ -412,14 +337,14 @@ class Hypotheses:
             h.covariance.add(POSITION, ca.if_else(fits, arrived, 0.0))
             h.weight = h.weight + ca.fmax(likelihood, elsewhere)
             corrected = [k for k in range(self._size) if k != COMPLIANCE]
-            self._correct(h, h.covariance.update(row, innovation, variance, fits, only=corrected))
+            h.correct(h.covariance.update(row, innovation, variance, fits, only=corrected))
             self._take_back(h, [ca.if_else(went_on, -by, 0.0) for by in seemed[0]], seemed[1])
             used.append(fits)
             normal.append(innovation2 / total)
             likelihoods.append(likelihood)
         self._normalise()
-        fits = self._best(used)
-        newest = ca.fmin(self._best(normal), _MOST)
+        fits = self._together.best(used)
+        newest = ca.fmin(self._together.best(normal), _MOST)
         adapt = self._adapt + _ADAPTS * (newest - 1.0 - self._adapt)
         taken = ca.if_else(use, fits, 0.0)
         adapt = ca.if_else(fits, adapt, self._adapt)
@@ -428,8 +353,7 @@ class Hypotheses:
         # A reference is never an obstacle.
         doubts = ca.if_else(low + top > 0.0, chance - likelihoods[0], _NEVER)
         self._renew(fits, kept[0], doubts)
-        # Nothing else changes a weight: as exponentials they are worked out anew where there is a reference alone.
-        self._shares = [ca.if_else(use, new, old) for new, old in zip(self._likelihoods(), self._shares, strict=True)]
+        self._together.reweighed(use)
         self._keep(kept, use)
         moved = self._recentre()
         return Measured(taken, ca.logic_and(use, ca.logic_not(taken)), moved)
@@ -446,7 +370,7 @@ class Hypotheses:
             own: its variance [m2].
             use: whether there is one.
         """
-        first, wrong = self.all[0], self.all[_WRONG]
+        first, wrong = self.all[0], self.all[WRONG]
         believes = wrong.covariance.variance(row) + own
         anew = self._unknown**2 + own
         before = wrong.weight + _likelihood((innovation - wrong.mean[POSITION]) ** 2, believes)
@@ -478,13 +402,13 @@ class Hypotheses:
         logarithm of the width.
         """
         outside = size > TWO_SIDED_95 * self._width
-        wider = self._width * ca.if_else(outside, math.exp(_STEP * (1.0 - _OUTSIDE)), math.exp(-_STEP * _OUTSIDE))
+        wider = self._width * ca.if_else(outside, math.exp(_STEP * (1.0 - OUTSIDE)), math.exp(-_STEP * OUTSIDE))
         taken = ca.if_else(fits, ca.fmax(wider, 1.0), self._width)
         self._graph.becomes("band_width", ca.if_else(use, taken, self._width))
 
     def _normalise(self) -> None:
         """The likeliest has the weight 0, and none is out of reach."""
-        largest = self._largest()
+        largest = self._together.largest()
         for h in self.all:
             h.weight = ca.fmax(h.weight - largest, _LEAST)
 
@@ -505,18 +429,18 @@ class Hypotheses:
             before: the first hypothesis before the reference.
             doubts: logarithm of the odds, by the first, that it was none.
         """
-        first, leaks, wrong = self.all[0], self.all[_LEAKS], self.all[_WRONG]
-        surely = ca.logic_and(self._leads(leaks), first.weight < math.log(_OUTSIDE))
-        taught, found = ca.logic_and(taken, surely), ca.logic_and(taken, self._leads(wrong))
+        first, leaks, wrong = self.all[0], self.all[LEAKS], self.all[WRONG]
+        surely = ca.logic_and(self._together.leads(leaks), first.weight < math.log(OUTSIDE))
+        taught, found = ca.logic_and(taken, surely), ca.logic_and(taken, self._together.leads(wrong))
         for other, where in ((leaks, taught), (wrong, found)):
             first.covariance.replaced(other.covariance, where)
             first.mean = [ca.if_else(where, b, a) for a, b in zip(first.mean, other.mean, strict=True)]
             first.weight = ca.if_else(where, other.weight, first.weight)
         leaks.weight = ca.if_else(taught, _LEAST, leaks.weight)
         # An end that is elsewhere than described explains a wrong position as well, so that refutes nothing.
-        refuted = ca.logic_and(wrong.weight < math.log(0.1), self._leads(first))
+        refuted = ca.logic_and(wrong.weight < math.log(0.1), self._together.leads(first))
         anew = ca.logic_or(found, ca.logic_and(taken, refuted))
-        perhaps = ca.logic_and(doubts < 0.0, doubts > math.log(_OUTSIDE))
+        perhaps = ca.logic_and(doubts < 0.0, doubts > math.log(OUTSIDE))
         # Of a position that nobody knew there is nothing to go on with.
         perhaps = ca.logic_and(perhaps, before.covariance[POSITION, POSITION] < (0.5 * self._unknown) ** 2)
         doubtful = ca.logic_and(ca.logic_and(anew, ca.logic_not(found)), perhaps)
@@ -529,67 +453,33 @@ class Hypotheses:
 
     def _recentre(self) -> Any:
         """Make the likeliest position the nominal one; by how much that moves it [m]."""
-        moved = self._best([h.mean[POSITION] for h in self.all])
+        moved = self._together.best([h.mean[POSITION] for h in self.all])
         for h in self.all:
             h.mean[POSITION] = h.mean[POSITION] - moved
         return moved
 
     def variance(self) -> Any:
-        """Of the position over all hypotheses, about the nominal one [m2].
-
-        A position that may be anywhere counts from where it is one of twenty cases: the band is that of 95 %.
-        """
-        weights = self._probabilities()
-        weights[_WRONG] = weights[_WRONG] * _counts(0.5 * weights[_WRONG])
-        return sum(
-            w * (h.covariance[POSITION, POSITION] + h.mean[POSITION] ** 2)
-            for w, h in zip(weights, self.all, strict=True)
-        )
+        """Of the position over all hypotheses, about the nominal one [m2] (`Mixture.variance`)."""
+        return self._together.variance()
 
     def band(self) -> Any:
-        """Standard deviation of the position [m] whose 1.96-fold holds the truth in 95 of 100 cases.
+        """Standard deviation of the position [m] whose 1.96-fold holds the truth in 95 of 100 cases, as references say.
 
-        That of the likeliest hypothesis, or more where another one has about 5 % or more: then that is inside as well,
-        and does not wait for a log on which it happens to be true.
+        See `Mixture.band`.
         """
-        wide = ca.sqrt(ca.fmax(self._best([h.covariance[POSITION, POSITION] for h in self.all]), 0.0))
-        for w, h in zip(self._probabilities(), self.all, strict=True):
-            std = ca.sqrt(ca.fmax(h.covariance[POSITION, POSITION], 0.0))
-            # Beside the likeliest one side of it counts, about the same position both do.
-            reach = ca.fmax(ca.fabs(h.mean[POSITION]) + ONE_SIDED_95 * std, TWO_SIDED_95 * std)
-            wide = ca.fmax(wide, _counts(w) * reach / TWO_SIDED_95)
-        return self._graph.becoming("band_width") * wide
+        return self._graph.becoming("band_width") * self._together.band()
 
     def bound(self) -> Any:
-        """The error that no more than `RISK` of the samples exceed, whichever hypothesis is true [m].
-
-        By the separation of solutions, as satellite navigation bounds its errors: each hypothesis has its own position
-        and deviation, and has a part in the bound as large as its probability asks for,
-
-            b = max_h |x_h - x| + sigma_h sqrt(2 ln(w_h / RISK)).
-
-        That the position may be wrong for a reason of no stated kind counts from where evidence speaks for it: until
-        then its weight is an assumption (`stops.wrong`), not a finding.
-        """
-        wide: Any = 0.0
-        found = self._probabilities()[_WRONG] - 2.0 * self._assumptions.stops.wrong
-        shares = self._logarithms()
-        shares[_WRONG] = ca.log(ca.fmax(found, RISK))
-        for share, h in zip(shares, self.all, strict=True):
-            std = ca.sqrt(ca.fmax(h.covariance[POSITION, POSITION], 0.0))
-            over = share - math.log(RISK)
-            sure = ca.sqrt(2.0 * ca.fmax(over, 0.0))
-            wide = ca.fmax(wide, ca.if_else(over > 0.0, ca.fabs(h.mean[POSITION]) + sure * std, 0.0))
-        return self._graph.becoming("band_width") * wide
+        """The error that no more than `mixture.RISK` of the samples exceed [m], as references say (`Mixture.bound`)."""
+        return self._graph.becoming("band_width") * self._together.bound()
 
     def factor_std(self, k: int) -> Any:
         """Standard deviation of a factor under the likeliest hypothesis [1]."""
-        return ca.sqrt(ca.fmax(self._best([h.covariance[k, k] for h in self.all]), 0.0))
+        return self._together.std([float(k == other) for other in range(self._size)])
 
     def leak_std(self, by: Sequence[Any]) -> Any:
         """The same of leakage that follows its factor and `WARMER` by these derivatives."""
-        row = self._row([0.0, by[0], *(0.0 for _ in range(DISPLACEMENT, LOW)), by[1]])
-        return ca.sqrt(ca.fmax(self._best([h.covariance.variance(row) for h in self.all]), 0.0))
+        return self._together.std(self._row([0.0, by[0], *(0.0 for _ in range(DISPLACEMENT, LOW)), by[1]]))
 
     def close(self) -> list[Any]:
         """Hand all back to the graph; returns what it is after the sample."""

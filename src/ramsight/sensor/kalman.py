@@ -27,7 +27,8 @@ from ramsight.sensor.case_heat import CaseHeat
 from ramsight.sensor.contact import Believed, Contact, ContactWatch
 from ramsight.sensor.drive_check import DriveChecks, check_drive, declared_checks
 from ramsight.sensor.filling import unfilled
-from ramsight.sensor.hypotheses import CERTAIN, COMPLIANCE, LEAK, LOW, Hypotheses, Measured
+from ramsight.sensor.hypotheses import Hypotheses, Measured
+from ramsight.sensor.hypothesis import COMPLIANCE, LEAK, LOW
 from ramsight.sensor.inertia_check import check_inertia
 from ramsight.sensor.intake import Intake, take_in
 from ramsight.sensor.judgement import Relief, judge
@@ -36,6 +37,7 @@ from ramsight.sensor.letting_go import SOFT
 from ramsight.sensor.link_angle import LinkAngle
 from ramsight.sensor.load import LoadObserver, LoadStep
 from ramsight.sensor.magnets import correct_torque, declared_temperature
+from ramsight.sensor.mixture import CERTAIN
 from ramsight.sensor.mode import Mode, is_in
 from ramsight.sensor.pressure_check import check_pressures
 from ramsight.sensor.pressures import measured_pressures

@@ -18,7 +18,7 @@ from pathlib import Path
 
 from ramsight.errors import OutputError, RamsightError
 from ramsight.output import flush_folder
-from ramsight.sensor.hypotheses import learned
+from ramsight.sensor.hypothesis import learned
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import IS_REFERENCED, REFERENCED_NOW, VirtualSensor, impossible
 

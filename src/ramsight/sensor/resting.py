@@ -13,8 +13,8 @@ from ramsight.plant.oil import MINERAL_EXPANSION, trapped_expansion
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.plant.valve import CLOSED_POINT
 from ramsight.sensor.assumptions import AssumedMachine
-from ramsight.sensor.hypotheses import CERTAIN
 from ramsight.sensor.load import SEEN_AT, LoadStep
+from ramsight.sensor.mixture import CERTAIN
 from ramsight.sensor.virtual_sensor import SensorGraph
 
 _FIRST_LOOK = 0.3  # s after the torque shows the load again, when it is known
