@@ -297,6 +297,21 @@ def test_friction_at_a_standstill_is_that_of_the_pumps():
     assert said["noise"][turns].min() == pytest.approx(own, rel=0.2)
 
 
+def test_a_torque_is_unsure_where_a_valve_may_be_closed_already():
+    """A motor that comes to stand: at its speed of the sample's end the mast would rest on its valve, not on the pump."""
+    name = "forklift-mast lift"
+    run, log = cycle(UNITS[name])
+    said, _ = followed(name, run, log)
+    own = Assumptions().drive.torque * limits_of(UNITS[name]).torque
+    speed, steady = log["motor_speed"].values, full_speed(run, UNITS[name], after=0.5)
+    assert np.median(said["noise"][steady]) == pytest.approx(own, rel=0.1)
+    stops = np.flatnonzero(
+        (speed[:-1] > 0.0) & (speed[:-1] < 5.0) & (speed[1:] < 1e-6) & (log["time"].values[:-1] > 2.0)
+    )
+    assert stops.size == 1
+    assert said["noise"][stops[0]] > 3.0 * own
+
+
 def test_a_held_piston_shows_the_compliance_in_its_torque():
     unit, by = UNITS["mining-loader boom"], 0.01
     run, log = cycle(unit)
