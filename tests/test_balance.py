@@ -620,6 +620,39 @@ def test_a_piston_that_slides_is_held_back_by_its_friction(name, lifts):
 
 
 @pytest.mark.parametrize("name", UNITS)
+def test_a_solution_that_has_settled_is_the_one_that_further_iterations_find(name):
+    unit, limits = UNITS[name], limits_of(UNITS[name])
+    found, z, turns, force, p = sliding(unit, 1.0)
+    close, random, settled = 1e-4 * limits.torque, np.random.default_rng(0), []
+    for _ in range(60):
+        speed = turns * random.choice([1.0, random.uniform(-1.5, 1.5)])
+        load = force + random.choice([0.0, random.uniform(-0.3, 0.3) * limits.load])
+        first = found.step(z, speed, speed, 0.0, load, p, 0.02)
+        further = found.step(z, speed, speed, 0.0, load, p, 0.02, guess=first.z, iterations=4)
+        settled.append(bool(first.settled(close)))
+        if settled[-1]:
+            assert float(further.torque) == pytest.approx(float(first.torque), abs=2.0 * close)
+    assert 0.1 < np.mean(settled) < 1.0, "there are both"
+
+
+@pytest.mark.parametrize("name", UNITS)
+def test_a_piston_that_friction_lets_go_in_the_next_iteration_has_not_settled(name):
+    unit, limits = UNITS[name], limits_of(UNITS[name])
+    found, force, random = with_friction(unit), 0.3 * limits.load, np.random.default_rng(0)
+    z, p = found.at_rest(0.5 * unit.cylinder.stroke, force), found.parameters_at(list(found.values), WARM)
+    turned = []
+    for _ in range(40):
+        ways, shares = random.choice([-1.0, 1.0], 2), 10.0 ** random.uniform(-4.0, 0.0, 2)
+        speed, load = ways[0] * shares[0] * unit.max_speed, force * (1.0 + 0.1 * ways[1] * shares[1])
+        one, two = (found.step(z, speed, speed, 0.0, load, p, 0.02, iterations=k) for k in (1, 2))
+        turned.append(bool(one.stands) != bool(two.stands))
+        assert bool(one.settled(1e12)) == (not turned[-1])
+        held = found.step(z, speed, speed, 0.0, load, p, 0.02, held=1.0, iterations=1)
+        assert bool(held.settled(1e12)), "where it is held friction decides nothing"
+    assert 0.0 < np.mean(turned) < 1.0
+
+
+@pytest.mark.parametrize("name", UNITS)
 def test_a_load_that_friction_holds_moves_nothing(name):
     unit = UNITS[name]
     found, force = with_friction(unit), 0.3 * limits_of(unit).load

@@ -298,7 +298,7 @@ def test_friction_at_a_standstill_is_that_of_the_pumps():
 
 
 def test_a_torque_is_unsure_where_a_valve_may_be_closed_already():
-    """A motor that comes to stand: at its speed of the sample's end the mast would rest on its valve, not on the pump."""
+    """A motor that comes to stand: at the speed that it ends with the mast would rest on its valve, not on the pump."""
     name = "forklift-mast lift"
     run, log = cycle(UNITS[name])
     said, _ = followed(name, run, log)

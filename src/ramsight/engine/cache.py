@@ -64,8 +64,6 @@ def generated_module(
     constants: Mapping[str, object],
     body: str,
     widths: Mapping[str, int] | None = None,
-    *,
-    regroups: bool = False,
 ) -> CompiledModule:
     """A compiled module made of SX functions and of Python source that calls them.
 
@@ -77,19 +75,17 @@ def generated_module(
         constants: module-level names that `body` uses.
         body: source of further functions, of what `engine.terms` and `engine.loop` know.
         widths: functions that work on several runs side by side, and on how many; their arrays are (n, width).
-        regroups: whether sums and products may be grouped otherwise than they are written; a twentieth faster, and
-            side by side not as alone: nothing for steps whose length follows from rounding.
     """
     widths = {name: (widths or {}).get(name, 1) for name in functions}
     name = "model_" + content_hash(
         *(text for name, function in functions.items() for text in (name, function.serialize())),
-        repr((list(constants.items()), widths, regroups)),
+        repr((list(constants.items()), widths)),
         body,
         *map(inspect.getsource, (graph, branches, writes, llvm, terms, loop)),
         ca.CasadiMeta.version(),
     )
     if name not in _loaded:
-        _loaded[name] = CompiledModule(name, functions, constants, body, widths, regroups)
+        _loaded[name] = CompiledModule(name, functions, constants, body, widths)
     return _loaded[name]
 
 
@@ -102,7 +98,6 @@ class CompiledModule:
         constants: names that have a number.
         body: source of the loops around them.
         widths: of each function.
-        regroups: whether sums and products may be grouped otherwise.
     """
 
     def __init__(
@@ -112,9 +107,8 @@ class CompiledModule:
         constants: Mapping[str, object],
         body: str,
         widths: Mapping[str, int],
-        regroups: bool,
     ) -> None:
-        self._folder, self._name, self._regroups = cache_directory(), name, regroups
+        self._folder, self._name = cache_directory(), name
         self._functions, self._widths = functions, widths
         statements = ast.parse(body).body
         self._loops = {one.name: one for one in statements if isinstance(one, ast.FunctionDef)}
@@ -161,7 +155,6 @@ class CompiledModule:
             len(outputs),
             self._widths[name],
             kept={k: inputs.index(out) for k, out in enumerate(outputs) if out in inputs},
-            regroups=self._regroups,
         )
         given = dict(zip(_arguments(function), views, strict=True))
         builder.call(emitted, [given[name].data for name in (*inputs, *outputs)])

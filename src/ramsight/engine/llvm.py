@@ -25,8 +25,8 @@ _ROUND = 6755399441055744.0  # 1.5 * 2**52: adding it leaves the nearest integer
 class _Emitter:
     """Emits operations on one value type into an LLVM builder."""
 
-    def __init__(self, builder: Any, width: int, flags: Sequence[str]) -> None:
-        self.b, self.width, self._flags = builder, width, flags
+    def __init__(self, builder: Any, width: int) -> None:
+        self.b, self.width = builder, width
         double, integer, bit = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
         self.real = double if width == 1 else ir.VectorType(double, width)
         self.integer = integer if width == 1 else ir.VectorType(integer, width)
@@ -120,7 +120,7 @@ class _Emitter:
 
     def table(self) -> dict[int, Callable[..., Any]]:
         """CasADi's operation codes and what each becomes."""
-        b, fast = self.b, self._flags
+        b, fast = self.b, ("contract",)
         one, two = self.constant(1.0), self.constant(2.0)
         return {
             ca.OP_ASSIGN: lambda x: x,
@@ -262,7 +262,6 @@ def emit_program(
     width: int = 1,
     *,
     kept: Mapping[int, int] | None = None,
-    regroups: bool = False,
 ) -> Any:
     """Emit a program as a function of its own, which stays one.
 
@@ -274,8 +273,6 @@ def emit_program(
         outputs: how many it writes.
         width: runs side by side. With 1 the arrays have shape (n,), else (n, width).
         kept: of an output the input that it is written over.
-        regroups: whether sums and products may be grouped otherwise than they are written, as is fastest; with another
-            width they are grouped in another way.
 
     Returns:
         The function, of pointers to the inputs and then to the outputs; an output may be an input.
@@ -285,7 +282,6 @@ def emit_program(
     function.linkage = "internal"
     function.attributes.add("noinline")
     builder = ir.IRBuilder(function.append_basic_block())
-    flags = ("contract", "reassoc", "nsz") if regroups else ("contract",)
-    _Emitter(builder, width, flags).run(program, function.args[:inputs], function.args[inputs:], kept or {})
+    _Emitter(builder, width).run(program, function.args[:inputs], function.args[inputs:], kept or {})
     builder.ret_void()
     return function

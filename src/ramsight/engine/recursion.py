@@ -99,13 +99,13 @@ def _pieces(recursion: Recursion) -> tuple[dict[str, ca.Function], dict[str, obj
 @lru_cache(maxsize=64)
 def _compile(recursion: Recursion) -> CompiledModule:
     functions, constants = _pieces(recursion)
-    return generated_module(functions, {"NQ": constants["NQ"]}, _REPLAY, regroups=True)
+    return generated_module(functions, {"NQ": constants["NQ"]}, _REPLAY)
 
 
 @lru_cache(maxsize=16)
 def _compile_lanes(recursion: Recursion) -> CompiledModule:
     functions, constants = _pieces(recursion)
-    return generated_module(functions, constants | {"W": WIDTH}, _REPLAY_LANES, {"advance": WIDTH}, regroups=True)
+    return generated_module(functions, constants | {"W": WIDTH}, _REPLAY_LANES, {"advance": WIDTH})
 
 
 def replay(

@@ -70,8 +70,17 @@ class Solution:
     _torque_by_factors: Any
     _sliding: Any
     _before_by_z: Any
+    _changed: Any
+    _turns: Any
     _balance: Balance
     _h: Any
+
+    def settled(self, torque: Any) -> Any:
+        """Whether further iterations would not change it: the last one changed the torque by no more than this [N m].
+
+        Nor would friction hold a piston that it let go in the last one, or let one go that it held.
+        """
+        return ca.logic_and(ca.fabs(self.torque_by(self._changed)) < torque, ca.logic_not(self._turns))
 
     def by_load(self) -> Any:
         """dz/dF for a load that changes at the step's beginning [state/N]."""
@@ -416,7 +425,7 @@ class Balance:
             for _ in range(more):
                 further = begun.iterate(further).z
             z = ca.if_else(self._changed(z - last) > _SETTLED, further, z)
-        return begun.concluded(begun.iterate(z), speed, acceleration)
+        return begun.concluded(begun.iterate(z), z, speed, acceleration)
 
 
 @dataclass(frozen=True)
@@ -465,9 +474,17 @@ class _Step:
         after = z + balance._elimination.solve(factored, rate - (z - self.z0) / self.h)
         return _Iterated(after, kept, stuck, stands, friction, factored)
 
-    def concluded(self, last: _Iterated, speed: Any, acceleration: Any) -> Solution:
-        """The solution after its last iteration, with what its derivatives need."""
-        balance, (_, _, p, theta) = self.balance, self.given
+    def concluded(self, last: _Iterated, before: Any, speed: Any, acceleration: Any) -> Solution:
+        """The solution after its last iteration, with what its derivatives need.
+
+        Args:
+            last: that iteration.
+            before: states that it began with.
+            speed: of the motor at the step's end [rad/s].
+            acceleration: of it there [rad/s2].
+        """
+        balance, (_, load, p, theta) = self.balance, self.given
+        stuck, _ = balance._friction(last.z, load, p)
         leaked, leaked_by_factors, leaked_by_z = self.leaks
         at = (last.z, *self.given, last.kept)
         by_load, _ = balance._sensitive(*at, last.stands, last.friction, self.early, leaked)
@@ -485,6 +502,8 @@ class _Step:
             _torque_by_factors=torque_by_factors,
             _sliding=(loose, by_loose, by_factors + self.early * leaked_by_factors),
             _before_by_z=self.early * leaked_by_z,
+            _changed=last.z - before,
+            _turns=ca.logic_and(ca.logic_not(self.held), stuck != last.stuck),
             _balance=balance,
             _h=self.h,
         )

@@ -39,6 +39,7 @@ _GIVES, _LEAST_GIVEN = 3.0, 2e-3  # what oil gives under a load's change over wh
 _WITHIN = 0.2  # s; time constant for a torque that friction at standstill may explain
 _ROUGHER = 1.25  # friction of a usual pump over the described one
 _FIRST = 0.3  # of the load at relief pressure: standard deviation of one that has not been seen yet
+_INERT = 0.01  # of the torque's noise; less adds nothing to it
 _NOTHING = 4.0  # standard deviations of the torque; a load that shows no more may be none
 
 
@@ -331,9 +332,10 @@ class LoadObserver:
             before = self._pressures.settled(before, solve.h)
         first = solve(before, self._load, before, 3)
         early = solve(before, self._load, first.z, 2, solve.speed)
-        # A motor that keeps its speed was as fast all the time: both are one solution, and the second is left out.
-        hastens = ca.logic_and(self._graph.held("started"), solve.speed != solve.mean_speed)
-        earlier = ca.if_else(hastens, early.torque - first.torque, 0.0)
+        # A motor that keeps its speed was as fast all the time: a solution that has settled is both of them.
+        differs = ca.logic_or(solve.speed != solve.mean_speed, ca.logic_not(first.settled(_INERT * self._sigma)))
+        differs = ca.logic_and(self._graph.held("started"), differs)
+        earlier = ca.if_else(differs, early.torque - first.torque, 0.0)
         by_load, by_large = first.by_load(), first.by_large_load()
         by_first = ca.DM(balance.rest_by_load())
         by_initial = first.by_start(by_first, 1.0)
