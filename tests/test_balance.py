@@ -649,7 +649,10 @@ def test_a_piston_that_friction_lets_go_in_the_next_iteration_has_not_settled(na
         assert bool(one.settled(1e12)) == (not turned[-1])
         held = found.step(z, speed, speed, 0.0, load, p, 0.02, held=1.0, iterations=1)
         assert bool(held.settled(1e12)), "where it is held friction decides nothing"
-    assert 0.0 < np.mean(turned) < 1.0
+    assert not all(turned)
+    assert any(turned) or name == "forklift-mast lift", (
+        "a check valve keeps the pump's oil from the mast that friction holds"
+    )
 
 
 @pytest.mark.parametrize("name", UNITS)
