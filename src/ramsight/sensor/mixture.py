@@ -37,9 +37,12 @@ class Mixture:
         return [ca.exp(h.weight - largest) for h in self._all]
 
     def reweighed(self, where: Any) -> None:
-        """Weights have changed under a condition, and have to be told under it before all else is kept as it was.
+        """Take the weights as they are now where a condition holds; elsewhere the probabilities stay.
 
-        Where nothing was measured, no weight changes: as exponentials they are worked out anew under it alone.
+        Nothing else changes a weight, so exponentials are worked out anew in samples with a measurement alone.
+
+        Args:
+            where: whether something was measured. The weights are those that it leads to, whether it was or not.
         """
         shares = zip(self._likelihoods(), self._shares, strict=True)
         self._shares = [ca.if_else(where, new, old) for new, old in shares]
