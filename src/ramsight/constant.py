@@ -23,6 +23,7 @@ class Constant(float):
     reason: str
 
     def __new__(cls, value: float, unit: str, reason: str) -> Constant:
+        """A number with its unit and reason."""
         made = super().__new__(cls, value)
         made.unit, made.reason = unit, reason
         return made

@@ -3,7 +3,7 @@
 At run time all three are `casadi.SX`. Only a type checker sees the difference; what is not listed here is not checked.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any, overload
 
 class Scalar:

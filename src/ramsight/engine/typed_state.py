@@ -122,10 +122,8 @@ def _walk(node: object, name: str, key: str, kind: Kind) -> Iterator[Leaf]:
     elif isinstance(node, Mapping):
         for part, value in node.items():
             text = part if isinstance(part, str) else ",".join(part)
-            if kind.inline:
-                below = f"{name}.{text}" if name else text
-            else:
-                below = f"{name}[{text}]"
+            dotted = f"{name}.{text}" if name else text
+            below = dotted if kind.inline else f"{name}[{text}]"
             yield from _walk(value, below, text, kind)
     elif isinstance(node, tuple):
         for k, value in enumerate(node):
