@@ -35,6 +35,8 @@ class Kind:
         always: whether it follows samples that are passed over as well.
         variance: whether it is the variance of something, and so never negative; of a mapping, by key.
         inline: whether names leave out the field's own name.
+        exact: what keeps every digit of a state: the name of the input that it repeats, or ``sum`` for what grows by
+            little at a time; empty for all others.
     """
 
     unit: str = "1"
@@ -42,6 +44,7 @@ class Kind:
     always: bool = False
     variance: Learned = False
     inline: bool = False
+    exact: str = ""
 
 
 @dataclass(frozen=True)
@@ -55,6 +58,7 @@ class Leaf:
         learned: whether it describes the machine.
         always: whether it follows samples that are passed over.
         variance: whether it is a variance.
+        exact: the input that it repeats, or ``sum``; empty for all others.
     """
 
     name: str
@@ -63,6 +67,7 @@ class Leaf:
     learned: bool
     always: bool
     variance: bool
+    exact: str
 
 
 _DEFAULT = Kind()
@@ -76,6 +81,7 @@ def leaf(
     always: bool = False,
     variance: Learned = False,
     inline: bool = False,
+    exact: str = "",
 ) -> Any:
     """A state of a dataclass.
 
@@ -86,6 +92,7 @@ def leaf(
         always: whether it follows samples that are passed over as well.
         variance: whether it is a variance; of a mapping, by key.
         inline: whether names leave out the field's own name.
+        exact: the input that it repeats, or ``sum`` for what grows by little at a time.
 
     Example:
         >>> @dataclass(frozen=True)
@@ -95,7 +102,7 @@ def leaf(
         >>> [one.name for one in leaves(Smoothing())]
         ['value', 'age']
     """
-    metadata = {"kind": Kind(unit, learned, always, variance, inline)}
+    metadata = {"kind": Kind(unit, learned, always, variance, inline, exact)}
     if initial is None:
         return field(metadata=metadata)
     return field(default_factory=lambda: ca.SX(float(initial)), metadata=metadata)
@@ -123,13 +130,13 @@ def _walk(node: object, name: str, key: str, kind: Kind) -> Iterator[Leaf]:
         for part, value in node.items():
             text = part if isinstance(part, str) else ",".join(part)
             dotted = f"{name}.{text}" if name else text
-            below = dotted if kind.inline else f"{name}[{text}]"
+            below = dotted if isinstance(part, str) else f"{name}[{text}]"
             yield from _walk(value, below, text, kind)
     elif isinstance(node, tuple):
         for k, value in enumerate(node):
             yield from _walk(value, f"{name}[{k}]", key, kind)
     else:
-        yield Leaf(name, node, kind.unit, _of(kind.learned, key), kind.always, _of(kind.variance, key))
+        yield Leaf(name, node, kind.unit, _of(kind.learned, key), kind.always, _of(kind.variance, key), kind.exact)
 
 
 def _of(declared: Learned, key: str) -> bool:

@@ -3,60 +3,86 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import casadi as ca
 
+from ramsight.engine.typed_state import inlined, symbols
+from ramsight.expression import Real, all_of, scalar, within
 from ramsight.plant.balance import FACTORS
-from ramsight.plant.balance import balance as balance_of
-from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.judgement import COLDEST, HOTTEST
-from ramsight.sensor.load import LoadObserver
+from ramsight.sensor.dead_reckoning import ReckoningState, at_reference, relief_loss
+from ramsight.sensor.load import LoadState, Piston, observe_load
+from ramsight.sensor.machine_model import MachineModel
+from ramsight.sensor.oil_warming import WarmingState, warming_rate
 from ramsight.sensor.pressures import measured_pressures
-from ramsight.sensor.relief import passing
+from ramsight.sensor.relief import relief_probability
+from ramsight.sensor.sample import Raw, SampleState, plain_sample
 from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import SensorGraph, VirtualSensor
+from ramsight.sensor.status_rules import outside_temperature
+from ramsight.sensor.thresholds import RELIEF_BALANCE_SHARE, STOP_ZONE, TIME_LEAST
+from ramsight.sensor.virtual_sensor import Report, VirtualSensor, close
 
-_STOP_ZONE = 0.02  # share of the stroke from its ends, where a relief valve opens because of the stop
-_PASSES = 0.5  # share between first opening and setting of a relief valve from which the position counts as lost
+
+@dataclass(frozen=True, kw_only=True)
+class BalanceState:
+    """What the volume balance keeps.
+
+    Attributes:
+        reckoning: position and the last sample.
+        warming: the smoothed thermometer, where the oil expands.
+        load: the simulated circuit.
+    """
+
+    reckoning: ReckoningState = inlined()
+    warming: WarmingState | None
+    load: LoadState
 
 
 def balance(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> VirtualSensor:
     """The volume balance of a unit, whatever its circuit.
 
     Args:
-        unit: the unit's parts; it is taken to be its data sheet.
-        assumptions: of the drive, for how far a torque is believed; by default what the unit declares.
+        unit: the unit's parts; it is taken to match its data sheet.
+        assumptions: of the drive, for the weight of a torque; by default what the unit declares.
 
     Returns:
-        A sensor with position, velocity, load and status; it does not know its standard deviation (NaN).
+        A sensor with position, velocity, load and status; it has no standard deviation (NaN).
     """
-    assumed = assumptions or unit.assumptions
-    limits, circuit = limits_of(unit), balance_of(unit)
-    graph = SensorGraph(circuit.model.commands, measured_pressures(assumed))
-    stroke = float(unit.cylinder.stroke)
-    graph.initially("position", 0.5 * stroke)
-    graph.parameters.add("travel_per_radian", float(unit.travel_per_radian))
-    observer = LoadObserver(graph, circuit, limits, assumed)
-    step = observer.step([1.0] * len(FACTORS), 0.0)
-    position = ca.fmin(ca.fmax(graph.position + step.travel, 0.0), stroke)
-    velocity = ca.if_else(graph.elapsed > 0.0, step.travel / ca.fmax(graph.elapsed, 1e-6), 0.0)
-    symbol, setting = graph.parameters.symbol, assumed.machine.relief
-    doubt = passing(circuit, step.z, lambda name: symbol(f"circuit.{name}"), graph.extending_speed, setting)
-    away = ca.fmin(position, stroke - position) > _STOP_ZONE * stroke
-    turning = graph.motor_speed != 0.0
-    lost = graph.lost(ca.logic_and(doubt > _PASSES, ca.logic_and(turning, away)), graph.referenced)
-    extreme = ca.logic_or(graph.oil_temperature < COLDEST, graph.oil_temperature > HOTTEST)
-    status = ca.if_else(extreme, float(Status.OUTSIDE_TEMPERATURE), float(Status.OK))
-    status = ca.if_else(doubt > 0.0, float(Status.NEAR_RELIEF), status)
-    status = ca.if_else(lost, float(Status.POSITION_LOST), status)
-    return graph.counting(
-        "balance",
-        position=position,
-        velocity=velocity,
-        load=step.load,
-        std=math.nan,
-        status=status,
-        more=circuit.chambers(step.z),
+    model = MachineModel.of(unit, assumptions)
+    raw = Raw.symbols(model.balance.model.commands, measured_pressures(model.assumed))
+    initial = BalanceState(
+        reckoning=ReckoningState(
+            position=scalar(0.5 * float(unit.cylinder.stroke)),
+            intake=SampleState.initial(model.balance.model.commands),
+        ),
+        warming=WarmingState() if model.balance.expands else None,
+        load=LoadState.initial(model),
     )
+    state = symbols(initial)
+    reckoning = state.reckoning
+    intake, sample = plain_sample(reckoning.intake, raw)
+    warming: Real = 0.0
+    warming_state = None
+    if state.warming is not None:
+        warming_state, warming = warming_rate(state.warming, sample)
+    piston = Piston.free(reckoning.position)
+    load, step = observe_load(state.load, sample, piston, [1.0] * len(FACTORS), warming, model)
+    position = within(reckoning.position + step.motion.travel, 0.0, model.stroke)
+    travel, elapsed = step.motion.travel, sample.elapsed
+    velocity = ca.if_else(elapsed > 0.0, travel / ca.fmax(elapsed, TIME_LEAST), 0.0)
+    probability = relief_probability(step.z, sample.extending_speed, model)
+    away = ca.fmin(position, model.stroke - position) > STOP_ZONE * model.stroke
+    turning = sample.motor_speed != 0.0
+    passes = all_of(probability > RELIEF_BALANCE_SHARE, turning, away)
+    relief = relief_loss(reckoning.relief, sample, passes)
+    status = ca.if_else(outside_temperature(sample), float(Status.OUTSIDE_TEMPERATURE), float(Status.OK))
+    status = ca.if_else(probability > 0.0, float(Status.NEAR_RELIEF), status)
+    status = ca.if_else(relief.unobservable, float(Status.POSITION_LOST), status)
+    shown = at_reference(sample, position)
+    after = BalanceState(
+        reckoning=ReckoningState(position=shown, intake=intake, relief=relief), warming=warming_state, load=load
+    )
+    said = Report(shown, math.nan, velocity, step.load.value, status, model.balance.chambers(step.z))
+    return close("balance", model.table, raw, initial, state, after, said)

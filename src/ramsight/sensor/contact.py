@@ -1,84 +1,248 @@
 """Contacts: the piston stands while the pump delivers.
 
-A stop, the ground or an obstacle shows mostly in one way: oil is delivered, and all of it goes into compression. The
-position that the load observer gives stands then, whatever the pressure is, while it would have gone on had the load
-not changed:
+A stop, the ground or an obstacle shows mostly in one way: oil is delivered, and all of it is compressed. The position
+by the load observer stands then, whatever the pressure is, while it would have gone on at constant load:
 
     |sum(free travel)| > 30 sigma   while   |sum(travel)| < 4 sigma + 15 % of that sum
 
 with sigma of the position by the torque's noise. From there on the piston is *held*: oil may pass the relief valve or
-be drawn from the tank, and none of it moves the piston. Where the contact is, is not decided here (`hypotheses`).
+be drawn from the tank, and none of it moves the piston. Where the contact is, is decided elsewhere (`bank`).
 
-A machine that gives way more than described seems to go on by more than that. Near an end the share is twice the
+A machine that is softer than described seems to go on by more than that. Near an end the share is twice the standard
 deviation of the compliance, once the load has changed by more than loads usually do, or nears the relief valve's.
 
 Where the other chamber has no pump of its own the lowered end shows otherwise: no pressure is left anywhere, and the
 pump draws from the tank.
 
-While the motor stands, a load that is taken off looks like that for a moment: the oil's force sinks, and the piston
-stands. A contact that is found at rest holds the piston at once, but says where it is only when the torque has sunk as
-that of a closed volume does, nearly to nothing, or rises so once the motor pushes.
+While the motor stands, a load that is taken off looks like a contact for a moment: the oil's force sinks, and the
+piston stands. A contact found at rest holds the piston at once, but is evidence of a place only when the torque has
+sunk as that of a closed volume does, nearly to nothing, or rises so once the motor pushes.
 
-When a piston that is held is let go says `letting_go`.
+`contact_release` decides when a held piston is released.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import casadi as ca
 
-from ramsight.sensor.assumptions import AssumedStops
-from ramsight.sensor.letting_go import SOFT, LettingGo
-from ramsight.sensor.load import SEEN_AT, LoadStep
+from ramsight.engine.typed_state import leaf
+from ramsight.expression import Condition, Flag, Real, Scalar, all_of, any_of, count, flag, negated, scalar, within
+from ramsight.sensor.contact_release import Grip, Holding, ReleaseState, look_for_release
+from ramsight.sensor.load_step import LoadStep
+from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.mode import HELD, Mode, is_in, next_mode
-from ramsight.sensor.virtual_sensor import SensorGraph
+from ramsight.sensor.quantity import Quantity, Row
+from ramsight.sensor.sample import Sample
+from ramsight.sensor.thresholds import (
+    COMPLIANCE_GATE,
+    COMPLIANCE_USUAL,
+    CONTACT_EVIDENCE,
+    CONTACT_SLIP,
+    CONTACT_SLIP_UNKNOWN,
+    CONTACT_STILL,
+    DIRECTION_TRAVEL,
+    LOAD_FOUND_TIME,
+    LOAD_GONE_NOISE,
+    LOAD_GONE_SHARE,
+    LOAD_LEFT_SHARE,
+    LOAD_MEMORY,
+    MOTOR_TURNS,
+    NEAR_END,
+    NEAR_END_LEAST,
+    RARE_LOAD_CHANGE,
+    RELIEF_CERTAIN,
+    RISE_EVIDENCE,
+    SEPARATE_CONTACTS,
+    SETTLING_STD_SHARE,
+    SHOWN_SHARE,
+    VOLUME_MODEL_STD,
+)
 
-_SURE = 30.0  # standard deviations of the position that the pump has to deliver in vain
-_STILL, _SLIPS = 4.0, 0.15  # standard deviations and share of what was delivered by which it may seem to move
-_SLIPS_ANYWHERE = 0.5  # the same where the position is not known: a chamber that is full gives twice as a half full one
-_RARE = 2.0  # standard deviations of the change of a load, beyond which it is rare
-_OVER = 0.95  # share of the way from where a relief valve may open to its setting; no load is lifted with more
-_FOUND = 0.3  # s after the motor has started or stopped, until the load is found
-_PUSHING = 1.0  # rad/s; a motor that turns faster delivers
-_NEAR, _NEAR_LEAST = 4.0, 5e-3  # standard deviations and share of the stroke, so near an end it is the end
-_LEFT, _REMEMBERED = 0.7, 1.0  # share of what the oil carried within as many seconds: below, the load settles
-_SETTLING = 0.1  # share of the seeming way since then by which that place is unsure
-_APART = 0.05  # share of the stroke that the piston goes between two contacts that are not the same
-_CAME = 0.02  # share of the stroke; whoever went farther back has left an end
-_GONE, _GONE_NOISE = 0.1, 2.0  # share of the torque, and its standard deviations, that are left where no load is
-_MODEL = 0.05  # share of a change of the torque by which a closed volume's equation may err, standard deviation
-_USUALLY = 0.25  # share of a torque's rise by which machines give more than described, the softest in twenty twice that
-_BUILT = 16.0  # standard deviations of the torque; of a motor that pushes a closed volume
+
+@dataclass(frozen=True, kw_only=True)
+class StandingState:
+    """A piston that may stand while oil is delivered.
+
+    Attributes:
+        since: how long it may have stood [s].
+        moved: by which it seems to have moved since [m].
+        moved_by: derivatives of that with respect to what a step is made with.
+        delivered: travel at constant load since [m].
+    """
+
+    since: Scalar = leaf("s")
+    moved: Scalar = leaf("m")
+    moved_by: Mapping[Quantity, Scalar] = leaf("m", None)
+    delivered: Scalar = leaf("m")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SettlingState:
+    """A load that may settle on something else.
+
+    Attributes:
+        empty: whether the oil gave no force at the last sample, while it was lowered.
+        carried: largest force of the oil lately [N].
+        position: where the oil carried it last [m].
+    """
+
+    empty: Flag = leaf("1")
+    carried: Scalar = leaf("N")
+    position: Scalar = leaf("m")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PendingState:
+    """A contact found at rest, which is no evidence of a place yet.
+
+    Attributes:
+        waits: whether there is one.
+        torque: expected when it was found [N m].
+    """
+
+    waits: Flag = leaf("1")
+    torque: Scalar = leaf("N m")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactState:
+    """What the piston does, and its contacts.
+
+    Attributes:
+        mode: a number of `Mode`.
+        turned: whether the motor turned at the last sample.
+        since: how long it has turned, or stood [s].
+        left_from: position from which the piston was released [m].
+        leaves_way: in which the motor pulls it off, +1 for extension; 0 if it does not.
+        held_at: position at which it was held [m].
+        gone: share of the stroke that it has moved since the last contact.
+        came: way that it moved last, at most a hundredth or two of the stroke [m].
+        standing: whether it stands while oil is delivered.
+        settling: whether its load settles on something else.
+        pending: a contact found at rest.
+        release: of a held piston.
+    """
+
+    mode: Scalar = leaf("1")
+    turned: Flag = leaf("1")
+    since: Scalar = leaf("s")
+    left_from: Scalar = leaf("m")
+    leaves_way: Scalar = leaf("1")
+    held_at: Scalar = leaf("m")
+    gone: Scalar = leaf("1", SEPARATE_CONTACTS)
+    came: Scalar = leaf("m")
+    standing: StandingState
+    settling: SettlingState = field(default_factory=SettlingState)
+    pending: PendingState = field(default_factory=PendingState)
+    release: ReleaseState = field(default_factory=ReleaseState)
+
+    @classmethod
+    def initial(cls, stepping: tuple[Quantity, ...] = ()) -> ContactState:
+        """Before the first sample.
+
+        Args:
+            stepping: quantities that a step of the balance is made with.
+        """
+        return cls(standing=StandingState(moved_by=dict.fromkeys(stepping, scalar(0.0))))
+
+    @property
+    def held(self) -> Flag:
+        """Whether the piston is held."""
+        return is_in(self.mode, HELD)
+
+    @property
+    def leaves(self) -> Flag:
+        """Whether it was released, and may still stand there."""
+        return is_in(self.mode, (Mode.LEAVING,))
+
+    @property
+    def direction(self) -> Scalar:
+        """In which a held piston cannot go on, +1 for extension."""
+        return ca.if_else(self.mode == float(Mode.HELD_EXTENDING), 1.0, -1.0)
+
+    def off_stop(self, position: Scalar) -> Scalar:
+        """A position that is not beyond the stop that the motor pulls the piston off [m]."""
+        way, left_from = self.leaves_way, self.left_from
+        kept = ca.if_else(way > 0.0, ca.fmax(position, left_from), ca.fmin(position, left_from))
+        return ca.if_else(all_of(self.leaves, way != 0.0), kept, position)
 
 
 @dataclass(frozen=True)
-class Believed:
-    """What is believed when a contact is looked for.
+class Estimated:
+    """What is estimated of the piston when a contact is looked for.
 
     Attributes:
-        position: of the piston after the load observer's step [m].
-        stroke: of the cylinder [m].
-        std: of the position [m].
-        known: whether the position is known.
+        position: after the load observer's step [m].
+        std: standard deviation of it [m].
+        known: whether a position is known at all.
         relief: how likely oil passes a relief valve, 0 to 1.
-        held_back: share of a pressure by which such a valve may hold it lower than described [1].
-        compliance: standard deviation of the compliance [1].
-        unseen: standard deviation of the change of a load at rest [N].
-        stiffness: of the stops [N/m].
+        relief_tolerance: share of a pressure by which such a valve may hold it lower than described [1].
+        compliance_std: standard deviation of the compliance [1].
+        load_change_std: standard deviation of the change of a load at rest [N].
     """
 
-    position: Any
-    stroke: Any
-    std: Any
-    known: Any
-    relief: Any
-    held_back: Any
-    compliance: Any
-    unseen: Any
-    stiffness: Any
+    position: Scalar
+    std: Real
+    known: Condition
+    relief: Real
+    relief_tolerance: Real
+    compliance_std: Real
+    load_change_std: Real
+
+
+@dataclass(frozen=True)
+class ContactPlace:
+    """A contact as evidence of a place.
+
+    Attributes:
+        found: whether a contact has just been found.
+        evidence: whether it is evidence of a place: another one than the last, and no longer pending.
+        position: at which the piston came to stand [m].
+        by: derivatives of the way that it seemed to move since, with respect to what a step is made with.
+        went_on: whether it moved that way all the same: it was on an end, and leaves it.
+        std: standard deviation of the position where the oil's pressure had to tell it [m].
+        at_top: whether that is the extended end: the one that it moved to, or the one that it leaves.
+    """
+
+    found: Flag
+    evidence: Flag
+    position: Scalar
+    by: Row
+    went_on: Flag
+    std: Scalar
+    at_top: Flag
+
+
+@dataclass(frozen=True)
+class Hold:
+    """How the piston is held after a sample.
+
+    Attributes:
+        held: whether it is.
+        leaves: whether it has just been released, or is pulled off an end.
+        released: whether it has just been released.
+        stands: whether it may stand while the pump delivers, not yet surely.
+        pushing: whether the motor pushes against what holds it.
+        draws: whether the pump draws oil from what is still held.
+        give_back: by which what holds it gives way under it, extension positive [m].
+        went: way that a piston which is released may have moved while it seemed held [m].
+        shown: share of what its oil did meanwhile that the torque shows [1].
+        travel_std: standard deviation of the way that a held piston may have moved, drawn off or by leakage [m].
+    """
+
+    held: Flag
+    leaves: Flag
+    released: Flag
+    stands: Flag
+    pushing: Flag
+    draws: Flag
+    give_back: Scalar
+    went: Scalar
+    shown: Scalar
+    travel_std: Scalar
 
 
 @dataclass(frozen=True)
@@ -86,46 +250,14 @@ class Contact:
     """Contacts at a sample.
 
     Attributes:
-        touched: one has just been found.
-        anew: it is not the last one once more, which would be no evidence.
-        place: position at which the piston came to stand [m].
-        place_by: derivatives of the way that it seemed to go since, with respect to factors and lag [m, m/s].
-        went_on: whether it went that way all the same: it was on an end, and leaves it.
-        doubt: standard deviation of that place where the oil's pressure had to tell it [m].
-        at_top: whether that would be the extended end, 1 or 0: the one it was moved to, or the one that it leaves.
-        held: whether the piston is held after this sample.
-        leaves: whether it has just been let go, or is pulled off an end.
-        released: whether it has just been let go.
-        stands: whether the piston may be standing while the pump delivers, not yet surely.
-        pushing: whether the motor pushes against what holds it.
-        draws: whether it draws oil from what is still held.
-        built: change of the expected torque since it pushes [N m].
-        given_way: by which what holds it gives way under it, extension positive [m].
-        went: what a piston that is let go may have gone after all, while it was thought to be held [m].
-        shown: share of what its oil did meanwhile that the torque shows [1].
-        unsure: standard deviation of the way that a piston which is held may have gone, drawn off or by leakage [m].
-        mode: what the piston is doing after this sample, a number of `Mode`.
+        place: a contact as evidence of a place.
+        hold: how the piston is held.
+        mode: what the piston does after the sample, a number of `Mode`.
     """
 
-    touched: Any
-    anew: Any
-    place: Any
-    place_by: list[Any]
-    went_on: Any
-    doubt: Any
-    at_top: Any
-    held: Any
-    leaves: Any
-    released: Any
-    stands: Any
-    pushing: Any
-    draws: Any
-    built: Any
-    given_way: Any
-    went: Any
-    shown: Any
-    unsure: Any
-    mode: Any
+    place: ContactPlace
+    hold: Hold
+    mode: Scalar
 
 
 @dataclass(frozen=True)
@@ -136,302 +268,362 @@ class _Standing:
         keeps: whether what was delivered still counts.
         stands: whether it may stand.
         surely: whether it does.
-        anchor: where it came to stand [m].
-        by: derivatives of what it seemed to go since [m, m/s].
+        position: where it came to stand [m].
+        by: derivatives of what it seemed to move since.
+        state: after the sample, but for what was delivered.
     """
 
-    keeps: Any
-    stands: Any
-    surely: Any
-    anchor: Any
-    by: list[Any]
+    keeps: Flag
+    stands: Flag
+    surely: Flag
+    position: Scalar
+    by: Mapping[Quantity, Scalar]
+    state: StandingState
+
+
+@dataclass(frozen=True)
+class _Motor:
+    """The motor at a sample.
+
+    Attributes:
+        turns: whether it turns.
+        since: how long it does, or stands [s].
+        way: in which the piston was delivered oil, +1 for extension.
+        free: whether time passes, the load has been found and nothing holds the piston.
+        delivered: travel at constant load since the piston may stand [m].
+        before: position before the sample [m].
+    """
+
+    turns: Flag
+    since: Scalar
+    way: Scalar
+    free: Flag
+    delivered: Scalar
+    before: Scalar
 
 
 @dataclass(frozen=True)
 class _Found:
-    """What the sample says of a contact.
+    """A contact at a sample.
 
     Attributes:
-        turns: whether the motor turns.
-        way: +1 for extension, in which the piston was delivered oil.
-        before: position before the sample [m].
         standing: whether the piston stands.
         in_vain: whether it surely does while oil is delivered.
-        sunk: whether its load has come to stand on something else.
-        touched: whether a contact is found.
-        leaving: whether it is the end that the piston is about to leave.
-        settled: where a load that stands on something else came to stand [m].
+        sunk: whether its load has settled on something else.
+        contact: whether a contact is found.
+        leaving: whether it is with the end that the piston is about to leave.
+        settled: where a load that settles came to stand [m].
+        settling: state of that after the sample.
+        came: way that the piston moved last [m].
     """
 
-    turns: Any
-    way: Any
-    before: Any
     standing: _Standing
-    in_vain: Any
-    sunk: Any
-    touched: Any
-    leaving: Any
-    settled: Any
+    in_vain: Flag
+    sunk: Flag
+    contact: Flag
+    leaving: Flag
+    settled: Scalar
+    settling: SettlingState
+    came: Scalar
 
 
-class ContactWatch:
-    """Its states in a sensor's graph.
+def look_for_contact(
+    state: ContactState, sample: Sample, step: LoadStep, now: Estimated, travel_by: Row, model: MachineModel
+) -> tuple[ContactState, Contact]:
+    """One sample.
 
     Args:
-        graph: gains states.
-        lift_sign: +1 if extension lifts the load, -1 if retraction does.
-        stops: where the machine's stops are.
-        resists: whether the load only resists, so that a piston may stand anywhere until the oil overcomes it.
+        state: before it.
+        sample: with the speed that is used.
+        step: of the load observer.
+        now: what is estimated of the piston after it.
+        travel_by: derivatives of the step's travel with respect to what it is made with.
+        model: of the machine.
+
+    Returns:
+        The state after the sample, positions in it as before all measurements (`moved`), and the contact.
     """
-
-    def __init__(self, graph: SensorGraph, lift_sign: float, stops: AssumedStops, *, resists: bool = False) -> None:
-        self._graph, self._lift, self._stops, self._resists = graph, lift_sign, stops, resists
-        self._stood = graph.state("stands_for")
-        self._sank = graph.state("sank")
-        self._mode = graph.state("mode")
-        self.held = is_in(self._mode, HELD)
-        self.leaves = is_in(self._mode, (Mode.LEAVING,))
-        self._direction = ca.if_else(self._mode == float(Mode.HELD_EXTENDING), 1.0, -1.0)
-        self._seemed = graph.state("seemed_to_move")
-        self._delivered = graph.state("delivered_in_vain")
-        self._turned, self._since = graph.state("turned"), graph.state("turns_or_rests_for")
-        self._left_from, self._gone = graph.state("left_from"), graph.state("gone_since_contact", _APART)
-        self._held_at = graph.state("held_at")
-        self._waits, self._found_with = graph.state("contact_waits"), graph.state("found_with")
-        self._leaves_way = graph.state("leaves_way")
-        self._carried, self._carried_at = graph.state("carried_lately"), graph.state("carried_until")
-        self._carries_at = self._carried_at
-        self._grip = LettingGo(graph, lift_sign, self.held, self._direction)
-
-    def before_it(self, position: Any) -> Any:
-        """A position that is not beyond what the motor pulls it off: it does not go through that [m]."""
-        way, left_from = self._leaves_way, self._left_from
-        kept = ca.if_else(way > 0.0, ca.fmax(position, left_from), ca.fmin(position, left_from))
-        return ca.if_else(ca.logic_and(self.leaves, way != 0.0), kept, position)
-
-    def look(self, step: LoadStep, believed: Believed, travel_by: Sequence[Any] = ()) -> Contact:
-        """One sample.
-
-        Args:
-            step: of the load observer.
-            believed: of the piston after it.
-            travel_by: derivatives of the step's travel with respect to factors and lag [m, m/s].
-        """
-        graph, position, relief = self._graph, believed.position, believed.relief
-        found = self._find(step, believed, travel_by)
-        turns, way, touched, leaving = found.turns, found.way, found.touched, found.leaving
-        keeps = found.standing.keeps
-        holds, off = ca.logic_and(touched, ca.logic_not(leaving)), ca.logic_and(touched, leaving)
-        # At rest only leakage takes its oil away, and no end lets go by that: what the end carries goes with it.
-        pulled, stays = ca.logic_and(off, turns), ca.logic_and(off, ca.logic_not(turns))
-        keeps_load = ca.logic_or(keeps, ca.logic_or(self.held, touched))
-        soft = ca.fmax(believed.compliance, _MODEL)
-        grip = self._grip.look(step, turns, keeps_load, stays, believed.held_back, soft)
-        away = ca.fabs(position - self._left_from) > _SURE * step.noise_travel
-        conditions = {
-            "stopped while it retracts": ca.logic_or(ca.logic_and(holds, way < 0.0), ca.logic_and(stays, way > 0.0)),
-            "stopped while it extends": ca.logic_or(ca.logic_and(holds, way >= 0.0), ca.logic_and(stays, way <= 0.0)),
-            "pulled off an end": pulled,
-            "let go": grip.released,
-            "not yet away": ca.logic_not(away),
-            "no force": step.empty,
-            "relief valve open": relief > 0.0,
-            "motor turns": turns,
-            "torque shows the load": step.seen > SEEN_AT,
-        }
-        mode = next_mode(self._mode, conditions)
-        graph.becomes("mode", mode)
-        leaves = ca.logic_or(grip.released, pulled)
-        graph.becomes("leaves_way", ca.if_else(grip.back, way, ca.if_else(leaves, 0.0, self._leaves_way)))
-        follows = _gone(step, graph.motor_torque, grip.rests, self._found_with)
-        follows = ca.logic_or(follows, ca.logic_and(grip.pushing, _builds(step, grip.rise, grip.missing)))
-        was_none = ca.logic_and(self._waits, grip.released)
-        anew = self._is_anew(touched, step, believed.stroke, believed.known, was_none)
-        later = ca.logic_and(anew, ca.logic_not(turns))
-        shows = self._waited(step, touched, later, follows, grip.released)
-        at_top = ca.if_else(leaving, way < 0.0, ca.if_else(shows, self._direction > 0.0, way > 0.0))
-        stood_at, doubt, place_by, by_way = self._stood_at(found)
-        return Contact(
-            touched=touched,
-            anew=ca.logic_or(ca.logic_and(anew, ca.logic_not(later)), shows),
-            place=ca.if_else(shows, position, stood_at),
-            place_by=place_by,
-            went_on=ca.logic_and(pulled, by_way),
-            doubt=doubt,
-            at_top=at_top,
-            held=is_in(mode, HELD),
-            leaves=leaves,
-            released=grip.released,
-            stands=found.standing.stands,
-            pushing=grip.pushing,
-            draws=ca.logic_and(grip.back, is_in(mode, HELD)),
-            built=grip.built,
-            given_way=grip.pressed / believed.stiffness,
-            went=grip.went,
-            shown=grip.shown,
-            unsure=grip.unsure,
-            mode=mode,
-        )
-
-    def _find(self, step: LoadStep, believed: Believed, travel_by: Sequence[Any]) -> _Found:
-        """Whether the piston has come to stand on something, and whether that is an end that it leaves."""
-        graph, w = self._graph, self._graph.extending_speed
-        position, stroke, known, relief = believed.position, believed.stroke, believed.known, believed.relief
-        moves = graph.elapsed > 0.0
-        turns = ca.logic_and(ca.fabs(w) > _PUSHING, moves)
-        # A load that has changed at rest is found in the first moments; the piston seems to stand meanwhile.
-        since = ca.if_else(turns == self._turned, self._since + graph.elapsed, 0.0)
-        graph.becomes("turned", turns)
-        graph.becomes("turns_or_rests_for", since)
-        free = ca.logic_and(since > _FOUND, ca.logic_not(ca.logic_or(self.held, self.leaves)))
-        delivered = self._delivered + step.free_travel  # also by leakage, where the pump holds the load at rest
-        way = ca.if_else(turns, ca.sign(w), ca.sign(delivered))
-        before = position - step.travel  # where this sample went is as doubtful as the flow
-        low, top = self._stops.retracted, stroke - self._stops.extended
-        near = _NEAR * believed.std + _NEAR_LEAST * stroke
-        ahead = ca.if_else(way > 0.0, top - before, before - low)
-        ends = ca.logic_and(known, ahead < near)
-        standing = self._standing(step, believed, travel_by, delivered, ends, ca.logic_and(moves, free))
-        # Of a load that only resists none but the relief valve's pressure tells an end.
-        in_vain = 0.0 if self._resists else standing.surely
-        # Oil that is drawn from the tank moves nothing: the load has come to stand on something else.
-        lowers = ca.logic_and(turns, way == -self._lift)
-        sinks = ca.logic_and(step.empty, ca.logic_and(free, lowers))
-        # At an end a relief valve soon takes all that the pump delivers; nowhere else is that sure.
-        settled = self._settles(step, before)
-        over = ca.logic_and(ca.logic_and(turns, relief > _OVER), ca.logic_and(ends, ca.logic_not(self.held)))
-        sunk = ca.logic_and(sinks, self._sank)
-        touched = ca.logic_or(in_vain, ca.logic_or(sunk, over))
-        graph.becomes("sank", sinks)
-        # Oil that decompresses at an end: a piston that has come there is about to leave.
-        anchor, keeps = standing.anchor, standing.keeps
-        behind = ca.if_else(way > 0.0, anchor - low, top - anchor)
-        nearer = behind < top - low - behind
-        leaving = ca.logic_and(ca.logic_and(known, nearer), behind < near)
-        leaving = ca.logic_and(leaving, self._came(step.travel, stroke) * way < 0.0)
-        graph.becomes("delivered_in_vain", ca.if_else(ca.logic_and(keeps, ca.logic_not(touched)), delivered, 0.0))
-        return _Found(turns, way, before, standing, in_vain, sunk, touched, leaving, settled)
-
-    def _stood_at(self, found: _Found) -> tuple[Any, Any, list[Any], Any]:
-        """Where a piston stood [m], how doubtful that is [m], derivatives of its way since, and whether it has one."""
-        # Where it is again before it was away it was held before; the stop that gave way meanwhile does so once more.
-        again = ca.if_else(self.leaves, self._held_at, found.before)
-        # Where no oil gives it a force, nothing shows where it stands since.
-        drained = ca.logic_or(found.sunk, is_in(self._mode, (Mode.EMPTY,)))
-        stood_at = ca.if_else(drained, found.settled, ca.if_else(found.in_vain, found.standing.anchor, again))
-        doubt = ca.if_else(drained, _SETTLING * (found.before - found.settled), 0.0)
-        by_way = ca.logic_and(found.in_vain, ca.logic_not(drained))
-        return stood_at, doubt, [ca.if_else(by_way, by, 0.0) for by in found.standing.by], by_way
-
-    def _standing(
-        self,
-        step: LoadStep,
-        believed: Believed,
-        travel_by: Sequence[Any],
-        delivered: Any,
-        ends: Any,
-        free: Any,
-    ) -> _Standing:
-        """Whether the piston stands while oil is delivered.
-
-        By its way and not by its place, which references and the cylinder's ends move.
-
-        Args:
-            step: of the load observer.
-            believed: of the piston after it.
-            travel_by: derivatives of the step's travel [m, m/s].
-            delivered: way that it would have gone under the same load [m].
-            ends: whether an end is so near that it may be there.
-            free: whether time passes and nothing holds it yet.
-        """
-        graph, sigma = self._graph, step.noise_travel
-        seems = self._seemed + step.travel
-        softer = ca.fmin(ca.fmax(SOFT * believed.compliance, _SLIPS), _SLIPS_ANYWHERE)
-        slips = ca.if_else(believed.known, ca.if_else(ends, softer, _SLIPS), _SLIPS_ANYWHERE)
-
-        def still(share: Any) -> Any:
-            return ca.fabs(seems) < _STILL * sigma + share * ca.fabs(delivered)
-
-        stands = ca.logic_and(free, still(slips))
-        # A mass that bounces on its oil stands for half a period at most.
-        stood = self._stood + graph.elapsed
-        graph.becomes("stands_for", ca.if_else(stands, stood, 0.0))
-        in_vain = ca.logic_and(ca.logic_and(stands, stood > step.bounce), ca.fabs(delivered) > _SURE * sigma)
-        # A load that only grows takes some of the oil as well; it neither doubles nor comes near the relief valve's.
-        rare = ca.logic_or(believed.relief > 0.0, ca.fabs(delivered - seems) > _RARE * believed.unseen * step.give)
-        told = ca.logic_or(still(_SLIPS), ca.logic_or(rare, ca.logic_not(believed.known)))
-        keeps = ca.logic_or(stands, ca.logic_not(graph.elapsed > 0.0))
-        graph.becomes("seemed_to_move", ca.if_else(keeps, seems, 0.0))
-        by = [graph.state(f"seemed_to_move_by_{k}") + new for k, new in enumerate(travel_by)]
-        for k, value in enumerate(by):
-            graph.becomes(f"seemed_to_move_by_{k}", ca.if_else(keeps, value, 0.0))
-        return _Standing(keeps, stands, ca.logic_and(in_vain, told), believed.position - seems, by)
-
-    def close(self, contact: Contact, position: Any, moved: Any) -> None:
-        """Places that are kept go with the position.
-
-        Args:
-            contact: of this sample.
-            position: after all measurements [m].
-            moved: by how much they moved it [m].
-        """
-        graph, leaves = self._graph, contact.leaves
-        came_back = ca.if_else(contact.released, contact.given_way, 0.0)
-        graph.becomes("left_from", ca.if_else(leaves, position, self._left_from + moved))
-        graph.becomes("held_at", ca.if_else(leaves, position - came_back, self._held_at + moved))
-        graph.becomes("carried_until", self._carries_at + moved)
-
-    def _came(self, travel: Any, stroke: Any) -> Any:
-        """The way that the piston went last, of which the newest hundredths of the stroke decide [m]."""
-        came, most = self._graph.state("came"), _CAME * stroke
-        self._graph.becomes("came", ca.fmin(ca.fmax(came + travel, -most), most))
-        return came
-
-    def _is_anew(self, touched: Any, step: LoadStep, stroke: Any, known: Any, was_none: Any) -> Any:
-        """Whether a contact is another one than the last: the piston went somewhere, or nobody knew where it was.
-
-        After one that turns out to be none any is.
-        """
-        gone = ca.if_else(was_none, _APART, self._gone + ca.fabs(step.travel) / stroke)
-        self._graph.becomes("gone_since_contact", ca.if_else(touched, 0.0, ca.fmin(gone, _APART)))
-        return ca.logic_and(touched, ca.logic_or(gone >= _APART, ca.logic_not(known)))
-
-    def _waited(self, step: LoadStep, touched: Any, later: Any, follows: Any, released: Any) -> Any:
-        """Whether a contact that was found at rest says now where the piston is; what was let go before never does.
-
-        Args:
-            step: of the load observer.
-            touched: whether a contact has just been found.
-            later: whether it has to wait.
-            follows: whether the torque of a piston that is held has gone as that of a closed volume does.
-            released: whether it has just been let go.
-        """
-        shows = ca.logic_and(self._waits, ca.logic_and(follows, ca.logic_not(released)))
-        waits = ca.logic_and(self._waits, ca.logic_not(ca.logic_or(released, shows)))
-        self._graph.becomes("contact_waits", ca.if_else(touched, later, waits))
-        self._graph.becomes("found_with", ca.if_else(touched, step.torque, self._found_with))
-        return shows
-
-    def _settles(self, step: LoadStep, before: Any) -> Any:
-        """Where the piston was when the pump's side last carried what it had carried before [m].
-
-        A load that settles on something else leaves the oil; while the oil decompresses the pump still delivers and
-        the piston seems to go on.
-        """
-        lately = self._carried * ca.exp(-self._graph.elapsed / _REMEMBERED)
-        carried = ca.fmax(ca.fabs(step.carried), lately)
-        place = ca.if_else(ca.fabs(step.carried) < _LEFT * carried, self._carried_at, before)
-        self._graph.becomes("carried_lately", carried)
-        self._carries_at = place
-        return place
+    motor = _motor(state, sample, step, now)
+    found = _find(state, sample, step, now, motor, travel_by, model)
+    turns, way, contact, leaving = motor.turns, motor.way, found.contact, found.leaving
+    holds, off = all_of(contact, negated(leaving)), all_of(contact, leaving)
+    # At rest only leakage takes its oil away, and no end releases by that: what the end carries goes with it.
+    pulled, stays = all_of(off, turns), all_of(off, negated(turns))
+    holding = Holding(
+        held=state.held,
+        direction=state.direction,
+        turns=turns,
+        keeps_load=any_of(found.standing.keeps, any_of(state.held, contact)),
+        from_rest=stays,
+        relief_tolerance=now.relief_tolerance,
+        compliance_std=ca.fmax(now.compliance_std, VOLUME_MODEL_STD),
+    )
+    release, grip = look_for_release(state.release, sample, step, holding, model)
+    mode = _mode(state, sample, step, now, grip, motor, holds, pulled, stays)
+    leaves = any_of(grip.released, pulled)
+    separate, gone = _separate(state, contact, step, now, grip, model)
+    later = all_of(separate, negated(turns))
+    pending, shows = _pending(state, sample, step, contact, later, grip)
+    at_top = all_of(leaving, way < 0.0)
+    otherwise = any_of(all_of(shows, state.direction > 0.0), all_of(negated(shows), way > 0.0))
+    at_top = any_of(at_top, all_of(negated(leaving), otherwise))
+    stood_at, std, by, by_way = _stood_at(state, found, motor)
+    after = ContactState(
+        mode=mode,
+        turned=turns,
+        since=motor.since,
+        left_from=state.left_from,
+        leaves_way=ca.if_else(grip.back, way, ca.if_else(leaves, 0.0, state.leaves_way)),
+        held_at=state.held_at,
+        gone=gone,
+        came=found.came,
+        standing=found.standing.state,
+        settling=found.settling,
+        pending=pending,
+        release=release,
+    )
+    place = ContactPlace(
+        found=contact,
+        evidence=any_of(all_of(separate, negated(later)), shows),
+        position=ca.if_else(shows, now.position, stood_at),
+        by=by,
+        went_on=all_of(pulled, by_way),
+        std=std,
+        at_top=at_top,
+    )
+    hold = Hold(
+        held=is_in(mode, HELD),
+        leaves=leaves,
+        released=grip.released,
+        stands=found.standing.stands,
+        pushing=grip.pushing,
+        draws=all_of(grip.back, is_in(mode, HELD)),
+        give_back=grip.pressed / model.stop_stiffness,
+        went=grip.went,
+        shown=grip.shown,
+        travel_std=grip.travel_std,
+    )
+    return after, Contact(place, hold, mode)
 
 
-def _gone(step: LoadStep, torque: Any, rests: Any, found_with: Any) -> Any:
-    """Whether the torque of a piston that is held at rest has gone, the expected one and the shown one."""
-    left = ca.fmax(ca.fabs(step.torque), ca.fabs(torque))
-    return ca.logic_and(rests, left < ca.fmax(_GONE * ca.fabs(found_with), _GONE_NOISE * step.noise))
+def moved(state: ContactState, contact: Contact, position: Scalar, by: Scalar) -> ContactState:
+    """The state with its positions moved by measurements.
+
+    Args:
+        state: after the sample, before measurements.
+        contact: of the sample.
+        position: after all measurements [m].
+        by: by how much they moved it [m].
+    """
+    hold, settling = contact.hold, state.settling
+    came_back = ca.if_else(hold.released, hold.give_back, 0.0)
+    changed = {
+        "left_from": ca.if_else(hold.leaves, position, state.left_from + by),
+        "held_at": ca.if_else(hold.leaves, position - came_back, state.held_at + by),
+    }
+    moved_settling = replace(settling, position=settling.position + by)
+    return replace(state, **changed, settling=moved_settling)
 
 
-def _builds(step: LoadStep, built: Any, missing: Any) -> Any:
-    """Whether the torque of a motor that pushes rises as a closed volume lets it."""
-    return ca.logic_and(built > _BUILT * step.noise, missing < _USUALLY * built)
+def _motor(state: ContactState, sample: Sample, step: LoadStep, now: Estimated) -> _Motor:
+    """What the motor does, and what it delivered."""
+    speed, moves = sample.extending_speed, sample.elapsed > 0.0
+    turns = all_of(ca.fabs(speed) > MOTOR_TURNS, moves)
+    # A load that has changed at rest is found in the first moments; the piston seems to stand meanwhile.
+    since = ca.if_else(count(turns) == count(state.turned), state.since + sample.elapsed, 0.0)
+    free = all_of(since > LOAD_FOUND_TIME, negated(any_of(state.held, state.leaves)))
+    delivered = state.standing.delivered + step.motion.free_travel  # also by leakage, where the pump holds the load
+    way = ca.if_else(turns, ca.sign(speed), ca.sign(delivered))
+    before = now.position - step.motion.travel  # where this sample went is as uncertain as the flow
+    return _Motor(turns, since, way, all_of(moves, free), delivered, before)
+
+
+def _find(
+    state: ContactState,
+    sample: Sample,
+    step: LoadStep,
+    now: Estimated,
+    motor: _Motor,
+    travel_by: Row,
+    model: MachineModel,
+) -> _Found:
+    """Whether the piston has come to stand on something, and whether that is an end that it leaves."""
+    stops, turns, way = model.assumed.stops, motor.turns, motor.way
+    low, top = stops.retracted, model.stroke - stops.extended
+    near = NEAR_END * now.std + NEAR_END_LEAST * model.stroke
+    ahead = ca.if_else(way > 0.0, top - motor.before, motor.before - low)
+    at_end = all_of(now.known, ahead < near)
+    standing = _standing(state.standing, sample, step, now, motor, at_end, travel_by)
+    # Of a load that only resists nothing but the relief valve's pressure tells an end.
+    in_vain = flag(False) if model.passive else standing.surely
+    # Oil that is drawn from the tank moves nothing: the load has settled on something else.
+    lowers = all_of(turns, way == -model.lift)
+    sinks = all_of(step.load.empty, all_of(motor.free, lowers))
+    settled, settling = _settling(state.settling, sample, step, motor.before, sinks)
+    # At an end a relief valve soon takes all that the pump delivers; nowhere else is that sure.
+    over = all_of(all_of(turns, now.relief > RELIEF_CERTAIN), all_of(at_end, negated(state.held)))
+    sunk = all_of(sinks, state.settling.empty)
+    contact = any_of(in_vain, any_of(sunk, over))
+    # Oil that decompresses at an end: a piston that has come there is about to leave.
+    position = standing.position
+    behind = ca.if_else(way > 0.0, position - low, top - position)
+    nearer = behind < top - low - behind
+    leaving = all_of(all_of(now.known, nearer), behind < near)
+    most = DIRECTION_TRAVEL * model.stroke
+    came = within(state.came + step.motion.travel, -most, most)
+    leaving = all_of(leaving, state.came * way < 0.0)
+    counts = all_of(standing.keeps, negated(contact))
+    kept = replace(standing.state, delivered=ca.if_else(counts, motor.delivered, 0.0))
+    return _Found(replace(standing, state=kept), in_vain, sunk, contact, leaving, settled, settling, came)
+
+
+def _standing(
+    state: StandingState,
+    sample: Sample,
+    step: LoadStep,
+    now: Estimated,
+    motor: _Motor,
+    at_end: Flag,
+    travel_by: Row,
+) -> _Standing:
+    """Whether the piston stands while oil is delivered.
+
+    By its way and not by its place, which references and the cylinder's ends move.
+    """
+    sigma, delivered = step.motion.noise, motor.delivered
+    seems = state.moved + step.motion.travel
+    softer = within(COMPLIANCE_GATE * now.compliance_std, CONTACT_SLIP, CONTACT_SLIP_UNKNOWN)
+    slips = ca.if_else(now.known, ca.if_else(at_end, softer, CONTACT_SLIP), CONTACT_SLIP_UNKNOWN)
+
+    def still(share: Real) -> Flag:
+        return ca.fabs(seems) < CONTACT_STILL * sigma + share * ca.fabs(delivered)
+
+    stands = all_of(motor.free, still(slips))
+    # A mass that bounces on its oil stands for half a period at most.
+    stood = state.since + sample.elapsed
+    in_vain = all_of(all_of(stands, stood > step.motion.bounce), ca.fabs(delivered) > CONTACT_EVIDENCE * sigma)
+    # A load that only grows takes some of the oil as well; it neither doubles nor comes near the relief valve's.
+    changed = ca.fabs(delivered - seems) > RARE_LOAD_CHANGE * now.load_change_std * step.motion.give
+    rare = any_of(now.relief > 0.0, changed)
+    evident = any_of(still(CONTACT_SLIP), any_of(rare, negated(now.known)))
+    keeps = any_of(stands, negated(sample.elapsed > 0.0))
+    by = {one: value + travel_by[one] for one, value in state.moved_by.items()}
+    after = StandingState(
+        since=ca.if_else(stands, stood, 0.0),
+        moved=ca.if_else(keeps, seems, 0.0),
+        moved_by={one: ca.if_else(keeps, value, 0.0) for one, value in by.items()},
+        delivered=state.delivered,
+    )
+    return _Standing(keeps, stands, all_of(in_vain, evident), now.position - seems, by, after)
+
+
+def _settling(
+    state: SettlingState, sample: Sample, step: LoadStep, before: Scalar, sinks: Flag
+) -> tuple[Scalar, SettlingState]:
+    """Where the piston was when the pump's side last carried what it had carried before [m].
+
+    A load that settles on something else leaves the oil; while the oil decompresses the pump still delivers and the
+    piston seems to go on.
+    """
+    carries = ca.fabs(step.load.carried)
+    carried = ca.fmax(carries, state.carried * ca.exp(-sample.elapsed / LOAD_MEMORY))
+    position = ca.if_else(carries < LOAD_LEFT_SHARE * carried, state.position, before)
+    return position, SettlingState(empty=sinks, carried=carried, position=position)
+
+
+def _stood_at(state: ContactState, found: _Found, motor: _Motor) -> tuple[Scalar, Scalar, dict[Quantity, Scalar], Flag]:
+    """Where a piston stood [m], standard deviation of that [m], derivatives of its way since, and whether it has one."""
+    # Where it is again before it was away, it was held before; the stop that gave way meanwhile does so once more.
+    again = ca.if_else(state.leaves, state.held_at, motor.before)
+    # Where no oil gives it a force, nothing shows where it stands since.
+    drained = any_of(found.sunk, is_in(state.mode, (Mode.EMPTY,)))
+    stood_at = ca.if_else(drained, found.settled, ca.if_else(found.in_vain, found.standing.position, again))
+    std = ca.if_else(drained, SETTLING_STD_SHARE * (motor.before - found.settled), 0.0)
+    by_way = all_of(found.in_vain, negated(drained))
+    return stood_at, std, {one: ca.if_else(by_way, by, 0.0) for one, by in found.standing.by.items()}, by_way
+
+
+def _mode(
+    state: ContactState,
+    sample: Sample,
+    step: LoadStep,
+    now: Estimated,
+    grip: Grip,
+    motor: _Motor,
+    holds: Flag,
+    pulled: Flag,
+    stays: Flag,
+) -> Scalar:
+    """What the piston does after the sample."""
+    way = motor.way
+    away = ca.fabs(now.position - state.left_from) > CONTACT_EVIDENCE * step.motion.noise
+    conditions: dict[str, Condition] = {
+        "stopped while it retracts": any_of(all_of(holds, way < 0.0), all_of(stays, way > 0.0)),
+        "stopped while it extends": any_of(all_of(holds, way >= 0.0), all_of(stays, way <= 0.0)),
+        "pulled off an end": pulled,
+        "released": grip.released,
+        "not yet away": negated(away),
+        "no force": step.load.empty,
+        "relief valve open": now.relief > 0.0,
+        "motor turns": motor.turns,
+        "torque shows the load": step.torque.shows > SHOWN_SHARE,
+    }
+    return next_mode(state.mode, conditions)
+
+
+def _separate(
+    state: ContactState, contact: Flag, step: LoadStep, now: Estimated, grip: Grip, model: MachineModel
+) -> tuple[Flag, Scalar]:
+    """Whether a contact is another one than the last, and the share of the stroke moved since the last one.
+
+    It is where the piston moved in between, where its position was unknown, and after one that turned out to be none.
+    """
+    was_none = all_of(state.pending.waits, grip.released)
+    gone = state.gone + ca.fabs(step.motion.travel) / model.stroke
+    gone = ca.if_else(was_none, SEPARATE_CONTACTS, gone)
+    separate = all_of(contact, any_of(gone >= SEPARATE_CONTACTS, negated(now.known)))
+    return separate, ca.if_else(contact, 0.0, ca.fmin(gone, SEPARATE_CONTACTS))
+
+
+def _pending(
+    state: ContactState, sample: Sample, step: LoadStep, contact: Flag, later: Flag, grip: Grip
+) -> tuple[PendingState, Flag]:
+    """A contact found at rest, and whether it is evidence of a place now; one that was released before never is.
+
+    It is when the torque of the held piston has gone as that of a closed volume does.
+    """
+    gone = torque_gone(step, sample.motor_torque, grip.rests, state.pending.torque)
+    follows = any_of(gone, all_of(grip.pushing, torque_builds(step, grip.rise, grip.missing)))
+    waits, released = state.pending.waits, grip.released
+    shows = all_of(waits, all_of(follows, negated(released)))
+    still = all_of(waits, negated(any_of(released, shows)))
+    after = PendingState(
+        waits=any_of(all_of(contact, later), all_of(negated(contact), still)),
+        torque=ca.if_else(contact, step.torque.expected, state.pending.torque),
+    )
+    return after, shows
+
+
+def torque_gone(step: LoadStep, torque: Scalar, rests: Flag, found_with: Scalar) -> Flag:
+    """Whether the torque of a piston held at rest has gone, the expected one and the reported one.
+
+    Args:
+        step: of the load observer.
+        torque: reported [N m].
+        rests: whether the piston is held at rest.
+        found_with: torque when the contact was found [N m].
+    """
+    left = ca.fmax(ca.fabs(step.torque.expected), ca.fabs(torque))
+    least = ca.fmax(LOAD_GONE_SHARE * ca.fabs(found_with), LOAD_GONE_NOISE * step.torque.noise)
+    return all_of(rests, left < least)
+
+
+def torque_builds(step: LoadStep, built: Scalar, missing: Scalar) -> Flag:
+    """Whether the torque of a motor that pushes rises as a closed volume lets it.
+
+    Args:
+        step: of the load observer.
+        built: rise of the expected torque [N m].
+        missing: what the reported one stays behind [N m].
+    """
+    return all_of(built > RISE_EVIDENCE * step.torque.noise, missing < COMPLIANCE_USUAL * built)

@@ -9,65 +9,79 @@ While two reports y and x of one level contradict each other (`disagreement`), a
     other    y anywhere between -m and m
 
 each with the noise that is declared, m being the greatest level. What is not known of a hypothesis has a normal prior,
-so that its evidence is known in closed form (linear regression, Bishop 2006, equation 3.86): of e = theta u with the
+so that its evidence has a closed form (linear regression, Bishop 2006, equation 3.86): of e = theta u with the
 prior's variance s^2 and sums S weighted by 1/sigma^2
 
     ln p = -max(S_ee - S_eu^2 / (S_uu + 1/s^2), n + 2 sqrt(2 n)) / 2 - ln(1 + s^2 S_uu) / 2,
 
-of a gain above 1 the first with 1/g^2, because the noise may be that of x. What is declared of noise is the most: that
-n samples fit better is no evidence. All of it needs a few sums since the contradiction began. Samples closer together
-than delays are not new. The five are as likely before; afterwards their probabilities are what is published.
+of a gain above 1 the first with 1/g^2, because the noise may be that of x. The declared noise is an upper bound: a
+better fit of n samples is no evidence. A few sums since the contradiction began suffice. Samples closer together
+than the delays are not new. The five are equally likely before; their probabilities afterwards are outputs.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
 
 import casadi as ca
 
-from ramsight.sensor.disagreement import MEMORY
-from ramsight.sensor.virtual_sensor import SensorGraph
+from ramsight.engine.typed_state import chosen, leaf, leaves, mapped
+from ramsight.expression import Flag, Real, Scalar, all_of, any_of, flag, negated
+from ramsight.sensor.sample import Sample
+from ramsight.sensor.thresholds import (
+    AGREEMENT_GATE,
+    CHI_SQUARED_STD,
+    GAIN_PRIOR_STD,
+    GAIN_STD_LEAST,
+    MEMORY_TIME,
+    OFFSET_PRIOR_SHARE,
+    SHORTEST_STEP,
+    SUM_LEAST,
+)
 
 KINDS = ("gain", "offset", "sign", "stuck", "other")
 """The hypotheses, in the order of their probabilities."""
-_GAIN = 0.5  # standard deviation of a gain about 1 [G]: from nothing to twice within two of them
-_LEAST_GAIN = 1e-3  # of what two reports without a fault may differ by
-_OFFSET = 1.0 / 3.0  # of an offset over the greatest level [G]: one of all of it is rare
-_SCATTER = 2.0  # standard deviations of the sum of squares (chi-squared) that are usual
-_AGREES = 3.0  # standard deviations of the noise within which a sample says nothing of a fault
-_LEAST = 1e-9  # of a sum, so that nothing is divided by 0 before the first sample
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Evidence:
     """Weighted sums since a contradiction began.
 
     Attributes:
         yy, xy, xx, y, x, one: of the products, of the reports and of 1, over the noise's variance.
         count: how many samples are new evidence.
-        anywhere: of the logarithm of an even density over the noise's.
+        anywhere: of the logarithm of a uniform density over the noise's.
     """
 
-    yy: Any
-    xy: Any
-    xx: Any
-    y: Any
-    x: Any
-    one: Any
-    count: Any
-    anywhere: Any
+    yy: Scalar = leaf("1")
+    xy: Scalar = leaf("1")
+    xx: Scalar = leaf("1")
+    y: Scalar = leaf("1")
+    x: Scalar = leaf("1")
+    one: Scalar = leaf("1")
+    count: Scalar = leaf("1")
+    anywhere: Scalar = leaf("1")
 
-    def turned_round(self) -> Evidence:
+    def swapped(self) -> Evidence:
         """With the other report taken for right."""
-        return Evidence(self.xx, self.xy, self.yy, self.x, self.y, self.one, self.count, self.anywhere)
+        return Evidence(
+            yy=self.xx,
+            xy=self.xy,
+            xx=self.yy,
+            y=self.x,
+            x=self.y,
+            one=self.one,
+            count=self.count,
+            anywhere=self.anywhere,
+        )
 
 
 SUMS = tuple(one.name for one in fields(Evidence))
 
 
-def gathered(before: Evidence, y: Any, x: Any, std: Any, count: Any, most: Any) -> Evidence:
+def gathered(before: Evidence, y: Scalar, x: Scalar, std: Scalar, count: Real, most: Real) -> Evidence:
     """The sums with one more sample.
 
     Args:
@@ -79,18 +93,25 @@ def gathered(before: Evidence, y: Any, x: Any, std: Any, count: Any, most: Any) 
         most: the greatest level.
 
     Example:
-        >>> none = Evidence(*(0.0 for _ in SUMS))
-        >>> found = gathered(none, ca.DM(13.0), ca.DM(10.0), ca.DM(0.1), 1.0, 400.0)
+        >>> found = gathered(Evidence(), ca.DM(13.0), ca.DM(10.0), ca.DM(0.1), 1.0, 400.0)
         >>> round(float(found.xy)), round(float(found.one))
         (13000, 100)
     """
     w = count / std**2
     even = -ca.log(2.0 * most / (math.sqrt(2.0 * math.pi) * std))
-    new = (w * y * y, w * x * y, w * x * x, w * y, w * x, w, count, count * even)
-    return Evidence(*(getattr(before, name) + more for name, more in zip(SUMS, new, strict=True)))
+    return Evidence(
+        yy=before.yy + w * y * y,
+        xy=before.xy + w * x * y,
+        xx=before.xx + w * x * x,
+        y=before.y + w * y,
+        x=before.x + w * x,
+        one=before.one + w,
+        count=before.count + count,
+        anywhere=before.anywhere + count * even,
+    )
 
 
-def likelihoods(sums: Evidence, most: Any, gain: Any = 0.0) -> tuple[Any, ...]:
+def likelihoods(sums: Evidence, most: Real, gain: Real = 0.0) -> tuple[Scalar, ...]:
     """Natural logarithms of the evidence of `KINDS`, but for a common term.
 
     Args:
@@ -100,29 +121,28 @@ def likelihoods(sums: Evidence, most: Any, gain: Any = 0.0) -> tuple[Any, ...]:
     """
     s = sums
     apart, together = s.yy - 2.0 * s.xy + s.xx, s.yy + 2.0 * s.xy + s.xx
+    usual = s.count + CHI_SQUARED_STD * ca.sqrt(2.0 * s.count)
 
-    usual = s.count + _SCATTER * ca.sqrt(2.0 * s.count)
-
-    def normal(ee: Any, eu: Any, uu: Any, prior: Any, scale: Any = 1.0) -> Any:
+    def normal(ee: Scalar, eu: Scalar, uu: Scalar, prior: Real, scale: Real = 1.0) -> Scalar:
         left = ca.fmax((ee - eu**2 / (uu + 1.0 / prior**2)) / scale, usual)
         return -0.5 * left - 0.5 * ca.log(1.0 + prior**2 * uu)
 
-    # The noise may be the other report's: a gain has that of it as well.
+    # The noise may be the other report's: a gain multiplies it as well.
     times = ca.fmax(gain_of(s) ** 2, 1.0)
     return (
-        normal(apart, s.xy - s.xx, s.xx, _GAIN, times),
-        normal(apart, s.y - s.x, s.one, _OFFSET * most),
-        normal(together, s.xy + s.xx, s.xx, ca.fmax(gain, _LEAST_GAIN)),
+        normal(apart, s.xy - s.xx, s.xx, GAIN_PRIOR_STD, times),
+        normal(apart, s.y - s.x, s.one, OFFSET_PRIOR_SHARE * most),
+        normal(together, s.xy + s.xx, s.xx, ca.fmax(gain, GAIN_STD_LEAST)),
         normal(s.yy, s.y, s.one, most),
         s.anywhere,
     )
 
 
-def probabilities(sums: Evidence, most: Any, gain: Any = 0.0) -> tuple[Any, ...]:
-    """Of `KINDS`, arguments as `likelihoods`; they add up to 1.
+def probabilities(sums: Evidence, most: Real, gain: Real = 0.0) -> tuple[Scalar, ...]:
+    """Of `KINDS`, arguments as `likelihoods`; their sum is 1.
 
     Example:
-        >>> sums = Evidence(*(0.0 for _ in SUMS))
+        >>> sums = Evidence()
         >>> for x in (50.0, 100.0, -20.0, 10.0):
         ...     sums = gathered(sums, ca.DM(1.3 * x), ca.DM(x), ca.DM(0.5), 1.0, 400.0)
         >>> [round(float(p), 3) for p in probabilities(sums, 400.0)]
@@ -137,14 +157,14 @@ def probabilities(sums: Evidence, most: Any, gain: Any = 0.0) -> tuple[Any, ...]
     return tuple(one / total for one in raw)
 
 
-def gain_of(sums: Evidence) -> Any:
+def gain_of(sums: Evidence) -> Scalar:
     """The gain that explains the samples best [1]; 1 before there are any."""
-    return (sums.xy + _LEAST) / (sums.xx + _LEAST)
+    return (sums.xy + SUM_LEAST) / (sums.xx + SUM_LEAST)
 
 
-def offset_of(sums: Evidence) -> Any:
+def offset_of(sums: Evidence) -> Scalar:
     """The offset that explains them best [unit of the level]."""
-    return (sums.y - sums.x) / (sums.one + _LEAST)
+    return (sums.y - sums.x) / (sums.one + SUM_LEAST)
 
 
 @dataclass(frozen=True)
@@ -152,36 +172,65 @@ class Pair:
     """Two reports of one level, as a sensor's step has them.
 
     Attributes:
-        name: of the report that may be wrong, ``"speed"``; states and outputs begin with it.
+        name: of the report that may be wrong, ``"speed"``; outputs begin with it.
         unit: of the level.
         reported, other: both.
         std: of the noise between them at this sample.
         delay: by which they may be apart in time [s].
-        there: whether both tell something.
+        there: whether both show something.
         most: the greatest level.
-        least: level from which on reports that agree say that no fault is left.
+        least: level from which on reports that agree show that no fault is left.
         gain: by which they may differ without a fault, standard deviation [1].
     """
 
     name: str
     unit: str
-    reported: Any
-    other: Any
-    std: Any
+    reported: Scalar
+    other: Scalar
+    std: Scalar
     delay: float
-    there: Any
-    most: Any
-    least: Any
-    gain: Any = 0.0
+    there: Flag
+    most: Real
+    least: Real
+    gain: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class DiagnosisState:
+    """A contradiction that is diagnosed.
+
+    Attributes:
+        evidence: sums of samples that count.
+        waiting: sums of samples that wait until a later one contradicts as well.
+        diagnosed: whether the contradiction was there at the last sample.
+        level: of the other report at it.
+        agreed_for: how long both have agreed as they moved [s].
+        over: whether the fault is over though the contradiction is still shown.
+        other_wrong: whether the other report is known to be wrong.
+    """
+
+    evidence: Evidence = field(default_factory=Evidence)
+    waiting: Evidence = field(default_factory=Evidence)
+    diagnosed: Flag = leaf("1")
+    level: Scalar = leaf("unit")
+    agreed_for: Scalar = leaf("s")
+    over: Flag = leaf("1")
+    other_wrong: Flag = leaf("1")
 
 
 def diagnose(
-    graph: SensorGraph, pair: Pair, alarm: Any, own: Any = 0.0, other: Any = 0.0
-) -> dict[str, tuple[Any, str]]:
+    state: DiagnosisState,
+    sample: Sample,
+    pair: Pair,
+    alarm: Flag,
+    own: Flag | None = None,
+    other: Flag | None = None,
+) -> tuple[DiagnosisState, Mapping[str, tuple[Scalar, str]]]:
     """Weigh the hypotheses while two reports contradict each other.
 
     Args:
-        graph: of the sensor; gains states.
+        state: before the sample.
+        sample: of the sensor.
         pair: the reports.
         alarm: whether they contradict each other.
         own: whether it is known that the report itself is wrong.
@@ -189,59 +238,73 @@ def diagnose(
             is over or the opposite is known.
 
     Returns:
-        Outputs with their units: a probability of each of `KINDS`, 0 while nothing is contradicted or nothing is known
-            of it yet; gain and offset.
+        The state after the sample, and outputs with their units: a probability of each of `KINDS`, 0 while nothing is
+        contradicted or known of it; gain and offset.
     """
-    sums = _followed(graph, pair, alarm)
-    was = graph.state(f"{pair.name}_right")
-    right = ca.if_else(other, 1.0, ca.if_else(own, 0.0, was))
-    graph.becomes(f"{pair.name}_right", ca.if_else(alarm, right, 0.0))
-    both = zip(vars(sums).values(), vars(sums.turned_round()).values(), strict=True)
-    seen = Evidence(*(ca.if_else(right, swapped, plain) for plain, swapped in both))
-    chances, says = probabilities(seen, pair.most, pair.gain), ca.logic_and(alarm, seen.count > 0.0)
-    more = {}
+    followed = _followed(state, sample, pair, alarm)
+    sums = _counted(state, followed.contradicts)
+    other_wrong = any_of(
+        flag(False) if other is None else other,
+        all_of(negated(flag(False) if own is None else own), state.other_wrong),
+    )
+    seen = chosen(other_wrong, sums.swapped(), sums)
+    chances, shown = probabilities(seen, pair.most, pair.gain), all_of(alarm, seen.count > 0.0)
+    more: dict[str, tuple[Scalar, str]] = {}
     for kind, chance in zip(KINDS, chances, strict=True):
-        more[f"{pair.name}_{kind}_probability"] = ca.if_else(says, chance, 0.0), "1"
-    more[f"{pair.name}_gain"] = ca.if_else(says, gain_of(seen), 1.0), "1"
-    more[f"{pair.name}_offset"] = ca.if_else(says, offset_of(seen), 0.0), pair.unit
-    return more
+        more[f"{pair.name}_{kind}_probability"] = ca.if_else(shown, chance, 0.0), "1"
+    more[f"{pair.name}_gain"] = ca.if_else(shown, gain_of(seen), 1.0), "1"
+    more[f"{pair.name}_offset"] = ca.if_else(shown, offset_of(seen), 0.0), pair.unit
+    none = Evidence()
+    after = DiagnosisState(
+        evidence=chosen(alarm, sums, none),
+        waiting=chosen(alarm, followed.waiting, none),
+        diagnosed=alarm,
+        level=pair.other,
+        agreed_for=ca.if_else(alarm, followed.agreed_for, 0.0),
+        over=all_of(alarm, followed.over),
+        other_wrong=all_of(alarm, other_wrong),
+    )
+    return after, more
 
 
-def _followed(graph: SensorGraph, pair: Pair, alarm: Any) -> Evidence:
-    """The sums in a sensor's graph: they begin with the alarm.
+@dataclass(frozen=True)
+class _Followed:
+    """What a sample adds: whether it contradicts, the sums that wait, and whether the fault is over."""
 
-    A sample waits until one after it contradicts as well: those that agree when the fault is over never count, nor does
+    contradicts: Flag
+    waiting: Evidence
+    agreed_for: Scalar
+    over: Flag
+
+
+def _followed(state: DiagnosisState, sample: Sample, pair: Pair, alarm: Flag) -> _Followed:
+    """The sample as evidence; the sums begin with the alarm.
+
+    A sample waits until a later one contradicts as well: those that agree when the fault is over never count, nor does
     the mean over a sample in which it ended.
     """
-    was, last = graph.state(f"{pair.name}_diagnosed"), graph.state(f"{pair.name}_level")
-    h = ca.fmax(graph.elapsed, 1e-3)
-    # Of two reports that are late to each other a changing level is as far apart as it changes meanwhile.
-    late = pair.delay * ca.fabs(pair.other - last) / h
-    std = ca.sqrt(pair.std**2 + ca.if_else(was, late**2, 0.0))
-    agrees = ca.fabs(pair.reported - pair.other) < _AGREES * std
-    over = _is_over(graph, pair, alarm, agrees)
-    counts = ca.logic_and(ca.logic_and(alarm, pair.there), ca.logic_not(over))
+    h = ca.fmax(sample.elapsed, SHORTEST_STEP)
+    # Two reports that are late to each other differ by the change of the level meanwhile.
+    late = pair.delay * ca.fabs(pair.other - state.level) / h
+    std = ca.sqrt(pair.std**2 + ca.if_else(state.diagnosed, late**2, 0.0))
+    agrees = ca.fabs(pair.reported - pair.other) < AGREEMENT_GATE * std
+    agreed_for, over = _is_over(state, sample, pair, agrees)
+    counts = all_of(all_of(alarm, pair.there), negated(over))
     count = ca.if_else(counts, h / ca.fmax(h, 2.0 * pair.delay), 0.0)
-    flows = ca.logic_and(counts, ca.logic_not(agrees))
-    names = [(f"{pair.name}_evidence_{what}", f"{pair.name}_waiting_{what}") for what in SUMS]
-    sums, waiting = ([graph.state(name) for name in column] for column in zip(*names, strict=True))
-    after = [old + ca.if_else(flows, waits, 0.0) for old, waits in zip(sums, waiting, strict=True)]
-    left = Evidence(*(ca.if_else(flows, 0.0, waits) for waits in waiting))
-    grown = gathered(left, pair.reported, pair.other, std, count, pair.most)
-    for (name, waits), counted, more in zip(names, after, vars(grown).values(), strict=True):
-        graph.becomes(name, ca.if_else(alarm, counted, 0.0))
-        graph.becomes(waits, ca.if_else(alarm, more, 0.0))
-    graph.becomes(f"{pair.name}_diagnosed", alarm)
-    graph.becomes(f"{pair.name}_level", pair.other)
-    return Evidence(*after)
+    contradicts = all_of(counts, negated(agrees))
+    left = chosen(contradicts, Evidence(), state.waiting)
+    waiting = gathered(left, pair.reported, pair.other, std, count, pair.most)
+    return _Followed(contradicts, waiting, agreed_for, over)
 
 
-def _is_over(graph: SensorGraph, pair: Pair, alarm: Any, agrees: Any) -> Any:
-    """Whether the fault is over though the contradiction is still said: both have agreed for a while as they went."""
-    agreed, was = graph.state(f"{pair.name}_agreed_for"), graph.state(f"{pair.name}_fault_over")
-    tells = ca.logic_and(pair.there, ca.fabs(pair.other) > pair.least)
-    lasts = ca.if_else(agrees, agreed + ca.if_else(tells, graph.elapsed, 0.0), 0.0)
-    graph.becomes(f"{pair.name}_agreed_for", ca.if_else(alarm, lasts, 0.0))
-    over = ca.logic_or(was, lasts > MEMORY)
-    graph.becomes(f"{pair.name}_fault_over", ca.logic_and(alarm, over))
-    return over
+def _counted(state: DiagnosisState, contradicts: Flag) -> Evidence:
+    """The sums that count, with those that waited where the sample contradicts."""
+    waiting = iter(leaves(state.waiting))
+    return mapped(state.evidence, lambda one: one.value + ca.if_else(contradicts, next(waiting).value, 0.0))
+
+
+def _is_over(state: DiagnosisState, sample: Sample, pair: Pair, agrees: Flag) -> tuple[Scalar, Flag]:
+    """For how long both have agreed as they moved [s], and whether the fault is over by that."""
+    moves = all_of(pair.there, ca.fabs(pair.other) > pair.least)
+    lasts = ca.if_else(agrees, state.agreed_for + ca.if_else(moves, sample.elapsed, 0.0), 0.0)
+    return lasts, any_of(state.over, lasts > MEMORY_TIME)

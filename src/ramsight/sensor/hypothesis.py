@@ -1,63 +1,113 @@
-"""One hypothesis of what is not known of the machine: what it believes, how surely, and how likely it is."""
+"""One hypothesis of what is unknown of the machine: estimates, their covariance, and its probability."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from enum import IntEnum
 
 import casadi as ca
 
-from ramsight.sensor.uncertainty import Covariance
-
-NAMES = ("described", "leaks", "low", "top", "wrong")
-LEAKS, WRONG = NAMES.index("leaks"), NAMES.index("wrong")
-POSITION, LEAK, DISPLACEMENT, COMPLIANCE, LAG, EXPONENT, LOW, TOP, OFFSET, WARMER = range(10)
-BOUNDS = ((0.3, 4.0), (0.97, 1.03), (0.4, 2.5))
-"""What the factors are kept within [1]."""
-_LEARNED = frozenset(
-    f"{name}_{what}"
-    for name in NAMES
-    for what in (
-        *range(LEAK, WARMER + 1),
-        *(f"covariance_{i}{j}" for i in range(LEAK, WARMER + 1) for j in range(i, WARMER + 1)),
-        "weight",
-    )
+from ramsight.engine.typed_state import leaf
+from ramsight.expression import Flag, Real, Scalar, within
+from ramsight.sensor.covariance import Covariance, where
+from ramsight.sensor.quantity import Quantity, Row, along
+from ramsight.sensor.thresholds import (
+    COMPLIANCE_FACTOR_LEAST,
+    COMPLIANCE_FACTOR_MOST,
+    DISPLACEMENT_FACTOR_LEAST,
+    DISPLACEMENT_FACTOR_MOST,
+    LEAK_FACTOR_LEAST,
+    LEAK_FACTOR_MOST,
 )
 
 
-def learned(states: Iterable[str]) -> tuple[str, ...]:
-    """Those of a sensor's states that know the machine; all others say where the piston is, or of which pressures."""
-    return tuple(name for name in states if name in _LEARNED)
+class Kind(IntEnum):
+    """What a hypothesis takes for true; its place among all of them.
+
+    `DESCRIBED`: both ends are where the description has them. `LEAKS`: so they are, and the pumps leak much more or
+    less than described, or by another law of pressure. `LOW`, `TOP`: the end of the stroke is met somewhere else at the
+    retracted, at the extended end. `WRONG`: the position is wrong for a reason of no stated kind.
+    """
+
+    DESCRIBED = 0
+    LEAKS = 1
+    LOW = 2
+    TOP = 3
+    WRONG = 4
+
+    @property
+    def text(self) -> str:
+        """Its name in outputs, for example ``described``."""
+        return self.name.lower()
 
 
-@dataclass
+BOUNDS = {
+    Quantity.LEAKAGE: (LEAK_FACTOR_LEAST, LEAK_FACTOR_MOST),
+    Quantity.DISPLACEMENT: (DISPLACEMENT_FACTOR_LEAST, DISPLACEMENT_FACTOR_MOST),
+    Quantity.COMPLIANCE: (COMPLIANCE_FACTOR_LEAST, COMPLIANCE_FACTOR_MOST),
+}
+"""What the factors are kept within [1]."""
+
+
+def _describes_machine(key: str) -> bool:
+    """Whether an estimate is of the machine, by its name."""
+    return key != Quantity.POSITION
+
+
+@dataclass(frozen=True, kw_only=True)
 class Hypothesis:
-    """One hypothesis: its means as expressions, its covariance, its weight.
+    """Estimates under one hypothesis.
 
     Attributes:
-        mean: position over the nominal one [m], factors [1], lag [s], places of the stops over the cylinder's ends [m],
-            error of the link's angle [rad] where there is one, how much warmer the oil in the pumps is [K] where that
-            is learned.
+        mean: of each quantity: position over the nominal one [m], factors [1], lag [s], exponent [1], places of the
+            stops over the cylinder's ends [m], and where they are learned the error of the link's angle [rad] and how
+            much warmer the oil in the pumps is [K].
         covariance: of these.
         weight: natural logarithm of its probability, but for a common term.
     """
 
-    mean: list[Any]
+    mean: Mapping[Quantity, Scalar] = leaf("SI", None, learned=_describes_machine, inline=True)
     covariance: Covariance
-    weight: Any
-
-    def copy(self) -> Hypothesis:
-        """As it is now."""
-        return Hypothesis(list(self.mean), self.covariance.copy(), self.weight)
-
-    def correct(self, changes: list[Any]) -> None:
-        """Change the means by so much; the factors stay within `BOUNDS`."""
-        self.mean = [value + change for value, change in zip(self.mean, changes, strict=True)]
-        for k, (least, most) in enumerate(BOUNDS, LEAK):
-            self.mean[k] = ca.fmin(ca.fmax(self.mean[k], least), most)
+    weight: Scalar = leaf("1", None, learned=True)
 
     @property
-    def position_std(self) -> Any:
+    def position_std(self) -> Scalar:
         """Standard deviation of the position [m]."""
-        return ca.sqrt(ca.fmax(self.covariance[POSITION, POSITION], 0.0))
+        return self.covariance.std(Quantity.POSITION)
+
+    @property
+    def position_variance(self) -> Scalar:
+        """Variance of the position [m2]."""
+        return self.covariance[Quantity.POSITION, Quantity.POSITION]
+
+    def along(self, row: Row, around: Mapping[Quantity, Scalar]) -> Real:
+        """How far something is off that was worked out with other values, by its derivatives."""
+        return along(row, self.mean, around)
+
+    def shifted(self, by: Real) -> Hypothesis:
+        """With another position [m]."""
+        return replace(self, mean={**self.mean, Quantity.POSITION: self.mean[Quantity.POSITION] + by})
+
+    def corrected(self, covariance: Covariance, changes: Mapping[str, Scalar]) -> Hypothesis:
+        """With estimates changed by so much and another covariance; the factors stay within `BOUNDS`."""
+        mean = {one: value + changes[one] if one in changes else value for one, value in self.mean.items()}
+        mean |= {one: within(mean[one], *bounds) for one, bounds in BOUNDS.items()}
+        return replace(self, mean=mean, covariance=covariance)
+
+    def with_covariance(self, covariance: Covariance) -> Hypothesis:
+        """With another covariance."""
+        return replace(self, covariance=covariance)
+
+    def with_weight(self, weight: Scalar) -> Hypothesis:
+        """With another weight."""
+        return replace(self, weight=weight)
+
+
+def choose(condition: Flag, then: Hypothesis, otherwise: Hypothesis) -> Hypothesis:
+    """One of two hypotheses."""
+    return Hypothesis(
+        mean={one: ca.if_else(condition, value, otherwise.mean[one]) for one, value in then.mean.items()},
+        covariance=where(condition, then.covariance, otherwise.covariance),
+        weight=ca.if_else(condition, then.weight, otherwise.weight),
+    )

@@ -1,248 +1,348 @@
-"""What a sensor lets in of what the drive reports: samples that cannot be are replaced or passed over, and named.
+"""Input check: impossible values are replaced, unusable samples passed over, and both are named.
 
-A sample without a usable speed or time is as if it had never come: every state keeps its value, and the next good
-sample counts the time from the last good one. Without a usable torque the last one is used. A torque that leaps while
-the motor turns waits for the next sample to confirm it: one wrong value would press oil over the relief valve of the
-simulated circuit, or empty a chamber, and the piston would not come back. No fault can move the circuit's volume
-balance by more than the time that has passed allows.
+A sample without a usable speed or time leaves every state as it is, and the next good sample counts the time from the
+last good one. Without a usable torque the last one is used. A torque that steps while the motor turns is confirmed by
+the next sample before it is used: one wrong value would press oil over the relief valve of the simulated circuit, or
+empty a chamber, and the simulated piston would not return. No fault changes the circuit's volume balance by more than
+the elapsed time allows.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import casadi as ca
 
-from ramsight.plant.limits import Limits
+from ramsight.engine.typed_state import leaf
+from ramsight.expression import Flag, Real, Scalar, all_of, any_of, count, flag, negated, scalar
 from ramsight.plant.oil import T40
-from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.virtual_sensor import LAST_SHAFT_ANGLE, SHAFT_ANGLE, SHAFT_BEGUN, SensorGraph
+from ramsight.sensor.machine_model import MachineModel
+from ramsight.sensor.sample import (
+    SHAFT_ANGLE,
+    CounterState,
+    Raw,
+    Sample,
+    commanded,
+    first_commands,
+    kept_commands,
+    way_of,
+)
+from ramsight.sensor.thresholds import (
+    BLIND_PRESSURE_SHARE,
+    BRIDGE_ERROR_SHARE,
+    BRIDGED_GAP,
+    CLOCK_RESET,
+    GAP_PERIOD,
+    HABIT_GAIN,
+    HABIT_LEAST,
+    LONGEST_GAP,
+    NUMBER_LIMIT,
+    OIL_TIME_CONSTANT,
+    REPEATS_LEARNT,
+    RUNNING_SHARE,
+    SHORTEST_PERIOD,
+    SHORTEST_STEP,
+    SPEED_LIMIT_SHARE,
+    STUCK_EVIDENCE,
+    TEMPERATURE_HIGHEST,
+    TEMPERATURE_LOWEST,
+    TEMPERATURE_STEP,
+    TEMPERATURE_STEP_LONGEST,
+    TEMPERATURE_STEP_SHORTEST,
+    TORQUE_LIMIT_SHARE,
+    TORQUE_STEADY_SPEED,
+    TORQUE_STEP_SHARE,
+    UNSEEN_SPEED_SHARE,
+    USUAL_PERIOD,
+)
 
-_NUMBER = 1e12  # beyond, or no number, there is none
-_USUAL, _LATE = 0.1, 0.15  # s; samples may come 1 ... 100 ms apart
-_SOONEST = 8e-3  # s; samples closer together are passed over, for the circuit's pressures settle in some 10 ms
-# Share of the highest speed that a motor may have had unseen between two samples, whatever both say [G].
-_UNSEEN = 0.02
-# Share of both speeds around a gap, added up, by which the angle counted over it may be off [G]: half their mean.
-_BRIDGE_ERROR = 0.25
-_LONGEST_GAP = 3600.0  # s; an hour of turning unseen is more than any stroke, so a longer gap leaves no less known
-_BRIDGED = 0.5  # s; a longer gap is not counted, because nothing says what happened in it
-_RESET = 1.0  # s; a clock that goes back by more was set anew, by less the sample came out of order
-_OVERSPEED = 1.5  # share of the highest speed that no motor reaches
-_OVERTORQUE = 1.5  # share of the torque at relief pressure on both sides
-_COLDEST, _HOTTEST = 203.15, 423.15  # K; -70 ... 150 degC, beyond which a thermometer is broken
-WARMING = 5.0  # s; oil does not change its temperature faster, a thermometer's noise does
-_LEAP = 10.0  # K; from the filtered temperature
-_INSISTING, _LONGEST = 10.0, 600.0  # s; a leap is believed once it has lasted as long as what was before, within these
-_LEARNING = 0.005  # share of a sample in the habit of changing
-_HABIT = 0.8  # a torque that has changed from sample to sample so often does not stand still
-_SURE = 20.0  # expected changes that did not come; exp(-20) by chance
-_TURNING = 3.0  # rad/s
-_TORQUE_LEAP = 0.45  # share of the torque at relief pressure; where a motor turns, 0.27 is the most in recorded days
-_RUNNING = 0.03  # share of the highest speed; slower, friction turns and a load is taken up within a sample
-_BLIND = 0.3  # share of the relief pressure by which the pressure may change while the torque is lost
+
+@dataclass(frozen=True, kw_only=True)
+class TorqueState:
+    """The torque of the last sample, and how often it changes.
+
+    Attributes:
+        value: that was used [N m].
+        habit: share of samples in which it changes.
+        repeats: samples in a row in which it did not, while the motor turned.
+        waits: whether a step waits to be confirmed.
+    """
+
+    value: Scalar = leaf("N m")
+    habit: Scalar = leaf("1")
+    repeats: Scalar = leaf("1")
+    waits: Flag = leaf("1")
+
+
+@dataclass(frozen=True, kw_only=True)
+class TemperatureState:
+    """The oil's temperature.
+
+    Attributes:
+        filtered: [K]; 0 while none is known.
+        step_for: how long a step has lasted [s].
+        good_for: how long the reported temperature was good before [s].
+    """
+
+    filtered: Scalar = leaf("K")
+    step_for: Scalar = leaf("s")
+    good_for: Scalar = leaf("s")
+
+
+@dataclass(frozen=True, kw_only=True)
+class IntakeState:
+    """The last sample that counted, and what is known of each input.
+
+    Attributes:
+        started: whether a sample counted.
+        time: of it [s].
+        motor_speed: that was used [rad/s].
+        torque: of the motor.
+        temperature: of the oil.
+        commands: of the commanded parts.
+        counter: of the shaft, where it is declared.
+        clock: time of the last sample of all [s].
+        clocked: whether there was one.
+    """
+
+    started: Flag = leaf("1")
+    time: Scalar = leaf("s", exact="time")
+    motor_speed: Scalar = leaf("rad/s")
+    torque: TorqueState = field(default_factory=TorqueState)
+    temperature: TemperatureState = field(default_factory=TemperatureState)
+    commands: Mapping[str, Scalar] = leaf("1", None)
+    counter: CounterState | None = None
+    clock: Scalar = leaf("s", always=True, exact="time")
+    clocked: Flag = leaf("1", always=True)
+
+    @classmethod
+    def initial(cls, commands: Sequence[str], measured: Sequence[str]) -> IntakeState:
+        """Before the first sample.
+
+        Args:
+            commands: names of the commanded parts.
+            measured: what else is measured.
+        """
+        counter = CounterState() if SHAFT_ANGLE in measured else None
+        return cls(commands=first_commands(commands), counter=counter)
 
 
 @dataclass(frozen=True)
 class Intake:
-    """Conditions of the sample, and by how much the position has become less certain.
+    """What is wrong with a sample, and by how much the position has become less certain.
 
     Attributes:
         usable: whether the sample counts at all.
-        lost: speed, torque or time is missing.
+        passed_over: whether every state stays as it is.
+        missing: speed, torque or time is missing.
         replaced: the speed is missing, and the shaft's counter takes its place.
-        overspeed, overtorque: a value that cannot be.
+        overspeed: the speed is impossible.
+        overtorque: the torque is impossible.
         stuck: the torque stands still.
         frozen: time does not advance.
         gap: samples are missing before this one.
-        cold: temperature is missing or cannot be.
+        temperature_bad: the temperature is missing or impossible.
         passed: time since the last sample by the clock, 0 if it does not advance [s].
         drift: by how much the position's standard deviation grows [m].
         unseen: how far the piston may have moved since the last sample that counted [m].
     """
 
-    usable: Any
-    lost: Any
-    replaced: Any
-    overspeed: Any
-    overtorque: Any
-    stuck: Any
-    frozen: Any
-    gap: Any
-    cold: Any
-    passed: Any
-    drift: Any
-    unseen: Any
-
-
-def _within(value: Any, limit: Any) -> Any:
-    """Whether a value is a number and within limits; a comparison with NaN is false."""
-    return ca.logic_and(value > -limit, value < limit)
+    usable: Flag
+    passed_over: Flag
+    missing: Flag
+    replaced: Flag
+    overspeed: Flag
+    overtorque: Flag
+    stuck: Flag
+    frozen: Flag
+    gap: Flag
+    temperature_bad: Flag
+    passed: Scalar
+    drift: Scalar
+    unseen: Scalar
 
 
 @dataclass(frozen=True)
 class _Clock:
-    """What the time of a sample says.
+    """The time of a sample.
 
     Attributes:
         number: whether there is one.
         raw: since the last sample that counted [s].
-        back: whether it was set back.
-        forward: whether it goes on, or is the first.
-        jump: whether it went so far that nothing says what happened in between.
+        back: whether the clock was set back.
+        forward: whether it advances, or this is the first sample.
+        jump: whether the gap is too long to be integrated over.
         counted: whether the time since the last sample counts.
     """
 
-    number: Any
-    raw: Any
-    back: Any
-    forward: Any
-    jump: Any
-    counted: Any
+    number: Flag
+    raw: Scalar
+    back: Flag
+    forward: Flag
+    jump: Flag
+    counted: Flag
 
 
-def take_in(graph: SensorGraph, unit: HydraulicUnit, limits: Limits) -> Intake:
-    """Put checked inputs in the place of a graph's raw ones, and let unusable samples pass by.
-
-    Args:
-        graph: the sensor's graph, before its laws are written.
-        unit: the unit's parts.
-        limits: of the unit.
-    """
-    add = graph.parameters.add
-    started, last_speed = graph.held("started"), graph.held("motor_speed")
-    fastest = add("max_speed", limits.max_speed)
-    travel = add("travel_per_radian", unit.travel_per_radian)
-    clock = _clock(graph)
-    w, replaced = _speed(graph, clock, fastest)
-    speed_ok = _within(w, _OVERSPEED * fastest)
-    usable = ca.logic_and(ca.logic_and(clock.number, speed_ok), ca.logic_or(clock.forward, clock.back))
-    elapsed = ca.if_else(ca.logic_and(usable, clock.counted), clock.raw, 0.0)
-    passed, stands = _ticks(graph, clock)
-    torque, torque_ok, stuck = _torque(graph, limits, w, fastest)
-    temperature, warm_ok = _temperature(graph, elapsed)
-    no_number = ca.logic_not(ca.logic_and(_within(w, _NUMBER), _within(graph.motor_torque, _NUMBER)))
-
-    graph.elapsed = elapsed
-    graph.motor_torque = torque
-    graph.motor_speed = ca.if_else(speed_ok, w, last_speed)
-    graph.last_speed = ca.if_else(clock.counted, last_speed, graph.motor_speed)
-    graph.mean_speed = 0.5 * (graph.last_speed + graph.motor_speed)
-    graph.angle = graph.mean_speed * elapsed
-    graph.oil_temperature = temperature
-    graph.becomes("motor_speed", graph.motor_speed)
-    graph.becomes("time", graph.time)
-    graph.becomes("started", 1.0)
-    # A sample that comes too soon after the last one that counted adds nothing.
-    soon = ca.logic_and(ca.logic_and(clock.counted, clock.raw < _SOONEST), ca.logic_not(graph.referenced))
-    graph.pass_over(ca.logic_or(ca.logic_not(usable), soon))
-
-    blind = ca.logic_or(stuck, ca.logic_not(torque_ok)) * add("blind_velocity", _BLIND * limits.leak_velocity) * elapsed
-    drift, unseen = _not_seen(graph, clock, fastest)
-    return Intake(
-        usable=usable,
-        lost=ca.logic_or(ca.logic_not(clock.number), no_number),
-        replaced=replaced,
-        overspeed=ca.logic_not(speed_ok),
-        overtorque=ca.logic_not(torque_ok),
-        stuck=stuck,
-        frozen=ca.logic_and(started, ca.logic_or(clock.raw <= 0.0, stands)),
-        gap=ca.logic_and(started, ca.logic_or(clock.raw > _LATE, clock.back)),
-        cold=ca.logic_not(warm_ok),
-        passed=passed,
-        drift=ca.if_else(usable, travel * drift + blind, 0.0),
-        unseen=ca.if_else(usable, 0.0, travel * unseen),
+def check_inputs(state: IntakeState, raw: Raw, model: MachineModel) -> tuple[IntakeState, Sample, Intake]:
+    """The sample with checked inputs, and what is wrong with it."""
+    clock = _clock(state, raw)
+    reported, replaced = _reported_speed(state, raw, clock, model)
+    speed_ok = _inside(reported, SPEED_LIMIT_SHARE * model.max_speed)
+    usable = all_of(clock.number, speed_ok, any_of(clock.forward, clock.back))
+    elapsed = ca.if_else(all_of(usable, clock.counted), clock.raw, 0.0)
+    passed, stands = _ticks(state, raw, clock)
+    torque_state, torque_ok, stuck = _torque(state, raw, reported, model)
+    temperature_state, temperature, temperature_ok = _temperature(state.temperature, raw, elapsed)
+    no_number = negated(all_of(_inside(reported, NUMBER_LIMIT), _inside(raw.motor_torque, NUMBER_LIMIT)))
+    speed = ca.if_else(speed_ok, reported, state.motor_speed)
+    last_speed = ca.if_else(clock.counted, state.motor_speed, speed)
+    commands = commanded(raw.commands, state.commands)
+    sample = Sample(
+        started=state.started,
+        elapsed=elapsed,
+        motor_speed=speed,
+        last_speed=last_speed,
+        mean_speed=0.5 * (last_speed + speed),
+        motor_torque=torque_state.value,
+        last_torque=state.torque.value,
+        oil_temperature=temperature,
+        reference=raw.reference,
+        referenced=raw.referenced,
+        commands=commands,
+        way=way_of(list(commands.values())),
+        last_way=way_of(list(state.commands.values())),
+        measured=raw.measured,
+        counter=state.counter,
     )
+    after = IntakeState(
+        started=flag(True),
+        time=raw.time,
+        motor_speed=speed,
+        torque=torque_state,
+        temperature=temperature_state,
+        commands=kept_commands(commands),
+        counter=_counted(state.counter, raw),
+        clock=ca.if_else(clock.number, raw.time, state.clock),
+        clocked=any_of(state.clocked, clock.number),
+    )
+    # A sample that follows the last one too closely adds nothing.
+    too_close = all_of(all_of(clock.counted, clock.raw < SHORTEST_PERIOD), negated(raw.referenced))
+    blind_velocity = BLIND_PRESSURE_SHARE * model.leak_velocity
+    blind = ca.if_else(any_of(stuck, negated(torque_ok)), blind_velocity * elapsed, 0.0)
+    drift, unseen = _unseen_angles(state, speed, elapsed, clock, model)
+    found = Intake(
+        usable=usable,
+        passed_over=any_of(negated(usable), too_close),
+        missing=any_of(negated(clock.number), no_number),
+        replaced=replaced,
+        overspeed=negated(speed_ok),
+        overtorque=negated(torque_ok),
+        stuck=stuck,
+        frozen=all_of(state.started, any_of(clock.raw <= 0.0, stands)),
+        gap=all_of(state.started, any_of(clock.raw > GAP_PERIOD, clock.back)),
+        temperature_bad=negated(temperature_ok),
+        passed=passed,
+        drift=ca.if_else(usable, model.travel_per_radian * drift + blind, 0.0),
+        unseen=ca.if_else(usable, 0.0, model.travel_per_radian * unseen),
+    )
+    return after, sample, found
 
 
-def _clock(graph: SensorGraph) -> _Clock:
-    started, last_time = graph.held("started"), graph.held("time")
-    number = _within(graph.time, _NUMBER)
-    raw = ca.if_else(number, graph.time - last_time, 0.0)
-    back = ca.logic_and(started, raw < -_RESET)
-    forward = ca.logic_or(ca.logic_not(started), raw > 0.0)
-    jump = ca.logic_or(raw > _BRIDGED, back)
-    counted = ca.logic_and(started, ca.logic_not(ca.logic_or(jump, raw <= 0.0)))
-    return _Clock(number, raw, back, forward, jump, counted)
+def _inside(value: Scalar, limit: Real) -> Flag:
+    """Whether a value is a number and within limits; a comparison with not-a-number is false."""
+    return all_of(value > -limit, value < limit)
 
 
-def _ticks(graph: SensorGraph, now: _Clock) -> tuple[Any, Any]:
+def _clock(state: IntakeState, raw: Raw) -> _Clock:
+    """The sample's time against that of the last one that counted."""
+    number = _inside(raw.time, NUMBER_LIMIT)
+    since = ca.if_else(number, raw.time - state.time, 0.0)
+    back = all_of(state.started, since < -CLOCK_RESET)
+    forward = any_of(negated(state.started), since > 0.0)
+    jump = any_of(since > BRIDGED_GAP, back)
+    counted = all_of(state.started, negated(any_of(jump, since <= 0.0)))
+    return _Clock(number, since, back, forward, jump, counted)
+
+
+def _ticks(state: IntakeState, raw: Raw, now: _Clock) -> tuple[Scalar, Flag]:
     """Time since the last sample of all [s], and whether the clock stands.
 
     Against the last sample of all: one that came too soon is passed over, and the clock may stand from there on.
     """
-    clock, clocked = graph.state("clock"), graph.state("clocked")
-    both = ca.logic_and(now.number, clocked)
-    tick = ca.if_else(both, graph.time - clock, 0.0)
-    graph.becomes("clock", ca.if_else(now.number, graph.time, clock), always=True)
-    graph.becomes("clocked", ca.fmax(clocked, now.number), always=True)
-    return ca.fmax(tick, 0.0), ca.logic_and(both, tick <= 0.0)
+    both = all_of(now.number, state.clocked)
+    tick = ca.if_else(both, raw.time - state.clock, 0.0)
+    return ca.fmax(tick, 0.0), all_of(both, tick <= 0.0)
 
 
-def _speed(graph: SensorGraph, clock: _Clock, fastest: Any) -> tuple[Any, Any]:
-    """The motor's speed, by the shaft's counter where none is reported; and whether it is [rad/s]."""
-    w = graph.motor_speed
-    if SHAFT_ANGLE not in graph.measured:
-        return w, 0.0
-    angle, last = graph.measured[SHAFT_ANGLE], graph.held(LAST_SHAFT_ANGLE)
-    by_counter = (angle - last) / ca.fmax(clock.raw, 1e-3)
-    known = ca.logic_and(ca.logic_and(graph.held(SHAFT_BEGUN), clock.counted), _within(by_counter, fastest))
-    replaced = ca.logic_and(known, ca.logic_not(_within(w, _NUMBER)))
-    return ca.if_else(replaced, by_counter, w), replaced
+def _counted(counter: CounterState | None, raw: Raw) -> CounterState | None:
+    """The shaft's counter after a sample, where it is declared."""
+    if counter is None:
+        return None
+    angle = raw.measured[SHAFT_ANGLE]
+    there = ca.fabs(angle) < NUMBER_LIMIT
+    return CounterState(angle=ca.if_else(there, angle, counter.angle), begun=there)
 
 
-def _torque(graph: SensorGraph, limits: Limits, w: Any, fastest: Any) -> tuple[Any, Any, Any]:
-    """The torque that is used [N m], whether the reported one can be, and whether it stands still."""
-    torque, add = graph.motor_torque, graph.parameters.add
-    started, last_speed = graph.held("started"), graph.held("motor_speed")
-    torque_ok = _within(torque, add("max_torque", _OVERTORQUE * limits.largest_torque))
-    last_torque, habit, repeats = (
-        graph.state("motor_torque"),
-        graph.state("torque_habit"),
-        graph.state("torque_repeats"),
-    )
-    changed = torque != last_torque
-    turning = ca.fabs(w) > _TURNING
-    habit_1 = ca.if_else(repeats > 3.0, habit, habit + _LEARNING * (changed - habit))
-    repeats_1 = ca.if_else(ca.logic_and(turning, ca.logic_not(changed)), repeats + 1.0, 0.0)
-    stuck = ca.logic_and(habit_1 > _HABIT, repeats_1 * habit_1 > _SURE)
-    graph.becomes("torque_habit", habit_1)
-    graph.becomes("torque_repeats", repeats_1)
-    waited = graph.state("torque_waits")
-    running = ca.logic_and(ca.fabs(last_speed) > _RUNNING * fastest, last_speed * w > 0.0)
-    leaps = ca.fabs(torque - last_torque) > add("torque_leap", _TORQUE_LEAP * limits.torque)
-    waits = ca.logic_and(ca.logic_and(started, ca.logic_not(waited)), ca.logic_and(running, leaps))
-    graph.becomes("torque_waits", waits)
-    used = ca.if_else(ca.logic_and(torque_ok, ca.logic_not(waits)), torque, last_torque)
-    graph.becomes("motor_torque", used)
-    return used, torque_ok, stuck
+def _reported_speed(state: IntakeState, raw: Raw, clock: _Clock, model: MachineModel) -> tuple[Scalar, Flag]:
+    """The motor's speed [rad/s], by the shaft's counter where none is reported; and whether that is so."""
+    if state.counter is None:
+        return raw.motor_speed, flag(False)
+    by_counter = (raw.measured[SHAFT_ANGLE] - state.counter.angle) / ca.fmax(clock.raw, SHORTEST_STEP)
+    known = all_of(all_of(state.counter.begun, clock.counted), _inside(by_counter, model.max_speed))
+    replaced = all_of(known, negated(_inside(raw.motor_speed, NUMBER_LIMIT)))
+    return ca.if_else(replaced, by_counter, raw.motor_speed), replaced
 
 
-def _temperature(graph: SensorGraph, elapsed: Any) -> tuple[Any, Any]:
-    """The oil's temperature, filtered [K], and whether the reported one can be."""
-    warmth, filtered = graph.oil_temperature, graph.state("oil_temperature")
-    possible = ca.logic_and(warmth > _COLDEST, warmth < _HOTTEST)
-    leap_for, good_for = graph.state("temperature_leap_for"), graph.state("temperature_good_for")
-    believed = leap_for > ca.fmax(_INSISTING, ca.fmin(good_for, _LONGEST))
-    known = ca.logic_and(filtered > _COLDEST, ca.logic_not(believed))
-    leap = ca.logic_and(possible, ca.logic_and(known, ca.fabs(warmth - filtered) > _LEAP))
-    graph.becomes("temperature_leap_for", ca.if_else(leap, leap_for + elapsed, 0.0))
-    graph.becomes("temperature_good_for", ca.if_else(leap, good_for, ca.if_else(known, good_for + elapsed, 0.0)))
-    warm_ok = ca.logic_and(possible, ca.logic_not(leap))
-    share = ca.if_else(known, elapsed / (WARMING + elapsed), 1.0)
+def _torque(state: IntakeState, raw: Raw, speed: Scalar, model: MachineModel) -> tuple[TorqueState, Flag, Flag]:
+    """The torque that is used, whether the reported one is possible, and whether it stands still."""
+    torque, last = raw.motor_torque, state.torque
+    possible = _inside(torque, TORQUE_LIMIT_SHARE * model.largest_torque)
+    changed = torque != last.value
+    turning = ca.fabs(speed) > TORQUE_STEADY_SPEED
+    learnt = last.habit + HABIT_GAIN * (count(changed) - last.habit)
+    habit = ca.if_else(last.repeats > REPEATS_LEARNT, last.habit, learnt)
+    repeats = ca.if_else(all_of(turning, negated(changed)), last.repeats + 1.0, 0.0)
+    stuck = all_of(habit > HABIT_LEAST, repeats * habit > STUCK_EVIDENCE)
+    running = all_of(ca.fabs(state.motor_speed) > RUNNING_SHARE * model.max_speed, state.motor_speed * speed > 0.0)
+    steps = ca.fabs(torque - last.value) > TORQUE_STEP_SHARE * model.relief_torque
+    waits = all_of(all_of(state.started, negated(last.waits)), all_of(running, steps))
+    used = ca.if_else(all_of(possible, negated(waits)), torque, last.value)
+    return TorqueState(value=used, habit=habit, repeats=repeats, waits=waits), possible, stuck
+
+
+def _temperature(state: TemperatureState, raw: Raw, elapsed: Scalar) -> tuple[TemperatureState, Scalar, Flag]:
+    """The oil's temperature, filtered [K], and whether the reported one is possible.
+
+    A step is accepted once it has lasted for as long as the temperature was good before.
+    """
+    reported, filtered = raw.oil_temperature, state.filtered
+    possible = all_of(reported > TEMPERATURE_LOWEST, reported < TEMPERATURE_HIGHEST)
+    patience = ca.fmax(TEMPERATURE_STEP_SHORTEST, ca.fmin(state.good_for, TEMPERATURE_STEP_LONGEST))
+    accepted = state.step_for > patience
+    known = all_of(filtered > TEMPERATURE_LOWEST, negated(accepted))
+    step = all_of(possible, all_of(known, ca.fabs(reported - filtered) > TEMPERATURE_STEP))
+    good_for = ca.if_else(step, state.good_for, ca.if_else(known, state.good_for + elapsed, 0.0))
+    good = all_of(possible, negated(step))
+    share = ca.if_else(known, elapsed / (OIL_TIME_CONSTANT + elapsed), 1.0)
     held = ca.if_else(known, filtered, T40)
-    temperature = ca.if_else(warm_ok, held + share * (warmth - held), held)
-    graph.becomes("oil_temperature", ca.if_else(ca.logic_or(known, warm_ok), temperature, 0.0))
-    return temperature, warm_ok
+    used = ca.if_else(good, held + share * (reported - held), held)
+    after = TemperatureState(
+        filtered=ca.if_else(any_of(known, good), used, 0.0),
+        step_for=ca.if_else(step, state.step_for + elapsed, 0.0),
+        good_for=good_for,
+    )
+    return after, used, good
 
 
-def _not_seen(graph: SensorGraph, clock: _Clock, fastest: Any) -> tuple[Any, Any]:
-    """Angles that the shaft may have turned unseen [rad]: in a gap before the sample, and up to one that is no use."""
-    last_speed = graph.held("motor_speed")
-    speeds = ca.fabs(last_speed) + ca.fabs(graph.motor_speed)
-    gap_for = ca.if_else(graph.held("started"), ca.if_else(clock.back, _BRIDGED, clock.raw), 0.0)
-    not_counted = ca.if_else(clock.jump, (0.5 * speeds + _UNSEEN * fastest) * ca.fmin(gap_for, _LONGEST_GAP), 0.0)
-    bridged = (_BRIDGE_ERROR * speeds + _UNSEEN * fastest) * ca.fmax(graph.elapsed - _USUAL, 0.0)
-    unseen = (ca.fabs(last_speed) + _UNSEEN * fastest) * ca.fmax(clock.raw, 0.0)
+def _unseen_angles(
+    state: IntakeState, speed: Scalar, elapsed: Scalar, clock: _Clock, model: MachineModel
+) -> tuple[Scalar, Scalar]:
+    """Angles that the shaft may have turned unseen [rad]: in a gap before the sample; since the last that counted."""
+    speeds = ca.fabs(state.motor_speed) + ca.fabs(speed)
+    nudge = UNSEEN_SPEED_SHARE * model.max_speed
+    gap_for = ca.if_else(state.started, ca.if_else(clock.back, scalar(BRIDGED_GAP), clock.raw), 0.0)
+    not_counted = ca.if_else(clock.jump, (0.5 * speeds + nudge) * ca.fmin(gap_for, LONGEST_GAP), 0.0)
+    bridged = (BRIDGE_ERROR_SHARE * speeds + nudge) * ca.fmax(elapsed - USUAL_PERIOD, 0.0)
+    unseen = (ca.fabs(state.motor_speed) + nudge) * ca.fmax(clock.raw, 0.0)
     return not_counted + bridged, unseen

@@ -1,43 +1,127 @@
-"""The self-calibrating sensor, for any circuit.
+"""The self-calibrating sensor, for any circuit: a sample's way through its stages.
 
-    checked inputs -> load observer -> contacts -> hypotheses of machine and ends -> status
+    raw sample
+      magnets        torque of warm magnets                        (where declared)
+      intake         impossible inputs replaced or passed over
+      drive checks   speed against counter, torque against power   (where declared)
+      leakage, load  the circuit's balance under a load that the torque corrects
+      contact        whether the piston stands on something
+      predict        filters of machine and ends, under several hypotheses
+      measure        torque, contact, reference or angle teach them
+      report         position, uncertainty, status
 
-The circuit's own equations say how the piston moves under a load that the torque corrects (`load`). A filter around
-them carries what is not known of the machine and where its stops are, under several hypotheses (`hypotheses`); end
-stops that the sensor finds by itself (`contact`), switches and positions given by hand correct it.
+Each stage is a function (state, inputs, model) -> (state, outputs) over frozen dataclasses; nothing is overwritten.
+`KalmanState` is what is kept from sample to sample.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field, replace
+
 import casadi as ca
 
+from ramsight.engine.typed_state import inlined, leaf, passed_over, symbols
 from ramsight.errors import DescriptionError
-from ramsight.plant.balance import Balance, balance
-from ramsight.plant.limits import limits_of
+from ramsight.expression import Flag, Scalar, all_of, any_of, negated, scalar, within
+from ramsight.plant.balance import FACTORS
 from ramsight.plant.linkage.lever import Lever
-from ramsight.plant.oil import T40
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.case_heat import CaseHeat
-from ramsight.sensor.contact import Believed, ContactWatch
-from ramsight.sensor.drive_check import check_drive, declared_checks
-from ramsight.sensor.hypotheses import Hypotheses
-from ramsight.sensor.hypothesis import COMPLIANCE
-from ramsight.sensor.inertia_check import check_inertia
-from ramsight.sensor.intake import take_in
-from ramsight.sensor.judgement import Relief
-from ramsight.sensor.leaking import Leaking
-from ramsight.sensor.link_angle import LinkAngle
-from ramsight.sensor.load import LoadObserver
-from ramsight.sensor.magnets import correct_torque, declared_temperature
-from ramsight.sensor.pressure_check import check_pressures
+from ramsight.sensor.bank import Bank, BankState, StartOfPosition, stepping
+from ramsight.sensor.case_heat import CaseParameters, CaseState, heat_case, with_case
+from ramsight.sensor.contact import ContactState, Estimated, look_for_contact, moved
+from ramsight.sensor.drive_check import DriveChecks, DriveState, check_drive, declared_checks
+from ramsight.sensor.inertia_check import InertiaState, check_inertia, shaft_inertia
+from ramsight.sensor.intake import Intake, IntakeState, check_inputs
+from ramsight.sensor.leakage import LeakageState, leakage_law
+from ramsight.sensor.link_angle import LinkState
+from ramsight.sensor.load import LoadState, Piston, observe_load, shifted
+from ramsight.sensor.load_release import Release, UnheldState, release_load
+from ramsight.sensor.machine_model import MachineModel
+from ramsight.sensor.magnets import MagnetState, correct_torque, declared_temperature, gain_with_magnets
+from ramsight.sensor.oil_warming import WarmingState, warming_rate
+from ramsight.sensor.pressure_check import PressureCheckState, check_pressures
 from ramsight.sensor.pressures import measured_pressures
-from ramsight.sensor.relief import held_back, passing
-from ramsight.sensor.reporting import report
-from ramsight.sensor.stages import Met, Parts, Stepped
-from ramsight.sensor.updating import update
-from ramsight.sensor.virtual_sensor import IS_REFERENCED, LINK_ANGLE, VARIANCE, SensorGraph, VirtualSensor
-from ramsight.sensor.warming import warming_of
+from ramsight.sensor.quantity import FACTOR_OF, Quantity
+from ramsight.sensor.relief import Relief, relief_probability, relief_tolerance
+from ramsight.sensor.report import Outcome, ReportState, report
+from ramsight.sensor.sample import LINK_ANGLE, Raw, Sample
+from ramsight.sensor.update import Met, Stepped, Updated, UpdateState, measure, predict
+from ramsight.sensor.virtual_sensor import Section, VirtualSensor, close
+
+
+@dataclass(frozen=True, kw_only=True)
+class KalmanState:
+    """What the sensor keeps from sample to sample; a part that a machine does not have is None.
+
+    Attributes:
+        position: nominal, of the likeliest hypothesis [m].
+        position_known: whether a reference has ever been accepted.
+        position_variance: over all hypotheses [m2].
+        referenced_since_power_up: whether a reference has come since it was started, or resumed.
+        magnets: of the motor.
+        intake: the last sample that counted.
+        case: of the pumps, as a heat store.
+        drive: reports that are held against each other.
+        inertia: torque against the shaft's acceleration.
+        pressures: torque against measured pressures.
+        leakage: the slow temperature.
+        warming: the smoothed thermometer.
+        load: the simulated circuit.
+        unheld: the circuit when the piston was last not held.
+        contact: what the piston does.
+        bank: hypotheses of machine and ends.
+        link: the link's angle.
+        update: what is uncertain until a reference.
+        report: what is shown.
+    """
+
+    position: Scalar = leaf("m", None, exact="sum")
+    position_known: Flag = leaf("1")
+    position_variance: Scalar = leaf("m2", variance=True)
+    referenced_since_power_up: Flag = leaf("1")
+    magnets: MagnetState | None
+    intake: IntakeState
+    case: CaseState | None
+    drive: DriveState | None
+    inertia: InertiaState | None
+    pressures: PressureCheckState | None
+    leakage: LeakageState = field(default_factory=LeakageState)
+    warming: WarmingState = field(default_factory=WarmingState)
+    load: LoadState
+    unheld: UnheldState
+    contact: ContactState
+    bank: BankState = inlined()
+    link: LinkState | None
+    update: UpdateState
+    report: ReportState = field(default_factory=ReportState)
+
+    @classmethod
+    def initial(cls, model: MachineModel, measured: tuple[str, ...]) -> KalmanState:
+        """Before the first sample.
+
+        Args:
+            model: of the machine.
+            measured: further inputs.
+        """
+        assumed, stroke = model.assumed, float(model.unit.cylinder.stroke)
+        load = LoadState.initial(model)
+        linked = LINK_ANGLE in measured
+        return cls(
+            position=scalar(0.5 * stroke),
+            magnets=MagnetState() if declared_temperature(assumed) else None,
+            intake=IntakeState.initial(model.balance.model.commands, measured),
+            case=None if model.unit.heat is None else CaseState(),
+            drive=DriveState.initial(assumed),
+            inertia=InertiaState.initial(assumed),
+            pressures=PressureCheckState.initial(assumed),
+            load=load,
+            unheld=UnheldState.initial(load),
+            contact=ContactState.initial(stepping(assumed)),
+            bank=BankState.initial(assumed, stroke, with_link=linked),
+            link=LinkState() if linked else None,
+            update=UpdateState.initial(assumed, measured),
+        )
 
 
 def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> VirtualSensor:
@@ -45,119 +129,184 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
 
     Args:
         unit: the unit's parts, as its data sheet has them, whatever its circuit.
-        assumptions: what it assumes of drive, thermometer, machine and stops; by default what the unit declares.
+        assumptions: of drive, thermometer, machine and stops; by default what the unit declares.
 
     Returns:
         A sensor with position, standard deviation, velocity, load and status, and beside them the chambers' pressures
-        and the factors. It need not be told where the piston is: it says so until it knows.
+        and the factors. It needs no position at the start: it reports *not referenced* until it finds one.
     """
-    parts = _parts(unit, assumptions or unit.assumptions)
-    stepped = _step(parts)
-    met = _meet(parts, stepped)
-    return report(parts, stepped, met, update(parts, stepped, met))
-
-
-def _parts(unit: HydraulicUnit, assumed: Assumptions) -> Parts:
-    """The sensor's graph up to the checked sample, and what the stages behind it work with."""
-    limits, circuit, lever = limits_of(unit), balance(unit), _lever(unit, assumed)
-    graph = _graph(unit, assumed, circuit, lever)
-    assumed = correct_torque(graph, assumed)
-    intake = take_in(graph, unit, limits)
-    let_in = graph.motor_speed, graph.motor_torque, graph.oil_temperature
-    graph.section("Input check: what of the sample can be, and what stands in for the rest", intake, let_in)
-    first = ca.logic_not(graph.held("started"))
-    referenced, variance = graph.state(IS_REFERENCED), graph.state(VARIANCE)
-    observer = LoadObserver(graph, circuit, limits, assumed)
-    symbol = graph.parameters.symbol
-    viscosity = circuit.oil_of(lambda name: symbol(f"circuit.{name}")).viscosity
-    case = None if unit.heat is None else CaseHeat(graph, unit.heat)
-    checks = check_drive(graph, assumed, limits, viscosity(T40) / viscosity(graph.pump_temperature))
-    checks = check_inertia(graph, checks, assumed, limits, float(unit.drive.inertia))
-    leaking = Leaking(graph, viscosity, first, observer.expected / symbol("relief_torque"))
-    watch = ContactWatch(graph, float(unit.lift_sign), assumed.stops, resists=unit.cylinder.passive)
-    link = None if lever is None else LinkAngle(graph, lever, assumed)
-    bank = Hypotheses(
-        graph,
-        float(unit.cylinder.stroke),
-        assumed,
-        known=referenced,
-        first=first,
-        start_variance=variance,
-        with_link=link is not None,
-    )
-    return Parts(
-        unit=unit,
-        assumed=assumed,
-        graph=graph,
-        circuit=circuit,
-        limits=limits,
-        intake=intake,
-        case=case,
-        checks=checks,
-        observer=observer,
-        leaking=leaking,
-        watch=watch,
-        link=link,
-        bank=bank,
-        referenced=referenced,
-        viscosity=viscosity,
-    )
-
-
-def _graph(unit: HydraulicUnit, assumed: Assumptions, circuit: Balance, lever: Lever | None) -> SensorGraph:
-    """A graph with its inputs and the parameters that all stages use."""
+    assumed = assumptions or unit.assumptions
+    lever = _lever(unit, assumed)
+    if declared_temperature(assumed):
+        assumed = gain_with_magnets(assumed)
+    model = MachineModel.of(unit, assumed)
     angles = () if lever is None else (LINK_ANGLE,)
-    further = (*measured_pressures(assumed), *angles, *declared_checks(assumed), *declared_temperature(assumed))
-    graph = SensorGraph(circuit.model.commands, further)
-    graph.initially("position", 0.5 * float(unit.cylinder.stroke))
-    graph.parameters.add("stop_stiffness", float(unit.cylinder.stop_stiffness))
-    return graph
+    measured = (*measured_pressures(assumed), *angles, *declared_checks(assumed), *declared_temperature(assumed))
+    raw = Raw.symbols(model.balance.model.commands, measured)
+    initial = KalmanState.initial(model, measured)
+    return Pipe(model, lever, raw).sensor(initial)
 
 
-def _step(parts: Parts) -> Stepped:
-    """The balance of the sample, and how it depends on what is not known of the machine."""
-    graph, leaking = parts.graph, parts.leaking
-    warming = warming_of(graph)
-    around = parts.bank.means()
-    learned = (around[0], *around[3:])
-    factors = [leaking.factor(*learned), around[1], around[2]]
-    step = parts.observer.step(factors, parts.watch.held, parts.watch.leaves, warming)
-    if parts.case is not None:
-        parts.case.after(step.pump_heat, parts.intake.passed)
-    checks = check_pressures(graph, parts.checks, step, parts.assumed, parts.limits, parts.thinner)
-    travel_by, torque_by = (leaking.derivatives(by, *learned) for by in (step.travel_by, step.torque_by))
-    title = "Balance: a step of the circuit's equations under the load that the torque corrects, and its derivatives"
-    graph.section(title, step, travel_by, torque_by)
-    return Stepped(step, checks, around, travel_by, torque_by, warming)
+@dataclass(frozen=True)
+class Pipe:
+    """The stages of a machine's sensor.
 
+    Attributes:
+        model: of the machine.
+        lever: position over the link's angle, where that is measured.
+        raw: the sample.
+    """
 
-def _meet(parts: Parts, stepped: Stepped) -> Met:
-    """Whether the piston stands on something."""
-    graph, bank, step = parts.graph, parts.bank, stepped.step
-    nominal = parts.watch.before_it(graph.position + step.travel)
-    setting = parts.assumed.machine.relief
-    doubt = passing(parts.circuit, step.z, parts.of_circuit, graph.extending_speed, setting)
-    stiffness = parts.symbol("stop_stiffness")
-    usual = parts.assumed.machine.unseen_load * parts.symbol("relief_load")
-    believed = Believed(
-        position=nominal,
-        stroke=parts.symbol("stroke"),
-        std=ca.sqrt(bank.variance()),
-        known=parts.referenced,
-        relief=doubt,
-        held_back=held_back(doubt, setting),
-        compliance=bank.factor_std(COMPLIANCE),
-        unseen=usual,
-        stiffness=stiffness,
-    )
-    contact = parts.watch.look(step, believed, stepped.travel_by)
-    grown = graph.state("passed_relief")
-    graph.section("Contacts: whether the piston stands on something, and where", contact, doubt)
-    return Met(contact, nominal, Relief(doubt, grown), usual)
+    model: MachineModel
+    lever: Lever | None
+    raw: Raw
+
+    def sensor(self, initial: KalmanState) -> VirtualSensor:
+        """The compiled recursion of all stages."""
+        model, state = self.model, symbols(initial)
+        magnets, raw = self._magnets(state)
+        intake_state, sample, intake = check_inputs(state.intake, raw, model)
+        title = "Input check: what of the sample is possible, and what stands in for the rest"
+        sections = [Section(title, (intake, sample.motor_speed, sample.motor_torque, sample.oil_temperature))]
+        state_1 = replace(state, magnets=magnets, intake=intake_state)
+        stepped, state_2 = self._step(state, state_1, sample, intake)
+        title = (
+            "Balance: a step of the circuit's equations under the load that the torque corrects, and its derivatives"
+        )
+        sections.append(Section(title, (stepped.step, stepped.travel_by, stepped.torque_by)))
+        bank = self._bank(state, stepped.sample)
+        met, state_3 = self._meet(state, state_2, bank, stepped)
+        title = "Contacts: whether the piston stands on something, and where"
+        sections.append(Section(title, (met.contact, met.relief.probability)))
+        updated, outcome, state_4 = self._update(state, state_3, bank, stepped, met)
+        title = "Update: the filters of what is unknown of machine and ends, by torque, contact or reference"
+        sections.append(Section(title, state_4))
+        report_state, said = report(state.report, stepped, met, updated, outcome, model)
+        after = passed_over(intake.passed_over, state, replace(state_4, report=report_state))
+        return close("kalman", model.table, self.raw, initial, state, after, said, sections)
+
+    def _magnets(self, state: KalmanState) -> tuple[MagnetState | None, Raw]:
+        """The sample with the torque of warm magnets, where that is declared."""
+        if state.magnets is None:
+            return None, self.raw
+        return correct_torque(state.magnets, self.raw, self.model.assumed.motor_temperature)
+
+    def _checks(
+        self, state: KalmanState, after: KalmanState, sample: Sample
+    ) -> tuple[KalmanState, Sample, DriveChecks]:
+        """The sample with the speed that is used, and what the drive's reports show of each other."""
+        model = self.model
+        drive, used, checks = check_drive(state.drive, sample, model)
+        inertia = None
+        if state.inertia is not None:
+            shaft = shaft_inertia(model.table, float(model.unit.drive.inertia))
+            inertia, checks = check_inertia(state.inertia, used, checks, shaft, model)
+        return replace(after, drive=drive, inertia=inertia), used, checks
+
+    def _step(
+        self, state: KalmanState, after: KalmanState, sample: Sample, intake: Intake
+    ) -> tuple[Stepped, KalmanState]:
+        """The balance of the sample, and how it depends on what is unknown of the machine."""
+        model = self.model
+        after, sample, checks = self._checks(state, after, with_case(sample, state.case))
+        leakage_state, leakage = leakage_law(state.leakage, sample, state.load.expected_torque, model)
+        warming_state, warming = warming_rate(state.warming, sample)
+        around = self._bank(state, sample).means()
+        held, leaves = state.contact.held, state.contact.leaves
+        piston = Piston(state.position, held, leaves)
+        load, step = observe_load(state.load, sample, piston, leakage.factors(around), warming, model)
+        case = None
+        if state.case is not None and step.pump_heat is not None and model.unit.heat is not None:
+            cases = CaseParameters.of(model.table, model.unit.heat)
+            case = heat_case(state.case, sample, step.pump_heat, intake.passed, cases)
+        pressures = None
+        if state.pressures is not None and step.over_pressures is not None:
+            pressures, checks = check_pressures(state.pressures, sample, checks, *step.over_pressures, model)
+        travel_by, torque_by = (
+            leakage.derivatives(dict(zip(FACTORS, by, strict=True)), around) for by in (step.travel_by, step.torque_by)
+        )
+        stepped = Stepped(
+            sample=sample,
+            intake=intake,
+            checks=checks,
+            step=step,
+            leakage=leakage,
+            around=around,
+            travel_by=travel_by,
+            torque_by=torque_by,
+            warming=warming,
+            position=state.position,
+            known=state.position_known,
+        )
+        after = replace(after, leakage=leakage_state, warming=warming_state, load=load, case=case, pressures=pressures)
+        return stepped, after
+
+    def _bank(self, state: KalmanState, sample: Sample) -> Bank:
+        """The hypotheses at the beginning of a sample."""
+        start = StartOfPosition(negated(sample.started), state.position_known, state.position_variance)
+        return Bank.begin(state.bank, self.model, state.position, sample.elapsed, start)
+
+    def _meet(self, state: KalmanState, after: KalmanState, bank: Bank, at: Stepped) -> tuple[Met, KalmanState]:
+        """Whether the piston stands on something."""
+        model, machine = self.model, self.model.assumed.machine
+        nominal = state.contact.off_stop(state.position + at.step.motion.travel)
+        probability = relief_probability(at.step.z, at.sample.extending_speed, model)
+        estimated = Estimated(
+            position=nominal,
+            std=ca.sqrt(bank.variance()),
+            known=state.position_known,
+            relief=probability,
+            relief_tolerance=relief_tolerance(probability, machine.relief),
+            compliance_std=bank.factor_std(Quantity.COMPLIANCE),
+            load_change_std=machine.unseen_load * model.relief_load,
+        )
+        contact_state, contact = look_for_contact(state.contact, at.sample, at.step, estimated, at.travel_by, model)
+        met = Met(contact, nominal, Relief(probability, state.update.passed_relief))
+        return met, replace(after, contact=contact_state)
+
+    def _update(
+        self, state: KalmanState, after: KalmanState, bank: Bank, at: Stepped, met: Met
+    ) -> tuple[Updated, Outcome, KalmanState]:
+        """The filters, the position, and the circuit's pressures after the sample."""
+        model, hold, place = self.model, met.contact.hold, met.contact.place
+        predicted, flow = predict(state.update, bank, at, met, model)
+        release = Release(hold.released, hold.held, hold.shown)
+        before = within(state.position, 0.0, float(model.unit.cylinder.stroke))
+        unheld, load, came = release_load(state.unheld, after.load, before, release, at.step.motion.give, model)
+        update, link, updated = measure(state.update, state.link, predicted, at, met, flow, self.lever, model)
+        # A stop gives way; what it gives back once the piston is released is travel.
+        back = ca.if_else(hold.released, hold.give_back, 0.0) + came
+        stands = all_of(place.found, negated(place.went_on))
+        nominal = ca.if_else(stands, place.position, met.nominal + back) + updated.measured.moved
+        means = updated.bank.means()
+        changes = {name: means[one] - at.around[one] for name, one in FACTOR_OF.items()}
+        kept = within(nominal, -model.stroke, 2.0 * model.stroke)
+        accepted = updated.measured.accepted
+        outcome = Outcome(
+            nominal=nominal,
+            kept=kept,
+            known=any_of(state.position_known, accepted),
+            referenced_now=any_of(state.referenced_since_power_up, accepted),
+            disputed=update.disputed,
+        )
+        after = replace(
+            after,
+            position=kept,
+            position_known=outcome.known,
+            position_variance=ca.fmax(updated.bank.variance(), 0.0),
+            referenced_since_power_up=outcome.referenced_now,
+            load=shifted(load, changes),
+            unheld=unheld,
+            contact=moved(after.contact, met.contact, nominal, updated.measured.moved),
+            bank=updated.bank.closed(),
+            link=link,
+            update=update,
+        )
+        return updated, outcome, after
 
 
 def _lever(unit: HydraulicUnit, assumed: Assumptions) -> Lever | None:
-    """What a declared sensor of the link's angle says of the position."""
+    """Position over the link's angle, where a sensor for it is declared."""
     if assumed.link_angle.std == 0.0:
         return None
     if unit.lever is None:

@@ -9,9 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any
 
 import casadi as ca
+
+from ramsight.expression import Condition, Flag, Scalar, all_of, any_of
 
 
 class Mode(IntEnum):
@@ -44,7 +45,7 @@ _TEXT = {
     Mode.RESTING_ON_PUMP: "rests, the pump holds the load",
     Mode.HELD_RETRACTING: "held by what stops its retraction",
     Mode.HELD_EXTENDING: "held by what stops its extension",
-    Mode.LEAVING: "let go, not yet surely away",
+    Mode.LEAVING: "released, not yet surely away",
     Mode.OVER_RELIEF: "the pump's oil may pass a relief valve",
     Mode.EMPTY: "no oil gives it a force",
 }
@@ -71,7 +72,7 @@ TRANSITIONS = (
     Transition((*FREE, *HELD, Mode.LEAVING), "stopped while it retracts", Mode.HELD_RETRACTING),
     Transition((*FREE, *HELD, Mode.LEAVING), "stopped while it extends", Mode.HELD_EXTENDING),
     Transition((*FREE, Mode.LEAVING), "pulled off an end", Mode.LEAVING),
-    Transition(HELD, "let go", Mode.LEAVING),
+    Transition(HELD, "released", Mode.LEAVING),
     Transition((Mode.LEAVING,), "not yet away", Mode.LEAVING),
     Transition((Mode.HELD_RETRACTING,), "otherwise", Mode.HELD_RETRACTING),
     Transition((Mode.HELD_EXTENDING,), "otherwise", Mode.HELD_EXTENDING),
@@ -83,26 +84,23 @@ TRANSITIONS = (
 )
 
 
-def is_in(mode: Any, modes: tuple[Mode, ...]) -> Any:
+def is_in(mode: Scalar, modes: tuple[Mode, ...]) -> Flag:
     """Whether a mode, as a number, is one of these."""
-    found: Any = 0.0
-    for one in modes:
-        found = ca.logic_or(found, mode == float(one))
-    return found
+    return any_of(*(mode == float(one) for one in modes))
 
 
-def next_mode(mode: Any, conditions: Mapping[str, Any]) -> Any:
+def next_mode(mode: Scalar, conditions: Mapping[str, Condition]) -> Scalar:
     """The mode after a sample, as a number.
 
     Args:
         mode: before it.
-        conditions: of the table's rows by their names; "otherwise" is always true.
+        conditions: of the table's rows by their names; "otherwise" always holds.
 
     Raises:
         KeyError: a condition is missing.
     """
     after = mode
     for row in reversed(TRANSITIONS):
-        holds = 1.0 if row.when == "otherwise" else conditions[row.when]
-        after = ca.if_else(ca.logic_and(is_in(mode, row.before), holds), float(row.after), after)
+        met = True if row.when == "otherwise" else conditions[row.when]
+        after = ca.if_else(all_of(is_in(mode, row.before), met), float(row.after), after)
     return after

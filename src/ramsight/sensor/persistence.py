@@ -18,19 +18,16 @@ from pathlib import Path
 
 from ramsight.errors import OutputError, RamsightError
 from ramsight.output import flush_folder
-from ramsight.sensor.hypothesis import learned
 from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import IS_REFERENCED, REFERENCED_NOW, VirtualSensor, impossible
+from ramsight.sensor.thresholds import COAST_TIME
+from ramsight.sensor.virtual_sensor import IS_REFERENCED, REFERENCED_NOW, VARIANCE, VirtualSensor, impossible
 
-FORMAT = 2
+FORMAT = 3
+STARTED, CLOCKED, VELOCITY = "intake.started", "intake.clocked", "report.velocity"
+"""States that a resumed sensor begins again with, and the one that tells how far a moving rod may have gone."""
 _MAGIC = b"ramsight state\n\0"
 _HEAD = struct.Struct("<16sHxxI32sQ")  # magic, format, number of values, identity, number of the save
 _DIGEST = 32
-TURNING = 1.0  # rad/s; slower, the safety valve stays closed
-CREEPING = 1e-4  # m/s; slower, the piston rests
-RESTING = 1.0  # s at rest, after which the position is worth saving
-CHANGED, DOUBTED = 0.2e-3, 1e-3  # m by which position or standard deviation change at rest until they are saved again
-SETTLING = 2.0  # s for which a piston may have gone on after its state was saved
 Slots = dict[int, tuple[int, dict[str, float]]]
 
 
@@ -152,8 +149,8 @@ class StateFile:
 
     def _awake(self, state: dict[str, float], older: bool) -> dict[str, float]:
         """A saved state as it is after a while of which nothing is known; time begins anew."""
-        std = state["covariance_00"] ** 0.5 + abs(state["velocity"]) * SETTLING
-        state |= {"started": 0.0, "clocked": 0.0, "covariance_00": std**2, REFERENCED_NOW: 0.0}
+        std = state[VARIANCE] ** 0.5 + abs(state[VELOCITY]) * COAST_TIME
+        state |= {STARTED: 0.0, CLOCKED: 0.0, VARIANCE: std**2, REFERENCED_NOW: 0.0}
         return forgotten(self._sensor, state) if older else state
 
     def _packed(self, number: int, state: Mapping[str, float]) -> bytes:
@@ -214,7 +211,7 @@ def _complete(slots: Slots) -> bool:
 def forgotten(sensor: VirtualSensor, state: Mapping[str, float]) -> dict[str, float]:
     """A state that knows the machine as before, but not where the piston is."""
     fresh = dict(zip(sensor.recursion.state, sensor.initial.tolist(), strict=True))
-    known = {**fresh, **{name: state[name] for name in learned(fresh)}}
+    known = {**fresh, **{name: state[name] for name in sensor.learned}}
     return fresh if impossible(sensor, known) else known
 
 

@@ -1,134 +1,208 @@
-"""Chambers' pressures that are measured, where a machine has sensors for them.
+"""Measured pressures of the chambers, where a machine has sensors for them.
 
-While the piston goes they say the load, beside the torque; while it stands they say how much oil has leaked, which the
-load does not. A sensor's lag is followed: what it shows is held against what it would show of the believed pressure.
+While the piston moves they show the load, beside the torque; while it stands they show how much oil has leaked, which
+the load does not. A sensor's lag is simulated: its report is compared with what it would show of the estimated pressure.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import casadi as ca
 
-from ramsight.plant.balance import Balance, Solution
+from ramsight.engine.typed_state import leaf
+from ramsight.expression import Flag, Real, Scalar, Vector, all_of, flag, negated, scalar
+from ramsight.plant.balance import Solution
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.drive_check import TURNS
-from ramsight.sensor.virtual_sensor import MEASURABLE, PRESSURES, SensorGraph
+from ramsight.sensor.machine_model import MachineModel
+from ramsight.sensor.sample import PRESSURES, Sample
+from ramsight.sensor.thresholds import MEASURABLE_LIMIT, PRESSURE_SETTLING, SHOWN_SHARE, TORQUE_STEADY_SPEED
 
-_SETTLES = 1.0  # s, within which the oil of a standing piston takes the pressure that is shown; errors are shorter
-_SHOWN = 0.5  # share of a pressure that the torque shows, from which on one is held against the other
+
+@dataclass(frozen=True, kw_only=True)
+class PressureState:
+    """The pressure sensors.
+
+    Attributes:
+        shown: what they would show of the estimated pressures [Pa].
+        leaked: change of the estimated pressures since the piston came to stand [Pa].
+        corrected: by which reports have corrected them since [Pa].
+        load_variance: of the load when it came to stand [N2].
+        begun: whether there was a sample.
+        stood: whether the piston stood at it.
+    """
+
+    shown: Mapping[str, Scalar] = leaf("Pa", None)
+    leaked: Mapping[str, Scalar] = leaf("Pa", None)
+    corrected: Mapping[str, Scalar] = leaf("Pa", None)
+    load_variance: Scalar = leaf("N2", variance=True)
+    begun: Flag = leaf("1")
+    stood: Flag = leaf("1")
+
+    @classmethod
+    def initial(cls, assumptions: Assumptions) -> PressureState | None:
+        """Before the first sample; None where no pressures are measured."""
+        names = measured_pressures(assumptions)
+        if not names:
+            return None
+        zeros = {name: scalar(0.0) for name in names}
+        return cls(shown=zeros, leaked=zeros, corrected=zeros)
 
 
 def measured_pressures(assumptions: Assumptions) -> tuple[str, ...]:
-    """The pressures that a sensor is given: both or none."""
+    """The further inputs of a sensor: both pressures, or none."""
     return PRESSURES if assumptions.pressure.std > 0.0 else ()
 
 
+@dataclass(frozen=True)
 class MeasuredPressures:
-    """Their states in a sensor's graph.
+    """The pressure sensors at a sample.
 
-    Args:
-        graph: whose inputs they are; gains states.
-        balance: of the unit.
-        assumptions: of the pressure sensors.
+    Attributes:
+        state: before it.
+        sample: the sample.
+        model: of the machine.
+        shown: what they would show after correction [Pa].
+        corrected: by which reports have corrected the estimates [Pa].
+        before: states of the circuit before the sample, corrected.
     """
 
-    def __init__(self, graph: SensorGraph, balance: Balance, assumptions: Assumptions) -> None:
-        self._graph, self._balance, self._assumed = graph, balance, assumptions.pressure
-        cylinder = balance.unit.cylinder
-        self._place = [balance.states.index(f"pressure_{node}") for node in (cylinder.node_a, cylinder.node_b)]
-        self._shown = [graph.state(f"shown_{name}") for name in PRESSURES]
-        self._begun, self._stood = graph.state("pressures_begun"), graph.state("stood")
-        self._leaked = [graph.state(f"leaked_{name}") for name in PRESSURES]
-        self._taken = [graph.state(f"taken_{name}") for name in PRESSURES]
-        self._came = graph.state("load_variance_when_it_came_to_stand")
-        known, otherwise = assumptions.machine, assumptions.machine.leaks_otherwise
-        self._leak_std = math.sqrt((1.0 - otherwise) * known.leak**2 + otherwise * known.other_leak**2)
-        self._measured = [graph.measured[name] for name in PRESSURES]
-        self._force_std = math.hypot(cylinder.area_a, cylinder.area_b) * self._assumed.std
-        self._known = [ca.fabs(value) < MEASURABLE for value in self._measured]
+    state: PressureState
+    sample: Sample
+    model: MachineModel
+    shown: Mapping[str, Scalar]
+    corrected: Mapping[str, Scalar]
+    before: Vector
 
-    def settled(self, before: Any, h: Any) -> Any:
-        """The states before a sample, with the pressures of a piston that stands nearer to what is shown.
+    @classmethod
+    def of(
+        cls, state: PressureState, sample: Sample, model: MachineModel, before: Vector, h: Scalar
+    ) -> MeasuredPressures:
+        """With the pressures of a standing piston moved towards the reported ones.
 
         The pressure is known as well as the load was when the piston came to stand, and as what leaked since, as well
-        as the leakage; what is shown as well as its sensor, whose error stays. Of the difference the pressure takes the
-        share of the first one's variance in both.
-        """
-        values, c = ca.vertsplit(before), self._balance.unit.cylinder
-        share = h / (_SETTLES + h)
-        for k, (place, area) in enumerate(zip(self._place, (c.area_a, c.area_b), strict=True)):
-            variance = self._came / area**2 + (self._leak_std * self._leaked[k]) ** 2
-            due = variance / (variance + self._assumed.std**2) * (self._measured[k] - self._shown[k] + self._taken[k])
-            counts = ca.logic_and(ca.logic_and(self._known[k], self._stood), self._begun)
-            moved = ca.if_else(counts, share * (due - self._taken[k]), 0.0)
-            values[place] = values[place] + moved
-            self._shown[k] = self._shown[k] + moved
-            self._taken[k] = self._taken[k] + moved
-        self._settled = [values[place] for place in self._place]
-        return ca.vertcat(*values)
-
-    def correction(self, solution: Solution, by_load: Any, variance: Any, h: Any) -> tuple[Any, Any]:
-        """What the pressures add to the load [N], and its variance after that [N2].
+        as the leakage; the report as well as its sensor, whose error persists. The pressure takes of the difference the
+        share of its own variance in both.
 
         Args:
-            solution: of the step, under the load as believed before it.
-            by_load: how its states follow the load of a piston that goes.
+            state: before the sample.
+            sample: the sample.
+            model: of the machine.
+            before: states of the circuit before it.
+            h: its length [s].
+        """
+        values = ca.vertsplit(before)
+        shown, corrected = dict(state.shown), dict(state.corrected)
+        std, share = model.assumed.pressure.std, h / (PRESSURE_SETTLING + h)
+        for name, (place, area) in _chambers(model).items():
+            variance = state.load_variance / area**2 + (_leak_std(model) * state.leaked[name]) ** 2
+            reported = sample.measured[name]
+            gain = variance / (variance + std**2)
+            due = gain * (reported - state.shown[name] + state.corrected[name])
+            counts = all_of(all_of(ca.fabs(reported) < MEASURABLE_LIMIT, state.stood), state.begun)
+            moved = ca.if_else(counts, share * (due - state.corrected[name]), 0.0)
+            values[place] = values[place] + moved
+            shown[name] = state.shown[name] + moved
+            corrected[name] = state.corrected[name] + moved
+        return cls(state, sample, model, shown, corrected, ca.vertcat(*values))
+
+    @property
+    def _force_std(self) -> float:
+        """Of the force on the piston by the sensors' errors [N]."""
+        cylinder = self.model.unit.cylinder
+        return math.hypot(cylinder.area_a, cylinder.area_b) * self.model.assumed.pressure.std
+
+    def _both_known(self) -> Flag:
+        return all_of(*(ca.fabs(self.sample.measured[name]) < MEASURABLE_LIMIT for name in PRESSURES))
+
+    def correction(self, solution: Solution, by_load: Vector, variance: Scalar, h: Scalar) -> tuple[Scalar, Scalar]:
+        """Correction of the load by the reports [N], and its variance after that [N2].
+
+        Args:
+            solution: of the step, under the load before it.
+            by_load: how its states follow the load of a piston that moves.
             variance: of the load.
             h: the step [s].
         """
-        c = self._balance.unit.cylinder
-        lag = h / (self._assumed.lag + h)
-        missed: Any = 0.0
-        slope: Any = 0.0
-        for k, (place, area) in enumerate(zip(self._place, (c.area_a, -c.area_b), strict=True)):
-            would = self._shown[k] + lag * (solution.z[place] - self._shown[k])
-            missed = missed + area * (self._measured[k] - would)
-            slope = slope + lag * area * by_load[place]
+        lag = h / (self.model.assumed.pressure.lag + h)
+        missed: Real = 0.0
+        slope: Real = 0.0
+        for (name, (place, area)), sign in zip(_chambers(self.model).items(), (1.0, -1.0), strict=True):
+            expected = self.shown[name] + lag * (solution.z[place] - self.shown[name])
+            missed = missed + sign * area * (self.sample.measured[name] - expected)
+            slope = slope + lag * sign * area * by_load[place]
         gain = variance * slope / (slope**2 * variance + self._force_std**2)
-        counts = ca.logic_and(ca.logic_and(*self._known), ca.logic_and(self._begun, ca.logic_not(solution.stands)))
+        counts = all_of(self._both_known(), all_of(self.state.begun, negated(solution.stands)))
         gain = ca.if_else(counts, gain, 0.0)
         return gain * missed, (1.0 - gain * slope) * variance
 
     def torque_over(
-        self, solution: Solution, by_load: Any, torque_by_load: Any, missed: Any, held: Any
-    ) -> tuple[Any, Any]:
-        """Torque that is reported beyond what the pressures ask of the pump [N m], 0 where they do not say.
-
-        Beside it the standard deviation that errors of the pressures give it.
+        self, solution: Solution, by_load: Vector, torque_by_load: Scalar, missed: Scalar, held: Flag
+    ) -> tuple[Scalar, Scalar]:
+        """Reported torque beyond what the pressures ask of the pump [N m], 0 where they show none; its deviation.
 
         Args:
-            solution: of the step, under the load as believed before it.
-            by_load: how its states follow the load of a piston that goes.
+            solution: of the step, under the load before it.
+            by_load: how its states follow the load of a piston that moves.
             torque_by_load: how its torque follows that load [m].
             missed: the reported torque less the solution's [N m].
             held: whether the piston is held where it is.
         """
-        c, graph = self._balance.unit.cylinder, self._graph
-        per_angle = graph.parameters.symbol("travel_per_radian")
-        force: Any = 0.0
-        slope: Any = 0.0
-        for k, (place, area) in enumerate(zip(self._place, (c.area_a, -c.area_b), strict=True)):
-            force = force + area * (self._measured[k] - solution.z[place])
-            slope = slope + area * by_load[place]
-        # Behind a valve that is shut, and while the motor hardly turns, the torque shows no pressure.
-        shows = ca.logic_and(ca.fabs(torque_by_load) > _SHOWN * per_angle, ca.fabs(graph.motor_speed) > TURNS)
-        shows = ca.logic_and(ca.logic_and(shows, ca.logic_not(held)), ca.fabs(slope) > _SHOWN)
-        shows = ca.logic_and(ca.logic_and(*self._known), ca.logic_and(self._begun, shows))
+        force: Real = 0.0
+        slope: Real = 0.0
+        for (name, (place, area)), sign in zip(_chambers(self.model).items(), (1.0, -1.0), strict=True):
+            force = force + sign * area * (self.sample.measured[name] - solution.z[place])
+            slope = slope + sign * area * by_load[place]
+        # Behind a closed valve, and while the motor hardly turns, the torque shows no pressure.
+        shows = all_of(
+            ca.fabs(torque_by_load) > SHOWN_SHARE * self.model.travel_per_radian,
+            ca.fabs(self.sample.motor_speed) > TORQUE_STEADY_SPEED,
+        )
+        shows = all_of(all_of(shows, negated(held)), ca.fabs(slope) > SHOWN_SHARE)
+        shows = all_of(self._both_known(), all_of(self.state.begun, shows))
         per_force = ca.if_else(shows, torque_by_load / slope, 0.0)
-        return ca.if_else(shows, missed - per_force * force, 0.0), ca.fabs(per_force) * self._force_std
+        over = ca.if_else(shows, missed - per_force * force, 0.0)
+        return over, ca.fabs(per_force) * self._force_std
 
-    def close(self, z: Any, stands: Any, h: Any, load_variance: Any) -> None:
-        """What the sensors show after the sample, whether the piston stood, and how well the load was known [N2]."""
-        lag = h / (self._assumed.lag + h)
-        for k, (name, place) in enumerate(zip(PRESSURES, self._place, strict=True)):
-            first = ca.if_else(self._known[k], self._measured[k], z[place])
-            later = self._shown[k] + lag * (z[place] - self._shown[k])
-            self._graph.becomes(f"shown_{name}", ca.if_else(self._begun, later, first))
-            since = self._leaked[k] + z[place] - self._settled[k]
-            self._graph.becomes(f"leaked_{name}", ca.if_else(stands, since, 0.0))
-            self._graph.becomes(f"taken_{name}", ca.if_else(stands, self._taken[k], 0.0))
-        self._graph.becomes("pressures_begun", 1.0)
-        self._graph.becomes("load_variance_when_it_came_to_stand", ca.if_else(stands, self._came, load_variance))
-        self._graph.becomes("stood", stands)
+    def after(self, z: Vector, stands: Flag, h: Scalar, load_variance: Scalar) -> PressureState:
+        """The sensors after the sample.
+
+        Args:
+            z: states of the circuit.
+            stands: whether the piston stood.
+            h: the step [s].
+            load_variance: of the load [N2].
+        """
+        lag = h / (self.model.assumed.pressure.lag + h)
+        shown, leaked, corrected = {}, {}, {}
+        for name, (place, _) in _chambers(self.model).items():
+            reported = self.sample.measured[name]
+            first = ca.if_else(ca.fabs(reported) < MEASURABLE_LIMIT, reported, z[place])
+            later = self.shown[name] + lag * (z[place] - self.shown[name])
+            shown[name] = ca.if_else(self.state.begun, later, first)
+            since = self.state.leaked[name] + z[place] - self.before[place]
+            leaked[name] = ca.if_else(stands, since, 0.0)
+            corrected[name] = ca.if_else(stands, self.corrected[name], 0.0)
+        return PressureState(
+            shown=shown,
+            leaked=leaked,
+            corrected=corrected,
+            load_variance=ca.if_else(stands, self.state.load_variance, load_variance),
+            begun=flag(True),
+            stood=stands,
+        )
+
+
+def _chambers(model: MachineModel) -> dict[str, tuple[int, float]]:
+    """Of each chamber's pressure its place among the circuit's states, and the piston's area there [m2]."""
+    cylinder, states = model.balance.unit.cylinder, model.balance.states
+    nodes = ((cylinder.node_a, cylinder.area_a), (cylinder.node_b, cylinder.area_b))
+    return {name: (states.index(f"pressure_{node}"), area) for name, (node, area) in zip(PRESSURES, nodes, strict=True)}
+
+
+def _leak_std(model: MachineModel) -> float:
+    """Standard deviation of the leakage over all assumptions of it [1]."""
+    known, otherwise = model.assumed.machine, model.assumed.machine.leaks_otherwise
+    return math.sqrt((1.0 - otherwise) * known.leak**2 + otherwise * known.other_leak**2)

@@ -9,14 +9,26 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Literal
+from typing import Literal
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.engine.typed_state import symbols
+from ramsight.expression import Flag, Scalar, all_of, any_of, count, scalar, within
+from ramsight.plant.symbols import Parameters
+from ramsight.sensor.dead_reckoning import ReckoningState, ReliefLossState, at_reference, relief_loss
+from ramsight.sensor.sample import Raw, Sample, SampleState, plain_sample
 from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import SensorGraph, VirtualSensor
+from ramsight.sensor.thresholds import (
+    TABLE_AT_RELIEF,
+    TABLE_NEAR_RELIEF,
+    TABLE_SLOW_SHARE,
+    TABLE_TEMPERATURE_MARGIN,
+    TABLE_TORQUE_MARGIN,
+)
+from ramsight.sensor.virtual_sensor import Report, VirtualSensor, close
 
 Array = NDArray[np.float64]
 
@@ -47,70 +59,64 @@ class MovementTable:
     relief_torque: float = math.inf
 
 
-_SLOW = 0.05  # share of the calibrated speed; slower turns move the piston too little to judge the torque by
-_TORQUE_MARGIN = 0.03  # share of the largest torque; the noise of a drive and the rotor's own torque in a ramp
-_TEMPERATURE_MARGIN = 1.0  # K; the noise of a temperature reading, worth a few parts in a thousand of the leakage
-_NEAR_RELIEF = 0.97  # share of the torque at the relief valve's opening above which flow may be lost, [G]
-_AT_RELIEF = 0.99  # share of that torque from which oil is taken to pass, [G]
-
-
-def _shares(graph: SensorGraph, name: str, grid: Array, x: Any) -> list[Any]:
+def _shares(table: Parameters, name: str, grid: Array, x: Scalar) -> list[Scalar]:
     """How far `x` has gone through each interval of a grid, 0 ... 1; outside the grid it stays at the end."""
-    points = [graph.parameters.add(f"{name}[{i}]", value) for i, value in enumerate(grid)]
-    return [ca.fmin(ca.fmax((x - low) / (high - low), 0.0), 1.0) for low, high in pairwise(points)]
+    points = [table.add(f"{name}[{i}]", value) for i, value in enumerate(grid)]
+    return [within((x - low) / (high - low), 0.0, 1.0) for low, high in pairwise(points)]
 
 
-def _along(values: list[Any], shares: list[Any]) -> Any:
+def _along(values: Sequence[Scalar], shares: Sequence[Scalar]) -> Scalar:
     """Piecewise-linear value from the values at the grid points and the shares of the intervals."""
-    return values[0] + sum(
-        (after - before) * share for before, after, share in zip(values, values[1:], shares, strict=False)
-    )
+    found = values[0]
+    for before, after, share in zip(values, values[1:], shares, strict=False):
+        found = found + (after - before) * share
+    return found
 
 
-def _per_angle(graph: SensorGraph, movement: MovementTable, prefix: str = "") -> Any:
+def _per_angle(table: Parameters, sample: Sample, movement: MovementTable, prefix: str = "") -> Scalar:
     """Movement per motor angle [m/rad] at this sample's torque, oil temperature and direction."""
-    warm = _shares(graph, f"{prefix}temperature", movement.temperature, graph.oil_temperature)
+    warm = _shares(table, f"{prefix}temperature", movement.temperature, sample.oil_temperature)
 
-    def look_up(name: str, grid: Array, values: Array) -> Any:
-        shares = _shares(graph, f"{name}.torque", grid, graph.motor_torque)
+    def look_up(name: str, grid: Array, values: Array) -> Scalar:
+        shares = _shares(table, f"{name}.torque", grid, sample.motor_torque)
         rows = []
         for t, row in enumerate(values):
-            cells = [graph.parameters.add(f"{name}[{t},{i}]", value) for i, value in enumerate(row)]
+            cells = [table.add(f"{name}[{t},{i}]", value) for i, value in enumerate(row)]
             rows.append(_along(cells, shares))
         return _along(rows, warm)
 
     return ca.if_else(
-        movement.lift_sign * graph.motor_speed > 0.0,
+        movement.lift_sign * sample.motor_speed > 0.0,
         look_up(f"{prefix}lift", movement.lift_torque, movement.lift),
         look_up(f"{prefix}lower", movement.lower_torque, movement.lower),
     )
 
 
-def _status(graph: SensorGraph, movement: MovementTable) -> Any:
+def _status(
+    state: ReliefLossState, table: Parameters, sample: Sample, movement: MovementTable
+) -> tuple[ReliefLossState, Scalar]:
     """Inside the calibrated range or not; judged while the motor turns fast enough to matter."""
-    w, torque, temperature = graph.motor_speed, graph.motor_torque, graph.oil_temperature
-    add = graph.parameters.add
-    lifting, turning = (
-        movement.lift_sign * w > 0.0,
-        ca.fabs(w) > _SLOW * add("motor_speed", movement.motor_speed),
-    )
+    w, torque, temperature, add = sample.motor_speed, sample.motor_torque, sample.oil_temperature, table.add
+    lifting = movement.lift_sign * w > 0.0
+    turning = ca.fabs(w) > TABLE_SLOW_SHARE * add("motor_speed", movement.motor_speed)
     grids = (movement.lift_torque, movement.lower_torque)
-    margin = _TORQUE_MARGIN * max(float(np.abs(grid).max()) for grid in grids)
+    margin = TABLE_TORQUE_MARGIN * max(float(np.abs(grid).max()) for grid in grids)
 
-    def outside(name: str, x: Any, grid: Array, tolerance: float) -> Any:
+    def outside(name: str, x: Scalar, grid: Array, tolerance: float) -> Flag:
         low, high = add(f"{name}.lowest", grid[0] - tolerance), add(f"{name}.highest", grid[-1] + tolerance)
-        return ca.logic_or(x < low, x > high)
+        return any_of(x < low, x > high)
 
     off_torque = ca.if_else(
         lifting, outside("lift", torque, grids[0], margin), outside("lower", torque, grids[1], margin)
     )
-    pushing = ca.logic_and(turning, lifting) * movement.lift_sign * torque
-    status = ca.if_else(ca.logic_and(turning, off_torque), float(Status.OUTSIDE_TORQUE), float(Status.OK))
-    off_temperature = outside("temperature", temperature, movement.temperature, _TEMPERATURE_MARGIN)
+    pushing = count(all_of(turning, lifting)) * movement.lift_sign * torque
+    status = ca.if_else(all_of(turning, off_torque), float(Status.OUTSIDE_TORQUE), float(Status.OK))
+    off_temperature = outside("temperature", temperature, movement.temperature, TABLE_TEMPERATURE_MARGIN)
     status = ca.if_else(off_temperature, float(Status.OUTSIDE_TEMPERATURE), status)
     relief = add("relief_torque", movement.relief_torque)
-    status = ca.if_else(pushing > _NEAR_RELIEF * relief, float(Status.NEAR_RELIEF), status)
-    return ca.if_else(graph.lost(pushing > _AT_RELIEF * relief, graph.referenced), float(Status.POSITION_LOST), status)
+    status = ca.if_else(pushing > TABLE_NEAR_RELIEF * relief, float(Status.NEAR_RELIEF), status)
+    after = relief_loss(state, sample, pushing > TABLE_AT_RELIEF * relief)
+    return after, ca.if_else(after.unobservable, float(Status.POSITION_LOST), status)
 
 
 def table(movement: MovementTable) -> VirtualSensor:
@@ -121,9 +127,9 @@ def table(movement: MovementTable) -> VirtualSensor:
 
     Returns:
         A sensor with position, velocity and status; it knows neither load nor standard deviation (NaN). Outside the
-        table it goes on with the table's nearest value, and says so.
+        table it goes on with the table's nearest value, and its status shows that.
     """
-    return _sensor("table", SensorGraph(), movement, _per_angle)
+    return _sensor("table", movement, _per_angle)
 
 
 def speed_table(movements: Sequence[MovementTable], over: Literal["speed", "reciprocal"] = "speed") -> VirtualSensor:
@@ -140,30 +146,28 @@ def speed_table(movements: Sequence[MovementTable], over: Literal["speed", "reci
         A sensor like that of `table`.
     """
 
-    def per_angle(graph: SensorGraph, first: MovementTable) -> Any:
-        values = [_per_angle(graph, m, f"speed[{k}].") for k, m in enumerate(movements)]
+    def per_angle(table: Parameters, sample: Sample, first: MovementTable) -> Scalar:
+        values = [_per_angle(table, sample, m, f"speed[{k}].") for k, m in enumerate(movements)]
         speeds = np.array([movement.motor_speed for movement in movements])
-        speed = ca.fabs(graph.motor_speed)
+        speed = ca.fabs(sample.motor_speed)
         if over == "speed":
-            return _along(values, _shares(graph, "motor_speed", speeds, speed))
-        slowest = graph.parameters.add("slowest", speeds[0])
-        return _along(values[::-1], _shares(graph, "reciprocal", 1.0 / speeds[::-1], 1.0 / ca.fmax(speed, slowest)))
+            return _along(values, _shares(table, "motor_speed", speeds, speed))
+        slowest = table.add("slowest", speeds[0])
+        return _along(values[::-1], _shares(table, "reciprocal", 1.0 / speeds[::-1], 1.0 / ca.fmax(speed, slowest)))
 
-    return _sensor("speed table", SensorGraph(), movements[-1], per_angle)
+    return _sensor("speed table", movements[-1], per_angle)
 
 
 def _sensor(
-    kind: str,
-    graph: SensorGraph,
-    movement: MovementTable,
-    look_up: Callable[[SensorGraph, MovementTable], Any],
+    kind: str, movement: MovementTable, look_up: Callable[[Parameters, Sample, MovementTable], Scalar]
 ) -> VirtualSensor:
-    per_angle = look_up(graph, movement)
-    return graph.counting(
-        kind,
-        position=graph.position + per_angle * graph.angle,
-        velocity=per_angle * graph.motor_speed,
-        load=math.nan,
-        std=math.nan,
-        status=_status(graph, movement),
-    )
+    parameters, raw = Parameters(), Raw.symbols()
+    initial = ReckoningState(position=scalar(0.0), intake=SampleState.initial())
+    state = symbols(initial)
+    intake, sample = plain_sample(state.intake, raw)
+    per_angle = look_up(parameters, sample, movement)
+    relief, status = _status(state.relief, parameters, sample, movement)
+    position = at_reference(sample, state.position + per_angle * sample.angle)
+    after = ReckoningState(position=position, intake=intake, relief=relief)
+    said = Report(position, math.nan, per_angle * sample.motor_speed, math.nan, status)
+    return close(kind, parameters, raw, initial, state, after, said)

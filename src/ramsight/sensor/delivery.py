@@ -6,8 +6,7 @@ from functools import lru_cache
 
 from ramsight.plant.balance import Balance
 from ramsight.plant.oil import T40
-
-_SLOW, _STEP, _STEPS = 0.1, 0.02, 10  # share of the highest speed, s and their number, to see where the pumps deliver
+from ramsight.sensor.thresholds import DELIVERY_SPEED_SHARE, DELIVERY_STEP, DELIVERY_STEPS
 
 
 @lru_cache(maxsize=256)
@@ -24,9 +23,13 @@ def delivers(balance: Balance, node: str, way: float) -> bool:
     # A motor that turns one way only fills either chamber as its valve is commanded.
     commands = dict.fromkeys(balance.model.commands, way)
     turns = 1.0 if commands else way
-    p, speed, z = balance.parameters_at(balance.values, T40, commands), turns * _SLOW * balance.unit.max_speed, rest
-    for _ in range(_STEPS):
-        z = balance.step(z, speed, speed, 0.0, 0.0, p, _STEP, held=1.0, settles=True).z
+    p, speed, z = (
+        balance.parameters_at(balance.values, T40, commands),
+        turns * DELIVERY_SPEED_SHARE * balance.unit.max_speed,
+        rest,
+    )
+    for _ in range(int(DELIVERY_STEPS)):
+        z = balance.step(z, speed, speed, 0.0, 0.0, p, DELIVERY_STEP, held=1.0, settles=True).z
     return bool(z[place] > rest[place])
 
 

@@ -1,0 +1,626 @@
+"""What is unknown of the machine, under several hypotheses of where its stops are.
+
+Each hypothesis has its own position, factors (`ramsight.plant.balance.FACTORS`), lag of the thermometer and places of
+the two ends, with their covariance (a Kalman filter around the load observer's step). They differ in their priors of
+the ends and of the start (`hypothesis.Kind`):
+
+    described   both ends are where the description has them
+    leaks       so they are, and the pumps leak much more or less than described, or by another law of pressure
+    low, top    the end of the stroke is met somewhere else at the retracted, at the extended end
+    wrong       the position is unknown; both ends are where the description has them
+
+A contact or a reference is a measurement of each of them, weighed by its likelihood; under each it may also be an
+obstacle (or a switch that is wrong), which is then not used. An end met again and again where it is not expected makes
+hypotheses of undeclared ends likely and moves no position; references that agree with each other make *wrong* likely,
+and the position is found again. The position that is shown is that of the likeliest, its deviation that of all together.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import casadi as ca
+
+from ramsight.engine.typed_state import leaf
+from ramsight.expression import Flag, Real, Scalar, all_of, any_of, count, negated, scalar
+from ramsight.normal import TWO_SIDED_95
+from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.covariance import Covariance
+from ramsight.sensor.hypothesis import Hypothesis, Kind, choose
+from ramsight.sensor.machine_model import MachineModel
+from ramsight.sensor.mixture import Mixture, flag_of_likeliest, largest_weight, leads, of_likeliest
+from ramsight.sensor.quantity import Quantity, Row
+from ramsight.sensor.thresholds import (
+    BAND_STEP,
+    BEYOND_END,
+    BEYOND_END_LEAST,
+    CERTAIN,
+    INNOVATION_GAIN,
+    INNOVATION_MOST,
+    LOG_WEIGHT_LEAST,
+    OUTSIDE,
+    OVERSHOOT_STD_SHARE,
+    REFUTED,
+    UNREACHABLE,
+)
+
+LEARNT = (Quantity.LEAKAGE, Quantity.DISPLACEMENT, Quantity.COMPLIANCE, Quantity.LAG, Quantity.EXPONENT)
+"""What a step of the balance is made with on every machine."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BankState:
+    """The hypotheses and what references show of all of them.
+
+    Attributes:
+        hypotheses: in the order of `Kind`.
+        innovations: mean square of normalised innovations, less 1.
+        band_width: of the band over what the filters say, by references.
+    """
+
+    hypotheses: tuple[Hypothesis, ...]
+    innovations: Scalar = leaf("1")
+    band_width: Scalar = leaf("1", 1.0)
+
+    @classmethod
+    def initial(cls, assumptions: Assumptions, stroke: float, *, with_link: bool = False) -> BankState:
+        """Before the first sample.
+
+        Args:
+            assumptions: of machine and stops.
+            stroke: of the cylinder [m].
+            with_link: whether the angle of the body that the cylinder turns is measured.
+        """
+        machine, stops = assumptions.machine, assumptions.stops
+        usual = (machine.leak, machine.leak_exponent)
+        other = (max(machine.leak, machine.other_leak), max(machine.leak_exponent, machine.other_exponent))
+        described, odds = 1.0 - 2.0 * stops.undeclared, machine.leaks_otherwise / (1.0 - machine.leaks_otherwise)
+        priors = {
+            Kind.DESCRIBED: (described, stops.std, stops.std, usual),
+            Kind.LEAKS: (described * odds, stops.std, stops.std, other),
+            Kind.LOW: (stops.undeclared, stops.elsewhere, stops.std, usual),
+            Kind.TOP: (stops.undeclared, stops.std, stops.elsewhere, usual),
+            Kind.WRONG: (stops.wrong, stops.std, stops.std, other),
+        }
+        found = []
+        for kind in Kind:
+            probability, low, top, (leak, exponent) = priors[kind]
+            std = _prior_std(assumptions, leak, exponent, low * stroke, top * stroke, with_link=with_link)
+            mean = {one: scalar(value) for one, value in _prior_mean(assumptions).items() if one in std}
+            weight = scalar(math.log(probability))
+            found.append(Hypothesis(mean=mean, covariance=Covariance.diagonal(std), weight=weight))
+        return cls(hypotheses=tuple(found))
+
+
+def stepping(assumptions: Assumptions) -> tuple[Quantity, ...]:
+    """The quantities that a step of the balance is made with."""
+    return (*LEARNT, *((Quantity.WARMER,) if assumptions.thermometer.offset > 0.0 else ()))
+
+
+def _prior_mean(assumptions: Assumptions) -> dict[Quantity, float]:
+    """Of each quantity."""
+    zero = dict.fromkeys(Quantity, 0.0)
+    factors = dict.fromkeys((Quantity.LEAKAGE, Quantity.DISPLACEMENT, Quantity.COMPLIANCE), 1.0)
+    ends = {Quantity.LOW: assumptions.stops.retracted, Quantity.TOP: -assumptions.stops.extended}
+    return {**zero, **factors, Quantity.LAG: assumptions.thermometer.lag, **ends}
+
+
+def _prior_std(
+    assumptions: Assumptions, leak: float, exponent: float, low: float, top: float, *, with_link: bool
+) -> dict[Quantity, float]:
+    """Of each quantity that there is."""
+    machine, thermometer = assumptions.machine, assumptions.thermometer
+    std = {
+        Quantity.POSITION: 0.0,
+        Quantity.LEAKAGE: leak,
+        Quantity.DISPLACEMENT: machine.displacement,
+        Quantity.COMPLIANCE: machine.compliance,
+        Quantity.LAG: thermometer.lag_std,
+        Quantity.EXPONENT: exponent,
+        Quantity.LOW: low,
+        Quantity.TOP: top,
+    }
+    if with_link:
+        std[Quantity.ANGLE_OFFSET] = assumptions.link_angle.offset
+    if thermometer.offset > 0.0:
+        std[Quantity.WARMER] = thermometer.offset
+    return std
+
+
+@dataclass(frozen=True)
+class TorqueEvidence:
+    """A torque that does not depend on the load: it tells leakage or compliance.
+
+    Attributes:
+        row: derivatives of the torque with respect to what the step was made with.
+        around: the values that it was expected with.
+        innovation: torque less the expected one [N m].
+        variance: of the torque [N2 m2].
+        inflation: of that variance, because errors of samples that follow each other are the same ones [1].
+        leakage: whether it tells the leakage.
+        compliance: whether it tells the compliance.
+    """
+
+    row: Row
+    around: Mapping[Quantity, Scalar]
+    innovation: Scalar
+    variance: Scalar
+    inflation: Scalar
+    leakage: Flag
+    compliance: Flag
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A contact, a reference or an angle.
+
+    Attributes:
+        use: whether there is one.
+        place: where it is by the description [m].
+        nominal: where the nominal position is at it [m].
+        low: whether it is a contact at the retracted end.
+        top: whether it is a contact at the extended end.
+        variance: of its own [m2].
+        arrived: variance of the nominal position just there [m2]; the piston is at the place all the same.
+        obstacle: probability that it is neither an end nor a reference.
+        by_offset: how the place follows the error of the link's angle [m/rad].
+        seemed: derivatives of the way that the piston only seemed to move since it came to that nominal position, with
+            respect to what the steps were made with.
+        around: the values that they were made with.
+        went_on: whether it moved that way all the same, after it had been there.
+    """
+
+    use: Flag
+    place: Scalar
+    nominal: Scalar
+    low: Flag
+    top: Flag
+    variance: Scalar
+    arrived: Scalar
+    obstacle: Scalar
+    by_offset: Real
+    seemed: Row
+    around: Mapping[Quantity, Scalar]
+    went_on: Flag
+
+    def row(self, *, with_link: bool) -> dict[Quantity, Real]:
+        """Its derivatives."""
+        found: dict[Quantity, Real] = {
+            Quantity.POSITION: 1.0,
+            Quantity.LOW: -count(self.low),
+            Quantity.TOP: -count(self.top),
+        }
+        return {**found, Quantity.ANGLE_OFFSET: self.by_offset} if with_link else found
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a measurement did.
+
+    Attributes:
+        accepted: whether the likeliest hypothesis used it.
+        rejected: whether it did not.
+        moved: by how much that moved the nominal position [m].
+    """
+
+    accepted: Flag
+    rejected: Flag
+    moved: Scalar
+
+
+@dataclass(frozen=True)
+class Bank:
+    """The hypotheses within a sample: a value, of which each operation makes a new one.
+
+    Attributes:
+        state: as it is now.
+        together: all hypotheses, weighed.
+        model: of the machine.
+        position: nominal, before the sample [m].
+        elapsed: since the last sample [s].
+    """
+
+    state: BankState
+    together: Mixture
+    model: MachineModel
+    position: Scalar
+    elapsed: Scalar
+
+    @classmethod
+    def begin(
+        cls,
+        state: BankState,
+        model: MachineModel,
+        position: Scalar,
+        elapsed: Scalar,
+        start: StartOfPosition,
+    ) -> Bank:
+        """At the beginning of a sample; at the first one the position is as uncertain as the start.
+
+        Args:
+            state: before it.
+            model: of the machine.
+            position: nominal, before it [m].
+            elapsed: since the last one [s].
+            start: what is known of the position at the first sample.
+        """
+        unknown2 = (0.5 * model.stroke) ** 2
+        begun = []
+        for kind, h in zip(Kind, state.hypotheses, strict=True):
+            least = unknown2 if kind == Kind.WRONG else ca.if_else(start.known, start.variance, unknown2)
+            at_first = ca.if_else(start.first, least, 0.0)
+            begun.append(h.with_covariance(h.covariance.at_least(Quantity.POSITION, at_first)))
+        together = Mixture.of(begun, model.assumed.stops.wrong)
+        return cls(replace(state, hypotheses=tuple(begun)), together, model, position, elapsed)
+
+    @property
+    def hypotheses(self) -> tuple[Hypothesis, ...]:
+        """All of them, in the order of `Kind`."""
+        return self.state.hypotheses
+
+    def _with(self, hypotheses: Sequence[Hypothesis]) -> Bank:
+        """With other hypotheses and the same probabilities."""
+        state = replace(self.state, hypotheses=tuple(hypotheses))
+        return replace(self, state=state, together=self.together.moved(hypotheses))
+
+    @property
+    def _unknown(self) -> Scalar:
+        """Standard deviation of a position that is unknown [m]."""
+        return 0.5 * self.model.stroke
+
+    @property
+    def _with_link(self) -> bool:
+        return Quantity.ANGLE_OFFSET in self.hypotheses[0].mean
+
+    def means(self) -> dict[Quantity, Scalar]:
+        """Of what a step is made with, over all hypotheses."""
+        return {one: self.together.mean(one) for one in stepping(self.model.assumed)}
+
+    def probabilities(self) -> dict[str, Scalar]:
+        """Of each hypothesis, by its name."""
+        return {kind.text: p for kind, p in zip(Kind, self.together.probabilities, strict=True)}
+
+    def predicted(
+        self,
+        travel: Scalar,
+        travel_by: Row,
+        around: Mapping[Quantity, Scalar],
+        noise: Real,
+        grows: Real,
+        leak: Real,
+    ) -> Bank:
+        """After the load observer's step: the filters' time update.
+
+        Args:
+            travel: of the piston [m].
+            travel_by: its derivatives with respect to what the step was made with.
+            around: the values that it was made with.
+            noise: variance that the position gains beside the way's [m2].
+            grows: by which the position's standard deviation grows as a whole [m].
+            leak: standard deviation that the leakage gains beside its walk [1].
+        """
+        assumed, dt = self.model.assumed, self.elapsed
+        machine = assumed.machine
+        adapt = 1.0 + ca.fmax(self.state.innovations, 0.0)
+        gains: dict[Quantity, Real] = {
+            Quantity.POSITION: machine.walk**2 * ca.fabs(travel) + noise,
+            Quantity.LEAKAGE: machine.leak_walk**2 * dt * adapt + leak**2,
+            Quantity.DISPLACEMENT: machine.displacement_walk**2 * dt,
+            Quantity.COMPLIANCE: machine.compliance_walk**2 * dt,
+        }
+        if self._with_link:
+            gains[Quantity.ANGLE_OFFSET] = assumed.link_angle.drift**2 * dt
+        return self._with(
+            [
+                h.shifted(h.along(travel_by, around)).with_covariance(
+                    h.covariance.predicted(travel_by, gains).grown(grows)
+                )
+                for h in self.hypotheses
+            ]
+        )
+
+    def shifted(self, by: Real) -> Bank:
+        """With a position that is another than the way gives, under each hypothesis, by so much [m]."""
+        return self._with([h.shifted(by) for h in self.hypotheses])
+
+    def confined(self, nominal: Scalar, passes: Flag, passed: Real) -> Bank:
+        """With no hypothesis in which oil that may pass a relief valve took the piston far beyond the cylinder's ends.
+
+        A little is left, for how far it seems to be beyond an end is what a contact tells of the machine.
+
+        Args:
+            nominal: position after the step [m].
+            passes: whether oil may pass.
+            passed: standard deviation of the position by what may have passed since a reference [m].
+        """
+        stroke, found = self.model.stroke, []
+        for h in self.hypotheses:
+            far, position = self._far(h, passed), nominal + h.mean[Quantity.POSITION]
+            back = ca.fmax(-far - position, 0.0) - ca.fmax(position - stroke - far, 0.0)
+            found.append(h.shifted(ca.if_else(passes, back, 0.0)))
+        return self._with(found)
+
+    def turned_back(self, nominal: Scalar, way: Scalar) -> Bank:
+        """With no hypothesis in which a piston is beyond an end that it leaves without having been pressed on it.
+
+        Oil that was drawn from the tank explains how far it seemed to be, by an unknown amount; half of it is added to
+        the standard deviation.
+
+        Args:
+            nominal: position after the step [m].
+            way: in which the motor moves it away from such an end, +1 for extension; 0 if it does not.
+        """
+        stroke, found = self.model.stroke, []
+        for h in self.hypotheses:
+            position = nominal + h.mean[Quantity.POSITION]
+            beyond = ca.if_else(way > 0.0, -position, ca.if_else(way < 0.0, position - stroke, 0.0))
+            back = ca.if_else(beyond > h.position_std + BEYOND_END_LEAST * stroke, beyond, 0.0)
+            covariance = h.covariance.grown(OVERSHOOT_STD_SHARE * back)
+            found.append(h.shifted(way * back).with_covariance(covariance))
+        return self._with(found)
+
+    def room(self, way: Scalar, passed: Real) -> Scalar:
+        """How far the piston may still move [m]; oil that is delivered beyond moves nothing.
+
+        Args:
+            way: in which it moves, the sign of its velocity.
+            passed: standard deviation of the position by what may have passed a relief valve [m].
+        """
+        ahead = ca.if_else(way > 0.0, self.model.stroke - self.position, self.position)
+        return ca.fmax(ahead + self.together.likeliest(lambda h: self._far(h, passed)), 0.0)
+
+    def _far(self, h: Hypothesis, passed: Real) -> Scalar:
+        """How far beyond an end a piston may seem to be [m]; what passed a relief valve took it nowhere."""
+        return BEYOND_END * ca.fmax(h.position_std - passed, 0.0) + BEYOND_END_LEAST * self.model.stroke
+
+    def floored(self, leak: float) -> Bank:
+        """With a leakage that is never better known than this standard deviation [1]."""
+        return self._with(
+            [h.with_covariance(h.covariance.at_least(Quantity.LEAKAGE, leak**2)) for h in self.hypotheses]
+        )
+
+    def taught(self, torque: TorqueEvidence) -> Bank:
+        """After a torque that tells leakage or compliance; all else is considered.
+
+        One that a hypothesis holds for impossible teaches it nothing: a machine does not change so much, but an input
+        that is wrong looks as if it did.
+        """
+        found = []
+        for h in self.hypotheses:
+            missing = torque.innovation - h.along(torque.row, torque.around)
+            fits = missing**2 < CERTAIN**2 * (h.covariance.variance(torque.row) + torque.variance)
+            use = {
+                Quantity.LEAKAGE: all_of(torque.leakage, fits),
+                Quantity.COMPLIANCE: all_of(torque.compliance, fits),
+            }
+            variance = torque.variance * torque.inflation
+            found.append(h.corrected(*h.covariance.considered(torque.row, missing, variance, use)))
+        return self._kept_unless(any_of(torque.leakage, torque.compliance), found, self.hypotheses)
+
+    def _kept_unless(self, condition: Flag, then: Sequence[Hypothesis], kept: Sequence[Hypothesis]) -> Bank:
+        """All as it was unless a condition holds: what leads away from it is a branch that few samples take."""
+        return self._with([choose(condition, new, old) for new, old in zip(then, kept, strict=True)])
+
+    def measured(self, m: Measurement) -> tuple[Bank, Measured]:
+        """After a contact, a reference or an angle."""
+        use, row = m.use, m.row(with_link=self._with_link)
+        chance = ca.log(m.obstacle / self.model.stroke)  # of its density, were it anywhere in the stroke
+        kept = _normalised(self.hypotheses)
+        weighed = [_weighed(h, m, row, chance, self.model) for h in self._restarted(kept, m, row)]
+        hypotheses = _normalised([one.hypothesis for one in weighed])
+        fits = flag_of_likeliest(hypotheses, [one.fits for one in weighed])
+        normal = of_likeliest(hypotheses, [one.normal for one in weighed])
+        newest = ca.fmin(normal, INNOVATION_MOST)
+        innovations = self.state.innovations + INNOVATION_GAIN * (newest - 1.0 - self.state.innovations)
+        accepted = all_of(use, fits)
+        # A reference is never an obstacle.
+        doubtful = ca.if_else(any_of(m.low, m.top), chance - weighed[0].likelihood, UNREACHABLE)
+        renewed = self._renewed(hypotheses, fits, kept[0], doubtful)
+        together = self.together.reweighed(renewed, use, renewed)
+        after = [choose(use, new, old) for new, old in zip(renewed, kept, strict=True)]
+        moved = of_likeliest(after, [h.mean[Quantity.POSITION] for h in after])
+        centred = tuple(h.shifted(-moved) for h in after)
+        state = BankState(
+            hypotheses=centred,
+            innovations=ca.if_else(accepted, innovations, self.state.innovations),
+            band_width=self._widened(ca.sqrt(newest), fits, use),
+        )
+        bank = replace(self, state=state, together=together.moved(centred))
+        return bank, Measured(accepted, all_of(use, negated(accepted)), moved)
+
+    def _restarted(self, hypotheses: Sequence[Hypothesis], m: Measurement, row: Row) -> list[Hypothesis]:
+        """With *wrong* restarted where that explains a measurement better than its own estimate.
+
+        Since the last reference the position may have become wrong at any time. What *wrong* took for an end before
+        that may have been an obstacle; it does not keep the position from being found again.
+        """
+        first, wrong, own = hypotheses[Kind.DESCRIBED], hypotheses[Kind.WRONG], m.variance + m.arrived
+        innovation = m.place - m.nominal
+        before = wrong.weight + log_likelihood(
+            (innovation - wrong.mean[Quantity.POSITION]) ** 2, wrong.covariance.variance(row) + own
+        )
+        prior = math.log(self.model.assumed.stops.wrong)
+        again = prior + log_likelihood((innovation - first.mean[Quantity.POSITION]) ** 2, self._unknown**2 + own)
+        lost = all_of(m.use, again > before)
+        return [*hypotheses[: Kind.WRONG], choose(lost, self._unknown_position(first, prior), wrong)]
+
+    def _unknown_position(self, of: Hypothesis, weight: Real) -> Hypothesis:
+        """A hypothesis that knows the machine as another one does, and no position."""
+        covariance = of.covariance.independent(Quantity.POSITION, self._unknown)
+        return Hypothesis(mean=of.mean, covariance=covariance, weight=scalar(0.0) + weight)
+
+    def _widened(self, size: Scalar, fits: Flag, use: Flag) -> Scalar:
+        """How wide the band has to be by references: adaptive conformal inference.
+
+        One outside the band widens it by a step, one inside narrows it by as much as makes five of a hundred outside,
+        but never below the filter's own. So a model's error of an unexpected kind widens the band as well.
+
+        Args:
+            size: of the innovation over its standard deviation [1].
+            fits: whether the measurement is accepted, if there is one.
+            use: whether there is one; alone, for it leads into the branch of samples with a measurement.
+
+        Source: Gibbs and Candès (2021), Adaptive conformal inference under distribution shift, equation (2), in the
+        logarithm of the width.
+        """
+        width = self.state.band_width
+        outside = size > TWO_SIDED_95 * width
+        wider = width * ca.if_else(outside, math.exp(BAND_STEP * (1.0 - OUTSIDE)), math.exp(-BAND_STEP * OUTSIDE))
+        return ca.if_else(use, ca.if_else(fits, ca.fmax(wider, 1.0), width), width)
+
+    def _renewed(
+        self, hypotheses: Sequence[Hypothesis], accepted: Flag, before: Hypothesis, doubtful: Scalar
+    ) -> list[Hypothesis]:
+        """After a reference: what was *wrong* and is likeliest becomes the first; *wrong* restarts.
+
+        A machine that surely *leaks* otherwise becomes the first as well: its leakage is known by then, as any other's.
+        Where the reference may well have been an obstacle, *wrong* is that: the position goes on as it was before it.
+
+        Args:
+            hypotheses: after it.
+            accepted: whether the likeliest hypothesis used it.
+            before: the first hypothesis before it.
+            doubtful: logarithm of the odds, by the first, that it was an obstacle.
+        """
+        described, leaks, low, top, wrong = hypotheses
+        surely = all_of(leads(hypotheses, Kind.LEAKS), described.weight < math.log(OUTSIDE))
+        known_leak, found = all_of(accepted, surely), all_of(accepted, leads(hypotheses, Kind.WRONG))
+        first = choose(found, wrong, choose(known_leak, leaks, described))
+        leaks = leaks.with_weight(ca.if_else(known_leak, LOG_WEIGHT_LEAST, leaks.weight))
+        # An end that is elsewhere than described explains a wrong position as well, so that refutes nothing.
+        now = [first, leaks, low, top, wrong]
+        refuted = all_of(wrong.weight < math.log(REFUTED), leads(now, Kind.DESCRIBED))
+        restarts = any_of(found, all_of(accepted, refuted))
+        perhaps = all_of(doubtful < 0.0, doubtful > math.log(OUTSIDE))
+        # Of a position that was unknown there is nothing to go on with.
+        perhaps = all_of(perhaps, before.position_variance < (0.5 * self._unknown) ** 2)
+        goes_on = all_of(all_of(restarts, negated(found)), perhaps)
+        prior = math.log(self.model.assumed.stops.wrong)
+        unknown = self._unknown_position(first, prior)
+        again = choose(goes_on, before.with_weight(first.weight + doubtful), unknown)
+        return [first, leaks, low, top, choose(restarts, again, wrong)]
+
+    def variance(self) -> Scalar:
+        """Of the position over all hypotheses, about the nominal one [m2] (`Mixture.variance`)."""
+        return self.together.variance()
+
+    def band(self) -> Scalar:
+        """Standard deviation of the position [m] whose 1.96-fold holds the truth in 95 of 100 cases, by references.
+
+        See `Mixture.band`.
+        """
+        return self.state.band_width * self.together.band()
+
+    def bound(self) -> Scalar:
+        """The error that no more than `RISK` of the samples exceed [m], by references (`Mixture.bound`)."""
+        return self.state.band_width * self.together.bound()
+
+    def factor_std(self, quantity: Quantity) -> Scalar:
+        """Standard deviation of a factor under the likeliest hypothesis [1]."""
+        return self.together.std({quantity: 1.0})
+
+    def std(self, row: Row) -> Scalar:
+        """Standard deviation, under the likeliest, of something with these derivatives."""
+        return self.together.std(row)
+
+    def limited(self) -> Bank:
+        """With a position that is within the stroke, however uncertain it has become."""
+        stroke = self.model.stroke
+        return self._with([h.with_covariance(h.covariance.limited(stroke, Quantity.POSITION)) for h in self.hypotheses])
+
+    def closed(self) -> BankState:
+        """The state after the sample."""
+        found = self.limited().hypotheses
+        closed = tuple(h.with_covariance(h.covariance.closed()) for h in found)
+        return replace(self.state, hypotheses=closed)
+
+
+@dataclass(frozen=True)
+class StartOfPosition:
+    """What is known of the position at the first sample.
+
+    Attributes:
+        first: whether this is it.
+        known: whether a position is known at all.
+        variance: of it [m2].
+    """
+
+    first: Flag
+    known: Flag
+    variance: Scalar
+
+
+@dataclass(frozen=True)
+class _Weighed:
+    """A hypothesis after a measurement.
+
+    Attributes:
+        hypothesis: corrected, with its new weight.
+        fits: whether the measurement is an end or a reference under it.
+        normal: its normalised innovation, squared.
+        likelihood: logarithm of it, were it that.
+    """
+
+    hypothesis: Hypothesis
+    fits: Flag
+    normal: Scalar
+    likelihood: Scalar
+
+
+def log_likelihood(innovation2: Scalar, variance: Real) -> Scalar:
+    """Logarithm of a normal density, by the square of the innovation."""
+    return -0.5 * (innovation2 / variance + ca.log(2.0 * math.pi * variance))
+
+
+def _normalised(hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """With the weight 0 for the likeliest, and none out of reach."""
+    largest = largest_weight(hypotheses)
+    return [h.with_weight(ca.fmax(h.weight - largest, LOG_WEIGHT_LEAST)) for h in hypotheses]
+
+
+def _weighed(h: Hypothesis, m: Measurement, row: Row, chance: Scalar, model: MachineModel) -> _Weighed:
+    """A hypothesis weighed and corrected by a measurement.
+
+    Args:
+        h: before it.
+        m: the measurement.
+        row: its derivatives.
+        chance: logarithm of the density of an obstacle.
+        model: of the machine.
+    """
+    h = _taken_back(h, m.seemed, m)
+    mean = h.mean
+    place = m.place + count(m.low) * mean[Quantity.LOW] + count(m.top) * mean[Quantity.TOP]
+    innovation = place - (m.nominal + mean[Quantity.POSITION])
+    if Quantity.ANGLE_OFFSET in mean:
+        innovation = innovation - m.by_offset * mean[Quantity.ANGLE_OFFSET]
+    own = m.variance + m.arrived
+    # Beyond the cylinder's ends there is neither an obstacle nor an end that is elsewhere.
+    beyond = _beyond(h, m.nominal, own, model.stroke)
+    elsewhere = chance - 0.5 * beyond
+    total = h.covariance.variance(row) + own
+    likelihood = log_likelihood(ca.fmax(innovation**2, beyond * total), total)
+    fits = likelihood > elsewhere
+    covariance = h.covariance.added(Quantity.POSITION, ca.if_else(fits, m.arrived, 0.0))
+    corrected = [one for one in mean if one != Quantity.COMPLIANCE]
+    after = h.corrected(*covariance.updated(row, innovation, m.variance, fits, only=corrected))
+    after = after.with_weight(h.weight + ca.fmax(likelihood, elsewhere))
+    went_on = {one: ca.if_else(m.went_on, -by, 0.0) for one, by in m.seemed.items()}
+    return _Weighed(_taken_back(after, went_on, m), fits, innovation**2 / total, likelihood)
+
+
+def _taken_back(h: Hypothesis, by: Row, m: Measurement) -> Hypothesis:
+    """Without a way that the piston only seemed to move: what it made unsure, and what it made known."""
+    if not by:
+        return h
+    covariance = h.covariance.predicted({one: -value for one, value in by.items()}, {})
+    return h.shifted(-h.along(by, m.around)).with_covariance(covariance)
+
+
+def _beyond(h: Hypothesis, nominal: Scalar, own: Scalar, stroke: Scalar) -> Scalar:
+    """How far a hypothesis is beyond the cylinder's ends, where no piston can be, squared and normalised [1]."""
+    position = nominal + h.mean[Quantity.POSITION]
+    outside = ca.fmax(ca.fmax(-position, position - stroke), 0.0)
+    return outside**2 / (h.position_variance + own)

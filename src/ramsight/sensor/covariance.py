@@ -1,0 +1,176 @@
+"""The covariance of a few estimated quantities: a value whose operations give new ones."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+
+import casadi as ca
+
+from ramsight.engine.typed_state import leaf
+from ramsight.expression import Condition, Flag, Real, Scalar, scalar
+from ramsight.sensor.quantity import Quantity
+
+Pair = tuple[str, str]
+_OF_MACHINE = frozenset(Quantity) - {Quantity.POSITION}
+
+
+def _describes_machine(key: str) -> bool:
+    """Whether an entry is of quantities of the machine alone, by its name."""
+    return all(one in _OF_MACHINE for one in key.split(","))
+
+
+def _is_diagonal(key: str) -> bool:
+    """Whether an entry is a variance, by its name."""
+    one, _, other = key.partition(",")
+    return one == other
+
+
+@dataclass(frozen=True)
+class Covariance:
+    """The symmetric covariance of some quantities; the first of them may move.
+
+    Attributes:
+        entries: of the upper triangle, by pairs of quantities in their order.
+    """
+
+    entries: Mapping[Pair, Scalar] = leaf(
+        "product", None, learned=_describes_machine, variance=_is_diagonal, inline=True
+    )
+
+    @classmethod
+    def diagonal(cls, std: Mapping[str, float]) -> Covariance:
+        """Of independent quantities with these standard deviations."""
+        names = list(std)
+        pairs = [(i, j) for k, i in enumerate(names) for j in names[k:]]
+        return cls({(i, j): scalar(std[i] ** 2 if i == j else 0.0) for i, j in pairs})
+
+    @property
+    def quantities(self) -> list[str]:
+        """Their names in order."""
+        return [i for i, j in self.entries if i == j]
+
+    def __getitem__(self, pair: Pair) -> Scalar:
+        i, j = pair
+        return self.entries[i, j] if (i, j) in self.entries else self.entries[j, i]
+
+    def std(self, quantity: str) -> Scalar:
+        """Standard deviation of a quantity."""
+        return ca.sqrt(ca.fmax(self.entries[quantity, quantity], 0.0))
+
+    def variance(self, row: Mapping[str, Real]) -> Real:
+        """Variance of a measurement that is `row` times the quantities; those that are left out count 0."""
+        return sum(row[i] * row[j] * self[i, j] for i in self._in(row) for j in self._in(row))
+
+    def _in(self, row: Mapping[str, Real]) -> list[str]:
+        """The quantities that a row has a derivative for, in order."""
+        return [one for one in self.quantities if one in row]
+
+    def predicted(self, row: Mapping[str, Real], noise: Mapping[str, Real]) -> Covariance:
+        """After the first quantity moved by a step: P <- F P F' + Q, F = [[1, r_1, ...], [0, I]].
+
+        Args:
+            row: derivatives of the step with respect to the other quantities.
+            noise: variance that each gains.
+        """
+        first, *others = self.quantities
+        moved = {j: self[first, j] + sum(row[i] * self[i, j] for i in self._in(row)) for j in (first, *others)}
+        entries = dict(self.entries)
+        entries[first, first] = moved[first] + sum(row[j] * moved[j] for j in self._in(row))
+        entries |= {(first, j): moved[j] for j in others}
+        entries |= {(i, i): entries[i, i] + noise[i] for i in self._in(noise)}
+        return Covariance(entries)
+
+    def updated(
+        self,
+        row: Mapping[str, Real],
+        innovation: Real,
+        variance: Real,
+        use: Condition,
+        only: Collection[str] | None = None,
+    ) -> tuple[Covariance, dict[str, Scalar]]:
+        """After a measurement that is `row` times the quantities, and the correction of each.
+
+        Args:
+            row: derivatives of the measurement.
+            innovation: the measurement less its expectation.
+            variance: of the measurement.
+            use: whether there is one at this sample; corrections are 0 elsewhere.
+            only: quantities that it may correct; by default all (Schmidt's filter: the others are considered).
+        """
+        cross = {i: sum(self[i, j] * row[j] for j in self._in(row)) for i in self.quantities}
+        total = sum(row[i] * cross[i] for i in self._in(row)) + variance
+        corrected = self.quantities if only is None else [one for one in self.quantities if one in only]
+        gain = {i: ca.if_else(use, cross[i] / total, 0.0) for i in corrected}
+        entries = dict(self.entries)
+        for i, j in self.entries:
+            if i in gain or j in gain:
+                entries[i, j] = self.entries[i, j] - (gain[i] * cross[j] if i in gain else cross[i] * gain[j])
+        return Covariance(entries), {i: by * innovation for i, by in gain.items()}
+
+    def considered(
+        self, row: Mapping[str, Real], innovation: Real, variance: Real, use: Mapping[str, Condition]
+    ) -> tuple[Covariance, dict[str, Scalar]]:
+        """After a measurement that corrects single quantities, each where its condition holds.
+
+        Args:
+            row: derivatives of the measurement.
+            innovation: the measurement less its expectation.
+            variance: of the measurement.
+            use: by quantity, whether it is corrected; all others are considered.
+        """
+        cross = {i: sum(self[i, j] * row[j] for j in self._in(row)) for i in self.quantities}
+        total = sum(row[i] * cross[i] for i in self._in(row)) + variance
+        gain = {i: ca.if_else(condition, cross[i] / total, 0.0) for i, condition in use.items()}
+        entries = dict(self.entries)
+        for i, j in self.entries:
+            change: Real = sum(gain[k] * cross[other] for k, other in ((i, j), (j, i)) if k in gain)
+            if i in gain and j in gain:
+                both = gain[i] * gain[j] * total
+                change = gain[i] * (2.0 * cross[i] - gain[i] * total) if i == j else change - both
+            entries[i, j] = self.entries[i, j] - change
+        return Covariance(entries), {i: by * innovation for i, by in gain.items()}
+
+    def grown(self, std: Real) -> Covariance:
+        """The first quantity's standard deviation is larger by `std`, as a persistent error and not as noise."""
+        first = self.quantities[0]
+        here = self.entries[first, first]
+        larger = here + std * (2.0 * ca.sqrt(ca.fmax(here, 0.0)) + std)
+        return Covariance({**self.entries, (first, first): larger})
+
+    def added(self, quantity: str, variance: Real) -> Covariance:
+        """A quantity gains a variance that is independent of the others."""
+        here = self.entries[quantity, quantity]
+        return Covariance({**self.entries, (quantity, quantity): here + variance})
+
+    def at_least(self, quantity: str, variance: Real) -> Covariance:
+        """A quantity has at least this variance."""
+        here = self.entries[quantity, quantity]
+        return Covariance({**self.entries, (quantity, quantity): ca.fmax(here, variance)})
+
+    def limited(self, std: Real, quantity: str) -> Covariance:
+        """A quantity lies within a range: its row and column shrink together to this standard deviation."""
+        here = self.entries[quantity, quantity]
+        share = ca.fmin(1.0, std / ca.sqrt(ca.fmax(here, std * std)))
+        entries = dict(self.entries)
+        for i, j in self.entries:
+            if quantity in (i, j):
+                entries[i, j] = self.entries[i, j] * (share * share if i == j else share)
+        return Covariance(entries)
+
+    def independent(self, quantity: str, std: Real) -> Covariance:
+        """A quantity that is unknown: this standard deviation, and no covariance with the others."""
+        entries = dict(self.entries)
+        for i, j in self.entries:
+            if quantity in (i, j):
+                entries[i, j] = scalar(0.0) + std * std if i == j else scalar(0.0)
+        return Covariance(entries)
+
+    def closed(self) -> Covariance:
+        """With variances that rounding has not made negative."""
+        return Covariance({(i, j): ca.fmax(one, 0.0) if i == j else one for (i, j), one in self.entries.items()})
+
+
+def where(condition: Flag, then: Covariance, otherwise: Covariance) -> Covariance:
+    """One of two covariances of the same quantities."""
+    return Covariance({pair: ca.if_else(condition, one, otherwise.entries[pair]) for pair, one in then.entries.items()})

@@ -1,0 +1,58 @@
+"""Sensors that add up the piston's travel, and take a reference for the position as it comes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import casadi as ca
+
+from ramsight.engine.typed_state import leaf
+from ramsight.expression import Flag, Scalar, all_of, any_of, negated
+from ramsight.sensor.sample import Sample, SampleState
+from ramsight.sensor.thresholds import RELIEF_TIME
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReliefLossState:
+    """A relief valve that may have let oil pass.
+
+    Attributes:
+        open_for: how long it has looked open [s].
+        unobservable: whether the position is unobservable since.
+    """
+
+    open_for: Scalar = leaf("s")
+    unobservable: Flag = leaf("1")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReckoningState:
+    """What a sensor by dead reckoning keeps.
+
+    Attributes:
+        position: [m].
+        intake: the last sample.
+        relief: a valve that may have let oil pass.
+    """
+
+    position: Scalar = leaf("m", None, exact="sum")
+    intake: SampleState
+    relief: ReliefLossState = field(default_factory=ReliefLossState)
+
+
+def relief_loss(state: ReliefLossState, sample: Sample, relief_open: Flag) -> ReliefLossState:
+    """Whether the position is unobservable: the relief valve has let oil pass, and no reference came since.
+
+    Args:
+        state: before the sample.
+        sample: the sample.
+        relief_open: whether it looks like that; noise is told from it by how long it lasts.
+    """
+    open_for = ca.if_else(relief_open, state.open_for + sample.elapsed, 0.0)
+    unobservable = any_of(state.unobservable, open_for > RELIEF_TIME)
+    return ReliefLossState(open_for=open_for, unobservable=all_of(negated(sample.referenced), unobservable))
+
+
+def at_reference(sample: Sample, position: Scalar) -> Scalar:
+    """The position of a sensor that accepts every reference [m]."""
+    return ca.if_else(sample.referenced, sample.reference, position)

@@ -1,0 +1,132 @@
+"""What every stage of a sensor knows of its machine: description, assumptions, balance, and parameters as symbols."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import casadi as ca
+
+from ramsight.expression import Real, Scalar
+from ramsight.plant.balance import Balance
+from ramsight.plant.balance import balance as balance_of
+from ramsight.plant.limits import Limits, limits_of
+from ramsight.plant.oil import T40, Oil
+from ramsight.plant.symbols import Parameters
+from ramsight.plant.unit import HydraulicUnit
+from ramsight.sensor.assumptions import Assumptions
+
+
+@dataclass(frozen=True)
+class MachineModel:
+    """A machine as a sensor has it.
+
+    The symbols are parameters of the recursion, so that one graph serves every machine with the circuit.
+
+    Attributes:
+        unit: its parts, as described.
+        assumed: what is assumed of drive, thermometer, machine and stops.
+        balance: of the circuit.
+        limits: of the unit.
+        table: all parameters by name.
+        circuit: the circuit's parameters, in the balance's order.
+        travel_per_radian: of the piston, by the motor's angle [m/rad].
+        stroke: of the cylinder [m].
+        stop_stiffness: of its ends [N/m].
+        relief_load: that the relief valves carry against lifting [N].
+        relief_pull: that they carry the other way [N].
+        relief_torque: of the motor at that load [N m].
+        largest_torque: of the motor at relief pressure on either side [N m].
+        max_speed: of the motor [rad/s].
+        leak_velocity: of the piston by leakage at relief pressure and 40 degC [m/s].
+        mass: that the piston moves [kg].
+    """
+
+    unit: HydraulicUnit
+    assumed: Assumptions
+    balance: Balance
+    limits: Limits
+    table: Parameters = field(repr=False)
+    circuit: tuple[Scalar, ...] = field(repr=False)
+    travel_per_radian: Scalar
+    stroke: Scalar
+    stop_stiffness: Scalar
+    relief_load: Scalar
+    relief_pull: Scalar
+    relief_torque: Scalar
+    largest_torque: Scalar
+    max_speed: Scalar
+    leak_velocity: Scalar
+    mass: Scalar
+
+    @classmethod
+    def of(
+        cls, unit: HydraulicUnit, assumed: Assumptions | None = None, balance: Balance | None = None
+    ) -> MachineModel:
+        """The model of a unit.
+
+        Args:
+            unit: its parts, as described.
+            assumed: what is assumed; by default what the unit declares.
+            balance: of the circuit, if it is another one than the unit's own.
+        """
+        circuit, limits, table = balance or balance_of(unit), limits_of(unit), Parameters()
+        add = table.add
+        return cls(
+            unit=unit,
+            assumed=assumed or unit.assumptions,
+            balance=circuit,
+            limits=limits,
+            table=table,
+            circuit=tuple(
+                add(f"circuit.{name}", float(value))
+                for name, value in zip(circuit.parameters, circuit.values, strict=True)
+            ),
+            travel_per_radian=add("travel_per_radian", float(unit.travel_per_radian)),
+            stroke=add("stroke", float(unit.cylinder.stroke)),
+            stop_stiffness=add("stop_stiffness", float(unit.cylinder.stop_stiffness)),
+            relief_load=add("relief_load", limits.load),
+            relief_pull=add("relief_pull", limits.pull),
+            relief_torque=add("relief_torque", limits.torque),
+            largest_torque=add("largest_torque", limits.largest_torque),
+            max_speed=add("max_speed", limits.max_speed),
+            leak_velocity=add("leak_velocity", limits.leak_velocity),
+            mass=add("mass", circuit.mass),
+        )
+
+    @property
+    def lift(self) -> float:
+        """+1 if extension lifts the load, -1 if retraction does."""
+        return float(self.unit.lift_sign)
+
+    @property
+    def passive(self) -> bool:
+        """Whether the load only resists, as friction does."""
+        return bool(self.unit.cylinder.passive)
+
+    @property
+    def torque_std(self) -> Scalar:
+        """Standard deviation of the reported torque [N m]."""
+        return self.assumed.drive.torque * self.relief_torque
+
+    def of_circuit(self, name: str) -> Scalar:
+        """A parameter of the circuit, for example ``tank.pressure``."""
+        return self.table.symbol(f"circuit.{name}")
+
+    @property
+    def oil(self) -> Oil:
+        """The oil, with parameters for numbers."""
+        return self.balance.oil_of(self.of_circuit)
+
+    def viscosity(self, temperature: Real) -> Scalar:
+        """Of the oil [m2/s] at a temperature [K]."""
+        found: Scalar = self.oil.viscosity(temperature)
+        return found
+
+    def thinner(self, temperature: Real) -> Scalar:
+        """Viscosity at 40 degC over that at a temperature [K]."""
+        return self.viscosity(T40) / self.viscosity(temperature)
+
+    def bounce_time(self, give: Scalar) -> Scalar:
+        """Half a period of the mass on oil that gives way by so much a load [s]; `give` [m/N]."""
+        return math.pi * ca.sqrt(self.mass * give)

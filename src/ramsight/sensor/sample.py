@@ -1,0 +1,241 @@
+"""A sample of a drive: as it is reported, and as the stages of a sensor pass it on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import casadi as ca
+
+from ramsight.engine.typed_state import leaf
+from ramsight.expression import Flag, Real, Scalar, count, flag, flag_symbol, scalar, scalar_symbol
+from ramsight.logs.channels import column_of
+from ramsight.plant.circuit import COMMANDED
+from ramsight.sensor.thresholds import COMMAND_MOST
+
+REPORTED = ("time", "motor_speed", "motor_torque", "oil_temperature")
+INPUTS = (*REPORTED, "reference", "reference_known")
+"""Inputs of a step: what every drive reports, and a position that is known at that sample, if one is."""
+
+PRESSURES = ("pressure_a", "pressure_b")
+LINK_ANGLE = "link_angle"
+SHAFT_ANGLE = "shaft_angle"
+DC_POWER = "dc_power"
+MOTOR_TEMPERATURE = "motor_temperature"
+MEASURED = {
+    **dict.fromkeys(PRESSURES, ("Pa", "absolute")),
+    LINK_ANGLE: ("rad", "of the body that the cylinder turns, against what it hangs on, 0 as drawn"),
+    SHAFT_ANGLE: ("rad", "that the drive's counter shows of the shaft, growing where speed is positive"),
+    DC_POWER: ("W", "that the drive takes from its DC link, negative where it gives"),
+    MOTOR_TEMPERATURE: ("K", "of the motor, as its drive reports it"),
+}
+"""Further inputs, where a machine declares them; not-a-number where one is missing: unit, and what they are."""
+
+
+@dataclass(frozen=True)
+class Raw:
+    """A sample as it is reported.
+
+    Attributes:
+        time: [s].
+        motor_speed: [rad/s].
+        motor_torque: [N m].
+        oil_temperature: [K].
+        reference: a position that is known at this sample [m].
+        referenced: whether there is one.
+        commands: of the circuit's commanded parts, -1 to 1, by their names.
+        measured: what else is measured, by the names of `MEASURED`.
+    """
+
+    time: Scalar
+    motor_speed: Scalar
+    motor_torque: Scalar
+    oil_temperature: Scalar
+    reference: Scalar
+    referenced: Flag
+    commands: Mapping[str, Scalar]
+    measured: Mapping[str, Scalar]
+
+    @classmethod
+    def symbols(cls, commands: Sequence[str] = (), measured: Sequence[str] = ()) -> Raw:
+        """Its symbols.
+
+        Args:
+            commands: names of the commanded parts.
+            measured: what else is measured, of the keys of `MEASURED`.
+        """
+        numbers = [scalar_symbol(name) for name in INPUTS[:-1]]
+        of_parts = {part: scalar_symbol(column_of(part)) for part in commands}
+        return cls(*numbers, flag_symbol(INPUTS[-1]), of_parts, {name: scalar_symbol(name) for name in measured})
+
+    @property
+    def inputs(self) -> list[Scalar]:
+        """All symbols in the order of a recursion's inputs."""
+        first = [self.time, self.motor_speed, self.motor_torque, self.oil_temperature, self.reference]
+        return [*first, count(self.referenced), *self.commands.values(), *self.measured.values()]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CounterState:
+    """The shaft's counter when it was last reported.
+
+    Attributes:
+        angle: of the shaft [rad].
+        begun: whether the last sample had one.
+    """
+
+    angle: Scalar = leaf("rad", exact=SHAFT_ANGLE)
+    begun: Flag = leaf("1")
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A sample as the stages pass it on; each hands the next a new one, and none is changed.
+
+    Attributes:
+        started: whether there was a sample before.
+        elapsed: since then [s].
+        motor_speed: at the sample [rad/s].
+        last_speed: at the one before [rad/s].
+        mean_speed: between both [rad/s].
+        motor_torque: [N m].
+        last_torque: at the sample before [N m].
+        oil_temperature: as it is used [K].
+        reference: a position that is known at this sample [m].
+        referenced: whether there is one.
+        commands: of the commanded parts, -1 to 1.
+        way: +1 where positive motor speed extends the piston, -1 where a commanded valve reverses that.
+        last_way: the same at the sample before.
+        measured: what else is measured.
+        counter: the shaft's counter at the sample before, where the machine declares one.
+        pump_warmer: by how much the oil in the pumps' gaps is warmer than the reported one [K].
+    """
+
+    started: Flag
+    elapsed: Scalar
+    motor_speed: Scalar
+    last_speed: Scalar
+    mean_speed: Scalar
+    motor_torque: Scalar
+    last_torque: Scalar
+    oil_temperature: Scalar
+    reference: Scalar
+    referenced: Flag
+    commands: Mapping[str, Scalar]
+    way: Scalar
+    last_way: Scalar
+    measured: Mapping[str, Scalar]
+    counter: CounterState | None = None
+    pump_warmer: Real = 0.0
+
+    @property
+    def angle(self) -> Scalar:
+        """By which the shaft turned since the sample before [rad]."""
+        return self.mean_speed * self.elapsed
+
+    @property
+    def pump_temperature(self) -> Scalar:
+        """Of the oil in the pumps' gaps [K]."""
+        return self.oil_temperature + self.pump_warmer
+
+    @property
+    def extending_speed(self) -> Scalar:
+        """Motor speed, positive where it extends the piston [rad/s]."""
+        return self.way * self.motor_speed
+
+    @property
+    def last_extending_speed(self) -> Scalar:
+        """The same at the sample before [rad/s]."""
+        return self.last_way * self.last_speed
+
+    @property
+    def extending_angle(self) -> Scalar:
+        """By which the shaft turned, positive where it extends the piston [rad]."""
+        return self.way * self.angle
+
+    def with_speed(self, mean_speed: Scalar, motor_speed: Scalar, last_speed: Scalar) -> Sample:
+        """The sample with other speeds [rad/s]."""
+        return replace(self, mean_speed=mean_speed, motor_speed=motor_speed, last_speed=last_speed)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SampleState:
+    """The last sample, for a sensor that uses its inputs as they are.
+
+    Attributes:
+        started: whether there was one.
+        time: of it [s].
+        motor_speed: at it [rad/s].
+        commands: at it.
+    """
+
+    started: Flag = leaf("1")
+    time: Scalar = leaf("s", exact="time")
+    motor_speed: Scalar = leaf("rad/s")
+    commands: Mapping[str, Scalar] = leaf("1", None)
+
+    @classmethod
+    def initial(cls, commands: Sequence[str] = ()) -> SampleState:
+        """Before the first sample.
+
+        Args:
+            commands: names of the commanded parts.
+        """
+        return cls(commands=first_commands(commands))
+
+
+def first_commands(commands: Sequence[str]) -> dict[str, Scalar]:
+    """What commanded parts do before the first sample, by their columns' names."""
+    return {column_of(part): scalar(COMMANDED) for part in commands}
+
+
+def plain_sample(state: SampleState, raw: Raw) -> tuple[SampleState, Sample]:
+    """A sample without any check, and what is kept of it."""
+    elapsed = ca.if_else(state.started, ca.fmax(raw.time - state.time, 0.0), 0.0)
+    last_speed = ca.if_else(state.started, state.motor_speed, raw.motor_speed)
+    commands = commanded(raw.commands, state.commands)
+    sample = Sample(
+        started=state.started,
+        elapsed=elapsed,
+        motor_speed=raw.motor_speed,
+        last_speed=last_speed,
+        mean_speed=0.5 * (last_speed + raw.motor_speed),
+        motor_torque=raw.motor_torque,
+        last_torque=raw.motor_torque,
+        oil_temperature=raw.oil_temperature,
+        reference=raw.reference,
+        referenced=raw.referenced,
+        commands=commands,
+        way=way_of(list(commands.values())),
+        last_way=way_of(list(state.commands.values())),
+        measured=raw.measured,
+    )
+    after = SampleState(
+        started=flag(True), time=raw.time, motor_speed=raw.motor_speed, commands=kept_commands(commands)
+    )
+    return after, sample
+
+
+def commanded(reported: Mapping[str, Scalar], last: Mapping[str, Scalar]) -> dict[str, Scalar]:
+    """Commands of a sample, -1 to 1, by part; the last one where there is none."""
+    found = {}
+    for part, value in reported.items():
+        inside = ca.fmin(ca.fmax(value, -1.0), 1.0)
+        found[part] = ca.if_else(ca.fabs(value) <= COMMAND_MOST, inside, last[column_of(part)])
+    return found
+
+
+def kept_commands(commands: Mapping[str, Scalar]) -> dict[str, Scalar]:
+    """The same by their columns' names, as the state has them."""
+    return {column_of(part): value for part, value in commands.items()}
+
+
+def way_of(commands: Sequence[Scalar]) -> Scalar:
+    """The way in which positive motor speed moves the piston, 1 extends.
+
+    Where a directional valve connects the pump to a chamber, the sign of its command is the sign of the motion.
+    """
+    way = scalar(1.0)
+    for value in commands:
+        way = way * ca.if_else(value < 0.0, -1.0, 1.0)
+    return way

@@ -1,0 +1,301 @@
+"""Every number by which a sensor decides, once: its value, its unit, and where it comes from.
+
+A reason is a declared noise, a stated probability, a law, or a source. Where a number is a choice, the reason says what
+lies on either side of it; the sensitivity study holds that none of them is sharp.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ramsight.constant import Constant
+
+# The motor stands: four speeds, because four things end with it.
+MOTOR_AT_REST = Constant(0.06, "rad/s", "half a step of 1 rpm, in which drives report speeds: below it the report is 0")
+MOTOR_TURNS = Constant(
+    1.0, "rad/s", "10 rpm: slower, the sign of the pumps' friction is unknown and a safety valve stays closed"
+)
+TORQUE_STEADY_SPEED = Constant(
+    3.0, "rad/s", "30 rpm: slower, friction and rounding make up most of torque and power, and a torque may stand still"
+)
+MIXED_FRICTION_SPEED = Constant(
+    5.0, "rad/s", "50 rpm: slower, bearings and shaft seals have mixed friction, which falls with speed (Stribeck)"
+)
+FRICTION_STEADY_SPEED = Constant(
+    8.0, "rad/s", "80 rpm: slower, the friction of the pumps may step as mixed friction ends"
+)
+
+# Input check: time.
+NUMBER_LIMIT = Constant(1e12, "1", "larger than any quantity of a drive in SI units; not-a-number fails the comparison")
+MEASURABLE_LIMIT = Constant(1e9, "1", "larger than any shaft angle, power or pressure of a machine in SI units")
+USUAL_PERIOD = Constant(0.1, "s", "slowest usual rate of a drive's cyclic report, 10 Hz")
+GAP_PERIOD = Constant(0.15, "s", "one and a half usual periods: a sample is missing")
+SHORTEST_PERIOD = Constant(8e-3, "s", "chamber pressures settle in about 10 ms; closer samples resolve the transient")
+SHORTEST_STEP = Constant(1e-3, "s", "time step solved where no time passed; its result is not used")
+BRIDGED_GAP = Constant(0.5, "s", "within it a motor can start and stop; a longer gap cannot be integrated")
+CLOCK_RESET = Constant(1.0, "s", "a bus reorders by less; a clock that steps back by more was set")
+LONGEST_GAP = Constant(3600.0, "s", "the motor drives any cylinder through its stroke within an hour")
+UNSEEN_SPEED_SHARE = Constant(
+    0.02,
+    "1",
+    "share of the highest speed a motor may have had between two samples of 0; a choice of the size of a nudge",
+)
+BRIDGE_ERROR_SHARE = Constant(0.25, "1", "half the mean of both speeds around a gap: the trapezoid against either end")
+
+# Input check: values.
+COMMAND_MOST = Constant(1.5, "1", "a command of 1 to here is rounded; beyond it is in another unit, and no command")
+SPEED_LIMIT_SHARE = Constant(1.5, "1", "share of the highest speed; drives trip at 1.1 to 1.3")
+OVERSPEED_SHARE = Constant(1.05, "1", "share of the highest speed; drives overshoot by up to 5 %")
+TORQUE_LIMIT_SHARE = Constant(1.5, "1", "share of the torque at relief pressure on both sides; friction adds below 0.5")
+TEMPERATURE_LOWEST = Constant(203.15, "K", "-70 degC: no mineral oil flows below")
+TEMPERATURE_HIGHEST = Constant(423.15, "K", "150 degC: seals and oil are destroyed above")
+MAGNETS_HOTTEST = Constant(523.15, "K", "250 degC: windings of insulation class N and magnets are destroyed above")
+WALTHER_LOWEST = Constant(243.15, "K", "-30 degC: where the Walther equation joins two points within its tolerance")
+WALTHER_HIGHEST = Constant(383.15, "K", "110 degC: where the Walther equation joins two points within its tolerance")
+OIL_TIME_CONSTANT = Constant(5.0, "s", "faster changes of a thermometer are its noise; a tank of oil changes slower")
+TEMPERATURE_STEP = Constant(10.0, "K", "twice what oil changes by within a minute of full relief")
+TEMPERATURE_STEP_SHORTEST = Constant(10.0, "s", "two time constants of the oil: a shorter step is a disturbance")
+TEMPERATURE_STEP_LONGEST = Constant(600.0, "s", "a step that stays for ten minutes is the oil's, whatever came before")
+HABIT_GAIN = Constant(0.005, "1", "share of the newest sample: the habit of changing is that of the last 200 samples")
+HABIT_LEAST = Constant(0.8, "1", "a torque with noise of half its step changes in more than 0.8 of the samples")
+REPEATS_LEARNT = Constant(3.0, "1", "repeats in a row from which on a stuck torque no longer teaches its habit")
+STUCK_EVIDENCE = Constant(20.0, "1", "expected changes that did not come: by chance exp(-20), once in 1000 h at 50 Hz")
+TORQUE_STEP_SHARE = Constant(0.45, "1", "share of the torque at relief pressure; 0.27 is the most in recorded days")
+RUNNING_SHARE = Constant(0.03, "1", "share of the highest speed; slower, a load is taken up within a sample")
+BLIND_PRESSURE_SHARE = Constant(
+    0.3, "1", "share of the relief pressure by which pressure may change unseen (loads of work days)"
+)
+MAGNET_STEP = Constant(1.0, "K", "below it a torque of 0.1 %/K changes by less than its noise")
+CASE_WARMER_MOST = Constant(60.0, "K", "a pump case that is further from its tank burns its oil")
+SMOOTHING_TIME = Constant(20.0, "s", "noise of 0.2 K is averaged away; oil warms by less than a kelvin meanwhile")
+FIRST_INSTANT = Constant(1e-3, "s", "a filter takes its first sample as it is")
+
+# Reports held against each other.
+MEMORY_TIME = Constant(1.0, "s", "a speed that is 0.1 % of 2000 rpm off is 0.2 rad off by then: 4 steps of a counter")
+FALSE_ALARM_RATE = Constant(1.0 / (1000.0 * 3600.0), "1/s", "one false alarm in 1000 h, as stated")
+ALARM_RELEASE_SHARE = Constant(0.5, "1", "hysteresis: an alarm ends at half its bound")
+COUNTER_JUMP_SHARE = Constant(
+    1.5, "1", "share of the highest speed, as the limit of a speed: a counter was set or overflowed"
+)
+COUNTER_JUMPS_MOST = Constant(2.5, "1", "jumps within the memory; an overflow is one, a reset two")
+LEARNING_SHARE = Constant(
+    0.5, "1", "share of the bound up to which a difference teaches gains and losses; alarms teach nothing"
+)
+TORQUE_LEVEL_LEAST = Constant(
+    0.05, "1", "share of the torque at relief pressure below which equal torques are no evidence"
+)
+TORQUE_LEVEL_MOST = Constant(1.5, "1", "greatest torque over that at relief pressure, as the limit of a torque")
+TURNED_LEAST = Constant(1.0, "rad", "turned within the memory; less turns power into a torque by dividing by noise")
+PUMP_TORQUE_STD = Constant(0.03, "1", "catalogues round a pump's efficiency to 0.02 or 0.03")
+PRESSURE_TURNED_LEAST = Constant(0.2, "s", "of turning within the memory; a tenth of a second twice")
+BAND_FAST = Constant(0.04, "s", "time constant that keeps a step of the acceleration: two samples")
+BAND_SLOW = Constant(0.15, "s", "time constant that removes the slope of a load: a ramp lasts longer")
+INERTIA_GAP = Constant(0.15, "s", "a gap restarts the filters")
+INERTIA_MODEL_STD = Constant(
+    0.25, "1", "oil and moved mass add a third of the shaft's torque at most, on recorded logs"
+)
+INERTIA_GATE = Constant(2.0, "1", "a torque step twice the expected one is a stop or a valve")
+LOG_RATIO_MOST = Constant(6.0, "1", "one step adds at most a third of the alarm: three independent steps are needed")
+SIGN_ALARM = Constant(
+    18.0, "1", "cumulative sum of log-likelihood ratios: one false alarm in 1000 h, evaluation/inertia.py"
+)
+SUM_CEILING = Constant(1.5, "1", "times the alarm, so that a corrected sign is cleared in as many steps as it took")
+
+# Kinds of faults.
+GAIN_PRIOR_STD = Constant(0.5, "1", "a gain fault lies between nothing and twice within two standard deviations")
+GAIN_STD_LEAST = Constant(1e-3, "1", "resolution of two reports of 10 bits")
+OFFSET_PRIOR_SHARE = Constant(1.0 / 3.0, "1", "an offset of the greatest level is three standard deviations")
+CHI_SQUARED_STD = Constant(2.0, "1", "standard deviations of a sum of squares within which it is usual, 95 %")
+AGREEMENT_GATE = Constant(3.0, "1", "standard deviations of the noise within which a sample shows no fault, 99.7 %")
+SUM_LEAST = Constant(1e-9, "1", "keeps quotients finite before the first sample")
+
+# Load observer.
+SHOWN_SHARE = Constant(0.5, "1", "half of what virtual work gives: more than half of the load rests on the pump")
+JUMP_GATE = Constant(16.0, "1", "squared: four standard deviations, once in 16000 samples by noise alone")
+RELEASED_TRAVEL = Constant(3.0, "1", "times what the oil gave before: compliance is proportional to a chamber's volume")
+RELEASED_TRAVEL_LEAST = Constant(2e-3, "1", "share of the stroke, the travel of a sample at usual speed")
+FRICTION_TIME = Constant(
+    0.2, "s", "time constant for a torque within static friction: ten usual samples average its noise"
+)
+FRICTION_SPREAD = Constant(
+    1.25, "1", "friction of a usual pump over the described one, one standard deviation of makers' spread"
+)
+FIRST_LOAD_SHARE = Constant(
+    0.3, "1", "of the relief load: standard deviation of a load that is uniform over 0 to 1 of it"
+)
+SETTLED_SHARE = Constant(0.01, "1", "of the torque's noise: adds 0.005 % to it")
+NO_LOAD_GATE = Constant(
+    4.0, "1", "standard deviations of the torque, 1 in 16000: a load that shows no more may be none"
+)
+PRESSURE_SETTLING = Constant(
+    1.0, "s", "within which the oil of a piston at rest follows its pressure sensor; noise is shorter"
+)
+
+# Leakage.
+LEAKAGE_SETTLED = Constant(
+    3.0, "1", "time constants after which two filters that share a first sample agree within 5 %"
+)
+VISCOSITY_STEP = Constant(1.0, "K", "for the slope of the viscosity's logarithm, which changes by 1 % over it")
+LEAKAGE_REFERENCE = Constant(
+    0.3, "1", "share of the torque at relief pressure at which the exponent has no effect: mid range"
+)
+LEAKAGE_TORQUE_LEAST = Constant(0.05, "1", "share of that torque below which friction hides the pressure")
+
+# Contacts.
+CONTACT_EVIDENCE = Constant(
+    30.0, "1", "standard deviations of the position delivered in vain: no noise does it (1e-197)"
+)
+CONTACT_STILL = Constant(4.0, "1", "standard deviations by which a piston at rest may seem to move, 1 in 16000")
+CONTACT_SLIP = Constant(0.15, "1", "share of what was delivered: the softest chamber of usual machines gives 15 % more")
+CONTACT_SLIP_UNKNOWN = Constant(0.5, "1", "the same at an unknown position: a full chamber gives twice a half full one")
+RARE_LOAD_CHANGE = Constant(2.0, "1", "standard deviations of the change of a load, 5 %: more is rare")
+RELIEF_CERTAIN = Constant(
+    0.95, "1", "share of the way from a relief valve's opening to its setting; no load is lifted with more"
+)
+LOAD_FOUND_TIME = Constant(
+    0.3, "s", "after the motor starts or stops: the valve opens and the manifold fills within it"
+)
+NEAR_END = Constant(4.0, "1", "standard deviations from an end, 1 in 16000")
+NEAR_END_LEAST = Constant(5e-3, "1", "share of the stroke: ends give way and are described to about that")
+LOAD_LEFT_SHARE = Constant(0.7, "1", "share of a load that is left: less, and the load settles on something else")
+LOAD_MEMORY = Constant(1.0, "s", "for which the load and the leakage from before a contact are remembered")
+SETTLING_STD_SHARE = Constant(0.1, "1", "of the apparent way since the load settled: how well leakage is known")
+SEPARATE_CONTACTS = Constant(0.05, "1", "share of the stroke between two contacts that are independent evidence")
+DIRECTION_TRAVEL = Constant(0.02, "1", "share of the stroke that decides where a piston came from")
+LOAD_GONE_SHARE = Constant(0.1, "1", "share of the torque that is left where no load is: friction of pumps")
+LOAD_GONE_NOISE = Constant(2.0, "1", "standard deviations of the torque, 95 %")
+VOLUME_MODEL_STD = Constant(0.05, "1", "error of a closed volume's equation over the change of its torque")
+COMPLIANCE_USUAL = Constant(0.25, "1", "share of a torque's rise; the softest machine in twenty gives twice that")
+RISE_EVIDENCE = Constant(16.0, "1", "standard deviations of the torque: four by four, no noise does it")
+
+# Contact release.
+RELEASE_NOISE = Constant(4.0, "1", "standard deviations of the torque, 1 in 16000")
+RELEASE_MODEL = Constant(
+    0.5, "1", "share of the predicted change that leakage at rest may be wrong by, twice its deviation"
+)
+COMPLIANCE_GATE = Constant(2.0, "1", "standard deviations of the compliance, 95 %")
+DECOMPRESSION_MOST = Constant(
+    5.0, "1", "times what oil gives back as described: no compliance and no stroke makes it more"
+)
+TORQUE_LEAST = Constant(1e-6, "N m", "keeps quotients finite")
+
+# Hypotheses.
+LOG_WEIGHT_LEAST = Constant(
+    -12.0, "1", "logarithm of the least weight, 6e-6: a hypothesis can come back within two contacts"
+)
+OVERSHOOT_STD_SHARE = Constant(0.5, "1", "of a clipped distance beyond an end: uniform between none and all of it")
+BEYOND_END = Constant(4.0, "1", "standard deviations beyond an end, 1 in 16000")
+BEYOND_END_LEAST = Constant(5e-3, "1", "share of the stroke, as near an end")
+INNOVATION_GAIN = Constant(
+    0.2, "1", "share of the newest reference in the mean normalised innovation: of the last five"
+)
+INNOVATION_MOST = Constant(25.0, "1", "squared innovation of five standard deviations: more is no random walk")
+BAND_STEP = Constant(
+    0.3, "1", "of the logarithm of the band's width, step of adaptive conformal inference: three misses double it"
+)
+UNREACHABLE = Constant(1e9, "1", "a logarithm that no likelihood reaches")
+REFUTED = Constant(0.1, "1", "odds below which the hypothesis of a wrong position is restarted")
+OUTSIDE = Constant(0.05, "1", "share of the truth that a 95 % band misses")
+RISK = Constant(1e-5, "1", "share of samples at which an error may exceed the bound, as stated")
+CERTAIN = Constant(math.sqrt(-2.0 * math.log(1e-5)), "1", "P(|e| > k sigma) <= exp(-k^2/2) (Chernoff) with the risk")
+LEAK_FACTOR_LEAST = Constant(0.3, "1", "a tight pump over a catalogue's")
+LEAK_FACTOR_MOST = Constant(4.0, "1", "a pump that leaks more does not lift its load")
+DISPLACEMENT_FACTOR_LEAST = Constant(0.97, "1", "tolerance of displacements, ISO 8426")
+DISPLACEMENT_FACTOR_MOST = Constant(1.03, "1", "tolerance of displacements, ISO 8426")
+COMPLIANCE_FACTOR_LEAST = Constant(0.4, "1", "oil without air in rigid lines")
+COMPLIANCE_FACTOR_MOST = Constant(2.5, "1", "oil with 1 % of air, or soft hoses")
+
+# What teaches the filters.
+BLIND_SHARE = Constant(0.02, "1", "share of a load that the torque shows: below, a closed valve carries it")
+TORQUE_ERROR_TIME = Constant(0.2, "s", "for which errors of a torque stay what they are: filters of drives")
+TORQUE_MODEL_STD = Constant(0.1, "1", "share of a torque by which a closed volume's equation may err")
+VALVE_SETTLED = Constant(0.5, "s", "after a valve closed, until the pump alone makes the torque")
+STEADY_TORQUE = Constant(0.02, "1", "change of the torque over what leakage makes of it: pressure has settled")
+PUMP_FRICTION_STD = Constant(0.02, "1", "of a torque, by the pumps' hydromechanical efficiency in catalogues")
+RELEASED_STD_SHARE = Constant(0.5, "1", "of a way that a held piston may have gone: uniform between none and all of it")
+BOUNCE_STD_SHARE = Constant(0.5, "1", "of a travel that the pump may have drawn from the tank: all or none of it")
+FREE_TRAVEL_LEAST = Constant(
+    0.01, "1", "share of the stroke in one direction, after which relief pressure is an obstacle's"
+)
+UNSEEN_FLOW_SHARE = Constant(
+    0.1, "1", "share of a pump's flow that may move a piston which seems to stand at relief pressure"
+)
+LATE_LEAST = Constant(0.5, "1", "of a sample: a contact lies between two samples")
+
+# Relief valves.
+RELIEF_RANGE = Constant(
+    10.0 / 3.0,
+    "1",
+    "standard deviations below a setting: 90 % of it at 3 %; direct acting valves close 10 to 15 % below",
+)
+RELIEF_BALANCE_SHARE = Constant(0.5, "1", "share of that range from which the volume balance has no position")
+RELIEF_TIME = Constant(0.1, "s", "five samples of a usual drive, so that noise alone ends no position")
+RELIEF_PUSH_SHARE = Constant(0.5, "1", "what stops the piston may push it back: standard deviation over the pump's oil")
+STOP_ZONE = Constant(0.02, "1", "share of the stroke from an end, where a stop opens the relief valve")
+
+# Rest.
+LOAD_CHANGE_GAIN = Constant(
+    1.0 / 6.0, "1", "share of the newest load change in their mean square: of 2/share - 1 = 11 changes"
+)
+LOAD_CHANGE_SURE = Constant(1.55, "1", "root of 11 over the 5 % quantile of chi-squared of 11, 4.575")
+
+# Link angle.
+ANGLE_REPEAT = Constant(
+    2.1, "1", "correlation times between independent angles: two, plus rounding of the sample period"
+)
+ANGLE_LAG_STD = Constant(0.5, "1", "share of a lag that is unknown: uniform between none and twice")
+
+# Status.
+REFERENCE_DUE_SHARE = Constant(0.01, "1", "share of the stroke: standard deviation at which a reference is due")
+UNCERTAIN_SHARE = Constant(0.1, "1", "share of the stroke: standard deviation at which a position is no use")
+OUTSIDE_STROKE_STD = Constant(4.0, "1", "standard deviations outside the stroke, 1 in 16000")
+OUTSIDE_STROKE_LEAST = Constant(5e-3, "m", "stops give way by less")
+TRANSIENT_TIME = Constant(0.6, "s", "a valve opens and a manifold fills within it")
+NOISE_TIME = Constant(0.15, "s", "noise of seven samples has averaged away")
+UNEXPLAINED_TORQUE = Constant(8.0, "1", "standard deviations of the torque: twice the gate of a load that jumps")
+IMPOSSIBLE_LOAD = Constant(
+    1.3, "1", "share of the relief load: its valve opens at 1, with 10 % of override twice and friction"
+)
+EMPTY_TIME = Constant(1.5, "s", "of rest, after which pumps have leaked empty")
+REST_TORQUE_SHARE = Constant(
+    0.06, "1", "share of the torque at relief pressure: offset that no drive has when calibrated"
+)
+REST_SMOOTHING = Constant(0.5, "s", "averages the noise of 25 samples")
+TIME_LEAST = Constant(1e-6, "s", "keeps quotients finite where no time passed")
+VELOCITY_SMOOTHING = Constant(0.1, "s", "averages the noise of five samples")
+FASTEST_SHARE = Constant(
+    1.1, "1", "of the velocity at the highest speed; a correction moves the shown position no faster"
+)
+
+# Where the pumps deliver to (worked out before the first sample).
+DELIVERY_SPEED_SHARE = Constant(0.1, "1", "of the highest speed: pumps deliver more than they leak")
+DELIVERY_STEP = Constant(0.02, "s", "a usual sample")
+DELIVERY_STEPS = Constant(10.0, "1", "samples, after which a chamber's pressure has risen")
+
+# State files.
+CREEP_VELOCITY = Constant(1e-4, "m/s", "slower, a rod moves by less than 1 mm in 10 s: it rests")
+REST_TIME = Constant(1.0, "s", "of rest, after which a position is worth saving")
+SAVE_CHANGE = Constant(0.2e-3, "m", "resolution of usual position sensors: smaller changes are not saved")
+SAVE_STD_CHANGE = Constant(1e-3, "m", "growth of the standard deviation at rest that is worth a save")
+COAST_TIME = Constant(2.0, "s", "for which a rod may have moved on after its state was saved")
+
+# Start.
+START_STD = Constant(1e-3, "m", "of a position that is read from a scale")
+START_SLACK = Constant(1e-3, "m", "by which a start may lie outside the stroke: stops give way, numbers are rounded")
+
+# A second sensor at the cylinder.
+OTHER_FASTEST = Constant(1.2, "1", "times the highest velocity, which no piston exceeds")
+OTHER_JUMPS_MOST = Constant(2.5, "1", "jumps within the memory that are no single disturbance")
+
+# The paper's table.
+TABLE_SLOW_SHARE = Constant(
+    0.05, "1", "share of the calibrated speed; slower turns move the piston too little to matter"
+)
+TABLE_TORQUE_MARGIN = Constant(
+    0.03, "1", "share of the largest torque: noise of a drive and the rotor's torque in a ramp"
+)
+TABLE_TEMPERATURE_MARGIN = Constant(1.0, "K", "noise of a temperature: a few parts in a thousand of the leakage")
+TABLE_NEAR_RELIEF = Constant(
+    0.97, "1", "share of the torque at the valve's opening, two standard deviations of its reading"
+)
+TABLE_AT_RELIEF = Constant(0.99, "1", "share of that torque from which oil passes")
