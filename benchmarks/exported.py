@@ -17,8 +17,8 @@ from ramsight import machine
 from ramsight.deploy.c_folder import write_sensor
 from ramsight.deploy.c_sensor import inputs_of, sensor_source
 from ramsight.deploy.compiler import find_compiler, version
+from ramsight.deploy.exported_run import CompiledSensor
 from ramsight.deploy.golden import faulty_day
-from ramsight.deploy.running import CompiledSensor
 from ramsight.engine.recursion import replay
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.ddh import build_ddh

@@ -26,7 +26,7 @@ from scipy.integrate import solve_ivp
 
 from ramsight import machine
 from ramsight.duty import DriveReport, lift_lower, report, simulate
-from ramsight.duty.linked import starting
+from ramsight.duty.linked_duty import starting
 from ramsight.duty.loading import loading_cycle
 from ramsight.duty.work_day import work_day
 from ramsight.engine.batch import Job, batches

@@ -23,14 +23,14 @@ from pathlib import Path
 
 import numpy as np
 
-import ramsight.study.datasheet.working as working
+import ramsight.study.datasheet.machine_tasks as working
 from ramsight import machine
 from ramsight.study.datasheet.cluster import cluster
-from ramsight.study.datasheet.duties import Work
 from ramsight.study.datasheet.measuring import measures
-from ramsight.study.datasheet.plan import TASK, plan
-from ramsight.study.datasheet.running import run
-from ramsight.study.datasheet.tracking import tracked
+from ramsight.study.datasheet.run_tasks import run
+from ramsight.study.datasheet.studied_duties import Work
+from ramsight.study.datasheet.study_plan import TASK, plan
+from ramsight.study.datasheet.tracks_of_many import tracked
 
 CORES = len(os.sched_getaffinity(0))
 MACHINES, QUICK = 6 * TASK, 2 * TASK

@@ -22,8 +22,8 @@ from ramsight.duty.faults import Fault
 from ramsight.sensor.detectors import CONTRADICTIONS
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
-from ramsight.study.errors import stop_visits
-from ramsight.study.judging import wrong_and_ok
+from ramsight.tracking.judged_errors import wrong_and_ok
+from ramsight.tracking.position_errors import stop_visits
 
 SIGNALS = ("speed, torque, temperature", "+ counter and DC power")
 """What the sensor is given, of `faults.SIGNALS`."""

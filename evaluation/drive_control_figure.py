@@ -11,7 +11,7 @@ import matplotlib as mpl
 import matplotlib.figure
 import numpy as np
 
-from ramsight.study.figures import STYLE, legend_above, save
+from ramsight.tracking.figures import STYLE, legend_above, save
 
 ROOT = Path(__file__).parents[1]
 _MARKS = "osv^Dx"

@@ -16,8 +16,8 @@ import xarray
 
 from ramsight import machine
 from ramsight.duty import Duty, Magnets, Profile, lift_lower, simulate
+from ramsight.duty.oil_warming import warmed
 from ramsight.duty.profile import constant
-from ramsight.duty.warming import warmed
 from ramsight.duty.work_day import work_day
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build_unit

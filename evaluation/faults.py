@@ -21,11 +21,11 @@ from numpy.typing import NDArray
 
 from ramsight.duty.faults import Fault, inject
 from ramsight.engine.recursion import replay_many
+from ramsight.intervals import true_intervals
 from ramsight.sensor.detectors import CONTRADICTIONS
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import BOUND, VirtualSensor, log_inputs
-from ramsight.stretches import stretches
 
 Track = dict[str, NDArray[np.float64]]
 """Position and its deviation [m], status and bound [m], by the names of the sensor's outputs."""
@@ -150,7 +150,7 @@ def _given(
 
 def alarms(track: Track) -> int:
     """How often a drive's report is said to contradict itself."""
-    return len(stretches(np.isin(track["status"], CONTRADICTIONS)))
+    return len(true_intervals(np.isin(track["status"], CONTRADICTIONS)))
 
 
 def _row(channel: str, words: str, values: np.ndarray) -> dict[str, float | str | None]:

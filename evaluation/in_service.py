@@ -20,7 +20,7 @@ from ramsight.duty.work_day import work_day
 from ramsight.plant.build import build_unit
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
-from ramsight.study.judging import Judged, judge
+from ramsight.tracking.judged_errors import Judged, judge
 
 BENCH, SERVICE = "mining-loader", "mining-loader-in-service"
 LOADS = {"boom": (100e3, 370e3), "bucket": (20e3, 140e3)}  # N

@@ -18,7 +18,7 @@ import work_days
 
 from ramsight.duty.faults import Fault
 from ramsight.sensor.kalman import kalman
-from ramsight.study.named_faults import NamedFault, named_faults
+from ramsight.tracking.named_faults import NamedFault, named_faults
 
 SIGNALS = "+ counter and DC power"
 CHANNELS = ("motor_speed", "shaft_angle", "motor_torque")

@@ -6,10 +6,10 @@ import textwrap
 from pathlib import Path
 
 from ramsight.output import atomic_path
-from ramsight.study.paper import Chapter, Study, reproduce
-from ramsight.study.paper.coverage import coverage_rows
-from ramsight.study.paper.drawing import draw
-from ramsight.study.paper.markdown import MEANING, chapter_lines, table_lines, typeset
+from ramsight.reproduction import Chapter, Study, reproduce
+from ramsight.reproduction.coverage import coverage_rows
+from ramsight.reproduction.figure_style import draw
+from ramsight.reproduction.markdown import MEANING, chapter_lines, table_lines, typeset
 
 ROOT = Path(__file__).parents[1]
 PAGE, FIGURES = ROOT / "docs" / "paper.md", ROOT / "docs" / "paper"

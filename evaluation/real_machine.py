@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from ramsight import machine
 from ramsight.duty import DriveReport, Duty, Magnets, Profile, report, simulate
 from ramsight.duty.link_report import LinkReport
+from ramsight.duty.oil_warming import warmed
 from ramsight.duty.profile import constant
-from ramsight.duty.warming import warmed
 from ramsight.duty.work_day import work_day
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build_unit
@@ -29,7 +29,7 @@ from ramsight.plant.heat import HeatStores
 from ramsight.plant.oil import kinematic_viscosity
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
-from ramsight.study.judging import Judged, judge
+from ramsight.tracking.judged_errors import Judged, judge
 
 UNIT = "boom"
 DAYS = 6

@@ -17,7 +17,7 @@ from ramsight.machine import walk
 from ramsight.plant.build import build_unit
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.kalman import kalman
-from ramsight.study.judging import Judged, judge
+from ramsight.tracking.judged_errors import Judged, judge
 
 TRACES = Path(__file__).parents[1] / "tests" / "traces"
 FACTOR = 1.5

@@ -20,7 +20,7 @@ ROOT = Path(__file__).parent.parent
 SOURCE = ROOT / "src" / "ramsight"
 PAGE = ROOT / "docs" / "design.md"
 INK, PALE, FILL = "#1f2a36", "#c3cbd3", "#f4f1ea"
-STEP, BOX, LEFT, TOP, WIDTH = 34, 92, 330, 14, 690  # px
+STEP, BOX, LEFT, TOP, WIDTH = 34, 92, 330, 14, 740  # px
 ARROW, LEAVES = 4, 5  # px, half of an arrow's height; how far from a box's middle arcs leave and arrive
 
 

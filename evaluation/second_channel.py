@@ -16,11 +16,11 @@ import work_days
 from numpy.typing import NDArray
 from scipy.stats import beta
 
+from ramsight.intervals import true_intervals
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.comparing import ALERTS, Comparison, Verdict, verdicts
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.virtual_sensor import BOUND
-from ramsight.stretches import stretches
 
 Array = NDArray[np.float64]
 
@@ -60,7 +60,7 @@ def study(machines: int, advance: Callable[[int], object], times: int = 4) -> di
                 return verdicts(pair, time, track["position"].values, track[BOUND].values, status, other)
 
             clean = said(real)
-            false += len(stretches(np.isin(clean, ALERTS)))
+            false += len(true_intervals(np.isin(clean, ALERTS)))
             hours += float(time[-1] - time[0]) / 3600.0
             agree.append(float((clean == Verdict.AGREE).mean()))
             for at in random.integers(len(time) // 3, 2 * len(time) // 3, times):

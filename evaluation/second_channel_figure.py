@@ -8,7 +8,7 @@ import numpy as np
 
 import ramsight
 from ramsight.logs import read_truth
-from ramsight.study.compared_figure import compared_figure
+from ramsight.tracking.compared_figure import compared_figure
 
 ROOT = Path(__file__).parents[1]
 LOG = ROOT / "tests" / "traces" / "person" / "person_bucket_datasheet"

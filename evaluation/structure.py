@@ -20,7 +20,7 @@ from ramsight.plant.limits import limits_of
 from ramsight.plant.pump import Pump
 from ramsight.plant.valve import CheckValve, Orifice, ReliefValve, SafetyValve
 from ramsight.sensor.kalman import kalman
-from ramsight.study.judging import Judged, judge
+from ramsight.tracking.judged_errors import Judged, judge
 
 LAWS = ("as described", "drag", "orifice leakage", "free air", "seal leakage", "warming", "coarse drive")
 _DAY = 300.0  # s

@@ -17,13 +17,13 @@ from ramsight import machine
 from ramsight.duty import report, simulate
 from ramsight.duty.drive_report import declared_report
 from ramsight.duty.work_day import work_day
+from ramsight.intervals import true_intervals
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.ddh import DdhUnit, build_ddh
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
-from ramsight.stretches import stretches
-from ramsight.study.errors import stop_visits, turning_for
+from ramsight.tracking.position_errors import stop_visits, turning_for
 
 LOADS = {"boom": (100e3, 370e3), "bucket": (20e3, 140e3)}  # N
 _STARTS = 0.5  # s after the motor has started, from when on the position counts
@@ -88,7 +88,7 @@ def study(machines: int, advance: Callable[[int], object]) -> dict[str, dict[str
             inside += int((error <= TWO_SIDED_95 * std).sum())
             wrong += int(((status == Status.OK) & (error > 4.0 * std)).sum())
             samples, hours = samples + len(time), hours + (time[-1] - time[0]) / 3600.0
-            begins = [first for first, _ in stretches(~np.isin(status, _GENTLE))]
+            begins = [first for first, _ in true_intervals(~np.isin(status, _GENTLE))]
             # Oil that has passed the relief valve is lost indeed.
             alarms += sum(
                 status[k] != Status.POSITION_LOST or not day.relief[max(k - _JUST_NOW, 0) : k + 1].any() for k in begins

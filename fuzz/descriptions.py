@@ -72,7 +72,7 @@ def _check(texts: list[str], rng: Rng, folder: Path) -> tuple[str, str]:
     from ramsight.errors import RamsightError
     from ramsight.machine import load
     from ramsight.plant.ddh import build_ddh
-    from ramsight.plant.summary import machine_summary
+    from ramsight.plant.machine_tables import machine_summary
 
     path = folder / "mine.toml"
     path.write_bytes(_damaged(texts[int(rng.integers(len(texts)))], rng))

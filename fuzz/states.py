@@ -44,8 +44,8 @@ def prepare(folder: Path) -> Prepared:
 
 
 def _followed(judge: Judge, path: Path) -> tuple[list[bytes], list[int]]:
-    from ramsight.deploy.encoder.persistence import Persistence
     from ramsight.deploy.encoder.saving import Saving
+    from ramsight.deploy.encoder.state_on_disk import Persistence
 
     sensor, log = judge.sensor, judge.log
     saving = Saving(sensor, Persistence(path, sensor))

@@ -29,8 +29,8 @@ NEEDED = (
     "ramsight/studio/assets/studio.js",
     "ramsight/studio/assets/uPlot.LICENSE",
     "ramsight/studio/assets/uPlot.iife.min.js",
-    "ramsight/study/demo/workday.csv.gz",
-    "ramsight/study/demo/workday_truth.csv.gz",
+    "ramsight/showcase/demo/workday.csv.gz",
+    "ramsight/showcase/demo/workday_truth.csv.gz",
 )
 SDIST_TOO = ("pyproject.toml", "README.md", "LICENSE", "CHANGELOG.md", "Makefile", "tests/conftest.py", "docs/index.md")
 

@@ -15,7 +15,7 @@ from ramsight.control.tuning import Tuning
 from ramsight.control.unit_loop import UnitLoop
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.duty.live import LiveUnit, Reported
-from ramsight.machine.assumptions import AssumedMachine, Assumptions
+from ramsight.machine.assumption_description import AssumedMachine, Assumptions
 from ramsight.plant.holding import Holding
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.status import Status

@@ -24,8 +24,8 @@ from ramsight.machine import Assumptions, catalogue
 from ramsight.plant import linked
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build_unit
+from ramsight.plant.machine_tables import machine_summary
 from ramsight.plant.pump import Pump
-from ramsight.plant.summary import machine_summary
 from ramsight.sensor.balance import balance
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status

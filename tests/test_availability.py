@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ramsight.sensor.status import Status
-from ramsight.study.availability import Availability
+from ramsight.tracking.availability import Availability
 
 PERIOD = 0.1
 

@@ -9,9 +9,9 @@ import pytest
 import ramsight
 from ramsight import machine
 from ramsight.duty import DriveReport, Duty, Profile, report
+from ramsight.duty.oil_warming import heats, warmed
 from ramsight.duty.profile import constant
 from ramsight.duty.simulate import ran
-from ramsight.duty.warming import heats, warmed
 from ramsight.duty.work_day import work_day
 from ramsight.errors import DescriptionError
 from ramsight.plant.balance import balance
@@ -20,7 +20,7 @@ from ramsight.plant.heat import HeatStores
 from ramsight.sensor.case_heat import CaseHeat
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.virtual_sensor import SensorGraph
-from ramsight.study.judging import judge
+from ramsight.tracking.judged_errors import judge
 
 from .plant_bench import UNITS
 

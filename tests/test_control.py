@@ -15,7 +15,7 @@ from ramsight.control.setting import Feedback, Setting
 from ramsight.control.stopping import STOPPING_TIME
 from ramsight.control.trajectory import Limits, Trajectory, together
 from ramsight.duty.drive_response import IDEAL, DriveResponse
-from ramsight.duty.linked import simulate_linked
+from ramsight.duty.linked_duty import simulate_linked
 from ramsight.duty.live import LiveMachine, Reported
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.linked import build_linked

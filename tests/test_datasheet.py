@@ -27,10 +27,11 @@ from ramsight.sensor.detectors import CONTRADICTIONS
 from ramsight.sensor.status import Status
 from ramsight.study.datasheet import cluster as clusters
 from ramsight.study.datasheet import goal as goals
-from ramsight.study.datasheet import plan as plans
-from ramsight.study.datasheet import running, store
+from ramsight.study.datasheet import run_tasks, store
+from ramsight.study.datasheet import study_plan as plans
 from ramsight.study.datasheet.drawn import draw, ready
 from ramsight.study.datasheet.linear import REPORTED, differences, linear_budget
+from ramsight.study.datasheet.machine_tasks import runs, work_through
 from ramsight.study.datasheet.measuring import GROUPS, TAUGHT, VOUCHED, Track, drift_of, measures
 from ramsight.study.datasheet.needs import NeedsPackageError, needs
 from ramsight.study.datasheet.sobol import indices, saltelli
@@ -42,8 +43,7 @@ from ramsight.study.datasheet.statistics import (
     share_of,
     slope_of,
 )
-from ramsight.study.datasheet.tracking import tracked
-from ramsight.study.datasheet.working import runs, work_through
+from ramsight.study.datasheet.tracks_of_many import tracked
 
 COUNT, TASK = 5, 2
 TRACES = Path(__file__).parent / "traces"
@@ -279,9 +279,9 @@ def test_the_linear_budget_agrees_with_finite_differences_through_the_machine(st
 
 KILLED = """
 import os, signal, sys
-from ramsight.study.datasheet import plan, store
+from ramsight.study.datasheet import store, study_plan
 import ramsight
-plan.TASK = 2
+study_plan.TASK = 2
 kept, writes = store._write, []
 def write(group, layout, rows, found):
     writes.append(rows)
@@ -302,7 +302,7 @@ def test_a_study_that_was_killed_goes_on_and_gives_the_same_to_the_last_bit(stud
     assert store.Store(path, layout, COUNT).done.tolist() == [True, True, False, False, False]
     seen = []
     monkeypatch.setattr(
-        running, "_task", lambda plan, kept, rows, task=running._task: seen.append(rows) or task(plan, kept, rows)
+        run_tasks, "_task", lambda plan, kept, rows, task=run_tasks._task: seen.append(rows) or task(plan, kept, rows)
     )
     resumed = study.run(path, threads=2)
     assert sorted(one.start for one in seen) == [2, 4]
@@ -354,7 +354,7 @@ def test_a_full_disk_is_one_line_and_what_was_done_stays(study, tmp_path, monkey
         kept(group, layout, rows, found)
 
     monkeypatch.setattr(store, "_write", full)
-    monkeypatch.setattr(running, "work_through", lambda bench, order: _nothing(study.plan, order))
+    monkeypatch.setattr(run_tasks, "work_through", lambda bench, order: _nothing(study.plan, order))
     with pytest.raises(OutputError, match="No space left on device"):
         study.run(tmp_path / "store", threads=1)
     assert store.Store(tmp_path / "store", study.plan.layout, COUNT).done.tolist() == [True, True, False, False, False]
@@ -386,10 +386,10 @@ def test_a_cluster_gives_the_same_as_this_process(study, found, tmp_path):
     ):
         done = []
         advance = done.append
-        there = running.run(study.plan, tmp_path / "store", client=client, advance=advance)
+        there = run_tasks.run(study.plan, tmp_path / "store", client=client, advance=advance)
         assert there.identical(found)
         assert sum(done) == COUNT
-        assert running.run(study.plan, None, client=client).identical(found)
+        assert run_tasks.run(study.plan, None, client=client).identical(found)
 
 
 @pytest.mark.filterwarnings("ignore")
@@ -412,7 +412,7 @@ def test_a_scheduler_that_is_lost_is_one_line_and_loses_nothing(study, tmp_path)
             raise OSError("Timed out trying to connect")
 
     with pytest.raises(clusters.ClusterError, match="run the same again"):
-        running.run(study.plan, tmp_path / "store", client=Lost())
+        run_tasks.run(study.plan, tmp_path / "store", client=Lost())
     assert not store.Store(tmp_path / "store", study.plan.layout, COUNT).done.any()
 
 

@@ -6,11 +6,11 @@ import re
 import numpy as np
 import pytest
 
-from ramsight.api.demonstration import demonstrated
 from ramsight.cli import app
 from ramsight.logs import read_truth
-from ramsight.study.demo import AS_BUILT, LOG, TRUTH
-from ramsight.study.demo.showing import draw
+from ramsight.showcase.demo import AS_BUILT, LOG, TRUTH
+from ramsight.showcase.demo.demonstration import demonstrated
+from ramsight.showcase.demo.showing import draw
 
 
 @pytest.fixture(scope="module")

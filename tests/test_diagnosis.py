@@ -22,7 +22,7 @@ from ramsight.sensor.diagnosis import (
 )
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import SensorGraph
-from ramsight.study.named_faults import FaultNames, NamedFault, named_faults
+from ramsight.tracking.named_faults import FaultNames, NamedFault, named_faults
 
 MOST, STD = 400.0, 0.3
 MOVES = 150.0 * np.sin(0.3 * np.arange(60))

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 import ramsight
 from ramsight import machine
 from ramsight.drawing import drawn, svg
+from ramsight.drawing.circuit_drawing import Sheet, Wire, is_on
 from ramsight.drawing.notes import notes
 from ramsight.drawing.shapes import Word, around, points_of
-from ramsight.drawing.sheet import Sheet, Wire, is_on
 from ramsight.errors import DescriptionError
 from ramsight.plant.build import build_unit
 from ramsight.plant.hose import Volume

@@ -15,9 +15,9 @@ from scipy.integrate import quad
 from ramsight import machine
 from ramsight.calibration.identify_tuned import _left as efficiency_left
 from ramsight.duty import DriveReport, Duty, Magnets, Profile, lift_lower, report, simulate
-from ramsight.duty.linked import LinkedDuty, simulate_linked
+from ramsight.duty.linked_duty import LinkedDuty, simulate_linked
+from ramsight.duty.oil_warming import warmed
 from ramsight.duty.profile import constant
-from ramsight.duty.warming import warmed
 from ramsight.duty.work_day import work_day
 from ramsight.errors import DescriptionError
 from ramsight.plant.as_built import AsBuilt
@@ -32,7 +32,7 @@ from ramsight.sensor.balance import balance as balance_sensor
 from ramsight.sensor.filling import unfilled
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
-from ramsight.study.judging import judge
+from ramsight.tracking.judged_errors import judge
 
 from .interpreted import interpret
 from .plant_bench import UNITS
@@ -575,7 +575,7 @@ def test_heat_goes_into_case_tank_and_air_and_nowhere_else():
 
 
 def test_a_unit_that_would_burn_its_oil_is_refused(monkeypatch):
-    monkeypatch.setattr("ramsight.duty.warming._ROUNDS", 1)
+    monkeypatch.setattr("ramsight.duty.oil_warming._ROUNDS", 1)
     with pytest.raises(DescriptionError, match="the data of the oil tellus-t-32 do not reach so far"):
         warmed(BOOM, LIFT, HeatStores(case=2.0, tank=20.0), sample_period=0.1)
 

@@ -14,9 +14,9 @@ from canopen import SdoAbortedError
 from canopen.sdo.base import SdoVariable
 
 from ramsight.deploy.encoder import Frame, Settings, encoder_for
+from ramsight.deploy.encoder.alarms import OF_STATUS, Fault, fault_table
 from ramsight.deploy.encoder.bus_clock import BusClock
 from ramsight.deploy.encoder.eds import eds_text, object_dictionary
-from ramsight.deploy.encoder.faults import OF_STATUS, Fault, fault_table
 from ramsight.deploy.encoder.listening import drive_map
 from ramsight.deploy.encoder.objects import BITS, ENTRIES, FORGET, LOAD, OBJECTS, RUNNING, SAVE, STORED, object_table
 from ramsight.errors import DescriptionError, UnknownNameError

@@ -7,15 +7,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from ramsight import elimination
-from ramsight.engine import rodas4
+from ramsight.engine import elimination, rodas4
 from ramsight.engine.branches import Branch, schedule
 from ramsight.engine.cache import generated_module, instructions
+from ramsight.engine.equation import OdeModel, Output, State
 from ramsight.engine.graph import graph_of
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.recursion import Recursion, replay, replay_many
 from ramsight.engine.run import Segments, integrate, outputs
-from ramsight.equation import OdeModel, Output, State
 
 
 def equation(rhs, *, names, n_parameters=0, tolerance=1e-12, extra=()):

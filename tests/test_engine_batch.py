@@ -118,7 +118,7 @@ def test_a_run_that_takes_too_long_does_not_hold_up_the_others():
 _CHILD = """
 import sys, json
 import casadi as ca, numpy as np
-from ramsight.equation import OdeModel, State
+from ramsight.engine.equation import OdeModel, State
 from ramsight.engine.run import Segments, integrate
 from ramsight.engine.batch import Job, batches
 if "modest" in sys.argv:

@@ -25,8 +25,8 @@ from ramsight.deploy.c_function import PLAIN, Term, statements
 from ramsight.deploy.c_sections import by_section, live_marks
 from ramsight.deploy.c_sensor import inputs_of, sensor_source
 from ramsight.deploy.compiler import STRICT, CompilerError, find_compiler, footprint, library, run
+from ramsight.deploy.exported_run import CompiledSensor
 from ramsight.deploy.golden import faulty_day
-from ramsight.deploy.running import CompiledSensor
 from ramsight.engine.cache import instructions
 from ramsight.engine.graph import graph_of
 from ramsight.engine.recursion import replay

@@ -16,7 +16,7 @@ from ramsight.calibration.identify_replay import Circuit, Deviation, opening_tim
 from ramsight.calibration.identify_report import summary
 from ramsight.calibration.identify_tuned import tuned
 from ramsight.duty import DriveReport, lift_lower, report, simulate
-from ramsight.duty.commissioning import commissioning, usual_loads
+from ramsight.duty.commissioning_duty import commissioning, usual_loads
 from ramsight.logs import read_drive_log, read_truth
 from ramsight.plant.build import build_unit
 from ramsight.plant.ddh import build_ddh

@@ -19,7 +19,7 @@ from ramsight.plant.ddh import build_ddh
 from ramsight.sensor.hypothesis import NAMES
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
-from ramsight.study.errors import first_stop_contact, stop_visits, turning_for
+from ramsight.tracking.position_errors import first_stop_contact, stop_visits, turning_for
 
 BAND = 1.96
 CYCLES = [

@@ -19,7 +19,7 @@ from ramsight.plant.build import build_unit
 from ramsight.plant.linkage import build_mechanism, joints
 from ramsight.plant.linkage.lever import lever
 from ramsight.sensor.kalman import kalman
-from ramsight.study.judging import judge
+from ramsight.tracking.judged_errors import judge
 
 from .golden import golden
 

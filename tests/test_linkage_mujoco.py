@@ -8,8 +8,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from ramsight.engine.equation import OdeModel
 from ramsight.engine.run import Segments, integrate
-from ramsight.equation import OdeModel
 from ramsight.plant.linkage import angles, holding_forces, joints, motion, tip
 
 from .linkages import DESCRIPTIONS, MECHANISMS, grid, mujoco_xml

@@ -12,10 +12,10 @@ from ramsight.duty import simulate
 from ramsight.duty.profile import Duty, Profile, constant
 from ramsight.plant.build import build_unit
 from ramsight.plant.load_sensing import LoadSensingPump, MeteringValve
-from ramsight.study.paper.baseline import saves
-from ramsight.study.paper.bench import benches
-from ramsight.study.paper.chapter import Verdict
-from ramsight.study.paper.valve_controlled import PLACES, account, metered_run, valve_controlled
+from ramsight.reproduction.baseline import saves
+from ramsight.reproduction.bench import benches
+from ramsight.reproduction.chapter import Verdict
+from ramsight.reproduction.valve_controlled import PLACES, account, metered_run, valve_controlled
 
 UNIT = build_unit("boom", machine.load("loader-valve-controlled").unit("boom"))
 PUMP = next(part for part in UNIT.parts() if isinstance(part, LoadSensingPump))

@@ -9,7 +9,7 @@ import pytest
 
 from ramsight import machine
 from ramsight.duty import lift_lower, report, simulate
-from ramsight.duty.linked import LinkedDuty, simulate_linked, unit_run
+from ramsight.duty.linked_duty import LinkedDuty, simulate_linked, unit_run
 from ramsight.duty.loading import PHASES, loading_cycle
 from ramsight.duty.profile import Profile, constant
 from ramsight.errors import DescriptionError
@@ -165,7 +165,7 @@ def test_changing_oil_temperature_reaches_its_own_unit_only():
     duty = loading_cycle(LOADER)
     warming = duty.oil_temperature | {"boom": Profile([0.0, duty.duration], [303.15, 323.15])}
     changed = LinkedDuty(duty.motor_speed, warming, duty.start_position, end=duty.duration)
-    from ramsight.duty.linked import audited_model
+    from ramsight.duty.linked_duty import audited_model
 
     model = audited_model(LOADER)
     segments = changed.segments(UNITS, model)
@@ -195,8 +195,8 @@ def test_the_pages_mechanism_is_the_catalogues_and_its_python_runs():
 def test_a_mechanism_is_drawn_to_scale(tmp_path, monkeypatch):
     from matplotlib.figure import Figure
 
+    from ramsight.drawing.mechanism.side_view import mechanism_figure
     from ramsight.plant.linkage import joints, tip
-    from ramsight.study.loader.drawing import mechanism_figure
 
     drawn, written = [], Figure.savefig
 
@@ -220,7 +220,7 @@ def test_an_animation_shows_truth_and_estimate_and_needs_no_other_file(cycle, tm
 
     import xarray
 
-    from ramsight.study.loader.animation import write_animation
+    from ramsight.showcase.loader.animation import write_animation
 
     _, run = cycle
     short = run.isel(time=slice(0, 200))  # 4 s

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ramsight import machine
-from ramsight.duty.linked import simulate_linked
+from ramsight.duty.linked_duty import simulate_linked
 from ramsight.duty.loading import loading_cycle
 from ramsight.plant.linkage import angles, holding_forces, joints, tip
 from ramsight.plant.linked import build_linked

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from ramsight import machine
+from ramsight.drawing.mechanism.bodies import shapes
+from ramsight.drawing.mechanism.bucket import DENSITY, WIDTH, bucket, rock
 from ramsight.plant.linkage import build_mechanism
-from ramsight.study.loader.bucket import DENSITY, WIDTH, bucket, rock
-from ramsight.study.loader.shapes import shapes
-from ramsight.study.paper.choices import direct_driven
-from ramsight.study.paper.drawings import hydraulics, pumps
+from ramsight.reproduction.choices import direct_driven
+from ramsight.reproduction.machine_drawings import hydraulics, pumps
 
 LOADER = machine.load("mining-loader")
 

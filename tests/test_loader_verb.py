@@ -22,7 +22,7 @@ LOADER = build_linked(machine.load("mining-loader"))
 def done(tmp_path_factory):
     """The verb, with an animation of few pictures."""
     from ramsight.cli import app
-    from ramsight.study.loader import animation
+    from ramsight.showcase.loader import animation
 
     out = tmp_path_factory.mktemp("loader") / "out"
     with pytest.MonkeyPatch.context() as patch:
@@ -59,7 +59,7 @@ def test_the_loader_works_and_leaves_all_its_files(done):
 
 
 def test_a_loader_works_with_drives_that_are_late():
-    from ramsight.study.loader.working import Options, work
+    from ramsight.showcase.loader.loading_cycle import Options, work
 
     done = work(LOADER, Options(payload=5000.0, delay=0.06))
     assert done.stopped == ""
@@ -74,7 +74,7 @@ def test_a_loader_works_with_drives_that_are_late():
 
 def test_nothing_is_left_where_nothing_can_be_written(tmp_path, monkeypatch):
     from ramsight.errors import OutputError
-    from ramsight.study.loader import report, working
+    from ramsight.showcase.loader import loading_cycle, report
 
     file = tmp_path / "file"
     file.write_text("mine")
@@ -89,7 +89,7 @@ def test_nothing_is_left_where_nothing_can_be_written(tmp_path, monkeypatch):
 
     monkeypatch.setattr(report, "write_animation", fails)
     with pytest.raises(OutputError, match="No space left"):
-        report.write_work(Nothing(), working.Options(), tmp_path / "out")
+        report.write_work(Nothing(), loading_cycle.Options(), tmp_path / "out")
     assert [entry.name for entry in tmp_path.iterdir()] == ["file"]
 
 

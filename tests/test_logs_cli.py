@@ -14,7 +14,7 @@ from ramsight.logs import open_log, read_drive_log, write_drive_log
 from ramsight.logs.inspect import inspect_log
 from ramsight.machine import load
 from ramsight.plant.ddh import build_ddh
-from ramsight.study.pieces import track_pieces
+from ramsight.tracking.pieces import track_pieces
 
 from .command import as_command, at_once
 

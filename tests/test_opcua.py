@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from ramsight.deploy.encoder.faults import Fault
+from ramsight.deploy.encoder.alarms import Fault
 from ramsight.deploy.encoder.opcua import NAMESPACE, OpcuaError, OpcuaServer, address_of
 from ramsight.deploy.encoder.quality import QUALITY, quality_of, quality_table
 from ramsight.errors import DescriptionError

@@ -9,9 +9,9 @@ import pytest
 
 from ramsight.errors import OutputError
 from ramsight.output import check_folder
-from ramsight.study.paper import CHAPTERS, STEPS, Chapter, Study, Verdict, reproduce, write_report
-from ramsight.study.paper.coverage import DRAWN
-from ramsight.study.paper.repeating import NAMES, SWITCHES
+from ramsight.reproduction import CHAPTERS, STEPS, Chapter, Study, Verdict, reproduce, write_report
+from ramsight.reproduction.coverage import DRAWN
+from ramsight.reproduction.repeating import NAMES, SWITCHES
 
 pytestmark = pytest.mark.slow
 

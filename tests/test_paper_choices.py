@@ -7,15 +7,15 @@ from typer.testing import CliRunner
 from ramsight.cli import app
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.plant.steady import derive
+from ramsight.reproduction import Chapter, Choices, Statement, Study, Verdict
+from ramsight.reproduction.bench import benches
+from ramsight.reproduction.choices import read_values
+from ramsight.reproduction.coverage import DRAWN, drawn
+from ramsight.reproduction.diagrams import CONTROL, PROCESS, RELATIONS
+from ramsight.reproduction.hoses import DASHES, sized, usual_size
+from ramsight.reproduction.unit_energy import efficiency_maps
+from ramsight.reproduction.words import both, figure, slashed
 from ramsight.sensor.table import MovementTable, speed_table
-from ramsight.study.paper import Chapter, Choices, Statement, Study, Verdict
-from ramsight.study.paper.bench import benches
-from ramsight.study.paper.choices import read_values
-from ramsight.study.paper.coverage import DRAWN, drawn
-from ramsight.study.paper.diagrams import CONTROL, PROCESS, RELATIONS
-from ramsight.study.paper.energy import efficiency_maps
-from ramsight.study.paper.hoses import DASHES, sized, usual_size
-from ramsight.study.paper.words import both, figure, slashed
 
 RPM = np.pi / 30.0
 
@@ -183,8 +183,8 @@ def test_figures_in_sentences_have_their_digits_and_no_minus_before_a_zero():
 
 
 def test_the_pdfs_columns_fit_on_its_line():
-    from ramsight.study.paper.chapter import Grid
-    from ramsight.study.paper.pdf import _CELL_LETTERS, _widths
+    from ramsight.reproduction.chapter import Grid
+    from ramsight.reproduction.pdf import _CELL_LETTERS, _widths
 
     text = "a cell with a sentence that is much longer than its column can be on any page"
     for rows in ([("a", "1.0", "2.0")], [("boom", text, text), ("bucket, of another kind", "1", text)]):

@@ -7,9 +7,9 @@ import xarray
 from ramsight.duty import DriveReport, Duty, lift_lower, report, simulate
 from ramsight.duty.profile import constant, trapezoid_moves
 from ramsight.plant.steady import derive
+from ramsight.reproduction.bench import benches
 from ramsight.sensor import Status
-from ramsight.study.paper.bench import benches
-from ramsight.study.references import ProximitySwitch, with_stop, with_switches
+from ramsight.tracking.references import ProximitySwitch, with_stop, with_switches
 
 pytestmark = pytest.mark.slow
 

@@ -8,9 +8,9 @@ from scipy.integrate import solve_ivp
 from ramsight import machine
 from ramsight.duty import Duty, Profile
 from ramsight.duty.profile import constant
+from ramsight.engine.equation import OdeModel, State
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import Segments, integrate
-from ramsight.equation import OdeModel, State
 from ramsight.plant.build import build_unit
 from ramsight.plant.unit import circuit, initial_state
 

@@ -9,12 +9,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ramsight.duty.plausible import reportable, watched
 from ramsight.errors import LogWarning
 from ramsight.logs import open_log, read_drive_log, write_drive_log
 from ramsight.logs.mapped import standard_map
 from ramsight.machine import load
 from ramsight.plant.ddh import build_ddh
+from ramsight.tracking.plausible import reportable, watched
 
 RPM = np.pi / 30.0
 

@@ -10,7 +10,7 @@ from ramsight import machine
 from ramsight.logs import read_drive_log, read_truth
 from ramsight.plant.build import build_unit
 from ramsight.sensor.kalman import kalman
-from ramsight.study.judging import judge
+from ramsight.tracking.judged_errors import judge
 
 FOLDER = Path(__file__).parent / "traces" / "person"
 CASES = {case["name"]: case for case in json.loads((FOLDER / "cases.json").read_text())}

@@ -7,7 +7,7 @@ import pytest
 
 import ramsight
 from ramsight.duty import DriveReport, lift_lower, report, simulate
-from ramsight.duty.commissioning import commissioning, leak_test_duty, usual_loads, usual_speed
+from ramsight.duty.commissioning_duty import commissioning, leak_test_duty, usual_loads, usual_speed
 from ramsight.duty.plan import Plan
 from ramsight.duty.profile import trapezoid_moves
 from ramsight.output import write_dataset

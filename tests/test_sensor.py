@@ -10,7 +10,7 @@ from ramsight.duty import DriveReport, lift_lower, report, simulate
 from ramsight.errors import UnknownNameError
 from ramsight.logs import read_drive_log, read_truth
 from ramsight.plant.ddh import build_ddh
-from ramsight.study.errors import first_stop_contact, position_errors
+from ramsight.tracking.position_errors import first_stop_contact, position_errors
 
 PAPER_CYCLES = [
     "boom_129kN_40C",

@@ -23,7 +23,7 @@ from ramsight.duty.link_report import LiveLink
 from ramsight.duty.live import LiveUnit
 from ramsight.duty.live_further import LiveFurther
 from ramsight.duty.live_warming import LiveWarming
-from ramsight.duty.warming import warmed
+from ramsight.duty.oil_warming import warmed
 from ramsight.errors import DescriptionError
 from ramsight.normal import TWO_SIDED_95
 from ramsight.studio import draft
@@ -34,7 +34,7 @@ from ramsight.studio.rig import Rig
 from ramsight.studio.session import Session
 from ramsight.studio.thinning import keep, kept, thinned
 from ramsight.studio.told import FAULTS, LIE, Knobs
-from ramsight.studio.tracking import Asked, find_factors, find_leak, judge, propose, references, track
+from ramsight.studio.uploaded_log import Asked, find_factors, find_leak, judge, propose, references, track
 
 TRACES = Path(__file__).parent / "traces"
 

@@ -16,16 +16,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ramsight._version import __version__
+
 if TYPE_CHECKING:
     from ramsight.api.calibrating import identify, identify_values, leak_test
     from ramsight.api.commissioning import commission
-    from ramsight.api.comparing import compare
     from ramsight.api.drawing import draw
     from ramsight.api.duties import duty_for, lift_lower
     from ramsight.api.exporting import export_c, export_fmu
     from ramsight.api.machines import build, catalogue, load_machine
     from ramsight.api.plotting import plot
-    from ramsight.api.sharing import check_shared
+    from ramsight.api.second_channel import compare
+    from ramsight.api.shared_reports import check_shared
     from ramsight.api.simulating import drive_report, simulate
     from ramsight.api.simulating_many import simulate_many
     from ramsight.api.studying import Study
@@ -48,10 +50,8 @@ if TYPE_CHECKING:
     from ramsight.sensor.mode import Mode
     from ramsight.sensor.status import Status
     from ramsight.sensor.virtual_sensor import Estimate, StartError
-    from ramsight.study.errors import ComparisonError
-    from ramsight.study.named_faults import NamedFault, named_faults
-
-__version__ = "0.1.0.dev0"
+    from ramsight.tracking.named_faults import NamedFault, named_faults
+    from ramsight.tracking.position_errors import ComparisonError
 
 __all__ = [
     "AsBuilt",
@@ -105,8 +105,8 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
     _HOMES = {
         "api.calibrating": ("identify", "identify_values", "leak_test"),
         "api.commissioning": ("commission",),
-        "api.comparing": ("compare",),
-        "api.sharing": ("check_shared",),
+        "api.second_channel": ("compare",),
+        "api.shared_reports": ("check_shared",),
         "api.drawing": ("draw",),
         "api.duties": ("duty_for", "lift_lower"),
         "api.exporting": ("export_c", "export_fmu"),
@@ -128,8 +128,8 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
         "sensor.mode": ("Mode",),
         "sensor.status": ("Status",),
         "sensor.virtual_sensor": ("Estimate", "StartError"),
-        "study.errors": ("ComparisonError",),
-        "study.named_faults": ("NamedFault", "named_faults"),
+        "tracking.position_errors": ("ComparisonError",),
+        "tracking.named_faults": ("NamedFault", "named_faults"),
     }  # fmt: skip
     _HOME = {name: home for home, names in _HOMES.items() for name in names}
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ramsight.api.given import checked, possible_truth, truth_in, truth_of
+from ramsight.api.arguments import checked, truth_argument
 from ramsight.api.machines import AnyMachine, AnyUnit, build, load_machine, only_unit
 from ramsight.calibration.fit_track import FittedValues, MeasuredRun, fit_track
 from ramsight.calibration.free_values import free_values
@@ -16,7 +16,6 @@ from ramsight.calibration.identify import identify as identify_built
 from ramsight.calibration.identify_record import IdentifyError
 from ramsight.calibration.leakage import LeakTest
 from ramsight.calibration.leakage import leak_test as leak_test_built
-from ramsight.duty.plausible import watched
 from ramsight.errors import DescriptionError
 from ramsight.logs import read_drive_log
 from ramsight.logs.channel_map import load_map
@@ -24,6 +23,8 @@ from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.opening import read_measured
 from ramsight.machine.description import Composed
 from ramsight.progress import progress as progress_bar
+from ramsight.tracking.plausible import watched
+from ramsight.tracking.true_position import known_position
 
 if TYPE_CHECKING:
     import xarray
@@ -107,10 +108,9 @@ def identify(
     built = build(machine, unit)
     name = log if isinstance(log, str | Path) else "log"
     recorded = _recorded(log, channel_map)
-    known = truth_in(log, channel_map) if truth is None else truth_of(truth)
+    known = known_position(truth_argument(truth), log, channel_map, built.cylinder.stroke)
     if known is None:
         raise IdentifyError(f"{name}: no position was measured: give a truth, or a map with measured.position")
-    possible_truth(known, built.cylinder.stroke)
     recorded = next(watched([recorded], built, name, channel_map))
     with progress_bar(EVALUATIONS, "identifying") as bar:
         return identify_built(built, recorded, known, advance=bar.advance if progress else None)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ramsight.api.given import checked, possible_truth, truth_in, truth_of
+from ramsight.api.arguments import checked, truth_argument
 from ramsight.api.machines import AnyUnit, build, load_machine
 from ramsight.api.tracking import AnyMap, read_log, track
 from ramsight.logs.channel_map import load_map
@@ -17,9 +17,10 @@ from ramsight.logs.mapped import ChannelMap, Mapped
 from ramsight.machine import catalogue
 from ramsight.machine.description import Machine
 from ramsight.progress import progress as progress_bar
-from ramsight.study.commissioning.page import Channel, commissioning_page
+from ramsight.study.commissioning.commissioning_page import Channel, commissioning_page
 from ramsight.study.commissioning.walk import STEPS, Commissioning, walk
-from ramsight.study.errors import ComparisonError
+from ramsight.tracking.position_errors import ComparisonError
+from ramsight.tracking.true_position import known_position
 from ramsight.units import format_si
 
 if TYPE_CHECKING:
@@ -73,9 +74,8 @@ def commission(
     built = build(machine, unit)
     known = load_map(channel_map) if isinstance(channel_map, str | Path) else channel_map
     recorded = read_log(log, known) if isinstance(log, str | Path) else checked(log, "log")
-    true = truth_in(log, known) if truth is None else truth_of(truth)
+    true = known_position(truth_argument(truth), log, known, built.cylinder.stroke)
     if true is not None:
-        possible_truth(true, built.cylinder.stroke)
         _check_common(recorded, true)
 
     def track_of(given: xarray.Dataset) -> xarray.Dataset:

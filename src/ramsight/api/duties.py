@@ -8,7 +8,7 @@ from pathlib import Path
 from ramsight.api.machines import AnyUnit, build
 from ramsight.duty import Duty
 from ramsight.duty import lift_lower as cycles_of
-from ramsight.duty.commissioning import commissioning, leak_test_duty, usual_loads
+from ramsight.duty.commissioning_duty import commissioning, leak_test_duty, usual_loads
 from ramsight.duty.duty_file import read_duty
 from ramsight.duty.lift_lower import RAMP, SPEED, START, above_lowered_end
 from ramsight.duty.work_day import work_day

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from ramsight.errors import DescriptionError
 from ramsight.output import check_target
-from ramsight.study.figures import draw_run, draw_track, save
+from ramsight.tracking.figures import draw_run, draw_track, save
 
 if TYPE_CHECKING:
     import xarray

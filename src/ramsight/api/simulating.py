@@ -7,15 +7,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ramsight.api.arguments import checked
 from ramsight.api.duties import TEMPERATURE, Loads, Quantity, duty_for
-from ramsight.api.given import checked
 from ramsight.api.machines import AnyUnit, build
 from ramsight.duty import DriveReport, Duty, Magnets
 from ramsight.duty import report as report_of
 from ramsight.duty.drive_report import declared_report, usual_report
+from ramsight.duty.oil_warming import warm_run
 from ramsight.duty.recorded import Recorded
 from ramsight.duty.simulate import SAMPLE_PERIOD, labelled, ran
-from ramsight.duty.warming import warm_run
 from ramsight.engine.run import DEFAULT_RTOL
 from ramsight.errors import DescriptionError
 from ramsight.plant.as_built import AsBuilt

@@ -12,12 +12,12 @@ from ramsight.api.machines import AnyMachine, load_machine, only_unit
 from ramsight.errors import DescriptionError
 from ramsight.progress import progress as progress_bar
 from ramsight.study.datasheet.budget import Budget, budget, check_base
-from ramsight.study.datasheet.duties import Work
 from ramsight.study.datasheet.goal import Way, way_to
-from ramsight.study.datasheet.plan import plan
-from ramsight.study.datasheet.recorded import held_against
-from ramsight.study.datasheet.running import run
+from ramsight.study.datasheet.recorded_check import held_against
+from ramsight.study.datasheet.run_tasks import run
 from ramsight.study.datasheet.sheet import Sheet, data_sheet
+from ramsight.study.datasheet.studied_duties import Work
+from ramsight.study.datasheet.study_plan import plan
 from ramsight.units import argument
 
 if TYPE_CHECKING:

@@ -7,23 +7,21 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from ramsight.api.given import checked, possible_truth, truth_in, truth_of
+from ramsight.api.arguments import checked, truth_argument
 from ramsight.api.machines import AnyUnit, build
 from ramsight.calibration.sensors import TABLE_RUNS
 from ramsight.calibration.sensors import sensor_for as make_sensor
-from ramsight.duty.plausible import watched
 from ramsight.errors import DescriptionError
 from ramsight.logs import ChannelMap, open_log, read_drive_log
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.progress import progress as progress_bar
 from ramsight.sensor.persistence import StateFile, said
-from ramsight.sensor.status import is_invalid
 from ramsight.sensor.virtual_sensor import REPORTED, START_STD, VirtualSensor
-from ramsight.study.availability import LONGEST_ALERT, TIME_TO_ALERT, Availability
-from ramsight.study.errors import TrackErrors, track_errors
-from ramsight.study.pieces import Pieces, track_pieces
+from ramsight.tracking.availability import LONGEST_ALERT, TIME_TO_ALERT, Availability
+from ramsight.tracking.compared_track import judged
+from ramsight.tracking.pieces import Pieces, track_pieces
+from ramsight.tracking.plausible import watched
+from ramsight.tracking.true_position import known_position
 from ramsight.units import argument, format_si
 
 if TYPE_CHECKING:
@@ -157,9 +155,7 @@ def track(
     """
     built = build(machine, unit)
     position, std = start_of(built, start, start_std)
-    true = truth_in(log, channel_map) if truth is None else truth_of(truth)
-    if true is not None:
-        possible_truth(true, built.cylinder.stroke)
+    true = known_position(truth_argument(truth), log, channel_map, built.cylinder.stroke)
     available = availability_of(built, alarm_limit, time_to_alert)
     done = follow(
         built,
@@ -287,46 +283,6 @@ def follow(
     return done
 
 
-def judged(tracked: xarray.Dataset, truth: xarray.Dataset) -> xarray.Dataset:
-    """A track with the true position and the error beside it, and their figures among its attributes.
-
-    Args:
-        tracked: with `position` [m] and `status` over `time` [s].
-        truth: with `position` [m] over `time` [s], increasing.
-
-    Raises:
-        ComparisonError: the two have no time in common.
-    """
-    found = errors_of(tracked, truth)
-    known = np.interp(tracked["time"].values, truth["time"].values, truth["position"].values, left=np.nan, right=np.nan)
-    result = tracked.assign(
-        true_position=("time", known, {"units": "m", "long_name": "true position"}),
-        error=("time", tracked["position"].values - known, {"units": "m", "long_name": "error of the position"}),
-    )
-    figures = (np.nan, np.nan, np.nan, 0)
-    if found.usable is not None:
-        figures = (found.usable.largest, found.usable.p95, found.usable.final, found.usable.samples)
-    names = ("error_largest", "error_p95", "error_final", "error_samples")
-    result.attrs |= dict(zip(names, figures, strict=True))
-    result.attrs |= {"invalid_samples": found.invalid, "invalid_largest": found.invalid_largest}
-    return result
-
-
-def errors_of(tracked: xarray.Dataset, truth: xarray.Dataset) -> TrackErrors:
-    """The errors of a track, those that the sensor says are invalid apart.
-
-    Args:
-        tracked: with `position` [m], NaN where there is none, and `status` over `time` [s].
-        truth: with `position` [m] over `time` [s], increasing.
-
-    Raises:
-        ComparisonError: the two have no time in common.
-    """
-    invalid = is_invalid(tracked["status"].values)
-    time, position = tracked["time"].values, tracked["position"].values
-    return track_errors(time, position, invalid, truth["time"].values, truth["position"].values)
-
-
 def _pieces(
     log: str | Path | xarray.Dataset | Iterable[xarray.Dataset],
     channel_map: AnyMap | None,
@@ -343,9 +299,7 @@ def _pieces(
 
 __all__ = [
     "availability_of",
-    "errors_of",
     "follow",
-    "judged",
     "open_log",
     "read_log",
     "sensor_for",

@@ -15,7 +15,7 @@ from ramsight.calibration.identify_friction import FrictionFit, fit_friction, sa
 from ramsight.calibration.identify_moves import Moves, find_moves, going
 from ramsight.calibration.identify_record import IdentifyError, Record, recorded
 from ramsight.calibration.identify_replay import Circuit, Deviation, Run
-from ramsight.calibration.uncertainty import EFFICIENCY
+from ramsight.calibration.loss_uncertainty import EFFICIENCY
 from ramsight.normal import TWO_SIDED_95
 
 if TYPE_CHECKING:

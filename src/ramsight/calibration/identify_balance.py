@@ -13,7 +13,7 @@ from ramsight.calibration.flow_law import sandwich, student
 from ramsight.calibration.identify_moves import Moves
 from ramsight.calibration.identify_record import Record
 from ramsight.calibration.identify_replay import Circuit, Deviation, Run
-from ramsight.calibration.uncertainty import EFFICIENCY, NO_LOAD_TORQUE
+from ramsight.calibration.loss_uncertainty import EFFICIENCY, NO_LOAD_TORQUE
 from ramsight.normal import TWO_SIDED_95
 
 Array = NDArray[np.float64]

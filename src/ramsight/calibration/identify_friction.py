@@ -25,7 +25,7 @@ from ramsight.calibration.identify_balance import BalanceProblem
 from ramsight.calibration.identify_moves import Moves, moved_at_rest
 from ramsight.calibration.identify_record import Record
 from ramsight.calibration.identify_replay import Deviation, Run
-from ramsight.calibration.uncertainty import EFFICIENCY, NO_LOAD_TORQUE
+from ramsight.calibration.loss_uncertainty import EFFICIENCY, NO_LOAD_TORQUE
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.unit import HydraulicUnit
 

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from ramsight.calibration.identify_record import Record, running_mean
 from ramsight.calibration.identify_replay import Run
+from ramsight.intervals import true_intervals
 from ramsight.plant.holding import held_by_valve, holding_valves, opening_speed
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit, opposite
-from ramsight.stretches import stretches
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -108,7 +108,7 @@ def find_moves(unit: HydraulicUnit, record: Record, run: Run) -> Moves:
     held = held_by_valve(unit)
     nodes: list[tuple[int, int, int, int]] = []
     number = -1
-    for start, end in stretches(use):
+    for start, end in true_intervals(use):
         if end - start < max(length // 2, 3):
             continue
         number += 1

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.calibration.identify_record import IdentifyError, Record
-from ramsight.calibration.uncertainty import rougher, with_friction_factor
+from ramsight.calibration.loss_uncertainty import rougher, with_friction_factor
 from ramsight.engine.recursion import replay
 from ramsight.plant.balance import FACTORS, balance, without_friction
 from ramsight.plant.holding import holding_valves

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ramsight.calibration.identify import Identification, IdentifyError
 from ramsight.calibration.identify_report import WORDS, interval, summary
-from ramsight.calibration.uncertainty import rougher
+from ramsight.calibration.loss_uncertainty import rougher
 from ramsight.errors import DescriptionError
 from ramsight.machine.as_toml import as_toml
 from ramsight.machine.description import Composed, DirectDriven, Unit

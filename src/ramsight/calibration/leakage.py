@@ -15,8 +15,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.calibration.uncertainty import EFFICIENCY, NO_LOAD_TORQUE, dependence, rougher, with_friction_factor
+from ramsight.calibration.loss_uncertainty import EFFICIENCY, NO_LOAD_TORQUE, dependence, rougher, with_friction_factor
 from ramsight.errors import RamsightError
+from ramsight.intervals import true_intervals
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.balance import balance as balance_of
 from ramsight.plant.holding import held_by_valve, holding_valves
@@ -25,7 +26,6 @@ from ramsight.plant.limits import limits_of
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit, reach, side_nodes
 from ramsight.sensor.balance import balance
-from ramsight.stretches import stretches
 from ramsight.units import FREEZING, RPM
 
 if TYPE_CHECKING:
@@ -150,7 +150,7 @@ def _stretches(unit: HydraulicUnit, log: xarray.Dataset) -> list[Stretch]:
     lifting = unit.lift_sign * speed > _SLOWEST
     steady = lifting & (np.abs(speed - np.concatenate([speed[:1], speed[:-1]])) < _STEADY)
     result = []
-    for first, end in stretches(steady):
+    for first, end in true_intervals(steady):
         last = end - 1
         settled = time[first] + _SETTLING * closed.settles(float(speed[first]))
         rows = slice(int(np.searchsorted(time, settled)), last + 1)

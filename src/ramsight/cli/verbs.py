@@ -10,20 +10,20 @@ from typing import Annotated, Any
 import typer
 
 from ramsight.cli import (
-    bus,
-    calibration,
-    commissioning,
-    comparing,
-    datasheets,
-    demonstration,
-    drawing,
-    exporting,
-    machines,
-    sharing,
-    simulation,
-    studies,
-    studio,
-    tracking,
+    bus_verbs,
+    calibration_verbs,
+    commissioning_verbs,
+    comparing_verbs,
+    datasheet_verbs,
+    demonstration_verbs,
+    drawing_verbs,
+    exporting_verbs,
+    machine_verbs,
+    sharing_verbs,
+    simulation_verbs,
+    studio_verbs,
+    study_verbs,
+    tracking_verbs,
 )
 from ramsight.cli.common import group
 
@@ -51,7 +51,7 @@ def _examples(found: re.Match[str]) -> str:
 
 def _version(wanted: bool) -> None:
     if wanted:
-        from ramsight import __version__
+        from ramsight._version import __version__
 
         typer.echo(f"ramsight {__version__}")
         raise typer.Exit
@@ -70,37 +70,37 @@ def ramsight(
 
 
 for verb in (
-    demonstration.demo,
-    machines.check,
-    machines.new,
-    drawing.draw,
-    simulation.simulate,
-    tracking.track,
-    comparing.compare,
-    calibration.calibrate,
-    studies.paper,
-    calibration.leaktest,
-    calibration.identify,
-    commissioning.commission,
-    studies.loader,
-    studio.studio,
-    datasheets.datasheet,
-    bus.encoder,
+    demonstration_verbs.demo,
+    machine_verbs.check,
+    machine_verbs.new,
+    drawing_verbs.draw,
+    simulation_verbs.simulate,
+    tracking_verbs.track,
+    comparing_verbs.compare,
+    calibration_verbs.calibrate,
+    study_verbs.paper,
+    calibration_verbs.leaktest,
+    calibration_verbs.identify,
+    commissioning_verbs.commission,
+    study_verbs.loader,
+    studio_verbs.studio,
+    datasheet_verbs.datasheet,
+    bus_verbs.encoder,
 ):
     offer(app, verb)
 
 catalog = group(invoke_without_command=True)
-offer(catalog, machines.catalog_list, alone=True)
-offer(catalog, machines.catalog_show, "show")
+offer(catalog, machine_verbs.catalog_list, alone=True)
+offer(catalog, machine_verbs.catalog_show, "show")
 app.add_typer(catalog, name="catalog")
 
 logs = group(no_args_is_help=True, help="Look into drive logs, and send them.")
-offer(logs, tracking.logs_inspect, "inspect")
-offer(logs, sharing.logs_shared, "shared")
-offer(logs, bus.logs_replay, "replay")
+offer(logs, tracking_verbs.logs_inspect, "inspect")
+offer(logs, sharing_verbs.logs_shared, "shared")
+offer(logs, bus_verbs.logs_replay, "replay")
 app.add_typer(logs, name="logs")
 
 export = group(no_args_is_help=True, help="Into a control unit and into a simulator.")
-offer(export, exporting.export_c, "c")
-offer(export, exporting.export_fmu, "fmu")
+offer(export, exporting_verbs.export_c, "c")
+offer(export, exporting_verbs.export_fmu, "fmu")
 app.add_typer(export, name="export")

@@ -8,7 +8,7 @@ import numpy as np
 
 from ramsight.control.driven import DrivenUnits
 from ramsight.control.setting import Setting
-from ramsight.duty.linked import LinkedDuty
+from ramsight.duty.linked_duty import LinkedDuty
 from ramsight.duty.live import LinkedInstant, LiveMachine
 from ramsight.duty.profile import Profile, constant
 from ramsight.plant.linked import LinkedMachine

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight import __version__
+from ramsight._version import __version__
 from ramsight.control.block import Block, position_block
 from ramsight.control.orders import ACTIVITIES, INPUTS, Reason
 from ramsight.control.stopping import STOPPING_TIME

@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight import __version__
+from ramsight._version import __version__
 from ramsight.deploy.c_function import PLAIN, Term, as_kind, literal, number, statements
 from ramsight.deploy.c_sections import live_marks
 from ramsight.deploy.c_text import golden_table, headings, indented, template

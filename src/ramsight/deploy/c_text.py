@@ -10,7 +10,7 @@ from string import Template
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight import __version__
+from ramsight._version import __version__
 from ramsight.deploy.c_function import literal
 
 

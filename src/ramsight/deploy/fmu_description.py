@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from xml.sax.saxutils import quoteattr
 
-from ramsight import __version__
+from ramsight._version import __version__
 from ramsight.deploy.c_function import literal
 from ramsight.deploy.fmu_model import FmuModel
 from ramsight.deploy.fmu_variable import ENUMERATIONS, Variable

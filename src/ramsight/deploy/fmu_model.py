@@ -14,9 +14,9 @@ from ramsight.deploy.c_sensor import sensor_source
 from ramsight.deploy.c_text import template
 from ramsight.deploy.fmu_behind import Behind
 from ramsight.deploy.fmu_variable import NOTHING, PERIOD, UNKNOWN, Variable
+from ramsight.engine.equation import OdeModel
 from ramsight.engine.ode_module import pieces
 from ramsight.engine.run import DEFAULT_RTOL
-from ramsight.equation import OdeModel
 from ramsight.plant.balance import FACTORS
 from ramsight.plant.circuit import COMMANDED
 from ramsight.plant.oil import ATMOSPHERE

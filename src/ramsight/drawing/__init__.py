@@ -4,7 +4,7 @@
 those of the drawing: 10 of its units are one module M of ISO 1219-1, 2.5 mm on paper, y is down.
 """
 
+from ramsight.drawing.circuit_drawing import Sheet
 from ramsight.drawing.layout import drawn
-from ramsight.drawing.sheet import Sheet
 
 __all__ = ["Sheet", "drawn"]

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
+from ramsight.drawing.circuit_drawing import Placed, Sheet, Wire, is_on
 from ramsight.drawing.shapes import Point
-from ramsight.drawing.sheet import Placed, Sheet, Wire, is_on
 from ramsight.plant.directional import DirectionalValve
 from ramsight.plant.hose import Hose
 from ramsight.plant.unit import HydraulicUnit

@@ -8,12 +8,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
-from ramsight.drawing import symbols
+from ramsight.drawing import part_symbols
+from ramsight.drawing.circuit_drawing import Sheet
 from ramsight.drawing.elements import Element, elements
 from ramsight.drawing.order import Order, Trunk, order
 from ramsight.drawing.placing import cylinder_symbol, lying, moved, swapped, upright
 from ramsight.drawing.shapes import SIZES, Point, Shape, Word, through
-from ramsight.drawing.sheet import Sheet
 from ramsight.drawing.symbol import Symbol
 from ramsight.plant.circuit import TANK
 from ramsight.plant.cylinder import Cylinder
@@ -108,11 +108,11 @@ class _Layout:
         symbol = self.sheet.put(element, element.symbol, ())
         right = max(x for shape in symbol.shapes for x, _ in getattr(shape, "points", ()))
         outwards = c.load_sign < 0.0
-        self.sheet.others += symbols.load(right, outwards=outwards, either=c.passive)
+        self.sheet.others += part_symbols.load(right, outwards=outwards, either=c.passive)
         self._say((right + 34.0, -34.0), (f"{_rounded(c.mass)} kg",), "value")
         self._say((right + 34.0, 24.0), ("resists" if c.passive else "load +",), "value")
         for letter, side, step, anchor in (("A", "a", 7.0, "start"), ("B", "b", -7.0, "end")):
-            at = (self.x[side] + step, 0.5 * symbols.BARREL + 14.0)
+            at = (self.x[side] + step, 0.5 * part_symbols.BARREL + 14.0)
             self.sheet.words.append(Word(at, letter, "port", anchor))
 
     def _head(self) -> None:
@@ -120,7 +120,7 @@ class _Layout:
         c = self.unit.cylinder
         note = (self.notes["cylinder"],) if "cylinder" in self.notes else ()
         words = (*note, f"A {_area(c.area_a)}, B {_area(c.area_b)}", f"stroke {c.stroke * 1e3:.4g} mm")
-        left, top = self.x["a"] - 30.0, -0.5 * symbols.BARREL - 10.0
+        left, top = self.x["a"] - 30.0, -0.5 * part_symbols.BARREL - 10.0
         self.sheet.words.append(Word((left, top), ", ".join(words)))
         self.sheet.words.append(Word((left, top - _LINE - 2.0), "cylinder", "name"))
         self.sheet.words.append(Word((self.sheet.box[0] + 18.0, top - 4.0 * _LINE), self.sheet.title, "title"))
@@ -129,7 +129,7 @@ class _Layout:
 
     def _trunks(self) -> None:
         """Nodes of both sides from top to bottom, and what is in line between them."""
-        y = 0.5 * symbols.BARREL + 22.0
+        y = 0.5 * part_symbols.BARREL + 22.0
         for level in range(self.levels):
             self.y[level] = y
             if level < self.levels - 1:
@@ -139,7 +139,7 @@ class _Layout:
 
     def _trunk(self, side: str, trunk: Trunk) -> None:
         x, inner = self.x[side], 1.0 if side == "a" else -1.0
-        at: Point = (x, 0.5 * symbols.BARREL)
+        at: Point = (x, 0.5 * part_symbols.BARREL)
         for level, node in enumerate(trunk.nodes):
             rail = self.y[self.order.height(trunk, level)]
             self.sheet.run(node, at, (x, rail))
@@ -180,20 +180,20 @@ class _Layout:
         return y
 
     def _upright_motor(self, y: float) -> None:
-        top = y - symbols.PUMP_RADIUS
-        middle = top - 34.0 - symbols.MOTOR_RADIUS
+        top = y - part_symbols.PUMP_RADIUS
+        middle = top - 34.0 - part_symbols.MOTOR_RADIUS
         turned = [through(lambda p: (p[1], -p[0]), s) for s in self._shaft(0.0, 34.0)]
         self.sheet.others += moved(turned, self.centre, top)
-        self._motor((self.centre, middle), (self.centre + symbols.MOTOR_RADIUS + 7.0, middle - 2.0), "start")
+        self._motor((self.centre, middle), (self.centre + part_symbols.MOTOR_RADIUS + 7.0, middle - 2.0), "start")
 
     def _motor(self, at: Point, beside: Point, anchor: str, *, above: bool = False) -> None:
         note = (self.notes["drive"],) if "drive" in self.notes else ()
         words = (*note, f"to {self.unit.max_speed / RPM:.4g} rpm")
-        element = Element("drive", "drive", symbols.motor(), {}, words)
+        element = Element("drive", "drive", part_symbols.motor(), {}, words)
         self._label(element, element.symbol.moved(*at), beside, anchor, above=above)
 
     def _shaft(self, begin: float, end: float) -> tuple[Shape, ...]:
-        return symbols.shaft(begin, end, both_ways=self.order.valve is None)
+        return part_symbols.shaft(begin, end, both_ways=self.order.valve is None)
 
     def _pair(self, y: float) -> float:
         """Two checks from the bottom between both trunks."""
@@ -264,7 +264,7 @@ class _Layout:
             x = self._hang(element, symbol, node, (x, middle), rail, "end")
         for element in self.order.feeders["p"]:
             symbol = upright(element, top=node)
-            x -= symbols.PUMP_RADIUS + _GAP
+            x -= part_symbols.PUMP_RADIUS + _GAP
             at = x
             x = self._hang(element, symbol, node, (x, middle), rail, "end", low=True)
             if element is self.order.feeders["p"][-1]:
@@ -303,10 +303,10 @@ class _Layout:
 
     def _lying_shaft(self, pumps: Sequence[float], motor: float, y: float) -> None:
         """Motor and pumps on one level shaft."""
-        spots = sorted([(x, symbols.PUMP_RADIUS) for x in pumps] + [(motor, symbols.MOTOR_RADIUS)])
+        spots = sorted([(x, part_symbols.PUMP_RADIUS) for x in pumps] + [(motor, part_symbols.MOTOR_RADIUS)])
         for (x0, r0), (x1, r1) in pairwise(spots):
             self.sheet.others += moved(self._shaft(x0 + r0, x1 - r1), 0.0, y)
-        self._motor((motor, y), (motor, y - symbols.MOTOR_RADIUS - 8.0), "middle", above=True)
+        self._motor((motor, y), (motor, y - part_symbols.MOTOR_RADIUS - 8.0), "middle", above=True)
 
     # -- beside the trunks
 
@@ -372,7 +372,7 @@ class _Layout:
             self.sheet.run(node, (begin, y), (end, y))
         if node == TANK:
             element = Element(
-                "tank", "tank", symbols.tank(), {"node": TANK}, (f"{self.unit.tank_pressure / 1e5:.3g} bar abs.",)
+                "tank", "tank", part_symbols.tank(), {"node": TANK}, (f"{self.unit.tank_pressure / 1e5:.3g} bar abs.",)
             )
             symbol = element.symbol.moved(self.centre, y + 26.0)
             self.sheet.run(node, (self.centre, y), symbol.ports["node"])
@@ -393,7 +393,7 @@ class _Layout:
         return right if inside else max(word.box[2] for word in words)
 
     def _thermometer(self, node: str, x: float, y: float) -> None:
-        element = Element("oil temperature", "sensor", symbols.thermometer(), {"node": node})
+        element = Element("oil temperature", "sensor", part_symbols.thermometer(), {"node": node})
         symbol = element.symbol.moved(x, y - 30.0)
         self.sheet.run(node, symbol.ports["node"], (x, y))
         self.hanging.append((x, y))
@@ -440,7 +440,7 @@ class _Layout:
             return
         for side, inner in (("a", 1.0), ("b", -1.0)):
             node = self.order.a.nodes[0] if side == "a" else self.order.b.nodes[0]
-            symbol = symbols.pressure_sensor() if side == "a" else symbols.pressure_sensor().mirrored()
+            symbol = part_symbols.pressure_sensor() if side == "a" else part_symbols.pressure_sensor().mirrored()
             placed = symbol.moved(self.x[side] + inner * 60.0, self.y[0])
             self.sheet.run(node, (self.x[side], self.y[0]), placed.ports["node"])
             self.sheet.put(Element(f"pressure_{side}", "sensor", symbol, {"node": node}), placed, ())

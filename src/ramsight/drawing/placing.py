@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ramsight.drawing import symbols
+from ramsight.drawing import part_symbols
 from ramsight.drawing.elements import Element
 from ramsight.drawing.shapes import Shape, Word, through
 from ramsight.drawing.symbol import Symbol
@@ -52,4 +52,4 @@ def cylinder_symbol(c: Cylinder, port_a: float, port_b: float) -> Symbol:
     else:
         rod, rod_a = _SECOND_ROD, math.sqrt(1.0 - c.area_a / c.area_b * (1.0 - _SECOND_ROD**2))
     cushions = c.cushion_length_a is not None, c.cushion_length_b is not None
-    return symbols.cylinder(port_a, port_b, rod, rod_a, cushions)
+    return part_symbols.cylinder(port_a, port_b, rod, rod_a, cushions)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ramsight.drawing.circuit_drawing import DOT, Sheet
 from ramsight.drawing.shapes import SIZES, Area, Disc, Line, Shape, Word
-from ramsight.drawing.sheet import DOT, Sheet
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

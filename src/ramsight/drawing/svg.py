@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from html import escape
 
+from ramsight.drawing.circuit_drawing import DOT, Sheet, Wire
 from ramsight.drawing.shapes import SIZES, Area, Disc, Line, Point, Shape, Word
-from ramsight.drawing.sheet import DOT, Sheet, Wire
 
 _PER_MM = 4.0  # units of a drawing a millimetre of paper
 STYLE = """

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from ramsight.engine.equation import OdeModel
 from ramsight.engine.run import Array, Segments, Trajectory, outputs
-from ramsight.equation import OdeModel
 from ramsight.plant.circuit import EXPANSION, CircuitModel
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import Any
 
 from ramsight.duty.profile import Array, Profile
 from ramsight.duty.recorded import Signal
-from ramsight.equation import OdeModel
+from ramsight.engine.equation import OdeModel
 from ramsight.plant.drive import Supply
 
 _FOR_THE_AUDIT = ("capacity_", "stored.")  # outputs that nothing else reads

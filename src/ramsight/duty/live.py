@@ -9,13 +9,13 @@ import numpy as np
 
 from ramsight.duty.audit import Audited
 from ramsight.duty.drive_report import SPEEDS, DriveReport
-from ramsight.duty.linked import audited_model
+from ramsight.duty.linked_duty import audited_model
 from ramsight.duty.live_energy import EnergyAccount, LiveEnergy
 from ramsight.duty.profile import Array, constant
 from ramsight.duty.simulate import SAMPLE_PERIOD, audited_circuit, check_temperature
+from ramsight.engine.equation import OdeModel
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import Segments, integrate, outputs
-from ramsight.equation import OdeModel
 from ramsight.errors import SimulationError
 from ramsight.plant.linked import LinkedMachine, start_state
 from ramsight.plant.unit import HydraulicUnit, initial_state

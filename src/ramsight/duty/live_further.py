@@ -26,7 +26,7 @@ class LiveFurther:
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.machine.assumptions import AssumedMotorTemperature
+        >>> from ramsight.machine.assumption_description import AssumedMotorTemperature
         >>> from ramsight.plant.build import build_unit
         >>> ram = machine.load("press").unit("ram")
         >>> known = ram.assumptions.model_copy(update={"motor_temperature": AssumedMotorTemperature(std=0.01)})

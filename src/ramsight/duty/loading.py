@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ramsight.duty.lift_lower import RAMP
-from ramsight.duty.linked import LinkedDuty
+from ramsight.duty.linked_duty import LinkedDuty
 from ramsight.duty.profile import Profile, constant
 from ramsight.plant.linkage import holding_forces, joints
 from ramsight.plant.linked import LinkedMachine

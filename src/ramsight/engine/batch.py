@@ -11,10 +11,10 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.engine.equation import OdeModel
 from ramsight.engine.ode_module import compile_lanes
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import DEFAULT_MAX_STEPS, DEFAULT_RTOL, Array, Segments
-from ramsight.equation import OdeModel
 
 _CHUNK = 1024  # runs that are held in memory at once, for all threads together
 

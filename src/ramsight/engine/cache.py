@@ -14,8 +14,8 @@ from typing import Any
 import casadi as ca
 from llvmlite import ir
 
-from ramsight.engine import branches, graph, llvm, loop, terms, writes
-from ramsight.engine.loop import Kinds
+from ramsight.engine import branches, graph, llvm, llvm_loop, terms, writes
+from ramsight.engine.llvm_loop import Kinds
 from ramsight.engine.object_code import NativeFunction
 from ramsight.engine.private_folder import private_folder
 from ramsight.engine.terms import View
@@ -81,7 +81,7 @@ def generated_module(
         *(text for name, function in functions.items() for text in (name, function.serialize())),
         repr((list(constants.items()), widths)),
         body,
-        *map(inspect.getsource, (graph, branches, writes, llvm, terms, loop)),
+        *map(inspect.getsource, (graph, branches, writes, llvm, terms, llvm_loop)),
         ca.CasadiMeta.version(),
     )
     if name not in _loaded:
@@ -130,7 +130,7 @@ class CompiledModule:
         """The text of a function for LLVM, and the size of its workspace."""
         module = ir.Module(name)
         source = self._loops.get(name) or self._alone(name)
-        words = loop.emit_loop(module, source, kinds, self._constants, self._call)
+        words = llvm_loop.emit_loop(module, source, kinds, self._constants, self._call)
         return str(module), words
 
     def _alone(self, name: str) -> ast.FunctionDef:

@@ -18,7 +18,7 @@ import llvmlite
 import numpy as np
 from llvmlite import binding
 
-from ramsight.engine.loop import ENTRY, Kinds
+from ramsight.engine.llvm_loop import ENTRY, Kinds
 from ramsight.engine.private_folder import is_ours
 from ramsight.engine.whole_file import write_whole
 

@@ -8,10 +8,10 @@ from types import ModuleType
 
 import casadi as ca
 
-from ramsight import elimination
 from ramsight.engine import kernel, lanes, rodas4
 from ramsight.engine.cache import WIDTH, CompiledModule, generated_module, hold
-from ramsight.equation import OdeModel
+from ramsight.engine.elimination import eliminate
+from ramsight.engine.equation import OdeModel
 
 FIRST_STEP = 1e-4  # s; of a run
 _CORNER_STEP = 1e-3  # s; the first step after a corner of the inputs
@@ -69,7 +69,7 @@ def pieces(model: OdeModel) -> tuple[dict[str, ca.Function], dict[str, object]]:
     reduced, q, prepare = hold(ca.densify(everything), model.p)
     f, jac, ft, out = ca.vertsplit(reduced, [0, n, n + nnz, 2 * n + nnz, reduced.numel()])
     arguments, names, options = [x, u, slope, q], ["x", "u", "slope", "q"], {"cse": True}
-    solver = elimination.eliminate(jacobian.sparsity())
+    solver = eliminate(jacobian.sparsity())
     functions = {
         "prepare": prepare,
         "rhs_jacobian": ca.Function("rhs_jacobian", arguments, [f, jac, ft], names, ["f", "jac", "ft"], options),

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.engine import kernel
+from ramsight.engine.equation import OdeModel
 from ramsight.engine.ode_module import FIRST_STEP, compile_ode
 from ramsight.engine.outcome import Outcome
-from ramsight.equation import OdeModel
 
 Array = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from ramsight.logs.align import Block, Samples
 from ramsight.logs.lines import Advance, first_line
 from ramsight.logs.packed import opened
 from ramsight.logs.source import Offered, Source, needs, unit_in_name
-from ramsight.unit_algebra import NANOSECONDS
+from ramsight.units.algebra import NANOSECONDS
 
 _AT_ONCE = 1 << 14  # messages
 _LARGEST = 1 << 28  # bytes of a record; a recorder's chunk has a few million

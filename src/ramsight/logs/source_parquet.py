@@ -15,7 +15,7 @@ from ramsight.logs.align import Block
 from ramsight.logs.lines import Advance, check_file, first_line
 from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.source import Offered, TableSource, needs, unit_in_name
-from ramsight.unit_algebra import NANOSECONDS
+from ramsight.units.algebra import NANOSECONDS
 
 _ROWS = 1 << 16
 _LOOKED_AT = 200  # rows

@@ -8,7 +8,7 @@ Example:
 """
 
 from ramsight.machine import catalogue
-from ramsight.machine.assumptions import Assumptions
+from ramsight.machine.assumption_description import Assumptions
 from ramsight.machine.base import Part, Value, walk
 from ramsight.machine.declare import Quantity, quantity
 from ramsight.machine.description import FORMAT, Composed, DirectDriven, Machine, Unit

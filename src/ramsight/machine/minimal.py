@@ -8,7 +8,7 @@ from typing import Any
 
 from ramsight.errors import UnknownNameError
 from ramsight.machine import catalogue
-from ramsight.machine.assumptions import Assumptions
+from ramsight.machine.assumption_description import Assumptions
 from ramsight.machine.base import Part
 from ramsight.machine.declare import declaration, explain
 from ramsight.machine.description import Composed, Machine, Unit, circuits

@@ -10,9 +10,9 @@ from pydantic import Field, model_validator
 from ramsight.machine.base import Part
 from ramsight.machine.declare import Model, count, quantity, refuse
 from ramsight.machine.electrics import ELECTRICS
-from ramsight.machine.lines import Hose, Manifold
-from ramsight.machine.pump import Drive, Pump
-from ramsight.machine.valves import AnticavitationValve, ReliefValve, SafetyValve
+from ramsight.machine.line_description import Hose, Manifold
+from ramsight.machine.pump_description import Drive, Pump
+from ramsight.machine.valve_description import AnticavitationValve, ReliefValve, SafetyValve
 
 __all__ = [
     "PARTS",

@@ -10,7 +10,7 @@ from typing import Any, Literal, get_origin
 from pydantic.fields import FieldInfo
 
 from ramsight.machine import catalogue
-from ramsight.machine.assumptions import Assumptions
+from ramsight.machine.assumption_description import Assumptions
 from ramsight.machine.base import Part, part_class
 from ramsight.machine.declare import Quantity, declaration, explain
 from ramsight.machine.description import Composed, DirectDriven, Machine, Unit

@@ -7,10 +7,10 @@ after others. `atomic_path` is for files of any other kind, `whole_folder` for s
 
 from ramsight.output.atomic import atomic_path, check_target
 from ramsight.output.cells import DECIMALS, Coded
+from ramsight.output.command_files import check_apart, check_state
 from ramsight.output.dataset import DATASET_FILES, DATASETS, column_name, open_dataset, write_dataset
 from ramsight.output.flush import flush_folder
 from ramsight.output.folder import check_folder, whole_folder
-from ramsight.output.given import check_apart, check_state
 from ramsight.output.table_file import TABLE_FILES, TABLES, check_installed, open_table, write_table
 
 __all__ = [

@@ -12,7 +12,7 @@ import numpy as np
 from ramsight.errors import OutputError
 from ramsight.output.cells import Coded, Column
 from ramsight.output.table_writer import TableWriter, clock_of, installed, numbers
-from ramsight.unit_algebra import NANOSECONDS
+from ramsight.units.algebra import NANOSECONDS
 
 _LATEST = (1 << 63) / NANOSECONDS  # s; MCAP counts nanoseconds in 64 bits
 _TEXT = json.JSONEncoder(separators=(",", ":"), ensure_ascii=False, allow_nan=False)

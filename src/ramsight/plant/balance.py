@@ -28,7 +28,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.elimination import eliminate
+from ramsight.engine.elimination import eliminate
 from ramsight.plant.circuit import TANK, WARMING, Circuit, command_of
 from ramsight.plant.drive import IdealDrive
 from ramsight.plant.heat import case_losses

@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.equation import OdeModel, Output, State
+from ramsight.engine.equation import OdeModel, Output, State
 from ramsight.plant.oil import Oil
 from ramsight.plant.symbols import Parameters
 

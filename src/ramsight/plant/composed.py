@@ -8,7 +8,7 @@ from typing import Any
 
 from ramsight.errors import DescriptionError
 from ramsight.machine import placed
-from ramsight.machine.assumptions import Assumptions
+from ramsight.machine.assumption_description import Assumptions
 from ramsight.machine.base import Part as Described
 from ramsight.machine.description import Composed
 from ramsight.plant import described

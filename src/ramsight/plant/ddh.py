@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from ramsight.errors import DescriptionError
-from ramsight.machine.assumptions import Assumptions
+from ramsight.machine.assumption_description import Assumptions
 from ramsight.machine.description import DirectDriven, Unit
 from ramsight.machine.parts import Pump as PumpDescription
 from ramsight.plant import described

@@ -9,7 +9,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ramsight.machine.pump import Pump as PumpDescription
+from ramsight.machine.pump_description import Pump as PumpDescription
 from ramsight.machine.reading import from_catalogue
 from ramsight.plant import described
 from ramsight.plant.pump import Pump

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.machine.heat import CASE_TO_AIR, TANK, TANK_TO_AIR
+from ramsight.machine.heat_description import CASE_TO_AIR, TANK, TANK_TO_AIR
 from ramsight.plant.pump import Pump
 
 Array = NDArray[np.float64]

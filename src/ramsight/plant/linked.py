@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.equation import OdeModel, Output, State
+from ramsight.engine.equation import OdeModel, Output, State
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
 from ramsight.plant.build import build_unit

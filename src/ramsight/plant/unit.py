@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.machine.assumptions import Assumptions
+from ramsight.machine.assumption_description import Assumptions
 from ramsight.plant.circuit import TANK, CircuitModel, Part, join
 from ramsight.plant.cylinder import Cylinder
 from ramsight.plant.drive import Drive

@@ -1,6 +1,6 @@
 """What a sensor assumes of drive, thermometer, machine and stops; a part of the description, and declared there."""
 
-from ramsight.machine.assumptions import (
+from ramsight.machine.assumption_description import (
     AssumedDrive,
     AssumedLinkAngle,
     AssumedMachine,

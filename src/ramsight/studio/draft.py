@@ -23,7 +23,7 @@ from ramsight.machine.as_toml import as_toml
 from ramsight.machine.base import Value, walk
 from ramsight.machine.catalogue import parse_toml
 from ramsight.machine.description import Machine
-from ramsight.plant.summary import machine_summary
+from ramsight.plant.machine_tables import machine_summary
 
 NAMED = "description"
 """What errors call a description that is no file."""

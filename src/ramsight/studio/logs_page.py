@@ -15,7 +15,7 @@ from ramsight.studio.job import Job, Say
 from ramsight.studio.markup import scrolled
 from ramsight.studio.thinning import Array, kept, thinned
 from ramsight.studio.told import SENSORS
-from ramsight.studio.tracking import (
+from ramsight.studio.uploaded_log import (
     REPORT,
     TRACK,
     VIEW,

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from nicegui import ui
 
+from ramsight.drawing.mechanism.bodies import Array, Shapes, hull, shapes
+from ramsight.drawing.mechanism.scenery import Scenery, heap_radius, scenery
+from ramsight.drawing.mechanism.side_view import COLOURS, GHOST, ROCK
 from ramsight.machine.description import Machine
 from ramsight.plant.linkage import joints, points
 from ramsight.plant.linked import LinkedMachine
-from ramsight.study.loader.drawing import COLOURS, GHOST, ROCK
-from ramsight.study.loader.scenery import Scenery, heap_radius, scenery
-from ramsight.study.loader.shapes import Array, Shapes, hull, shapes
 
 _RATE = 12  # pictures a second; where no graphics card helps, more of them would hold up the strips
 _STILL = 1e-4  # m, or t of a payload: less is not seen, and not sent

@@ -12,7 +12,7 @@ from ramsight.machine.as_toml import as_toml
 from ramsight.machine.description import Machine
 from ramsight.studio.job import Say
 from ramsight.study.datasheet.sheet import Sheet
-from ramsight.study.datasheet.writing import write_sheet
+from ramsight.study.datasheet.sheet_files import write_sheet
 
 DUTIES = ("work-day", "lift-lower", "commissioning")
 SHEET_SENSORS = ("kalman", "balance", "table")

@@ -13,7 +13,7 @@ from ramsight.studio.files import Shared
 from ramsight.studio.job import Job
 from ramsight.studio.studies import DUTIES, SHEET_SENSORS, Wanted, fill
 from ramsight.studio.visit import Visit
-from ramsight.study.datasheet.writing import FILES
+from ramsight.study.datasheet.sheet_files import FILES
 
 _LOOK = 0.25  # s, from one look at what a study says to the next
 _MOST, _USUAL = 100_000, 200  # machines

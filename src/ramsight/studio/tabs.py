@@ -9,7 +9,7 @@ from nicegui import background_tasks, run, ui
 from ramsight.machine.description import Machine
 from ramsight.studio.draft import Problem
 from ramsight.studio.prepared import Prepared
-from ramsight.studio.running import Running
+from ramsight.studio.rig_holder import Running
 from ramsight.studio.visit import Visit
 
 Build = Callable[[Visit], None]

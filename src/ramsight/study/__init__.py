@@ -1,5 +1,1 @@
-"""How good a sensor is: its error against the truth."""
-
-from ramsight.study.errors import ComparisonError, PositionErrors, first_stop_contact, position_errors
-
-__all__ = ["ComparisonError", "PositionErrors", "first_stop_contact", "position_errors"]
+"""Studies of a machine: the data sheet of an axis, and a commissioning judged."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ramsight.deploy.encoder.faults import Fault
+from ramsight.deploy.encoder.alarms import Fault
 from ramsight.deploy.encoder.listening import Listener, Sample
 from ramsight.deploy.encoder.server import Node
 from ramsight.plant.limits import limits_of

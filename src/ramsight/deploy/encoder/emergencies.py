@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Set
 
-from ramsight.deploy.encoder.faults import Fault, alarms, register, warnings
+from ramsight.deploy.encoder.alarms import Fault, alarms, register, warnings
 from ramsight.deploy.encoder.server import OPERATIONAL, PRE_OPERATIONAL, Node
 
 _REMEMBERED = 8

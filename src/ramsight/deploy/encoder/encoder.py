@@ -6,11 +6,11 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from ramsight import __version__
+from ramsight._version import __version__
+from ramsight.deploy.encoder.alarms import ALARMS, OF_STATUS, WARNINGS, Fault, alarms, register, warnings
 from ramsight.deploy.encoder.beside import Beside
 from ramsight.deploy.encoder.bus_clock import BusClock
 from ramsight.deploy.encoder.emergencies import Emergencies
-from ramsight.deploy.encoder.faults import ALARMS, OF_STATUS, WARNINGS, Fault, alarms, register, warnings
 from ramsight.deploy.encoder.frame import Frame
 from ramsight.deploy.encoder.listening import Listener, Sample
 from ramsight.deploy.encoder.objects import (
@@ -25,7 +25,6 @@ from ramsight.deploy.encoder.objects import (
 )
 from ramsight.deploy.encoder.parameters import ParameterFile
 from ramsight.deploy.encoder.pdo import pdo_identifiers
-from ramsight.deploy.encoder.persistence import Persistence
 from ramsight.deploy.encoder.presence import Presence
 from ramsight.deploy.encoder.published import Published
 from ramsight.deploy.encoder.saving import Saving
@@ -42,6 +41,7 @@ from ramsight.deploy.encoder.server import (
     Node,
     refuse,
 )
+from ramsight.deploy.encoder.state_on_disk import Persistence
 from ramsight.deploy.encoder.stored import ALL, Stored
 from ramsight.errors import DescriptionError
 from ramsight.plant.unit import HydraulicUnit

@@ -19,8 +19,8 @@ import math
 import struct
 from dataclasses import dataclass
 
+from ramsight.deploy.encoder.alarms import warnings
 from ramsight.deploy.encoder.encoder import Encoder
-from ramsight.deploy.encoder.faults import warnings
 from ramsight.deploy.encoder.frame import EXTENDED, Frame
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.errors import DescriptionError

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from ramsight.deploy.encoder.alarms import Fault
 from ramsight.deploy.encoder.encoder import Encoder
-from ramsight.deploy.encoder.faults import Fault
 
 GOOD = "Good"
 WAITING = "BadWaitingForInitialData"

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from ramsight.deploy.encoder.persistence import Persistence
+from ramsight.deploy.encoder.state_on_disk import Persistence
 from ramsight.sensor.persistence import CHANGED, CREEPING, DOUBTED, RESTING, TURNING, forgotten
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor, impossible
 

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.equation import OdeModel, Output, State
+from ramsight.engine.equation import OdeModel, Output, State
 from ramsight.plant.linkage.dynamics import Equations, equations
 from ramsight.plant.linkage.mechanism import Mechanism
 from ramsight.plant.symbols import Parameters

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ramsight.calibration.leakage import LeakTest, LeakTestError, leak_test
-from ramsight.calibration.uncertainty import dependence
-from ramsight.duty.plausible import implausible, noisy
+from ramsight.calibration.loss_uncertainty import dependence
 from ramsight.logs.mapped import ChannelMap
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.virtual_sensor import REPORTED
 from ramsight.study.commissioning.finding import Finding, Verdict
+from ramsight.tracking.plausible import implausible, noisy
 
 if TYPE_CHECKING:
     import xarray

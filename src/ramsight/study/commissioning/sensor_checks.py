@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.intervals import true_intervals
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.drive_check import TURNS
 from ramsight.sensor.mode import Mode
 from ramsight.sensor.status import Status, is_invalid
-from ramsight.stretches import stretches
 from ramsight.study.commissioning.finding import Finding, Verdict
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def visits(track: xarray.Dataset, stroke: float) -> list[Visit]:
     found = []
     for held, end, name in ((Mode.HELD_RETRACTING, 0.0, "retracted"), (Mode.HELD_EXTENDING, stroke, "extended")):
         last = -np.inf
-        for first, after in stretches(mode == int(held)):
+        for first, after in true_intervals(mode == int(held)):
             begins, ends, at = float(time[first]), float(time[after - 1]), float(position[after - 1])
             where = "elsewhere" if abs(at - end) >= _AT_END * stroke else name
             # At an end whose chamber is empty noise looks like letting go; there the piston is until it is surely away.

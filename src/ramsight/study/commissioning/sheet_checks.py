@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ramsight.calibration.identify import Estimate, Identification
 from ramsight.calibration.identify_report import WORDS
-from ramsight.calibration.uncertainty import dependence
+from ramsight.calibration.loss_uncertainty import dependence
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.study.commissioning.finding import Finding, Verdict
 

@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from ramsight.errors import DescriptionError
 from ramsight.study.datasheet.linear import Linear, linear_budget, nominal_run
 from ramsight.study.datasheet.measuring import SETTLED, TAUGHT
-from ramsight.study.datasheet.plan import Plan
-from ramsight.study.datasheet.running import run
+from ramsight.study.datasheet.run_tasks import run
 from ramsight.study.datasheet.sobol import Indices, indices
-from ramsight.study.datasheet.tracking import Run
+from ramsight.study.datasheet.study_plan import Plan
+from ramsight.study.datasheet.tracks_of_many import Run
 
 if TYPE_CHECKING:
     import xarray

@@ -18,11 +18,11 @@ from typing import Any
 
 from ramsight.errors import RamsightError
 from ramsight.output.atomic import one_line
-from ramsight.study.datasheet.duties import Work
+from ramsight.study.datasheet.machine_tasks import Order, bench_of, work_through
 from ramsight.study.datasheet.needs import needs
-from ramsight.study.datasheet.plan import Plan
 from ramsight.study.datasheet.store import Layout, Store, write_apart
-from ramsight.study.datasheet.working import Order, bench_of, work_through
+from ramsight.study.datasheet.studied_duties import Work
+from ramsight.study.datasheet.study_plan import Plan
 
 _AHEAD = 3  # tasks for each thread of the cluster: one that runs, the others on their way
 _RETRIES = 3  # of a task whose worker was lost

@@ -8,11 +8,11 @@ from itertools import combinations
 from typing import Any
 
 from ramsight.machine.description import Machine
-from ramsight.study.datasheet.plan import Plan
 from ramsight.study.datasheet.quantities import varied
-from ramsight.study.datasheet.running import run
+from ramsight.study.datasheet.run_tasks import run
 from ramsight.study.datasheet.sheet import data_sheet
 from ramsight.study.datasheet.statistics import Known
+from ramsight.study.datasheet.study_plan import Plan
 
 _TRIED = 256  # machines of a trial
 _HOPE = 1.15  # times the goal, up to which a combination that is only estimated is tried

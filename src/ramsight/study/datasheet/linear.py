@@ -17,10 +17,10 @@ from ramsight.errors import SimulationError
 from ramsight.plant.circuit import parameter_values
 from ramsight.sensor.virtual_sensor import VirtualSensor
 from ramsight.study.datasheet.drawn import draw
+from ramsight.study.datasheet.machine_tasks import Bench, Order, runs, work_through
 from ramsight.study.datasheet.measuring import UNUSABLE
 from ramsight.study.datasheet.quantities import Varied
-from ramsight.study.datasheet.tracking import Run, tracked
-from ramsight.study.datasheet.working import Bench, Order, runs, work_through
+from ramsight.study.datasheet.tracks_of_many import Run, tracked
 
 Array = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.sensor.status import VALIDITIES, Status, validity_levels
-from ramsight.study.errors import stop_visits
+from ramsight.tracking.position_errors import stop_visits
 
 Array = NDArray[np.float64]
 

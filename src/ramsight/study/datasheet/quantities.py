@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from ramsight.errors import DescriptionError, UnknownNameError
-from ramsight.machine.assumptions import Assumptions
+from ramsight.machine.assumption_description import Assumptions
 from ramsight.machine.base import walk
 from ramsight.machine.declare import Quantity
 from ramsight.machine.description import Machine, Unit

@@ -16,7 +16,6 @@ from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.sensor.status import VALIDITIES
 from ramsight.study.datasheet.budget import Budget
 from ramsight.study.datasheet.measuring import AGE, EDGES, GROUPS, NORMAL_95, TAUGHT, VOUCHED, drift_of
-from ramsight.study.datasheet.plan import Plan
 from ramsight.study.datasheet.statistics import (
     NOTHING,
     Known,
@@ -25,6 +24,7 @@ from ramsight.study.datasheet.statistics import (
     share_of,
     slope_of,
 )
+from ramsight.study.datasheet.study_plan import Plan
 
 if TYPE_CHECKING:
     import xarray

@@ -1,0 +1,143 @@
+"""A virtual sensor beside a real one: whether they agree, and which is wrong."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ramsight.api.arguments import truth_of
+from ramsight.api.machines import AnyUnit, build
+from ramsight.api.tracking import AnyMap, Quantity, track
+from ramsight.errors import LogError
+from ramsight.intervals import true_intervals
+from ramsight.normal import TWO_SIDED_95
+from ramsight.plant.limits import limits_of
+from ramsight.sensor.comparing import (
+    ALERTS,
+    LONGEST_ALERT,
+    TIME_TO_ALERT,
+    TOLERANCE,
+    Comparison,
+    Drift,
+    Verdict,
+    drift_of,
+    verdicts,
+)
+from ramsight.sensor.status import Status
+from ramsight.sensor.virtual_sensor import BOUND
+from ramsight.units import argument, format_si
+
+if TYPE_CHECKING:
+    import xarray
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A log on which two sensors were compared.
+
+    Attributes:
+        track: over `time` [s]: what `ramsight.track` gives, `other_position` [m] and `verdict` (numbers of `Verdict`).
+        drift: of the other sensor.
+    """
+
+    track: xarray.Dataset
+    drift: Drift
+
+    @property
+    def alerts(self) -> list[tuple[float, float, Verdict]]:
+        """From when, until when [s], and what, of each stretch in which they do not agree."""
+        said, time = self.track["verdict"].values, self.track["time"].values
+        found = ((time[a], time[b - 1], what) for what in ALERTS for a, b in true_intervals(said == what))
+        return sorted((float(begins), float(ends), what) for begins, ends, what in found)
+
+    @property
+    def text(self) -> str:
+        """The comparison in a few lines."""
+        said = self.track["verdict"].values
+        shares = [(one, 100.0 * float(np.mean(said == one))) for one in Verdict]
+        lines = [f"{share:.1f} % of {len(said)} samples: {one.text}" for one, share in shares if share > 0.0]
+        lines += [f"  {begins:.2f} s to {ends:.2f} s: {what.text}" for begins, ends, what in self.alerts]
+        d = self.drift
+        if np.isfinite(d.rate_std):
+            lines.append(
+                f"The other sensor reads {1e3 * d.offset:+.2f} mm at first, and {3.6e6 * d.rate:+.2f} mm/h more "
+                f"(± {TWO_SIDED_95 * 3.6e6 * d.rate_std:.2f} mm/h)."
+            )
+        return "\n".join(lines)
+
+
+def compare(
+    machine: AnyUnit,
+    log: str | Path | xarray.Dataset,
+    other: str | Path | xarray.Dataset,
+    *,
+    unit: str | None = None,
+    tolerance: Quantity = TOLERANCE,
+    time_to_alert: Quantity = TIME_TO_ALERT,
+    start: Quantity | None = None,
+    channel_map: AnyMap | None = None,
+    progress: bool = False,
+) -> Compared:
+    """Hold a real position sensor against the virtual one, in motion and at rest.
+
+    Args:
+        machine: the unit, or what `build` makes one of.
+        log: of its drive, as `ramsight.track` takes it.
+        other: what the real sensor says: a file with ``time_s`` and ``position_m``, or a Dataset with `position` [m]
+            over `time` [s]; NaN where it says nothing. The virtual sensor never sees it.
+        unit: name of the unit, if the machine has several.
+        tolerance: of the real sensor [m], above 0 and up to the stroke.
+        time_to_alert: for which they have to be apart before one of them is said to be wrong [s], 0 to 1 min.
+        start: position at the first sample [m], as `ramsight.track`'s.
+        channel_map: of a file.
+        progress: show a bar on a terminal if it takes long.
+
+    Returns:
+        The track with both positions and a verdict for each sample, alerts, and the real sensor's drift.
+
+    Raises:
+        DescriptionError: a quantity cannot be read or is out of range.
+        UnknownNameError: no such machine or unit.
+        LogError: log or positions cannot be read, or have no time in common.
+
+    Example:
+        >>> import ramsight
+        >>> boom = ramsight.build("mining-loader", unit="boom")
+        >>> run = ramsight.simulate(boom, load="200 kN", start="120 mm")
+        >>> same = ramsight.compare(boom, ramsight.drive_report(run), run, start="120 mm")
+        >>> same.alerts
+        []
+    """
+    built = build(machine, unit)
+    limits, stroke = limits_of(built), float(built.cylinder.stroke)
+    allowed = argument(tolerance, "m", "tolerance", least="0.001 mm", most=format_si(stroke, "mm"))
+    alert = argument(time_to_alert, "s", "time_to_alert", least="0 s", most=f"{LONGEST_ALERT:g} s")
+    tracked = track(built, log, start, channel_map=channel_map, progress=progress)
+    true = truth_of(other)
+    time, known = tracked["time"].values, np.isfinite(true["time"].values)
+    when, where = true["time"].values[known], true["position"].values[known]
+    inside = (time >= when[0]) & (time <= when[-1]) if len(when) else np.zeros(len(time), bool)
+    if not inside.any():
+        raise LogError("has no time in common with the drive's log", file="the other sensor")
+    tracked = tracked.isel(time=np.flatnonzero(inside))
+    time = tracked["time"].values
+    real = np.interp(time, when, np.where(np.isfinite(where), where, 0.0))
+    gone = np.interp(time, when, (~np.isfinite(where)).astype(float)) > 0.0
+    real = np.where(gone, np.nan, real)
+    pair = Comparison(stroke, float(built.travel_per_radian) * limits.max_speed, allowed, alert)
+    position, status = np.nan_to_num(tracked["position"].values), tracked["status"].values.astype(np.int64)
+    said = verdicts(pair, time, position, tracked[BOUND].values, status, real)
+    good = (status == Status.OK) & np.isfinite(real) & (said == Verdict.AGREE)
+    if not good.any():
+        drift = Drift(float("nan"), float("nan"), float("nan"), 0)
+    else:
+        drift = drift_of(time[good], (real - position)[good], tracked["position_std"].values[good])
+    meaning = "; ".join(f"{int(one)}: {one.text}" for one in Verdict)
+    both = tracked.assign(
+        other_position=("time", real, {"units": "m", "long_name": "position by the other sensor"}),
+        verdict=("time", said, {"long_name": "what two sensors say together", "meaning": meaning}),
+    )
+    return Compared(both, drift)

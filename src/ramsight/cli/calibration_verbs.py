@@ -1,0 +1,183 @@
+"""Verbs that measure a machine or make a sensor to measure."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ramsight.cli.common import ChannelMapFile, DriveLog, DrivenUnit, Machine, SensedUnit, say_written
+
+
+def calibrate(
+    machine: Machine,
+    unit: SensedUnit,
+    out: Annotated[Path, typer.Option(help="The sensor file, for example boom.sensor.")],
+    speed: Annotated[str, typer.Option(help="Constant motor speed of the calibration.")] = "1500 rpm",
+    loads: Annotated[int, typer.Option(min=8, max=1000, help="How many loads.")] = 40,
+    figure: Annotated[Path | None, typer.Option(help="A picture of the table: .png, .svg or .pdf.")] = None,
+) -> None:
+    """Make the paper's look-up table from simulated runs, and keep it as a sensor file.
+
+    The unit lifts and lowers loads from 1 kN to the relief valve's opening at a constant speed, at oil
+    temperatures from 20 to 70 °C; the table says how far the rod moves per motor revolution at each motor torque.
+
+    Example: ramsight calibrate mining-loader --unit boom --out boom.sensor
+    """
+    from ramsight.calibration.cached import calibrated
+    from ramsight.calibration.movement import TEMPERATURES
+    from ramsight.calibration.sensor_file import SUFFIX, save
+    from ramsight.machine import load as load_machine
+    from ramsight.output import check_apart, check_target
+    from ramsight.plant.build import build_unit
+    from ramsight.progress import progress
+    from ramsight.units import format_si, parse_option
+
+    check_target(out, (SUFFIX,))
+    check_target(figure, (".png", ".svg", ".pdf"))
+    check_apart({"the machine": machine}, {"--out": out, "--figure": figure})
+    described = load_machine(machine).unit(unit)
+    fastest = format_si(described.drive.max_speed, "rpm")
+    motor_speed = parse_option(speed, "rad/s", "--speed", least="100 rpm", most=fastest)
+    with progress(2 * loads * len(TEMPERATURES), "calibrating the table") as bar:
+        movement = calibrated(build_unit(unit, described), motor_speed=motor_speed, loads=loads, advance=bar.advance)
+    save(movement, out)
+    typer.echo(
+        f"{out}: written; {unit}, {loads} loads at {len(TEMPERATURES)} oil temperatures, torque from "
+        f"{movement.lift_torque[0]:.1f} to {movement.lift_torque[-1]:.1f} N m while lifting"
+    )
+    if figure is not None:
+        from ramsight.calibration.movement_figure import movement_figure
+
+        movement_figure(movement, f"{unit}: calibrated at {format_si(motor_speed, 'rpm')}", figure)
+        say_written(figure)
+
+
+def leaktest(
+    machine: Machine,
+    log: DriveLog,
+    unit: DrivenUnit,
+    channel_map: ChannelMapFile = None,
+) -> None:
+    """Measure a pump's leakage from a drive log, with no position reference.
+
+    Turn the motor slowly in the lifting direction under load (60 rpm, then 100 rpm, 6 s each): the safety valve stays
+    closed, no oil reaches the cylinder, and what the pump moves is what leaks. Says how much it leaks over its data
+    sheet, corrected for the oil's viscosity, and how sure that is.
+
+    Example: ramsight leaktest mining-loader log.csv.gz --unit boom
+    """
+    from ramsight.api.calibrating import leak_test
+    from ramsight.calibration.leakage import leak_test_summary
+
+    typer.echo(leak_test_summary(leak_test(machine, log, unit=unit, channel_map=channel_map)))
+
+
+def identify(
+    machine: Machine,
+    logs: Annotated[list[Path], typer.Argument(help="Drive log; several with a map that names a measured position.")],
+    unit: DrivenUnit,
+    truth: Annotated[
+        Path | None, typer.Option(help="Its measured position: time_s and position_m, .csv or .csv.gz.")
+    ] = None,
+    channel_map: Annotated[
+        Path | None,
+        typer.Option("--map", help="Which of the logs' channels are what, maybe the measured position: .toml."),
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="The tuned machine's description: .toml.")] = None,
+    map_out: Annotated[
+        Path | None, typer.Option(help="The map with the torque of a current as it was found: .toml.")
+    ] = None,
+) -> None:
+    """Find how a machine differs from its data sheet, with a position sensor put on for a day.
+
+    Work the unit under several loads for some minutes, lifting and lowering each, with the drive's log and the
+    position on one clock. Fits leakage (through gaps, and like an orifice's), displacement, stiffness of oil and hoses,
+    cylinder friction and the pumps' hydro-mechanical efficiency, each with a 95 % interval; what the log cannot tell
+    stays at the data sheet, and is said. The unit may have any circuit, loss tables, seal leakage, free air: it is its
+    own equations that run along the log.
+
+    Loads need not be known and may change at rest; three and more, each lifted and lowered, tell the pumps' friction
+    from the cylinder's. Moves of three seconds and more at steady speeds tell most; slow and fast ones tell leakage
+    from displacement. End stops and relief are left out by themselves. Nothing but time_s and position_m is used of
+    the truth. The tuned description goes wherever a machine goes: check, track, ...
+
+    A --map says which of the log's channels are what; one that names the measured position takes the place of --truth.
+    Of a circuit of parts that finds the values of the description themselves, for a machine that nobody has data sheets
+    of: sizes, losses, elasticities, valves, friction, and the torque of a motor's current. It takes runs of such a
+    circuit under several loads, with the position, and maybe the chambers' pressures, in the same files.
+
+    Example: ramsight identify mining-loader log.csv.gz --unit boom --truth position.csv --out tuned.toml
+
+    Example: ramsight identify eha-valve-rig run*.csv.gz --unit axis --map rig.toml --out rig-tuned.toml
+    """
+    from ramsight.machine import load as load_machine
+    from ramsight.machine.description import Composed
+
+    if truth is None and channel_map is not None and isinstance(load_machine(machine).unit(unit), Composed):
+        _identify_values(machine, logs, unit, channel_map, out, map_out)
+        return
+    if (truth is None and channel_map is None) or len(logs) != 1:
+        raise typer.BadParameter("one log with --truth, or logs with a --map that names the measured position")
+    if map_out is not None:
+        raise typer.BadParameter("--map-out is for the values of a circuit of parts: a --map without --truth")
+    _identify_factors(machine, logs[0], unit, truth, channel_map, out)
+
+
+def _identify_factors(
+    machine: str, log: Path, unit: str, truth: Path | None, channel_map: Path | None, out: Path | None
+) -> None:
+    """Find the factors on a data sheet, and write what was asked for."""
+    from ramsight.api.calibrating import identify as identify_unit
+    from ramsight.calibration.identify_report import summary
+    from ramsight.calibration.identify_tuned import tuned
+    from ramsight.machine import load as load_machine
+    from ramsight.output import atomic_path, check_apart, check_target
+
+    check_target(out, (".toml",))
+    read: dict[str, str | Path | None] = {"the machine": machine, "the log": log, "--truth": truth}
+    check_apart(read | {"--map": channel_map}, {"--out": out})
+    description = load_machine(machine)
+    found = identify_unit(description, log, truth, unit=unit, channel_map=channel_map, progress=True)
+    if out is not None:
+        text = tuned(description, unit, found, log.name, (truth or log).name).text
+        with atomic_path(out) as draft:
+            draft.write_text(text, encoding="utf-8")
+    typer.echo(summary(found))
+    say_written(out)
+
+
+def _identify_values(
+    machine: str, logs: list[Path], unit: str, channel_map: Path, out: Path | None, map_out: Path | None
+) -> None:
+    """Find the values of a description, and write what was asked for."""
+    from ramsight.api.calibrating import identify_values
+    from ramsight.calibration.fit_report import described, map_with, values_summary
+    from ramsight.logs.channel_map import load_map
+    from ramsight.machine import load as load_machine
+    from ramsight.output import atomic_path, check_apart, check_target
+
+    for target in (out, map_out):
+        check_target(target, (".toml",))
+    read: dict[str, str | Path | None] = {"the machine": machine, "--map": channel_map}
+    read |= {f"log {k}": log for k, log in enumerate(logs, 1)}
+    check_apart(read, {"--out": out, "--map-out": map_out})
+    known = load_map(channel_map)
+    if map_out is not None and known.motor is None and not known.linearity:
+        raise typer.BadParameter("--map-out is for a map with a [current], or with a linearity of measured.position")
+    description = load_machine(machine)
+    found = identify_values(description, logs, known, unit=unit, progress=True)
+    if out is not None:
+        with atomic_path(out) as draft:
+            draft.write_text(described(found, unit, description, _named(logs)), encoding="utf-8")
+    if map_out is not None:
+        text = map_with(channel_map.read_text(encoding="utf-8"), known, found.torque, found.curve)
+        with atomic_path(map_out) as draft:
+            draft.write_text(text, encoding="utf-8")
+    typer.echo(values_summary(found, unit))
+    say_written(out, map_out)
+
+
+def _named(logs: list[Path]) -> str:
+    return logs[0].name if len(logs) == 1 else f"{len(logs)} logs, {logs[0].name} to {logs[-1].name}"

@@ -1,0 +1,104 @@
+"""The verb that says what an axis will achieve."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ramsight.cli.common import Machine, SensedUnit, option
+
+
+def datasheet(
+    machine: Machine,
+    unit: SensedUnit,
+    out: Annotated[Path, typer.Option(help="Folder for the sheet and its runs; made if it is not there.")],
+    duty: Annotated[
+        str, typer.Option(help="work-day, lift-lower, commissioning, or a table: time_s, motor_speed_rpm, load_kn.")
+    ] = "work-day",
+    machines: Annotated[
+        int, typer.Option(min=1, help="How many machines are drawn; more extend a finished study.")
+    ] = 1000,
+    sensor: Annotated[str, typer.Option(help="kalman, balance, table, or a sensor file.")] = "kalman",
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(help="A tolerance, 'torque_gain=± 3 %', in the place of the described one; may be repeated."),
+    ] = None,
+    budget: Annotated[
+        int, typer.Option(min=0, help="Base points of Sobol's indices, a power of two; 0 for the linear budget alone.")
+    ] = 0,
+    goal: Annotated[
+        str | None, typer.Option(help="An error, '2 mm': the cheapest measures that reach it are looked for.")
+    ] = None,
+    cluster: Annotated[
+        str | None, typer.Option(help="Where it runs: local, or the address of a Dask scheduler [default: here].")
+    ] = None,
+    log: Annotated[
+        list[Path] | None, typer.Option(help="A recorded drive log to hold against the sheet; may be repeated.")
+    ] = None,
+    truth: Annotated[
+        list[Path] | None, typer.Option(help="The true position of each such log, in the same order.")
+    ] = None,
+    duration: Annotated[str, typer.Option(help="Length of a work day.")] = "6 min",
+    visit_every: Annotated[str, typer.Option(help="Time between visits to an end stop, of a work day.")] = "45 s",
+    method: Annotated[str, typer.Option(help="Design of the study: sobol or latin-hypercube.")] = "sobol",
+    seed: Annotated[int, typer.Option(min=0, help="Seed of machines, duties and noise.")] = 0,
+) -> None:
+    """Say what the sensor will achieve on an axis: its data sheet and error budget.
+
+    Machines are drawn from the tolerances of the description (what it does not say has a default, marked as such),
+    simulated, reported by a drive and tracked. The sheet says how accurate the sensor is before and after references,
+    in the terms of IEC 61298-2, what it says of itself, and which tolerance costs how much.
+
+    Writes sheet.html, sheet.json and assumed.toml. The runs are in Zarr stores beside them: a study that was stopped
+    goes on where it was, and one with more machines is extended.
+
+    Example: ramsight datasheet mining-loader --unit boom --machines 1000 --out sheet
+    """
+    from contextlib import nullcontext
+
+    from ramsight.api.studying import Study
+    from ramsight.errors import DescriptionError
+    from ramsight.output import check_folder
+    from ramsight.study.datasheet.budget import check_base
+    from ramsight.study.datasheet.cluster import cluster as cluster_at
+    from ramsight.study.datasheet.sheet_files import FILES, goal_text, write_sheet
+
+    logs, truths = log or [], truth or []
+    if len(logs) != len(truths):
+        raise DescriptionError(
+            "needs one --truth for each --log", key="--log", value=len(logs), allowed=str(len(truths))
+        )
+    check_folder(out)
+    study = Study(
+        machine, duty, sensor, unit=unit, vary=_tolerances(vary or []), n=machines, seed=seed, method=method,
+        duration=duration, visit_every=visit_every, named=lambda name: option("machines" if name == "n" else name),
+    )  # fmt: skip
+    check_base(budget, "--budget")
+    wanted = None if goal is None else study.goal_of(goal)
+    out.mkdir(exist_ok=True)
+    with cluster_at(cluster) if cluster is not None else nullcontext() as client:
+        found = study.run(out / "machines.zarr", client, progress=True)
+        split = study.budget(budget, out / "budget.zarr", client, progress=True)
+        way = None if wanted is None else study.way_to(wanted, client, progress=True)
+    sheet = study.datasheet(found, split, list(zip(logs, truths, strict=True)))
+    title = f"{study.machine.title or study.machine.name}, {unit}"
+    write_sheet(sheet, found, out, title, way)
+    typer.echo(sheet.text)
+    if way is not None:
+        typer.echo(goal_text(way))
+    typer.echo(f"{out}: {', '.join(FILES[:-1])} and {FILES[-1]} written")
+
+
+def _tolerances(given: list[str]) -> dict[str, str]:
+    """Tolerances given as ``name=text``."""
+    from ramsight.errors import DescriptionError
+
+    found = {}
+    for one in given:
+        name, equals, text = one.partition("=")
+        if not equals:
+            raise DescriptionError("is no tolerance of a quantity", key="--vary", value=one, allowed="'leakage=± 10 %'")
+        found[name.strip()] = text.strip()
+    return found

@@ -1,0 +1,32 @@
+"""The verb that shows what this is about."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ramsight.cli.common import say_written
+
+
+def demo(
+    out: Annotated[Path, typer.Option(help="The picture: .png, .svg or .pdf.")] = Path("demo.png"),
+) -> None:
+    """Show what ramsight is about, on a log and a machine that ship with it.
+
+    A loader's boom works for six minutes; its pumps leak more and deliver less than their data sheet says. The sensor
+    is told nothing of the position, finds it at the first end stop, and learns the machine; beside it stands what the
+    data sheet alone would have said. The first run compiles the equations, which takes some seconds.
+
+    Example: ramsight demo
+    """
+    from ramsight.output import check_target
+    from ramsight.showcase.demo.demonstration import demonstrated
+    from ramsight.showcase.demo.showing import write_figure
+
+    check_target(out, (".png", ".svg", ".pdf"))
+    shown = demonstrated(progress=True)
+    write_figure(shown, out)
+    typer.echo(shown.text)
+    say_written(out)

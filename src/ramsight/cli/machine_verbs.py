@@ -1,0 +1,107 @@
+"""Verbs about descriptions of machines: check one, look into the catalogue, begin a new one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ramsight.cli.common import Machine
+
+
+def check(
+    machine: Machine,
+    unit: Annotated[str | None, typer.Option(help="Show this unit only, for example boom.")] = None,
+) -> None:
+    """Check a machine description and show what follows from it.
+
+    Says in one line what is wrong: file, key, value and allowed range. If nothing is, shows for each unit the
+    areas and ratios, the travel per motor revolution, the load at relief pressure, for each named load
+    the pressure and the motor torque while lifting and lowering, and which sensors, tests and exports it can have.
+
+    Example: ramsight check my-machine.toml --unit boom
+    """
+    from ramsight.api.abilities import abilities
+    from ramsight.machine import load
+    from ramsight.machine.tables import show
+    from ramsight.plant.machine_tables import machine_summary
+
+    described = load(machine)
+    show(machine_summary(described, unit))
+    for name in described.units if unit is None else (unit,):
+        typer.echo(f"\nwhat {name} can have")
+        for one in abilities(described, unit=name):
+            typer.echo(one.text)
+
+
+def catalog_list(context: typer.Context) -> None:
+    """List the oils, pumps, valves, machines and parts of test benches that ramsight knows.
+
+    A description takes a part from the catalogue by its name (model = "PGI100-2-008") and may override its
+    values.
+
+    Example: ramsight catalog
+    """
+    if context.invoked_subcommand is None:
+        from ramsight.machine.tables import catalogue_list, show
+
+        show(catalogue_list())
+
+
+def catalog_show(
+    name: Annotated[str, typer.Argument(help="A name that 'ramsight catalog' lists.")],
+) -> None:
+    """Show every value of a catalogue entry, what it means and where it comes from.
+
+    The sources are marked: [P] the paper, [S: …] elsewhere, [M] remembered from a data sheet, [D] derived,
+    [G] guessed.
+
+    Example: ramsight catalog show PGI100-2-008
+    """
+    from ramsight.machine.tables import catalogue_entry, show
+
+    show(catalogue_entry(name))
+
+
+def new(
+    file: Annotated[Path, typer.Argument(help="Where to write it, for example loader.toml.")],
+    like: Annotated[
+        str | None, typer.Option(help="The machine whose values stand in it [default: mining-loader].")
+    ] = None,
+    circuit: Annotated[
+        str | None, typer.Option(help="One unit with this circuit: ddh, or one that 'ramsight catalog' lists.")
+    ] = None,
+    unit: Annotated[str | None, typer.Option(help="Its name, for example lift [default: as in the example].")] = None,
+    minimal: Annotated[bool, typer.Option("--minimal", help="What is needed alone, without defaults.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")] = False,
+) -> None:
+    """Write a commented machine description to start from.
+
+    It is complete and valid: every key with its unit, its meaning and its allowed range, and the values of an
+    example; with --minimal what is needed alone. Replace the values by those of your machine, then check the file.
+
+    Example: ramsight new my-machine.toml
+    Example: ramsight new my-lift.toml --circuit ddh --unit lift --minimal
+    """
+    from ramsight.errors import DescriptionError, OutputError
+    from ramsight.machine import load, template
+    from ramsight.machine.minimal import alone, example_of
+    from ramsight.machine.minimal import minimal as minimal_text
+    from ramsight.output import atomic_path
+
+    if file.exists() and not force:
+        raise OutputError(f"{file}: exists already; --force replaces it")
+    if circuit is not None and like is not None:
+        raise DescriptionError("give a circuit or a machine to be like, and not both", key="--circuit", value=circuit)
+    if circuit is None and unit is not None:
+        raise DescriptionError("names the unit of a circuit", key="--unit", value=unit, allowed="with --circuit")
+    if circuit is not None:
+        machine, of = example_of(circuit)
+        machine = alone(machine, of, unit or of)
+    else:
+        machine = load(like or "mining-loader")
+    text = (minimal_text if minimal else template)(machine, name=file.stem or "my-machine")
+    with atomic_path(file) as draft:
+        draft.write_text(text, encoding="utf-8")
+    typer.echo(f"{file}: written; put your machine's values in, then: ramsight check {file}")

@@ -1,0 +1,179 @@
+"""The verb that simulates a unit, and rehearses what is done with it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ramsight.cli.common import Machine, option, say_written
+
+if TYPE_CHECKING:
+    from ramsight.duty import DriveReport
+    from ramsight.duty.recorded import Recorded
+
+_TABLES = (".csv", ".csv.gz")
+
+
+def simulate(
+    machine: Machine,
+    unit: Annotated[str, typer.Option(help="The unit that works, for example boom.")],
+    load: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Load against lifting, at the rods; may be repeated; lift-lower needs one [default of work-day, "
+            "leak-test and commissioning: 0.2, 0.4, 0.6 of relief]."
+        ),
+    ] = None,
+    duty: Annotated[
+        str,
+        typer.Option(
+            help="lift-lower, work-day, leak-test, commissioning, or a table: time_s, motor_speed_rpm, load_kn."
+        ),
+    ] = "lift-lower",
+    oil_temperature: Annotated[str, typer.Option(help="Oil temperature.")] = "40 degC",
+    ambient: Annotated[
+        str | None,
+        typer.Option(
+            help="Temperature of the air: the oil begins at its temperature, and what is lost in it warms it, cases of "
+            "the pumps and tank apart, as the description's [heat] says [default: it keeps its temperature]."
+        ),
+    ] = None,
+    speed: Annotated[str | None, typer.Option(help="Motor speed of lifting and lowering [default: 1500 rpm].")] = None,
+    ramp: Annotated[str | None, typer.Option(help="Time of each speed ramp of lift-lower [default: 0.8 s].")] = None,
+    hold: Annotated[
+        str | None,
+        typer.Option(help="Time at full speed of lift-lower [default: up to 45 % of the stroke, at most 6.4 s]."),
+    ] = None,
+    start: Annotated[
+        str | None,
+        typer.Option(help="Piston position at first, 0 = retracted [default: near the lowered end]."),
+    ] = None,
+    cycles: Annotated[int | None, typer.Option(help="How many lift-lower cycles under each load [default: 1].")] = None,
+    visits: Annotated[int | None, typer.Option(help="End stops visited before lift-lower [default: 0].")] = None,
+    duration: Annotated[str | None, typer.Option(help="Length of the work day [default: 6 min].")] = None,
+    leak: Annotated[
+        float, typer.Option(min=0.1, max=10.0, help="The real pumps' leakage over the data sheet's.")
+    ] = 1.0,
+    displacement: Annotated[float, typer.Option(min=0.5, max=2.0, help="Their displacement over it.")] = 1.0,
+    stiffness: Annotated[float, typer.Option(min=0.1, max=10.0, help="Of oil and hoses, over it.")] = 1.0,
+    friction: Annotated[float, typer.Option(min=0.0, max=10.0, help="Of the cylinder, over it.")] = 1.0,
+    relief: Annotated[float, typer.Option(min=0.5, max=1.5, help="Settings of the relief valves, over it.")] = 1.0,
+    torque_gain: Annotated[
+        float, typer.Option(min=0.1, max=10.0, help="Torque that the drive reports over the true one.")
+    ] = 1.0,
+    temperature_offset: Annotated[float, typer.Option(help="By how many K the thermometer reads too much.")] = 0.0,
+    speed_step: Annotated[str, typer.Option(help="In which the drive reports speed.")] = "1 rpm",
+    torque_step: Annotated[
+        str | None,
+        typer.Option(help="In which the drive reports torque [default: 0.0625 N m, less for a small drive]."),
+    ] = None,
+    torque_noise: Annotated[
+        str | None,
+        typer.Option(
+            help="Of the reported torque, standard deviation [default: 0.5 N m, or what the description assumes if "
+            "that is less]."
+        ),
+    ] = None,
+    sample_period: Annotated[str, typer.Option(help="Distance of the samples.")] = "20 ms",
+    out: Annotated[Path | None, typer.Option(help="All results: .nc, .csv or .csv.gz.")] = None,
+    log: Annotated[Path | None, typer.Option(help="What a drive would log of it: .csv or .csv.gz.")] = None,
+    truth: Annotated[Path | None, typer.Option(help="The true position over time: .csv or .csv.gz.")] = None,
+    figure: Annotated[Path | None, typer.Option(help="A picture of it: .png, .svg or .pdf.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the log's noise, and of a work day.")] = 0,
+) -> None:
+    """Simulate a unit at work, and what its drive would log: a rehearsal on one's own machine.
+
+    lift-lower: the motor rests, lifts at constant speed, rests and lowers. work-day: moves and loads at random, and end
+    stops now and then. leak-test: slow turning for 'ramsight leaktest'. commissioning: leak test, end stops, and loads
+    lifted and lowered, for 'ramsight identify'. The machine may differ from its data sheet (--leak 1.2), and its
+    drive be off (--torque-gain 1.03): what --log writes goes to leaktest, identify and track as a real log does.
+
+    Shows where the energy went, and how well the balances close; writes results, drive log and truth where you say.
+
+    Example: ramsight simulate mining-loader --unit boom --load "441 kN" --oil-temperature "40 degC" --out boom.nc
+    Example: ramsight simulate mining-loader --unit boom --duty commissioning --leak 1.2 --log log.csv --truth truth.csv
+    """
+    from ramsight.api.duties import duty_for
+    from ramsight.api.machines import build, load_machine
+    from ramsight.api.simulating import recorded, reported_how
+    from ramsight.duty.run_summary import run_cautions, run_summary
+    from ramsight.plant.as_built import AsBuilt
+    from ramsight.plant.steady import derive
+
+    table = duty if duty.endswith(_TABLES) else None
+    _check_files({"the machine": machine, "--duty": table}, out, log, truth, figure)
+    described = load_machine(machine)
+    built = build(described, unit)
+    made = AsBuilt(leak, displacement, stiffness, friction, relief).apply(built)
+    work = duty_for(
+        made,
+        duty,
+        load=load or None,
+        oil_temperature=oil_temperature,
+        speed=speed,
+        ramp=ramp,
+        hold=hold,
+        start=start,
+        cycles=cycles,
+        visits=visits,
+        duration=duration,
+        seed=seed if duty == "work-day" else None,
+        named=option,
+    )
+    given: dict[str, float | str | None] = {
+        "speed_step": speed_step,
+        "torque_step": torque_step,
+        "torque_noise": torque_noise,
+        "torque_gain": torque_gain,
+        "temperature_offset": temperature_offset,
+    }
+    how = reported_how(given, built, seed=seed, named=option)
+    run = recorded(made, work, ambient=ambient, sample_period=sample_period, progress=True, named=option)
+    _write(run, how, out, log, truth, figure)
+    typer.echo(run_summary(run))
+    for sentence in run_cautions(run, described.unit(unit).drive.max_torque, derive(built).load_at_relief):
+        typer.echo(f"look twice: {sentence}")
+    say_written(out, log, truth, figure)
+
+
+def _check_files(
+    read: dict[str, str | Path | None], out: Path | None, log: Path | None, truth: Path | None, figure: Path | None
+) -> None:
+    """Refuse what cannot be written, or would be written over what is read, before any work is done."""
+    from ramsight.output import check_apart, check_target
+
+    check_target(out, (".nc", *_TABLES))
+    check_target(log, _TABLES)
+    check_target(truth, _TABLES)
+    check_target(figure, (".png", ".svg", ".pdf"))
+    check_apart(read, {"--out": out, "--log": log, "--truth": truth, "--figure": figure})
+
+
+def _write(
+    run: Recorded,
+    how: DriveReport,
+    out: Path | None,
+    log: Path | None,
+    truth: Path | None,
+    figure: Path | None,
+) -> None:
+    """Write what was asked for of a run and of its drive's report."""
+    from ramsight.output import column_name, write_dataset, write_table
+
+    if out is not None and str(out).endswith(_TABLES):
+        write_table({column_name(name, one.units): one.values for name, one in run.signals.items()}, out)
+    elif out is not None:
+        write_dataset(run.dataset(), out)
+    if log is not None:
+        from ramsight.duty import report
+        from ramsight.logs import write_drive_log
+
+        write_drive_log(report(run.dataset(), how), log)
+    if truth is not None:
+        write_table({"time_s": run["time"].values, "position_m": run["position"].values}, truth)
+    if figure is not None:
+        from ramsight.api.plotting import plot
+
+        plot(run.dataset(), figure)

@@ -1,0 +1,172 @@
+"""Verbs from a log to a position: look into the log, track."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ramsight.cli.common import ChannelMapFile, DriveLog, DrivenUnit, Machine, option, say_written
+
+
+def logs_inspect(
+    file: Annotated[Path, typer.Argument(help="The log: CSV, Parquet, MF4, BLF, ASC or candump, by its suffix.")],
+    dbc: Annotated[list[Path] | None, typer.Option(help="What CAN frames mean: a DBC file; may be repeated.")] = None,
+    channel_map: Annotated[
+        Path | None, typer.Option("--map", help="What is known already: the layout of a CSV file, PDOs, ...")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Write the proposed channel map here: .toml.")] = None,
+) -> None:
+    """Show what is in a log, and propose which of its channels are speed, torque and oil temperature.
+
+    Lists every channel with its unit, how many samples it has, how often they come and between what values they lie,
+    and prints a channel map in TOML. Check it - names, units, and signs above all: positive speed extends the rod,
+    positive torque drives that way - then track with it.
+
+    Example: ramsight logs inspect day.mf4 --out map.toml
+    Example: ramsight track my-machine.toml day.mf4 --unit boom --map map.toml
+    """
+    from ramsight.logs.inspect import inspect_log
+    from ramsight.logs.proposal import map_text
+    from ramsight.logs.shown import show
+    from ramsight.output import atomic_path, check_apart, check_target
+    from ramsight.progress import progress
+
+    check_target(out, (".toml",))
+    check_apart({"the log": file, "--map": channel_map}, {"--out": out})
+    with progress(1.0, "looking through") as bar:
+        found = inspect_log(file, channel_map, dbc=dbc or (), advance=bar.advance)
+    show(found)
+    text = map_text(found, None if out is None else out.parent)
+    if out is None:
+        typer.echo(f"\n{text}", nl=False)
+        return
+    with atomic_path(out) as draft:
+        draft.write_text(text, encoding="utf-8")
+    typer.echo(f"{out}: written; check it, signs above all")
+
+
+def track(
+    machine: Machine,
+    log: DriveLog,
+    unit: DrivenUnit,
+    start: Annotated[
+        str | None,
+        typer.Option(
+            help='Piston position at the first sample, 0 = retracted: "100 mm". The kalman sensor does without: it is '
+            "not referenced until it meets an end stop or a reference."
+        ),
+    ] = None,
+    start_std: Annotated[
+        str,
+        typer.Option(
+            help="Standard deviation of that position. A start that is off by many of them is taken for leakage at the "
+            "first stop: say honestly how well it is known, or leave --start out."
+        ),
+    ] = "1 mm",
+    sensor: Annotated[
+        str,
+        typer.Option(
+            help="kalman: calibrates itself; balance: of volumes, by the data sheet; table: the paper's look-up "
+            "table; or a file of 'calibrate'."
+        ),
+    ] = "kalman",
+    state: Annotated[
+        Path | None,
+        typer.Option(
+            help="Resume the kalman sensor from this file if it is there, and keep its state in it at the end."
+        ),
+    ] = None,
+    channel_map: ChannelMapFile = None,
+    out: Annotated[Path | None, typer.Option(help="The track: .csv, .csv.gz, .parquet, .mf4, .mcap or .nc.")] = None,
+    truth: Annotated[
+        Path | None,
+        typer.Option(help="True position, to print the errors: .csv or .csv.gz; or the map's measured.position."),
+    ] = None,
+    figure: Annotated[Path | None, typer.Option(help="A picture of it: .png, .svg or .pdf.")] = None,
+    alarm_limit: Annotated[
+        str | None,
+        typer.Option(
+            help='Error that the position must not have for what it is used for, "10 mm": says how much of the time it '
+            "is available for that, and how often it is not."
+        ),
+    ] = None,
+    time_to_alert: Annotated[
+        str | None, typer.Option(help="For which that may be unsure before it is an alert [default: 0.2 s].")
+    ] = None,
+) -> None:
+    """Say where the piston was, from the log of a motor drive.
+
+    The log has the columns time_s, motor_speed_rpm, motor_torque_nm and oil_temperature_c, and perhaps reference_m:
+    empty, or the position that a switch knows at that instant. For any other log, and for CAN frames, a channel map
+    says which channels are what: ramsight logs inspect proposes one. The track has time_s, position_m, position_std_m,
+    position_bound_m (an error that one sample in 100 000 exceeds; all empty where the sensor does not know it), status
+    and whether a reference has come; as .nc also velocity, load, pressures and what it learned.
+
+    Example: ramsight track mining-loader log.csv.gz --unit boom --start "100 mm" --out track.csv
+    """
+    from ramsight.api.machines import build, load_machine
+    from ramsight.api.tracking import availability_of, follow, start_of
+    from ramsight.tracking.availability import TIME_TO_ALERT
+    from ramsight.tracking.compared_track import error_text, errors_of
+    from ramsight.tracking.figures import tracked_figure
+    from ramsight.tracking.true_position import known_position
+
+    _check_files(machine, log, sensor, channel_map, truth, out, figure, state)
+    description = load_machine(machine)
+    built = build(description, unit)
+    position, std = start_of(built, start, start_std, named=option)
+    waits = TIME_TO_ALERT if time_to_alert is None else time_to_alert
+    available = availability_of(built, alarm_limit, waits, named=option)
+    true = known_position(truth, log, channel_map, built.cylinder.stroke)
+    done = follow(
+        built,
+        log,
+        channel_map,
+        sensor=sensor,
+        start=position,
+        start_std=std,
+        state=state,
+        out=out,
+        keep_track=true is not None or figure is not None,
+        keep_log=figure is not None,
+        available=available,
+        progress=True,
+        say=typer.echo,
+    )
+    if figure is not None and done.track is not None and done.log is not None:
+        title = f"{description.title or description.name}, {unit}: {log.name}"
+        tracked_figure(done.log, done.track, true, title, figure)
+    typer.echo(done.summary)
+    if true is not None and done.track is not None:
+        typer.echo(error_text(errors_of(done.track, true), done.track.sizes["time"]))
+    say_written(out, figure, state)
+
+
+def _check_files(
+    machine: str,
+    log: Path,
+    sensor: str,
+    channel_map: Path | None,
+    truth: Path | None,
+    out: Path | None,
+    figure: Path | None,
+    state: Path | None,
+) -> None:
+    """Refuse what cannot be written, or would be written over what is read, before any work is done."""
+    from ramsight.output import DATASET_FILES, check_apart, check_installed, check_state, check_target
+
+    check_target(out, DATASET_FILES)
+    if out is not None:
+        check_installed(out)
+    check_target(figure, (".png", ".svg", ".pdf"))
+    read: dict[str, str | Path | None] = {
+        "the machine": machine,
+        "the log": log,
+        "--sensor": sensor,
+        "--map": channel_map,
+        "--truth": truth,
+    }
+    check_apart(read, {"--out": out, "--figure": figure, "--state": state})
+    check_state(state)

@@ -1,0 +1,71 @@
+"""What stands around a loader's arm in a drawing: chassis, wheels, ground. For the eye only; no equation knows it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ramsight.drawing.mechanism.bucket import DENSITY, WIDTH
+
+Array = NDArray[np.float64]
+
+_WHEEL, _BETWEEN = 0.36, 1.55  # of the arm's height: radius of a wheel; distance of the axles
+# Corners behind the arm's pins, in shares of its height: low and flat as loaders for mines are, a cab in the middle.
+_CHASSIS = (
+    (0.12, 0.25), (0.12, 1.1), (-0.1, 1.22), (-0.55, 0.95), (-0.75, 0.95), (-0.8, 1.35), (-1.35, 1.35), (-1.42, 0.95),
+    (-2.15, 0.9), (-2.25, 0.7), (-2.2, 0.3),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Scenery:
+    """Shapes that do not move; all points are [x, z] in m, the ground is z = 0.
+
+    Attributes:
+        chassis: corners, shape (n, 2).
+        wheels: centres, shape (2, 2).
+        radius: of the wheels [m].
+    """
+
+    chassis: Array
+    wheels: Array
+    radius: float
+
+    @property
+    def outline(self) -> Array:
+        """Points that hold everything, shape (n, 2)."""
+        box = self.radius * np.array([[-1.0, -1.0], [1.0, 1.0]])
+        return np.concatenate([self.chassis, *(wheel + box for wheel in self.wheels)])
+
+
+def scenery(frame: Sequence[Array]) -> Scenery:
+    """A chassis with wheels behind the pins that a mechanism has on the machine.
+
+    Args:
+        frame: these pins, [x, z] in m; the highest of them, above the ground, gives the scale.
+
+    Example:
+        >>> around = scenery([np.array([0.0, 1.6]), np.array([0.1, 1.0])])
+        >>> around.wheels.shape, bool((around.wheels[:, 1] == around.radius).all())
+        ((2, 2), True)
+    """
+    pins = np.array(frame)
+    height = max(float(pins[:, 1].max()), 0.0)
+    foot = np.array([float(pins[:, 0].min()), 0.0])
+    radius = _WHEEL * height
+    axles = [foot + np.array([-0.2 * height - k * _BETWEEN * height, radius]) for k in range(2)]
+    return Scenery(foot + height * np.array(_CHASSIS), np.array(axles), radius)
+
+
+def heap_radius(payload: float) -> float:
+    """Radius [m] of a round heap of so much rock [kg] over the bucket's width.
+
+    Example:
+        >>> round(heap_radius(7750.0), 2)
+        0.77
+    """
+    return math.sqrt(max(payload, 0.0) / (DENSITY * WIDTH * math.pi))

@@ -1,0 +1,1 @@
+"""Showcases: the demonstration that ships with the package, and a loader at work as a film."""

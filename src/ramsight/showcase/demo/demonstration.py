@@ -1,0 +1,22 @@
+"""The demonstration: two tracks of the log that ships with the package."""
+
+from __future__ import annotations
+
+from ramsight.api.machines import build
+from ramsight.api.tracking import read_log, track
+from ramsight.logs import read_truth
+from ramsight.showcase.demo import LOG, MACHINE, TRUTH, UNIT
+from ramsight.showcase.demo.showing import Shown
+
+
+def demonstrated(progress: bool = False) -> Shown:
+    """Track the log that ships with the package: by the sensor, told nothing, and by the data sheet, told the start.
+
+    Args:
+        progress: show a bar on a terminal if it takes long.
+    """
+    unit, log, truth = build(MACHINE, UNIT), read_log(LOG), read_truth(TRUTH)
+    start = float(truth["position"][0])
+    sensor = track(unit, log, truth=truth, progress=progress)
+    sheet = track(unit, log, start, truth, sensor="balance", progress=progress)
+    return Shown(sensor, sheet, truth, unit.cylinder.stroke)

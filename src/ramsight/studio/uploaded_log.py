@@ -1,0 +1,243 @@
+"""An uploaded log, looked through, tracked and judged in processes; every answer is plain and names no folder."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ramsight.api.calibrating import identify, leak_test
+from ramsight.api.commissioning import commission, report_of
+from ramsight.api.machines import build
+from ramsight.api.tracking import follow, read_log, start_of
+from ramsight.calibration.identify_report import summary as identified_summary
+from ramsight.calibration.leakage import leak_test_summary
+from ramsight.errors import LogWarning, RamsightError
+from ramsight.logs import read_truth
+from ramsight.logs.channel_map import load_map
+from ramsight.logs.inspect import inspect_log
+from ramsight.logs.mapped import standard_map
+from ramsight.logs.proposal import map_text
+from ramsight.machine.description import Machine
+from ramsight.normal import TWO_SIDED_95
+from ramsight.studio.job import Say
+from ramsight.studio.thinning import keep
+from ramsight.study.commissioning.sensor_checks import visits
+from ramsight.tracking.compared_track import error_text, errors_of
+from ramsight.tracking.figures import tracked_figure
+from ramsight.tracking.true_position import truth_in
+
+if TYPE_CHECKING:
+    import xarray
+
+VIEW, TRACK, REPORT = "view", "track.csv", "report.html"
+"""What is written into a log's folder: columns for the eye, the track, the commissioning's report."""
+FIGURES = ("track.png", "track.svg")
+_DRAWN = 20_000  # samples of a figure; of more every nth is drawn
+_STEP = 0.01  # share of a log, from one word on how far it is to the next
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A log as a visitor asks about it.
+
+    Attributes:
+        machine, unit: that the drive turned.
+        file: the log; what is written stands beside it.
+        truth: file of the true position; None if there is none.
+        start: where the piston is at first, in words; "" if nobody knows.
+        sensor: its kind.
+        map_toml: the channel map; "" for a table with the usual columns.
+    """
+
+    machine: Machine
+    unit: str
+    file: str
+    truth: str | None = None
+    start: str = ""
+    sensor: str = "kalman"
+    map_toml: str = ""
+
+    @property
+    def folder(self) -> Path:
+        """Folder that the log is in."""
+        return Path(self.file).parent
+
+    @property
+    def channel_map(self) -> Path | None:
+        """Its channel map as a file, written anew."""
+        if not self.map_toml:
+            return None
+        file = self.folder / "channels.toml"
+        file.write_text(self.map_toml, encoding="utf-8")
+        return file
+
+
+def propose(say: Say, file: str) -> None:
+    """Look through a log; says ``proposed``: its `channels` and the `map` that is proposed; or ``error``."""
+    folder = Path(file).parent
+    with _answering(folder, say):
+        seen = inspect_log(file)
+        channels = [
+            {
+                "name": one.name,
+                "unit": one.unit,
+                "samples": one.samples,
+                "least": _plain(one.least),
+                "most": _plain(one.most),
+                "role": one.role,
+            }
+            for one in seen.channels
+        ]
+        say("proposed", {"channels": channels, "map": map_text(seen).replace(f"{folder}/", "")})
+
+
+def track(say: Say, asked: Asked) -> None:
+    """Track a log as `ramsight track` does.
+
+    Says ``progress`` (a share), and in the end ``tracked``: `summary`, what the verb prints, `samples`, and
+    `references` that were found; or ``error``. Writes the view, the track and its figures.
+    """
+    with _answering(asked.folder, say):
+        unit = build(asked.machine, asked.unit)
+        position, std = start_of(unit, asked.start or None, "1 mm")
+        known, channel_map = _truth(asked), asked.channel_map
+        done = follow(
+            unit, asked.file, channel_map, sensor=asked.sensor, start=position, start_std=std,
+            out=asked.folder / TRACK, keep_track=True, keep_log=True, more=("mode", "reference"), advance=_shares(say),
+        )  # fmt: skip
+        if done.track is None or done.log is None:
+            say("error", "the log has no samples")
+            return
+        lines = [done.summary]
+        if known is not None:
+            lines.append(error_text(errors_of(done.track, known), done.track.sizes["time"]))
+        keep(asked.folder / VIEW, columns_of(done.track, known))
+        found = references(done.log, done.track, known, unit.cylinder.stroke)
+        say("tracked", {"summary": "\n".join(lines), "samples": done.track.sizes["time"], "references": found})
+        _draw(asked, done.log, done.track, known)
+        say("drawn", list(FIGURES))
+
+
+def find_leak(say: Say, asked: Asked) -> None:
+    """Look for a leak test in a log; says ``leak test``, as the verb prints it, or ``error``."""
+    with _answering(asked.folder, say):
+        log = read_log(asked.file, asked.channel_map)
+        say("leak test", leak_test_summary(leak_test(asked.machine, log, unit=asked.unit)))
+
+
+def find_factors(say: Say, asked: Asked) -> None:
+    """Identify the machine by a log and its true position; says ``factors``, as the verb prints them, or ``error``."""
+    with _answering(asked.folder, say):
+        known = _truth(asked)
+        if known is None:
+            say("error", "identified factors need the true position")
+            return
+        log = read_log(asked.file, asked.channel_map)
+        say("factors", identified_summary(identify(asked.machine, log, known, unit=asked.unit)))
+
+
+def judge(say: Say, asked: Asked) -> None:
+    """Judge a log as a commissioning; says ``report``, as the verb prints it, and writes the page; or ``error``."""
+    with _answering(asked.folder, say):
+        channel_map = asked.channel_map
+        mapped = standard_map([]) if channel_map is None else load_map(channel_map)
+        done = commission(asked.machine, asked.file, _truth(asked), unit=asked.unit, channel_map=channel_map)
+        page = report_of(done, asked.machine, asked.unit, asked.file, asked.truth, mapped)
+        (asked.folder / REPORT).write_text(page, encoding="utf-8")
+        say("report", done.text)
+
+
+def columns_of(found: xarray.Dataset, known: xarray.Dataset | None) -> dict[str, Any]:
+    """A track in mm: `position`, its band `low` to `high`, and with a truth `true` and `error`."""
+    position = 1e3 * found["position"].values
+    half = 1e3 * TWO_SIDED_95 * found["position_std"].values
+    columns = {"position": position, "low": position - half, "high": position + half}
+    if known is not None:
+        at = known["time"].values
+        true = 1e3 * np.interp(found["time"].values, at, known["position"].values, left=np.nan, right=np.nan)
+        columns |= {"true": true, "error": position - true}
+    return {"time": found["time"].values} | {name: values.astype(np.float32) for name, values in columns.items()}
+
+
+def references(
+    log: xarray.Dataset, found: xarray.Dataset, known: xarray.Dataset | None, stroke: float
+) -> list[dict[str, Any]]:
+    """References of a log, in order: end stops that the sensor saw, and those that the log has.
+
+    Args:
+        log: with `motor_speed` [rad/s], and `reference` [m] if it has any.
+        found: its track, with `mode` if the sensor says one.
+        known: the true position, if it is known.
+        stroke: of the cylinder [m].
+    """
+    rows = []
+    if "mode" in found:
+        driven = found.assign(motor_speed=("time", log["motor_speed"].values))
+        rows = [(one.ends, f"end stop, {one.where}", one.position) for one in visits(driven, stroke)]
+    if "reference" in log:
+        at = np.flatnonzero(np.isfinite(log["reference"].values))
+        first = at[np.insert(np.diff(at) > 1, 0, True)] if len(at) else at
+        rows += [(float(log["time"][k]), "of the log", float(log["reference"][k])) for k in first]
+    result = []
+    for time, what, position in sorted(rows):
+        row = {"time [s]": round(time, 2), "what": what, "position [mm]": _plain(1e3 * position)}
+        if known is not None:
+            true = np.interp(time, known["time"].values, known["position"].values, left=np.nan, right=np.nan)
+            row["error [mm]"] = _plain(1e3 * (position - true))
+        result.append(row)
+    return result
+
+
+def _draw(asked: Asked, log: xarray.Dataset, found: xarray.Dataset, known: xarray.Dataset | None) -> None:
+    """The figures of the verb; of a long log every nth sample."""
+    every = max(found.sizes["time"] // _DRAWN, 1)
+    thin = {"time": slice(None, None, every)}
+    if known is not None and every > 1:  # the truth at the samples that are drawn, so that errors stay what they are
+        known = known.interp(time=found["time"].values[::every])
+    title = f"{asked.machine.title or asked.machine.name}, {asked.unit}: {Path(asked.file).name}"
+    for name in FIGURES:
+        tracked_figure(log.isel(thin), found.isel(thin), known, title, asked.folder / name)
+
+
+def _truth(asked: Asked) -> xarray.Dataset | None:
+    return read_truth(asked.truth) if asked.truth is not None else truth_in(asked.file, asked.channel_map)
+
+
+def _shares(say: Say) -> Callable[[float], None]:
+    """Says how far a log is read, not for every piece of it."""
+    done, said = 0.0, 0.0
+
+    def advance(share: float) -> None:
+        nonlocal done, said
+        done += share
+        if done >= said + _STEP:
+            said = done
+            say("progress", min(done, 1.0))
+
+    return advance
+
+
+def _plain(value: float) -> float | None:
+    return round(float(value), 4) if np.isfinite(value) else None
+
+
+@contextmanager
+def _answering(folder: Path, say: Callable[[str, Any], None]) -> Iterator[None]:
+    """Say what was warned of in the end, or the error, in words that name no folder."""
+
+    def plain(text: object) -> str:
+        return str(text).replace(f"{folder}/", "")
+
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always", LogWarning)
+        try:
+            yield
+        except RamsightError as error:
+            say("error", plain(error))
+    say("warnings", [plain(one.message) for one in said if issubclass(one.category, LogWarning)])

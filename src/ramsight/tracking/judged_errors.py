@@ -1,0 +1,104 @@
+"""How good a track is: errors after some visits to a stop, whether the band holds, and how often it is wrong and ok."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray
+from numpy.typing import NDArray
+
+from ramsight.normal import TWO_SIDED_95
+from ramsight.sensor.status import Status
+from ramsight.tracking.position_errors import stop_visits, turning_for
+
+_WRONG, _LEAST = 4.0, 1e-3  # standard deviations and m from which a position that is said to be ok is wrong
+_STARTS = 0.5  # s after the motor has started, from when on an error counts
+_APART = 5.0  # s between two visits to a stop
+_SETTLES = 3.0  # s after a visit, from when on errors count
+_AT_STOP = 1e-6  # m
+
+
+@dataclass(frozen=True)
+class Judged:
+    """Figures of a track.
+
+    Attributes:
+        median, p95, largest: of the errors while the motor turns, after the visits [m]; NaN if there were too few.
+        ok_p95, ok_largest: of those said to be ok [m]; 0 if there are none.
+        coverage: share of all samples off the stops whose error is within the 95 % band [1].
+        wrong_and_ok: share of all samples that are ok and more than four standard deviations and 1 mm off [1].
+        ok: share of all samples that are ok [1].
+        std: median standard deviation while the motor turns [m].
+    """
+
+    median: float
+    p95: float
+    largest: float
+    ok_p95: float
+    ok_largest: float
+    coverage: float
+    wrong_and_ok: float
+    ok: float
+    std: float
+
+
+def judge(
+    track: xarray.Dataset,
+    motor_speed: NDArray[np.float64],
+    position: NDArray[np.float64],
+    stroke: float,
+    *,
+    after: int = 3,
+) -> Judged:
+    """Judge a track against the truth.
+
+    Args:
+        track: with position, position_std and status over time.
+        motor_speed: at the same times [rad/s].
+        position: the true one at the same times [m].
+        stroke: of the cylinder [m].
+        after: how many visits to a stop come first; 0 judges everything.
+    """
+    time, status = track["time"].values, track["status"].values
+    error, std = np.abs(track["position"].values - position), track["position_std"].values
+    turns = turning_for(time, motor_speed) > _STARTS
+    begins = _after(stop_visits(time, position, stroke, tolerance=_AT_STOP), after) if after else float(time[0])
+    counts = turns & (time >= begins)
+    ok = status == Status.OK
+    off = (position > _AT_STOP) & (position < stroke - _AT_STOP)
+    of = error[counts] if counts.any() else np.array([np.nan])
+    said = error[counts & ok] if (counts & ok).any() else np.zeros(1)
+    return Judged(
+        median=float(np.median(of)),
+        p95=float(np.percentile(of, 95.0)),
+        largest=float(of.max()),
+        ok_p95=float(np.percentile(said, 95.0)),
+        ok_largest=float(said.max()),
+        coverage=float((error <= TWO_SIDED_95 * std)[off].mean()),
+        wrong_and_ok=float(wrong_and_ok(error, std, status).mean()),
+        ok=float(ok.mean()),
+        std=float(np.median(std[turns])) if turns.any() else float("nan"),
+    )
+
+
+def wrong_and_ok(
+    error: NDArray[np.float64], std: NDArray[np.float64], status: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """Where a position is said to be ok and is more than four standard deviations and 1 mm off.
+
+    Args:
+        error: magnitudes [m].
+        std: standard deviations that the sensor says [m].
+        status: numbers of `Status`.
+    """
+    return np.asarray((status == Status.OK) & (error > _WRONG * std) & (error > _LEAST))
+
+
+def _after(visits: NDArray[np.float64], count: int) -> float:
+    """When the visits that come first are over [s]; infinite if there are not so many."""
+    kept: list[float] = []
+    for visit in visits.tolist():
+        if not kept or visit - kept[-1] > _APART:
+            kept.append(visit)
+    return kept[count - 1] + _SETTLES if len(kept) >= count else float("inf")

@@ -1,0 +1,135 @@
+"""A long log tracked piece by piece: what comes out is written as it comes, and little of it is kept."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from contextlib import nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ramsight.output import open_dataset
+from ramsight.sensor.status import Status
+from ramsight.sensor.virtual_sensor import BOUND, REFERENCED_NOW
+from ramsight.tracking.tally import Tally
+
+if TYPE_CHECKING:
+    import xarray
+
+    from ramsight.sensor.virtual_sensor import VirtualSensor
+    from ramsight.tracking.availability import Availability
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """What is left of a log that was tracked piece by piece.
+
+    Args:
+        summary: a few lines on the track.
+        track: position [m], position_std [m] and status over time, or all that the sensor says, if it was kept.
+        log: motor_speed [rad/s], motor_torque [N m] and oil_temperature [K] over time, or all of it, if it was kept.
+    """
+
+    summary: str
+    track: xarray.Dataset | None
+    log: xarray.Dataset | None
+
+
+_TRACK = ("position", "position_std", "status")
+_INTEGRITY = (BOUND, REFERENCED_NOW)
+_LOG = ("motor_speed", "motor_torque", "oil_temperature")
+
+
+def track_pieces(
+    sensor: VirtualSensor,
+    pieces: Iterable[xarray.Dataset],
+    out: str | Path | None = None,
+    *,
+    keep_track: bool = False,
+    keep_log: bool = False,
+    all_of_it: bool = False,
+    more: tuple[str, ...] = (),
+    available: Availability | None = None,
+) -> Pieces:
+    """Track a log piece by piece, and write the track.
+
+    Args:
+        sensor: started; goes on from piece to piece.
+        pieces: of a drive log, in order, for example from `ramsight.logs.open_log`.
+        out: the track's file: NetCDF and MCAP hold all that the sensor says, a table (CSV, Parquet, MF4) position, its
+            standard deviation, bound, status in words and whether a reference has come; None writes none.
+        keep_track: whether the track is kept, to compare it with the truth.
+        keep_log: whether the log is kept, for a figure.
+        all_of_it: whether every variable of what is kept is kept.
+        more: further variables that are kept of track and log, where they have them.
+        available: counts how much of the time the position may be used, and is told with the summary.
+
+    Raises:
+        OutputError: the file cannot be written; then there is none.
+    """
+    words = {"status": {int(status): status.text for status in Status}}
+    tally, track, log = Tally(), *(_Kept(None if all_of_it else names, more) for names in (_TRACK, _LOG))
+    table = (*_TRACK, *(name for name in _INTEGRITY if name in sensor.recursion.outputs))
+    with nullcontext() if out is None else open_dataset(out, variables=table, words=words) as writer:
+        for piece in pieces:
+            tracked = as_said(sensor.track(piece))
+            tally.append(tracked)
+            if available is not None:
+                available.append(tracked)
+            if writer is not None:
+                writer.append(tracked)
+            if keep_track:
+                track.append(tracked)
+            if keep_log:
+                log.append(piece)
+    summary = tally.text if available is None else f"{tally.text}\n{available.text}"
+    return Pieces(summary, track.whole(), log.whole())
+
+
+def as_said(tracked: xarray.Dataset) -> xarray.Dataset:
+    """A track without a position, NaN, where the sensor is not referenced: what it has there is no estimate.
+
+    Args:
+        tracked: with position, position_std [m] and status over time.
+    """
+    nowhere = tracked["status"] == int(Status.NOT_REFERENCED)
+    if not bool(nowhere.any()):
+        return tracked
+    known = [name for name in ("position", "position_std", BOUND) if name in tracked]
+    return tracked.assign({name: tracked[name].where(~nowhere) for name in known})
+
+
+class _Kept:
+    """Some variables of many pieces, and `more` where they are there; or all."""
+
+    def __init__(self, names: tuple[str, ...] | None, more: tuple[str, ...]) -> None:
+        self._names, self._more = names, more
+        self._parts: dict[str, list[NDArray[np.generic]]] = {}
+        self._first: xarray.Dataset | None = None
+
+    def append(self, piece: xarray.Dataset) -> None:
+        """Keep the wanted signals of a piece."""
+        if self._first is None:
+            self._first = piece.isel(time=slice(0)).copy(deep=True)
+            there = tuple(map(str, piece.data_vars))
+            wanted = None if self._names is None else (*self._names, *(one for one in self._more if one in there))
+            names = there if wanted is None else wanted
+            self._parts = {name: [] for name in ("time", *names)}
+        for name, parts in self._parts.items():
+            parts.append(piece[name].values.copy())  # a view would hold all that the sensor says
+
+    def whole(self) -> xarray.Dataset | None:
+        """All pieces as one; None if there are none."""
+        import xarray
+
+        if self._first is None:
+            return None
+        data = {}
+        for name, parts in self._parts.items():
+            data[name] = ("time", np.concatenate(parts), self._first[name].attrs)
+            parts.clear()
+        time = data.pop("time")
+        return xarray.Dataset(data, coords={"time": time}, attrs=self._first.attrs)

@@ -1,0 +1,51 @@
+"""What to say of a tracked log."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ramsight.sensor.status import Status
+from ramsight.tracking.named_faults import FaultNames
+
+if TYPE_CHECKING:
+    import xarray
+
+
+class Tally:
+    """What is to be said of a track in the end, counted piece by piece."""
+
+    def __init__(self) -> None:
+        self._samples, self._sensor = 0, ""
+        self._time: list[float] = []
+        self._position: list[float] = []
+        self._counts: dict[int, int] = {}
+        self._faults = FaultNames()
+
+    def append(self, tracked: xarray.Dataset) -> None:
+        """Count the samples of a piece by their status."""
+        time, position = tracked["time"].values, tracked["position"].values
+        self._sensor, self._samples = tracked.attrs["sensor"], self._samples + len(time)
+        self._time = [*self._time[:1], float(time[0]), float(time[-1])]
+        self._position = [*self._position[:1], float(position[0]), float(position[-1])]
+        for code, count in zip(*np.unique(tracked["status"].values, return_counts=True), strict=True):
+            self._counts[int(code)] = self._counts.get(int(code), 0) + int(count)
+        self._faults.append(tracked)
+
+    @property
+    def text(self) -> str:
+        """One line on where the piston is now, one on each doubt, and one on each fault of an input that has a name."""
+        first, last = (_millimetres(self._position[k]) for k in (0, -1))
+        lines = [
+            f"{self._sensor} sensor: {self._samples} samples over {self._time[-1] - self._time[0]:.1f} s, "
+            f"position {first} at first, {last} at last"
+        ]
+        for code, count in sorted(self._counts.items()):
+            if code != Status.OK:
+                lines.append(f"  {100 * count / self._samples:.1f} % of the samples {Status(code).text}")
+        return "\n".join([*lines, *(f"  {one.text}" for one in self._faults.close())])
+
+
+def _millimetres(position: float) -> str:
+    return f"{1e3 * position:.1f} mm" if np.isfinite(position) else "unknown"

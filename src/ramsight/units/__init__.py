@@ -1,0 +1,8 @@
+"""Text with a unit, such as "250 bar", as SI numbers: read once, at the border.
+
+`conversion` reads and writes quantities, `algebra` knows the units.
+"""
+
+from ramsight.units.conversion import FREEZING, RPM, argument, format_si, name_of, parse, parse_option, to_si
+
+__all__ = ["FREEZING", "RPM", "argument", "format_si", "name_of", "parse", "parse_option", "to_si"]

@@ -1,0 +1,126 @@
+"""Errors of an estimate against the truth."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ramsight.errors import RamsightError
+from ramsight.logs import read_truth
+from ramsight.tracking import first_stop_contact, position_errors
+from ramsight.tracking.position_errors import ComparisonError, track_errors
+
+TIME = np.arange(0.0, 10.0, 0.1)
+TRUTH = 0.4 + 0.3 * np.sin(TIME)
+
+
+def test_an_estimate_that_is_the_truth_has_no_error():
+    errors = position_errors(TIME, TRUTH, TIME, TRUTH)
+    assert (errors.largest, errors.p95, errors.final) == (0.0, 0.0, 0.0)
+    assert (errors.samples, errors.missing) == (TIME.size, 0)
+
+
+@given(offset=st.floats(-0.5, 0.5))
+def test_a_constant_offset_is_the_error_of_every_kind(offset):
+    errors = position_errors(TIME, TRUTH + offset, TIME, TRUTH)
+    for value in (errors.largest, errors.p95, errors.final):
+        assert value == pytest.approx(abs(offset), abs=1e-12)
+
+
+def test_the_truth_is_interpolated_linearly_where_the_estimate_stands():
+    errors = position_errors([0.25, 0.5], [0.25, 0.5], [0.0, 1.0], [0.0, 1.0])
+    assert errors.largest == pytest.approx(0.0, abs=1e-15)
+
+
+def test_p95_leaves_out_the_worst_twentieth():
+    estimate = np.zeros(101)
+    estimate[:5] = 1.0
+    errors = position_errors(np.arange(101.0), estimate, np.arange(101.0), np.zeros(101))
+    assert errors.largest == 1.0
+    assert errors.p95 < 1e-12
+
+
+def test_estimates_outside_the_truth_are_left_out():
+    errors = position_errors([-1.0, 0.5, 3.0], [9.0, 0.1, 9.0], [0.0, 1.0], [0.1, 0.1])
+    assert (errors.largest, errors.samples) == (0.0, 1)
+
+
+def test_until_cuts_the_comparison_off():
+    estimate = np.where(TIME > 5.0, TRUTH + 1.0, TRUTH)
+    assert position_errors(TIME, estimate, TIME, TRUTH).largest == pytest.approx(1.0)
+    assert position_errors(TIME, estimate, TIME, TRUTH, until=5.0).largest == 0.0
+    assert position_errors(TIME, estimate, TIME, TRUTH, until=99.0).final == pytest.approx(1.0)
+
+
+def test_samples_without_an_estimate_are_counted():
+    estimate = TRUTH + 0.01
+    estimate[3:5] = np.nan
+    errors = position_errors(TIME, estimate, TIME, TRUTH)
+    assert (errors.missing, errors.samples) == (2, TIME.size - 2)
+    assert errors.largest == pytest.approx(0.01)
+    estimate[-1] = np.nan
+    assert math.isnan(position_errors(TIME, estimate, TIME, TRUTH).final)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "until", "part"),
+    [
+        (([0.0], [0.1], [1.0, 2.0], [0.1, 0.1]), None, "no time in common"),
+        (([1.5], [0.1], [1.0, 2.0], [0.1, 0.1]), 1.2, "up to 1.2 s"),
+        (([1.0], [np.nan], [1.0, 2.0], [0.1, 0.1]), None, "none of the 1 samples"),
+        (([1.0], [0.1], [1.0, 2.0], [0.1, np.nan]), None, "no position at 2 s"),
+        (([], [], [1.0, 2.0], [0.1, 0.1]), None, "estimate has no samples"),
+        (([1.0], [0.1], [], []), None, "truth has no samples"),
+        (([1.0, 2.0], [0.1], [1.0, 2.0], [0.1, 0.1]), None, "do not match"),
+        (([1.0, 1.0], [0.1, 0.1], [1.0, 2.0], [0.1, 0.1]), None, "do not increase"),
+        (([1.0], [0.1], [1.0, np.nan], [0.1, 0.1]), None, "do not increase"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused_in_one_line(arguments, until, part):
+    with pytest.raises(RamsightError) as caught:
+        position_errors(*arguments, until=until)
+    assert part in str(caught.value)
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_the_first_touch_of_either_stop_is_found():
+    assert first_stop_contact([0.0, 1.0, 2.0], [0.5, 0.0, 0.5], 1.0) == 1.0
+    assert first_stop_contact([0.0, 1.0, 2.0], [0.5, 1.0, 0.0], 1.0) == 1.0
+    assert first_stop_contact([0.0, 1.0], [0.5, 0.99], 1.0) is None
+    assert first_stop_contact([0.0, 1.0], [0.5, 0.99], 1.0, tolerance=0.02) == 1.0
+    assert first_stop_contact([3.0], [0.0], 1.0) == 3.0
+
+
+def test_warm_oil_brings_the_recorded_boom_to_its_lower_stop(trace):
+    warm, cold = (read_truth(trace(f"boom_441kN_{degrees}C").truth) for degrees in (60, 20))
+    contact = first_stop_contact(warm.time, warm.position, 0.79, tolerance=1e-3)
+    assert contact is not None
+    assert 15.0 < contact < 27.5
+    assert first_stop_contact(cold.time, cold.position, 0.79, tolerance=1e-3) is None
+
+
+def test_what_is_said_to_be_invalid_is_counted_apart():
+    time, truth = np.arange(5.0), np.full(5, 0.2)
+    off = truth + np.array([1e-3, -2e-3, 0.0, 0.5, np.nan])
+    found = track_errors(time, off, [False, False, False, True, True], time, truth)
+    assert found.usable is not None
+    assert (found.usable.samples, found.usable.missing) == (3, 2)
+    assert found.usable.largest == pytest.approx(2e-3)
+    assert (found.invalid, found.set_back) == (1, 0)
+    assert found.invalid_largest == pytest.approx(0.5)
+    nothing = track_errors(time, off, np.ones(5, bool), time, truth)
+    assert nothing.usable is None
+    assert nothing.invalid == 4
+
+
+def test_samples_of_a_clock_that_was_set_back_are_left_out():
+    time = np.array([0.0, 1.0, 2.0, 0.5, 1.5, 2.0, 2.5])
+    truth_time, truth = np.array([0.0, 3.0]), np.array([0.0, 0.3])
+    found = track_errors(time, 0.1 * time, np.zeros(7, bool), truth_time, truth)
+    assert found.usable is not None
+    assert found.usable.samples == 4
+    assert found.set_back == 3  # 0.5, 1.5 and the second 2 s
+    with pytest.raises(ComparisonError, match="no time in common"):
+        track_errors(time + 10.0, time, np.zeros(7, bool), truth_time, truth)
