@@ -32,7 +32,7 @@ from ramsight.normal import TWO_SIDED_95
 from ramsight.output import atomic_path
 from ramsight.progress import progress
 from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import PRESSURES
+from ramsight.sensor.sample import PRESSURES
 
 HERE = Path(__file__).parent
 MAP = HERE / "rig.toml"

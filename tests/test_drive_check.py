@@ -36,7 +36,8 @@ from ramsight.sensor.disagreement import MEMORY, apart, sure
 from ramsight.sensor.drive_check import UNCHECKED, check_drive, declared_checks
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import DC_POWER, SHAFT_ANGLE, SensorGraph
+from ramsight.sensor.sample import DC_POWER, SHAFT_ANGLE
+from ramsight.sensor.virtual_sensor import SensorGraph
 
 from .golden import golden
 from .sensor_bench import Stepped

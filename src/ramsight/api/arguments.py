@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ramsight.errors import DescriptionError, MissingColumnError
 from ramsight.logs import read_truth
-from ramsight.sensor.virtual_sensor import REPORTED
+from ramsight.sensor.sample import REPORTED
 
 if TYPE_CHECKING:
     import xarray

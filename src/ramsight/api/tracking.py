@@ -16,7 +16,9 @@ from ramsight.logs import ChannelMap, open_log, read_drive_log
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.progress import progress as progress_bar
 from ramsight.sensor.persistence import StateFile, said
-from ramsight.sensor.virtual_sensor import REPORTED, START_STD, VirtualSensor
+from ramsight.sensor.sample import REPORTED
+from ramsight.sensor.thresholds import START_STD
+from ramsight.sensor.virtual_sensor import VirtualSensor
 from ramsight.tracking.availability import LONGEST_ALERT, TIME_TO_ALERT, Availability
 from ramsight.tracking.compared_track import judged
 from ramsight.tracking.pieces import Pieces, track_pieces

@@ -36,7 +36,8 @@ from ramsight.logs.sensor_curve import SensorCurve
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.build import build_unit
 from ramsight.sensor.balance import balance
-from ramsight.sensor.virtual_sensor import PRESSURES, VirtualSensor, log_inputs
+from ramsight.sensor.sample import PRESSURES
+from ramsight.sensor.virtual_sensor import VirtualSensor, log_inputs
 
 if TYPE_CHECKING:
     import xarray

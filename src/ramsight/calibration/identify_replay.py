@@ -24,14 +24,21 @@ from numpy.typing import NDArray
 from ramsight.calibration.identify_record import IdentifyError, Record
 from ramsight.calibration.loss_uncertainty import rougher, with_friction_factor
 from ramsight.engine.recursion import replay
+from ramsight.engine.typed_state import symbols
+from ramsight.expression import Scalar, scalar
 from ramsight.plant.balance import FACTORS, balance, without_friction
 from ramsight.plant.holding import holding_valves
 from ramsight.plant.limits import limits_of
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit, side_nodes
 from ramsight.plant.valve import SETTLED, CheckValve, ReliefValve
-from ramsight.sensor.load import LoadObserver
-from ramsight.sensor.virtual_sensor import SensorGraph
+from ramsight.sensor.balance import BalanceState
+from ramsight.sensor.dead_reckoning import ReckoningState
+from ramsight.sensor.load import LoadState, Piston, observe_load
+from ramsight.sensor.machine_model import MachineModel
+from ramsight.sensor.oil_warming import WarmingState, warming_rate
+from ramsight.sensor.sample import Raw, SampleState, plain_sample
+from ramsight.sensor.virtual_sensor import Report, close
 
 Array = NDArray[np.float64]
 
@@ -202,37 +209,46 @@ def _with_wear(unit: HydraulicUnit) -> HydraulicUnit:
 @lru_cache(maxsize=16)
 def _written(unit: HydraulicUnit) -> tuple[Any, Array, Array]:
     """The recursion of a unit, the values of its parameters and its first state."""
-    circuit, limits = balance(without_friction(unit)), limits_of(unit)
-    graph = SensorGraph(circuit.model.commands)
-    graph.initially("position", 0.5 * unit.cylinder.stroke)
-    graph.parameters.add("travel_per_radian", float(unit.travel_per_radian))
-    factors = [graph.parameters.add(name, 1.0) for name in FACTORS]
-    step = LoadObserver(graph, circuit, limits, unit.assumptions).step(factors, 0.0)
-    graph.becomes("position", graph.reference)
-    tank = graph.parameters.symbol("circuit.tank.pressure")
+    model = MachineModel.of(unit, balance=balance(without_friction(unit)))
+    circuit, limits, raw = model.balance, model.limits, Raw.symbols(model.balance.model.commands)
+    initial = BalanceState(
+        reckoning=ReckoningState(
+            position=scalar(0.5 * unit.cylinder.stroke), intake=SampleState.initial(circuit.model.commands)
+        ),
+        warming=WarmingState() if circuit.expands else None,
+        load=LoadState.initial(model),
+    )
+    state = symbols(initial)
+    intake, sample = plain_sample(state.reckoning.intake, raw)
+    factors = [model.table.add(name, 1.0) for name in FACTORS]
+    warming_state, warming = (None, 0.0) if state.warming is None else warming_rate(state.warming, sample)
+    load, step = observe_load(state.load, sample, Piston.free(state.reckoning.position), factors, warming, model)
+    tank = model.of_circuit("tank.pressure")
 
-    def pressure(node: str) -> Any:
-        return circuit.pressure(step.z, node, tank)
+    def pressure(node: str) -> Scalar:
+        found: Scalar = circuit.pressure(step.z, node, tank)
+        return found
 
-    near: Any = 0.0
-    suction: Any = limits.pressure
+    near = scalar(0.0)
+    suction = scalar(limits.pressure)
     side = side_nodes(unit, unit.held)
     for part in unit.parts():
         if isinstance(part, ReliefValve):
-            setting = graph.parameters.symbol(f"circuit.{part.name}.setting")
+            setting = model.of_circuit(f"{part.name}.setting")
             near = ca.fmax(near, (pressure(part.inlet) - pressure(part.outlet)) / setting)
         if isinstance(part, CheckValve) and part.outlet in side:
             suction = ca.fmin(suction, pressure(part.outlet) - pressure(part.inlet))
     c = unit.cylinder
     held = pressure(c.node_a if unit.held == "a" else c.node_b) - tank
-    more: Mapping[str, tuple[Any, str]] = {
-        "travel": (step.travel, "m"),
-        "give": (step.give, "m/N"),
+    more: Mapping[str, tuple[Scalar, str]] = {
+        "travel": (step.motion.travel, "m"),
+        "give": (step.motion.give, "m/N"),
         "near_relief": (near, "1"),
         "suction": (suction, "Pa"),
         "pressure": (held, "Pa"),
     }
-    sensor = graph.sensor(
-        "replay", position=graph.reference, velocity=step.velocity, load=step.load, std=0.0, status=0.0, more=more
-    )
+    reckoning = replace(state.reckoning, position=raw.reference, intake=intake)
+    after = BalanceState(reckoning=reckoning, warming=warming_state, load=load)
+    said = Report(raw.reference, 0.0, step.motion.velocity, step.load.value, scalar(0.0), more)
+    sensor = close("replay", model.table, raw, initial, state, after, said)
     return sensor.recursion, sensor.parameters, sensor.initial

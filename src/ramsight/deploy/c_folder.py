@@ -27,7 +27,8 @@ from ramsight.output import check_folder, whole_folder
 from ramsight.plant.build import build_unit
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
-from ramsight.sensor.virtual_sensor import START_STD, VirtualSensor
+from ramsight.sensor.thresholds import START_STD
+from ramsight.sensor.virtual_sensor import VirtualSensor
 
 STEPS = 5
 """How often `advance` is called with 1 while a sensor is written."""

@@ -19,18 +19,23 @@ from ramsight.engine.cache import hold, instructions
 from ramsight.engine.graph import graph_of
 from ramsight.engine.recursion import Recursion
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.hypothesis import learned
-from ramsight.sensor.persistence import CHANGED, CREEPING, DOUBTED, RESTING, SETTLING, TURNING
+from ramsight.sensor.persistence import CLOCKED, STARTED, VELOCITY
+from ramsight.sensor.sample import MEASURED, SHAFT_ANGLE
 from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import MEASURED, SHAFT_ANGLE, START_SLACK, VirtualSensor, is_variance
+from ramsight.sensor.thresholds import (
+    COAST_TIME,
+    CREEP_VELOCITY,
+    MOTOR_TURNS,
+    REST_TIME,
+    SAVE_CHANGE,
+    SAVE_STD_CHANGE,
+    START_SLACK,
+)
+from ramsight.sensor.virtual_sensor import IS_REFERENCED, REFERENCED_NOW, VARIANCE, VirtualSensor
 
-PLACES = ("position", "shown_position")
-"""States that grow by little at a time; they stay doubles where reals are floats."""
-CLOCKS = ("time", "clock")
-"""States that are times; the step is given how far they are back. A sum of times stays a double too, or a timer of
+TIME = "time"
+"""The input that clocks repeat. The step gets how far they are back. A sum of times stays a double too, or a timer of
 samples would end a sample early or late at its limit."""
-ANGLES = {"last_shaft_angle": SHAFT_ANGLE}
-"""States that are what an input was, of which only the change counts: doubles, and the step is given the change."""
 ROW = ("time [s]", "motor speed [rad/s]", "motor torque [N m]", "oil temperature [K]", "reference [m]")
 """Columns of a row of samples; what else a sensor takes comes after them."""
 _SLOTS = "slots 2"
@@ -84,10 +89,12 @@ def sensor_source(
     """
     recursion = sensor.recursion
     step, constants, wide = _step(sensor, prefix)
-    states = tuple(sorted(recursion.state, key=lambda name: name not in wide))
-    values = {name: value for name, value in zip(recursion.state, sensor.initial.tolist(), strict=True) if value}
+    declared = tuple(sorted(sensor.states, key=lambda one: one.name not in wide))
+    states = tuple(field_of(one.name) for one in declared)
+    wide = {field_of(name) for name in wide}
+    values = {field_of(name): v for name, v in zip(recursion.state, sensor.initial.tolist(), strict=True) if v}
     identity = "\n".join((_SLOTS, sensor.kind, *states, *recursion.parameters)).encode() + sensor.parameters.tobytes()
-    wides, changing = len(wide), {of for state, of in ANGLES.items() if state in states}
+    wides, changing = len(wide), set(_repeated(sensor).values())
     macro = prefix.upper()
     common = headings(prefix, machine, f"Virtual position sensor of the {unit.name}")
     header = template(
@@ -108,7 +115,7 @@ def sensor_source(
             f"s->{name} = {'' if name in wide else 'R'}({literal(values[name])});" for name in states if name in values
         ),
         further="".join(f"  const real u_{name} = in->{name};\n" for name in sensor.further if name not in changing),
-        relative=indented(_relative(states)),
+        relative=indented(_relative(sensor)),
         step=indented(step),
         texts=indented((f'case {macro}_{s.name}: return "{s.text}";' for s in Status), 4),
         identity=f"0x{zlib.crc32(identity):08X}",
@@ -117,14 +124,20 @@ def sensor_source(
         stroke=repr(sensor.stroke),
         slack=START_SLACK,
         unknown=indented((f"out->{name} = (real)NAN;" for name in recursion.outputs if name != "status"), 4),
-        turning=TURNING,
-        creeping=CREEPING,
-        resting=RESTING,
-        moved=CHANGED,
-        doubt=DOUBTED,
-        settling=SETTLING,
-        variances=indented(f"if (s->{name} < R(0.0)) return 0;" for name in states if is_variance(name)),
-        learned=indented(f"to->{name} = from->{name};" for name in learned(sensor.recursion.state)),
+        turning=MOTOR_TURNS,
+        creeping=CREEP_VELOCITY,
+        resting=REST_TIME,
+        moved=SAVE_CHANGE,
+        std_moved=SAVE_STD_CHANGE,
+        settling=COAST_TIME,
+        variances=indented(f"if (s->{field_of(one.name)} < R(0.0)) return 0;" for one in declared if one.variance),
+        learned=indented(f"to->{name} = from->{name};" for name in map(field_of, sensor.learned)),
+        known=field_of(IS_REFERENCED),
+        since=field_of(REFERENCED_NOW),
+        variance=field_of(VARIANCE),
+        velocity=field_of(VELOCITY),
+        started=field_of(STARTED),
+        clocked=field_of(CLOCKED),
         **common,
     )
     return SensorSource(prefix, {f"{prefix}.h": header, f"{prefix}.c": body})
@@ -167,7 +180,7 @@ def golden_source(
 
 def type_of(name: str, prefix: str) -> str:
     """C type of a further input."""
-    return "double" if name in ANGLES.values() else f"{prefix}_real"
+    return "double" if name == SHAFT_ANGLE else f"{prefix}_real"
 
 
 def reading(prefix: str, further: Sequence[str], sample: str, row: str) -> str:
@@ -217,9 +230,9 @@ def _step(sensor: VirtualSensor, prefix: str) -> tuple[list[str], list[str], set
     values = prepare(sensor.parameters).full().ravel()
     extra = len(values) - len(recursion.parameters)
     names = [f"k_{k}" for k in range(extra)] + [f"k_{identifier_of(name)}" for name in recursion.parameters]
-    wide: set[str] = {*PLACES, *CLOCKS, *ANGLES} & set(recursion.state)
+    wide = {one.name for one in sensor.states if one.exact}
     while True:  # a sum of doubles is a double, and so is a state that it becomes
-        scribe = _Scribe(recursion, prefix, names, frozenset(wide))
+        scribe = _Scribe(sensor, prefix, names, frozenset(wide))
         lines = statements(step, scribe.read, scribe.write, PLAIN, titles, kept={0: 0})
         if scribe.sums <= wide:
             break
@@ -250,22 +263,44 @@ def _split(recursion: Recursion, marks: list[Any]) -> tuple[ca.Function, ca.Func
     return ca.Function("step", inputs, parts, ["x", "u", "q"], names, {"cse": True}), prepare
 
 
-def _relative(states: Sequence[str]) -> Iterator[str]:
-    """How far back clocks and angles are, of which now is 0."""
-    for name in states:
-        if name in CLOCKS:
-            yield f"const wide x_{name} = s->{name} - in->time;"
-        if name in ANGLES:
-            of = ANGLES[name]
+def field_of(state: str) -> str:
+    """The name of a state in C: ``hypotheses[2].leakage`` is `hypotheses_2_leakage` there.
+
+    Example:
+        >>> field_of("hypotheses[2].covariance[leakage,lag]")
+        'hypotheses_2_covariance_leakage_lag'
+    """
+    return identifier_of(state.replace("]", ""))
+
+
+def _repeated(sensor: VirtualSensor) -> dict[str, str]:
+    """States that are what an input was, of which only the change counts, by the names of the inputs.
+
+    They are doubles, and the step gets the change.
+    """
+    return {one.name: one.exact for one in sensor.states if one.exact in sensor.further}
+
+
+def _relative(sensor: VirtualSensor) -> Iterator[str]:
+    """How far back clocks and repeated inputs are, of which now is 0."""
+    repeated = _repeated(sensor)
+    for one in sensor.states:
+        field = field_of(one.name)
+        if one.exact == TIME:
+            yield f"const wide x_{field} = s->{field} - in->time;"
+        if one.name in repeated:
+            of = repeated[one.name]
             yield f"const real u_{of} = in->{of} == in->{of} ? R(0.0) : (real)NAN;"
-            yield f"const real x_{name} = (real)(s->{name} - in->{of});"
+            yield f"const real x_{field} = (real)(s->{field} - in->{of});"
 
 
 class _Scribe:
     """How a step reads and writes states, inputs, constants and outputs; keeps what it came across."""
 
-    def __init__(self, recursion: Recursion, prefix: str, constants: list[str], wide: frozenset[str]) -> None:
-        self._recursion, self._prefix, self._constants, self._wide = recursion, prefix, constants, wide
+    def __init__(self, sensor: VirtualSensor, prefix: str, constants: list[str], wide: frozenset[str]) -> None:
+        self._recursion, self._prefix, self._constants, self._wide = sensor.recursion, prefix, constants, wide
+        self._clocks = {one.name for one in sensor.states if one.exact == TIME}
+        self._repeated = _repeated(sensor)
         self.used: set[str] = set()
         self.sums: set[str] = set()
 
@@ -277,8 +312,9 @@ class _Scribe:
             self.used.add(self._constants[k])
             return Term(self._constants[k])
         name = self._recursion.state[k]
-        kind = "wide" if name in self._wide and name not in ANGLES else "real"
-        return Term(f"x_{name}" if name in CLOCKS or name in ANGLES else f"s->{name}", kind)
+        field, relative = field_of(name), name in self._clocks or name in self._repeated
+        kind = "wide" if name in self._wide and name not in self._repeated else "real"
+        return Term(f"x_{field}" if relative else f"s->{field}", kind)
 
     def write(self, argument: int, k: int, term: Term) -> str:
         if argument == 1:
@@ -286,13 +322,14 @@ class _Scribe:
             value = f"({self._prefix}_status){term.text}" if name == "status" else number(term)
             return f"out->{name} = {value};"
         name = self._recursion.state[k]
-        if name in CLOCKS:
-            return f"if ({term.text} == 0) s->{name} = in->time;"
-        if name in ANGLES:
-            return f"if ({term.text} == 0) s->{name} = in->{ANGLES[name]};"
+        field = field_of(name)
+        if name in self._clocks:
+            return f"if ({term.text} == 0) s->{field} = in->time;"
+        if name in self._repeated:
+            return f"if ({term.text} == 0) s->{field} = in->{self._repeated[name]};"
         if term.kind == "wide":
             self.sums.add(name)
-        return f"s->{name} = {as_kind('wide', term) if name in self._wide else number(term)};"
+        return f"s->{field} = {as_kind('wide', term) if name in self._wide else number(term)};"
 
 
 def identifier_of(name: str) -> str:

@@ -10,19 +10,22 @@ from typing import Any
 import casadi as ca
 
 from ramsight.deploy.c_function import PLAIN, array_function, literal
-from ramsight.deploy.c_sensor import sensor_source
+from ramsight.deploy.c_sensor import field_of, sensor_source
 from ramsight.deploy.c_text import template
 from ramsight.deploy.fmu_behind import Behind
 from ramsight.deploy.fmu_variable import NOTHING, PERIOD, UNKNOWN, Variable
 from ramsight.engine.equation import OdeModel
 from ramsight.engine.ode_module import pieces
 from ramsight.engine.run import DEFAULT_RTOL
-from ramsight.plant.balance import FACTORS
 from ramsight.plant.circuit import COMMANDED
 from ramsight.plant.oil import ATMOSPHERE
 from ramsight.plant.unit import HydraulicUnit, circuit, reach
+from ramsight.sensor.hypothesis import Kind, state_of
 from ramsight.sensor.kalman import kalman
-from ramsight.sensor.virtual_sensor import MEASURED, START_STD
+from ramsight.sensor.quantity import FACTOR_OF
+from ramsight.sensor.sample import MEASURED
+from ramsight.sensor.thresholds import START_STD
+from ramsight.sensor.virtual_sensor import VARIANCE
 
 _T0 = 313.15  # K
 
@@ -114,7 +117,10 @@ def sensor_model(unit: HydraulicUnit, prefix: str, machine: str, behind: Behind 
         began=behind.began(first + len(says)) if behind else "",
         referred=behind.refer if behind else "",
         driven=behind.step(first + len(says)) if behind else "",
-        factors="\n".join(f"  out.{n}_factor = s->described_{k};" for k, n in enumerate(FACTORS, 1)),
+        factors="\n".join(
+            f"  out.{n}_factor = s->{field_of(state_of(Kind.DESCRIBED, one))};" for n, one in FACTOR_OF.items()
+        ),
+        variance=field_of(VARIANCE),
     )
     return FmuModel(
         variables,

@@ -12,7 +12,7 @@ the ends and of the start (`hypothesis.Kind`):
 A contact or a reference is a measurement of each of them, weighed by its likelihood; under each it may also be an
 obstacle (or a switch that is wrong), which is then not used. An end met again and again where it is not expected makes
 hypotheses of undeclared ends likely and moves no position; references that agree with each other make *wrong* likely,
-and the position is found again. The position that is shown is that of the likeliest, its deviation that of all together.
+and the position is found again. The position that is shown is that of the likeliest, its deviation that of all.
 """
 
 from __future__ import annotations

@@ -8,18 +8,20 @@ a piston, and the virtual one's status where that is not ok. Where neither speak
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import lru_cache
-from typing import Any
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.engine.recursion import Recursion, replay
+from ramsight.engine.typed_state import column, initial_values, leaf, leaves, symbols
+from ramsight.expression import Flag, Scalar, all_of, any_of, count, flag, negated, scalar_symbol
 from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import MEASURABLE
+from ramsight.sensor.thresholds import MEASURABLE_LIMIT, MEMORY_TIME, OTHER_FASTEST, OTHER_JUMPS_MOST
 
 Array = NDArray[np.float64]
 
@@ -27,9 +29,6 @@ TOLERANCE, TIME_TO_ALERT = 2e-3, 0.2
 """What a position sensor may be wrong by [m], and for how long two have to be apart [s], if nobody says more."""
 LONGEST_ALERT = 60.0
 """The longest time to alert [s]."""
-
-_FASTEST = 1.2  # times the highest velocity, which no piston exceeds
-_LEAPS, _LATELY = 2.5, 1.0  # leaps within some s that are no single disturbance
 
 
 class Verdict(IntEnum):
@@ -60,67 +59,99 @@ _TEXT = {
 
 _INPUTS = ("time", "position", "bound", "status", "other")
 _SET = ("stroke", "fastest", "tolerance", "time_to_alert")
-_KEPT = ("begun", "time", "shown", "other", "leaps", "impossible", "apart", "since", "anchored", "at", "with_it")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ComparisonState:
+    """What is kept of two sensors of one position.
+
+    Attributes:
+        begun: whether there was a sample.
+        time: of it [s].
+        shown: whether the other sensor had a position at it.
+        other: which [m].
+        jumps: of it lately.
+        impossible: whether it did what no piston does since they last agreed.
+        apart: whether they are apart.
+        since: since when [s].
+        anchored: whether the other one stands.
+        at: where it began to [m].
+        with_it: where the virtual one was then [m].
+    """
+
+    begun: Flag = leaf("1")
+    time: Scalar = leaf("s", exact="time")
+    shown: Flag = leaf("1")
+    other: Scalar = leaf("m")
+    jumps: Scalar = leaf("1")
+    impossible: Flag = leaf("1")
+    apart: Flag = leaf("1")
+    since: Scalar = leaf("s", exact="time")
+    anchored: Flag = leaf("1")
+    at: Scalar = leaf("m")
+    with_it: Scalar = leaf("m")
+
+
+def compare(
+    state: ComparisonState, sample: Mapping[str, Scalar], settings: Mapping[str, Scalar]
+) -> tuple[ComparisonState, Scalar]:
+    """One sample of both, and the verdict as a number.
+
+    Args:
+        state: before it.
+        sample: by the names of the comparison's inputs.
+        settings: of the comparison, by their names.
+    """
+    time, position, other = sample["time"], sample["position"], sample["other"]
+    stroke, tolerance = settings["stroke"], settings["tolerance"]
+    shows = ca.fabs(other) < MEASURABLE_LIMIT
+    elapsed = ca.if_else(state.begun, time - state.time, 0.0)
+    outside = any_of(other < -tolerance, other > stroke + tolerance)
+    reach = OTHER_FASTEST * settings["fastest"] * elapsed + 2.0 * tolerance
+    jumped = all_of(all_of(shows, state.shown), all_of(elapsed > 0.0, ca.fabs(other - state.other) > reach))
+    decayed = state.jumps * ca.exp(-ca.fmax(elapsed, 0.0) / MEMORY_TIME)
+    jumps = ca.if_else(shows, ca.if_else(elapsed > 0.0, decayed + count(jumped), state.jumps), state.jumps)
+    impossible = any_of(any_of(state.impossible, jumped), any_of(negated(shows), outside))
+    other_wrong = any_of(negated(shows), jumps > OTHER_JUMPS_MOST)
+    unchecked = sample["status"] >= float(Status.NOT_REFERENCED)
+
+    allowed = sample["bound"] + tolerance
+    starts = any_of(negated(state.anchored), ca.fabs(other - state.at) > tolerance)
+    stands = all_of(negated(starts), ca.fabs(position - state.with_it) > allowed)
+    agree = ca.fabs(position - other) <= allowed
+    since = ca.if_else(state.apart, state.since, time)
+    waits = time - since < settings["time_to_alert"]
+    by_status = ca.if_else(sample["status"] == float(Status.OK), float(Verdict.APART), float(Verdict.VIRTUAL_WRONG))
+    wrong = ca.if_else(any_of(impossible, stands), float(Verdict.OTHER_WRONG), by_status)
+    judged = ca.if_else(any_of(agree, waits), float(Verdict.AGREE), wrong)
+    judged = ca.if_else(unchecked, float(Verdict.UNCHECKED), judged)
+    verdict = ca.if_else(other_wrong, float(Verdict.OTHER_WRONG), judged)
+    after = ComparisonState(
+        begun=flag(True),
+        time=time,
+        shown=shows,
+        other=ca.if_else(shows, other, state.other),
+        jumps=jumps,
+        impossible=ca.if_else(any_of(other_wrong, unchecked), state.impossible, all_of(impossible, negated(agree))),
+        apart=ca.if_else(other_wrong, state.apart, all_of(negated(unchecked), negated(agree))),
+        since=ca.if_else(any_of(other_wrong, unchecked), state.since, since),
+        anchored=ca.if_else(other_wrong, state.anchored, negated(unchecked)),
+        at=ca.if_else(any_of(other_wrong, unchecked), state.at, ca.if_else(starts, other, state.at)),
+        with_it=ca.if_else(any_of(other_wrong, unchecked), state.with_it, ca.if_else(starts, position, state.with_it)),
+    )
+    return after, verdict
 
 
 @lru_cache(maxsize=1)
 def comparison_graph() -> Recursion:
-    """The comparison of a sample as a graph: its inputs, what it is set to, and what it keeps, by name.
-
-    `shown`: whether the other sensor said something at the last sample, `other` what. `leaps`: leaps lately.
-    `impossible`: whether it did what no piston does since they last agreed. `apart`, `since`: whether and since when
-    they are apart. `anchored`, `at`, `with_it`: where the other one began to stand, and where the virtual one was then.
-    """
-    x, u, p = (ca.SX.sym(name, len(of)) for name, of in (("x", _KEPT), ("u", _INPUTS), ("p", _SET)))
-    begun, last_time, shown, last, leaps, impossible, apart, since, anchored, at, with_it = ca.vertsplit(x)
-    time, position, bound, status, other = ca.vertsplit(u)
-    stroke, fastest, tolerance, time_to_alert = ca.vertsplit(p)
-
-    says = ca.fabs(other) < MEASURABLE
-    elapsed = ca.if_else(begun, time - last_time, 0.0)
-    outside = ca.logic_or(other < -tolerance, other > stroke + tolerance)
-    far = ca.fabs(other - last) > _FASTEST * fastest * elapsed + 2.0 * tolerance
-    leapt = ca.logic_and(ca.logic_and(says, shown), ca.logic_and(elapsed > 0.0, far))
-    decayed = leaps * ca.exp(-ca.fmax(elapsed, 0.0) / _LATELY)
-    leaps_1 = ca.if_else(says, ca.if_else(elapsed > 0.0, decayed + leapt, leaps), leaps)
-    impossible_1 = ca.logic_or(ca.logic_or(impossible, leapt), ca.logic_or(ca.logic_not(says), outside))
-    other_wrong = ca.logic_or(ca.logic_not(says), leaps_1 > _LEAPS)
-    unchecked = status >= float(Status.NOT_REFERENCED)
-
-    allowed = bound + tolerance
-    anew = ca.logic_or(ca.logic_not(anchored), ca.fabs(other - at) > tolerance)
-    stands = ca.logic_and(ca.logic_not(anew), ca.fabs(position - with_it) > allowed)
-    agree = ca.fabs(position - other) <= allowed
-    since_1 = ca.if_else(apart, since, time)
-    waits = time - since_1 < time_to_alert
-    wrong = ca.if_else(
-        ca.logic_or(impossible_1, stands),
-        float(Verdict.OTHER_WRONG),
-        ca.if_else(status == float(Status.OK), float(Verdict.APART), float(Verdict.VIRTUAL_WRONG)),
-    )
-    judged = ca.if_else(ca.logic_or(agree, waits), float(Verdict.AGREE), wrong)
-    verdict = ca.if_else(
-        other_wrong, float(Verdict.OTHER_WRONG), ca.if_else(unchecked, float(Verdict.UNCHECKED), judged)
-    )
-
-    def after(before: Any, compared: Any, none: Any = None) -> Any:
-        """What is kept: as before while the other one says nothing usable, none while the virtual one knows nothing."""
-        return ca.if_else(other_wrong, before, ca.if_else(unchecked, before if none is None else none, compared))
-
-    new = {
-        "begun": 1.0,
-        "time": time,
-        "shown": says,
-        "other": ca.if_else(says, other, last),
-        "leaps": leaps_1,
-        "impossible": after(impossible_1, ca.if_else(agree, 0.0, impossible_1)),
-        "apart": after(apart, ca.logic_not(agree), 0.0),
-        "since": after(since, since_1),
-        "anchored": after(anchored, 1.0, 0.0),
-        "at": after(at, ca.if_else(anew, other, at)),
-        "with_it": after(with_it, ca.if_else(anew, position, with_it)),
-    }
-    return Recursion(_KEPT, _INPUTS, _SET, ("verdict",), x, u, p, ca.vertcat(*(new[name] for name in _KEPT)), verdict)
+    """The comparison of a sample as a recursion: inputs, settings and states by name."""
+    sample = {name: scalar_symbol(name) for name in _INPUTS}
+    settings = {name: scalar_symbol(name) for name in _SET}
+    before = symbols(ComparisonState())
+    after, verdict = compare(before, sample, settings)
+    names = tuple(one.name for one in leaves(before))
+    x, u, p = column(before), ca.vertcat(*sample.values()), ca.vertcat(*settings.values())
+    return Recursion(names, _INPUTS, _SET, ("verdict",), x, u, p, column(after), verdict)
 
 
 @dataclass
@@ -145,7 +176,7 @@ class Comparison:
     fastest: float
     tolerance: float
     time_to_alert: float = TIME_TO_ALERT
-    _kept: Array = field(default_factory=lambda: np.zeros(len(_KEPT)), init=False, repr=False)
+    _kept: Array = field(default_factory=lambda: initial_values(ComparisonState()), init=False, repr=False)
 
     def step(self, time: float, position: float, bound: float, status: int, other: float) -> Verdict:
         """One sample.

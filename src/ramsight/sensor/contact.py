@@ -417,12 +417,12 @@ def moved(state: ContactState, contact: Contact, position: Scalar, by: Scalar) -
     """
     hold, settling = contact.hold, state.settling
     came_back = ca.if_else(hold.released, hold.give_back, 0.0)
-    changed = {
-        "left_from": ca.if_else(hold.leaves, position, state.left_from + by),
-        "held_at": ca.if_else(hold.leaves, position - came_back, state.held_at + by),
-    }
-    moved_settling = replace(settling, position=settling.position + by)
-    return replace(state, **changed, settling=moved_settling)
+    return replace(
+        state,
+        left_from=ca.if_else(hold.leaves, position, state.left_from + by),
+        held_at=ca.if_else(hold.leaves, position - came_back, state.held_at + by),
+        settling=replace(settling, position=settling.position + by),
+    )
 
 
 def _motor(state: ContactState, sample: Sample, step: LoadStep, now: Estimated) -> _Motor:
@@ -532,7 +532,7 @@ def _settling(
 
 
 def _stood_at(state: ContactState, found: _Found, motor: _Motor) -> tuple[Scalar, Scalar, dict[Quantity, Scalar], Flag]:
-    """Where a piston stood [m], standard deviation of that [m], derivatives of its way since, and whether it has one."""
+    """Where a piston stood [m], standard deviation of that [m], derivatives of its way since, whether it has one."""
     # Where it is again before it was away, it was held before; the stop that gave way meanwhile does so once more.
     again = ca.if_else(state.leaves, state.held_at, motor.before)
     # Where no oil gives it a force, nothing shows where it stands since.

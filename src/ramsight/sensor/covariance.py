@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from typing import TypeVar
 
 import casadi as ca
 
@@ -12,6 +13,7 @@ from ramsight.expression import Condition, Flag, Real, Scalar, scalar
 from ramsight.sensor.quantity import Quantity
 
 Pair = tuple[str, str]
+K = TypeVar("K", bound=str)
 _OF_MACHINE = frozenset(Quantity) - {Quantity.POSITION}
 
 
@@ -39,7 +41,7 @@ class Covariance:
     )
 
     @classmethod
-    def diagonal(cls, std: Mapping[str, float]) -> Covariance:
+    def diagonal(cls, std: Mapping[K, float]) -> Covariance:
         """Of independent quantities with these standard deviations."""
         names = list(std)
         pairs = [(i, j) for k, i in enumerate(names) for j in names[k:]]
@@ -58,15 +60,15 @@ class Covariance:
         """Standard deviation of a quantity."""
         return ca.sqrt(ca.fmax(self.entries[quantity, quantity], 0.0))
 
-    def variance(self, row: Mapping[str, Real]) -> Real:
+    def variance(self, row: Mapping[K, Real]) -> Real:
         """Variance of a measurement that is `row` times the quantities; those that are left out count 0."""
         return sum(row[i] * row[j] * self[i, j] for i in self._in(row) for j in self._in(row))
 
-    def _in(self, row: Mapping[str, Real]) -> list[str]:
+    def _in(self, row: Mapping[K, Real]) -> list[K]:
         """The quantities that a row has a derivative for, in order."""
-        return [one for one in self.quantities if one in row]
+        return sorted(row, key=self.quantities.index)
 
-    def predicted(self, row: Mapping[str, Real], noise: Mapping[str, Real]) -> Covariance:
+    def predicted(self, row: Mapping[K, Real], noise: Mapping[K, Real]) -> Covariance:
         """After the first quantity moved by a step: P <- F P F' + Q, F = [[1, r_1, ...], [0, I]].
 
         Args:
@@ -83,7 +85,7 @@ class Covariance:
 
     def updated(
         self,
-        row: Mapping[str, Real],
+        row: Mapping[K, Real],
         innovation: Real,
         variance: Real,
         use: Condition,
@@ -109,7 +111,7 @@ class Covariance:
         return Covariance(entries), {i: by * innovation for i, by in gain.items()}
 
     def considered(
-        self, row: Mapping[str, Real], innovation: Real, variance: Real, use: Mapping[str, Condition]
+        self, row: Mapping[K, Real], innovation: Real, variance: Real, use: Mapping[K, Condition]
     ) -> tuple[Covariance, dict[str, Scalar]]:
         """After a measurement that corrects single quantities, each where its condition holds.
 

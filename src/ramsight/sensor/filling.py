@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import casadi as ca
 
@@ -28,11 +29,18 @@ def unfilled_std(z: Vector, speed: Scalar, model: MachineModel) -> Real:
     for part in balance.unit.parts():
         if isinstance(part, Pump) and part.filling is not None:
             passes = model.of_circuit(f"{part.name}.filling")
-            pump = replace(part, displacement=model.of_circuit(f"{part.name}.displacement"))
+            changed: dict[str, Any] = {"displacement": model.of_circuit(f"{part.name}.displacement")}
+            pump = replace(part, **changed)  # a part's law takes symbols for its numbers
             inlet, outlet = (balance.pressure(z, node, tank) for node in (part.inlet, part.outlet))
             more, less = (
-                replace(pump, filling=passes * (1.0 + way * std)).filled(part.belt * speed, inlet, outlet)
+                _with_filling(pump, passes * (1.0 + way * std)).filled(part.belt * speed, inlet, outlet)
                 for way in (1.0, -1.0)
             )
             largest = ca.fmax(largest, 0.5 * (more - less))
     return largest
+
+
+def _with_filling(pump: Pump, passes: Scalar) -> Pump:
+    """A pump with another flow that its way in passes."""
+    changed: dict[str, Any] = {"filling": passes}
+    return replace(pump, **changed)

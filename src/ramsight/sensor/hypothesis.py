@@ -42,6 +42,26 @@ class Kind(IntEnum):
         return self.name.lower()
 
 
+def state_of(kind: Kind, quantity: Quantity) -> str:
+    """Name of the state that a hypothesis has for a quantity.
+
+    Example:
+        >>> state_of(Kind.LOW, Quantity.LEAKAGE)
+        'hypotheses[2].leakage'
+    """
+    return f"hypotheses[{int(kind)}].{quantity}"
+
+
+def covariance_of(kind: Kind, one: Quantity, other: Quantity) -> str:
+    """Name of the state that a hypothesis has for a covariance; `one` comes before `other` in `Quantity`.
+
+    Example:
+        >>> covariance_of(Kind.DESCRIBED, Quantity.LEAKAGE, Quantity.LEAKAGE)
+        'hypotheses[0].covariance[leakage,leakage]'
+    """
+    return f"hypotheses[{int(kind)}].covariance[{one},{other}]"
+
+
 BOUNDS = {
     Quantity.LEAKAGE: (LEAK_FACTOR_LEAST, LEAK_FACTOR_MOST),
     Quantity.DISPLACEMENT: (DISPLACEMENT_FACTOR_LEAST, DISPLACEMENT_FACTOR_MOST),

@@ -73,7 +73,8 @@ class InertiaState:
 
 def shaft_inertia(table: Parameters, inertia: float) -> Scalar:
     """Inertia of motor, belt and pumps at the motor shaft [kg m2], as a parameter."""
-    return table.add("inertia", inertia)
+    found: Scalar = table.add("inertia", inertia)
+    return found
 
 
 def check_inertia(

@@ -113,7 +113,7 @@ class Piston:
 
 @dataclass(frozen=True)
 class _Gains:
-    """Of the innovation on the first load and on the load that changes [N/(N m)], and their variances before it [N2]."""
+    """Gains of the first load and of the load that changes [N/(N m)], and their variances before the sample [N2]."""
 
     first: Scalar
     changing: Scalar
@@ -347,7 +347,7 @@ def _starting_load(state: LoadState, free: FreeStep, innovation: Scalar, model: 
 def _emptiness(
     state: LoadState, z: Vector, done: _Corrected, free: FreeStep, sample: Sample, model: MachineModel
 ) -> tuple[Scalar | None, Real, Condition, Condition]:
-    """Since when oil may give the piston no force [s], how likely it gives none, whether it may, whether it surely does.
+    """Since when oil may give no force [s], how likely it gives none, whether it may, and whether it surely does.
 
     Then nothing in the circuit determines where the piston goes, and it stays. Where the pump acts on one side only,
     that is so as soon as there may be no load and the pump does not deliver: a load that rests on something else leaves

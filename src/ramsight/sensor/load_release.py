@@ -9,7 +9,7 @@ import casadi as ca
 
 from ramsight.engine.typed_state import leaf
 from ramsight.expression import Flag, Scalar, scalar
-from ramsight.sensor.load import LOAD, LoadState
+from ramsight.sensor.load import LoadState
 from ramsight.sensor.machine_model import MachineModel
 
 

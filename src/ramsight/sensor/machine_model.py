@@ -111,7 +111,8 @@ class MachineModel:
 
     def of_circuit(self, name: str) -> Scalar:
         """A parameter of the circuit, for example ``tank.pressure``."""
-        return self.table.symbol(f"circuit.{name}")
+        found: Scalar = self.table.symbol(f"circuit.{name}")
+        return found
 
     @property
     def oil(self) -> Oil:

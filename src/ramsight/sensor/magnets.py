@@ -17,7 +17,7 @@ import casadi as ca
 
 from ramsight.engine.typed_state import leaf
 from ramsight.expression import Scalar, all_of
-from ramsight.machine.assumptions import AssumedMotorTemperature
+from ramsight.machine.assumption_description import AssumedMotorTemperature
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.sample import MOTOR_TEMPERATURE, Raw
 from ramsight.sensor.thresholds import MAGNET_STEP, MAGNETS_HOTTEST, TEMPERATURE_LOWEST

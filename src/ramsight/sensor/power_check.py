@@ -15,7 +15,7 @@ import casadi as ca
 
 from ramsight.engine.typed_state import leaf
 from ramsight.expression import Flag, Real, Scalar, all_of, scalar
-from ramsight.machine.assumptions import AssumedPower
+from ramsight.machine.assumption_description import AssumedPower
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.covariance import Covariance
 from ramsight.sensor.diagnosis import DiagnosisState, Pair

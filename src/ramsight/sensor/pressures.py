@@ -1,7 +1,7 @@
 """Measured pressures of the chambers, where a machine has sensors for them.
 
 While the piston moves they show the load, beside the torque; while it stands they show how much oil has leaked, which
-the load does not. A sensor's lag is simulated: its report is compared with what it would show of the estimated pressure.
+the load does not. A sensor's lag is simulated: its report is compared with what it would show of the estimate.
 """
 
 from __future__ import annotations

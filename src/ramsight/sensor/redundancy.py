@@ -14,7 +14,7 @@ from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.detectors import COUNTER, POWER, PRESSURES
 from ramsight.sensor.drive_check import declared_checks
 from ramsight.sensor.pressures import measured_pressures
-from ramsight.sensor.virtual_sensor import DC_POWER, SHAFT_ANGLE
+from ramsight.sensor.sample import DC_POWER, SHAFT_ANGLE
 
 MODEL = {
     "speed": {"w"},

@@ -64,9 +64,17 @@ class Raw:
             commands: names of the commanded parts.
             measured: what else is measured, of the keys of `MEASURED`.
         """
-        numbers = [scalar_symbol(name) for name in INPUTS[:-1]]
-        of_parts = {part: scalar_symbol(column_of(part)) for part in commands}
-        return cls(*numbers, flag_symbol(INPUTS[-1]), of_parts, {name: scalar_symbol(name) for name in measured})
+        time, speed, torque, temperature, reference = (scalar_symbol(name) for name in INPUTS[:-1])
+        return cls(
+            time=time,
+            motor_speed=speed,
+            motor_torque=torque,
+            oil_temperature=temperature,
+            reference=reference,
+            referenced=flag_symbol(INPUTS[-1]),
+            commands={part: scalar_symbol(column_of(part)) for part in commands},
+            measured={name: scalar_symbol(name) for name in measured},
+        )
 
     @property
     def inputs(self) -> list[Scalar]:

@@ -10,7 +10,7 @@ and of delays. Of two that are apart nothing here tells which is wrong; each dri
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 import casadi as ca
@@ -18,8 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.engine.recursion import Recursion, replay
-from ramsight.sensor.disagreement import KEPT, Sums, summed
-from ramsight.sensor.virtual_sensor import MEASURABLE
+from ramsight.engine.typed_state import column, leaf, leaves, symbols
+from ramsight.expression import Flag, Scalar, all_of, any_of, scalar_symbol
+from ramsight.sensor.disagreement import Sums, summed
+from ramsight.sensor.thresholds import MEASURABLE_LIMIT
 
 Array = NDArray[np.float64]
 
@@ -87,33 +89,51 @@ SHARED = (OIL, VOLTAGE, POWER)
 """All that is looked at."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class AgreementState:
+    """What is kept of two reports of one thing.
+
+    Attributes:
+        begun: whether both have reported once.
+        time: of the last sample [s].
+        sums: of their difference.
+    """
+
+    begun: Flag = leaf("1")
+    time: Scalar = leaf("s", exact="time")
+    sums: Sums = field(default_factory=Sums)
+
+
 @lru_cache(maxsize=len(SHARED))
 def agreement_graph(memory: float) -> Recursion:
-    """One sample of two reports of one thing as a graph; a sample in which one says nothing adds nothing.
+    """One sample of two reports of one thing; a sample in which one is missing adds nothing.
 
     Args:
-        memory: over which is summed up [s].
+        memory: over which is summed [s].
     """
-    names = ("begun", "time", *KEPT)
-    x, u, p = (ca.SX.sym(name, len(of)) for name, of in (("x", names), ("u", _INPUTS), ("p", _SET)))
-    begun, last_time, *kept = ca.vertsplit(x)
-    time, one, other = ca.vertsplit(u)
-    noise, offset, gain, delay = ca.vertsplit(p)
-    before = Sums(*kept)
-    both = ca.logic_and(ca.fabs(one) < MEASURABLE, ca.fabs(other) < MEASURABLE)
-    elapsed = ca.if_else(begun, ca.fmax(time - last_time, 0.0), 0.0)
-    level = ca.if_else(both, one, before.level)
-    lasting = ca.if_else(both, ca.sqrt(offset**2 + (gain * level) ** 2), 0.0)
-    after, found = summed(
-        before, ca.if_else(both, one - other, 0.0), started=begun, elapsed=elapsed, level=level, delay=delay,
-        lasting=lasting, noise=ca.if_else(both, noise, 0.0), memory=memory,
-    )  # fmt: skip
-    sums = [getattr(after, what) for what in KEPT]
-    return Recursion(
-        names, _INPUTS, _SET, _OUTPUTS, x, u, p,
-        ca.vertcat(ca.logic_or(begun, both), ca.fmax(time, last_time), *sums),
-        ca.vertcat(found.by, found.allowed, found.alarm),
-    )  # fmt: skip
+    u = {name: scalar_symbol(name) for name in _INPUTS}
+    p = {name: scalar_symbol(name) for name in _SET}
+    state = symbols(AgreementState())
+    both = all_of(ca.fabs(u["one"]) < MEASURABLE_LIMIT, ca.fabs(u["other"]) < MEASURABLE_LIMIT)
+    elapsed = ca.if_else(state.begun, ca.fmax(u["time"] - state.time, 0.0), 0.0)
+    level = ca.if_else(both, u["one"], state.sums.level)
+    lasting = ca.if_else(both, ca.sqrt(p["offset"] ** 2 + (p["gain"] * level) ** 2), 0.0)
+    sums, found = summed(
+        state.sums,
+        ca.if_else(both, u["one"] - u["other"], 0.0),
+        started=state.begun,
+        elapsed=elapsed,
+        level=level,
+        delay=p["delay"],
+        lasting=lasting,
+        noise=ca.if_else(both, p["noise"], 0.0),
+        memory=memory,
+    )
+    after = AgreementState(begun=any_of(state.begun, both), time=ca.fmax(u["time"], state.time), sums=sums)
+    names = tuple(one.name for one in leaves(state))
+    columns = column(state), ca.vertcat(*u.values()), ca.vertcat(*p.values())
+    said = ca.vertcat(found.by, found.allowed, found.alarm)
+    return Recursion(names, _INPUTS, _SET, _OUTPUTS, *columns, column(after), said)
 
 
 class Agreement:

@@ -56,8 +56,8 @@ int ${p}_start(${p} *s, real position, real std) {
   s->slots = slots;
   if (!(position >= -SLACK && position <= STROKE + SLACK && std >= R(0.0) && std <= STROKE)) return 0;
   s->position = (wide)(position < R(0.0) ? R(0.0) : position > STROKE ? STROKE : position);
-  s->is_referenced = s->referenced_since_power_up = R(1.0);
-  s->covariance_00 = std * std;
+  s->${known} = s->${since} = R(1.0);
+  s->${variance} = std * std;
   return 1;
 }
 
@@ -184,8 +184,8 @@ static int possible(const ${p} *s) {
     memcpy(&x, from, sizeof x);
     if (!is_number(x)) return 0;
   }
-  const int known = s->is_referenced == R(0.0) || s->is_referenced == R(1.0);
-  const int since = s->referenced_since_power_up == R(0.0) || s->referenced_since_power_up == R(1.0);
+  const int known = s->${known} == R(0.0) || s->${known} == R(1.0);
+  const int since = s->${since} == R(0.0) || s->${since} == R(1.0);
   const double stroke = (double)STROKE;
 ${variances}
   return known && since && s->position >= -stroke && s->position <= 2.0 * stroke;
@@ -227,7 +227,7 @@ int ${p}_keep(${p} *s, int starts, unsigned char bytes[${P}_BYTES]) {
   ${p}_slots *slots = &s->slots;
   const int rests = !starts && s->rested >= RESTING;
   const int changed = fabs(s->position_said - slots->position) > ${moved} ||
-                      s->position_std_said > slots->position_std + ${doubt};
+                      s->position_std_said > slots->position_std + ${std_moved};
   if (slots->whole == 2 && rests == slots->rests && !(rests && changed)) return -1;
   slots->saves++;
   slots->whole += slots->whole < 2;
@@ -266,11 +266,11 @@ ${p}_resumed ${p}_resume(${p} *s, const unsigned char *slot_0, const unsigned ch
     return complete ? ${P}_MOVED : ${P}_OLDER;
   }
   /* Time begins anew, and a piston that crept may have gone on for a while. */
-  const real std = SQRT(s->covariance_00) + ABS(s->velocity) * R(${settling});
-  s->started = R(0.0);
-  s->clocked = R(0.0);
-  s->referenced_since_power_up = R(0.0);
-  s->covariance_00 = std * std;
+  const real std = SQRT(s->${variance}) + ABS(s->${velocity}) * R(${settling});
+  s->${started} = R(0.0);
+  s->${clocked} = R(0.0);
+  s->${since} = R(0.0);
+  s->${variance} = std * std;
   s->rested = RESTING;
   s->slots.position = (double)s->position;
   s->slots.position_std = (double)std;

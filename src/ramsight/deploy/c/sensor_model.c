@@ -22,7 +22,7 @@ const char *model_initialize(Model *m) {
   if (m->truth[START_KNOWN] && !${p}_start(s, m->real[START_POSITION], m->real[START_STD]))
     return "start_position and start_std have to be finite, and from 0 to the stroke (${stroke} m)";
   out.position = s->position;
-  out.position_std = sqrt(s->covariance_00);
+  out.position_std = sqrt(s->${variance});
   out.status = m->truth[START_KNOWN] ? ${P}_OK : ${P}_NOT_REFERENCED;
 ${factors}
 ${began}  say(m, &out);

@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 
 from ramsight.deploy.encoder.state_on_disk import Persistence
-from ramsight.sensor.persistence import CHANGED, CREEPING, DOUBTED, RESTING, TURNING, forgotten
+from ramsight.sensor.persistence import forgotten
+from ramsight.sensor.thresholds import CREEP_VELOCITY, MOTOR_TURNS, REST_TIME, SAVE_CHANGE, SAVE_STD_CHANGE
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor, impossible
 
 _LATE = 2.0  # s after which a save that is not done counts as failed
@@ -68,12 +69,12 @@ class Saving:
         """See whether the piston moves [s, rad/s]; whether a motion begins."""
         self._position, self._std = estimate.position, estimate.std
         begins = False
-        if not abs(motor_speed) < TURNING or not abs(estimate.velocity) <= CREEPING:
+        if not abs(motor_speed) < MOTOR_TURNS or not abs(estimate.velocity) <= CREEP_VELOCITY:
             begins, self.moving = not self.moving, True
-            self._rested = now + RESTING
+            self._rested = now + REST_TIME
         elif now >= self._rested or not math.isfinite(self._rested):
             self.moving = False
-            if abs(self._position - self._saved) > CHANGED or self._std > self._saved_std + DOUBTED:
+            if abs(self._position - self._saved) > SAVE_CHANGE or self._std > self._saved_std + SAVE_STD_CHANGE:
                 self._rested = now
         return begins
 

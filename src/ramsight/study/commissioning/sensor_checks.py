@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from ramsight.intervals import true_intervals
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.drive_check import TURNS
 from ramsight.sensor.mode import Mode
 from ramsight.sensor.status import Status, is_invalid
+from ramsight.sensor.thresholds import TORQUE_STEADY_SPEED
 from ramsight.study.commissioning.finding import Finding, Verdict
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ def visits(track: xarray.Dataset, stroke: float) -> list[Visit]:
             if stays - begins < _LONG or begins - last < _APART:
                 continue
             before = speed[(time >= begins - _DRIVEN) & (time <= begins)]
-            if where == "elsewhere" and not (np.abs(before) > TURNS).any():
+            if where == "elsewhere" and not (np.abs(before) > TORQUE_STEADY_SPEED).any():
                 continue
             last = ends
             found.append(Visit(begins, ends, at, where))
