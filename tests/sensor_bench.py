@@ -1,6 +1,6 @@
 """A bench for pieces of a sensor: a graph around one piece, stepped sample by sample without being compiled."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
 
 import casadi as ca
@@ -9,12 +9,19 @@ import numpy as np
 from ramsight.duty import DriveReport, Duty, Profile, lift_lower, report, simulate
 from ramsight.duty.lift_lower import SPEED
 from ramsight.duty.profile import constant
-from ramsight.plant.balance import FACTORS, balance
+from ramsight.engine.typed_state import leaf, symbols
+from ramsight.plant.balance import FACTORS
 from ramsight.plant.limits import limits_of
+from ramsight.plant.symbols import Parameters
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.contact import Believed, ContactWatch
-from ramsight.sensor.load import LoadObserver
-from ramsight.sensor.virtual_sensor import SensorGraph, log_inputs
+from ramsight.sensor.contact import ContactState, Estimated, look_for_contact, moved
+from ramsight.sensor.load import LoadState, Piston, observe_load
+from ramsight.sensor.load_release import Release, UnheldState, release_load
+from ramsight.sensor.load_step import LoadEstimate, LoadStep, Motion, TorqueStep
+from ramsight.sensor.machine_model import MachineModel
+from ramsight.sensor.oil_warming import WarmingState, warming_rate
+from ramsight.sensor.sample import Raw, SampleState, plain_sample
+from ramsight.sensor.virtual_sensor import Report, close, log_inputs
 
 from .plant_bench import UNITS
 
@@ -65,64 +72,134 @@ class Stepped:
         self.state = np.array([self.sensor.state[name] for name in self.sensor.recursion.state])
 
 
-def believed_of(position, stroke, *, std=1e-3, relief=0.0, compliance=0.0, unseen=1e9, stiffness=1e8, held_back=0.0):
-    """What is believed of a piston whose position is known, for a watch over contacts."""
-    return Believed(
-        position=position,
-        stroke=stroke,
-        std=std,
-        known=1.0,
-        relief=relief,
-        held_back=held_back,
-        compliance=compliance,
-        unseen=unseen,
-        stiffness=stiffness,
+@dataclass(frozen=True, kw_only=True)
+class Fed:
+    """The state of a piece alone: inputs that are set by hand, and the piece's own."""
+
+    position: object = leaf("m", 0.3)
+    intake: object
+    inputs: object
+    piece: object
+
+
+def fed(names, initial, write):
+    """A sensor of one piece: `write(state, sample, inputs) -> (state, value)`, of which inputs are set by hand."""
+    raw = Raw.symbols()
+    first = Fed(intake=SampleState.initial(), inputs=dict.fromkeys(names, ca.SX(0.0)), piece=initial)
+    state = symbols(first)
+    intake, sample = plain_sample(state.intake, raw)
+    piece, value = write(state.piece, sample, state.inputs)
+    after = replace(state, intake=intake, piece=piece)
+    said = Report(ca.SX(0.0), 0.0, 0.0, 0.0, ca.SX(0.0), {"value": (ca.SX(1.0) * value, "1")})
+    return Stepped(close("piece", Parameters(), raw, first, state, after, said))
+
+
+@dataclass
+class Machine:
+    """What a stage asks of a machine model, in round numbers: a tenth of a millimetre per radian, 500 N of friction."""
+
+    lift: float = 1.0
+    stroke: float = 0.7
+    travel_per_radian: float = 1e-4
+    stop_stiffness: float = 1e8
+    passive: bool = False
+    assumed: object = field(default_factory=Assumptions)
+
+    def of_circuit(self, name):
+        return {"cylinder.coulomb_friction": 500.0}[name]
+
+
+def made(kind, **values):
+    """An instance of a dataclass of expressions, 0 where nothing else is set."""
+    return kind(**({one.name: ca.SX(0.0) for one in fields(kind)} | values))
+
+
+def step_of(x=None, **values):
+    """A load step of which everything is 0 that is not set: by the names of its parts' fields."""
+    known = {**(x or {}), **values}
+
+    def part(kind):
+        return made(kind, **{one.name: ca.SX(1.0) * known[one.name] for one in fields(kind) if one.name in known})
+
+    return LoadStep(
+        motion=part(Motion),
+        torque=part(TorqueStep),
+        load=part(LoadEstimate),
+        z=None,
+        travel_by=(),
+        torque_by=(),
+        over_pressures=None,
+        pump_heat=None,
     )
+
+
+def estimated(position, *, std=1e-3, relief=0.0, compliance=0.0, unseen=1e9, tolerance=0.0):
+    """What is estimated of a piston whose position is known, for a stage that looks for contacts."""
+    return Estimated(
+        position=position,
+        std=std,
+        known=ca.SX(1.0),
+        relief=ca.SX(1.0) * relief,
+        relief_tolerance=tolerance,
+        compliance_std=ca.SX(1.0) * compliance,
+        load_change_std=unseen,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Observed:
+    """The state of a load observer, perhaps with a watch for contacts."""
+
+    position: object = leaf("m", None)
+    intake: object
+    load: object
+    warming: object
+    unheld: object
+    contact: object
 
 
 def load_observer(unit, factors=None, *, watches=False, assumptions=None, std=2e-3, compliance=0.0):
     """The load observer of a unit, perhaps with a watch for contacts, and nothing else around it."""
-    graph, limits, circuit = SensorGraph(), limits_of(unit), balance(unit)
-    graph.initially("position", 0.5 * unit.cylinder.stroke)
-    graph.parameters.add("travel_per_radian", float(unit.travel_per_radian))
-    stroke = graph.parameters.add("stroke", float(unit.cylinder.stroke))
-    observer = LoadObserver(graph, circuit, limits, assumptions or Assumptions())
-    factors_of = factors or [1.0] * len(FACTORS)
-    more, came = {}, 0.0
-    if watches:
-        watch = ContactWatch(graph, float(unit.lift_sign), unit.assumptions.stops)
-        step = observer.step(factors_of, watch.held)
-        position, unseen = graph.position + step.travel, unit.assumptions.machine.unseen_load * limits.load
-        believed = believed_of(position, stroke, std=ca.SX(std), compliance=compliance, unseen=unseen, stiffness=1e12)
-        contact = watch.look(step, believed)
-        watch.close(contact, position, 0.0)
-        came = observer.release(contact.released, contact.held, contact.shown, step.give)
-        names = ("touched", "anew", "place", "at_top", "held", "released", "stands", "pushing", "built")
-        more |= {name: (getattr(contact, name), "1") for name in names}
-    else:
-        step = observer.step(factors_of, 0.0)
-    graph.becomes("position", graph.position + step.travel + came)
-    names = ("travel", "free_travel", "surprise", "change", "noise", "noise_travel", "give", "seen", "carried", "empty")
-    more |= {name: (getattr(step, name), "1") for name in names}
-    more |= {f"travel_by_{name}": (by, "1") for name, by in zip(FACTORS, step.travel_by, strict=True)}
-    more |= {f"torque_by_{name}": (by, "1") for name, by in zip(FACTORS, step.torque_by, strict=True)}
-    more |= {
-        "friction": (step.friction, "1"),
-        "asked": (step.asked, "1"),
-        "torque": (step.torque, "1"),
-        "step_load": (step.load, "1"),
-        "may_be_empty": (ca.SX(step.may_be_empty), "1"),
-    }
-    sensor = graph.sensor(
-        "observer",
-        position=graph.position + step.travel + came,
-        velocity=step.velocity,
-        load=step.load,
-        std=step.noise_travel,
-        status=0.0,
-        more=more,
+    model = replace(MachineModel.of(unit, assumptions or Assumptions()), stop_stiffness=ca.SX(1e12))
+    raw, load = Raw.symbols(), LoadState.initial(model)
+    first = Observed(
+        position=ca.SX(0.5 * unit.cylinder.stroke),
+        intake=SampleState.initial(),
+        load=load,
+        warming=WarmingState(),
+        unheld=UnheldState.initial(load),
+        contact=ContactState.initial() if watches else None,
     )
-    return Stepped(sensor)
+    state = symbols(first)
+    intake, sample = plain_sample(state.intake, raw)
+    warming, rate = warming_rate(state.warming, sample)
+    factors_of, more, came = factors or [1.0] * len(FACTORS), {}, 0.0
+    piston = Piston(state.position, state.contact.held, ca.SX(0.0)) if watches else Piston.free(state.position)
+    load, step = observe_load(state.load, sample, piston, factors_of, rate, model)
+    unheld, contact_state = state.unheld, None
+    position = state.position + step.motion.travel
+    if watches:
+        unseen = unit.assumptions.machine.unseen_load * model.relief_load
+        now = estimated(position, std=ca.SX(std), compliance=compliance, unseen=unseen)
+        contact_state, contact = look_for_contact(state.contact, sample, step, now, {}, model)
+        contact_state = moved(contact_state, contact, position, ca.SX(0.0))
+        hold, place = contact.hold, contact.place
+        before = ca.fmin(ca.fmax(state.position, 0.0), float(unit.cylinder.stroke))
+        release = Release(hold.released, hold.held, hold.shown)
+        unheld, load, came = release_load(state.unheld, load, before, release, step.motion.give, model)
+        more |= {"found": place.found, "evidence": place.evidence, "place": place.position, "at_top": place.at_top}
+        more |= {name: getattr(hold, name) for name in ("held", "released", "stands", "pushing")}
+    after = Observed(
+        position=position + came, intake=intake, load=load, warming=warming, unheld=unheld, contact=contact_state
+    )
+    more |= {f"travel_by_{name}": by for name, by in zip(FACTORS, step.travel_by, strict=True)}
+    more |= {f"torque_by_{name}": by for name, by in zip(FACTORS, step.torque_by, strict=True)}
+    for part in (step.motion, step.torque, step.load):
+        of = {"value": "step_load", "noise": "noise_travel" if part is step.motion else "noise"}
+        more |= {of.get(one.name, one.name): getattr(part, one.name) for one in fields(part) if one.name != "velocity"}
+    outputs = {name: (ca.SX(1.0) * value, "1") for name, value in more.items()}
+    said = Report(after.position, step.motion.noise, step.motion.velocity, step.load.value, ca.SX(0.0), outputs)
+    return Stepped(close("observer", model.table, raw, first, state, after, said))
 
 
 @lru_cache

@@ -1,6 +1,7 @@
 """Heat of the pumps' cases: described, in a run, and in the sensor, which works out how much warmer their oil is."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import casadi as ca
 import numpy as np
@@ -13,13 +14,14 @@ from ramsight.duty.oil_warming import heats, warmed
 from ramsight.duty.profile import constant
 from ramsight.duty.simulate import ran
 from ramsight.duty.work_day import work_day
+from ramsight.engine.typed_state import column, symbols
 from ramsight.errors import DescriptionError
 from ramsight.plant.balance import balance
 from ramsight.plant.build import build_unit
 from ramsight.plant.heat import HeatStores
-from ramsight.sensor.case_heat import CaseHeat
+from ramsight.plant.symbols import Parameters
+from ramsight.sensor.case_heat import CaseParameters, CaseState, heat_case
 from ramsight.sensor.kalman import kalman
-from ramsight.sensor.virtual_sensor import SensorGraph
 from ramsight.tracking.judged_errors import judge
 
 from .plant_bench import UNITS
@@ -33,21 +35,18 @@ UNTOLD = build_unit("boom", BOOM)
 
 def stepped(heat, tank, elapsed, *, gap=0.0):
     """How much warmer the case is after each sample [K]."""
-    graph = SensorGraph()
-    case = CaseHeat(graph, STORES)
-    power, passed = ca.SX.sym("power"), ca.SX.sym("passed")
-    graph.elapsed, graph.oil_temperature = ca.SX.sym("elapsed"), ca.SX.sym("tank")
-    case.after(power, passed)
-    states = [graph.held(name) for name in ("case_warmer", "tank_temperature")]
-    after = [graph.becoming(name) for name in ("case_warmer", "tank_temperature")]
-    p = dict(zip(graph.parameters.names, graph.parameters.values.tolist(), strict=True))
-    given = [p["heat.case"], p["heat.case_to_tank"]]
-    inputs = [ca.vertcat(*states), power, graph.oil_temperature, graph.elapsed, passed, graph.parameters.column]
-    step = ca.Function("step", inputs, [ca.vertcat(*after)])
-    assert given == [4200.0, 300.0]
+    table = Parameters()
+    cases = CaseParameters.of(table, STORES)
+    state, (power, passed, elapsed_, tank_) = symbols(CaseState()), (ca.SX.sym(n) for n in ("P", "passed", "h", "T"))
+    sample = SimpleNamespace(elapsed=elapsed_, oil_temperature=tank_)
+    after = heat_case(state, sample, power, passed, cases)
+    step = ca.Function("step", [column(state), power, tank_, elapsed_, passed, table.column], [column(after)])
+    assert dict(zip(table.names, table.values.tolist(), strict=True)) == {
+        "heat.case": 4200.0, "heat.case_to_tank": 300.0,
+    }  # fmt: skip
     z, found = ca.DM([0.0, 0.0]), []
     for k, watts in enumerate(heat):
-        z = step(z, watts, tank[k], elapsed, elapsed + gap, graph.parameters.values)
+        z = step(z, watts, tank[k], elapsed, elapsed + gap, table.values)
         found.append(float(z[0]))
     return np.array(found)
 

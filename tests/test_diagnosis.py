@@ -1,5 +1,7 @@
 """Hypotheses of what is wrong with a report: each against data made for it, and where nothing can tell them apart."""
 
+from types import SimpleNamespace
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -8,9 +10,10 @@ from hypothesis import strategies as st
 
 import ramsight
 from ramsight.duty.faults import Fault, inject
+from ramsight.engine.typed_state import column, symbols
 from ramsight.sensor.diagnosis import (
     KINDS,
-    SUMS,
+    DiagnosisState,
     Evidence,
     Pair,
     diagnose,
@@ -21,7 +24,6 @@ from ramsight.sensor.diagnosis import (
     probabilities,
 )
 from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import SensorGraph
 from ramsight.tracking.named_faults import FaultNames, NamedFault, named_faults
 
 MOST, STD = 400.0, 0.3
@@ -29,7 +31,7 @@ MOVES = 150.0 * np.sin(0.3 * np.arange(60))
 
 
 def of(y, x, std=STD):
-    sums = Evidence(*(0.0 for _ in SUMS))
+    sums = Evidence()
     for one, other in zip(y, x, strict=True):
         sums = gathered(sums, ca.DM(float(one)), ca.DM(float(other)), ca.DM(std), 1.0, MOST)
     return sums
@@ -117,17 +119,13 @@ def test_probabilities_are_probabilities_whatever_is_reported(pairs, std):
 
 def followed(y, x, alarm, other=None, h=0.02, least=3.0):
     """Outputs of a sensor's step, sample by sample."""
-    graph = SensorGraph()
-    graph.elapsed = ca.SX(h)
-    symbols = [ca.SX.sym(name) for name in ("y", "x", "alarm", "other")]
-    pair = Pair("speed", "rad/s", symbols[0], symbols[1], STD, 0.0, 1.0, MOST, least)
-    more = diagnose(graph, pair, symbols[2], 0.0, symbols[3])
-    kept = [f"{what}_{name}" for what in ("evidence", "waiting") for name in SUMS]
-    names = [f"speed_{name}" for name in (*kept, "diagnosed", "level", "agreed_for", "fault_over", "right")]
-    states = ca.vertcat(*(graph.held(name) for name in names))
-    after = ca.vertcat(*(graph.becoming(name) for name in names))
-    step = ca.Function("step", [states, *symbols], [after, ca.vertcat(*(value for value, _ in more.values()))])
-    z, rows = ca.DM.zeros(len(names)), []
+    signals = [ca.SX.sym(name) for name in ("y", "x", "alarm", "other")]
+    pair = Pair("speed", "rad/s", signals[0], signals[1], STD, 0.0, ca.SX(1.0), MOST, least)
+    state, sample = symbols(DiagnosisState()), SimpleNamespace(elapsed=ca.SX(h))
+    after, more = diagnose(state, sample, pair, signals[2], ca.SX(0.0), signals[3])
+    outputs = ca.vertcat(*(value for value, _ in more.values()))
+    step = ca.Function("step", [column(state), *signals], [column(after), outputs])
+    z, rows = ca.DM.zeros(column(state).numel()), []
     for k in range(len(y)):
         z, out = step(z, y[k], x[k], alarm[k], 0.0 if other is None else other[k])
         rows.append(np.array(out).ravel())

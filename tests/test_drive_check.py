@@ -2,7 +2,7 @@
 
 import math
 import struct
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import casadi as ca
@@ -23,6 +23,7 @@ from ramsight.duty.drive_report import declared_report
 from ramsight.duty.electrical import PowerReport, ShaftReport, declared_power, declared_shaft
 from ramsight.duty.faults import Fault, inject
 from ramsight.duty.work_day import work_day
+from ramsight.engine.typed_state import column, leaf, symbols
 from ramsight.errors import DescriptionError
 from ramsight.logs import read_drive_log, write_drive_log
 from ramsight.logs.channel_map import load_map
@@ -32,15 +33,18 @@ from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build_unit
 from ramsight.plant.limits import Limits, limits_of
 from ramsight.sensor.detectors import CONTRADICTIONS
-from ramsight.sensor.disagreement import MEMORY, apart, sure
-from ramsight.sensor.drive_check import UNCHECKED, check_drive, declared_checks
+from ramsight.sensor.disagreement import Sums, compared, sure
+from ramsight.sensor.drive_check import DriveChecks, DriveState, check_drive, declared_checks
+from ramsight.sensor.intake import IntakeState
 from ramsight.sensor.kalman import kalman
+from ramsight.sensor.machine_model import MachineModel
+from ramsight.sensor.sample import DC_POWER, SHAFT_ANGLE, CounterState, Raw, SampleState, plain_sample
 from ramsight.sensor.status import Status
-from ramsight.sensor.sample import DC_POWER, SHAFT_ANGLE
-from ramsight.sensor.virtual_sensor import SensorGraph
+from ramsight.sensor.thresholds import MEMORY_TIME
+from ramsight.sensor.virtual_sensor import Report, close
 
 from .golden import golden
-from .sensor_bench import Stepped
+from .sensor_bench import Fed, Stepped
 
 SHAFT, POWER = {"shaft.std": math.radians(0.05)}, {"power.std": 0.005}
 LOADER = machine.load("mining-loader")
@@ -87,7 +91,7 @@ def test_a_day_without_faults_raises_nothing(day, sensors):
 def test_without_either_the_sensor_is_what_it_was(day):
     assert declared_checks(PLAIN.assumptions) == ()
     assert kalman(PLAIN).optional == ()
-    assert UNCHECKED.unless_contradicted(3.0) == 3.0
+    assert DriveChecks().unless_contradicted(3.0) == 3.0
 
 
 def test_signals_that_are_missing_check_nothing(day, sensors):
@@ -213,29 +217,32 @@ def test_a_tenth_of_a_percent_shows_in_seconds(day, sensors):
     first = log["time"].values[np.argmax(np.isin(status, (Status.SPEED_WRONG, Status.SPEED_CONTRADICTED)))]
     assert 0.0 < first < 15.0
     # 0.1 % of 419 rad/s for as long as the sums hold is more than whole revolutions a minute hide.
-    assert 2.0 * math.pi / 60.0 * MEMORY < 1e-3 * 418.9 * MEMORY
+    assert 2.0 * math.pi / 60.0 * MEMORY_TIME < 1e-3 * 418.9 * MEMORY_TIME
 
 
 class Pair:
     """Two reports of one level, compared sample by sample by CasADi's own machine."""
 
     def __init__(self, delay=0.02, lasting=0.0, noise=0.0):
-        graph = SensorGraph()
-        found = apart(
-            graph, "pair", graph.motor_torque - graph.motor_speed, level=graph.motor_speed, delay=delay,
-            lasting=lasting, noise=noise,
-        )  # fmt: skip
-        names = [f"pair_{what}" for what in ("apart", "mean", "variance", "lasts", "level", "alarm")]
-        before = [graph.held(name) for name in (*names, "time", "started")]
-        after = [graph.becoming(name) for name in (*names, "time", "started")]
-        self._f = ca.Function("pair", [ca.vertcat(*before), ca.vertcat(*graph.inputs[:4])], [
-            ca.vertcat(*after), ca.vertcat(found.by, found.allowed, found.alarm, found.onset)])  # fmt: skip
-        self.state = np.zeros(8)
+        def write(state, sample, x):
+            after, found = compared(
+                state, sample, sample.motor_torque - sample.motor_speed, level=sample.motor_speed, delay=delay,
+                lasting=lasting, noise=noise,
+            )  # fmt: skip
+            return after, ca.vertcat(found.by, found.allowed, found.alarm)
+
+        raw = Raw.symbols()
+        state = symbols(Fed(intake=SampleState.initial(), inputs={}, piece=Sums()))
+        intake, sample = plain_sample(state.intake, raw)
+        piece, found = write(state.piece, sample, {})
+        after = replace(state, intake=intake, piece=piece)
+        self._f = ca.Function("pair", [column(state), ca.vertcat(*raw.inputs)], [column(after), found])
+        self.state = np.zeros(column(state).numel())
 
     def run(self, time, one, other):
         said = []
         for t, a, b in zip(time, one, other, strict=True):
-            state, out = self._f(self.state, [t, b, a, 313.15])
+            state, out = self._f(self.state, [t, b, a, 313.15, 0.0, 0.0])
             self.state = np.array(state).ravel()
             said.append(np.array(out).ravel())
         return np.array(said)
@@ -246,9 +253,9 @@ TIME = np.arange(0.0, 20.0, 0.02)
 
 def test_a_lasting_difference_is_summed_up_over_the_memory():
     said = Pair().run(TIME, np.full(1000, 3.0), np.full(1000, 2.0))
-    assert said[-1, 0] == pytest.approx(MEMORY, rel=0.02)
+    assert said[-1, 0] == pytest.approx(MEMORY_TIME, rel=0.02)
     at = int(1.0 / 0.02)
-    assert said[at, 0] == pytest.approx(MEMORY * (1.0 - math.exp(-1.0 / MEMORY)), rel=0.02)
+    assert said[at, 0] == pytest.approx(MEMORY_TIME * (1.0 - math.exp(-1.0 / MEMORY_TIME)), rel=0.02)
 
 
 @settings(max_examples=30, deadline=None)
@@ -270,7 +277,7 @@ def test_a_delay_within_what_is_declared_is_never_an_alarm(seed, share, size):
 def test_the_bound_grows_by_what_is_declared_and_an_alarm_ends_at_half_of_it():
     quiet, loud = (Pair(noise=noise).run(TIME, np.full(1000, 2.0), np.full(1000, 2.0))[-1, 1] for noise in (0.0, 5.0))
     assert quiet == pytest.approx(0.0, abs=1e-6)
-    assert loud == pytest.approx(sure(MEMORY) * 5.0 * 0.02 * math.sqrt(MEMORY / 2.0 / 0.02), rel=0.05)
+    assert loud == pytest.approx(sure(MEMORY_TIME) * 5.0 * 0.02 * math.sqrt(MEMORY_TIME / 2.0 / 0.02), rel=0.05)
     pair = Pair(lasting=0.1)
     apart_by = np.where(TIME < 10.0, 1.0, 0.0)
     said = pair.run(TIME, apart_by, np.zeros(1000))
@@ -316,10 +323,10 @@ def test_gain_and_losses_are_learned(day, sensors):
     limits = limits_of(BOOM)
     losses = drive.copper * limits.torque / limits.max_speed / assumed.copper
     state = sensors["both"].state
-    assert 1.0 + state["power_gain_off"] == pytest.approx(drive.gain, abs=0.015)
-    assert 1.0 + state["power_copper_off"] == pytest.approx(drive.gain * losses, abs=0.1)
-    assert 1.0 + state["power_iron_off"] == pytest.approx(drive.gain * losses, abs=0.15)
-    assert state["power_covariance_00"] < (0.5 * assumed.gain) ** 2
+    assert 1.0 + state["drive.power.off.gain"] == pytest.approx(drive.gain, abs=0.015)
+    assert 1.0 + state["drive.power.off.copper"] == pytest.approx(drive.gain * losses, abs=0.1)
+    assert 1.0 + state["drive.power.off.iron"] == pytest.approx(drive.gain * losses, abs=0.15)
+    assert state["drive.power.covariance[gain,gain]"] < (0.5 * assumed.gain) ** 2
 
 
 def test_after_a_night_the_drive_is_no_less_known_than_a_new_one(day, sensors):
@@ -333,9 +340,11 @@ def test_after_a_night_the_drive_is_no_less_known_than_a_new_one(day, sensors):
     for k in range(20_000):
         sensors["both"].step(last + 3600.0 * 30 + 0.4 * k, 0.0, 0.0, 313.15, dc_power=float(night["dc_power"]))
     state, assumed = sensors["both"].state, BOOM.assumptions.power
-    assert assumed.gain**2 * 0.5 < state["power_covariance_00"] <= assumed.gain**2 * (1.0 + 1e-9)
-    assert state["power_covariance_11"] <= assumed.losses**2 * (1.0 + 1e-9)
-    values = np.array([[state[f"power_covariance_{min(i, j)}{max(i, j)}"] for j in range(3)] for i in range(3)])
+    assert assumed.gain**2 * 0.5 < state["drive.power.covariance[gain,gain]"] <= assumed.gain**2 * (1.0 + 1e-9)
+    assert state["drive.power.covariance[copper,copper]"] <= assumed.losses**2 * (1.0 + 1e-9)
+    names = ("gain", "copper", "iron")
+    pairs = [[sorted((i, j), key=names.index) for j in names] for i in names]
+    values = np.array([[state["drive.power.covariance[{},{}]".format(*pair)] for pair in row] for row in pairs])
     assert (np.linalg.eigvalsh(values) > -1e-12).all()
 
 
@@ -463,7 +472,7 @@ def test_exported_c_takes_them_and_keeps_the_counter_in_a_double(tmp_path):
     header = (tmp_path / "boom" / "ramsight_boom.h").read_text(encoding="utf-8")
     assert "double shaft_angle; /* that the drive's counter says" in header
     assert "ramsight_boom_real dc_power; /*" in header
-    assert "double last_shaft_angle;" in header
+    assert "double intake_counter_angle;" in header
     for single in (False, True):
         assert "passed" in golden(done.folder, "ramsight_boom", single=single)
 
@@ -472,22 +481,44 @@ OTHER = Path(__file__).parent / "traces" / "drive_dc.csv"
 """A motor, its inverter and its control as motulator simulates them (evaluation/drive_dc.py)."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class Driven:
+    """What the checks of a drive keep, and their inputs."""
+
+    position: object = leaf("m")
+    intake: object
+    drive: object
+
+
 def other_drive(**wrong):
     """What the checks say of that drive, its columns perhaps changed from 6 s on."""
     limits = Limits(
         1.0, 1.0, 1.0, torque=14.0, side_torque=14.0, largest_torque=14.0, leak_velocity=1e-3, max_speed=157.0
     )
-    graph = SensorGraph((), (SHAFT_ANGLE, DC_POWER))
-    graph.parameters.add("travel_per_radian", 1e-3)
-    graph.state("motor_torque")
-    graph.becomes("motor_torque", graph.motor_torque)
     # 14 N m are 5.7 A peak by 1.5 x 3 x 0.545 N m/A: 3.6 ohm lose 1.5 R i2 = 176 W of them, 8 % of 14 N m x 157 rad/s.
     keys = {**SHAFT, **POWER, "power.copper": 0.08, "power.iron": 0.0, "power.standby": 0.0, "power.losses": 0.3}
-    checks = check_drive(graph, PLAIN.assumptions.replace(keys), limits, 1.0)
-    graph.becomes("position", graph.position)
+    assumed = PLAIN.assumptions.replace(keys)
+    model = replace(
+        MachineModel.of(PLAIN, assumed), travel_per_radian=1e-3, relief_torque=limits.torque,
+        max_speed=limits.max_speed, leak_velocity=limits.leak_velocity,
+    )  # fmt: skip
+    raw = Raw.symbols((), (SHAFT_ANGLE, DC_POWER))
+    first = Driven(intake=IntakeState.initial((), (SHAFT_ANGLE, DC_POWER)), drive=DriveState.initial(assumed))
+    state = symbols(first)
+    intake, sample = plain_sample(SampleState(
+        started=state.intake.started, time=state.intake.time, motor_speed=state.intake.motor_speed, commands={},
+    ), raw)  # fmt: skip
+    sample = replace(sample, counter=state.intake.counter, last_torque=state.intake.torque.value)
+    drive, _, checks = check_drive(state.drive, sample, model)
+    kept = replace(
+        state.intake, started=intake.started, time=intake.time, motor_speed=intake.motor_speed,
+        torque=replace(state.intake.torque, value=raw.motor_torque),
+        counter=CounterState(angle=raw.measured[SHAFT_ANGLE], begun=ca.SX(1.0)),
+    )  # fmt: skip
     said = {"speed": checks.speed_wrong, "counter": checks.counter_wrong, "torque": checks.torque_wrong}
     more = {f"{name}_wrong": (value, "1") for name, value in {**said, "nobody": checks.undecided}.items()}
-    closed = graph.sensor("checks", position=0.0, velocity=0.0, load=0.0, std=0.0, status=0.0, more=more)
+    report_ = Report(ca.SX(0.0), 0.0, 0.0, 0.0, ca.SX(0.0), more)
+    closed = close("checks", model.table, raw, first, state, replace(state, intake=kept, drive=drive), report_)
     time, rpm, torque, angle, power = np.loadtxt(OTHER, delimiter=",", skiprows=1).T
     columns = {"motor_speed": rpm * math.pi / 30.0, "motor_torque": torque, "dc_power": power}
     columns |= {"shaft_angle": np.radians(angle), "oil_temperature": np.full(time.size, 313.15)}

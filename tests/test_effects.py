@@ -660,7 +660,7 @@ def test_a_sensor_learns_how_much_warmer_the_oil_in_the_pumps_is_while_it_warms_
     sensor = kalman(BOOM, BOOM.assumptions.replace({"thermometer.offset": 5.0}))
     sensor.start(duty.start_position)
     track = sensor.track(log)
-    warmer = np.sign(colder) * sensor.state["described_8"]
+    warmer = np.sign(colder) * sensor.state["hypotheses[0].warmer"]
     assert 0.25 * abs(colder) < warmer < 1.2 * abs(colder)
     judged = judge(track, log["motor_speed"].values, run["position"].values, BOOM.cylinder.stroke, after=3)
     assert judged.p95 < 3e-3

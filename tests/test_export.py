@@ -23,7 +23,7 @@ from ramsight.cli import app
 from ramsight.deploy.c_folder import write_sensor
 from ramsight.deploy.c_function import PLAIN, Term, statements
 from ramsight.deploy.c_sections import by_section, live_marks
-from ramsight.deploy.c_sensor import inputs_of, sensor_source
+from ramsight.deploy.c_sensor import field_of, inputs_of, sensor_source
 from ramsight.deploy.compiler import STRICT, CompilerError, find_compiler, footprint, library, run
 from ramsight.deploy.exported_run import CompiledSensor
 from ramsight.deploy.golden import faulty_day
@@ -32,7 +32,6 @@ from ramsight.engine.graph import graph_of
 from ramsight.engine.recursion import replay
 from ramsight.errors import OutputError
 from ramsight.plant.ddh import build_ddh
-from ramsight.sensor.hypothesis import learned
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.persistence import StateFile, forgotten
 from ramsight.sensor.status import Status
@@ -186,8 +185,9 @@ class Slots:
         self.c.ramsight_boom_init(self.sensor)
 
     def put(self, state):
+        fields = {field_of(name): value for name, value in state.items()}
         for k, name in enumerate(self.names):
-            self.sensor[k] = state[name]
+            self.sensor[k] = fields[name]
 
     def get(self):
         return dict(zip(self.names, self.sensor[: len(self.names)], strict=True))
@@ -246,9 +246,9 @@ def test_a_state_resumes_as_in_python(tmp_path, slots):
     c.put(sensor.state)
     (place,) = c.keep(starts=1)
     assert c.resume() == MOVED
-    assert c.get()["is_referenced"] == 0.0
-    known = learned(sensor.recursion.state)
-    assert [c.get()[name] for name in known] == [sensor.state[name] for name in known]
+    assert c.get()["position_known"] == 0.0
+    known = sensor.learned
+    assert [c.get()[field_of(name)] for name in known] == [sensor.state[name] for name in known]
 
     content = bytearray(file.path.read_bytes())
     content[-100] ^= 1
@@ -256,7 +256,8 @@ def test_a_state_resumes_as_in_python(tmp_path, slots):
     assert file.resume().older
     c.slots[place][20] ^= 1  # torn
     assert c.resume() == OLDER
-    assert c.get() == pytest.approx(forgotten(sensor, c.get()))
+    kept = {name: c.get()[field_of(name)] for name in sensor.recursion.state}
+    assert kept == pytest.approx(forgotten(sensor, kept))
     assert c.keep() == [place], "the whole one stays"
 
 
@@ -267,14 +268,15 @@ def test_what_is_resumed_is_what_was_kept(slots):
     before = slots.get()
     assert slots.resume() == RESUMED
     after = slots.get()
-    assert [after[name] for name in learned(after)] == pytest.approx(
-        [before[name] for name in learned(before)], rel=1e-3
-    )
-    pressures = [name for name in slots.names if re.fullmatch(r"circuit_pressure_[a-z]+_[ab]", name)]
+    known = [name for name in slots.names if re.fullmatch(r"hypotheses_\d_(?!.*position).*", name)]
+    assert len(known) == 5 * (7 + 28 + 1)
+    assert [after[name] for name in known] == pytest.approx([before[name] for name in known], rel=1e-3)
+    pressures = [name for name in slots.names if re.fullmatch(r"load_circuit_pressure_[a-z]+_[ab]", name)]
+    assert pressures
     assert [after[name] for name in pressures] == pytest.approx([before[name] for name in pressures], abs=1e4)
     assert after["position"] == pytest.approx(before["position"], abs=1e-6)
-    assert after["covariance_00"] > before["covariance_00"] * (1.0 - 5e-3), "it was kept a moment before, at rest"
-    assert (after["started"], after["clocked"]) == (0.0, 0.0)
+    assert after["position_variance"] > before["position_variance"] * (1.0 - 5e-3), "kept a moment before, at rest"
+    assert (after["intake_started"], after["intake_clocked"]) == (0.0, 0.0)
     assert slots.keep() == [], "it rests there still"
     assert slots.keep(starts=1) == [0]
     assert slots.resume() == MOVED
@@ -319,7 +321,7 @@ def test_an_erased_slot_takes_the_position_with_it(slots, filler):
         whole = bytes(slots.slots[erased])
         slots.slots[erased][:] = bytes([filler]) * len(whole)
         assert slots.resume() == OLDER
-        assert slots.get()["is_referenced"] == 0.0
+        assert slots.get()["position_known"] == 0.0
         slots.slots[erased][:] = whole
     assert slots.resume() == RESUMED
     assert slots.c.ramsight_boom_resume(slots.sensor, slots.slots[0], None) == OLDER
@@ -342,10 +344,10 @@ def test_every_damaged_bit_is_noticed(slots):
     [
         ("position", np.nan),
         ("position", 5.0),
-        ("covariance_00", -1e-6),
-        ("described_1", np.inf),
-        ("low_covariance_33", -1e-9),
-        ("is_referenced", 7.0),
+        ("position_variance", -1e-6),
+        ("hypotheses_0_leakage", np.inf),
+        ("hypotheses_2_covariance_compliance_compliance", -1e-9),
+        ("position_known", 7.0),
     ],
 )
 def test_a_state_that_cannot_be_is_not_resumed_even_with_a_good_checksum(slots, name, value):
@@ -390,13 +392,13 @@ def test_the_step_stands_in_the_order_of_the_pipe(exported):
     places = [step.index(f"/* {part}: ") for part in PARTS]
     inputs, balance, contacts, update, status = (step[a:b] for a, b in itertools.pairwise([*places, len(step)]))
     assert "u_oil_temperature" in inputs
-    assert "s->circuit_pressure" not in inputs
-    assert "s->circuit_pressure" in balance
+    assert "s->load_circuit_pressure" not in inputs
+    assert "s->load_circuit_pressure" in balance
 
     assert "EXP(" in inputs + balance or "POW(" in inputs + balance, "viscosity"
     assert len(balance) > 0.2 * len(step)
-    assert "s->described_covariance_01" not in contacts
-    assert "s->described_covariance_01" in update
+    assert "s->hypotheses_0_covariance_position_leakage" not in contacts
+    assert "s->hypotheses_0_covariance_position_leakage" in update
     assert len(update) > len(status)
 
 

@@ -1,6 +1,7 @@
 """What is not known of a machine: what references and contacts make likely, and what they do to the position."""
 
 import math
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -8,28 +9,27 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ramsight.engine.typed_state import inlined, leaf, leaves, symbols
+from ramsight.plant.symbols import Parameters
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.hypotheses import Hypotheses
-from ramsight.sensor.hypothesis import (
-    BOUNDS,
-    COMPLIANCE,
-    DISPLACEMENT,
-    EXPONENT,
-    LAG,
-    LEAK,
-    LOW,
-    NAMES,
-    POSITION,
-    TOP,
-    learned,
-)
-from ramsight.sensor.mixture import RISK
-from ramsight.sensor.uncertainty import Covariance
-from ramsight.sensor.virtual_sensor import SensorGraph
+from ramsight.sensor.bank import LEARNT as LEARNT_QUANTITIES
+from ramsight.sensor.bank import Bank as State
+from ramsight.sensor.bank import BankState, Measurement, StartOfPosition, TorqueEvidence
+from ramsight.sensor.covariance import Covariance
+from ramsight.sensor.hypothesis import BOUNDS as BOUNDS_OF
+from ramsight.sensor.hypothesis import Kind, covariance_of, state_of
+from ramsight.sensor.quantity import Quantity
+from ramsight.sensor.sample import Raw, SampleState, plain_sample
+from ramsight.sensor.thresholds import RISK
+from ramsight.sensor.virtual_sensor import Report, close
 
 from .sensor_bench import Stepped
 
 STROKE = 0.7
+QUANTITIES = tuple(Quantity)
+POSITION, LEAK, DISPLACEMENT, COMPLIANCE, LAG, EXPONENT, LOW, TOP = range(8)
+NAMES = tuple(kind.text for kind in Kind)
+BOUNDS = tuple(BOUNDS_OF.values())
 LEARNT = LOW - LEAK  # factors, lag and exponent
 PERIOD = 0.02
 INPUTS = (
@@ -43,83 +43,109 @@ QUIET = dict.fromkeys(INPUTS, 0.0) | {"torque_variance": 1.0, "inflation": 1.0, 
 N = TOP + 1
 
 
+@dataclass(frozen=True, kw_only=True)
+class Fed:
+    """The hypotheses, and what the rest of a sensor would hand them as states that are set by hand."""
+
+    position: object = leaf("m", 0.5 * STROKE)
+    position_known: object = leaf("1")
+    position_variance: object = leaf("m2")
+    intake: object
+    inputs: object
+    bank: object = inlined()
+
+
+def state_name(name):
+    """The state of a hypothesis by its name and what it is of: ``low_weight``, ``low_1``, ``low_covariance_33``."""
+    for kind in Kind:
+        of = name.removeprefix(f"{kind.text}_")
+        if of == name:
+            continue
+        if of.startswith("covariance_"):
+            i, j = (QUANTITIES[int(digit)] for digit in of.removeprefix("covariance_"))
+            return covariance_of(kind, i, j)
+        return f"hypotheses[{int(kind)}].weight" if of == "weight" else state_of(kind, QUANTITIES[int(of)])
+    return name
+
+
+class Model:
+    """What the bank asks of a machine model."""
+
+    stroke, assumed = STROKE, Assumptions()
+
+
 class Bank:
-    """The hypotheses alone, fed by hand: what the rest of a sensor would tell them are the states of its graph."""
+    """The hypotheses alone, fed by hand."""
 
     def __init__(self):
-        graph = SensorGraph()
-        x = {name: graph.state(f"input_{name}") for name in INPUTS}
-        for name, symbol in x.items():
-            graph.becomes(f"input_{name}", symbol)
-        graph.initially("position", 0.5 * STROKE)
-        started = graph.held("started")
-        known, variance = graph.state("is_referenced"), graph.state("covariance_00")
-        bank = Hypotheses(
-            graph, STROKE, Assumptions(), known=known, first=ca.logic_not(started), start_variance=variance
-        )
+        raw = Raw.symbols()
+        first = Fed(
+            intake=SampleState.initial(), inputs=dict.fromkeys(INPUTS, ca.SX(0.0)),
+            bank=BankState.initial(Assumptions(), STROKE),
+        )  # fmt: skip
+        state = symbols(first)
+        intake, sample = plain_sample(state.intake, raw)
+        x, known = state.inputs, state.position_known
+        start = StartOfPosition(ca.logic_not(state.intake.started), known, state.position_variance)
+        bank = State.begin(state.bank, Model(), state.position, sample.elapsed, start)
         around = bank.means()
-        nominal = graph.position + x["travel"]
-        by = [x[f"travel_by_{k}"] for k in range(LEARNT)]
-        bank.predict(x["travel"], by, around, x["noise"], x["grows"], x["leak"])
-        bank.floor(x["floor"])
-        bank.confine(nominal, x["passes"], x["passed"])
-        bank.turned(nominal, x["way"])
-        room = [bank.room(way, x["passed"]) for way in (-1.0, 1.0)]
+        nominal = state.position + x["travel"]
+        by = {one: x[f"travel_by_{k}"] for k, one in enumerate(LEARNT_QUANTITIES)}
+        bank = bank.predicted(x["travel"], by, around, x["noise"], x["grows"], x["leak"])
+        bank = bank._with([h.with_covariance(h.covariance.at_least(Quantity.LEAKAGE, x["floor"] ** 2))
+                           for h in bank.hypotheses])  # fmt: skip
+        bank = bank.confined(nominal, x["passes"], x["passed"]).turned_back(nominal, x["way"])
+        room = [bank.room(way, x["passed"]) for way in (ca.SX(-1.0), ca.SX(1.0))]
         nominal = nominal - x["back"]
-        seemed = [x[f"seemed_{k}"] for k in range(LEARNT)]
-        row = [x["told"] * x[f"row_{k}"] for k in range(LEARNT)]
-        bank.torque(
-            row, around, x["surprise"], x["torque_variance"], x["inflation"],
-            leak=x["tells_leak"], compliance=x["tells_compliance"],
-        )  # fmt: skip
-        measured = bank.measure(
-            x["place"], nominal, x["low"], x["top"], x["variance"], x["arrived"], x["doubt"], x["use"] > 0.0, 0.0,
-            (seemed, around), x["went_on"],
-        )  # fmt: skip
+        seemed = {one: x[f"seemed_{k}"] for k, one in enumerate(LEARNT_QUANTITIES)}
+        row = {one: x["told"] * x[f"row_{k}"] for k, one in enumerate(LEARNT_QUANTITIES)}
+        bank = bank.taught(TorqueEvidence(
+            row, around, x["surprise"], x["torque_variance"], x["inflation"], x["tells_leak"], x["tells_compliance"],
+        ))  # fmt: skip
+        bank, measured = bank.measured(Measurement(
+            use=x["use"] > 0.0, place=x["place"], nominal=nominal, low=x["low"], top=x["top"],
+            variance=x["variance"], arrived=x["arrived"], obstacle=x["doubt"], by_offset=0.0, seemed=seemed,
+            around=around, went_on=x["went_on"],
+        ))  # fmt: skip
         position = nominal + x["went_on"] * x["back"] + measured.moved
-        graph.becomes("position", position)
-        graph.becomes("is_referenced", ca.fmax(known, measured.taken))
-        graph.becomes("covariance_00", bank.variance())
-        more = {"taken": measured.taken, "refused": measured.refused, "moved": measured.moved, "band": bank.band()}
+        more = {"taken": measured.accepted, "refused": measured.rejected, "moved": measured.moved}
         more |= {
+            "band": bank.band(),
             "room_low": room[0],
             "room_top": room[1],
             "total": ca.sqrt(bank.variance()),
             "bound": bank.bound(),
-            "leak": bank.means()[0],
-            "exponent": bank.means()[4],
-            "leak_std": bank.factor_std(LEAK),
+            "leak": bank.means()[Quantity.LEAKAGE],
+            "exponent": bank.means()[Quantity.EXPONENT],
+            "leak_std": bank.factor_std(Quantity.LEAKAGE),
         }
         more |= {f"p_{name}": p for name, p in bank.probabilities().items()}
-        bank.close()
-        sensor = graph.sensor(
-            "bank",
-            position=position,
-            velocity=0.0,
-            load=0.0,
-            std=bank.band(),
-            status=0.0,
-            more={name: (value, "1") for name, value in more.items()},
-        )
-        self._sensor, self._stepped = sensor, Stepped(sensor)
-        self.names = sensor.recursion.state
+        after = replace(
+            state, position=position, position_known=ca.fmax(known, measured.accepted),
+            position_variance=bank.variance(), intake=intake, bank=bank.closed(),
+        )  # fmt: skip
+        outputs = {name: (ca.SX(1.0) * value, "1") for name, value in more.items()}
+        said = Report(position, bank.band(), 0.0, 0.0, ca.SX(0.0), outputs)
+        self._sensor = close("bank", Parameters(), raw, first, state, after, said)
+        self._stepped = Stepped(self._sensor)
+        self.names = self._sensor.recursion.state
         self._time = 0.0
 
     def begin(self, position=0.5 * STROKE, std=1e-3, **more):
         """Forget everything; `std` None if the position is not known."""
         self._time = 0.0
         self._stepped.state = self._sensor.initial.copy()
-        self.set(position=position, is_referenced=float(std is not None), covariance_00=(std or 0.0) ** 2, **more)
+        self.set(position=position, position_known=float(std is not None), position_variance=(std or 0.0) ** 2, **more)
         return self.go()
 
     def set(self, **states):
         """Other values of states."""
         for name, value in states.items():
-            self._stepped.state[self.names.index(name)] = value
+            self._stepped.state[self.names.index(state_name(name))] = value
 
     def go(self, **inputs):
         """One sample; what is said after it."""
-        self.set(**{f"input_{name}": value for name, value in (QUIET | inputs).items()})
+        self.set(**{f"inputs.{name}": value for name, value in (QUIET | inputs).items()})
         self._time += PERIOD
         sample = ca.DM([self._time, 0.0, 0.0, 313.0, 0.0, 0.0])
         step = self._sensor.recursion.function()
@@ -129,7 +155,7 @@ class Bank:
 
     def value(self, name):
         """A state."""
-        return float(self._stepped.state[self.names.index(name)])
+        return float(self._stepped.state[self.names.index(state_name(name))])
 
     def matrix(self, name):
         """The covariance of a hypothesis."""
@@ -814,62 +840,56 @@ def test_covariances_stay_covariances(bank, events, known):
 def test_a_covariance_is_that_of_a_kalman_filter():
     """Each operation of `Covariance` against the matrices of a textbook."""
     rng = np.random.default_rng(1)
-    graph, n = SensorGraph(), 4
-    covariance = Covariance(graph, (1.0,) * n, prefix="c_")
+    names = list(Quantity)[:4]
+    n = len(names)
     root = rng.normal(size=(n, n))
     start = root @ root.T
     row, noise, h = rng.normal(size=n), rng.uniform(size=n), rng.normal(size=n)
-    changes = []
-    covariance.predict(list(row), list(noise))
-    stages = [dict(covariance.entries)]
-    changes.append(covariance.update(list(h), 0.7, 0.3, True))
-    stages.append(dict(covariance.entries))
-    changes.append(covariance.update(list(h[::-1]), 0.7, 0.3, True, only=[0, 2]))
-    stages.append(dict(covariance.entries))
-    variance = covariance.variance(list(h))
-    covariance.limit(0.1)
-    stages.append(dict(covariance.entries))
-    symbols = [graph.held(f"c_covariance_{i}{j}") for i in range(n) for j in range(i, n)]
-    flat = [entries[i, j] for entries in stages for i in range(n) for j in range(i, n)]
-    gains = [value for change in changes for value in change]
-    function = ca.Function("f", [ca.vertcat(*symbols)], [ca.vertcat(*flat), ca.vertcat(*gains), variance])
-    upper = np.array([start[i, j] for i in range(n) for j in range(i, n)])
-    flat, gains, variance = (np.array(value)[:, 0] for value in function(upper))
-    full = []
-    for part in flat.reshape(len(stages), -1):
-        matrix = np.zeros((n, n))
-        matrix[np.triu_indices(n)] = part
-        full.append(matrix + np.triu(matrix, 1).T)
+    row[0] = 0.0
+    pairs = [(i, j) for k, i in enumerate(names) for j in names[k:]]
+    covariance = Covariance({(i, j): ca.SX(start[names.index(i), names.index(j)]) for i, j in pairs})
+
+    def matrix(of):
+        return np.array([[float(of[i, j]) for j in names] for i in names])
+
+    def by(values):
+        return dict(zip(names, values.tolist(), strict=True))
+
+    moved = covariance.predicted({k: v for k, v in by(row).items() if v}, by(noise))
     step = np.eye(n)
     step[0] += row
     expected = step @ start @ step.T + np.diag(noise)
-    assert full[0] == pytest.approx(expected)
-    for k, (direction, only) in enumerate(((h, range(n)), (h[::-1], [0, 2]))):
+    assert matrix(moved) == pytest.approx(expected)
+    for direction, only in ((h, range(n)), (h[::-1], [0, 2])):
         gain = expected @ direction / (direction @ expected @ direction + 0.3)
         gain[[i for i in range(n) if i not in only]] = 0.0
-        assert gains[k * n : (k + 1) * n] == pytest.approx(0.7 * gain)
+        moved, changes = moved.updated(by(direction), 0.7, 0.3, True, only=[names[k] for k in only])
+        assert [float(changes.get(one, 0.0)) for one in names] == pytest.approx(0.7 * gain)
         joseph = np.eye(n) - np.outer(gain, direction)
         expected = joseph @ expected @ joseph.T + 0.3 * np.outer(gain, gain)
-        assert full[k + 1] == pytest.approx(expected)
-    assert variance[0] == pytest.approx(h @ expected @ h)
-    assert full[3][0, 0] == pytest.approx(min(expected[0, 0], 0.01))
-    assert np.linalg.eigvalsh(full[3]).min() > 0.0
+        assert matrix(moved) == pytest.approx(expected)
+    assert float(moved.variance(by(h))) == pytest.approx(h @ expected @ h)
+    limited = matrix(moved.limited(0.1, names[0]))
+    assert limited[0, 0] == pytest.approx(min(expected[0, 0], 0.01))
+    assert np.linalg.eigvalsh(limited).min() > 0.0
+    unknown = matrix(moved.independent(names[0], 0.5))
+    assert unknown[0] == pytest.approx([0.25, 0.0, 0.0, 0.0])
+    assert unknown[1:, 1:] == pytest.approx(expected[1:, 1:])
+    larger = float(moved.grown(0.2).std(names[0]))
+    assert larger == pytest.approx(np.sqrt(expected[0, 0]) + 0.2)
 
 
-def test_how_much_warmer_the_oil_is_is_a_quantity_only_where_it_is_declared():
-    """Its place is the last one, after the link's error where there is one, and its derivative goes there."""
+def test_a_quantity_is_absent_by_name_where_it_is_not_declared():
     declared = Assumptions().replace({"thermometer.offset": 5.0, "link_angle.offset": 0.01})
-    for with_link, assumptions, size in (
-        (False, Assumptions(), N), (False, declared, N + 1), (True, Assumptions(), N + 1), (True, declared, N + 2),
-    ):  # fmt: skip
-        graph = SensorGraph()
-        bank = Hypotheses(graph, STROKE, assumptions, known=0.0, first=0.0, start_variance=1e-6, with_link=with_link)
-        learns = assumptions is declared
-        assert [len(h.mean) for h in bank.all] == [size] * len(NAMES)
-        assert len(bank.means()) == LEARNT + learns
-        row = bank._row([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, *([6.0] if learns else [])], (7.0, 8.0, 9.0))
-        expected = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 7.0, 8.0, *([9.0] if with_link else []), *([6.0] if learns else [])]
-        assert row == expected
-        last = f"described_covariance_{size - 1}{size - 1}"
-        if learns:
-            assert set(learned((f"leaks_{size - 1}", last))) == {f"leaks_{size - 1}", last}
+    for with_link, assumptions in ((False, Assumptions()), (False, declared), (True, Assumptions()), (True, declared)):
+        state = BankState.initial(assumptions, STROKE, with_link=with_link)
+        names = {one.name: one for one in leaves(state)}
+        for kind in Kind:
+            assert (state_of(kind, Quantity.ANGLE_OFFSET) in names) == with_link
+            assert (state_of(kind, Quantity.WARMER) in names) == (assumptions is declared)
+            assert names[state_of(kind, Quantity.LEAKAGE)].learned
+            assert not names[state_of(kind, Quantity.POSITION)].learned
+            assert not names[covariance_of(kind, Quantity.POSITION, Quantity.LEAKAGE)].learned
+            assert names[covariance_of(kind, Quantity.LEAKAGE, Quantity.LAG)].learned
+            assert names[covariance_of(kind, Quantity.LAG, Quantity.LAG)].variance
+            assert not names[covariance_of(kind, Quantity.LEAKAGE, Quantity.LAG)].variance

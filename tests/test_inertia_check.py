@@ -18,13 +18,11 @@ from ramsight.duty.work_day import work_day
 from ramsight.logs import read_drive_log
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build_unit
-from ramsight.plant.limits import limits_of
 from ramsight.sensor import redundancy
-from ramsight.sensor.drive_check import UNCHECKED
-from ramsight.sensor.inertia_check import ALARM, check_inertia
+from ramsight.sensor.inertia_check import InertiaState
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import SensorGraph
+from ramsight.sensor.thresholds import SIGN_ALARM
 
 from .golden import golden
 from .sensor_bench import Stepped
@@ -118,7 +116,7 @@ def test_only_the_sign_counts_whatever_the_load(sensor):
 
 
 def test_without_a_declared_inertia_nothing_is_looked_at():
-    assert check_inertia(SensorGraph(), UNCHECKED, PLAIN.assumptions, limits_of(PLAIN), 0.008) is UNCHECKED
+    assert InertiaState.initial(PLAIN.assumptions) is None
     assert "sign_reversed" not in kalman(PLAIN).recursion.outputs
 
 
@@ -137,7 +135,7 @@ def test_the_page_quotes_what_was_measured(monkeypatch):
     assert inertia.sentence(found) in page.replace("\n", " ")
     assert inertia.gains(found) in page.replace("\n", " ")
     assert found["in_1000_h"] <= 1.0
-    assert f"ratios above {ALARM:g}:" in page
+    assert f"ratios above {SIGN_ALARM:g}:" in page
 
 
 def test_it_steps_the_same_without_being_compiled(day, sensor):

@@ -16,8 +16,9 @@ from ramsight.duty.work_day import work_day
 from ramsight.logs import read_drive_log, read_truth
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.ddh import build_ddh
-from ramsight.sensor.hypothesis import NAMES
+from ramsight.sensor.hypothesis import Kind, covariance_of
 from ramsight.sensor.kalman import kalman
+from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.status import Status
 from ramsight.tracking.position_errors import first_stop_contact, stop_visits, turning_for
 
@@ -242,11 +243,12 @@ def test_the_covariance_stays_a_covariance(tracked, sensors):
     for part in np.array_split(np.arange(log.sizes["time"]), 40):
         sensor.track(log.isel(time=part))
         state = sensor.state
-        for name in NAMES:
-            rows = [[f"{name}_covariance_{min(i, j)}{max(i, j)}" for j in range(7)] for i in range(7)]
+        known = [one for one in Quantity if one not in (Quantity.ANGLE_OFFSET, Quantity.WARMER)]
+        for kind in Kind:
+            rows = [[covariance_of(kind, *sorted((i, j), key=known.index)) for j in known] for i in known]
             matrix = np.array([[state[entry] for entry in row] for row in rows])
             scale = np.sqrt(np.diag(matrix))
-            assert np.linalg.eigvalsh(matrix / np.outer(scale, scale)).min() > -1e-6, name
+            assert np.linalg.eigvalsh(matrix / np.outer(scale, scale)).min() > -1e-6, kind.text
 
 
 def steady(seconds=12.0, period=0.02, speed=100.0, seed=0):

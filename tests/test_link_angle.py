@@ -102,7 +102,7 @@ def test_an_offset_is_learned_from_references(leaky, sensor):
     reference[2000::3000] = leaky["position"].values[2000::3000]
     sensor.start(float(leaky["position"][0]))
     sensor.track(log.assign(reference=("time", reference)))
-    assert sensor.state["described_8"] == pytest.approx(offset, abs=math.radians(0.08))
+    assert sensor.state["hypotheses[0].angle_offset"] == pytest.approx(offset, abs=math.radians(0.08))
 
 
 def test_an_angle_that_is_stuck_convinces_nobody(leaky, sensor):

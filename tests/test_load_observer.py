@@ -1,17 +1,23 @@
 """The load from the motor's torque: found, followed, and never paid for with oil that is not there."""
 
+from dataclasses import dataclass, replace
+
 import casadi as ca
 import numpy as np
 import pytest
 import xarray
 
 from ramsight.duty import report
+from ramsight.engine.typed_state import leaf, symbols
 from ramsight.plant.balance import FACTORS, balance, without_friction
 from ramsight.plant.limits import limits_of
 from ramsight.plant.oil import ATMOSPHERE
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.load import LoadObserver
-from ramsight.sensor.virtual_sensor import SensorGraph
+from ramsight.sensor.load import LoadState, Piston, observe_load, shifted
+from ramsight.sensor.load_release import Release, UnheldState, release_load
+from ramsight.sensor.machine_model import MachineModel
+from ramsight.sensor.sample import Raw, SampleState, plain_sample
+from ramsight.sensor.virtual_sensor import Report, close
 
 from .plant_bench import UNITS
 from .sensor_bench import (
@@ -87,8 +93,8 @@ def test_the_load_of_a_lift_is_found_within_two_percent(name):
     friction = (said["carried"] - said["load"])[lifts]
     assert friction.mean() == pytest.approx(rubbed(run, unit)[lifts].mean(), rel=0.05)
     assert np.abs(error).max() < 0.008 * unit.cylinder.stroke
-    assert (said["seen"][lifts] > 0.75).all()
-    assert (said["seen"] <= 1.0).all()
+    assert (said["shows"][lifts] > 0.75).all()
+    assert (said["shows"] <= 1.0).all()
 
 
 @pytest.mark.parametrize("name", UNITS)
@@ -170,7 +176,7 @@ def test_a_rod_that_the_pump_holds_sinks_by_leakage_whatever_the_noise(name):
     for noise, seed in ((0.0, 0), (0.007, 1), (0.007, 2)):
         begin(observer, float(run["position"][0]))
         said = observer.track(log)
-        torque = float(said["torque"][-1])
+        torque = float(said["expected"][-1])
         after = observer.track(at_rest(log["time"], 3.0, 0.02, torque, noise * limits_of(unit).torque, seed))
         ends.append(after["position"][-1])
         assert (after["position"][-1] - said["position"][-1]) * unit.lift_sign < -1e-5
@@ -189,11 +195,11 @@ def test_no_torque_moves_the_load_by_more_than_virtual_work_allows(name):
     begin(observer, float(run["position"][0]))
     said = observer.track(wild)
     changes = np.abs(np.diff(said["load"]))
-    most = np.abs(said["surprise"][1:]) / unit.travel_per_radian
+    most = np.abs(said["innovation"][1:]) / unit.travel_per_radian
     assert (changes <= most * (1.0 + 1e-9) + 1e-6).all()
     assert (changes > 0.2 * most).any()
-    assert (said["state_load_variance"] >= 0.0).all()
-    assert (said["state_first_load_variance"] >= 0.0).all()
+    assert (said["state_load.variance"] >= 0.0).all()
+    assert (said["state_load.first_variance"] >= 0.0).all()
 
 
 @pytest.mark.parametrize("name", ["mining-loader boom", "eha-single-rod axis", "press ram"])
@@ -221,7 +227,7 @@ def test_it_knows_where_it_would_be_with_another_factor(name, k):
     wrong = np.abs(found - found[0] - expected + expected[0]).max()
     assert wrong < max(0.01 * largest, 0.05e-3)
     steady = full_speed(run, unit)
-    shown = -(plus["surprise"] - minus["surprise"])[steady] / (2.0 * by)
+    shown = -(plus["innovation"] - minus["innovation"])[steady] / (2.0 * by)
     size = max(np.abs(shown).max(), 0.02 * limits_of(unit).torque)
     assert np.abs(plain[f"torque_by_{FACTORS[k]}"][steady] - shown).max() < 0.15 * size
 
@@ -253,7 +259,7 @@ def test_how_much_the_torque_shows_of_a_load_is_what_it_would_be_under_another_o
     run, log = cycle(unit)
     begin(observer, float(run["position"][0]))
     observer.track(log.isel(time=slice(0, 20)))
-    place, more = observer.sensor.recursion.state.index("load"), 1e-4 * limits_of(unit).load
+    place, more = observer.sensor.recursion.state.index("load.load"), 1e-4 * limits_of(unit).load
     at = 20
     for until in (60, 75, 100):  # at rest friction hides what would be seen
         observer.track(log.isel(time=slice(at, until)))
@@ -262,9 +268,9 @@ def test_how_much_the_torque_shows_of_a_load_is_what_it_would_be_under_another_o
         for sign in (1.0, -1.0):
             observer.state = before.copy()
             observer.state[place] += sign * more
-            surprises.append(observer.track(sample)["surprise"][0])
+            surprises.append(observer.track(sample)["innovation"][0])
         observer.state = before
-        seen = observer.track(sample)["seen"][0]
+        seen = observer.track(sample)["shows"][0]
         shown = abs(surprises[0] - surprises[1]) / (2.0 * more) / unit.travel_per_radian
         observer.state = before
         assert seen == pytest.approx(min(shown, 1.0), abs=0.1)
@@ -277,7 +283,13 @@ def test_a_sample_at_the_same_time_changes_nothing():
     observer = observers(name)
     begin(observer, float(run["position"][0]))
     said = observer.track(twice)
-    for key in ("position", "load", "state_circuit_pressure_chamber_a", "state_load_variance", "state_load_by_leak"):
+    for key in (
+        "position",
+        "load",
+        "state_load.circuit.pressure_chamber_a",
+        "state_load.variance",
+        "state_load.sensitivities.leak.load",
+    ):
         assert said[key][2::2] == pytest.approx(said[key][3::2], rel=1e-12), key
     assert said["travel"][3::2] == pytest.approx(np.zeros(99))
 
@@ -287,11 +299,11 @@ def test_friction_at_a_standstill_is_that_of_the_pumps():
     unit, found = UNITS[name], balance(UNITS[name])
     run, log = cycle(unit)
     said, _ = followed(name, run, log)
-    z = np.array([said["position"][-1], *(said[f"state_circuit_{name}"][-1] for name in found.states[1:])])
+    z = np.array([said["position"][-1], *(said[f"state_load.circuit.{name}"][-1] for name in found.states[1:])])
     p = found.parameters_at(list(found.values), WARM)
     up, down = (float(found.torque(z, speed, 0.0, p)) for speed in (3.0, -3.0))
-    assert said["friction"][-1] == pytest.approx(1.25 * 0.5 * (up - down), rel=0.02)
-    assert said["friction"][-1] > 0.0
+    assert said["hidden"][-1] == pytest.approx(1.25 * 0.5 * (up - down), rel=0.02)
+    assert said["hidden"][-1] > 0.0
     turns = full_speed(run, unit, after=0.1)
     own = Assumptions().drive.torque * limits_of(unit).torque
     assert said["noise"][turns].min() == pytest.approx(own, rel=0.2)
@@ -317,35 +329,58 @@ def test_a_held_piston_shows_the_compliance_in_its_torque():
     run, log = cycle(unit)
     said = []
     for compliance in (1.0 + by, 1.0 - by, 1.0):
-        held = piece(unit, held=1.0, factors=[1.0, 1.0, compliance])
+        held = observed(unit, held=1.0, factors=[1.0, 1.0, compliance])
         begin(held, float(run["position"][0]))
         said.append(held.track(log.isel(time=slice(0, 90))))
     plus, minus, plain = said
-    shown = (plus["torque"] - minus["torque"]) / (2.0 * by)
+    shown = (plus["expected"] - minus["expected"]) / (2.0 * by)
     assert shown.min() < -0.1 * limits_of(unit).torque
     assert plain["torque_by_compliance"] == pytest.approx(shown, abs=0.03 * np.abs(shown).max())
     assert plain["torque_by_leak"].min() < 0.0
 
 
-def piece(unit, *, held=0.0, shift=None, release=None, factors=None):
-    """An observer with something done to it in every sample."""
-    graph, limits, circuit = SensorGraph(), limits_of(unit), balance(unit)
-    graph.initially("position", 0.5 * unit.cylinder.stroke)
-    graph.parameters.add("travel_per_radian", float(unit.travel_per_radian))
-    observer = LoadObserver(graph, circuit, limits, Assumptions())
-    step = observer.step(factors or [1.0] * len(FACTORS), ca.SX(held))
-    if release is not None:
-        observer.release(ca.SX(release), held, 1.0, step.give)
+@dataclass(frozen=True, kw_only=True)
+class Piece:
+    """The state of an observer with something done to it in every sample."""
+
+    position: object = leaf("m", None)
+    intake: object
+    load: object
+    unheld: object
+    since: object = leaf("s")
+    pumped: object = leaf("m")
+
+
+def piece(unit):
+    """An observer's state, sample and model, and what makes a sensor of the state after the sample."""
+    model, raw = MachineModel.of(unit, Assumptions()), Raw.symbols()
+    load, position = LoadState.initial(model), ca.SX(0.5 * unit.cylinder.stroke)
+    first = Piece(position=position, intake=SampleState.initial(), load=load, unheld=UnheldState.initial(load))
+    state = symbols(first)
+    intake, sample = plain_sample(state.intake, raw)
+
+    def done(after, step, more):
+        said = Report(after.position, 0.0, step.motion.velocity, step.load.value, ca.SX(0.0), more)
+        return Stepped(close("piece", model.table, raw, first, state, replace(after, intake=intake), said))
+
+    return state, sample, model, done
+
+
+def observed(unit, *, held=0.0, shift=None, release=False, factors=None):
+    """An observer whose piston is held or released, or whose factors change, in every sample."""
+    state, sample, model, done = piece(unit)
+    piston = Piston(state.position, ca.SX(held), ca.SX(0.0))
+    load, step = observe_load(state.load, sample, piston, factors or [1.0] * len(FACTORS), 0.0, model)
+    unheld = state.unheld
+    if release:
+        how = Release(ca.SX(1.0), ca.SX(held), ca.SX(1.0))
+        unheld, load, _ = release_load(unheld, load, state.position, how, step.motion.give, model)
     if shift is not None:
-        observer.shift(shift)
-    graph.becomes("position", graph.position + step.travel)
-    more = {"carried": (step.carried, "N"), "torque": (step.torque, "N m")}
+        load = shifted(load, dict(zip(FACTORS, shift, strict=True)))
+    more = {"carried": (step.load.carried, "N"), "expected": (step.torque.expected, "N m")}
     more |= {f"torque_by_{name}": (by, "N m") for name, by in zip(FACTORS, step.torque_by, strict=True)}
-    return Stepped(
-        graph.sensor(
-            "piece", position=graph.position, velocity=step.velocity, load=step.load, std=0.0, status=0.0, more=more
-        )
-    )
+    position = state.position + step.motion.travel
+    return done(replace(state, position=position, load=load, unheld=unheld), step, more)
 
 
 def test_pressures_follow_factors_that_change_by_their_derivatives():
@@ -357,31 +392,33 @@ def test_pressures_follow_factors_that_change_by_their_derivatives():
     before, sample = plain.state.copy(), log.isel(time=slice(200, 201))
     said = plain.track(sample)
     changes = (0.1, -0.002, 0.2)
-    shifted = piece(unit, shift=changes)
+    moved = observed(unit, shift=changes)
     names = plain.sensor.recursion.state
-    shifted.state = np.array([before[names.index(name)] for name in shifted.sensor.recursion.state])
-    other = shifted.track(sample)
-    followed = ("circuit_velocity", "circuit_pressure_chamber_a", "circuit_pressure_manifold_b", "load")
-    for name in followed:
-        by = [said[f"state_{name}_by_{factor}"][0] for factor in FACTORS]
+    moved.state = np.array(
+        [before[names.index(name)] if name in names else 0.0 for name in moved.sensor.recursion.state]
+    )
+    other = moved.track(sample)
+    for name in ("velocity", "pressure_chamber_a", "pressure_manifold_b", "load"):
+        by = [said[f"state_load.sensitivities.{factor}.{name}"][0] for factor in FACTORS]
         assert all(value != 0.0 for value in by)
-        expected = said[f"state_{name}"][0] + sum(c * d for c, d in zip(changes, by, strict=True))
-        assert other[f"state_{name}"][0] == pytest.approx(expected, rel=1e-12), name
+        state = "state_load.load" if name == "load" else f"state_load.circuit.{name}"
+        expected = said[state][0] + sum(c * d for c, d in zip(changes, by, strict=True))
+        assert other[state][0] == pytest.approx(expected, rel=1e-12), name
 
 
 def test_a_held_piston_takes_no_load_from_the_torque_and_its_load_is_what_it_carries_when_it_is_let_go():
     unit = UNITS["mining-loader boom"]
     run, log = cycle(unit)
-    held = piece(unit, held=1.0)
+    held = observed(unit, held=1.0)
     begin(held, float(run["position"][0]))
     said = held.track(log.isel(time=slice(0, 200)))
     assert np.abs(said["position"] - said["position"][0]).max() < 1e-6
     assert np.ptp(said["load"]) == 0.0
     assert np.ptp(said["carried"]) > 0.1 * limits_of(unit).load
-    freed = piece(unit, held=1.0, release=1.0)
+    freed = observed(unit, held=1.0, release=True)
     begin(freed, float(run["position"][0]))
     said = freed.track(log.isel(time=slice(0, 200)))
-    assert said["state_load"] == pytest.approx(said["carried"], rel=1e-12)
+    assert said["state_load.load"] == pytest.approx(said["carried"], rel=1e-12)
 
 
 def test_the_lighter_a_load_is_while_it_is_lowered_the_likelier_the_pump_draws_from_the_tank():
@@ -392,7 +429,7 @@ def test_the_lighter_a_load_is_while_it_is_lowered_the_likelier_the_pump_draws_f
     loads = changing([(0.0, 0.3 * heavy), (2.5, 0.3 * heavy), (3.0, 0.004 * heavy)])
     run, log = moves(unit, corners, loads, 0.6 * unit.cylinder.stroke)
     said, _ = followed(name, run, log)
-    time, likely, load = run["time"].values, said["may_be_empty"], said["step_load"]
+    time, likely, load = run["time"].values, said["empty_share"], said["step_load"]
     assert ((likely >= 0.0) & (likely <= 1.0)).all()
     assert not likely[(time < 2.0) | (time > 6.3)].any(), "it is heavy, or lifted"
     lowers = (time > 3.5) & (time < 4.5) & (likely > 0.0)
@@ -405,34 +442,30 @@ def test_oil_of_a_piston_that_was_not_held_after_all_is_travel_as_far_as_the_tor
     """Held for 0.2 s while the pump delivers, then let go: no oil is lost, and pressures are what the torque shows."""
     unit = UNITS["eha-single-rod axis"]
     run, log = cycle(unit)
-    graph = SensorGraph()
-    graph.initially("position", 0.5 * unit.cylinder.stroke)
-    per_angle = graph.parameters.add("travel_per_radian", float(unit.travel_per_radian))
-    observer = LoadObserver(graph, balance(unit), limits_of(unit), Assumptions())
-    since, pumped = graph.state("since"), graph.state("pumped")
-    began = (graph.extending_speed > 20.0) + (since > 0.0)
-    now = ca.if_else(began > 0.0, since + graph.elapsed, 0.0)
-    graph.becomes("since", now)
+    state, sample, model, done = piece(unit)
+    since, pumped = state.since, state.pumped
+    began = (sample.extending_speed > 20.0) + (since > 0.0)
+    now = ca.if_else(began > 0.0, since + sample.elapsed, 0.0)
     held = ca.logic_and(now > 0.0, now < 0.2)
     released = ca.logic_and(since > 0.0, ca.logic_and(since < 0.2, now >= 0.2))
-    graph.becomes("pumped", ca.if_else(held, pumped + graph.extending_angle * per_angle, pumped))
-    step = observer.step([1.0] * len(FACTORS), ca.logic_or(held, released))
-    came = observer.release(released, held, shown, step.give)
-    graph.becomes("position", graph.position + step.travel + came)
-    more = {"came": (came, "m"), "released": (released, "1"), "carried": (step.carried, "N")}
-    stepped = Stepped(
-        graph.sensor("piece", position=graph.position, velocity=0.0, load=step.load, std=0.0, status=0.0, more=more)
-    )
+    delivers = ca.if_else(held, pumped + sample.extending_angle * model.travel_per_radian, pumped)
+    piston = Piston(state.position, ca.logic_or(held, released), ca.SX(0.0))
+    load, step = observe_load(state.load, sample, piston, [1.0] * len(FACTORS), 0.0, model)
+    how = Release(released, held, ca.SX(shown))
+    unheld, load, came = release_load(state.unheld, load, state.position, how, step.motion.give, model)
+    more = {"came": (came, "m"), "released": (released, "1"), "carried": (step.load.carried, "N")}
+    position = state.position + step.motion.travel + came
+    stepped = done(replace(state, position=position, load=load, unheld=unheld, since=now, pumped=delivers), step, more)
     begin(stepped, float(run["position"][0]))
     said = stepped.track(log)
     at = int(np.argmax(said["released"]))
     before = int(np.argmax(said["state_since"] > 0.0)) - 1
     compressed = said["carried"][at] - said["carried"][before]
     assert abs(compressed) > 0.1 * limits_of(unit).load
-    for name in ("circuit_pressure_chamber_a", "circuit_pressure_port_a"):
+    for name in ("load.circuit.pressure_chamber_a", "load.circuit.pressure_port_a"):
         then, last = said[f"state_{name}"][before], said[f"state_{name}"][at - 1]
         assert said[f"state_{name}"][at] == pytest.approx(then + shown * (last - then), rel=0.15, abs=2e5), name
-    assert said["state_load"][at] == pytest.approx(said["carried"][before] + shown * compressed, rel=0.02)
+    assert said["state_load.load"][at] == pytest.approx(said["carried"][before] + shown * compressed, rel=0.02)
     delivered = said["state_pumped"][at]
     assert said["came"][at] == pytest.approx((1.0 - shown) * delivered, rel=0.3), "but for leakage and friction"
 
@@ -477,14 +510,14 @@ def tight():
     observer = load_observer(unit, [1e-6, 1.0, 1.0])
     begin(observer, float(run["position"][0]))
     said = observer.track(log)
-    after = observer.track(at_rest(log["time"], 5.0, 0.02, float(said["torque"][-1]), 0.0, 0))
-    return observer, float(after["torque"][-1]), log["time"] + 5.0
+    after = observer.track(at_rest(log["time"], 5.0, 0.02, float(said["expected"][-1]), 0.0, 0))
+    return observer, float(after["expected"][-1]), log["time"] + 5.0
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_load_that_friction_holds_at_rest_moves_nothing(tight, sign):
     observer, torque, time = tight
-    before, place = observer.state.copy(), observer.sensor.recursion.state.index("load")
+    before, place = observer.state.copy(), observer.sensor.recursion.state.index("load.load")
     most, travel = UNITS["eha-test-bench axis"].cylinder.coulomb_friction, {}
     carried = observer.track(at_rest(time, 0.02, 0.02, torque, 0.0, 0))["carried"][0]
     for share in (0.8, 5.0):
@@ -504,10 +537,10 @@ def test_a_torque_within_friction_at_standstill_is_taken_slowly(tight, period, s
     plain = observer.track(at_rest(time, period, period, torque, 0.0, 0))
     for within, beyond in ((0.5, 0.0), (1.0, 2.0)):
         observer.state = before.copy()
-        missed = sign * (within + beyond) * plain["friction"][0]
-        said = observer.track(at_rest(time, period, period, plain["torque"][0] + missed, 0.0, 0))
-        expected = sign * (share * within + beyond) * plain["friction"][0]
-        assert said["surprise"][0] == pytest.approx(expected, rel=0.02)
+        missed = sign * (within + beyond) * plain["hidden"][0]
+        said = observer.track(at_rest(time, period, period, plain["expected"][0] + missed, 0.0, 0))
+        expected = sign * (share * within + beyond) * plain["hidden"][0]
+        assert said["innovation"][0] == pytest.approx(expected, rel=0.02)
         assert (said["load"][0] - plain["load"][0]) * sign > 0.0
     observer.state = before
 
@@ -518,8 +551,8 @@ def test_a_first_load_is_taken_at_once_though_friction_may_hide_a_part_of_it():
     run, log = cycle(unit, 0.7)
     begin(observer, float(run["position"][0]))
     said = observer.track(log.isel(time=slice(0, 5)))
-    assert (said["friction"] > 0.0).all()
-    assert np.abs(said["surprise"][-1]) < 0.3 * said["friction"][-1]
+    assert (said["hidden"] > 0.0).all()
+    assert np.abs(said["innovation"][-1]) < 0.3 * said["hidden"][-1]
     assert said["load"][-1] == pytest.approx(0.7 * limits_of(unit).load, rel=0.15)
 
 
@@ -537,7 +570,7 @@ def test_whatever_the_drive_says_pressures_and_travel_are_possible(period, sign)
     columns = {"motor_speed": speed, "motor_torque": torque, "oil_temperature": np.full(count, WARM)}
     data = {key: ("time", value) for key, value in columns.items()}
     said = observer.track(xarray.Dataset(data, coords={"time": time}))
-    pressures = [said[key] for key in said if key.startswith("state_circuit_pressure") and "_by_" not in key]
+    pressures = [said[key] for key in said if key.startswith("state_load.circuit.pressure")]
     assert min(values.min() for values in pressures) >= 0.0
     most = 0.02 * unit.cylinder.stroke + 4.0 * unit.max_speed * unit.travel_per_radian * period
     assert np.abs(said["travel"]).max() < most
@@ -547,7 +580,7 @@ def test_a_torque_within_friction_is_the_load_in_the_end(tight):
     observer, torque, time = tight
     before = observer.state.copy()
     plain = observer.track(at_rest(time, 0.02, 0.02, torque, 0.0, 0))
-    more = 0.6 * plain["friction"][0]
+    more = 0.6 * plain["hidden"][0]
     observer.state = before.copy()
     said = observer.track(at_rest(time, 4.0, 0.02, torque + more, 0.0, 0))
     observer.state = before
@@ -581,9 +614,9 @@ def test_behind_a_closed_valve_nothing_within_friction_is_taken():
     begin(observer, float(run["position"][0]))
     observer.track(log)
     said = observer.track(at_rest(log["time"], 1.0, 0.02, 0.8, 0.0, 0))
-    assert (said["friction"] > 0.8).all()
-    assert (said["seen"][-1:] > 0.5).all(), "the other side would show it"
-    assert np.abs(said["surprise"]).max() < 1e-3
+    assert (said["hidden"] > 0.8).all()
+    assert (said["shows"][-1:] > 0.5).all(), "the other side would show it"
+    assert np.abs(said["innovation"]).max() < 1e-3
 
 
 @pytest.mark.parametrize("at", [200, 350])
@@ -615,8 +648,8 @@ def test_a_load_at_its_limit_does_not_depend_on_the_factors():
     begin(observer, float(run["position"][0]))
     said = observer.track(wild)
     for factor in FACTORS:
-        assert said[f"state_load_by_{factor}"][350] == 0.0
-        assert said[f"state_load_by_{factor}"][349] != 0.0
+        assert said[f"state_load.sensitivities.{factor}.load"][350] == 0.0
+        assert said[f"state_load.sensitivities.{factor}.load"][349] != 0.0
 
 
 @pytest.mark.parametrize("name", LOCKED)
@@ -626,10 +659,10 @@ def test_factors_change_no_load_while_friction_at_standstill_hides_it(name):
     begin(observer, float(run["position"][0]))
     said = observer.track(log)
     rest = slice(-10, None)
-    assert (said["friction"][rest] > 0.0).all()
-    assert np.abs(said["surprise"][rest]).max() < 1e-3
+    assert (said["hidden"][rest] > 0.0).all()
+    assert np.abs(said["innovation"][rest]).max() < 1e-3
     for factor in FACTORS:
-        assert np.ptp(said[f"state_load_by_{factor}"][rest]) == pytest.approx(0.0, abs=1e-6), factor
+        assert np.ptp(said[f"state_load.sensitivities.{factor}.load"][rest]) == pytest.approx(0.0, abs=1e-6), factor
 
 
 @pytest.mark.parametrize("name", LOCKED)
@@ -638,7 +671,7 @@ def test_a_piston_that_friction_holds_still_stands_on_oil_that_gives(name):
     unit = UNITS[name]
     run, log = cycle(unit)
     said, _ = followed(name, run, log)
-    assert abs(said["state_circuit_velocity"][-1]) < 1e-9
+    assert abs(said["state_load.circuit.velocity"][-1]) < 1e-9
     share = said["give"][-5:] / said["give"][full_speed(run, unit)].mean()
     assert (share > 0.3).all()
     assert (share < 1.0).all(), "the valve is closed"
@@ -648,16 +681,16 @@ def test_a_torque_corrects_a_load_that_friction_holds(tight):
     """A large change would not be held, so the torque shows it."""
     observer, torque, time = tight
     unit, before = UNITS["eha-test-bench axis"], observer.state.copy()
-    place = observer.sensor.recursion.state.index("load")
+    place = observer.sensor.recursion.state.index("load.load")
     plain = observer.track(at_rest(time, 0.02, 0.02, torque, 0.0, 0))
     held = before.copy()
     held[place] = plain["carried"][0]
     observer.state = held
     missed = 5e3 * unit.travel_per_radian
-    said = observer.track(at_rest(time, 0.02, 0.02, torque + plain["friction"][0] + missed, 0.0, 0))
+    said = observer.track(at_rest(time, 0.02, 0.02, torque + plain["hidden"][0] + missed, 0.0, 0))
     observer.state = before
     assert abs(said["free_travel"][0]) < 1e-9
-    assert said["seen"][0] > 0.9
+    assert said["shows"][0] > 0.9
     assert said["load"][0] - plain["carried"][0] > 3e3
 
 

@@ -55,8 +55,8 @@ def test_a_mode_is_in_what_it_is_in(mode):
 
 
 def test_a_missing_condition_is_an_error():
-    with pytest.raises(KeyError, match="let go"):
-        next_mode(ca.DM(0.0), {name: 0.0 for name in CONDITIONS if name != "let go"})
+    with pytest.raises(KeyError, match="released"):
+        next_mode(ca.DM(0.0), {name: 0.0 for name in CONDITIONS if name != "released"})
 
 
 def test_the_page_has_the_table():

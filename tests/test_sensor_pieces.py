@@ -1,6 +1,6 @@
 """Small pieces of the sensor alone: oil over a relief valve, a load that nobody sees, and the status."""
 
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 
 import casadi as ca
 import numpy as np
@@ -11,64 +11,68 @@ from scipy.stats import chi2
 from ramsight.plant.balance import balance
 from ramsight.plant.limits import limits_of
 from ramsight.plant.valve import ReliefValve
-from ramsight.sensor.assumptions import AssumedStops
-from ramsight.sensor.contact import Contact, ContactWatch
+from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.contact import ContactState, look_for_contact, moved
+from ramsight.sensor.contact_release import Holding, ReleaseState, look_for_release
+from ramsight.sensor.delivery import delivers, one_sided
 from ramsight.sensor.detectors import DETECTORS
-from ramsight.sensor.drive_check import UNCHECKED
+from ramsight.sensor.drive_check import DriveChecks
 from ramsight.sensor.intake import Intake
-from ramsight.sensor.judgement import Relief, judge
-from ramsight.sensor.leaking import Leaking
-from ramsight.sensor.letting_go import LettingGo
-from ramsight.sensor.load import LoadStep
-from ramsight.sensor.mixture import CERTAIN
+from ramsight.sensor.leakage import LeakageState, leakage_law
+from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.mode import Mode
-from ramsight.sensor.pumping import delivers, one_sided
-from ramsight.sensor.relief import held_back, passed_share, passing
-from ramsight.sensor.resting import SURELY, unseen_load
+from ramsight.sensor.quantity import Quantity
+from ramsight.sensor.relief import Relief, passed_share, relief_probability, relief_tolerance
+from ramsight.sensor.rest import UnseenLoadState, unseen_load
 from ramsight.sensor.status import Status, validity_levels
-from ramsight.sensor.virtual_sensor import SensorGraph
+from ramsight.sensor.status_rules import PlausibilityState, PositionEstimate, implausible_torque, status_of
+from ramsight.sensor.thresholds import CERTAIN, LOAD_CHANGE_SURE
+from ramsight.sensor.update import Stepped as Stepped_
+from ramsight.sensor.update import Updated
 
 from .plant_bench import UNITS
-from .sensor_bench import Stepped, believed_of
+from .sensor_bench import Machine, estimated, fed, made, step_of
 
 BOOM = UNITS["mining-loader boom"]
 PERIOD = 0.02
 
 
-def fed(names, write):
-    """A sensor whose piece `write` makes of inputs that are told to it by hand, as states."""
-    graph = SensorGraph()
-    inputs = {name: graph.state(f"input_{name}") for name in names}
-    for name, symbol in inputs.items():
-        graph.becomes(f"input_{name}", symbol)
-    value = write(graph, inputs)
-    graph.becomes("position", graph.position)
-    sensor = graph.sensor(
-        "piece", position=0.0, velocity=0.0, load=0.0, std=0.0, status=0.0, more={"value": (value, "1")}
-    )
-    return Stepped(sensor)
-
-
 def samples(piece, rows, after=0.0):
-    """What the piece says to rows of (speed [rad/s], inputs) of some samples each."""
-    names, said = piece.sensor.recursion.state, []
+    """What the piece gives for rows of (speed [rad/s], inputs) of some samples each."""
+    names, found = piece.sensor.recursion.state, []
     for count, speed, inputs in rows:
         for name, value in inputs.items():
-            if f"input_{name}" not in names:
+            if f"inputs.{name}" not in names:
                 continue  # what the drive reports
-            piece.state[names.index(f"input_{name}")] = value
+            piece.state[names.index(f"inputs.{name}")] = value
         time = after + PERIOD * np.arange(1, count + 1)
         data = {"motor_speed": np.full(count, speed), "motor_torque": np.full(count, inputs.get("motor_torque", 0.0))}
         data["oil_temperature"] = np.full(count, inputs.get("warmth", 313.0))
         log = xarray.Dataset({k: ("time", v) for k, v in data.items()}, coords={"time": time})
-        said.append(piece.track(log)["value"])
+        found.append(piece.track(log)["value"])
         after = time[-1]
-    return said
+    return found
 
 
-def made(kind, **values):
-    """An instance of a dataclass of expressions, 0 where nothing else is said."""
-    return kind(**({field.name: 0.0 for field in fields(kind)} | values))
+def start(piece, **states):
+    """Begin again, with these states of the piece."""
+    piece.state = piece.sensor.initial.copy()
+    for name, value in states.items():
+        piece.state[piece.sensor.recursion.state.index(f"piece.{name.replace('__', '.')}")] = value
+
+
+@dataclass
+class Passing:
+    """A circuit whose parameters are numbers, as a stage asks for it."""
+
+    balance: object
+    values: object
+
+    def __post_init__(self):
+        self.assumed = Assumptions()
+
+    def of_circuit(self, name):
+        return self.values[name]
 
 
 @pytest.mark.parametrize("name", UNITS)
@@ -82,7 +86,7 @@ def test_oil_may_pass_a_relief_valve_from_a_tenth_below_its_setting(name):
             values["tank.pressure"] if valve.outlet == "tank" else z[found.states.index(f"pressure_{valve.outlet}")]
         )
         z[found.states.index(f"pressure_{valve.inlet}")] = outlet + share * valve.setting
-        likelihood = passing(found, ca.DM(z), values.__getitem__, 0.0, 0.03)
+        likelihood = relief_probability(ca.DM(z), 0.0, Passing(found, values))
         assert float(likelihood) == pytest.approx(likely, abs=1e-9)
 
 
@@ -95,7 +99,7 @@ def test_no_oil_passes_a_relief_valve_whose_side_the_pump_draws_from(name):
         z[found.states.index(f"pressure_{valve.inlet}")] = 2.0 * valve.setting
         for way in (1.0, -1.0):
             pressed = delivers(found, valve.inlet, way)
-            assert float(passing(found, ca.DM(z), values.__getitem__, 10.0 * way, 0.03)) == float(pressed)
+            assert float(relief_probability(ca.DM(z), 10.0 * way, Passing(found, values))) == float(pressed)
 
 
 def test_each_way_of_the_pump_presses_on_one_side():
@@ -126,19 +130,20 @@ EXPECTED = 1e4  # N, change of a load at rest
 
 def test_a_valve_may_open_as_far_below_its_setting_as_it_may_pass_oil():
     """At its setting a tenth of the pressure, with 3 % of deviation; where it begins to open nothing."""
-    assert held_back(1.0, 0.03) == pytest.approx(0.1)
-    assert held_back(0.5, 0.03) == pytest.approx(0.05)
-    assert held_back(0.0, 0.03) == 0.0
+    assert relief_tolerance(1.0, 0.03) == pytest.approx(0.1)
+    assert relief_tolerance(0.5, 0.03) == pytest.approx(0.05)
+    assert relief_tolerance(0.0, 0.03) == 0.0
 
 
 def at_rest(of):
     """What is said of a load that nobody sees: `std` or `most`."""
 
-    def write(graph, x):
-        step = made(LoadStep, seen=x["seen"], load=x["load"], give=x["give"])
-        return getattr(unseen_load(graph, step, x["held"], EXPECTED, x["furthest"]), of)
+    def write(state, sample, x):
+        step = step_of(shows=x["seen"], value=x["load"], give=x["give"])
+        after, found = unseen_load(state, sample, step, x["held"], ca.SX(EXPECTED), x["furthest"])
+        return after, getattr(found, of)
 
-    return fed(("seen", "load", "give", "held", "furthest"), write)
+    return fed(("seen", "load", "give", "held", "furthest"), UnseenLoadState(), write)
 
 
 @pytest.fixture(scope="module")
@@ -155,23 +160,23 @@ TURNS = {"seen": 1.0, "give": 1e-7, "held": 0.0}
 
 
 def test_a_load_that_nobody_sees_may_be_another_one(resting):
-    resting.state = resting.sensor.initial.copy()
+    start(resting)
     turning, rest, on_a_stop = samples(
         resting, [(30, 50.0, TURNS | {"load": 2e4}), (10, 0.0, TURNS | {"load": 2e4}), (5, 0.0, TURNS | {"held": 1.0})]
     )
     assert turning == pytest.approx(np.zeros(30))
-    assert rest == pytest.approx(np.full(10, SURELY * 1e-7 * 1e4))
+    assert rest == pytest.approx(np.full(10, LOAD_CHANGE_SURE * 1e-7 * 1e4))
     assert on_a_stop == pytest.approx(np.zeros(5))
 
 
 def test_changes_that_were_seen_teach_how_large_the_next_may_be(resting):
-    resting.state = resting.sensor.initial.copy()
+    start(resting)
     rows = []
     for k in range(40):
         rows += [(30, 50.0, TURNS | {"load": 2e4 + 100.0 * (k % 2)}), (5, 0.0, TURNS)]
     said = samples(resting, rows)
-    assert said[1][-1] == pytest.approx(SURELY * 1e-3)
-    assert said[3][-1] == pytest.approx(SURELY * 1e-3 * (5.0 / 6.0) ** 0.5, rel=1e-3), (
+    assert said[1][-1] == pytest.approx(LOAD_CHANGE_SURE * 1e-3)
+    assert said[3][-1] == pytest.approx(LOAD_CHANGE_SURE * 1e-3 * (5.0 / 6.0) ** 0.5, rel=1e-3), (
         "a sixth is learnt from one change"
     )
     assert said[-1][-1] < 0.15e-3
@@ -180,11 +185,11 @@ def test_changes_that_were_seen_teach_how_large_the_next_may_be(resting):
 
 
 def test_a_dozen_changes_say_no_more_of_the_next_than_a_dozen_can():
-    assert pytest.approx((11.0 / chi2.ppf(0.05, 11)) ** 0.5, abs=5e-3) == SURELY
+    assert pytest.approx((11.0 / chi2.ppf(0.05, 11)) ** 0.5, abs=5e-3) == LOAD_CHANGE_SURE
 
 
 def test_the_bound_goes_on_with_the_change_that_was_expected_at_first(bounded):
-    bounded.state = bounded.sensor.initial.copy()
+    start(bounded)
     usual, rest = TURNS | {"furthest": 1e6}, (5, 0.0, TURNS)
     rows = []
     for k in range(40):
@@ -199,15 +204,15 @@ def test_the_bound_goes_on_with_the_change_that_was_expected_at_first(bounded):
 
 
 def test_no_load_is_beyond_what_relief_valves_carry(bounded):
-    bounded.state = bounded.sensor.initial.copy()
+    start(bounded)
     (said,) = samples(bounded, [(5, 0.0, TURNS | {"load": 2e4, "furthest": 3e4})])
     assert said == pytest.approx(np.full(5, TURNS["give"] * 3e4))
 
 
+WRONG = ("speed_wrong", "counter_wrong", "undecided", "torque_wrong", "sign_wrong")
 ASKED = (
-    "usable", "lost", "overspeed", "overtorque", "stuck", "frozen", "gap", "cold", "surprise", "noise", "asked",
-    "friction", "held", "doubt", "grown", "std", "overall", "position", "disputed", "known", "warmth",
-    "speed_wrong", "counter_wrong", "undecided", "torque_wrong", "sign_wrong", "fault_passed",
+    *(one.name for one in fields(Intake)), "innovation", "noise", "asked", "hidden", "held", "relief", "passed_std",
+    "std", "overall", "position", "disputed", "known", "fault_passed", *WRONG,
 )  # fmt: skip
 FINE = dict.fromkeys(ASKED, 0.0) | {
     "known": 1.0,
@@ -222,21 +227,22 @@ FINE = dict.fromkeys(ASKED, 0.0) | {
 
 @pytest.fixture(scope="module")
 def judged():
+    model = MachineModel.of(BOOM)
     limits = limits_of(BOOM)
+    model = replace(model, relief_load=limits.load, relief_torque=limits.torque, max_speed=limits.max_speed, stroke=0.7)
 
-    def write(graph, x):
-        graph.parameters.add("relief_load", limits.load)
-        graph.parameters.add("relief_torque", limits.torque)
-        names = [field.name for field in fields(Intake)]
-        intake = made(Intake, **{name: x[name] for name in names if name in x})
-        step = made(LoadStep, surprise=x["surprise"], noise=x["noise"], asked=x["asked"], friction=x["friction"])
-        contact = made(Contact, held=x["held"])
-        more = {name: x[name] for name in ("std", "overall", "position", "disputed", "known", "fault_passed")}
-        found = {name: x[name] for name in ("speed_wrong", "counter_wrong", "undecided", "torque_wrong", "sign_wrong")}
-        more["checks"] = replace(UNCHECKED, **found, declared=True)
-        return judge(graph, intake, step, contact, Relief(x["doubt"], x["grown"]), limits, stroke=0.7, **more)
+    def write(state, sample, x):
+        step = step_of({name: x[name] for name in ("innovation", "noise", "asked", "hidden")})
+        after, implausible = implausible_torque(state, sample, step, ca.logic_not(x["held"]), model)
+        checks = DriveChecks(**{name: x[name] for name in WRONG}, declared=True)
+        intake = Intake(**{one.name: x[one.name] for one in fields(Intake)})
+        at = made(Stepped_, sample=sample, intake=intake, checks=checks, step=step)
+        relief = Relief(x["relief"], x["passed_std"])
+        updated = made(Updated, relief=relief, fault_passed=x["fault_passed"])
+        position = PositionEstimate(x["position"], x["std"], x["overall"], x["known"])
+        return after, status_of(at, updated, x["disputed"], position, implausible, model)
 
-    return fed(ASKED, write)
+    return fed(ASKED, PlausibilityState(), write)
 
 
 TURN, STAND = 50.0, 0.0
@@ -246,18 +252,18 @@ STATUSES = {
     Status.TOO_UNCERTAIN: (TURN, {"overall": 0.08}),
     Status.OUTSIDE_TEMPERATURE: (TURN, {"warmth": 400.0}),
     Status.OUTSIDE_SPEED: (1.1 * BOOM.max_speed, {}),
-    Status.TEMPERATURE_LOST: (TURN, {"cold": 1.0}),
-    Status.NEAR_RELIEF: (TURN, {"doubt": 0.1}),
+    Status.TEMPERATURE_LOST: (TURN, {"temperature_bad": 1.0}),
+    Status.NEAR_RELIEF: (TURN, {"relief": 0.1}),
     Status.INPUT_GAP: (TURN, {"gap": 1.0}),
     Status.REFERENCE_REFUSED: (TURN, {"disputed": 1.0}),
-    Status.POSITION_LOST: (TURN, {"grown": 0.01}),
+    Status.POSITION_LOST: (TURN, {"passed_std": 0.01}),
     Status.NOT_REFERENCED: (TURN, {"known": 0.0}),
     Status.OUTSIDE_STROKE: (TURN, {"position": 0.72}),
     Status.IMPLAUSIBLE_TORQUE: (TURN, {"overtorque": 1.0}),
     Status.IMPLAUSIBLE_SPEED: (TURN, {"overspeed": 1.0}),
     Status.INPUT_STUCK: (TURN, {"stuck": 1.0}),
     Status.TIME_FROZEN: (TURN, {"frozen": 1.0}),
-    Status.INPUT_LOST: (TURN, {"lost": 1.0}),
+    Status.INPUT_LOST: (TURN, {"missing": 1.0}),
     Status.SPEED_WRONG: (TURN, {"speed_wrong": 1.0}),
     Status.COUNTER_WRONG: (TURN, {"counter_wrong": 1.0}),
     Status.SPEED_CONTRADICTED: (TURN, {"undecided": 1.0}),
@@ -282,7 +288,7 @@ def test_the_worse_comes_later():
 
 @pytest.mark.parametrize("status", STATUSES)
 def test_every_status_has_its_condition(judged, status):
-    judged.state = judged.sensor.initial.copy()
+    start(judged)
     speed, condition = STATUSES[status]
     before, said = samples(judged, [(5, TURN, FINE), (5, speed, FINE | condition)])
     assert (before == Status.OK).all()
@@ -291,7 +297,7 @@ def test_every_status_has_its_condition(judged, status):
 
 LOAD = limits_of(BOOM).load
 LASTING = {
-    "a torque that nothing explains": (TURN, {"surprise": 5.0}, 0.6),
+    "a torque that nothing explains": (TURN, {"innovation": 5.0}, 0.6),
     "a load that cannot be": (TURN, {"asked": -1.4 * LOAD}, 0.15),
 }
 
@@ -299,37 +305,37 @@ LASTING = {
 @pytest.mark.parametrize("what", LASTING)
 def test_a_torque_is_implausible_once_it_has_lasted(judged, what):
     speed, condition, lasts = LASTING[what]
-    judged.state = judged.sensor.initial.copy()
+    start(judged)
     said = samples(judged, [(2, speed, FINE), (60, speed, FINE | condition), (5, speed, FINE)])
     first = np.argmax(said[1] == Status.IMPLAUSIBLE_TORQUE) * PERIOD
     assert first == pytest.approx(lasts, abs=2.0 * PERIOD)
     assert (said[1][-5:] == Status.IMPLAUSIBLE_TORQUE).all()
     assert (said[2] == Status.OK).all()
     burst = max(1, round(0.7 * lasts / PERIOD))
-    judged.state = judged.sensor.initial.copy()
+    start(judged)
     said = samples(judged, [(burst, speed, FINE | (condition if k % 2 else {})) for k in range(12)])
     assert (np.concatenate(said) == Status.OK).all(), "bursts do not add up"
-    judged.state = judged.sensor.initial.copy()
+    start(judged)
     said = samples(judged, [(60, speed, FINE | condition | {"held": 1.0})])
     assert (said[0] == Status.OK).all(), "held on a stop"
 
 
 def test_a_torque_at_rest_that_should_not_be_is_implausible(judged):
     torque = limits_of(BOOM).torque
-    judged.state = judged.sensor.initial.copy()
-    said = samples(judged, [(50, STAND, FINE), (400, STAND, FINE | {"surprise": 0.1 * torque})])
+    start(judged)
+    said = samples(judged, [(50, STAND, FINE), (400, STAND, FINE | {"innovation": 0.1 * torque})])
     assert said[1][-1] == Status.IMPLAUSIBLE_TORQUE
     assert (said[1][:20] == Status.OK).all()
-    judged.state = judged.sensor.initial.copy()
-    rubs = {"surprise": 0.1 * torque, "friction": 0.05 * torque}
+    start(judged)
+    rubs = {"innovation": 0.1 * torque, "hidden": 0.05 * torque}
     said = samples(judged, [(450, STAND, FINE | rubs)])
     assert (said[0] == Status.OK).all()
 
 
 def test_the_worst_of_several_is_said(judged):
-    judged.state = judged.sensor.initial.copy()
-    both = {"std": 0.008, "doubt": 0.1, "lost": 1.0}
-    said = samples(judged, [(5, TURN, FINE | both), (5, TURN, FINE | both | {"lost": 0.0})])
+    start(judged)
+    both = {"std": 0.008, "relief": 0.1, "missing": 1.0}
+    said = samples(judged, [(5, TURN, FINE | both), (5, TURN, FINE | both | {"missing": 0.0})])
     assert (said[0] == Status.INPUT_LOST).all()
     assert (said[1] == Status.NEAR_RELIEF).all()
 
@@ -342,38 +348,52 @@ USUAL = {"leak": 1.2, "lag": 30.0, "exponent": 0.1, "torque": 0.8, "which": 0.0}
 def leaks():
     """The factor of leakage, and its derivatives with respect to what is learned."""
 
-    def write(graph, x):
-        oil, first = BOOM.oil, ca.logic_not(graph.held("started"))
-        leaking = Leaking(graph, oil.viscosity, first, x["torque"])
-        learned = (x["leak"], x["lag"], x["exponent"])
-        derivatives = leaking.derivatives([2.0, 3.0, 4.0], *learned)
-        value = leaking.factor(*learned)
-        for k, derivative in enumerate(derivatives, 1):
-            value = ca.if_else(x["which"] == k, derivative, value)
-        return value
+    return fed(TOLD, LeakageState(), leaking)
 
-    return fed(TOLD, write)
+
+def leaking(state, sample, x):
+    """The factor of leakage, or the derivative with respect to the quantity whose number is asked for."""
+    after, law = leakage_law(state, sample, x["torque"], Oily())
+    learned = {one: x[name] for one, name in LEARNED.items() if name in x}
+    learned |= {Quantity.DISPLACEMENT: ca.SX(1.0), Quantity.COMPLIANCE: ca.SX(1.0)}
+    derivatives = law.derivatives({"leak": 2.0, "displacement": 3.0, "compliance": 4.0}, learned)
+    value = law.factors(learned)[0]
+    for k, one in enumerate(Quantity):
+        if one in derivatives:
+            value = ca.if_else(x["which"] == k, derivatives[one], value)
+    return after, value
+
+
+class Oily:
+    """A machine whose torques are over that at relief pressure, and its oil."""
+
+    relief_torque, viscosity = 1.0, staticmethod(BOOM.oil.viscosity)
+
+
+LEARNED = {
+    Quantity.LEAKAGE: "leak",
+    Quantity.LAG: "lag",
+    Quantity.EXPONENT: "exponent",
+    Quantity.WARMER: "warmer",
+}
+WHICH = {one: float(k) for k, one in enumerate(Quantity)}
 
 
 @pytest.fixture(scope="module")
 def warmer():
     """The same with oil in the gaps that may be warmer than reported: the factor, and its derivative by that."""
-
-    def write(graph, x):
-        leaking = Leaking(graph, BOOM.oil.viscosity, ca.logic_not(graph.held("started")), x["torque"])
-        learned = (x["leak"], x["lag"], x["exponent"], x["warmer"])
-        *_, by_warmer = leaking.derivatives([2.0, 3.0, 4.0], *learned)
-        return ca.if_else(x["which"] > 0.0, by_warmer, leaking.factor(*learned))
-
-    return fed((*TOLD, "warmer"), write)
+    return fed((*TOLD, "warmer"), LeakageState(), leaking)
 
 
 @pytest.mark.parametrize("reported", [288.0, 323.0])
 def test_oil_that_is_warmer_than_reported_leaks_as_oil_of_its_own_temperature(warmer, reported):
     """By the slope of the viscosity's logarithm there: 6 % a kelvin in cold oil, 3 % in warm oil."""
-    warmer.state = warmer.sensor.initial.copy()
+    start(warmer)
     steady = USUAL | {"warmth": reported, "lag": 0.0, "exponent": 0.0}
-    rows = [(1, 50.0, steady | {"warmer": by, "which": which}) for by, which in ((0.0, 0.0), (3.0, 0.0), (3.0, 1.0))]
+    rows = [
+        (1, 50.0, steady | {"warmer": by, "which": which})
+        for by, which in ((0.0, 0.0), (3.0, 0.0), (3.0, WHICH[Quantity.WARMER]))
+    ]
     as_reported, as_it_is, slope = (float(said[0]) for said in samples(warmer, rows))
     thinner = float(BOOM.oil.viscosity(reported) / BOOM.oil.viscosity(reported + 3.0))
     assert as_it_is / as_reported == pytest.approx(thinner, rel=0.03)
@@ -383,14 +403,14 @@ def test_oil_that_is_warmer_than_reported_leaks_as_oil_of_its_own_temperature(wa
 
 def warmed(leaks, **other):
     """What is said last while the oil becomes 0.05 K a second warmer, for two minutes."""
-    leaks.state = leaks.sensor.initial.copy()
+    start(leaks)
     rows = [(50, 50.0, USUAL | other | {"warmth": 313.0 + 0.05 * k}) for k in range(120)]
     return samples(leaks, rows)[-1][-1]
 
 
 def test_leakage_follows_the_viscosity_and_the_pressure(leaks):
     steady = 1.2 * (0.3 / 0.8) ** 0.1
-    leaks.state = leaks.sensor.initial.copy()
+    start(leaks)
     said = samples(leaks, [(100, 50.0, USUAL | {"warmth": 313.0})])[0]
     assert said == pytest.approx(np.full(100, steady))
     assert warmed(leaks, lag=0.0) == pytest.approx(steady, rel=1e-9)
@@ -403,60 +423,55 @@ def test_leakage_follows_the_viscosity_and_the_pressure(leaks):
 
 
 def test_noise_of_the_first_temperatures_is_no_change_of_the_oil(leaks):
-    leaks.state = leaks.sensor.initial.copy()
+    start(leaks)
     said = samples(leaks, [(1, 50.0, USUAL | {"warmth": 313.0}), (5, 50.0, USUAL | {"warmth": 313.5})])
     assert said[1] == pytest.approx(np.full(5, said[0][0]), rel=1e-3)
 
 
-@pytest.mark.parametrize(("k", "name"), [(1, "leak"), (4, "lag"), (5, "exponent")])
+@pytest.mark.parametrize(
+    ("k", "name"), [(Quantity.LEAKAGE, "leak"), (Quantity.LAG, "lag"), (Quantity.EXPONENT, "exponent")]
+)
 def test_derivatives_of_leakage_are_those_of_its_factor(leaks, k, name):
     by = {"leak": 1e-3, "lag": 1e-2, "exponent": 1e-4}[name]
     up, down = (warmed(leaks, **{name: USUAL[name] + sign * by}) for sign in (1.0, -1.0))
     assert abs(up - down) > 1e-6
-    assert warmed(leaks, which=float(k)) == pytest.approx(2.0 * (up - down) / (2.0 * by), rel=1e-5)
+    assert warmed(leaks, which=WHICH[k]) == pytest.approx(2.0 * (up - down) / (2.0 * by), rel=1e-5)
 
 
 def test_what_leakage_has_no_part_in_is_as_it_was(leaks):
-    assert warmed(leaks, which=2.0) == 3.0
-    assert warmed(leaks, which=3.0) == 4.0
+    assert warmed(leaks, which=WHICH[Quantity.DISPLACEMENT]) == 3.0
+    assert warmed(leaks, which=WHICH[Quantity.COMPLIANCE]) == 4.0
 
 
-def a_watch(graph, lifts=1.0):
+def watched(x, state, sample, *, lifts=1.0, position=0.3, by=None, move=None, **how):
     """A watch over contacts of a piston that goes a tenth of a millimetre per radian, with 500 N of friction."""
-    graph.parameters.add("circuit.cylinder.coulomb_friction", 500.0)
-    graph.parameters.add("travel_per_radian", 1e-4)
-    return ContactWatch(graph, lifts, AssumedStops())
+    model = Machine(lift=lifts)
+    after, contact = look_for_contact(state, sample, step_of(x), estimated(position, **how), by or {}, model)
+    return moved(after, contact, position, ca.SX(0.0 if move is None else move)), contact
 
 
-HELD = ("seen", "surprise", "noise", "carried", "torque", "empty")
+HELD = ("shows", "innovation", "noise", "carried", "expected", "empty")
 
 
 @pytest.fixture(scope="module", params=[1.0, -1.0], ids=["extension lifts", "retraction lifts"])
 def holding(request):
     """A watch over a piston that is held at its upper stop, and which way it lifts."""
 
-    def write(graph, x):
-        watch = a_watch(graph, request.param)
-        step = made(LoadStep, **{name: x[name] for name in HELD})
-        contact = watch.look(step, believed_of(0.3, 0.7))
-        watch.close(contact, 0.3, 0.0)
-        return contact.released
+    def write(state, sample, x):
+        after, contact = watched(x, state, sample, lifts=request.param)
+        return after, contact.hold.released
 
-    return fed(HELD, write), request.param
+    return fed(HELD, ContactState.initial(), write), request.param
 
 
-PRESSED = {"seen": 1.0, "noise": 0.5, "carried": 2e4, "surprise": 0.0, "empty": 0.0}
+PRESSED = {"shows": 1.0, "noise": 0.5, "carried": 2e4, "innovation": 0.0, "empty": 0.0}
 
 
 def rested(holding, rows, speed=0.0):
     """When a piston that was held under 20 kN is let go, in samples of these rows; None if it is not."""
     watch, lifts = holding
-    watch.state = watch.sensor.initial.copy()
-    names = watch.sensor.recursion.state
     held = Mode.HELD_EXTENDING if lifts > 0.0 else Mode.HELD_RETRACTING
-    before = {"mode": float(held), "least_load_lately": 2e4, "largest_load_lately": 2e4}
-    for name, value in before.items():
-        watch.state[names.index(name)] = value
+    start(watch, mode=float(held), release__load_least=2e4, release__load_largest=2e4)
     said = np.concatenate(samples(watch, [(count, lifts * speed, PRESSED | how) for count, how in rows]))
     return int(np.argmax(said)) if said.any() else None
 
@@ -471,38 +486,39 @@ def test_a_held_piston_leaves_when_its_oil_carries_less_than_its_load(holding):
 def test_a_piston_that_is_pushed_is_let_go_by_a_torque_that_stays_behind_and_by_no_other(holding):
     """A relief valve may open above its setting: the torque is larger then, and nothing yields."""
     _, lifts = holding
-    begins = (10, {"torque": lifts * 8.0})
-    assert rested(holding, [begins, (40, {"torque": lifts * 8.1, "surprise": lifts * 5.0})], speed=50.0) is None
-    assert rested(holding, [begins, (40, {"torque": lifts * 7.9, "surprise": lifts * 5.0})], speed=50.0) is None
-    assert rested(holding, [begins, (5, {"torque": lifts * 8.1, "surprise": -lifts * 5.0})], speed=50.0) == 10
+    begins = (10, {"expected": lifts * 8.0})
+    assert rested(holding, [begins, (40, {"expected": lifts * 8.1, "innovation": lifts * 5.0})], speed=50.0) is None
+    assert rested(holding, [begins, (40, {"expected": lifts * 7.9, "innovation": lifts * 5.0})], speed=50.0) is None
+    assert rested(holding, [begins, (5, {"expected": lifts * 8.1, "innovation": -lifts * 5.0})], speed=50.0) == 10
 
 
-LOOKED = ("travel", "free_travel", "carried", "load", "empty", "relief", "place", "noise")
-SEEN = {"noise_travel": 1e-5, "noise": 0.5, "give": 1e-8, "bounce": 0.01, "seen": 1.0}
+LOOKED = ("travel", "free_travel", "carried", "value", "empty", "relief", "place", "noise")
+SEEN = {"noise": 1e-5, "give": 1e-8, "bounce": 0.01, "shows": 1.0}
 
 
-@pytest.fixture(scope="module", params=["place", "anew", "touched"])
+def seen(x):
+    """What the observer finds of these inputs; its noise is that of the position."""
+    step = step_of({**SEEN, **{n: x[n] for n in x if n in ("travel", "free_travel", "carried", "value", "empty")}})
+    return replace(step, torque=replace(step.torque, noise=ca.SX(0.5)))
+
+
+@pytest.fixture(scope="module", params=["position", "evidence", "found"])
 def looking(request):
-    """A watch that is told of a step by hand, and what it says of the contact."""
+    """A watch whose step is set by hand, and what it finds of the contact."""
 
-    def write(graph, x):
-        watch = a_watch(graph)
-        step = made(LoadStep, **SEEN | {n: x[n] for n in ("travel", "free_travel", "carried", "load", "empty")})
-        contact = watch.look(step, believed_of(x["place"], 0.7, relief=x["relief"]))
-        watch.close(contact, x["place"], 0.0)
-        return getattr(contact, request.param)
+    def write(state, sample, x):
+        now = estimated(x["place"], relief=x["relief"])
+        after, contact = look_for_contact(state, sample, seen(x), now, {}, Machine())
+        return moved(after, contact, x["place"], ca.SX(0.0)), getattr(contact.place, request.param)
 
-    return request.param, fed(LOOKED, write)
+    return request.param, fed(LOOKED, ContactState.initial(), write)
 
 
 def looked(looking, speed, rows, **states):
-    """What a watch in these states says of the last of samples; the piston is at 2 mm, and does not move."""
+    """What a watch in these states finds of the last of samples; the piston is at 2 mm, and does not move."""
     _, piece = looking
-    piece.state = piece.sensor.initial.copy()
-    names = piece.sensor.recursion.state
-    for name, value in states.items():
-        piece.state[names.index(name)] = value
-    still = dict.fromkeys(LOOKED, 0.0) | {"place": 2e-3, "carried": 2e4, "load": 2e4}
+    start(piece, **states)
+    still = dict.fromkeys(LOOKED, 0.0) | {"place": 2e-3, "carried": 2e4, "value": 2e4}
     return float(np.concatenate(samples(piece, [(count, speed, still | how) for count, how in rows]))[-1])
 
 
@@ -511,11 +527,11 @@ LEFT = {"mode": float(Mode.LEAVING), "held_at": 5e-3, "left_from": 2e-3, "came":
 
 def test_a_contact_before_the_piston_was_away_is_where_it_was_held_before(looking):
     asked, _ = looking
-    expected = {"place": 5e-3, "anew": 0.0, "touched": 1.0}[asked]
-    assert looked(looking, -50.0, [(2, {"relief": 1.0})], gone_since_contact=0.0, **LEFT) == expected
+    expected = {"position": 5e-3, "evidence": 0.0, "found": 1.0}[asked]
+    assert looked(looking, -50.0, [(2, {"relief": 1.0})], gone=0.0, **LEFT) == expected
     away = LEFT | {"mode": float(Mode.MOVING)}
-    expected = {"place": 2e-3, "anew": 1.0, "touched": 1.0}[asked]
-    assert looked(looking, -50.0, [(2, {"relief": 1.0})], gone_since_contact=1.0, **away) == expected
+    expected = {"position": 2e-3, "evidence": 1.0, "found": 1.0}[asked]
+    assert looked(looking, -50.0, [(2, {"relief": 1.0})], gone=1.0, **away) == expected
 
 
 def test_where_no_oil_gives_a_force_a_piston_stands_where_it_last_did(looking):
@@ -523,38 +539,37 @@ def test_where_no_oil_gives_a_force_a_piston_stands_where_it_last_did(looking):
     asked, _ = looking
     goes, in_vain = (20, {"travel": -1e-3, "free_travel": -1e-3}), (1, {"free_travel": -1e-2, "carried": 0.0})
     drained = (1, {"empty": 1.0, "carried": 0.0, "travel": -1e-3})
-    expected = {"place": 3e-3, "anew": 1.0, "touched": 1.0}
-    assert looked(looking, -50.0, [goes, drained, in_vain], gone_since_contact=1.0) == pytest.approx(expected[asked])
-    expected["place"] = 2e-3
-    assert looked(looking, -50.0, [goes, in_vain], gone_since_contact=1.0) == pytest.approx(expected[asked])
+    expected = {"position": 3e-3, "evidence": 1.0, "found": 1.0}
+    assert looked(looking, -50.0, [goes, drained, in_vain], gone=1.0) == pytest.approx(expected[asked])
+    expected["position"] = 2e-3
+    assert looked(looking, -50.0, [goes, in_vain], gone=1.0) == pytest.approx(expected[asked])
 
 
 def test_a_held_piston_has_left_when_its_torque_stays(holding):
     """A closed volume would let it sink from 8 N m; this one stays where it was, but for 0.5 N m of noise."""
-    begins = {"torque": 8.0}
-    assert rested(holding, [(10, begins), (10, {"torque": 3.0, "surprise": 5.0})]) == 10
-    assert rested(holding, [(10, begins), (40, {"torque": 5.0, "surprise": 3.0})]) is None, "noise, and a softer oil"
-    assert rested(holding, [(10, begins), (40, {"torque": 3.0, "surprise": 1.0})]) is None, "it is where it should be"
-    assert rested(holding, [(10, begins), (40, {"torque": 3.0, "surprise": -5.0})]) is None, "it lost more"
+    begins = {"expected": 8.0}
+    assert rested(holding, [(10, begins), (10, {"expected": 3.0, "innovation": 5.0})]) == 10
+    assert rested(holding, [(10, begins), (40, {"expected": 5.0, "innovation": 3.0})]) is None, (
+        "noise, and a softer oil"
+    )
+    assert rested(holding, [(10, begins), (40, {"expected": 3.0, "innovation": 1.0})]) is None, (
+        "it is where it should be"
+    )
+    assert rested(holding, [(10, begins), (40, {"expected": 3.0, "innovation": -5.0})]) is None, "it lost more"
     sank = {"motor_torque": -5.0}
-    assert rested(holding, [(10, begins), (40, {"torque": 3.0, "surprise": 5.0} | sank)]) is None, "it sank as well"
+    assert rested(holding, [(10, begins), (40, {"expected": 3.0, "innovation": 5.0} | sank)]) is None, "it sank as well"
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_a_piston_is_not_beyond_what_the_motor_pulls_it_off(way):
-    def write(graph, x):
-        watch = a_watch(graph)
-        kept = watch.before_it(x["place"])
-        watch.close(watch.look(made(LoadStep), believed_of(0.3, 0.7)), 0.3, 0.0)
-        return kept
+    def write(state, sample, x):
+        after, _ = watched({}, state, sample)
+        return after, state.off_stop(x["place"])
 
-    piece = fed(("place",), write)
-    names = piece.sensor.recursion.state
+    piece = fed(("place",), ContactState.initial(), write)
 
     def said(place, mode, way):
-        piece.state = piece.sensor.initial.copy()
-        for name, value in {"mode": float(mode), "leaves_way": way, "left_from": 0.2}.items():
-            piece.state[names.index(name)] = value
+        start(piece, mode=float(mode), leaves_way=way, left_from=0.2)
         return float(samples(piece, [(1, 50.0, {"place": place})])[0][0])
 
     assert said(0.2 + way * 0.01, Mode.LEAVING, way) == 0.2 + way * 0.01, "away from it"
@@ -564,44 +579,37 @@ def test_a_piston_is_not_beyond_what_the_motor_pulls_it_off(way):
 
 
 GRIP = (
-    "seen", "surprise", "noise", "carried", "torque", "free_travel", "load", "give",
+    "shows", "innovation", "noise", "carried", "expected", "free_travel", "value", "give",
     "turns", "keeps", "unknown", "back", "compliance",
 )  # fmt: skip
 
 
-@pytest.fixture(scope="module", params=["released", "went", "pressed", "shown", "unsure"])
+@pytest.fixture(scope="module", params=["released", "went", "pressed", "shown", "travel_std"])
 def gripping(request):
     """What holds a piston that was stopped while it extends, fed by hand; 0.1 mm per radian."""
 
-    def write(graph, x):
-        graph.parameters.add("circuit.cylinder.coulomb_friction", 500.0)
-        graph.parameters.add("travel_per_radian", 1e-4)
-        step = made(LoadStep, **{n: x[n] for n in GRIP[:8]})
-        grip = LettingGo(graph, 1.0, graph.state("held", 1.0), 1.0).look(
-            step, x["turns"], x["keeps"], x["unknown"], x["back"], x["compliance"]
-        )
-        graph.becomes("held", graph.held("held"))
-        return getattr(grip, request.param)
+    def write(state, sample, x):
+        piston = Holding(ca.SX(1.0), ca.SX(1.0), x["turns"], x["keeps"], x["unknown"], x["back"], x["compliance"])
+        after, grip = look_for_release(state, sample, step_of({n: x[n] for n in GRIP[:8]}), piston, Machine())
+        return after, getattr(grip, request.param)
 
-    return request.param, fed(GRIP, write)
+    return request.param, fed(GRIP, ReleaseState(), write)
 
 
 def gripped(gripping, speed, rows, **states):
-    """What is said at the end of samples."""
+    """What is found at the end of samples."""
     _, piece = gripping
-    piece.state = piece.sensor.initial.copy()
-    for name, value in states.items():
-        piece.state[piece.sensor.recursion.state.index(name)] = value
-    usual = dict.fromkeys(GRIP, 0.0) | {"noise": 0.1, "turns": float(speed != 0.0), "keeps": 1.0, "seen": 1.0}
+    start(piece, **states)
+    usual = dict.fromkeys(GRIP, 0.0) | {"noise": 0.1, "turns": float(speed != 0.0), "keeps": 1.0, "shows": 1.0}
     usual |= {"compliance": 0.25, "give": 1e-6}
     return np.concatenate(samples(piece, [(count, speed, usual | how) for count, how in rows]))
 
 
 def test_a_piston_that_was_held_by_mistake_went_what_the_pump_delivered(gripping):
     """The torque stays at 5 N m while 10 are expected; the pump goes 50 rad/s, and 1 mm/s leaked before."""
-    follows = (10, {"torque": 5.0})
-    behind = (10, {"torque": 10.0, "surprise": -5.0})
-    said = gripped(gripping, 50.0, [follows, behind], leaked_lately=1e-3, torque_when_pushing_began=5.0)
+    follows = (10, {"expected": 5.0})
+    behind = (10, {"expected": 10.0, "innovation": -5.0})
+    said = gripped(gripping, 50.0, [follows, behind], leakage=1e-3, pushing_began=5.0)
     if gripping[0] == "released":
         assert not said[:10].any()
         assert said[10] == 1.0, "the sample at which it is behind"
@@ -613,10 +621,10 @@ def test_a_piston_that_was_held_by_mistake_went_what_the_pump_delivered(gripping
 
 def test_what_it_went_counts_from_where_the_torque_stays_behind(gripping):
     """What gave way at last was an obstacle until then: the torque followed."""
-    builds = (10, {"torque": 10.0, "surprise": -1.0})
-    said = gripped(gripping, 50.0, [(1, {"torque": 0.0}), builds, (1, {"torque": 10.0, "surprise": -9.0})])
+    builds = (10, {"expected": 10.0, "innovation": -1.0})
+    said = gripped(gripping, 50.0, [(1, {"expected": 0.0}), builds, (1, {"expected": 10.0, "innovation": -9.0})])
     went = 50.0 * 1e-4 * PERIOD
-    expected = {"released": 1.0, "went": went, "pressed": 0.0, "shown": 0.1, "unsure": 0.0}[gripping[0]]
+    expected = {"released": 1.0, "went": went, "pressed": 0.0, "shown": 0.1, "travel_std": 0.0}[gripping[0]]
     assert said[-1] == pytest.approx(expected)
     assert (said[:-1] == (1.0 if gripping[0] == "shown" else 0.0)).all()
 
@@ -624,7 +632,7 @@ def test_what_it_went_counts_from_where_the_torque_stays_behind(gripping):
 def test_a_piston_that_pushes_is_let_go_by_what_is_known_of_the_compliance(gripping):
     """Of 10 N m that a closed volume asks for 7 are there: a soft machine may give so much, a known one does not."""
     said = [
-        gripped(gripping, 50.0, [(1, {}), (1, {"torque": 10.0, "surprise": -3.0, "compliance": c})])[-1]
+        gripped(gripping, 50.0, [(1, {}), (1, {"expected": 10.0, "innovation": -3.0, "compliance": c})])[-1]
         for c in (0.25, 0.05)
     ]
     if gripping[0] == "released":
@@ -635,34 +643,34 @@ def test_a_piston_that_pushes_is_let_go_by_what_is_known_of_the_compliance(gripp
 
 def test_at_rest_the_share_of_what_leaked_that_the_torque_shows_is_told(gripping):
     """40 N m of 50 would have leaked away, and 4 did."""
-    first = (2, {"turns": 0.0, "torque": 50.0})
-    later = {"turns": 0.0, "torque": 10.0, "surprise": 36.0}
-    said = gripped(gripping, 0.0, [first, (1, later)], held_at_rest=0.0)
+    first = (2, {"turns": 0.0, "expected": 50.0})
+    later = {"turns": 0.0, "expected": 10.0, "innovation": 36.0}
+    said = gripped(gripping, 0.0, [first, (1, later)], rest__held=0.0)
     if gripping[0] == "shown":
         assert said[-1] == pytest.approx(0.0, abs=1e-9), "the shown torque is the report's, which stays at nothing here"
 
 
 def test_a_piston_that_is_drawn_from_its_end_may_have_gone_as_much_as_the_compliance_is_unknown(gripping):
     said = gripped(gripping, -10.0, [RESTS, (5, TIGHT)], **LOADS)
-    if gripping[0] == "unsure":
+    if gripping[0] == "travel_std":
         assert said == pytest.approx(0.25 * 10.0 * 1e-4 * PERIOD * np.arange(6), rel=1e-6)
 
 
 def test_a_valve_that_opens_early_lets_no_piston_go(gripping):
-    began, behind = {"torque_when_pushing_began": 40.0}, {"torque": 50.0, "surprise": -8.0}
+    began, behind = {"pushing_began": 40.0}, {"expected": 50.0, "innovation": -8.0}
     said = [gripped(gripping, 50.0, [(5, behind | {"back": back})], **began)[-1] for back in (0.0, 0.1)]
     if gripping[0] == "released":
         assert said == [1.0, 0.0], "5 N m by compliance, 5 by the valve"
 
 
-LOADS = {"least_load_lately": 2e4, "largest_load_lately": 2e4}
-TIGHT = {"carried": 1e5, "torque": 50.0}
+LOADS = {"load_least": 2e4, "load_largest": 2e4}
+TIGHT = {"carried": 1e5, "expected": 50.0}
 RESTS = (1, TIGHT | {"turns": 0.0})
 
 
 def test_a_motor_that_turns_back_frees_no_piston_that_the_oil_still_presses_on_its_stop(gripping):
     """It carried 20 kN, and the oil presses with 100; it goes once that is down to 20 and friction, not before."""
-    falls = [(1, {"carried": force, "torque": 5e-4 * force}) for force in np.linspace(1e5, 1e4, 19)]
+    falls = [(1, {"carried": force, "expected": 5e-4 * force}) for force in np.linspace(1e5, 1e4, 19)]
     said = gripped(gripping, -10.0, [RESTS, (5, TIGHT), *falls], **LOADS)
     if gripping[0] == "released":
         forces = np.r_[np.full(6, 1e5), np.linspace(1e5, 1e4, 19)]
@@ -672,7 +680,7 @@ def test_a_motor_that_turns_back_frees_no_piston_that_the_oil_still_presses_on_i
 def test_a_torque_that_does_not_fall_frees_a_piston_whose_motor_turns_back(gripping):
     """40 N m are expected after 50; 43 is compliance, 48 is a piston that goes with a load that has grown at rest."""
     for shown, free in ((43.0, 0.0), (48.0, 1.0)):
-        how = {"carried": 8e4, "torque": 40.0, "surprise": shown - 40.0}
+        how = {"carried": 8e4, "expected": 40.0, "innovation": shown - 40.0}
         said = gripped(gripping, -10.0, [RESTS, (5, TIGHT), (1, how)], **LOADS)
         if gripping[0] == "released":
             assert said[-1] == free
@@ -683,16 +691,19 @@ def test_a_torque_that_does_not_fall_frees_a_piston_whose_motor_turns_back(gripp
 
 
 def test_a_torque_that_does_not_rise_frees_a_piston_that_is_pulled_off_by_the_other_side(gripping):
-    how = {"carried": 1e5, "torque": -40.0, "surprise": 25.0}
+    how = {"carried": 1e5, "expected": -40.0, "innovation": 25.0}
     said = gripped(
-        gripping, -10.0, [(1, TIGHT | {"turns": 0.0, "torque": 0.0}), (5, TIGHT | {"torque": 0.0}), (1, how)], **LOADS
+        gripping,
+        -10.0,
+        [(1, TIGHT | {"turns": 0.0, "expected": 0.0}), (5, TIGHT | {"expected": 0.0}), (1, how)],
+        **LOADS,
     )
     if gripping[0] == "released":
         assert said.tolist() == [0.0] * 6 + [1.0]
 
 
 def test_while_a_valve_opens_a_torque_that_comes_sooner_frees_nothing(gripping):
-    said = gripped(gripping, -10.0, [RESTS, (1, TIGHT | {"torque": 0.3, "surprise": 6.0}), (3, TIGHT)], **LOADS)
+    said = gripped(gripping, -10.0, [RESTS, (1, TIGHT | {"expected": 0.3, "innovation": 6.0}), (3, TIGHT)], **LOADS)
     if gripping[0] == "released":
         assert not said.any()
 
@@ -709,15 +720,15 @@ def test_no_piston_is_held_for_longer_than_its_oil_can_give_back(gripping):
 def test_leakage_is_remembered_from_when_the_piston_went(gripping):
     """2 mm/s less than the pump delivers, for long enough; a piston that stands teaches nothing of it."""
     goes = {"keeps": 0.0, "free_travel": (50.0 * 1e-4 - 2e-3) * PERIOD}
-    rows = [(500, goes), (100, {"free_travel": 0.0}), (1, {"torque": 10.0, "surprise": -9.0})]
-    said = gripped(gripping, 50.0, rows, held=1.0)
+    rows = [(500, goes), (100, {"free_travel": 0.0}), (1, {"expected": 10.0, "innovation": -9.0})]
+    said = gripped(gripping, 50.0, rows)
     if gripping[0] == "went":
         assert said[-1] == pytest.approx((50.0 * 1e-4 - 2e-3) * PERIOD, rel=1e-3)
 
 
 def test_of_a_piston_found_at_rest_on_an_end_the_load_from_before_is_not_known(gripping):
     """It carried 20 kN; found there, what presses it counts from nothing."""
-    loads = {"least_load_lately": 2e4, "largest_load_lately": 2e4}
+    loads = {"load_least": 2e4, "load_largest": 2e4}
     said = gripped(
         gripping, 0.0, [(1, {"carried": 2e4}), (1, {"carried": 5e3, "unknown": 1.0}), (1, {"carried": 5e3})], **loads
     )
@@ -732,20 +743,19 @@ SOFT = ("travel", "free_travel", "relief", "place", "compliance", "unseen")
 def giving():
     """A watch over a piston that presses on something which gives, 0.7 m of stroke, 1 mm of deviation."""
 
-    def write(graph, x):
-        watch = a_watch(graph)
-        step = made(LoadStep, **SEEN | {n: x[n] for n in ("travel", "free_travel")})
-        believed = believed_of(x["place"], 0.7, relief=x["relief"], compliance=x["compliance"], unseen=x["unseen"])
-        contact = watch.look(step, believed, [10.0 * x["travel"]])
-        watch.close(contact, x["place"], 0.0)
-        return contact.touched + 10.0 * contact.place_by[0]
+    def write(state, sample, x):
+        now = estimated(x["place"], relief=x["relief"], compliance=x["compliance"], unseen=x["unseen"])
+        by = {Quantity.LEAKAGE: 10.0 * x["travel"]}
+        after, contact = look_for_contact(state, sample, seen(x), now, by, Machine())
+        after = moved(after, contact, x["place"], ca.SX(0.0))
+        return after, contact.place.found + 10.0 * contact.place.by[Quantity.LEAKAGE]
 
-    return fed(SOFT, write)
+    return fed(SOFT, ContactState.initial((Quantity.LEAKAGE,)), write)
 
 
 def gives(giving, **how):
     """What is said in a second of a piston of which a third of what is delivered seems to be travel."""
-    giving.state = giving.sensor.initial.copy()
+    start(giving)
     usual = {"travel": 1e-4, "free_travel": 3e-4, "relief": 0.0, "place": 0.699, "compliance": 0.25, "unseen": 1e9}
     return samples(giving, [(50, 50.0, usual | how)])[0]
 
@@ -774,29 +784,24 @@ def test_what_a_piston_only_seemed_to_go_is_told_with_the_contact(giving):
 def test_places_that_are_kept_go_with_the_position(way):
     """A reference moves it by 3 mm: what it left, and where it was held, were as wrong as that."""
 
-    def write(graph, x):
-        watch = a_watch(graph)
-        watch.close(watch.look(made(LoadStep), believed_of(0.3, 0.7)), 0.3, way * 3e-3)
-        return 0.0
+    def write(state, sample, x):
+        return watched({}, state, sample, move=way * 3e-3)[0], 0.0
 
-    piece = fed((), write)
+    piece = fed((), ContactState.initial(), write)
     names = piece.sensor.recursion.state
-    piece.state = piece.sensor.initial.copy()
-    kept = ("left_from", "held_at", "carried_until")
-    for name in kept:
-        piece.state[names.index(name)] = 0.2
+    start(piece, left_from=0.2, held_at=0.2)
     samples(piece, [(2, 0.0, {})])
-    for name in kept[:2]:
+    for name in ("piece.left_from", "piece.held_at"):
         assert piece.state[names.index(name)] == pytest.approx(0.2 + 2 * way * 3e-3), name
 
 
 def test_oil_that_leaks_away_at_rest_lets_go_of_no_end(looking):
     """It came down to the low end and is pressed on it; the motor stands, and its oil goes: the end holds it still."""
     _, piece = looking
-    states = {"came": -0.014, "delivered_in_vain": 9e-3, "stands_for": 1.0, "turns_or_rests_for": 1.0}
+    states = {"came": -0.014, "standing__delivered": 9e-3, "standing__since": 1.0, "since": 1.0}
     looked(looking, 0.0, [(2, {"free_travel": 1e-4})], **states)
     names = piece.sensor.recursion.state
-    assert piece.state[names.index("mode")] == float(Mode.HELD_RETRACTING)
-    assert piece.state[names.index("largest_load_lately")] == 0.0
+    assert piece.state[names.index("piece.mode")] == float(Mode.HELD_RETRACTING)
+    assert piece.state[names.index("piece.release.load_largest")] == 0.0
     looked(looking, 50.0, [(25, {"free_travel": 1e-4})], **states)
-    assert piece.state[names.index("mode")] == float(Mode.LEAVING), "a motor that turns takes it off"
+    assert piece.state[names.index("piece.mode")] == float(Mode.LEAVING), "a motor that turns takes it off"

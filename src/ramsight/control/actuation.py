@@ -14,7 +14,7 @@ from ramsight.plant.either import both, choose, least, most, within
 from ramsight.plant.holding import Holding
 from ramsight.plant.oil import T40
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.intake import WARMING
+from ramsight.sensor.thresholds import OIL_TIME_CONSTANT as WARMING
 
 _COLDEST, _HOTTEST = 243.15, 383.15  # K; a thermometer that says anything else is not believed
 _REACHABLE = 0.9  # share of the highest motor speed for the trajectory; the rest is for corrections

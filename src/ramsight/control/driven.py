@@ -23,8 +23,9 @@ from ramsight.control.trajectory import Limits, together
 from ramsight.duty.live import Instant, Reported
 from ramsight.duty.live_drive import LiveDrive
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.hypothesis import DISPLACEMENT, LEAK
+from ramsight.sensor.hypothesis import Kind, state_of
 from ramsight.sensor.kalman import kalman
+from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
 
@@ -290,7 +291,9 @@ class DrivenUnits(ABC):
             values = reported.motor_speed, reported.motor_torque, reported.oil_temperature
             estimate = sensor.step(reported.time, *values, reference)
             learned = sensor.state
-            leak, displacement = learned[f"described_{LEAK}"], learned[f"described_{DISPLACEMENT}"]
+            leak, displacement = (
+                learned[state_of(Kind.DESCRIBED, one)] for one in (Quantity.LEAKAGE, Quantity.DISPLACEMENT)
+            )
             used = self._fed_back(estimate, now.position[name])
             command = control.step(used, reported, leak=leak, displacement=displacement)
             record.learned.append((leak, displacement))

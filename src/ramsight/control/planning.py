@@ -18,12 +18,11 @@ from numpy.typing import NDArray
 
 from ramsight.control.actuation import Actuation
 from ramsight.control.position import PositionControl
-from ramsight.sensor.hypothesis import DISPLACEMENT, LEAK
 from ramsight.sensor.virtual_sensor import VirtualSensor
 
 WORTH = 0.1  # of the standard deviation, below which a gain is not worth a visit
 _NEARLY = 0.1  # of what could be gained that may be left for less time
-_OF = (0, LEAK, DISPLACEMENT)  # places in the sensor's covariance
+_OF = (Quantity.POSITION, Quantity.LEAKAGE, Quantity.DISPLACEMENT)  # places in the sensor's covariance
 
 
 @dataclass(frozen=True)
@@ -76,7 +75,7 @@ class Knowledge:
     def of(cls, sensor: VirtualSensor, control: PositionControl) -> Knowledge:
         """What a sensor does not know now, of the cylinder that a control drives."""
         state = sensor.state
-        places = [(min(i, j), max(i, j)) for i in _OF for j in _OF]
+        places = [(i, j) if _OF.index(i) <= _OF.index(j) else (j, i) for i in _OF for j in _OF]
         values = [state[_named(i, j)] for i, j in places]
         return cls(control.actuation, np.array(values).reshape(3, 3))
 
@@ -112,8 +111,8 @@ class Knowledge:
         return replace(self, covariance=self.covariance - np.outer(seen, seen) / (seen[0] + variance))
 
 
-def _named(i: int, j: int) -> str:
-    return f"described_covariance_{i}{j}"
+def _named(i: Quantity, j: Quantity) -> str:
+    return covariance_of(Kind.DESCRIBED, i, j)
 
 
 @dataclass(frozen=True)

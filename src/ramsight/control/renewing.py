@@ -9,8 +9,8 @@ import numpy as np
 
 from ramsight.control.planning import Knowledge, Visit, due, expected, plan
 from ramsight.control.position import PositionControl
-from ramsight.sensor.judgement import WARNING
 from ramsight.sensor.status import Status
+from ramsight.sensor.thresholds import REFERENCE_DUE_SHARE as WARNING
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
 
 ASKS = frozenset(

@@ -16,12 +16,13 @@ from ramsight.control.orders import ACTIVITIES, INPUTS, Reason
 from ramsight.control.stopping import STOPPING_TIME
 from ramsight.control.trajectory import Limits
 from ramsight.deploy.c_function import PLAIN, array_function, literal
-from ramsight.deploy.c_sensor import SensorSource
+from ramsight.deploy.c_sensor import SensorSource, field_of
 from ramsight.deploy.c_text import golden_table, headings, indented, template
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.hypothesis import DISPLACEMENT, LEAK
+from ramsight.sensor.hypothesis import Kind, state_of
+from ramsight.sensor.quantity import Quantity
 
 
 @dataclass(frozen=True)
@@ -73,8 +74,8 @@ def control_source(block: Block, unit: HydraulicUnit, prefix: str, machine: str)
         advance=array_function("advance", _step(block), PLAIN),
         initial=", ".join(map(literal, block.initial.tolist())),
         inputs=", ".join(f"order->{name}" for name in INPUTS),
-        leak=f"described_{LEAK}",
-        displacement=f"described_{DISPLACEMENT}",
+        leak=field_of(state_of(Kind.DESCRIBED, Quantity.LEAKAGE)),
+        displacement=field_of(state_of(Kind.DESCRIBED, Quantity.DISPLACEMENT)),
         texts=indented((f'case {macro}_REASON_{r.name}: return "{r.text}";' for r in Reason), 4),
         **common,
     )
