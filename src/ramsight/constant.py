@@ -28,7 +28,7 @@ class Constant(float):
         made.unit, made.reason = unit, reason
         return made
 
-    def __getnewargs__(self) -> tuple[float, str, str]:
+    def __getnewargs__(self) -> tuple[float, str, str]:  # type: ignore[override]  # it has more arguments than a float
         return float(self), self.unit, self.reason
 
 

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from ramsight.calibration.identify_record import IdentifyError, Record
 from ramsight.calibration.loss_uncertainty import rougher, with_friction_factor
 from ramsight.engine.recursion import replay
+from ramsight.expression import Real
 from ramsight.plant.balance import FACTORS, balance, without_friction
 from ramsight.plant.holding import holding_valves
 from ramsight.plant.limits import limits_of
@@ -211,7 +212,7 @@ def _written(unit: HydraulicUnit) -> tuple[Any, Array, Array]:
     graph.becomes("position", graph.reference)
     tank = graph.parameters.symbol("circuit.tank.pressure")
 
-    def pressure(node: str) -> Any:
+    def pressure(node: str) -> Real:
         return circuit.pressure(step.z, node, tank)
 
     near: Any = 0.0
