@@ -27,7 +27,7 @@ from ramsight.sensor.detectors import CONTRADICTIONS
 from ramsight.sensor.status import Status
 from ramsight.study.datasheet import cluster as clusters
 from ramsight.study.datasheet import goal as goals
-from ramsight.study.datasheet import run_tasks, store
+from ramsight.study.datasheet import run_tasks, statistics, store
 from ramsight.study.datasheet import study_plan as plans
 from ramsight.study.datasheet.drawn import draw, ready
 from ramsight.study.datasheet.linear import REPORTED, differences, linear_budget
@@ -225,6 +225,23 @@ def test_intervals_hold_what_they_say():
     line = slope_of(x, 3.0 * x + random.normal(size=50))
     assert line.low < 3.0 < line.high
     assert quantile_of_machines(np.arange(10.0), 0.95).high == math.inf
+
+
+@pytest.mark.parametrize(("most", "near"), [(4000, 1.6), (100, 8.0)])
+def test_the_interval_of_a_pooled_quantile_is_that_of_as_many_machines(most, near, monkeypatch):
+    """Each machine has one error of its own: then the quantile is one of machines, whose interval is known.
+
+    Of a part of the machines the interval is less certain, and no wider.
+    """
+    monkeypatch.setattr(statistics, "_MOST", most)
+    machines = 400
+    edges = np.concatenate([[0.0], 1.0 + np.arange(machines + 1), [np.inf]])
+    counts = np.pad(np.eye(machines), ((0, 0), (1, 1)))
+    found = [pooled_quantiles(counts, edges, (0.5,), seed=k)[0] for k in range(8)]
+    known = quantile_of_machines(1.5 + np.arange(machines), 0.5)
+    assert np.mean([one.value for one in found]) == pytest.approx(known.value, abs=1.0)
+    assert np.mean([one.low for one in found]) == pytest.approx(known.low, abs=near)
+    assert np.mean([one.high for one in found]) == pytest.approx(known.high, abs=near)
 
 
 # -- the error budget

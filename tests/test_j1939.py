@@ -6,6 +6,7 @@ import struct
 from pathlib import Path
 
 import cantools
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -16,6 +17,7 @@ from ramsight.deploy.encoder.frame import EXTENDED, Frame
 from ramsight.deploy.encoder.j1939 import Broadcasting, Message, message_of
 from ramsight.deploy.encoder.listening import Listener, drive_map
 from ramsight.errors import DescriptionError
+from ramsight.logs.can_field import Field, little_endian
 from ramsight.plant.build import build_unit
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
@@ -72,6 +74,26 @@ def test_what_is_not_known_is_never_a_number():
     assert speed == deviation == 0xFFFF
     assert flags & 0b1111 == 0
     assert status == Status.NOT_REFERENCED
+
+
+def test_the_largest_number_is_the_last_below_the_reserved_ones():
+    data = Message().data(1e3, 1e3, 1e3, 0, valid=True, warns=False, referenced=True)
+    assert DATA.unpack(data)[::2] == (0xFAFF, 0b01000101, 0xFAFF)
+    assert DATA.unpack(data)[1] == 0xFAFF
+    data = Message().data(-1.0, -1e3, 0.0, 0, valid=True, warns=False, referenced=False)
+    assert DATA.unpack(data) == (0, 0, 0b00000101, 0, 0)
+
+
+@pytest.mark.parametrize(
+    ("length", "valid", "reserved"),
+    [(8, [0, 0xFA], [0xFB, 0xFD, 0xFE, 0xFF]), (16, [0, 0xFAFF], [0xFB00, 0xFDFF, 0xFE00, 0xFFFF])],
+)
+def test_reserved_numbers_of_a_log_are_none(length, valid, reserved):
+    field = Field("speed", little_endian(0, length), reserved=True)
+    frames = np.array([list(number.to_bytes(2, "little")) for number in (*valid, *reserved)], dtype=np.uint8)
+    np.testing.assert_array_equal(field.values(frames), [*valid, *[np.nan] * len(reserved)])
+    plain = Field("speed", little_endian(0, length))
+    np.testing.assert_array_equal(plain.values(frames), [*valid, *reserved])
 
 
 @pytest.mark.parametrize(

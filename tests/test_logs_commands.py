@@ -133,6 +133,18 @@ def test_pieces_of_any_length_give_the_same_samples(cuts, seed):
         assert np.allclose(made[0][name], made[1][name], rtol=1e-6, atol=1e-9, equal_nan=True), name
 
 
+@pytest.mark.parametrize(("samples", "last"), [(101, 0.09), (100, 0.07), (121, 0.11)])
+def test_the_last_sample_is_the_last_whose_period_is_complete(samples, last):
+    time = np.arange(samples) * 1e-3
+    made = Resampler(0.02, "log", None, frozenset({"valve_command"})).push(
+        {"time": time, "motor_speed": 10.0 * time, "motor_torque": np.floor(time / 0.02 + 1e-9), "valve_command": time}
+    )
+    np.testing.assert_allclose(made["time"], np.arange(0.01, last + 1e-6, 0.02), atol=1e-12)
+    np.testing.assert_allclose(made["motor_torque"], np.arange(len(made["time"])), atol=1e-12)
+    np.testing.assert_allclose(made["motor_speed"], 10.0 * (made["time"] - 0.5e-3), atol=1e-9)
+    np.testing.assert_allclose(made["valve_command"], made["time"], atol=1e-9)
+
+
 def test_a_reference_is_taken_once():
     resampler = Resampler(0.02, "log", None, frozenset())
     time = np.arange(200) * 1e-3

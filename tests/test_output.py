@@ -293,7 +293,7 @@ def test_a_bar_does_not_load_rich_before_it_shows():
         "output.dataset",
         "output.table_file",
         "progress",
-        "study.errors",
+        "tracking.position_errors",
     ],
 )
 def test_examples_in_docstrings_run(name):

@@ -56,10 +56,10 @@ def test_balance_stays_within_half_a_millimetre_on_the_reference_cycles(trace, s
 
 
 @pytest.mark.parametrize("name", ["boom_441kN_40C_x20", "bucket_162kN_40C_x20"])
-def test_balance_drifts_by_less_than_three_millimetres_in_twenty_cycles(trace, sensors, units, name):
+def test_balance_drifts_by_less_than_one_millimetre_in_twenty_cycles(trace, sensors, units, name):
     case = trace(name)
     unit = case.case["unit"]
-    assert errors_of(sensors[unit, "balance"], case, units[unit].cylinder.stroke).largest < 3.2e-3
+    assert errors_of(sensors[unit, "balance"], case, units[unit].cylinder.stroke).largest < 1e-3
 
 
 @pytest.mark.parametrize(("name", "paper"), [("boom_441kN_40C", 5e-3), ("bucket_162kN_40C", 10e-3)])

@@ -29,7 +29,7 @@ class Constant(float):
         return made
 
     def __getnewargs__(self) -> tuple[float, str, str]:  # type: ignore[override]  # float has one argument
-        """Arguments that pickling makes it anew of."""
+        """Arguments that pickling makes it again of."""
         return float(self), self.unit, self.reason
 
 

@@ -6,6 +6,7 @@ a condition that is added to metres, or a length that is used as a condition, do
     Scalar   a number that depends on symbols
     Flag     whether something holds; 1 or 0 in a state
     Vector   a column of numbers
+    Matrix   rows and columns of numbers, such as a Jacobian
     Real     a Scalar, or a plain number where a law is evaluated without a graph
 """
 
@@ -18,10 +19,11 @@ import casadi as ca
 
 if TYPE_CHECKING:
     from casadi import Flag as Flag
+    from casadi import Matrix as Matrix
     from casadi import Scalar as Scalar
     from casadi import Vector as Vector
 else:
-    Flag = Scalar = Vector = ca.SX
+    Flag = Matrix = Scalar = Vector = ca.SX
 
 Real: TypeAlias = "Scalar | float"
 Condition: TypeAlias = "Flag | bool"

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ramsight.expression import Real
 from ramsight.plant.either import choose
 from ramsight.units import RPM
 
@@ -102,7 +103,7 @@ def between(delay: float, period: float) -> tuple[float, int]:
     return max(samples - whole, 0.0), whole + 2
 
 
-def delayed(held: Sequence[Any], share: float) -> Any:
+def delayed(held: Sequence[Real], share: float) -> Real:
     """The value of a delay ago, of values that were kept, the oldest first; numbers or graphs."""
     return (1.0 - share) * held[1] + share * held[0]
 

@@ -19,6 +19,7 @@ from ramsight.engine.llvm_loop import Kinds
 from ramsight.engine.object_code import NativeFunction
 from ramsight.engine.private_folder import private_folder
 from ramsight.engine.terms import View
+from ramsight.expression import Vector
 
 WIDTH = 8
 """Runs side by side: one AVX-512 register of doubles, two of AVX2."""
@@ -166,7 +167,7 @@ def _arguments(function: ca.Function) -> list[str]:
     return list(dict.fromkeys([*function.name_in(), *(out.removesuffix("_new") for out in function.name_out())]))
 
 
-def hold(expression: Any, parameters: Any) -> tuple[Any, Any, ca.Function]:
+def hold(expression: Vector, parameters: Vector) -> tuple[Vector, Vector, ca.Function]:
     """Take out of an expression what depends on parameters alone, to be computed once.
 
     Returns:

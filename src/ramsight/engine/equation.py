@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import casadi as ca
+
+from ramsight.expression import Real, Vector
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class Output:
 
     name: str
     unit: str
-    expression: Any
+    expression: Real
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,11 +55,11 @@ class OdeModel:
     states: tuple[State, ...]
     inputs: tuple[str, ...]
     parameters: tuple[str, ...]
-    x: Any
-    u: Any
-    slope: Any
-    p: Any
-    rhs: Any
+    x: Vector
+    u: Vector
+    slope: Vector
+    p: Vector
+    rhs: Vector
     outputs: tuple[Output, ...] = ()
 
     @property

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import casadi as ca
+
+from ramsight.expression import Real
 
 if TYPE_CHECKING:
     from ramsight.plant.circuit import Circuit
@@ -13,7 +15,7 @@ if TYPE_CHECKING:
 _EMPTY = 1e-3  # share of the gas volume's give that is left where there is no oil behind the membrane
 
 
-def gas_capacity(pressure: Any, volume: Any, precharge: Any, polytropic: Any) -> Any:
+def gas_capacity(pressure: Real, volume: Real, precharge: Real, polytropic: Real) -> Real:
     """Oil taken up per pressure [m3/Pa]: V_0/(n p) (p_0/p)^(1/n) above the precharge, next to none below it.
 
     Args:
@@ -33,7 +35,7 @@ def gas_capacity(pressure: Any, volume: Any, precharge: Any, polytropic: Any) ->
     return ca.if_else(pressure > precharge, capacity, _EMPTY * capacity)
 
 
-def oil_volume(pressure: Any, volume: Any, precharge: Any, polytropic: Any) -> Any:
+def oil_volume(pressure: Real, volume: Real, precharge: Real, polytropic: Real) -> Real:
     """Oil in the accumulator [m3] at an absolute pressure above its precharge [Pa]; arguments as `gas_capacity`."""
     p = ca.fmax(pressure, precharge)
     return volume * (1.0 - ca.exp(ca.log(precharge / p) / polytropic))

@@ -63,7 +63,7 @@ class AsBuilt:
         changed: Any = replace(unit.mapped(self._part), oil=oil, cylinder=cylinder)  # type: ignore[type-var]
         return changed  # type: ignore[no-any-return]
 
-    def _part(self, part: Any) -> Any:
+    def _part(self, part: Any) -> Any:  # a part of any kind, changed to one of its kind
         if isinstance(part, Pump):
             # Eq. 10 makes leakage proportional to displacement; the factors are meant to be independent.
             return replace(

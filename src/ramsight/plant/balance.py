@@ -22,18 +22,21 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache, reduce
-from typing import Any
+from typing import Any, cast
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.engine.elimination import eliminate
+from ramsight.expression import Condition, Flag, Matrix, Real, Scalar, Vector
 from ramsight.plant.circuit import TANK, WARMING, Circuit, command_of
 from ramsight.plant.drive import IdealDrive
 from ramsight.plant.heat import case_losses
 from ramsight.plant.oil import ATMOSPHERE, Oil
 from ramsight.plant.unit import HydraulicUnit, initial_state
+
+Array = NDArray[np.float64]
 
 FACTORS = ("leak", "displacement", "compliance")
 """Factors by which a machine may differ from its data sheet: leakage and displacement of its pumps, and what oil and
@@ -61,37 +64,37 @@ class Solution:
         balance: what was solved, for derivatives.
     """
 
-    z: Any
-    torque: Any
-    stands: Any
-    _factors: Any
-    _torque_by_z: Any
-    _rate_by_load: Any
-    _torque_by_factors: Any
-    _sliding: Any
-    _before_by_z: Any
-    _changed: Any
-    _turns: Any
+    z: Vector
+    torque: Scalar
+    stands: Flag
+    _factors: Vector
+    _torque_by_z: Vector
+    _rate_by_load: Vector
+    _torque_by_factors: Vector
+    _sliding: tuple[Vector, Vector, Matrix]
+    _before_by_z: Matrix
+    _changed: Vector
+    _turns: Flag
     _balance: Balance
-    _h: Any
+    _h: Real
 
-    def settled(self, torque: Any) -> Any:
+    def settled(self, torque: Real) -> Flag:
         """Whether further iterations would not change it: the last one changed the torque by no more than this [N m].
 
         Nor would friction hold a piston that it let go in the last one, or let one go that it held.
         """
         return ca.logic_and(ca.fabs(self.torque_by(self._changed)) < torque, ca.logic_not(self._turns))
 
-    def by_load(self) -> Any:
+    def by_load(self) -> Vector:
         """dz/dF for a load that changes at the step's beginning [state/N]."""
         return self._balance.solve(self._factors, self._rate_by_load)
 
-    def by_large_load(self) -> Any:
+    def by_large_load(self) -> Vector:
         """The same for a change that friction cannot hold [state/N]."""
         loose, by_load, _ = self._sliding
         return self._balance.solve(loose, by_load)
 
-    def by_settled_load(self) -> Any:
+    def by_settled_load(self) -> Vector:
         """The same for a load that was another one before the step already, its pressures settled [state/N].
 
         What the oil gives way to under it is past: of the position only leakage is left.
@@ -101,11 +104,11 @@ class Solution:
         settled[0] = 0.0
         return self._balance.solve(loose, self._from(settled) + by_load)
 
-    def by_start(self, direction: Any, load: Any = 0.0) -> Any:
+    def by_start(self, direction: Vector, load: Real = 0.0) -> Vector:
         """How `z` follows a change of the states before the step, with a change of the load beside it [N]."""
         return self._balance.solve(self._factors, self._from(direction) + self._rate_by_load * load)
 
-    def by_factor(self, k: int, before: Any, load: Any) -> Any:
+    def by_factor(self, k: int, before: Vector, load: Real) -> Vector:
         """dz/dfactor from that before the step, while the load changes by `load` [N] per factor.
 
         Of a piston that slides: what friction holds for a while it does not hold for long.
@@ -113,15 +116,15 @@ class Solution:
         loose, by_load, by_factors = self._sliding
         return self._balance.solve(loose, self._from(before) + by_factors[:, k] + by_load * load)
 
-    def _from(self, before: Any) -> Any:
+    def _from(self, before: Vector) -> Vector:
         """What a change of the states before the step adds to the right-hand side [state/s]."""
         return before / self._h + ca.mtimes(self._before_by_z, before)
 
-    def torque_by(self, direction: Any) -> Any:
+    def torque_by(self, direction: Vector) -> Scalar:
         """How the torque follows a change of `z`."""
         return ca.mtimes(self._torque_by_z, direction)
 
-    def torque_by_factor(self, k: int) -> Any:
+    def torque_by_factor(self, k: int) -> Scalar:
         """How the torque follows a factor, the states being what they are [N m]."""
         return self._torque_by_factors[k]
 
@@ -232,10 +235,10 @@ class Balance:
         lost = ca.substitute(ca.substitute(lost, p, by_factors), kept, column)
         self._pump_heat = ca.Function("pump_heat", [z, speed, p, factors], [lost], options)
 
-    def _parameter(self, p: Any, name: str) -> Any:
+    def _parameter(self, p: Vector, name: str) -> Scalar:
         return p[self.parameters.index(name)]
 
-    def _resists(self, z: Any, load: Any, p: Any) -> tuple[Any, Any]:
+    def _resists(self, z: Vector, load: Scalar, p: Vector) -> tuple[Flag, Vector]:
         """Whether friction keeps the piston where it is, and what it is where it slides [N], with its way.
 
         Friction is that of the cylinder's own law beyond its breakaway. At rest it is whatever is needed, up to that;
@@ -258,7 +261,7 @@ class Balance:
         way = ca.sign(decides)
         return ca.fabs(decides) < own, ca.vertcat(way * own, way)
 
-    def _with_factors(self, p: Any, factors: Any) -> Any:
+    def _with_factors(self, p: Vector, factors: Vector) -> Vector:
         """The parameters with the factors on them; leakage does not grow with displacement."""
         leak, displacement, compliance = ca.vertsplit(factors)
         changed = {
@@ -278,8 +281,13 @@ class Balance:
         return WARMING in self.parameters
 
     def parameters_at(
-        self, p: Any, temperature: Any, commands: Mapping[str, Any] | None = None, *, warming: Any = 0.0
-    ) -> Any:
+        self,
+        p: Vector | Sequence[Real] | Array,
+        temperature: Real,
+        commands: Mapping[str, Real] | None = None,
+        *,
+        warming: Real = 0.0,
+    ) -> Vector:
         """The parameters with what changes among them.
 
         Args:
@@ -288,7 +296,7 @@ class Balance:
             commands: to parts, by their names.
             warming: rate of the oil's temperature [K/s]; used where the oil expands.
         """
-        entries = ca.vertsplit(ca.SX(p)) if not isinstance(p, list) else list(p)
+        entries: list[Real] = list(p) if isinstance(p, list) else list(ca.vertsplit(ca.SX(p)))
         entries[self.parameters.index("oil_temperature")] = temperature
         if self.expands:
             entries[self.parameters.index(WARMING)] = warming
@@ -296,48 +304,49 @@ class Balance:
             entries[self.parameters.index(command_of(name))] = value
         return ca.vertcat(*entries)
 
-    def oil_of(self, symbol: Callable[[str], Any]) -> Oil:
+    def oil_of(self, symbol: Callable[[str], Real]) -> Oil:
         """The oil with other values for its numbers, by the parameters' names."""
         names = [field.name for field in fields(self.unit.oil) if f"oil.{field.name}" in self.parameters]
         oil: Oil = replace(self.unit.oil, **{name: symbol(f"oil.{name}") for name in names})
         return oil
 
-    def at_rest(self, position: float, load: float) -> NDArray[np.float64]:
+    def at_rest(self, position: float, load: float) -> Array:
         """States at rest at a position [m] under a load [N]."""
         return initial_state(self.unit, self.model, position, load)
 
-    def rest_by_load(self) -> NDArray[np.float64]:
+    def rest_by_load(self) -> Array:
         """How the states at rest depend on a lifted load, the position being given [state/N]."""
         middle = 0.5 * self.unit.cylinder.stroke
         heavy = 1e2 * _LOAD_STEP
         change = self.at_rest(middle, heavy + _LOAD_STEP) - self.at_rest(middle, heavy)
         return np.asarray(change / _LOAD_STEP)
 
-    def force(self, z: Any) -> Any:
+    def force(self, z: Vector) -> Scalar:
         """Load that the oil's pressures carry, those of cushions among them [N], positive against lifting."""
         c = self.unit.cylinder
         on_a, on_b = (z[self.states.index(f"pressure_{node}")] for node in (c.node_a, c.node_b))
         pressed = c.area_a * on_a - c.area_b * on_b - ATMOSPHERE * (c.area_a - c.area_b)
         if c.cushion_conductance is not None:
             pressed = pressed + c.cushion(z[0], z[self.states.index("velocity")])
-        return self.unit.lift_sign * pressed
+        force: Scalar = self.unit.lift_sign * pressed
+        return force
 
-    def pressure(self, z: Any, node: str, tank: Any) -> Any:
+    def pressure(self, z: Vector, node: str, tank: Real) -> Real:
         """Absolute pressure of a node, of which the tank's is given [Pa]."""
         return tank if node == TANK else z[self.states.index(f"pressure_{node}")]
 
-    def chambers(self, z: Any) -> dict[str, tuple[Any, str]]:
+    def chambers(self, z: Vector) -> dict[str, tuple[Scalar, str]]:
         """Pressures of both chambers, by what to call them, each with its unit."""
         c = self.unit.cylinder
         nodes = {"pressure_a": c.node_a, "pressure_b": c.node_b}
         return {name: (z[self.states.index(f"pressure_{node}")], "Pa") for name, node in nodes.items()}
 
-    def possible(self, z: Any) -> Any:
+    def possible(self, z: Vector) -> Vector:
         """The states without pressures below vacuum, to begin an iteration with."""
         split = zip(self.states, ca.vertsplit(z), strict=True)
         return ca.vertcat(*(ca.fmax(v, 0.0) if name.startswith("pressure_") else v for name, v in split))
 
-    def near(self, z: Any, z0: Any, mean_speed: Any, h: Any, gives: Any = None) -> Any:
+    def near(self, z: Vector, z0: Vector, mean_speed: Real, h: Real, gives: Real | None = None) -> Vector:
         """The states with a piston no farther away than it gets in a step, to go on with.
 
         A relief valve that was open in the last one may have let it through the whole cylinder, and more.
@@ -354,16 +363,19 @@ class Balance:
         position = ca.fmin(ca.fmax(z[0], z0[0] - far), z0[0] + far)
         return ca.vertcat(position, ca.fmin(ca.fmax(z[1], -far / h), far / h), z[2:])
 
-    def _changed(self, dz: Any) -> Any:
+    def _changed(self, dz: Vector) -> Scalar:
         """The largest change of a pressure [Pa]."""
         changes = [ca.fabs(dz[k]) for k, name in enumerate(self.states) if name.startswith("pressure_")]
         return reduce(ca.fmax, changes)
 
-    def torque(self, z: Any, speed: Any, acceleration: Any, p: Any, factors: Any = (1.0, 1.0, 1.0)) -> Any:
+    def torque(
+        self, z: Vector, speed: Real, acceleration: Real, p: Vector, factors: Sequence[Real] = (1.0, 1.0, 1.0)
+    ) -> Scalar:
         """Torque at the motor [N m] at states, speed [rad/s] and acceleration [rad/s2]."""
-        return self._torque(z, speed, acceleration, p, ca.vertcat(*factors))[0]
+        torque: Scalar = self._torque(z, speed, acceleration, p, ca.vertcat(*factors))[0]
+        return torque
 
-    def pump_heat(self, z: Any, speed: Any, p: Any, factors: Any = (1.0, 1.0, 1.0)) -> Any:
+    def pump_heat(self, z: Vector, speed: Real, p: Vector, factors: Sequence[Real] = (1.0, 1.0, 1.0)) -> Scalar:
         """What leakage and friction of the pumps turn into heat [W] at states and speed [rad/s].
 
         Example:
@@ -374,25 +386,27 @@ class Balance:
             >>> [round(float(bench.pump_heat(z, speed, p))) for speed in (0.0, 150.0, -150.0)]
             [118, 370, 370]
         """
-        return self._pump_heat(z, speed, p, ca.vertcat(*factors))
+        heat: Scalar = self._pump_heat(z, speed, p, ca.vertcat(*factors))
+        return heat
 
-    def solve(self, factored: Any, right: Any) -> Any:
+    def solve(self, factored: Vector, right: Vector) -> Vector:
         """Solve (1/h - J) x = right."""
-        return self._elimination.solve(factored, right)
+        solution: Vector = self._elimination.solve(factored, right)
+        return solution
 
     def step(
         self,
-        z0: Any,
-        mean_speed: Any,
-        speed: Any,
-        acceleration: Any,
-        load: Any,
-        p: Any,
-        h: Any,
+        z0: Vector | Array,
+        mean_speed: Real,
+        speed: Real,
+        acceleration: Real,
+        load: Real,
+        p: Vector,
+        h: Real,
         *,
-        factors: Sequence[Any] = (1.0, 1.0, 1.0),
-        held: Any = 0.0,
-        guess: Any = None,
+        factors: Sequence[Real] = (1.0, 1.0, 1.0),
+        held: Condition | float = 0.0,
+        guess: Vector | None = None,
         iterations: int = _ITERATIONS,
         more: int = 0,
         settles: bool = False,
@@ -414,9 +428,10 @@ class Balance:
             more: how many more where the last but one was still far from any end.
             settles: whether it is so long that all settles: leakage goes by the pressures after it alone then.
         """
+        z0 = cast("Vector", z0)
         given = (mean_speed, load, p, ca.vertcat(*factors))
         leaks = self._leaks(z0, *given, self._coefficients(z0, *given))
-        begun = _Step(self, z0, given, h, held, 0.0 if settles else self._early, leaks)
+        begun = _Step(self, z0, given, h, cast("Condition", held), 0.0 if settles else self._early, leaks)
         z = z0 if guess is None else guess
         for _ in range(iterations - 1):
             last, z = z, begun.iterate(z).z
@@ -432,12 +447,12 @@ class Balance:
 class _Iterated:
     """What an iteration leads to, and what it was solved with."""
 
-    z: Any
-    kept: Any
-    stuck: Any
-    stands: Any
-    friction: Any
-    factored: Any
+    z: Vector
+    kept: Vector
+    stuck: Flag
+    stands: Flag
+    friction: Vector
+    factored: Vector
 
 
 @dataclass(frozen=True)
@@ -455,14 +470,14 @@ class _Step:
     """
 
     balance: Balance
-    z0: Any
-    given: tuple[Any, ...]
-    h: Any
-    held: Any
+    z0: Vector
+    given: tuple[Real, Real, Vector, Vector]
+    h: Real
+    held: Condition
     early: float
-    leaks: tuple[Any, Any, Any]
+    leaks: tuple[Vector, Matrix, Matrix]
 
-    def iterate(self, z: Any) -> _Iterated:
+    def iterate(self, z: Vector) -> _Iterated:
         """Once from these states."""
         balance, (mean_speed, load, p, _) = self.balance, self.given
         z = balance.near(z, self.z0, mean_speed, self.h)
@@ -474,7 +489,7 @@ class _Step:
         after = z + balance._elimination.solve(factored, rate - (z - self.z0) / self.h)
         return _Iterated(after, kept, stuck, stands, friction, factored)
 
-    def concluded(self, last: _Iterated, before: Any, speed: Any, acceleration: Any) -> Solution:
+    def concluded(self, last: _Iterated, before: Vector, speed: Real, acceleration: Real) -> Solution:
         """The solution after its last iteration, with what its derivatives need.
 
         Args:
@@ -509,23 +524,25 @@ class _Step:
         )
 
 
-def _share_of(expression: Any, factor: Any) -> Any:
+def _share_of(expression: Vector, factor: Scalar) -> Vector:
     """That part of an expression which is there by a factor only.
 
     Where it grows in proportion that is its slope, without the rest being worked out twice.
     """
     slope = ca.jacobian(expression, factor)
     if ca.depends_on(slope, factor):
-        return expression - ca.substitute(expression, factor, 0.0)
-    return slope * factor
+        without: Vector = ca.substitute(expression, factor, 0.0)
+        return expression - without
+    return cast("Vector", slope * factor)
 
 
-def without_friction(unit: Any) -> Any:
+def without_friction(unit: HydraulicUnit) -> HydraulicUnit:
     """The unit with a piston that slides freely: whoever solves for its load finds the friction in it."""
     smooth: dict[str, Any] = dict.fromkeys(("coulomb_friction", "breakaway_friction", "viscous_friction"), 0.0)
     smooth["pressure_friction"] = None
     cylinder = replace(unit.cylinder, **smooth)
-    return replace(unit, cylinder=cylinder)
+    changed: HydraulicUnit = replace(unit, cylinder=cylinder)  # type: ignore[type-var]
+    return changed
 
 
 @lru_cache(maxsize=64)

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar
+from typing import Protocol, TypeVar, cast
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.engine.equation import OdeModel, Output, State
+from ramsight.expression import Real, Scalar, scalar_symbol
 from ramsight.plant.oil import Oil
 from ramsight.plant.symbols import Parameters
 
@@ -89,9 +90,9 @@ class Closed:
         nodes, losses, works, tank_flows, commands: as in `CircuitModel`.
     """
 
-    states: tuple[tuple[State, Any, Any], ...]
-    motor_speed: Any
-    motor_acceleration: Any
+    states: tuple[tuple[State, Scalar, Real], ...]
+    motor_speed: Scalar
+    motor_acceleration: Scalar
     parameters: Parameters
     outputs: tuple[Output, ...]
     nodes: tuple[str, ...]
@@ -106,30 +107,30 @@ class Circuit:
 
     def __init__(self, oil: Oil, tank_pressure: float, *, keep_coefficients: bool = False) -> None:
         self._parameters = Parameters()
-        self._coefficients: list[tuple[Any, Any]] = []
+        self._coefficients: list[tuple[Scalar, Real]] = []
         self._keeps_coefficients = keep_coefficients
-        self._states: dict[str, tuple[State, Any]] = {}
-        self._derivatives: dict[str, Any] = {}
-        self._pressure: dict[str, Any] = {}
-        self._net: dict[str, Any] = {}
-        self._volume: dict[str, Any] = {}
-        self._growth: dict[str, Any] = {}
-        self._wall: dict[str, Any] = {}
-        self._powers: dict[str, Any] = {}
+        self._states: dict[str, tuple[State, Scalar]] = {}
+        self._derivatives: dict[str, Real] = {}
+        self._pressure: dict[str, Scalar] = {}
+        self._net: dict[str, Real] = {}
+        self._volume: dict[str, Real] = {}
+        self._growth: dict[str, Real] = {}
+        self._wall: dict[str, Real] = {}
+        self._powers: dict[str, Real] = {}
         self._losses: list[str] = []
         self._works: list[str] = []
-        self._stored: dict[str, Any] = {}
-        self._tank_flow: dict[str, Any] = {}
-        self._expansion: Any = 0.0
+        self._stored: dict[str, Real] = {}
+        self._tank_flow: dict[str, Real] = {}
+        self._expansion: Real = 0.0
         self._outputs: dict[str, Output] = {}
         self._commands: list[str] = []
-        self._torque: Any = 0.0
-        self._motor_torque: Any = None
-        self._command: Any = None
+        self._torque: Real = 0.0
+        self._motor_torque: Real | None = None
+        self._command: Scalar | None = None
         self._last: list[Callable[[], None]] = []
-        self.motor_speed, self.load = ca.SX.sym("motor_speed"), ca.SX.sym("load")
-        self.motor_acceleration, self._load_rate = ca.SX.sym("motor_acceleration"), ca.SX.sym("load_rate")
-        self.oil: Any = self._parameters.symbolic("oil", oil)
+        self.motor_speed, self.load = scalar_symbol("motor_speed"), scalar_symbol("load")
+        self.motor_acceleration, self._load_rate = scalar_symbol("motor_acceleration"), scalar_symbol("load_rate")
+        self.oil: Oil = self._parameters.symbolic("oil", oil)
         self.oil_temperature = self._parameters.add("oil_temperature", 313.15)
         self._warming = None if oil.expansion is None else self._parameters.add(WARMING, 0.0)
         self.viscosity = self.oil.viscosity(self.oil_temperature)
@@ -142,44 +143,43 @@ class Circuit:
 
     def symbolic(self, part: P) -> P:
         """The part with parameters of the circuit in place of its numbers."""
-        symbolic: P = self._parameters.symbolic(part.name, part)
-        return symbolic
+        return self._parameters.symbolic(part.name, part)  # type: ignore[type-var]  # every part is a dataclass
 
-    def coefficient(self, expression: Any) -> Any:
+    def coefficient(self, expression: Real) -> Scalar:
         """A coefficient of a law with kinks, such as the conductance of a valve that opens.
 
         A circuit that simulates gets the expression itself. One whose balance is solved implicitly gets a symbol that
         keeps its value for an iteration, because a tangent at a kink leads nowhere (`ramsight.plant.balance`).
         """
         if not self._keeps_coefficients:
-            return expression
-        symbol = ca.SX.sym(f"coefficient_{len(self._coefficients)}")
+            return cast("Scalar", expression)
+        symbol = scalar_symbol(f"coefficient_{len(self._coefficients)}")
         self._coefficients.append((symbol, expression))
         return symbol
 
     @property
-    def coefficients(self) -> tuple[tuple[Any, Any], ...]:
+    def coefficients(self) -> tuple[tuple[Scalar, Real], ...]:
         """The symbols that stand for coefficients, each with its expression."""
         return tuple(self._coefficients)
 
-    def state(self, name: str, unit: str, tolerance: float) -> Any:
+    def state(self, name: str, unit: str, tolerance: float) -> Scalar:
         """The symbol of a state; `tolerance` is the absolute error that a step may leave in it."""
         if name not in self._states:
-            self._states[name] = (State(name, unit, tolerance), ca.SX.sym(name))
+            self._states[name] = (State(name, unit, tolerance), scalar_symbol(name))
         return self._states[name][1]
 
-    def derivative(self, name: str, expression: Any) -> None:
+    def derivative(self, name: str, expression: Real) -> None:
         """Say how a state changes [its unit per second]."""
         self._derivatives[name] = expression
 
-    def pressure(self, node: str) -> Any:
+    def pressure(self, node: str) -> Scalar:
         """Absolute pressure of a node [Pa]."""
         if node not in self._pressure:
             self._pressure[node] = self.state(f"pressure_{node}", "Pa", _PRESSURE_TOLERANCE)
             self._net[node] = self._volume[node] = self._growth[node] = self._wall[node] = 0.0
         return self._pressure[node]
 
-    def flow(self, name: str, source: str, target: str, flow: Any, *, arriving: Any = None) -> None:
+    def flow(self, name: str, source: str, target: str, flow: Real, *, arriving: Real | None = None) -> None:
         """Add a volume flow from one node to another.
 
         Args:
@@ -199,7 +199,7 @@ class Circuit:
                 self._net[node] += sign * moved
         self.output(f"{name}.flow", "m3/s", flow)
 
-    def volume(self, node: str, volume: Any, rate: Any = 0.0) -> None:
+    def volume(self, node: str, volume: Real, rate: Real = 0.0) -> None:
         """Add oil volume [m3] to a node; `rate` [m3/s] is how the volume itself grows. The tank has its own."""
         if node == TANK:
             if not (isinstance(rate, float) and rate == 0.0):
@@ -209,30 +209,30 @@ class Circuit:
         self._volume[node] += volume
         self._growth[node] += rate
 
-    def compliance(self, node: str, compliance: Any) -> None:
+    def compliance(self, node: str, compliance: Real) -> None:
         """Add what a node's walls give [m3/Pa]."""
         if node == TANK:
             return
         self.pressure(node)
         self._wall[node] += compliance
 
-    def shaft_torque(self, torque: Any) -> None:
+    def shaft_torque(self, torque: Real) -> None:
         """Add torque that the motor must give [N m]."""
         self._torque += torque
 
-    def speed_loop(self) -> tuple[Any, Any]:
+    def speed_loop(self) -> tuple[Scalar, Scalar]:
         """Make the motor's speed a state, `motor_speed`: the speed that is asked for, and the actual one [rad/s]."""
         if self._command is None:
-            self._command = ca.SX.sym("motor_speed_command")
+            self._command = scalar_symbol("motor_speed_command")
             self._states["motor_speed"] = (State("motor_speed", "rad/s", _SPEED_TOLERANCE), self.motor_speed)
         return self._command, self.motor_speed
 
-    def command(self, name: str) -> Any:
+    def command(self, name: str) -> Scalar:
         """The command to a part, -1 to 1: a parameter that a duty or a log brings, `COMMANDED` without one."""
         self._commands.append(name)
         return self._parameters.add(command_of(name), COMMANDED)
 
-    def motor(self, torque: Any) -> None:
+    def motor(self, torque: Real) -> None:
         """Say which torque [N m] the motor gives where it is not simply what the shaft takes."""
         self._motor_torque = torque
 
@@ -241,30 +241,30 @@ class Circuit:
         self._last.append(finish)
 
     @property
-    def torque_taken(self) -> Any:
+    def torque_taken(self) -> Real:
         """Sum of the torques that the parts take at the motor shaft [N m]; complete in `at_last`."""
         return self._torque
 
-    def loss(self, name: str, power: Any) -> None:
+    def loss(self, name: str, power: Real) -> None:
         """Power that a part turns into heat [W]; never negative."""
         self._powers[name] = power
         self._losses.append(name)
 
-    def lost(self, names: Collection[str]) -> Any:
+    def lost(self, names: Collection[str]) -> Real:
         """Sum of the powers that parts turn into heat, of those named [W]."""
         return sum((self._powers[name] for name in sorted(names)), start=0.0)
 
-    def work(self, name: str, power: Any) -> None:
+    def work(self, name: str, power: Real) -> None:
         """Power given to the outside [W]."""
         self._powers[name] = power
         if name not in self._works:
             self._works.append(name)
 
-    def stored(self, name: str, energy: Any) -> None:
+    def stored(self, name: str, energy: Real) -> None:
         """Energy kept in the circuit [J], a function of states and inputs."""
         self._stored[name] = energy
 
-    def output(self, name: str, unit: str, expression: Any) -> None:
+    def output(self, name: str, unit: str, expression: Real) -> None:
         """A quantity worth looking at."""
         self._outputs[name] = Output(name, unit, expression)
 
@@ -302,7 +302,7 @@ class Circuit:
             moved = self._tank_flow or self._growth  # a closed circuit has no tank: what the pistons displace
             integrals["volume.exchanged"] = ("m3", sum(ca.fabs(flow) for flow in moved.values()))
             for key, (unit, rate) in integrals.items():
-                states.append((State(key, unit, float("inf"), integral=True), ca.SX.sym(key), rate))
+                states.append((State(key, unit, float("inf"), integral=True), scalar_symbol(key), rate))
             for key, energy in self._stored.items():
                 self.output(f"stored.{key}", "J", energy)
         return Closed(
@@ -318,8 +318,9 @@ class Circuit:
             commands=tuple(self._commands),
         )
 
-    def _warms_up(self, node: str) -> Any:
+    def _warms_up(self, node: str) -> Real:
         """Volume that a node's oil gains by its temperature's change [m3/s]; what it presses is work of the heat."""
+        assert self._warming is not None
         rate = self.oil.trapped_expansion(self.oil_temperature) * self._volume[node] * self._warming
         self._expansion += rate
         self.work("expansion", self._powers.get("expansion", 0.0) - self._pressure[node] * rate)

@@ -55,7 +55,7 @@ class ComposedUnit:
     lever: Lever | None = field(default=None, repr=False)
     heat: HeatStores | None = field(default=None, repr=False)
 
-    def mapped(self, change: Callable[[Any], Any]) -> ComposedUnit:
+    def mapped(self, change: Callable[[Any], Any]) -> ComposedUnit:  # as in `HydraulicUnit`
         """The unit with every further part replaced by what `change` makes of it."""
         return replace(self, others=tuple(change(part) for part in self.others))
 

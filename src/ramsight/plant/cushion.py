@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import casadi as ca
 
+from ramsight.expression import Real
 
-def cushion_force(left: Any, approach: Any, length: Any, area: Any, conductance: Any) -> Any:
+
+def cushion_force(left: Real, approach: Real, length: Real, area: Real, conductance: Real) -> Real:
     """Force that slows a piston down before its end [N], A (s A v/K)^2 with s = 1 - left/length.
 
     The way out narrows with the depth s of a tapered plunger, from an open port to the needle valve, with a conductance

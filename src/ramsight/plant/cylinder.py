@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import casadi as ca
 
+from ramsight.expression import Real
 from ramsight.plant.cushion import cushion_force
 from ramsight.plant.oil import ATMOSPHERE
 
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 _DEVELOPED = 10.0 * math.sqrt(2.0)  # Stribeck velocities over v_C, where Coulomb friction is developed
 
 
-def friction_force(velocity: Any, coulomb: Any, breakaway: Any, viscous: Any, stribeck_velocity: Any) -> Any:
+def friction_force(velocity: Real, coulomb: Real, breakaway: Real, viscous: Real, stribeck_velocity: Real) -> Real:
     """Friction force [N] against the motion: Stribeck hump, Coulomb and viscous part.
 
     F = sqrt(2e) (F_brk - F_C) exp(-(v/v_st)^2) v/v_st + F_C tanh(v/v_C) + f v with v_C = v_st/(10 sqrt(2)).
@@ -37,7 +38,7 @@ def friction_force(velocity: Any, coulomb: Any, breakaway: Any, viscous: Any, st
     return stribeck + coulomb * ca.tanh(_DEVELOPED * z) + viscous * velocity
 
 
-def seal_friction(velocity: Any, share: Any, force: Any, stribeck_velocity: Any) -> Any:
+def seal_friction(velocity: Real, share: Real, force: Real, stribeck_velocity: Real) -> Real:
     """Friction force [N] of seals that the oil presses on: F = mu |F_p| tanh(v/v_C), beside that of `friction_force`.
 
     Args:
@@ -55,7 +56,7 @@ def seal_friction(velocity: Any, share: Any, force: Any, stribeck_velocity: Any)
     return share * ca.fabs(force) * ca.tanh(_DEVELOPED * velocity / stribeck_velocity)
 
 
-def sliding_friction(speed: Any, coulomb: Any, viscous: Any) -> Any:
+def sliding_friction(speed: Real, coulomb: Real, viscous: Real) -> Real:
     """What `friction_force` comes to at speeds far above v_st, F_C + f v [N]: a tenth of a billionth off at 5 v_st.
 
     Args:
@@ -116,15 +117,15 @@ class Cylinder:
     passive: bool = False
     pressure_friction: float | None = None
 
-    def area(self, side: str) -> Any:
+    def area(self, side: str) -> float:
         """Piston area on side "a" or "b", all cylinders together [m2]."""
         return self.area_a if side == "a" else self.area_b
 
-    def dead_volume(self, side: str) -> Any:
+    def dead_volume(self, side: str) -> float:
         """Chamber volume at zero stroke of side "a" or "b" [m3]."""
         return self.dead_volume_a if side == "a" else self.dead_volume_b
 
-    def friction(self, velocity: Any, force: Any = 0.0) -> Any:
+    def friction(self, velocity: Real, force: Real = 0.0) -> Real:
         """Friction force [N] at a velocity [m/s], and a force of the chambers' pressures [N] where it grows with it."""
         friction = friction_force(
             velocity,
@@ -137,7 +138,7 @@ class Cylinder:
             return friction
         return friction + seal_friction(velocity, self.pressure_friction, force, self.stribeck_velocity)
 
-    def sliding_friction(self, speed: Any, force: Any = 0.0) -> Any:
+    def sliding_friction(self, speed: Real, force: Real = 0.0) -> Real:
         """Friction force [N] at a speed [m/s] far above the Stribeck velocity; `force` as `friction` takes it."""
         friction = sliding_friction(speed, self.coulomb_friction, self.viscous_friction)
         return friction if self.pressure_friction is None else friction + self.pressure_friction * ca.fabs(force)
@@ -152,7 +153,7 @@ class Cylinder:
         circuit.work("load", load * v)
         circuit.stored("kinetic", 0.5 * self.mass * v * v)
 
-    def push(self, circuit: Circuit, position: Any, velocity: Any) -> Any:
+    def push(self, circuit: Circuit, position: Real, velocity: Real) -> Real:
         """Add chambers, friction and end stops, whatever it is that the rods move.
 
         Args:
@@ -189,13 +190,15 @@ class Cylinder:
             force = force + cushions
         return force
 
-    def cushion(self, position: Any, velocity: Any) -> Any:
+    def cushion(self, position: Real, velocity: Real) -> Real:
         """Force of the end cushions [N], positive extends, at a position [m] and a velocity [m/s]."""
-        force: Any = 0.0
+        force: Real = 0.0
         if self.cushion_length_a is not None:
+            assert self.cushion_area_a is not None and self.cushion_conductance is not None  # noqa: PT018
             ends = self.cushion_length_a, self.cushion_area_a, self.cushion_conductance
             force = force + cushion_force(position, -velocity, *ends)
         if self.cushion_length_b is not None:
+            assert self.cushion_area_b is not None and self.cushion_conductance is not None  # noqa: PT018
             ends = self.cushion_length_b, self.cushion_area_b, self.cushion_conductance
             force = force - cushion_force(self.stroke - position, velocity, *ends)
         return force

@@ -83,7 +83,7 @@ class DdhUnit:
         """All parts."""
         return (self.drive, self.cylinder, *self.a.parts(), *self.b.parts(), *self.extra)
 
-    def mapped(self, change: Callable[[Any], Any]) -> DdhUnit:
+    def mapped(self, change: Callable[[Any], Any]) -> DdhUnit:  # as in `HydraulicUnit`
         """The unit with every part of its sides, and every further one, replaced by what `change` makes of it."""
         a, b = (Side(**{f.name: change(getattr(s, f.name)) for f in fields(s)}) for s in (self.a, self.b))
         return replace(self, a=a, b=b, extra=tuple(change(part) for part in self.extra))

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import casadi as ca
 
+from ramsight.expression import Real
 from ramsight.plant.valve import SETTLED, orifice_slope, seeping
 
 if TYPE_CHECKING:
     from ramsight.plant.circuit import Circuit
 
-Edge = tuple[str, str, str, Any, Any]
+Edge = tuple[str, str, str, Real, Real]
 """Name, node that oil leaves, node that it comes to, opening [1] and conductance when open [m3/s/sqrt(Pa)]."""
 
 
@@ -52,7 +53,7 @@ class DirectionalValve:
 
     joins = passage
 
-    def opening(self, spool: Any, way: float) -> Any:
+    def opening(self, spool: Real, way: float) -> Real:
         """Opening of the edges that a spool beyond the middle uncovers one way, 0 to 1.
 
         Args:
@@ -72,12 +73,11 @@ class DirectionalValve:
         for edge, source, target, opening, conductance in self.edges(spool):
             difference = circuit.pressure(source) - circuit.pressure(target)
             slope = opening * orifice_slope(conductance, difference)
-            flow = circuit.coefficient(slope) * difference
-            flow = seeping(circuit, flow, self.closed_leak, difference)
+            flow = seeping(circuit, circuit.coefficient(slope) * difference, self.closed_leak, difference)
             circuit.flow(f"{self.name}.{edge}", source, target, flow)
             circuit.loss(f"{self.name}.{edge}.throttling", flow * difference)
 
-    def edges(self, spool: Any) -> tuple[Edge, ...]:
+    def edges(self, spool: Real) -> tuple[Edge, ...]:
         """What the spool opens at a place, -1 to 1."""
         forward, back = self.opening(spool, 1.0), self.opening(spool, -1.0)
         return (

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import casadi as ca
+
+from ramsight.expression import Real
 
 if TYPE_CHECKING:
     from ramsight.plant.circuit import Circuit
@@ -72,7 +74,7 @@ class ServoDrive:
     max_torque: float
     supply: Supply | None = None
 
-    def torque(self, error: Any, integral: Any) -> Any:
+    def torque(self, error: Real, integral: Real) -> Real:
         """Torque [N m] at a speed error [rad/s] and an integral [N m]."""
         return ca.fmin(ca.fmax(self.proportional_gain * error + integral, -self.max_torque), self.max_torque)
 

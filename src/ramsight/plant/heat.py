@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.machine.heat_description import CASE_TO_AIR, TANK, TANK_TO_AIR
+from ramsight.plant.circuit import Part
 from ramsight.plant.pump import Pump
 
 Array = NDArray[np.float64]
@@ -96,12 +97,12 @@ class HeatStores:
         return np.asarray(np.linalg.solve(np.eye(2) - 0.5 * dt * rate, stores + dt * (0.5 * rate @ stores + right)))
 
 
-def case_losses(parts: Sequence[Any]) -> frozenset[str]:
+def case_losses(parts: Sequence[Part]) -> frozenset[str]:
     """Names of the losses of these parts that warm the pumps' cases, ``pump_a.leakage``."""
     return frozenset(f"{part.name}{loss}" for part in parts if isinstance(part, Pump) for loss in _INTO_CASE)
 
 
-def shared_out(of_pumps: Collection[str], losses: Mapping[str, Any]) -> tuple[Any, Any]:
+def shared_out(of_pumps: Collection[str], losses: Mapping[str, Any]) -> tuple[Any, Any]:  # numbers or columns
     """Heat into the pumps' cases and into the other oil, of energies that were lost [J], numbers or columns.
 
     Args:

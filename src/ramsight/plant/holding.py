@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, overload
 
 import casadi as ca
 import numpy as np
 
+from ramsight.expression import Real
 from ramsight.plant.accumulator import Accumulator
 from ramsight.plant.cylinder import Cylinder
 from ramsight.plant.either import choose, known, least, most
@@ -73,7 +74,7 @@ class Leaving:
         known = [state, ca.SX.zeros(2), ca.SX.zeros(2), values]
         (flow,) = ca.substitute([ca.sum1(ca.vertcat(*flows))], [ode.x, ode.u, ode.slope, ode.p], known)
         # Called every sample: in a buffer of its own, which takes a microsecond.
-        function: Any = ca.Function("leaving", [ca.vertcat(above, warmth)], [ca.densify(flow)])
+        function = ca.Function("leaving", [ca.vertcat(above, warmth)], [ca.densify(flow)])
         self._given, self._found = np.zeros(2), np.zeros(1)
         given: Any = self._given
         found: Any = self._found
@@ -84,11 +85,11 @@ class Leaving:
         reliefs = [p.setting for p in unit.parts() if isinstance(p, ReliefValve) and p.inlet in inside]
         self._most = _BELOW_RELIEF * min(reliefs, default=np.inf)
 
-    def flow(self, pressure: Any, temperature: Any) -> Any:
+    def flow(self, pressure: Real, temperature: Real) -> Real:
         """The flow [m3/s] at a pressure above the tank's [Pa] and an oil temperature [K], numbers or graphs."""
         within = least(pressure, self._most)
         if isinstance(within, ca.SX):
-            flow = self._function(ca.vertcat(within, temperature))
+            flow: Real = self._function(ca.vertcat(within, temperature))
         else:
             self._given[:] = within, temperature
             self._run()
@@ -129,7 +130,11 @@ class Holding:
     def _side(self, side: str) -> tuple[Leaving, float, float]:
         return Leaving(self.unit, side), float(self.unit.cylinder.area(side)), abs(pumped_into(self.unit, side))
 
-    def leakage(self, load: Any, temperature: Any) -> Any:
+    @overload
+    def leakage(self, load: float, temperature: float) -> float: ...
+    @overload
+    def leakage(self, load: Real, temperature: Real) -> Real: ...
+    def leakage(self, load: Real, temperature: Real) -> Real:
         """Motor speed that only makes up for what leaks [rad/s], positive where it turns the way that lifts.
 
         Args:
@@ -138,17 +143,21 @@ class Holding:
         """
         felt = choose(known(load), load, 0.0)
 
-        def of(way: float, side: tuple[Leaving, float, float]) -> Any:
+        def of(way: float, side: tuple[Leaving, float, float]) -> Real:
             leaving, area, pumped = side
             return way * leaving.flow(most(way * felt, 0.0) / area, temperature) / pumped
 
         return self._of_the_carrying(load, of)
 
-    def travel_per_radian(self, load: Any) -> Any:
+    @overload
+    def travel_per_radian(self, load: float) -> float: ...
+    @overload
+    def travel_per_radian(self, load: Real) -> Real: ...
+    def travel_per_radian(self, load: Real) -> Real:
         """Ideal travel per motor angle under a load [m/rad]; a number or a graph."""
         return self._of_the_carrying(load, lambda _, side: side[2] / side[1])
 
-    def _of_the_carrying(self, load: Any, of: Callable[[float, tuple[Leaving, float, float]], Any]) -> Any:
+    def _of_the_carrying(self, load: Real, of: Callable[[float, tuple[Leaving, float, float]], Real]) -> Real:
         """What is asked for of the side that carries: of a number that side alone, of a graph both and a choice."""
         if len(self._sides) == 1:
             return of(1.0, self._sides[0])

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import casadi as ca
 
+from ramsight.expression import Real
 from ramsight.plant.oil import ATMOSPHERE
 from ramsight.plant.pipe_friction import drop_over_laminar, flow_over_laminar
 
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 _FLOW_TOLERANCE = 1e-9  # m3/s
 
 
-def laminar_resistance(viscosity: Any, density: Any, length: Any, diameter: Any) -> Any:
+def laminar_resistance(viscosity: Real, density: Real, length: Real, diameter: Real) -> Real:
     """Pressure drop per flow of a round line [Pa/(m3/s)], Hagen-Poiseuille: 128 nu rho L/(pi d^4).
 
     Args:
@@ -30,7 +31,7 @@ def laminar_resistance(viscosity: Any, density: Any, length: Any, diameter: Any)
     return 128.0 * viscosity * density * length / (math.pi * diameter**4)
 
 
-def stiffened_bulk_modulus(pressure: Any, bulk_modulus: Any, stiffening: Any) -> Any:
+def stiffened_bulk_modulus(pressure: Real, bulk_modulus: Real, stiffening: Real) -> Real:
     """Bulk modulus of a hose with its oil [Pa] at a pressure: B + k (p - p_0), B below the atmosphere's pressure p_0.
 
     A braid first gives way to the wall and then locks, so that a hose stiffens under pressure.
@@ -104,17 +105,17 @@ class Hose:
 
     passage = joins
 
-    def flow(self, pressure_difference: Any, viscosity: Any, density: Any) -> Any:
+    def flow(self, pressure_difference: Real, viscosity: Real, density: Real) -> Real:
         """Steady flow [m3/s] at a pressure difference [Pa], viscosity [m2/s] and density [kg/m3]."""
         flow = pressure_difference / laminar_resistance(viscosity, density, self.length, self.diameter)
         return flow * flow_over_laminar(self._reynolds(flow, viscosity)) if self.turbulent else flow
 
-    def pressure_drop(self, flow: Any, viscosity: Any, density: Any) -> Any:
+    def pressure_drop(self, flow: Real, viscosity: Real, density: Real) -> Real:
         """Steady pressure drop [Pa] at a flow [m3/s], viscosity [m2/s] and density [kg/m3]."""
         drop = flow * laminar_resistance(viscosity, density, self.length, self.diameter)
         return drop * drop_over_laminar(self._reynolds(flow, viscosity)) if self.turbulent else drop
 
-    def _reynolds(self, flow: Any, viscosity: Any) -> Any:
+    def _reynolds(self, flow: Real, viscosity: Real) -> Real:
         return 4.0 * ca.fabs(flow) / (math.pi * self.diameter * viscosity)
 
     def connect(self, circuit: Circuit) -> None:
@@ -136,7 +137,7 @@ class Hose:
         circuit.flow(self.name, self.inlet, self.outlet, flow)
         circuit.loss(f"{self.name}.throttling", flow * difference)
 
-    def _wall(self, circuit: Circuit, node: str) -> Any:
+    def _wall(self, circuit: Circuit, node: str) -> Real:
         """What the wall gives per pressure at a node, over the content [1/Pa]."""
         oil = circuit.oil.bulk_modulus
         if self.stiffening is None:
@@ -148,8 +149,8 @@ class Hose:
         """Momentum of each segment: (rho L/A) dQ/dt = dp - dp_friction."""
         nodes = self.joins
         inertia = circuit.density * self.length / (0.25 * math.pi * self.diameter**2) / self.segments
-        energy: Any = 0.0
-        loss: Any = 0.0
+        energy: Real = 0.0
+        loss: Real = 0.0
         for k, (start, end) in enumerate(pairwise(nodes), 1):
             state = f"flow_{self.name}_{k}"
             flow = circuit.state(state, "m3/s", _FLOW_TOLERANCE)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 
 from ramsight.engine.equation import OdeModel, Output, State
 from ramsight.errors import DescriptionError
+from ramsight.expression import Real, Scalar, Vector, scalar_symbol
 from ramsight.machine.description import Machine
 from ramsight.plant.build import build_unit
 from ramsight.plant.circuit import Circuit, Closed
@@ -117,8 +117,9 @@ def linked_model(machine: LinkedMachine, *, audited: bool = False) -> LinkedMode
         forces.append(force)
         closed[unit.name] = circuit.close(audited=audited)
     rates = found.accelerations(ca.vertcat(*forces), mechanism.works[1:])
-    rows = list(zip(mechanism.states, ca.vertsplit(ca.vertcat(mechanism.q, mechanism.rates)),
-                    ca.vertsplit(ca.vertcat(mechanism.rates, rates)), strict=True))  # fmt: skip
+    symbols, changes = ca.vertcat(mechanism.q, mechanism.rates), ca.vertcat(mechanism.rates, rates)
+    rows: list[tuple[State, Scalar, Real]]
+    rows = list(zip(mechanism.states, ca.vertsplit(symbols), ca.vertsplit(changes), strict=True))
     for name, one in closed.items():
         rows += [(replace(state, name=f"{name}.{state.name}"), symbol, rate) for state, symbol, rate in one.states]
     if audited:
@@ -147,14 +148,15 @@ def linked_model(machine: LinkedMachine, *, audited: bool = False) -> LinkedMode
     return LinkedModel(ode, values, terms)
 
 
-def _guided(circuit: Circuit, unit: HydraulicUnit, position: Any, velocity: Any, audited: bool) -> Any:
+def _guided(circuit: Circuit, unit: HydraulicUnit, position: Scalar, velocity: Scalar, audited: bool) -> Real:
     """Add a unit's parts to its circuit, its cylinder guided by the mechanism; returns the force of its rods [N]."""
-    force: Any = None
+    force: Real | None = None
     for part in unit.parts():
         if isinstance(part, Cylinder):
             force = circuit.symbolic(part).push(circuit, position, velocity)
         else:
             circuit.add(part)
+    assert force is not None, "a unit has a cylinder"
     circuit.output("position", "m", position)
     circuit.output("velocity", "m/s", velocity)
     circuit.output("load", "N", unit.lift_sign * force)
@@ -163,7 +165,7 @@ def _guided(circuit: Circuit, unit: HydraulicUnit, position: Any, velocity: Any,
     return force
 
 
-def _integrals(mechanism: Moving, forces: Any) -> list[tuple[State, Any, Any]]:
+def _integrals(mechanism: Moving, forces: Vector) -> list[tuple[State, Scalar, Real]]:
     """What the audit of the mechanism adds up: work of the rods, of the tip, and what payload brings."""
     powers = {
         "rods": ca.dot(forces, mechanism.equations.velocities),
@@ -171,7 +173,7 @@ def _integrals(mechanism: Moving, forces: Any) -> list[tuple[State, Any, Any]]:
         "payload": mechanism.payload_power,
     }
     return [
-        (State(f"energy.{key}", "J", float("inf"), integral=True), ca.SX.sym(key), power)
+        (State(f"energy.{key}", "J", float("inf"), integral=True), scalar_symbol(key), power)
         for key, power in powers.items()
     ]
 

@@ -7,10 +7,11 @@ is by a margin above that. So the flow goes with the valve's opening alone, and 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import casadi as ca
 
+from ramsight.expression import Real
 from ramsight.plant.circuit import TANK
 from ramsight.plant.directional import DirectionalValve, Edge
 from ramsight.plant.pump import Pump
@@ -43,7 +44,7 @@ class LoadSensingPump(Pump):
     band: float
     swivel_time: float
 
-    def asked(self, outlet: Any, inlet: Any, sensed: Any) -> Any:
+    def asked(self, outlet: Real, inlet: Real, sensed: Real) -> Real:
         """Share of the displacement that its control asks for, 0 to 1.
 
         Args:
@@ -54,7 +55,7 @@ class LoadSensingPump(Pump):
         short = ca.fmin(sensed + self.margin, inlet + self.cut_off) - outlet
         return ca.fmin(ca.fmax(short / self.band, 0.0), 1.0)
 
-    def swivel(self, circuit: Circuit) -> Any:
+    def swivel(self, circuit: Circuit) -> Real:
         """Share of the displacement that it moves per revolution [1], a state."""
         name = f"swivel_{self.name}"
         share = circuit.state(name, "1", 1e-6)
@@ -76,7 +77,7 @@ class MeteringValve(DirectionalValve):
     load_line: str
     sensing: float
 
-    def edges(self, spool: Any) -> tuple[Edge, ...]:
+    def edges(self, spool: Real) -> tuple[Edge, ...]:
         """The four edges, and the bores that lead from the fed port to the sensing line."""
         main = super().edges(spool)
         opening = {edge[0]: ca.fmin(edge[3] / _SENSED_FROM, 1.0) for edge in main}

@@ -13,14 +13,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import casadi as ca
+
+from ramsight.expression import Real
 
 Grid = tuple[tuple[tuple[float, ...], ...], ...]
 
 
-def interpolate(x: Any, knots: Sequence[float], values: Sequence[Any], *, beyond: bool) -> Any:
+def interpolate(x: Real, knots: Sequence[float], values: Sequence[Real], *, beyond: bool) -> Real:
     """Piecewise-linear interpolation on numbers or symbols.
 
     Args:
@@ -60,7 +61,7 @@ class LossTable:
     volumetric: Grid
     hydromechanical: Grid
 
-    def leakage(self, displacement: Any, speed: Any, pressure_rise: Any, viscosity: Any) -> Any:
+    def leakage(self, displacement: Real, speed: Real, pressure_rise: Real, viscosity: Real) -> Real:
         """Leakage from outlet to inlet [m3/s], of the pressure rise's sign.
 
         Args:
@@ -78,7 +79,9 @@ class LossTable:
         magnitude = self._look_up(rows, (0.0, *self.pressure), speed, pressure_rise, viscosity)
         return displacement * magnitude * ca.sign(pressure_rise)
 
-    def friction(self, displacement: Any, speed: Any, pressure_rise: Any, viscosity: Any, *, threshold: Any) -> Any:
+    def friction(
+        self, displacement: Real, speed: Real, pressure_rise: Real, viscosity: Real, *, threshold: Real
+    ) -> Real:
         """Friction torque [N m] against the rotation.
 
         Args:
@@ -104,8 +107,8 @@ class LossTable:
         return max(row[0] - slope * self.pressure[0], 0.0)
 
     def _look_up(
-        self, pages: Sequence[Sequence[Sequence[float]]], pressure: Sequence[float], speed: Any, rise: Any, nu: Any
-    ) -> Any:
+        self, pages: Sequence[Sequence[Sequence[float]]], pressure: Sequence[float], speed: Real, rise: Real, nu: Real
+    ) -> Real:
         """Interpolate magnitudes, thinnest oil last: viscosity first, which is constant for long."""
         fluidity = [1.0 / value for value in reversed(self.viscosity)]
         pages = list(reversed(pages))

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import casadi as ca
+
+from ramsight.expression import Real, Scalar
 
 _OFFSET = 0.7  # mm2/s, the constant of the Walther equation for viscosities above 2 mm2/s
 _MM2 = 1e-6  # m2
@@ -18,7 +19,7 @@ _STEEL = 3.0 * 11.7e-6  # 1/K, thermal expansion of a steel barrel's volume; DIN
 _FLOOR = 2e3  # Pa; about the pressure at which an oil gives off vapour and air, [G]
 
 
-def kinematic_viscosity(temperature: Any, walther_a: Any, walther_b: Any) -> Any:
+def kinematic_viscosity(temperature: Real, walther_a: Real, walther_b: Real) -> Scalar:
     """Kinematic viscosity [m2/s] after Walther: log10 log10(nu/(mm2/s) + 0.7) = a - b log10(T/K).
 
     Args:
@@ -61,7 +62,7 @@ MINERAL_EXPANSION = 7e-4
 """Thermal expansion of mineral oil [1/K], a of `thermal_density`; data sheets of hydraulic oils say 6.5 to 7.5e-4."""
 
 
-def thermal_density(temperature: Any, density: Any, expansion: Any) -> Any:
+def thermal_density(temperature: Real, density: Real, expansion: Real) -> Real:
     """Density [kg/m3] at a temperature: rho (1 - a (T - 15 degC)).
 
     Args:
@@ -78,7 +79,7 @@ def thermal_density(temperature: Any, density: Any, expansion: Any) -> Any:
     return density * (1.0 - expansion * (temperature - T15))
 
 
-def trapped_expansion(temperature: Any, expansion: Any) -> Any:
+def trapped_expansion(temperature: Real, expansion: Real) -> Real:
     """Volume that oil gains over that of the steel around it, per kelvin [1/K]: a/(1 - a (T - 15 degC)) - 3 alpha.
 
     Args:
@@ -92,7 +93,7 @@ def trapped_expansion(temperature: Any, expansion: Any) -> Any:
     return expansion / (1.0 - expansion * (temperature - T15)) - _STEEL
 
 
-def free_air(pressure: Any, air: Any, polytropic: Any) -> Any:
+def free_air(pressure: Real, air: Real, polytropic: Real) -> Scalar:
     """Volume of free air at a pressure above 0.02 bar, over that of the oil [1]: a (p_0/p)^(1/n); arguments as next.
 
     Example:
@@ -102,7 +103,7 @@ def free_air(pressure: Any, air: Any, polytropic: Any) -> Any:
     return air * ca.exp(ca.log(ATMOSPHERE / pressure) / polytropic)
 
 
-def aerated_bulk_modulus(pressure: Any, bulk_modulus: Any, air: Any, polytropic: Any) -> Any:
+def aerated_bulk_modulus(pressure: Real, bulk_modulus: Real, air: Real, polytropic: Real) -> Scalar:
     """Bulk modulus [Pa] of oil with free air in it; collapses at low pressure.
 
     1/beta = (1/beta_oil + a g/(n p))/(1 + a g) with g = (p_0/p)^(1/n).
@@ -126,7 +127,7 @@ def aerated_bulk_modulus(pressure: Any, bulk_modulus: Any, air: Any, polytropic:
     return (1.0 + gas) / (1.0 / bulk_modulus + gas / (polytropic * p))
 
 
-def pressure_viscosity_factor(pressure: Any, coefficient: Any) -> Any:
+def pressure_viscosity_factor(pressure: Real, coefficient: Real) -> Scalar:
     """Viscosity at a pressure over that at atmospheric pressure, exp(alpha p) (Barus).
 
     Args:
@@ -170,32 +171,34 @@ class Oil:
     name: str = "oil"
     temperatures: tuple[float, float] = (0.0, math.inf)
 
-    def viscosity(self, temperature: Any) -> Any:
+    def viscosity(self, temperature: Real) -> Scalar:
         """Kinematic viscosity [m2/s] at a temperature [K] and atmospheric pressure."""
         return kinematic_viscosity(temperature, self.walther_a, self.walther_b)
 
-    def density_at(self, temperature: Any) -> Any:
+    def density_at(self, temperature: Real) -> Real:
         """Density [kg/m3] at a temperature [K]."""
         if self.expansion is None:
             return self.density
         return thermal_density(temperature, self.density, self.expansion)
 
-    def trapped_expansion(self, temperature: Any) -> Any:
+    def trapped_expansion(self, temperature: Real) -> Real:
         """Volume that it gains over its walls per kelvin at a temperature [K], 0 without expansion [1/K]."""
         return 0.0 if self.expansion is None else trapped_expansion(temperature, self.expansion)
 
-    def bulk_modulus_at(self, pressure: Any) -> Any:
+    def bulk_modulus_at(self, pressure: Real) -> Real:
         """Bulk modulus [Pa] of the oil with its air at an absolute pressure [Pa]."""
         if self.air is None or self.polytropic is None:
             return self.bulk_modulus
         return aerated_bulk_modulus(pressure, self.bulk_modulus, self.air, self.polytropic)
 
-    def specific_volume(self, pressure: Any) -> Any:
+    def specific_volume(self, pressure: Real) -> Scalar:
         """Volume of the oil with its air at an absolute pressure [Pa], over that of the oil at atmospheric pressure."""
         volume = ca.exp((ATMOSPHERE - pressure) / self.bulk_modulus)
-        return volume if self.air is None else volume + free_air(ca.fmax(pressure, _FLOOR), self.air, self.polytropic)
+        if self.air is None or self.polytropic is None:
+            return volume
+        return volume + free_air(ca.fmax(pressure, _FLOOR), self.air, self.polytropic)
 
-    def thickening(self, pressure: Any) -> Any:
+    def thickening(self, pressure: Real) -> Real:
         """Viscosity at an absolute pressure [Pa] over that at atmospheric pressure [1]."""
         if self.pressure_viscosity is None:
             return 1.0

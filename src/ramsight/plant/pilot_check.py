@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import casadi as ca
 
+from ramsight.expression import Real
 from ramsight.plant.valve import orifice_slope, seeping
 
 if TYPE_CHECKING:
@@ -42,12 +43,12 @@ class PilotCheckValve:
     pilot_ratio: float
     closed_leak: float | None = None
 
-    def opening(self, inlet: Any, outlet: Any, pilot: Any) -> Any:
+    def opening(self, inlet: Real, outlet: Real, pilot: Real) -> Real:
         """How far the pilot holds it open, 0 to 1, at absolute pressures [Pa]."""
         surplus = self.pilot_ratio * (pilot - inlet) - (outlet - inlet) - self.cracking_pressure
         return ca.fmin(ca.fmax(surplus / _PILOT_RANGE, 0.0), 1.0)
 
-    def slopes(self, difference: Any, spring: Any, opening: Any) -> tuple[Any, Any]:
+    def slopes(self, difference: Real, spring: Real, opening: Real) -> tuple[Real, Real]:
         """Flow over pressure difference [m3/s/Pa]: of the free way, beyond the spring's pressure, and of the way back.
 
         Args:
@@ -59,7 +60,7 @@ class PilotCheckValve:
         back = ca.if_else(difference < 0.0, opening * orifice_slope(self.conductance, difference), 0.0)
         return free, back
 
-    def flow(self, inlet: Any, outlet: Any, pilot: Any, coefficient: Callable[[Any], Any] = lambda e: e) -> Any:
+    def flow(self, inlet: Real, outlet: Real, pilot: Real, coefficient: Callable[[Real], Real] = lambda e: e) -> Real:
         """Flow from inlet to outlet [m3/s].
 
         Args:

@@ -9,9 +9,10 @@ Source: H. Blasius, VDI-Forschungsheft 131 (1913); limits of the transition as i
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import casadi as ca
+
+from ramsight.expression import Real
 
 # Reynolds numbers between which a flow may be either (White: 2000 to 4000), and Blasius's factor for smooth pipes.
 _LAMINAR, _TURBULENT = 2000.0, 4000.0
@@ -19,7 +20,7 @@ _BLASIUS = 0.3164
 _END = _BLASIUS * _TURBULENT**1.75 / 64.0  # what Re would be at 4000 if the flow were still laminar
 
 
-def _cubic(share: Any, start: float, end: float, start_slope: float, end_slope: float) -> Any:
+def _cubic(share: Real, start: float, end: float, start_slope: float, end_slope: float) -> Real:
     """Hermite's cubic over 0 ... 1."""
     s2, s3 = share * share, share * share * share
     return (
@@ -28,7 +29,7 @@ def _cubic(share: Any, start: float, end: float, start_slope: float, end_slope: 
     )  # fmt: skip
 
 
-def _blend(value: Any, first: float, last: float, target: float, end_slope: float) -> Any:
+def _blend(value: Real, first: float, last: float, target: float, end_slope: float) -> Real:
     """In logarithms, the curve from (first, first) with slope 1 to (last, target) with `end_slope`, over `value`."""
     inside = ca.fmin(ca.fmax(value, first), last)
     span = math.log(last / first)
@@ -37,7 +38,7 @@ def _blend(value: Any, first: float, last: float, target: float, end_slope: floa
     return ca.exp(curve) * first / inside
 
 
-def flow_over_laminar(laminar_reynolds: Any) -> Any:
+def flow_over_laminar(laminar_reynolds: Real) -> Real:
     """Flow at a pressure difference over the flow that it would be if laminar [1], 1 or less.
 
     Args:
@@ -51,7 +52,7 @@ def flow_over_laminar(laminar_reynolds: Any) -> Any:
     return _blend(laminar_reynolds, _LAMINAR, _END, _TURBULENT, 4.0 / 7.0) * ca.exp(-3.0 / 7.0 * ca.log(beyond))
 
 
-def drop_over_laminar(reynolds: Any) -> Any:
+def drop_over_laminar(reynolds: Real) -> Real:
     """Pressure drop at a flow over what it would be if laminar [1], 1 or more.
 
     Args:

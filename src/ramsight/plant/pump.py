@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import casadi as ca
 
+from ramsight.expression import Real, Scalar
 from ramsight.plant.loss_table import LossTable
 from ramsight.plant.valve import orifice_flow, orifice_slope
 
@@ -19,15 +20,15 @@ if TYPE_CHECKING:
 
 
 def leak_coefficient(
-    displacement: Any,
-    volumetric_efficiency: Any,
-    nominal_speed: Any,
-    nominal_pressure: Any,
-    nominal_viscosity: Any,
-    nominal_density: Any,
-    viscosity: Any,
-    density: Any,
-) -> Any:
+    displacement: Real,
+    volumetric_efficiency: Real,
+    nominal_speed: Real,
+    nominal_pressure: Real,
+    nominal_viscosity: Real,
+    nominal_density: Real,
+    viscosity: Real,
+    density: Real,
+) -> Real:
     """Leakage per pressure difference K_HP [m3/s/Pa], eq. 10: Hagen-Poiseuille flow through the nominal gap.
 
     Args:
@@ -50,7 +51,7 @@ def leak_coefficient(
     return gap * (nominal_viscosity * nominal_density) / (viscosity * density)
 
 
-def friction_coefficient(displacement: Any, hydromechanical_efficiency: Any) -> Any:
+def friction_coefficient(displacement: Real, hydromechanical_efficiency: Real) -> Real:
     """Friction torque per pressure difference K_TP [N m/Pa], eq. 8: D (eta_v/eta_tot - 1) = D (1/eta_hm - 1).
 
     Args:
@@ -60,7 +61,7 @@ def friction_coefficient(displacement: Any, hydromechanical_efficiency: Any) -> 
     return displacement * (1.0 / hydromechanical_efficiency - 1.0)
 
 
-def friction_torque(no_load_torque: Any, coefficient: Any, pressure_rise: Any, speed: Any, threshold: Any) -> Any:
+def friction_torque(no_load_torque: Real, coefficient: Real, pressure_rise: Real, speed: Real, threshold: Real) -> Real:
     """Friction torque [N m], eq. 7: (tau_0 + K_TP |dp|) tanh(4 w/w_th), against the rotation.
 
     Args:
@@ -128,11 +129,11 @@ class Pump:
     filling: float | None = None
 
     @property
-    def geared_displacement(self) -> Any:
+    def geared_displacement(self) -> float:
         """Displacement per motor angle [m3/rad]."""
         return self.displacement * self.belt
 
-    def leak_coefficient(self, viscosity: Any, density: Any) -> Any:
+    def leak_coefficient(self, viscosity: Real, density: Real) -> Real:
         """K_HP [m3/s/Pa] with this oil, eq. 10."""
         kept = self.volumetric_efficiency
         return self.leak_factor * leak_coefficient(
@@ -146,7 +147,7 @@ class Pump:
             density,
         )
 
-    def leakage(self, speed: Any, pressure_rise: Any, viscosity: Any, density: Any) -> Any:
+    def leakage(self, speed: Real, pressure_rise: Real, viscosity: Real, density: Real) -> Real:
         """Leakage from outlet to inlet [m3/s]: eq. 9 or the table, and the orifice's share.
 
         Args:
@@ -163,14 +164,14 @@ class Pump:
             leak = leak + orifice_flow(self.orifice_leak, pressure_rise)
         return leak
 
-    def flow(self, speed: Any, pressure_rise: Any, viscosity: Any, density: Any) -> Any:
+    def flow(self, speed: Real, pressure_rise: Real, viscosity: Real, density: Real) -> Real:
         """Volume flow from inlet to outlet [m3/s], eqs 3 and 9, at a pump speed [rad/s] and pressure rise [Pa].
 
         Of oil that keeps its volume; else `flows` has what is drawn and what is delivered.
         """
         return self.displacement * speed - self.leakage(speed, pressure_rise, viscosity, density)
 
-    def flows(self, speed: Any, leakage: Any, volumes: tuple[Any, Any]) -> tuple[Any, Any]:
+    def flows(self, speed: Real, leakage: Real, volumes: tuple[Real, Real]) -> tuple[Real, Real]:
         """Volume flows that leave the inlet and that come to the outlet [m3/s]; their masses are the same.
 
         Its chambers fill on the side that it draws from, with that side's density. What leaks has the density of the
@@ -189,11 +190,11 @@ class Pump:
         mass = self.displacement * speed / filled - leakage / ca.fmin(at_inlet, at_outlet)
         return mass * at_inlet, mass * at_outlet
 
-    def torque(self, speed: Any, pressure_rise: Any, viscosity: Any = None) -> Any:
+    def torque(self, speed: Real, pressure_rise: Real, viscosity: Real | None = None) -> Real:
         """Torque at the pump's own shaft [N m], eqs 4, 7 and 8; arguments as `friction`."""
         return self.displacement * pressure_rise + self.friction(speed, pressure_rise, viscosity)
 
-    def friction(self, speed: Any, pressure_rise: Any, viscosity: Any = None) -> Any:
+    def friction(self, speed: Real, pressure_rise: Real, viscosity: Real | None = None) -> Real:
         """Friction torque at the pump's own shaft [N m], eq. 7 or the table.
 
         Args:
@@ -204,7 +205,9 @@ class Pump:
         Source: Coulomb, viscous and hydrodynamic terms beside a constant one, as W. M. J. Schlösser, Hydraulic Power
         Transmission 7 (1961), and W. E. Wilson, Trans. ASME 68 (1946) 115, have them.
         """
+        friction: Real
         if self.table is not None:
+            assert viscosity is not None, "a table of losses needs the viscosity"
             friction = self.table.friction(
                 self.displacement, speed, pressure_rise, viscosity, threshold=self.threshold_speed
             )
@@ -212,12 +215,15 @@ class Pump:
             coefficient = friction_coefficient(self.displacement, self.hydromechanical_efficiency)
             friction = friction_torque(self.no_load_torque, coefficient, pressure_rise, speed, self.threshold_speed)
             if self.drag is not None:
+                assert viscosity is not None, "drag needs the viscosity"
                 friction = friction + self.drag * speed * viscosity / self.nominal_viscosity
             if self.hydrodynamic_drag is not None:
                 friction = friction + self.hydrodynamic_drag * speed * ca.fabs(speed)
         return friction if self.friction_factor is None else self.friction_factor * friction
 
-    def filled(self, speed: Any, inlet: Any, outlet: Any, kept: Callable[[Any], Any] = lambda value: value) -> Any:
+    def filled(
+        self, speed: Real, inlet: Real, outlet: Real, kept: Callable[[Scalar], Scalar] = lambda value: value
+    ) -> Real:
         """Share of its chambers that fills with oil [1]: the way in passes K sqrt(p), what turns asks for D|w|.
 
         Below 0 bar nothing more comes in; the oil's vapour pressure, less than a millibar, is taken for that. Slower
@@ -254,10 +260,10 @@ class Pump:
 
     def connect(self, circuit: Circuit) -> None:
         """Add flow, torque and losses."""
-        speed = self.belt * circuit.motor_speed
+        speed: Real = self.belt * circuit.motor_speed
         inlet, outlet = circuit.pressure(self.inlet), circuit.pressure(self.outlet)
         rise = outlet - inlet
-        viscosity = circuit.viscosity
+        viscosity: Real = circuit.viscosity
         if circuit.oil.pressure_viscosity is not None:
             viscosity = viscosity * circuit.oil.thickening(0.5 * (inlet + outlet))
         leak = self.leakage(speed, rise, viscosity, circuit.density)
@@ -280,24 +286,25 @@ class Pump:
             circuit.flow(self.name, self.inlet, self.outlet, displacement * speed - leak)
         else:
             volumes = circuit.oil.specific_volume(inlet), circuit.oil.specific_volume(outlet)
-            drawn, delivered = replace(self, displacement=displacement).flows(speed, leak, volumes)
+            swivelled = replace(self, displacement=displacement)  # type: ignore[arg-type]  # a graph for a number
+            drawn, delivered = swivelled.flows(speed, leak, volumes)
             circuit.flow(self.name, self.inlet, self.outlet, drawn, arriving=delivered)
             given = displacement * speed * rise - leak * rise
             circuit.work(f"{self.name}.compression", given - (delivered * outlet - drawn * inlet))
         circuit.loss(f"{self.name}.leakage", leak * rise)
         circuit.loss(f"{self.name}.friction", friction * speed)
 
-    def swivel(self, circuit: Circuit) -> Any:
+    def swivel(self, circuit: Circuit) -> Real:
         """Share of its displacement that it moves per revolution [1]; a pump of fixed displacement moves all of it."""
         del circuit
         return 1.0
 
-    def shaft_torque(self, speed: Any, pressure_rise: Any, viscosity: Any = None) -> Any:
+    def shaft_torque(self, speed: Real, pressure_rise: Real, viscosity: Real | None = None) -> Real:
         """Torque at the motor's shaft [N m], the belt's loss in it; arguments as `friction`."""
         torque = self.torque(speed, pressure_rise, viscosity)
         return self.belt * (torque if self.belt_loss is None else torque + self.belt_torque(speed, torque))
 
-    def belt_torque(self, speed: Any, torque: Any) -> Any:
+    def belt_torque(self, speed: Real, torque: Real) -> Real:
         """Torque that the belt loses, at the pump's shaft and against its rotation [N m].
 
         Args:
@@ -308,7 +315,7 @@ class Pump:
             return 0.0
         return self.belt_loss * ca.fabs(torque) * ca.tanh(4.0 * speed / self.threshold_speed)
 
-    def driven_speed(self, speed: Any, torque: Any) -> Any:
+    def driven_speed(self, speed: Real, torque: Real) -> Real:
         """Speed of the pump behind the belt [rad/s]: it lags where the motor drives, and leads where the load does.
 
         A belt is longer where it pulls, so less runs onto the driven pulley than off the driving one (elastic creep),

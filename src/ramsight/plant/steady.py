@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from ramsight.errors import DescriptionError
+from ramsight.expression import Real
 from ramsight.plant.limits import pump_reliefs
 from ramsight.plant.oil import ATMOSPHERE
 from ramsight.plant.pump import Pump
@@ -185,7 +186,7 @@ def _steady(
         return outlet - inlet
 
     def into_held(pump: Pump) -> float:
-        speed = pump.belt * turning
+        speed: Real = pump.belt * turning
         leakage = pump.leakage(speed, rise(pump), viscosity, density)
         speed = pump.driven_speed(speed, pump.torque(speed, rise(pump), viscosity))
         inlet, outlet = ends(pump)

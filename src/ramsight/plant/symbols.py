@@ -3,21 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
-from typing import Any
+from typing import TYPE_CHECKING, TypeVar
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
+
+from ramsight.expression import Scalar, Vector, scalar_symbol
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+D = TypeVar("D", bound="DataclassInstance")
 
 
 class Parameters:
     """A growing list of named parameters with their symbols and values."""
 
     def __init__(self) -> None:
-        self._symbols: dict[str, Any] = {}
+        self._symbols: dict[str, Scalar] = {}
         self._values: list[float] = []
 
-    def add(self, name: str, value: float) -> Any:
+    def add(self, name: str, value: float) -> Scalar:
         """A new parameter's symbol.
 
         Raises:
@@ -25,18 +32,20 @@ class Parameters:
         """
         if name in self._symbols:
             raise ValueError(f"parameter {name!r} exists already")
-        self._symbols[name] = ca.SX.sym(name)
+        self._symbols[name] = scalar_symbol(name)
         self._values.append(float(value))
         return self._symbols[name]
 
-    def symbol(self, name: str) -> Any:
+    def symbol(self, name: str) -> Scalar:
         """The symbol of a parameter that is there already."""
         return self._symbols[name]
 
-    def symbolic(self, name: str, part: Any) -> Any:
+    def symbolic(self, name: str, part: D) -> D:
         """A copy of a dataclass with a parameter `name.field` in place of every float field."""
         numbers = [field.name for field in fields(part) if isinstance(getattr(part, field.name), float)]
-        return replace(part, **{key: self.add(f"{name}.{key}", getattr(part, key)) for key in numbers})
+        symbols = {key: self.add(f"{name}.{key}", getattr(part, key)) for key in numbers}
+        changed: D = replace(part, **symbols)
+        return changed
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -44,7 +53,7 @@ class Parameters:
         return tuple(self._symbols)
 
     @property
-    def column(self) -> Any:
+    def column(self) -> Vector:
         """The symbols as one column."""
         return ca.vertcat(*self._symbols.values())
 

@@ -68,7 +68,7 @@ class HydraulicUnit(Protocol):
     def parts(self) -> tuple[Part, ...]:
         """All parts."""
 
-    def mapped(self, change: Callable[[Any], Any]) -> HydraulicUnit:
+    def mapped(self, change: Callable[[Any], Any]) -> HydraulicUnit:  # a part of any kind, changed to one of its kind
         """The unit with its parts, but for drive and cylinder, replaced by what `change` makes of each."""
 
 
@@ -92,7 +92,7 @@ def reach(parts: Sequence[Part], start: str, through: str) -> frozenset[str]:
     return frozenset(found)
 
 
-def _groups(nodes: tuple[Any, ...]) -> list[set[str]]:
+def _groups(nodes: tuple[Any, ...]) -> list[set[str]]:  # all are names, or all are groups of names
     """Nodes that a part brings together: in one group, or, of a valve with several ways, in as many."""
     return [set(nodes)] if all(isinstance(node, str) for node in nodes) else [set(group) for group in nodes]
 

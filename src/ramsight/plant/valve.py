@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import casadi as ca
+
+from ramsight.expression import Real, Scalar
 
 if TYPE_CHECKING:
     from ramsight.plant.circuit import Circuit
@@ -18,7 +20,7 @@ _POPPET = 0.03  # s, until a relief valve's poppet has followed, 95 %; data shee
 _LAMINAR = 2e3  # Pa; below about this difference an orifice's flow is laminar (linear), so its slope stays finite
 
 
-def orifice_slope(conductance: Any, pressure_difference: Any) -> Any:
+def orifice_slope(conductance: Real, pressure_difference: Real) -> Scalar:
     """Flow of an orifice over its pressure difference [m3/s/Pa]: G / sqrt|dp|, level near zero.
 
     Args:
@@ -29,12 +31,12 @@ def orifice_slope(conductance: Any, pressure_difference: Any) -> Any:
     return conductance / ca.sqrt(magnitude)
 
 
-def orifice_flow(conductance: Any, pressure_difference: Any) -> Any:
+def orifice_flow(conductance: Real, pressure_difference: Real) -> Scalar:
     """Flow through an orifice [m3/s]: G sign(dp) sqrt|dp|, made linear near zero; arguments as `orifice_slope`."""
     return orifice_slope(conductance, pressure_difference) * pressure_difference
 
 
-def seeping(circuit: Circuit, flow: Any, leak: Any, pressure_difference: Any) -> Any:
+def seeping(circuit: Circuit, flow: Real, leak: Real | None, pressure_difference: Real) -> Real:
     """A valve's flow with what passes its closed seat or spool, a laminar gap [m3/s]: Q + k dp / nu.
 
     Args:
@@ -76,7 +78,7 @@ class ReliefValve:
         difference = circuit.pressure(self.inlet) - circuit.pressure(self.outlet)
         # A load held at its limit keeps the valve at its setting to the last digit: a maximum has half the slope there,
         # and rounding does not decide between none and all of it.
-        flow = self.conductance * ca.fmax(self._felt(circuit, difference) - self.setting, 0.0)
+        flow: Real = self.conductance * ca.fmax(self._felt(circuit, difference) - self.setting, 0.0)
         flow = seeping(circuit, flow, self.closed_leak, difference)
         if self.pilot_flow is not None and self.pilot_opens is not None:
             beyond = (difference / self.setting - self.pilot_opens) / (1.0 - self.pilot_opens)
@@ -84,7 +86,7 @@ class ReliefValve:
         circuit.flow(self.name, self.inlet, self.outlet, flow)
         circuit.loss(f"{self.name}.throttling", flow * difference)
 
-    def _felt(self, circuit: Circuit, difference: Any) -> Any:
+    def _felt(self, circuit: Circuit, difference: Scalar) -> Scalar:
         """Pressure difference that the poppet follows [Pa]: with hysteresis it lags behind one that falls.
 
         Friction holds it where it is until the difference has fallen by what lies between setting and reseating (a play
@@ -125,8 +127,7 @@ class CheckValve:
         # It leaves its seat within the first of these pascals: at no difference at all, rounding must not decide.
         opening = ca.fmin(ca.fmax(beyond / _LAMINAR, 0.0), 1.0)
         slope = circuit.coefficient(opening * orifice_slope(self.conductance, beyond))
-        flow = slope * beyond
-        flow = seeping(circuit, flow, self.closed_leak, difference)
+        flow = seeping(circuit, slope * beyond, self.closed_leak, difference)
         circuit.flow(self.name, self.inlet, self.outlet, flow)
         circuit.loss(f"{self.name}.throttling", flow * difference)
 
@@ -188,11 +189,11 @@ class SafetyValve:
         """The nodes between which oil passes, at least while it is open."""
         return (self.pump_side, self.cylinder_side)
 
-    def command(self, motor_speed: Any) -> Any:
+    def command(self, motor_speed: Real) -> Scalar:
         """Opening that the motor's speed [rad/s] asks for, 0 to 1."""
         return ca.fmin(ca.fmax(motor_speed / self.opening_speed - 1.0, 0.0), 1.0)
 
-    def slope(self, pressure_difference: Any, opening: Any) -> Any:
+    def slope(self, pressure_difference: Real, opening: Real) -> Scalar:
         """Flow towards the cylinder over a pressure difference [m3/s/Pa] at that difference [Pa] and an opening."""
         slope = orifice_slope(self.conductance, pressure_difference)
         return ca.if_else(pressure_difference > 0.0, slope, opening * slope)
@@ -210,7 +211,6 @@ class SafetyValve:
             circuit.output(f"{self.name}.opening", "1", opening)
         else:
             slope = orifice_slope(self.conductance, difference)
-        flow = circuit.coefficient(slope) * difference
-        flow = seeping(circuit, flow, self.closed_leak, difference)
+        flow = seeping(circuit, circuit.coefficient(slope) * difference, self.closed_leak, difference)
         circuit.flow(self.name, self.pump_side, self.cylinder_side, flow)
         circuit.loss(f"{self.name}.throttling", flow * difference)

@@ -10,10 +10,10 @@ of the point where it is carried, so that it gives no force; its energy is work 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import casadi as ca
 
+from ramsight.expression import Matrix, Real, Scalar, Vector
 from ramsight.plant.linkage.mechanism import Mechanism
 from ramsight.plant.linkage.members import Spot
 from ramsight.plant.linkage.planar import Pose
@@ -36,21 +36,21 @@ class Equations:
         angles: by which the bodies are turned, by name [rad].
     """
 
-    positions: Any
-    velocities: Any
-    jacobian: Any
-    mass_matrix: Any
-    weight: Any
-    bias: Any
-    tip_x: Any
-    tip_z: Any
-    tip_jacobian: Any
-    kinetic: Any
-    potential: Any
-    payload_energy: Any
-    angles: dict[str, Any]
+    positions: Vector
+    velocities: Vector
+    jacobian: Matrix
+    mass_matrix: Matrix
+    weight: Vector
+    bias: Vector
+    tip_x: Real
+    tip_z: Real
+    tip_jacobian: Matrix
+    kinetic: Scalar
+    potential: Real
+    payload_energy: Real
+    angles: dict[str, Real]
 
-    def accelerations(self, forces: Any, tip_force: Any) -> Any:
+    def accelerations(self, forces: Vector, tip_force: Vector) -> Vector:
         """Second derivatives of the coordinates.
 
         Args:
@@ -61,7 +61,7 @@ class Equations:
         return solve_symmetric(self.mass_matrix, right)
 
 
-def equations(mechanism: Mechanism, q: Any, rates: Any, payload: Any) -> Equations:
+def equations(mechanism: Mechanism, q: Vector, rates: Vector, payload: Scalar) -> Equations:
     """A mechanism's equations.
 
     Args:
@@ -73,7 +73,7 @@ def equations(mechanism: Mechanism, q: Any, rates: Any, payload: Any) -> Equatio
     poses = mechanism.poses([q[i] for i in range(q.numel())])
     n = q.numel()
     mass_matrix, weight, bias = ca.SX(n, n), ca.SX(n, 1), ca.SX(n, 1)
-    potential: Any = 0.0
+    potential: Real = 0.0
     for body in mechanism.bodies:
         x, z = poses[body.name].at(body.centre_x, body.centre_z)
         turning = _turning(poses[body.name], q)
@@ -82,7 +82,7 @@ def equations(mechanism: Mechanism, q: Any, rates: Any, payload: Any) -> Equatio
             bias += weighing * ca.mtimes(by.T, _along(ca.mtimes(by, rates), q, rates))
         weight += body.mass * mechanism.gravity * ca.jacobian(z, q).T
         potential += body.mass * mechanism.gravity * z
-    payload_energy: Any = 0.0
+    payload_energy: Real = 0.0
     if mechanism.load is not None:
         x, z = _now(mechanism.load, poses)
         by = ca.jacobian(ca.vertcat(x, z), q)
@@ -112,22 +112,23 @@ def equations(mechanism: Mechanism, q: Any, rates: Any, payload: Any) -> Equatio
     )
 
 
-def _now(spot: Spot, poses: dict[str, Pose]) -> tuple[Any, Any]:
+def _now(spot: Spot, poses: dict[str, Pose]) -> tuple[Real, Real]:
     return poses[spot.body].at(spot.x, spot.z)
 
 
-def _turning(pose: Pose, q: Any) -> Any:
+def _turning(pose: Pose, q: Vector) -> Matrix:
     """Derivative of a body's angle by the coordinates: cos d(sin) - sin d(cos)."""
-    cosine, sine = ca.SX(pose.cosine), ca.SX(pose.sine)
+    cosine: Scalar = ca.SX(pose.cosine)
+    sine: Scalar = ca.SX(pose.sine)
     return cosine * ca.jacobian(sine, q) - sine * ca.jacobian(cosine, q)
 
 
-def _along(expression: Any, q: Any, rates: Any) -> Any:
+def _along(expression: Vector, q: Vector, rates: Vector) -> Vector:
     """How an expression changes over time because the coordinates do."""
     return ca.jtimes(expression, q, rates)
 
 
-def solve_symmetric(matrix: Any, right: Any) -> Any:
+def solve_symmetric(matrix: Matrix, right: Vector) -> Vector:
     """Solution of a positive definite system, written out by elimination without pivoting.
 
     Example:
@@ -143,7 +144,7 @@ def solve_symmetric(matrix: Any, right: Any) -> Any:
             for j in range(k + 1, n):
                 rows[i][j] -= factor * rows[k][j]
             b[i] -= factor * b[k]
-    found: list[Any] = [None] * n
+    found: list[Scalar] = [right[0]] * n
     for i in range(n - 1, -1, -1):
         found[i] = (b[i] - sum(rows[i][j] * found[j] for j in range(i + 1, n))) / rows[i][i]
     return ca.vertcat(*found)

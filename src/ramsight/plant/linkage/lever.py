@@ -31,15 +31,15 @@ class Lever:
     drawn: float
     retracted_length: float
 
-    def position(self, angle: Any) -> Any:
+    def position(self, angle: Any) -> Any:  # a number, an array or an expression
         """Of the piston [m], at an angle of the body [rad]; numbers, arrays and CasADi symbols alike."""
         return self._length(angle) - self.retracted_length
 
-    def slope(self, angle: Any) -> Any:
+    def slope(self, angle: Any) -> Any:  # as in `position`
         """How the position follows the angle [m/rad]."""
         return -self.arm * self.base * ca.sin(self.drawn - angle) / self._length(angle)
 
-    def angle(self, position: Any) -> Any:
+    def angle(self, position: Any) -> Any:  # a number or an array, and the same comes back
         """Of the body [rad], at positions of the piston [m]; NaN where the triangle does not close.
 
         Example:
@@ -53,7 +53,7 @@ class Lever:
             between = np.arccos((self.arm**2 + self.base**2 - length**2) / (2.0 * self.arm * self.base))
         return self.drawn - math.copysign(1.0, self.drawn) * between
 
-    def _length(self, angle: Any) -> Any:
+    def _length(self, angle: Any) -> Any:  # as in `position`
         return ca.sqrt(self.arm**2 + self.base**2 - 2.0 * self.arm * self.base * ca.cos(self.drawn - angle))
 
 

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TypeVar
 
 import casadi as ca
 
+from ramsight.expression import Real
 from ramsight.machine import linkage as description
 from ramsight.plant.linkage import members
 from ramsight.plant.linkage.members import Body, Following, Linked, Sliding, Spot, Strut, Turning
 from ramsight.plant.linkage.planar import Pose, arm_to, way_to
 from ramsight.plant.symbols import Parameters
+
+N = TypeVar("N", bound=Body | Following | Strut | Spot)
 
 
 @dataclass(frozen=True)
@@ -65,10 +68,10 @@ class Mechanism:
     def symbolic(self, parameters: Parameters) -> Mechanism:
         """A copy with parameters `linkage.*` in place of its numbers."""
 
-        def of(kind: str, part: Any) -> Any:
+        def of(kind: str, part: N) -> N:
             return parameters.symbolic(f"{self.name}.{kind}{part.name}", part)
 
-        plain: Mechanism = parameters.symbolic(self.name, self)
+        plain = parameters.symbolic(self.name, self)
         return replace(
             plain,
             bodies=tuple(of("", body) for body in self.bodies),
@@ -78,16 +81,21 @@ class Mechanism:
             load=None if self.load is None else of("", self.load),
         )
 
-    def poses(self, coordinates: Sequence[Any]) -> dict[str, Pose]:
+    def poses(self, coordinates: Sequence[Real]) -> dict[str, Pose]:
         """Where every body is, by name; the frame among them.
 
         Args:
             coordinates: of the free joints, in their order [rad or m].
         """
-        poses, _ = self._assembled(lambda body, _: coordinates[body.joint])
+
+        def coordinate(body: Body, poses: dict[str, Pose]) -> Real:
+            assert body.joint is not None, "a link or another joint moves it"
+            return coordinates[body.joint]
+
+        poses, _ = self._assembled(coordinate)
         return poses
 
-    def solved(self, positions: Sequence[Any], passive: Sequence[Any] = ()) -> list[Any]:
+    def solved(self, positions: Sequence[Real], passive: Sequence[Real] = ()) -> list[Real]:
         """Coordinates of the free joints at given cylinder positions, in closed form.
 
         Args:
@@ -97,7 +105,7 @@ class Mechanism:
         moved = {strut.joint: (strut, position) for strut, position in zip(self.struts, positions, strict=True)}
         left = iter(passive)
 
-        def coordinate(body: Body, poses: dict[str, Pose]) -> Any:
+        def coordinate(body: Body, poses: dict[str, Pose]) -> Real:
             if body.name not in moved:
                 return next(left, 0.0)
             strut, position = moved[body.name]
@@ -106,15 +114,17 @@ class Mechanism:
         _, found = self._assembled(coordinate)
         return [found[name] for name in self.joints]
 
-    def length(self, strut: Strut, poses: dict[str, Pose]) -> Any:
+    def length(self, strut: Strut, poses: dict[str, Pose]) -> Real:
         """From pin to pin of a cylinder [m]."""
         base = poses[strut.base].at(strut.base_x, strut.base_z)
         rod = poses[strut.rod].at(strut.rod_x, strut.rod_z)
         return ca.sqrt((rod[0] - base[0]) ** 2 + (rod[1] - base[1]) ** 2)
 
-    def _assembled(self, coordinate: Any) -> tuple[dict[str, Pose], dict[str, Any]]:
+    def _assembled(
+        self, coordinate: Callable[[Body, dict[str, Pose]], Real]
+    ) -> tuple[dict[str, Pose], dict[str, Real]]:
         poses: dict[str, Pose] = {members.FRAME: Pose()}
-        found: dict[str, Any] = {}
+        found: dict[str, Real] = {}
         chains = {following.name: following for following in self.followings}
         for body in self.bodies:
             parent = poses[body.parent]
@@ -134,12 +144,12 @@ class Mechanism:
         return poses, found
 
 
-def _seen_from(parent: Pose, x: Any, z: Any) -> tuple[Any, Any]:
+def _seen_from(parent: Pose, x: Real, z: Real) -> tuple[Real, Real]:
     """A direction in the parent's own axes."""
     return parent.cosine * x + parent.sine * z, parent.cosine * z - parent.sine * x
 
 
-def _linked(body: Linked, poses: dict[str, Pose]) -> tuple[Any, Any]:
+def _linked(body: Linked, poses: dict[str, Pose]) -> tuple[Real, Real]:
     """Cosine and sine of the joint's angle that a link gives."""
     parent = poses[body.parent]
     far, pivot = poses[body.far].at(body.far_x, body.far_z), parent.at(body.pivot_x, body.pivot_z)
@@ -148,7 +158,7 @@ def _linked(body: Linked, poses: dict[str, Pose]) -> tuple[Any, Any]:
     return arm_to(*arm, *_seen_from(parent, far[0] - pivot[0], far[1] - pivot[1]), length, body.side)
 
 
-def _closed(body: Body, strut: Strut, length: Any, poses: dict[str, Pose]) -> Any:
+def _closed(body: Body, strut: Strut, length: Real, poses: dict[str, Pose]) -> Real:
     """The joint's coordinate at which a cylinder has a length."""
     parent = poses[body.parent]
     here, there, other = strut.pins

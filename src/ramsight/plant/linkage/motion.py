@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.engine.equation import OdeModel, Output, State
+from ramsight.expression import Scalar, Vector
 from ramsight.plant.linkage.dynamics import Equations, equations
 from ramsight.plant.linkage.mechanism import Mechanism
 from ramsight.plant.symbols import Parameters
@@ -34,19 +34,19 @@ class Moving:
 
     equations: Equations
     states: tuple[State, ...]
-    q: Any
-    rates: Any
-    works: Any
-    work_rates: Any
+    q: Vector
+    rates: Vector
+    works: Vector
+    work_rates: Vector
     outputs: tuple[Output, ...]
 
     @property
-    def payload_power(self) -> Any:
+    def payload_power(self) -> Scalar:
         """Energy that payload brings with it as it comes [W]."""
         return self.work_rates[0] * self.equations.payload_energy
 
     @property
-    def tip_power(self) -> Any:
+    def tip_power(self) -> Scalar:
         """Power of the force on the tip [W]."""
         return ca.dot(self.works[1:], ca.mtimes(self.equations.tip_jacobian, self.rates))
 

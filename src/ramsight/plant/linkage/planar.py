@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import casadi as ca
+
+from ramsight.expression import Real
 
 
 @dataclass(frozen=True)
@@ -18,40 +19,40 @@ class Pose:
         cosine, sine: of the angle by which the body is turned, from x towards z.
     """
 
-    from_x: Any = 0.0
-    from_z: Any = 0.0
-    x: Any = 0.0
-    z: Any = 0.0
-    cosine: Any = 1.0
-    sine: Any = 0.0
+    from_x: Real = 0.0
+    from_z: Real = 0.0
+    x: Real = 0.0
+    z: Real = 0.0
+    cosine: Real = 1.0
+    sine: Real = 0.0
 
-    def at(self, x: Any, z: Any) -> tuple[Any, Any]:
+    def at(self, x: Real, z: Real) -> tuple[Real, Real]:
         """Where a point of the drawing [m] is now [m]."""
         dx, dz = self.turned(x - self.from_x, z - self.from_z)
         return self.x + dx, self.z + dz
 
-    def turned(self, x: Any, z: Any) -> tuple[Any, Any]:
+    def turned(self, x: Real, z: Real) -> tuple[Real, Real]:
         """A direction of the drawing, as it points now."""
         return self.cosine * x - self.sine * z, self.sine * x + self.cosine * z
 
-    def turn_about(self, x: Any, z: Any, cosine: Any, sine: Any) -> Pose:
+    def turn_about(self, x: Real, z: Real, cosine: Real, sine: Real) -> Pose:
         """Pose of a body that is turned against this one about a pin, a point of the drawing [m]."""
         now = self.at(x, z)
         both = self.cosine * cosine - self.sine * sine, self.sine * cosine + self.cosine * sine
         return Pose(x, z, *now, *both)
 
-    def slide(self, direction_x: Any, direction_z: Any, way: Any) -> Pose:
+    def slide(self, direction_x: Real, direction_z: Real, way: Real) -> Pose:
         """Pose of a body that has slid against this one, by a way [m] along a direction of the drawing."""
         dx, dz = self.turned(direction_x, direction_z)
         return Pose(self.from_x, self.from_z, self.x + way * dx, self.z + way * dz, self.cosine, self.sine)
 
     @property
-    def angle(self) -> Any:
+    def angle(self) -> Real:
         """Angle by which the body is turned [rad], from -pi to pi."""
         return ca.atan2(self.sine, self.cosine)
 
 
-def arm_to(arm_x: Any, arm_z: Any, far_x: Any, far_z: Any, length: Any, side: Any) -> tuple[Any, Any]:
+def arm_to(arm_x: Real, arm_z: Real, far_x: Real, far_z: Real, length: Real, side: Real) -> tuple[Real, Real]:
     """Cosine and sine of the angle by which an arm has to turn so that its end is at a distance from a point.
 
     The arm's end and the point that is looked for lie on two circles; of their two intersections the one on the given
@@ -83,7 +84,7 @@ def side_of(arm_x: float, arm_z: float, far_x: float, far_z: float) -> float:
     return 1.0 if far_x * arm_z - far_z * arm_x >= 0.0 else -1.0
 
 
-def way_to(gap_x: Any, gap_z: Any, direction_x: Any, direction_z: Any, length: Any, side: Any) -> Any:
+def way_to(gap_x: Real, gap_z: Real, direction_x: Real, direction_z: Real, length: Real, side: Real) -> Real:
     """How far a sliding point has to go to be at a distance from another one [m].
 
     Args:
