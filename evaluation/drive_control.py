@@ -21,14 +21,14 @@ from loader_control import KNOWN, arrivals, summed
 from loader_control import TARGETS as LOADER_TARGETS
 
 from ramsight import machine
+from ramsight.control.drive_watch import DriveWatch, Verdict
+from ramsight.control.loop_settings import Feedback, LoopSettings
 from ramsight.control.planning import Visit
-from ramsight.control.renewing import Renewing
+from ramsight.control.referencing import Referencing
 from ramsight.control.repeats import repeats, repeats_in_a_row
 from ramsight.control.repeats import runs as in_a_row
-from ramsight.control.setting import Feedback, Setting
-from ramsight.control.stopping import STOPPING_TIME
+from ramsight.control.thresholds import STOPPING_TIME
 from ramsight.control.unit_loop import UnitLoop
-from ramsight.control.watch import DriveWatch, Verdict
 from ramsight.duty import DriveReport
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.live import Reported
@@ -123,11 +123,11 @@ DRIVES = {
 
 
 def loop(unit: HydraulicUnit, drive: Drive, start: float, seed: int, **setting: Any) -> UnitLoop:
-    """A unit with a drive, told where it is, as a share of its stroke; with more of a `Setting`."""
+    """A unit with a drive, told where it is, as a share of its stroke; with more of a `LoopSettings`."""
     driven = drive.of(unit)
     common = {"known": True, "seed": seed, "period": drive.period, "drive": drive.response, "report": drive.report}
     load = _LOAD * limits_of(unit).load
-    return UnitLoop(driven, driven, start * unit.cylinder.stroke, load, Setting(**common | setting))
+    return UnitLoop(driven, driven, start * unit.cylinder.stroke, load, LoopSettings(**common | setting))
 
 
 def targets(unit: HydraulicUnit, seed: int) -> Iterator[float]:
@@ -144,8 +144,8 @@ def moved(unit: HydraulicUnit, drive: Drive, seed: int = 0) -> dict[str, Any]:
         How many arrived, errors of rod and sensor [m], visits, time [s], and what stopped it, if anything.
     """
     name, errors, sensed, stopped = unit.name, [], [], ""
-    renewing = Renewing({name: (Visit(lifted=False), Visit(lifted=True))})
-    run = loop(unit, drive, 0.5, seed, renewing=renewing)
+    renewing = Referencing({name: (Visit(lifted=False), Visit(lifted=True))})
+    run = loop(unit, drive, 0.5, seed, referencing=renewing)
     for _, target in zip(range(TARGETS), targets(unit, seed), strict=False):
         run.go({name: target})
         if run.stopped:

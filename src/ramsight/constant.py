@@ -28,7 +28,8 @@ class Constant(float):
         made.unit, made.reason = unit, reason
         return made
 
-    def __getnewargs__(self) -> tuple[float, str, str]:
+    def __getnewargs__(self) -> tuple[float, str, str]:  # type: ignore[override]  # float has one argument
+        """Arguments that pickling makes it anew of."""
         return float(self), self.unit, self.reason
 
 

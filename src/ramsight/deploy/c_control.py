@@ -11,15 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight import __version__
+from ramsight.control.activity import ACTIVITIES
 from ramsight.control.block import Block, position_block
-from ramsight.control.orders import ACTIVITIES, INPUTS, Reason
-from ramsight.control.stopping import STOPPING_TIME
+from ramsight.control.orders import INPUTS, OUTPUTS, Reason
+from ramsight.control.thresholds import STOPPING_TIME
 from ramsight.control.trajectory import Limits
 from ramsight.deploy.c_function import PLAIN, array_function, literal
 from ramsight.deploy.c_sensor import SensorSource
 from ramsight.deploy.c_text import golden_table, headings, indented, template
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.simulate import SAMPLE_PERIOD
+from ramsight.engine.typed_state import initial_values
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.hypothesis import DISPLACEMENT, LEAK
 
@@ -55,13 +57,13 @@ def control_source(block: Block, unit: HydraulicUnit, prefix: str, machine: str)
         machine: the machine's name, for the comments.
     """
     macro = prefix.upper()
-    common = headings(prefix, machine, f"Position control of the {unit.name}") | {"states": len(block.initial)}
+    common = headings(prefix, machine, f"Position control of the {unit.name}") | {"states": len(block.recursion.state)}
     header = template(
         "control.h",
-        ms=f"{1e3 * block.period:g}",
-        period=repr(block.period),
+        ms=f"{1e3 * block.by.period:g}",
+        period=repr(block.by.period),
         stopping=f"{STOPPING_TIME:g}",
-        speed=f"{block.limits.speed:.6g}",
+        speed=f"{block.by.limits.speed:.6g}",
         drive=declared(block.response),
         activities=indented(f"{macro}_{a.name} = {k}," for k, a in enumerate(ACTIVITIES)),
         reasons=indented(f"{macro}_REASON_{r.name} = {int(r)}, /* {r.text or 'none'} */" for r in Reason),
@@ -71,7 +73,7 @@ def control_source(block: Block, unit: HydraulicUnit, prefix: str, machine: str)
         "control.c",
         real=template("real.h"),
         advance=array_function("advance", _step(block), PLAIN),
-        initial=", ".join(map(literal, block.initial.tolist())),
+        initial=", ".join(map(literal, initial_values(block.initial).tolist())),
         inputs=", ".join(f"order->{name}" for name in INPUTS),
         leak=f"described_{LEAK}",
         displacement=f"described_{DISPLACEMENT}",
@@ -97,8 +99,11 @@ def declared(drive: DriveResponse) -> str:
 
 
 def _step(block: Block) -> ca.Function:
+    """The step of a control whose moves have the acceleration of its limits, without the live control's outputs."""
     of = block.recursion
-    new, out = ca.densify(of.next_state), ca.densify(of.output)
+    after = ca.vertcat(of.next_state, of.output[: len(OUTPUTS)])
+    after = ca.densify(ca.substitute(after, of.p, block.by.limits.acceleration))
+    new, out = ca.vertsplit(after, [0, len(of.state), after.numel()])
     return ca.Function("advance", [of.x, of.u], [new, out], ["x", "u"], ["x_new", "out"], {"cse": True})
 
 

@@ -83,7 +83,7 @@ def control_behind(block: Block, unit: HydraulicUnit, prefix: str, machine: str)
         lambda place: f"  {of}_init(&m->memory.control);\n{_commanded('0.0', place)}",
         lambda place: sensed + _commanded(f"{of}_step(&m->memory.control, &order)", place),
         " and position control",
-        block.period,
+        block.by.period,
         f"  {of}_refer(&m->memory.control, &m->memory.sensor);\n",
     )
 
