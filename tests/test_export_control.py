@@ -16,9 +16,10 @@ from ramsight.control.orders import INPUTS, Ask, Reason
 from ramsight.control.thresholds import NO_PLACE
 from ramsight.control.trajectory import Limits
 from ramsight.control.unit_loop import UnitLoop
-from ramsight.deploy.c_control import ControlOptions, control_source, golden_control
+from ramsight.deploy.c_control import control_source, golden_control
 from ramsight.deploy.c_sensor import sensor_source
 from ramsight.deploy.compiler import STRICT, CompilerError, find_compiler, run
+from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.fmu import write_fmu
 from ramsight.deploy.golden_control import golden_run
 from ramsight.duty.drive_response import IDEAL, DriveResponse

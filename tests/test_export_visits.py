@@ -16,9 +16,10 @@ from ramsight.control.homing import longest_search
 from ramsight.control.orders import INPUTS, Ask, Reason
 from ramsight.control.position import PositionControl
 from ramsight.control.thresholds import NO_PLACE
-from ramsight.deploy.c_control import ControlOptions, control_source
+from ramsight.deploy.c_control import control_source
 from ramsight.deploy.c_sensor import sensor_source
 from ramsight.deploy.compiler import STRICT, find_compiler, library
+from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.fmu import write_fmu
 from ramsight.deploy.golden_control import Recording
 from ramsight.duty.live import Reported

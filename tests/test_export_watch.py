@@ -10,7 +10,7 @@ from ramsight.control.activity import ACTIVITIES, Activity
 from ramsight.control.drive_watch import Verdict
 from ramsight.control.orders import INPUTS, STOPPED_BY, Ask, Reason
 from ramsight.control.position import PositionControl
-from ramsight.deploy.c_control import ControlOptions
+from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.golden_control import Recording
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.plant.drive import ServoDrive

@@ -37,7 +37,10 @@ STREET = [
     {"__main__"},
 ]
 PLACE = {room: place for place, rooms in enumerate(STREET) for room in rooms}
-FREE = {"elimination", "equation", "errors", "normal", "optional", "output", "progress", "stretches", "unit_algebra"}
+FREE = {
+    "constant", "elimination", "equation", "errors", "expression", "normal", "optional", "output", "progress",
+    "stretches", "unit_algebra",
+}  # fmt: skip
 """Modules that all others may use, and that use no room but each other."""
 DOOR = "__init__"
 """The package itself: anyone may ask it for the version, and it loads no room by itself."""
@@ -249,6 +252,22 @@ def test_heavy_libraries_load_late(module):
     code = f"import sys, {module}\nprint(*(name for name in {HEAVY} if name in sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert done.stdout.split() == []
+
+
+EXPORT = """
+import sys, tempfile, ramsight
+with tempfile.TemporaryDirectory() as folder:
+    ramsight.export_c("mining-loader", "boom", out=folder + "/c", compiler="")
+    ramsight.export_fmu("mining-loader", "boom", out=folder + "/sensor.fmu", compiler="")
+    print(*(name for name in sys.modules if name.startswith("ramsight.control")))
+    ramsight.export_c("mining-loader", "boom", out=folder + "/control", control=True, compiler="")
+    print("ramsight.control.block" in sys.modules)
+"""
+
+
+def test_an_exported_sensor_loads_nothing_of_the_control():
+    done = subprocess.run([sys.executable, "-c", EXPORT], check=True, capture_output=True, text=True)
+    assert done.stdout.splitlines() == ["", "True"]
 
 
 HELP = """

@@ -12,14 +12,14 @@ from dataclasses import dataclass, replace
 
 import casadi as ca
 
-from ramsight.control import drive_watch, homing, leak_test, moving, steering
+from ramsight.control import drive_watch, homing, leak_testing, moving, steering
 from ramsight.control.activity import STOPS, Activity, Doing, Event, fail, follow
 from ramsight.control.actuation import Actuation
 from ramsight.control.compiled import recursion_of
 from ramsight.control.decision import Sample, Wish
 from ramsight.control.drive_watch import Declaration, Report, Verdict, WatchState
 from ramsight.control.homing import Homing
-from ramsight.control.leak_test import LeakTest
+from ramsight.control.leak_testing import LeakTest
 from ramsight.control.moving import Move
 from ramsight.control.orders import OUTPUTS, STOPPED_BY, Inputs, LastOrder, Orders, Reason, read_orders
 from ramsight.control.sensing import Sensed, reliance_on, sensed_at, smoothed_temperature
@@ -37,9 +37,9 @@ from ramsight.plant.unit import HydraulicUnit
 
 VERDICTS = tuple(Verdict)
 LIVE_OUTPUTS = ("following_error", "notice")
-"""Further outputs of the live control: the following error [m], and what slows the cylinder, a number of `Notice`."""
+"""Further outputs of the live control: the following error [m], and what slows the cylinder."""
 KEEPS, UNCERTAIN, DRIVE = range(-1, 2)
-"""Values of `notice`: as before; the sensor is uncertain; from here on, by its place in `VERDICTS`, what the drive does."""
+"""What slows it: as before; the sensor is uncertain; from here on the drive, by the place in `VERDICTS`."""
 
 
 @dataclass(frozen=True)
@@ -235,7 +235,7 @@ def _done(state: ControlState, now: Sample) -> tuple[ControlState, Scalar, Scala
     }
     test = state.leak_test
     if test is not None:
-        test, wishes[Activity.LEAK_TEST] = leak_test.tested(test, now, active[Activity.LEAK_TEST], doing.begins)
+        test, wishes[Activity.LEAK_TEST] = leak_testing.leak_tested(test, now, active[Activity.LEAK_TEST], doing.begins)
     after = _followed(doing, wishes, now)
     lands_now = all_of(active[Activity.MOVING], after.is_any_of(Activity.LANDING))
     misses = all_of(active[Activity.LANDING], after.is_any_of(Activity.MOVING))

@@ -110,7 +110,7 @@ class Declaration:
 
 @dataclass(frozen=True)
 class Counters:
-    """Samples in a row: off the declared drive, slow, without a report, of one torque, at the limit; time in a stall."""
+    """Samples in a row: off the declared drive, slow, unreported, of one torque, at the limit; time in a stall."""
 
     off: Scalar = leaf("1")
     slow: Scalar = leaf("1")

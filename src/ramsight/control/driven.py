@@ -176,7 +176,7 @@ class DrivenUnits(ABC):
 
         References that are due by then are taken before, where the setting has visits that may be made.
         """
-        self.renew(targets)
+        self.take_references(targets)
         self._go(targets, settle)
 
     def _go(self, targets: Mapping[str, float], settle: float = LOOP_SETTLE_TIME) -> None:
@@ -198,14 +198,14 @@ class DrivenUnits(ABC):
         work = [(target, felt(estimates)) for target in targets]
         return due(Knowledge.of(sensor, control), control, estimates[-1].position, work, limit)
 
-    def renew(self, targets: Mapping[str, float]) -> int:
+    def take_references(self, targets: Mapping[str, float]) -> int:
         """Take the references that are due before moves to targets [m], as the setting allows; how many that were."""
         before = len(self.visited)
         for unit, target in targets.items():
-            self._renew(unit, target)
+            self._take_references(unit, target)
         return len(self.visited) - before
 
-    def _renew(self, unit: str, target: float) -> None:
+    def _take_references(self, unit: str, target: float) -> None:
         """The visit that is due, and others of those that are allowed as long as the sensor asks after it."""
         renewing, left = self._referencing, list(self._referencing.visits.get(unit, ()))
         sensor, control, estimates = self.sensors[unit], self.controls[unit], self.records[unit].estimate

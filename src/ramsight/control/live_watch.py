@@ -11,7 +11,7 @@ from ramsight.control.drive_watch import Declaration, Report, Verdict, WatchStat
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.duty.live import Reported
 from ramsight.engine.typed_state import leaf, symbols
-from ramsight.expression import Flag, Real, Scalar
+from ramsight.expression import Flag, Real, Scalar, count
 from ramsight.plant.unit import HydraulicUnit
 
 
@@ -57,7 +57,7 @@ class DriveWatch:
         def stage(state: WatchState, now: _Inputs) -> tuple[WatchState, Sequence[Real]]:
             report = Report(now.arrived, now.speed, now.torque)
             new, found = look(reset(state, now.begins), self.declared, report, now.command)
-            return new, (*(found.verdicts[one] for one in _WRONG), found.pending)  # type: ignore[return-value]
+            return new, (*(count(found.verdicts[one]) for one in _WRONG), found.pending)
 
         names = (*(one.name.lower() for one in _WRONG), "pending")
         self._live = Live(recursion_of(initial, symbols(_Inputs()), names, stage), initial)

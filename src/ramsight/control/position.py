@@ -259,4 +259,4 @@ class PositionControl:
         return f"{reason.text}: {status}" if reason in {Reason.NO_REFERENCE, Reason.NOT_FOUND} else reason.text
 
 
-_UNREPORTED = tuple(math.nan for _ in range(8)) + (0.0, math.nan, math.nan)
+_UNREPORTED = (*(math.nan for _ in range(8)), 0.0, math.nan, math.nan)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -12,39 +11,16 @@ from numpy.typing import NDArray
 
 from ramsight import __version__
 from ramsight.control.activity import ACTIVITIES
-from ramsight.control.block import Block, position_block
+from ramsight.control.block import Block
 from ramsight.control.orders import INPUTS, OUTPUTS, Reason
 from ramsight.control.thresholds import STOPPING_TIME
-from ramsight.control.trajectory import Limits
 from ramsight.deploy.c_function import PLAIN, array_function, literal
 from ramsight.deploy.c_sensor import SensorSource
 from ramsight.deploy.c_text import golden_table, headings, indented, template
-from ramsight.duty.drive_response import IDEAL, DriveResponse
-from ramsight.duty.simulate import SAMPLE_PERIOD
+from ramsight.duty.drive_response import DriveResponse
 from ramsight.engine.typed_state import initial_values
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.hypothesis import DISPLACEMENT, LEAK
-
-
-@dataclass(frozen=True)
-class ControlOptions:
-    """How a control that is exported drives its cylinder.
-
-    Args:
-        speed: largest velocity [m/s]; by default half of what the motor could do.
-        force: largest load against a motion that is pushed on [N].
-        period: of its samples [s].
-        drive: how the drive is declared to follow and to report; what does otherwise is stopped.
-    """
-
-    speed: float | None = None
-    force: float = math.inf
-    period: float = SAMPLE_PERIOD
-    drive: DriveResponse = IDEAL
-
-    def block(self, unit: HydraulicUnit) -> Block:
-        """The control of a unit, as a graph."""
-        return position_block(unit, Limits.of(unit, self.speed, self.force), period=self.period, response=self.drive)
 
 
 def control_source(block: Block, unit: HydraulicUnit, prefix: str, machine: str) -> SensorSource:
@@ -75,12 +51,16 @@ def control_source(block: Block, unit: HydraulicUnit, prefix: str, machine: str)
         advance=array_function("advance", _step(block), PLAIN),
         initial=", ".join(map(literal, initial_values(block.initial).tolist())),
         inputs=", ".join(f"order->{name}" for name in INPUTS),
-        leak=f"described_{LEAK}",
-        displacement=f"described_{DISPLACEMENT}",
+        **_learned_names(),
         texts=indented((f'case {macro}_REASON_{r.name}: return "{r.text}";' for r in Reason), 4),
         **common,
     )
     return SensorSource(prefix, {f"{prefix}_control.h": header, f"{prefix}_control.c": body})
+
+
+def _learned_names() -> dict[str, str]:
+    """Members of the sensor's struct with the factors that it has learned of leakage and displacement."""
+    return {"leak": f"described_{LEAK}", "displacement": f"described_{DISPLACEMENT}"}
 
 
 def declared(drive: DriveResponse) -> str:

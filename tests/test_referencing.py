@@ -69,7 +69,7 @@ def test_how_much_work_is_left_until_a_reference_is_due():
     due = next(k for k, one in enumerate(loop.records["axis"].estimate) if one.status is Status.REFERENCE_DUE)
     assert loop.time[due] < 3.0 * left + 3.0, "what is predicted is a lower limit of what is not known"
     assert loop.reference_due("axis", places) == 0.0
-    assert loop.renew({"axis": places[0]}) >= 1
+    assert loop.take_references({"axis": places[0]}) >= 1
     assert loop.reference_due("axis", places) > 0.0
 
 
@@ -79,7 +79,7 @@ def test_a_sensor_that_still_asks_gets_another_of_the_references_that_are_allowe
     loop.records["axis"].estimate[-1] = Estimate(0.1, 1.0, 0.0, 1e4, Status.REFERENCE_DUE)
     monkeypatch.setattr("ramsight.control.referencing.ASKS", frozenset(Status))
     assert loop.reference_due("axis", [0.5 * STROKE]) == 0.0, "it asks, whatever its standard deviation"
-    assert loop.renew({"axis": 0.5 * STROKE}) == 2
+    assert loop.take_references({"axis": 0.5 * STROKE}) == 2
     assert {visit.lifted for *_, visit in loop.visited} == {False, True}
 
 

@@ -20,7 +20,7 @@ class LeakTest:
     time: Scalar = leaf("s")
 
 
-def tested(state: LeakTest, now: Sample, when: Flag, begins: Flag) -> tuple[LeakTest, Wish]:
+def leak_tested(state: LeakTest, now: Sample, when: Flag, begins: Flag) -> tuple[LeakTest, Wish]:
     """Turn until the time is over.
 
     Args:
