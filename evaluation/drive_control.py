@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator
-from copy import deepcopy
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import chain, repeat
@@ -21,14 +20,15 @@ from loader_control import KNOWN, arrivals, summed
 from loader_control import TARGETS as LOADER_TARGETS
 
 from ramsight import machine
+from ramsight.control.drive_watch import Verdict
+from ramsight.control.live_watch import DriveWatch
+from ramsight.control.loop_settings import Feedback, LoopSettings
 from ramsight.control.planning import Visit
-from ramsight.control.renewing import Renewing
+from ramsight.control.referencing import Referencing
 from ramsight.control.repeats import repeats, repeats_in_a_row
 from ramsight.control.repeats import runs as in_a_row
-from ramsight.control.setting import Feedback, Setting
-from ramsight.control.stopping import STOPPING_TIME
+from ramsight.control.thresholds import STOPPING_TIME
 from ramsight.control.unit_loop import UnitLoop
-from ramsight.control.watch import DriveWatch, Verdict
 from ramsight.duty import DriveReport
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.live import Reported
@@ -123,11 +123,11 @@ DRIVES = {
 
 
 def loop(unit: HydraulicUnit, drive: Drive, start: float, seed: int, **setting: Any) -> UnitLoop:
-    """A unit with a drive, told where it is, as a share of its stroke; with more of a `Setting`."""
+    """A unit with a drive, told where it is, as a share of its stroke; with more of a `LoopSettings`."""
     driven = drive.of(unit)
     common = {"known": True, "seed": seed, "period": drive.period, "drive": drive.response, "report": drive.report}
     load = _LOAD * limits_of(unit).load
-    return UnitLoop(driven, driven, start * unit.cylinder.stroke, load, Setting(**common | setting))
+    return UnitLoop(driven, driven, start * unit.cylinder.stroke, load, LoopSettings(**common | setting))
 
 
 def targets(unit: HydraulicUnit, seed: int) -> Iterator[float]:
@@ -144,8 +144,8 @@ def moved(unit: HydraulicUnit, drive: Drive, seed: int = 0) -> dict[str, Any]:
         How many arrived, errors of rod and sensor [m], visits, time [s], and what stopped it, if anything.
     """
     name, errors, sensed, stopped = unit.name, [], [], ""
-    renewing = Renewing({name: (Visit(lifted=False), Visit(lifted=True))})
-    run = loop(unit, drive, 0.5, seed, renewing=renewing)
+    renewing = Referencing({name: (Visit(lifted=False), Visit(lifted=True))})
+    run = loop(unit, drive, 0.5, seed, referencing=renewing)
     for _, target in zip(range(TARGETS), targets(unit, seed), strict=False):
         run.go({name: target})
         if run.stopped:
@@ -224,13 +224,15 @@ def watched(unit: HydraulicUnit, drive: Drive, hours: float, *, noisy: bool = Tr
     return {"stops": stops, "slow": verdicts[Verdict.SLOW], "hours": hours}
 
 
-def practised(unit: HydraulicUnit, drive: Drive) -> DriveWatch:
-    """The watch of a drive that has worked for a while, and rests: what it learns of reports it has learned."""
+_LEARNED = ("repeats.learned", "repeats.confirmed", "torques", "integral")
+
+
+def practised(unit: HydraulicUnit, drive: Drive) -> dict[str, float]:
+    """What the watch of a drive that has worked for a while has learned of its reports, as states of a control."""
     before = Watched(unit, drive)
     for _ in (*before.go(PRACTICE), *before.go(_RESTED / 3600.0, repeat(0.0))):
         pass
-    before.watch.begin()
-    return before.watch
+    return {f"watch.{name}": value for name, value in before.watch.state.items() if name.startswith(_LEARNED)}
 
 
 def worked(unit: HydraulicUnit, drive: Drive, hours: float) -> dict[str, Any]:
@@ -314,7 +316,8 @@ class Broken:
     def __init__(self, unit: HydraulicUnit, drive: Drive, kind: str, going: float) -> None:
         self._unit, self._drive, self._kind = unit, drive, kind
         self.run, self._name, self._wrong = loop(unit, drive, *_begins(unit)), unit.name, False
-        self.run.controls[unit.name].watch = deepcopy(_practised(drive.of(unit), drive))
+        control = self.run.controls[unit.name]
+        control.state = control.state | _practised(drive.of(unit), drive)
         self.run.rest(_RESTED)
         self.run.send({unit.name: (0.9 if unit.lift_sign > 0.0 else 0.1) * unit.cylinder.stroke})
         self.run.rest(going)
@@ -365,7 +368,7 @@ def _begins(unit: HydraulicUnit) -> tuple[float, int]:
 
 
 @cache
-def _practised(unit: HydraulicUnit, drive: Drive) -> DriveWatch:
+def _practised(unit: HydraulicUnit, drive: Drive) -> dict[str, float]:
     return practised(unit, drive)
 
 

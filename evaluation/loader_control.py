@@ -16,9 +16,9 @@ import numpy as np
 
 from ramsight import machine
 from ramsight.control.loop import ClosedLoop
+from ramsight.control.loop_settings import USUAL, Feedback, LoopSettings
 from ramsight.control.planning import Knowledge, Visit, plan
-from ramsight.control.renewing import Renewing, felt
-from ramsight.control.setting import USUAL, Feedback, Setting
+from ramsight.control.referencing import Referencing, felt
 from ramsight.duty.drive_report import DriveReport
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.live import Reported
@@ -101,7 +101,7 @@ def planned(loop: ClosedLoop, references: int) -> None:
         loop.go({unit: START[unit]})
 
 
-RENEWING = Renewing(VISITS, DUE)
+RENEWING = Referencing(VISITS, DUE)
 
 
 def renewed(loop: ClosedLoop, target: Mapping[str, float]) -> int:
@@ -142,7 +142,7 @@ def arrivals(
     for series, payload in enumerate(PAYLOADS):
         number = len(PAYLOADS) * seed + series
         shared = {"temperature_offset": offset, "feedback": feedback, "assumptions": assumptions}
-        setting = Setting(seed=number, drive=drive, report=report, **shared)
+        setting = LoopSettings(seed=number, drive=drive, report=report, **shared)
         loop = ClosedLoop(actual, sheet, START, setting)
         loop.load(payload, 2.0)
         planned(loop, references) if plans else visit(loop, references, leak_test)
@@ -290,7 +290,7 @@ def broken(sheet: LinkedMachine, kind: str, *, seed: int = 0) -> dict[str, float
         [s]; `fault_to_standstill` [s]; `travelled`: way of the boom's rod from the fault on [m]; `reason`; `goes_on`, 1
         if the machine arrived all the same.
     """
-    loop = ClosedLoop(sheet, sheet, START, Setting(known=True, seed=seed), payload=3000.0)
+    loop = ClosedLoop(sheet, sheet, START, LoopSettings(known=True, seed=seed), payload=3000.0)
     loop.rest(RESTED_FOR)
     loop.send({"boom": 0.6, "bucket": 0.3})
     loop.rest(LIFTED_FOR)

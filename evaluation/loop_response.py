@@ -18,7 +18,7 @@ import numpy as np
 from circuits import CIRCUITS, catalogued
 from numpy.typing import NDArray
 
-from ramsight.control.setting import Setting
+from ramsight.control.loop_settings import LoopSettings
 from ramsight.control.trajectory import Limits
 from ramsight.control.unit_loop import UnitLoop
 from ramsight.duty.drive_response import IDEAL, DriveResponse
@@ -98,7 +98,7 @@ def response(unit: HydraulicUnit, drive: DriveResponse) -> Response:
     begin, end = (0.1, 0.1 + _INSIDE) if up else (0.1 + _INSIDE, 0.1)
     limits = Limits.of(unit, _INSIDE * stroke / (WINDOW + 2.0 * _BEGINS))
     limits = replace(limits, landing_zone=0.0)
-    setting = Setting(known=True, drive=drive, limits={name: limits})
+    setting = LoopSettings(known=True, drive=drive, limits={name: limits})
     loop = UnitLoop(unit, unit, begin * stroke, _LOAD * limits_of(unit).load, setting)
     control, given, said = loop.controls[name], [], []
     step, frequency = control.step, np.array(PERIODS) / WINDOW
@@ -140,7 +140,7 @@ def steps(unit: HydraulicUnit, drive: DriveResponse) -> dict[str, list[float]]:
     What it has sunk by before a late drive holds it is no part of the way.
     """
     name, stroke = unit.name, float(unit.cylinder.stroke)
-    loop = UnitLoop(unit, unit, 0.4 * stroke, _LOAD * limits_of(unit).load, Setting(known=True, drive=drive))
+    loop = UnitLoop(unit, unit, 0.4 * stroke, _LOAD * limits_of(unit).load, LoopSettings(known=True, drive=drive))
     loop.rest(1.0)
     way = 0.05 * unit.lift_sign * stroke
     begun, at = loop.now.time, 0.4 * stroke

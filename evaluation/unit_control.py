@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from circuits import CIRCUITS, catalogued
 
-from ramsight.control.setting import Setting
+from ramsight.control.loop_settings import LoopSettings
 from ramsight.control.unit_loop import UnitLoop
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
@@ -28,7 +28,7 @@ _STEP, _SETTLED, _RESTED = 0.5, 3.0, 60.0  # s
 
 def homed(unit: HydraulicUnit, load: float, seed: int) -> UnitLoop:
     """A loop that has visited the lowered end, the lifted one and the lowered one again."""
-    loop = UnitLoop(unit, unit, _START * unit.cylinder.stroke, load, Setting(seed=seed))
+    loop = UnitLoop(unit, unit, _START * unit.cylinder.stroke, load, LoopSettings(seed=seed))
     for lifted in (False, True, False):
         loop.home(unit.name, lifted=lifted)
     return loop
@@ -66,7 +66,7 @@ def _gone(loop: UnitLoop, name: str, what: Callable[[], object], then: float) ->
 def lost(unit: HydraulicUnit, seed: int = 0) -> dict[str, float]:
     """The torque is lost in mid-move: time until the motor stands [s], and the rod's way in it and in a second more."""
     name, stroke, load = unit.name, float(unit.cylinder.stroke), _LOAD * limits_of(unit).load
-    loop = UnitLoop(unit, unit, 0.5 * stroke, load, Setting(known=True, seed=seed))
+    loop = UnitLoop(unit, unit, 0.5 * stroke, load, LoopSettings(known=True, seed=seed))
     loop.rest(1.0)
     loop.send({name: (0.5 + 0.4 * unit.lift_sign) * stroke})
     loop.rest(0.9)

@@ -9,7 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from ramsight import machine
-from ramsight.control.setting import Setting
+from ramsight.control.loop_settings import LoopSettings
 from ramsight.control.unit_loop import UnitLoop
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.plant.as_built import AsBuilt
@@ -21,7 +21,7 @@ from ramsight.plant.build import build_unit
 sheet = build_unit("ram", machine.load("press").unit("ram"))
 real = AsBuilt(leak=1.15, friction=1.2).apply(sheet)
 drive = DriveResponse(command_delay=0.04, report_delay=0.02)
-loop = UnitLoop(real, sheet, start_position=0.03, load=100e3, setting=Setting(drive=drive))
+loop = UnitLoop(real, sheet, start_position=0.03, load=100e3, setting=LoopSettings(drive=drive))
 
 # %%
 # Nobody knows where the rod is. It visits both ends, and the lower one again; that teaches the sensor how the

@@ -4,12 +4,13 @@ import math
 from dataclasses import replace
 from itertools import pairwise
 
+import numpy as np
 import pytest
 
 from ramsight.control.activity import Activity
 from ramsight.control.actuation import Actuation
+from ramsight.control.loop_settings import LoopSettings
 from ramsight.control.position import PositionControl
-from ramsight.control.setting import Setting
 from ramsight.control.trajectory import Limits
 from ramsight.control.tuning import Tuning
 from ramsight.control.unit_loop import UnitLoop
@@ -21,6 +22,7 @@ from ramsight.plant.limits import limits_of
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate
 
+from .control_bench import Evaluated
 from .plant_bench import UNITS
 
 DT, WARM, LOAD = 0.02, 313.15, 200e3
@@ -28,7 +30,7 @@ BOOM, RAM, BUCKET = UNITS["mining-loader boom"], UNITS["press ram"], UNITS["mini
 
 
 def actuation(unit, **changes):
-    return Actuation(unit, Limits.of(unit), Tuning(), **changes)
+    return Evaluated(Actuation.of(unit, **changes))
 
 
 def measured(unit, speed, load):
@@ -46,17 +48,17 @@ def test_the_rod_goes_as_fast_as_is_asked_for_lifting_and_lowering(name, directi
     """Lowered, the load presses oil through the pump beside what it delivers: the motor has to turn that much less."""
     unit = UNITS[name]
     by, pace, load = actuation(unit), 0.3 * Limits.of(unit).speed, 0.4 * limits_of(unit).load
-    found = measured(unit, by.moving(pace, direction, load), load)
+    found = measured(unit, by.driving_speed(pace, direction, load), load)
     assert found == pytest.approx(direction * pace, rel=0.03)
-    assert abs(by.leakage(load)) > 0.05 * abs(by.moving(pace, direction, load))
+    assert abs(by.leakage(load)) > 0.05 * abs(by.driving_speed(pace, direction, load))
 
 
 def test_what_was_learned_of_the_machine_is_used():
-    plain, learned = actuation(BOOM), actuation(BOOM)
-    learned.leak, learned.displacement = 1.3, 0.98
+    plain = actuation(BOOM)
+    learned = Evaluated(replace(plain.of, leak=1.3, displacement=0.98))
     assert learned.leakage(LOAD) == pytest.approx(1.3 * plain.leakage(LOAD))
-    turns = plain.turning(0.01, LOAD) - plain.leakage(LOAD)
-    assert learned.turning(0.01, LOAD) == pytest.approx(turns / 0.98 + 1.3 * plain.leakage(LOAD))
+    turns = plain.speed_of(0.01, LOAD) - plain.leakage(LOAD)
+    assert learned.speed_of(0.01, LOAD) == pytest.approx(turns / 0.98 + 1.3 * plain.leakage(LOAD))
 
 
 def test_a_control_goes_by_what_its_sensor_has_learned():
@@ -75,23 +77,22 @@ def test_a_control_goes_by_what_its_sensor_has_learned():
 def test_a_trajectory_is_no_faster_than_the_motor_beside_the_leakage():
     for unit in (BOOM, RAM):
         by, fast = actuation(unit), 0.9 * unit.max_speed
-        reach = by.reachable(LOAD)
-        assert abs(by.turning(reach, LOAD)) == pytest.approx(fast)
-        assert by.reachable(2.0 * LOAD) < reach
-        control = PositionControl(unit, Limits(1.0, 2.0, 0.1, 0.02))
+        reach = by.reachable_velocity(LOAD)
+        assert abs(by.speed_of(reach, LOAD)) == pytest.approx(fast)
+        assert by.reachable_velocity(2.0 * LOAD) < reach
+        control, speed = PositionControl(unit, Limits(1.0, 2.0, 0.1, 0.02)), 0.0
         control.move_to(0.39)
-        for k in range(100):
-            x = control._doing.trajectory.position if k > 1 else 0.05
-            control.step(Estimate(x, 1e-4, 0.0, LOAD, Status.OK), Reported(k * DT, control._speed, k, WARM))
-            if control._doing.trajectory.velocity > 0.9 * reach:
+        places = [0.05]
+        for k in range(200):  # the rod is where the trajectory has it
+            speed = control.step(
+                Estimate(places[-1], 1e-4, 0.0, LOAD, Status.OK), Reported(k * DT, speed, k, WARM)
+            ).motor_speed
+            places.append(control.state["move.trajectory.points[0]"])
+            if places[-1] > 0.3:
                 break
+        velocities = np.diff(places[2:]) / DT
+        assert 0.99 * reach < velocities.max() <= reach + 1e-12
         assert control.activity is Activity.MOVING
-        for k in range(20):
-            x = control._doing.trajectory.position
-            control.step(Estimate(x, 1e-4, 0.0, LOAD, Status.OK), Reported(9.0 + k * DT, control._speed, k, WARM))
-            if control._doing.trajectory.position > 0.3:
-                break
-            assert control._doing.trajectory.velocity <= reach + 1e-12
 
 
 def landed(control, off, samples):
@@ -107,12 +108,12 @@ def landed(control, off, samples):
 
 def test_a_target_that_was_missed_is_sought_anew_but_not_for_ever():
     tuning = Tuning()
-    near = landed(PositionControl(BOOM), 0.8 * tuning.renewing, 200)
+    near = landed(PositionControl(BOOM), 0.8 * tuning.tolerance, 200)
     assert near[-1] is Activity.RESTING
     sought = [now for before, now in pairwise(near) if now is Activity.MOVING is not before]
     assert sought == []
     control = PositionControl(BOOM)
-    missed = landed(control, 2.0 * tuning.renewing, 2000)
+    missed = landed(control, 2.0 * tuning.tolerance, 2000)
     sought = [now for before, now in pairwise(missed) if now is Activity.MOVING is not before]
     assert len(sought) == tuning.tries
     assert missed[-1] is Activity.RESTING
@@ -123,7 +124,7 @@ def test_a_target_that_was_missed_is_sought_anew_but_not_for_ever():
 def test_the_way_to_standstill_is_what_the_rod_goes(name, direction):
     unit, by = UNITS[name], actuation(UNITS[name])
     load = LOAD if name != "mining-loader bucket" else 76e3
-    live, speed = LiveUnit(unit, 0.25, load), by.moving(0.4 * Limits.of(unit).speed, direction, load)
+    live, speed = LiveUnit(unit, 0.25, load), by.driving_speed(0.4 * Limits.of(unit).speed, direction, load)
     for _ in range(60):
         live.advance(speed, load)
     begins, left, stands = live.now.position[unit.name], speed, unit.lift_sign * by.leakage(load)
@@ -135,18 +136,18 @@ def test_the_way_to_standstill_is_what_the_rod_goes(name, direction):
         live.advance(goal, load)
     way = direction * (live.now.position[unit.name] - begins)
     rate = 0.4 * Limits.of(unit).speed
-    assert by.to_stand(speed, direction, load) - 0.5 * DT * rate == pytest.approx(way, abs=0.2 * way + 5e-5)
+    assert by.stopping_distance(speed, direction, load) - 0.5 * DT * rate == pytest.approx(way, abs=0.2 * way + 5e-5)
 
 
 def test_what_is_on_its_way_is_the_angle_less_what_leaks_meanwhile():
     late = actuation(BOOM, response=DriveResponse(report_delay=0.1))
     speeds = (60.0, 80.0, 100.0, 120.0, 140.0)  # on its way to a standstill, the newest first
     angle = 0.02 * sum(speeds)
-    way = late.on_its_way(angle, [(speed, 0.02) for speed in speeds], LOAD)
+    way = late.pending_travel(angle, [(speed, 0.02) for speed in speeds], LOAD)
     velocity = (100.0 - late.leakage(LOAD)) * late.holding.travel_per_radian(LOAD)
     assert way == pytest.approx(velocity * 0.1)
-    assert math.isfinite(late.on_its_way(1.0, [(10.0, 0.1)], math.nan))
-    assert actuation(BOOM).on_its_way(1.0, [(10.0, 0.1)], LOAD) == 0.0
+    assert math.isfinite(late.pending_travel(1.0, [(10.0, 0.1)], math.nan))
+    assert actuation(BOOM).pending_travel(1.0, [(10.0, 0.1)], LOAD) == 0.0
 
 
 def test_nothing_is_on_its_way_to_a_rod_that_a_valve_holds():
@@ -155,19 +156,19 @@ def test_nothing_is_on_its_way_to_a_rod_that_a_valve_holds():
     leaks = late.leakage(LOAD)
     assert leaks > 1.0
     for speed in (0.0, 0.9 * leaks, -0.9 * late.holding.opening_speed):
-        assert late.on_its_way(0.1 * speed + 1e-15, [(speed, 0.1)], LOAD) == pytest.approx(0.0, abs=1e-12)
-    lowered = late.on_its_way(-5.0, [(-50.0, 0.1)], LOAD)
+        assert late.pending_travel(0.1 * speed + 1e-15, [(speed, 0.1)], LOAD) == pytest.approx(0.0, abs=1e-12)
+    lowered = late.pending_travel(-5.0, [(-50.0, 0.1)], LOAD)
     assert lowered == pytest.approx(-(5.0 + 0.1 * leaks) * late.holding.travel_per_radian(LOAD))
     press = actuation(RAM, response=DriveResponse(report_delay=0.1))  # its pump holds it, and turns for the leakage
     at_rest = press.leakage(LOAD)
-    assert press.on_its_way(0.1 * at_rest, [(at_rest, 0.1)], LOAD) == pytest.approx(0.0, abs=1e-12)
-    assert press.on_its_way(0.0, [(0.0, 0.1)], LOAD) < 0.0  # and sinks where it does not
+    assert press.pending_travel(0.1 * at_rest, [(at_rest, 0.1)], LOAD) == pytest.approx(0.0, abs=1e-12)
+    assert press.pending_travel(0.0, [(0.0, 0.1)], LOAD) < 0.0  # and sinks where it does not
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.1, 0.2])
 def test_a_landing_is_as_near_with_a_drive_that_is_late(delay):
     drive = DriveResponse(command_delay=0.5 * delay, report_delay=0.5 * delay)
-    loop = UnitLoop(BUCKET, BUCKET, 0.25, 70e3, Setting(known=True, drive=drive))
+    loop = UnitLoop(BUCKET, BUCKET, 0.25, 70e3, LoopSettings(known=True, drive=drive))
     off, landings = [], 0
     for target in (0.35, 0.15, 0.3):
         begun = len(loop.time)
@@ -196,11 +197,13 @@ def test_a_leak_test_stays_below_the_load_of_a_pump_that_leaks_less_than_it_is_t
 def test_a_rod_that_is_lowered_behind_a_valve_stands_as_soon_as_the_motor_does():
     by = actuation(BOOM)
     velocity = by.leakage(LOAD) * by.holding.travel_per_radian(LOAD)
-    assert by.to_stand(0.0, -1.0, LOAD) == pytest.approx(0.5 * DT * velocity)
-    assert by.to_stand(by.leakage(LOAD), 1.0, LOAD) == pytest.approx(0.0)
+    assert by.stopping_distance(0.0, -1.0, LOAD) == pytest.approx(0.5 * DT * velocity)
+    assert by.stopping_distance(by.leakage(LOAD), 1.0, LOAD) == pytest.approx(0.0)
     held = actuation(RAM)
-    assert held.to_stand(held.leakage(LOAD), -1.0, LOAD) == pytest.approx(0.0)
-    assert held.to_stand(0.0, -1.0, LOAD) > 0.5 * DT * held.leakage(LOAD) * held.holding.travel_per_radian(LOAD)
+    assert held.stopping_distance(held.leakage(LOAD), -1.0, LOAD) == pytest.approx(0.0)
+    assert held.stopping_distance(0.0, -1.0, LOAD) > 0.5 * DT * held.leakage(LOAD) * held.holding.travel_per_radian(
+        LOAD
+    )
 
 
 def test_a_sensor_of_a_late_drive_is_told_where_the_rod_was_at_the_beginning():
@@ -208,7 +211,7 @@ def test_a_sensor_of_a_late_drive_is_told_where_the_rod_was_at_the_beginning():
     axis, errors = UNITS["eha-test-bench axis"], []
     load = 0.4 * limits_of(axis).load
     for delay in (0.0, 0.1):
-        loop = UnitLoop(axis, axis, 0.1, load, Setting(known=True, drive=DriveResponse(report_delay=delay)))
+        loop = UnitLoop(axis, axis, 0.1, load, LoopSettings(known=True, drive=DriveResponse(report_delay=delay)))
         loop.rest(3.0)
         errors.append(loop.records["axis"].estimate[-1].position - loop.now.position["axis"])
     sinks = actuation(axis).leakage(load) * Holding(axis).travel_per_radian(load) * 0.1

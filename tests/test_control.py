@@ -8,12 +8,12 @@ import pytest
 
 from ramsight import machine
 from ramsight.control.activity import Activity
-from ramsight.control.judging import Trust, may_home, trust
 from ramsight.control.loop import ClosedLoop
+from ramsight.control.loop_settings import Feedback, LoopSettings
 from ramsight.control.position import PositionControl
-from ramsight.control.setting import Feedback, Setting
-from ramsight.control.stopping import STOPPING_TIME
-from ramsight.control.trajectory import Limits, Trajectory, together
+from ramsight.control.sensing import Trust, may_home, trust
+from ramsight.control.thresholds import STOPPING_TIME
+from ramsight.control.trajectory import Limits, together
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.linked_duty import simulate_linked
 from ramsight.duty.live import LiveMachine, Reported
@@ -22,6 +22,8 @@ from ramsight.plant.linked import build_linked
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate
 
+from .control_bench import Way
+
 LOADER = build_linked(machine.load("mining-loader"))
 BOOM, BUCKET = LOADER.units
 START = {"boom": 0.2, "bucket": 0.25}
@@ -29,7 +31,7 @@ DT = 0.02
 
 
 def loop(**changes):
-    return ClosedLoop(LOADER, LOADER, START, Setting(known=True, **changes), payload=3000.0)
+    return ClosedLoop(LOADER, LOADER, START, LoopSettings(known=True, **changes), payload=3000.0)
 
 
 def off(run, targets):
@@ -41,7 +43,7 @@ def off(run, targets):
 )
 def test_a_trajectory_keeps_its_limits_and_arrives(start, target):
     limits = Limits(0.05, 0.08, 0.008, 0.03)
-    way = Trajectory(limits, 0.7, DT)
+    way = Way(limits, 0.7, DT)
     way.begin(start)
     places, speeds = [start], [0.0]
     for _ in range(3000):
@@ -59,7 +61,7 @@ def test_a_trajectory_keeps_its_limits_and_arrives(start, target):
 
 def stepped(limits, start, target, speed=math.inf, stroke=0.7, period=DT, velocity=0.0):
     """Positions of a trajectory, sample by sample, until it stands."""
-    way = Trajectory(limits, stroke, period)
+    way = Way(limits, stroke, period)
     way.begin(start, velocity)
     places = [way.position]
     while not (way.stands and len(places) > 1):
@@ -277,7 +279,7 @@ def test_home_references_a_machine_that_does_not_know_where_it_is():
 
 def test_a_leak_test_moves_no_rod_and_teaches_the_leakage_of_the_boom():
     actual = replace(LOADER, units=tuple(AsBuilt(leak=1.2).apply(unit) for unit in LOADER.units))
-    run = ClosedLoop(actual, LOADER, START, Setting(known=True), payload=5000.0)
+    run = ClosedLoop(actual, LOADER, START, LoopSettings(known=True), payload=5000.0)
     run.go({"boom": 0.21, "bucket": 0.24})
     before = dict(run.now.position)
     run.leak_test()

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from ramsight.control.stopping import STOPPING_TIME
+from ramsight.control.thresholds import STOPPING_TIME
 from ramsight.sensor.status import Status
 
 pytestmark = pytest.mark.slow

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ramsight.control.setting import Setting
+from ramsight.control.loop_settings import LoopSettings
 from ramsight.control.unit_loop import UnitLoop
 from ramsight.duty import DriveReport
 from ramsight.duty.drive_response import Delay, DriveResponse, Follower
@@ -117,7 +117,7 @@ def test_a_command_that_is_lost_leaves_the_last_one():
 
 
 def loop(response, unit=BOOM):
-    found = UnitLoop(unit, unit, 0.2, 200e3, Setting(known=True, drive=response))
+    found = UnitLoop(unit, unit, 0.2, 200e3, LoopSettings(known=True, drive=response))
     found.send({"boom": 0.25})
     return found
 

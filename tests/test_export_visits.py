@@ -1,4 +1,4 @@
-"""Reference visits of a control that is a graph: those of Python's control, at either end, whatever happens."""
+"""Homing at either end: the object that gives orders, and the graph whose orders stay at its inputs, do the same."""
 
 import ctypes
 import math
@@ -11,17 +11,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ramsight import machine
-from ramsight.control.activity import Activity
-from ramsight.control.homing import Homing
-from ramsight.control.orders import ACTIVITIES, INPUTS, NOTHING, Ask, Reason
+from ramsight.control.activity import ACTIVITIES, Activity
+from ramsight.control.homing import longest_search
+from ramsight.control.orders import INPUTS, Ask, Reason
 from ramsight.control.position import PositionControl
-from ramsight.deploy.c_control import ControlOptions, control_source
+from ramsight.control.thresholds import NO_PLACE
+from ramsight.deploy.c_control import control_source
 from ramsight.deploy.c_sensor import sensor_source
 from ramsight.deploy.compiler import STRICT, find_compiler, library
+from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.fmu import write_fmu
 from ramsight.deploy.golden_control import Recording
 from ramsight.duty.live import Reported
 from ramsight.engine.recursion import replay
+from ramsight.engine.typed_state import initial_values
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
@@ -39,15 +42,20 @@ def built(request):
     return unit, ControlOptions().block(unit)
 
 
+def parameters(block):
+    """Of the graph: the largest acceleration of a move."""
+    return np.array([block.by.limits.acceleration])
+
+
 def said_by(block, rows):
-    return replay(block.recursion, np.ascontiguousarray(rows), np.zeros(0), block.initial.copy())
+    return replay(block.recursion, np.ascontiguousarray(rows), parameters(block), initial_values(block.initial))
 
 
 def same(unit, block, run):
     """What the graph says in a recorded run: what the objects say, at every sample."""
     said, recorded = said_by(block, run.rows), run.said
     np.testing.assert_array_equal(said[:, 1], recorded[:, 1])
-    np.testing.assert_array_equal(np.where(said[:, 3] == NOTHING, np.nan, said[:, 3]), recorded[:, 2])
+    np.testing.assert_array_equal(np.where(said[:, 3] == NO_PLACE, np.nan, said[:, 3]), recorded[:, 2])
     assert np.abs(said[:, 0] - recorded[:, 0]).max() < 1e-9 * unit.max_speed
     return said
 
@@ -70,7 +78,7 @@ def test_visits_of_both_ends_are_those_of_the_objects(built, known):
     run.send(0.35, wait=False)
     run.go_on(1.0)
     said = same(unit, block, run)
-    ends = said[said[:, 3] != NOTHING, 3]
+    ends = said[said[:, 3] != NO_PLACE, 3]
     stroke = unit.cylinder.stroke
     assert ends.tolist() == ([0.0, stroke, 0.0] if unit.lift_sign > 0.0 else [stroke, 0.0, stroke])
     validity = Status(int(run.rows[first, INDEX["status"]])).validity
@@ -112,8 +120,8 @@ class Both:
     def __init__(self, unit, block, *, watched=False):
         self.watched = watched
         self.unit, self.block = unit, block
-        self.control = PositionControl(unit, block.limits, period=block.period)
-        self.state, self.speed, self.k = block.initial.copy(), 0.0, 0
+        self.control = PositionControl(unit, block.by.limits, period=block.by.period)
+        self.state, self.speed, self.k = initial_values(block.initial), 0.0, 0
 
     def step(self, estimate, ask=Ask.POSITION, target=math.nan, steering=0.0, says=None):
         """One sample; the estimate may be any."""
@@ -124,7 +132,7 @@ class Both:
             *(*sensed, WARM, 1.0, 1.0, 1.0),
             *(reported.motor_speed, reported.motor_torque, float(ask), target, steering, math.inf),
         )  # fmt: skip
-        said = replay(self.block.recursion, np.array([given_]), np.zeros(0), self.state)[0]
+        said = replay(self.block.recursion, np.array([given_]), parameters(self.block), self.state)[0]
         asked = self.control.step(estimate, reported)
         self.speed, self.k = asked.motor_speed, self.k + 1
         assert ACTIVITIES[int(said[1])] is asked.activity
@@ -136,12 +144,12 @@ def test_a_stop_that_is_not_there_is_given_up(built):
     unit, block = built
     both = Both(unit, block)
     both.control.home(lifted=True)
-    longest = Homing(both.control.actuation, 1.0)._laws.longest
-    goes = Estimate(0.5 * unit.cylinder.stroke, math.inf, 0.5 * block.limits.speed, 1e4, Status.NOT_REFERENCED)
+    longest = longest_search(block.by)
+    goes = Estimate(0.5 * unit.cylinder.stroke, math.inf, 0.5 * block.by.limits.speed, 1e4, Status.NOT_REFERENCED)
     asked, reason = both.step(goes, Ask.HOME_LIFTED)
     while asked.activity is Activity.HOMING:
         asked, reason = both.step(goes, Ask.HOME_LIFTED)
-    assert both.k * block.period == pytest.approx(longest, abs=2 * block.period)
+    assert both.k * block.by.period == pytest.approx(longest, abs=2 * block.by.period)
     assert reason is Reason.NOT_FOUND
     assert asked.reason.startswith(reason.text)
 
@@ -175,7 +183,7 @@ def test_a_target_near_the_stop_that_is_missed_is_sought_without_the_load_that_w
     lowered, way = both.control.end(lifted=False), unit.lift_sign
     both.control.home()
     for k in range(400):  # 2 s of way, then the stop
-        goes = -way * 0.3 * block.limits.speed if k < 100 else 0.0
+        goes = -way * 0.3 * block.by.limits.speed if k < 100 else 0.0
         both.step(Estimate(lowered, 1e-3, goes, 2e5, Status.OK), Ask.HOME_LOWERED)
     assert both.control.activity is Activity.RESTING
     target, place, tries = lowered + way * 3e-3, lowered, set()
@@ -184,8 +192,8 @@ def test_a_target_near_the_stop_that_is_missed_is_sought_without_the_load_that_w
         asked, _ = both.step(Estimate(place, 1e-3, 0.0, 0.0, Status.OK), Ask.POSITION, target)
         goes = asked.activity is Activity.MOVING
         place = place + way * min(abs(target - place), 1e-4) if goes else target - way * 1e-3  # gives way when it lands
-        tries.add(both.control._doing.__dict__.get("_tries"))
-    assert len(tries - {None}) > 2, "it was missed"
+        tries.add(both.control.state["move.tries"])
+    assert len(tries) > 2, "it was missed"
 
 
 ASKS = st.sampled_from(["move", "lowered", "lifted", "steer", "stop", None, None])
@@ -219,7 +227,7 @@ def test_whatever_is_asked_and_whatever_the_sensor_says_both_do_the_same(name, s
             ask, target = new, math.nan
         elif what == "steer":
             if ask is not Ask.STEER:
-                control.steer(0.3 * block.limits.speed)
+                control.steer(0.3 * block.by.limits.speed)
             ask, target = Ask.STEER, math.nan
         elif what == "stop":
             control.stop("asked to stop")
@@ -227,7 +235,7 @@ def test_whatever_is_asked_and_whatever_the_sensor_says_both_do_the_same(name, s
         for _ in range(count):
             before, x = x, min(max(x + travel * both.speed * DT, 0.0), stroke)
             estimate = Estimate(x, 1e-4, (x - before) / DT, force, status)
-            both.step(estimate, ask, target, 0.3 * block.limits.speed)
+            both.step(estimate, ask, target, 0.3 * block.by.limits.speed)
 
 
 BLOCKS = {}

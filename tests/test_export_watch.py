@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ramsight.control.activity import Activity
-from ramsight.control.orders import ACTIVITIES, INPUTS, STOPPED_BY, Ask, Reason
+from ramsight.control.activity import ACTIVITIES, Activity
+from ramsight.control.drive_watch import Verdict
+from ramsight.control.orders import INPUTS, STOPPED_BY, Ask, Reason
 from ramsight.control.position import PositionControl
-from ramsight.control.watch import Verdict
-from ramsight.deploy.c_control import ControlOptions
+from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.golden_control import Recording
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.plant.drive import ServoDrive
@@ -49,7 +49,7 @@ def test_a_late_drive_is_reckoned_with(name, unit):
     run.send(0.36, wait=True)
     run.send(0.34, wait=False)
     run.go_on(1.5)
-    run.steer(0.3 * block.limits.speed, 1.0)
+    run.steer(0.3 * block.by.limits.speed, 1.0)
     run.steer(0.0, 0.5)
     run.send(0.1, wait=True)
     run.home(lifted=False)
@@ -153,7 +153,7 @@ def test_a_drive_that_does_otherwise_stops_the_cylinder(fault, unit, response):
     assert Reason(int(said[-1, 2])) is FAULTS[fault]
     assert run.loop.controls[unit.name].reason == Reason(int(said[-1, 2])).text
     run.home(lifted=False, time=0.5)  # whatever is asked for, it looks anew, and stops again
-    run.steer(0.5 * block.limits.speed, 0.5)
+    run.steer(0.5 * block.by.limits.speed, 0.5)
     run.send(0.55, wait=False)
     run.go_on(0.5)
     run.loop.fault = run.loop.motor_fault = None

@@ -262,6 +262,22 @@ def test_heavy_libraries_load_late(module):
     assert done.stdout.split() == []
 
 
+EXPORT = """
+import sys, tempfile, ramsight
+with tempfile.TemporaryDirectory() as folder:
+    ramsight.export_c("mining-loader", "boom", out=folder + "/c", compiler="")
+    ramsight.export_fmu("mining-loader", "boom", out=folder + "/sensor.fmu", compiler="")
+    print(*(name for name in sys.modules if name.startswith("ramsight.control")))
+    ramsight.export_c("mining-loader", "boom", out=folder + "/control", control=True, compiler="")
+    print("ramsight.control.block" in sys.modules)
+"""
+
+
+def test_an_exported_sensor_loads_nothing_of_the_control():
+    done = subprocess.run([sys.executable, "-c", EXPORT], check=True, capture_output=True, text=True)
+    assert done.stdout.splitlines() == ["", "True"]
+
+
 HELP = """
 import contextlib, io, sys
 from typer.main import get_command

@@ -7,12 +7,11 @@ import pytest
 
 from ramsight.control.activity import Activity
 from ramsight.control.actuation import Actuation
-from ramsight.control.moving import FORCE_REACHED
+from ramsight.control.loop_settings import LoopSettings
+from ramsight.control.orders import Reason
 from ramsight.control.planning import Knowledge, Leg, Visit, due, expected, plan
 from ramsight.control.position import PositionControl
-from ramsight.control.setting import Setting
 from ramsight.control.trajectory import Limits
-from ramsight.control.tuning import Tuning
 from ramsight.control.unit_loop import UnitLoop
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.persistence import forgotten
@@ -26,7 +25,7 @@ BOOM, RAM = UNITS["mining-loader boom"], UNITS["press ram"]
 
 def loop_of(unit, share=0.4, **setting):
     start, load = share * unit.cylinder.stroke, 0.3 * limits_of(unit).load
-    return UnitLoop(unit, unit, start, load, Setting(known=True, **setting))
+    return UnitLoop(unit, unit, start, load, LoopSettings(known=True, **setting))
 
 
 def velocities(loop, unit, since):
@@ -96,7 +95,7 @@ def test_a_load_beyond_the_largest_force_is_not_pushed():
     at = loop.now.position["boom"]
     loop.rest(3.0)
     assert loop.stopped
-    assert loop.reasons["boom"] == FORCE_REACHED
+    assert loop.reasons["boom"] == Reason.FORCE.text
     assert abs(loop.now.position["boom"] - at) < 0.01
     loop.go({"boom": 0.2})
     assert not loop.stopped, "what the load helps is allowed"
@@ -135,7 +134,7 @@ def test_after_a_power_cut_nothing_moves_by_itself_and_a_reference_is_asked_for(
 
 def knowledge(leak=0.16, displacement=0.006):
     control = PositionControl(BOOM)
-    by = Actuation(BOOM, Limits.of(BOOM), Tuning())
+    by = Actuation.of(BOOM)
     return Knowledge(by, np.diag([3e-4, leak, displacement]) ** 2), control
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from ramsight.control.activity import Activity
+from ramsight.control.loop_settings import LoopSettings
 from ramsight.control.position import PositionControl
-from ramsight.control.setting import Setting
-from ramsight.control.stopping import STOPPING_TIME
+from ramsight.control.thresholds import STOPPING_TIME
 from ramsight.control.unit_loop import UnitLoop
 from ramsight.duty import simulate
 from ramsight.duty.live import LiveUnit, Reported
@@ -75,7 +75,7 @@ def test_a_load_that_changes_at_rest_moves_the_rod_by_little(name):
 def test_a_sensor_that_is_lost_stops_the_motor_in_time(name):
     unit = UNITS[name]
     stroke = unit.cylinder.stroke
-    loop = UnitLoop(unit, unit, 0.5 * stroke, 0.4 * limits_of(unit).load, Setting(known=True))
+    loop = UnitLoop(unit, unit, 0.5 * stroke, 0.4 * limits_of(unit).load, LoopSettings(known=True))
     loop.send({unit.name: (0.5 + 0.4 * unit.lift_sign) * stroke})
     loop.rest(1.0)
     assert abs(loop.now.motor_speed[unit.name]) > 20.0
@@ -89,7 +89,7 @@ def test_a_sensor_that_is_lost_stops_the_motor_in_time(name):
 
 def test_the_loop_is_the_run_that_its_commands_give():
     load = Profile([0.0, 1.0, 2.0], [50e3, 50e3, 90e3])
-    loop = UnitLoop(RAM, RAM, 0.1, load, Setting(known=True))
+    loop = UnitLoop(RAM, RAM, 0.1, load, LoopSettings(known=True))
     loop.send({"ram": 0.12})
     loop.rest(3.0)
     again = simulate(RAM, loop.duty())

@@ -6,8 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ramsight.control.drive_watch import Verdict
+from ramsight.control.live_watch import DriveWatch
 from ramsight.control.repeats import runs
-from ramsight.control.watch import NOTICED, DriveWatch, Verdict
+from ramsight.control.thresholds import NOTICING_TIME
 from ramsight.duty import DriveReport
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.live import Reported
@@ -86,7 +88,7 @@ def test_what_is_no_such_drive_is_noticed_in_time(name, fault):
     said = watched(response, period, ramp, **FAULTS[fault])
     first = next(k for k, verdict in enumerate(said) if verdict.stops)
     latency = response.lag + (runs(response.lost, period) * period if response.lost else 0.0)
-    assert 200 <= first <= 200 + (0.5 * latency + latency + 2 * NOTICED) / period
+    assert 200 <= first <= 200 + (0.5 * latency + latency + 2 * NOTICING_TIME) / period
     expected = {"stuck": Verdict.STUCK, "silent": Verdict.SILENT}.get(fault, Verdict.DISOBEYS)
     assert said[first] is expected
 

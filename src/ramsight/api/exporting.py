@@ -6,8 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ramsight.api.machines import AnyMachine, load_machine, only_unit
-from ramsight.deploy.c_control import ControlOptions
 from ramsight.deploy.c_folder import STEPS, WrittenSensor, write_sensor
+from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.fmu import WrittenFmu, write_fmu
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.errors import DescriptionError

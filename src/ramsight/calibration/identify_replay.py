@@ -25,7 +25,7 @@ from ramsight.calibration.identify_record import IdentifyError, Record
 from ramsight.calibration.loss_uncertainty import rougher, with_friction_factor
 from ramsight.engine.recursion import replay
 from ramsight.engine.typed_state import symbols
-from ramsight.expression import Real, scalar
+from ramsight.expression import Scalar, scalar
 from ramsight.plant.balance import FACTORS, balance, without_friction
 from ramsight.plant.holding import holding_valves
 from ramsight.plant.limits import limits_of
@@ -225,8 +225,8 @@ def _written(unit: HydraulicUnit) -> tuple[Any, Array, Array]:
     load, step = observe_load(state.load, sample, Piston.free(state.reckoning.position), factors, warming, model)
     tank = model.of_circuit("tank.pressure")
 
-    def pressure(node: str) -> Real:
-        return circuit.pressure(step.z, node, tank)
+    def pressure(node: str) -> Scalar:
+        return scalar(0.0) + circuit.pressure(step.z, node, tank)
 
     near = scalar(0.0)
     suction = scalar(limits.pressure)

@@ -2,8 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from enum import Enum
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum, IntEnum
+from typing import TypeVar
+
+import casadi as ca
+
+from ramsight.engine.typed_state import leaf
+from ramsight.expression import Condition, Flag, Real, Scalar, all_of, any_of, negated
+
+R = TypeVar("R", bound=IntEnum)
 
 
 class Activity(Enum):
@@ -17,6 +26,11 @@ class Activity(Enum):
     LEAK_TEST = "leak test"
     STOPPING = "stopping"
     STOPPED = "stopped"
+
+    @property
+    def number(self) -> int:
+        """Its number in the graph, in C and in FMUs."""
+        return ACTIVITIES.index(self)
 
 
 class Event(Enum):
@@ -53,6 +67,13 @@ class Transition:
 ANY = tuple(Activity)
 STOPS = (Activity.STOPPING, Activity.STOPPED)
 GOING = tuple(activity for activity in Activity if activity not in STOPS)
+# New activities come last: a machine that reads these numbers keeps the ones that it has.
+ACTIVITIES = (
+    *(activity for activity in Activity if activity not in {Activity.HOMING, Activity.LEAK_TEST}),
+    Activity.HOMING,
+    Activity.LEAK_TEST,
+)
+"""Activities in the order of their numbers."""
 
 TRANSITIONS = (
     Transition(ANY, Event.SENT, Activity.MOVING),
@@ -87,3 +108,62 @@ def after(activity: Activity, event: Event) -> Activity:
         if row.when is event and activity in row.before:
             return row.after
     raise ValueError(f"{activity.value}: no transition when {event.value!r}")
+
+
+@dataclass(frozen=True)
+class Doing:
+    """State of the activity.
+
+    Attributes:
+        activity: its number.
+        begins: whether the next sample is its first.
+        reason: why the cylinder stops or has stopped, a `Reason`.
+        ramp: change of the motor's speed in a stop.
+    """
+
+    activity: Scalar = leaf("1", Activity.RESTING.number)
+    begins: Flag = leaf("1")
+    reason: Scalar = leaf("1")
+    ramp: Scalar = leaf("rad/s2")
+
+    def is_any_of(self, *activities: Activity) -> Flag:
+        """Whether the activity is one of these."""
+        return any_of(*(self.activity == float(one.number) for one in activities))
+
+
+def follow(now: Doing, events: Sequence[tuple[Activity | None, Event, Condition]]) -> Doing:
+    """Go where the table leads.
+
+    Args:
+        now: the activity.
+        events: that may happen: in which activity (None: in any), and whether they do.
+
+    Raises:
+        ValueError: the table has no such row.
+    """
+    activity, begins = now.activity, now.begins
+    for before, event, happens in events:
+        (leads_to,) = {after(one, event) for one in (ANY if before is None else (before,))}
+        activity = ca.if_else(happens, float(leads_to.number), activity)
+        begins = any_of(begins, happens)
+    return replace(now, activity=activity, begins=begins)
+
+
+def fail(now: Doing, reasons: Mapping[R, Condition], ramp: Real) -> Doing:
+    """Stop, unless the cylinder stops already.
+
+    Args:
+        now: the activity.
+        reasons: to stop, and whether they hold; the first one that does counts.
+        ramp: with which the motor comes to rest [rad/s2].
+    """
+    stops = all_of(any_of(*reasons.values()), negated(now.is_any_of(*STOPS)))
+    reason = now.reason
+    for one, holds in reversed(list(reasons.items())):
+        reason = ca.if_else(holds, float(one), reason)
+    return replace(
+        now,
+        activity=ca.if_else(stops, float(Activity.STOPPING.number), now.activity),
+        reason=ca.if_else(stops, reason, now.reason),
+        ramp=ca.if_else(stops, ramp, now.ramp),
+    )

@@ -1,127 +1,139 @@
-"""What a motor speed does with a cylinder: velocity, leakage, valves that have to open, and what is on its way."""
+"""What a motor speed does with a cylinder: velocity, leakage, valves that have to open, and pending travel."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
-from typing import Any
+from dataclasses import dataclass
 
+import casadi as ca
+
+from ramsight.control.thresholds import FORCE_TAPER, REACHABLE_SHARE
 from ramsight.control.trajectory import Limits
 from ramsight.control.tuning import Tuning
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.errors import DescriptionError
-from ramsight.plant.either import both, choose, least, most, within
+from ramsight.expression import Condition, Flag, Real, Scalar, all_of, scalar, within
 from ramsight.plant.holding import Holding
 from ramsight.plant.oil import T40
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.thresholds import OIL_TIME_CONSTANT as WARMING
-
-_COLDEST, _HOTTEST = 243.15, 383.15  # K; a thermometer that says anything else is not believed
-_REACHABLE = 0.9  # share of the highest motor speed for the trajectory; the rest is for corrections
-_BEFORE_FORCE = 0.1  # share of the largest force, over which a motion against it gets slower
 
 
+@dataclass(frozen=True, eq=False)
 class Actuation:
     """A unit's motor speeds, by its data sheet and what its sensor has learned.
-
-    All that it works out may be asked with numbers, as a control does, or with graphs, of which C is made.
 
     Args:
         unit: the unit's parts, as its data sheet has them.
         limits: what the cylinder may do.
         tuning: how it is driven.
         period: of the samples [s].
-        response: how the drive is declared to follow.
-
-    Raises:
-        DescriptionError: the motor cannot turn as fast as a valve of the unit asks for before it opens.
-
-    Attributes:
         holding: what holds the load at rest.
-        leak: factor of the leakage that the sensor has learned [1].
-        displacement: the same of the displacement [1].
         lag: by which reports are behind commands [s].
         slope: largest change of the motor's speed that is asked for [rad/s2].
+        leak: factor of the leakage that the sensor has learned [1].
+        displacement: the same of the displacement [1].
         temperature: of the oil, its noise averaged [K].
     """
 
-    def __init__(
-        self,
+    unit: HydraulicUnit
+    limits: Limits
+    tuning: Tuning
+    period: float
+    holding: Holding
+    lag: float
+    slope: float
+    leak: Real = 1.0
+    displacement: Real = 1.0
+    temperature: Real = T40
+
+    @classmethod
+    def of(
+        cls,
         unit: HydraulicUnit,
-        limits: Limits,
-        tuning: Tuning,
+        limits: Limits | None = None,
+        tuning: Tuning | None = None,
         period: float = SAMPLE_PERIOD,
         response: DriveResponse = IDEAL,
-    ) -> None:
-        self.unit, self.limits, self.tuning, self.period = unit, limits, tuning, period
-        self.lag, self.slope = response.lag, min(tuning.motor_acceleration, response.acceleration)
-        self.holding = Holding(unit)
-        self.leak: Any = 1.0
-        self.displacement: Any = 1.0
-        self.temperature: Any = T40
-        self._least_lowering = self._opens()
+    ) -> Actuation:
+        """Of a unit that nothing was learned of.
 
-    def _opens(self) -> float:
-        """Motor speed with which lowering begins [rad/s]."""
-        least = self.tuning.opening * self.holding.opening_speed
-        if least > self.unit.max_speed:
-            names = ", ".join(valve.name for valve in self.holding.valves)
+        Args:
+            unit: as the attribute.
+            limits: as the attribute; by default `Limits.of(unit)`.
+            tuning: as the attribute.
+            period: as the attribute [s].
+            response: how the drive is declared to follow.
+
+        Raises:
+            DescriptionError: the motor cannot turn as fast as a valve of the unit asks for before it opens.
+        """
+        used, holding = tuning or Tuning(), Holding(unit)
+        slope = min(used.motor_acceleration, response.acceleration)
+        made = cls(unit, limits or Limits.of(unit), used, period, holding, response.lag, slope)
+        if made.lowering_speed > unit.max_speed:
+            names = ", ".join(valve.name for valve in holding.valves)
             raise DescriptionError(
-                f"{names} would have to be opened by a motor that turns {least:g} rad/s, to lower a load",
-                key=f"units.{self.unit.name}.drive.max_speed",
-                value=f"{self.unit.max_speed:g} rad/s",
+                f"{names} would have to be opened by a motor that turns {made.lowering_speed:g} rad/s, to lower a load",
+                key=f"units.{unit.name}.drive.max_speed",
+                value=f"{unit.max_speed:g} rad/s",
             )
-        return least
+        return made
 
-    def warm(self, reported: Any) -> None:
-        """Take a thermometer's next value [K]."""
-        share = self.period / (WARMING + self.period)
-        believed = both(reported > _COLDEST, reported < _HOTTEST)
-        self.temperature = choose(believed, self.temperature + share * (reported - self.temperature), self.temperature)
+    @property
+    def lowering_speed(self) -> float:
+        """Least motor speed of lowering behind a valve [rad/s]."""
+        return self.tuning.opening * self.holding.opening_speed
 
-    def leakage(self, load: Any) -> Any:
+    def leakage(self, load: Real) -> Scalar:
         """Motor speed that leakage takes under a load [N], positive where it turns the way that lifts [rad/s]."""
-        return self.leak * self.holding.leakage(load, self.temperature)
+        return scalar(1.0) * self.leak * self.holding.leakage(load, self.temperature)
 
-    def turning(self, velocity: Any, load: Any) -> Any:
-        """The motor's speed [rad/s] for a velocity [m/s] under a load [N], what leaks included."""
-        per_radian = self.holding.travel_per_radian(load) * self.displacement
-        return velocity / per_radian + self.unit.lift_sign * self.leakage(load)
+    def travel_per_radian(self, load: Real) -> Scalar:
+        """Travel of the rod over the motor's angle under a load [N], by what was learned [m/rad]."""
+        return scalar(1.0) * self.holding.travel_per_radian(load) * self.displacement
 
-    def moving(self, pace: Any, direction: Any, load: Any) -> Any:
+    def speed_of(self, velocity: Real, load: Real) -> Scalar:
+        """The motor's speed [rad/s] for a velocity [m/s] under a load [N], leakage included."""
+        return velocity / self.travel_per_radian(load) + self.unit.lift_sign * self.leakage(load)
+
+    def driving_speed(self, pace: Real, direction: Real, load: Real) -> Scalar:
         """The same for a velocity `pace` [m/s], 0 or more, in a direction, as fast as valves have to open."""
         lift = self.unit.lift_sign
         if not self.holding.valves:
-            return self.turning(direction * pace, load)
+            return self.speed_of(direction * pace, load)
         lifts = direction * lift > 0.0
-        used = choose(lifts, most(pace, self.tuning.creeping * self.displacement), pace)
-        speed = self.turning(direction * used, load)
-        return choose(lifts, speed, -lift * most(-lift * speed, self._least_lowering))
+        used = ca.if_else(lifts, ca.fmax(pace, self.tuning.creeping * self.displacement), pace)
+        speed = self.speed_of(direction * used, load)
+        return ca.if_else(lifts, speed, -lift * ca.fmax(-lift * speed, self.lowering_speed))
 
-    def at_rest(self, velocity: Any, load: Any) -> Any:
+    def holding_speed(self, velocity: Real, load: Real) -> Scalar:
         """The motor's speed [rad/s] of a rod that is held: 0 behind a valve, else for a velocity [m/s]."""
-        return 0.0 if self.holding.stands else self.turning(velocity, load)
+        return scalar(0.0) if self.holding.stands else self.speed_of(velocity, load)
 
-    def back(self, away: Any) -> Any:
+    def return_velocity(self, away: Real) -> Scalar:
         """Velocity [m/s] that brings back a rod at rest that is away from its place [m] by more than the dead band."""
         beyond = away - within(away, -self.tuning.dead_band, self.tuning.dead_band)
         return within(self.tuning.gain * beyond, -self.limits.landing_speed, self.limits.landing_speed)
 
-    def pursuing(self, velocity: Any, off: Any, direction: Any, load: Any) -> Any:
+    def tracking_speed(self, velocity: Real, error: Real, direction: Real, load: Real) -> Scalar:
         """The motor's speed [rad/s] that follows a trajectory to a target.
 
         Args:
             velocity: of the trajectory [m/s].
-            off: its position less the rod's [m].
+            error: its position less the rod's [m].
             direction: of the target, +1 or -1; a rod that still goes the other way is braked by the trajectory.
             load: [N].
         """
-        wanted = velocity + self.tuning.gain * off
-        returns = both(direction * velocity < 0.0, direction * wanted < 0.0)
-        way = choose(returns, -direction, direction)
-        return self.moving(most(way * wanted, 0.0), way, load)
+        wanted = velocity + self.tuning.gain * error
+        returns = all_of(direction * velocity < 0.0, direction * wanted < 0.0)
+        way = ca.if_else(returns, -direction, direction)
+        return self.driving_speed(ca.fmax(way * wanted, 0.0), way, load)
 
-    def steering(self, velocity: Any, wanted: Any, position: Any, fastest: Any, trusted: Any) -> Any:
+    def steered_velocity(
+        self, velocity: Real, wanted: Real, position: Real, fastest: Real, trusted: Condition
+    ) -> Scalar:
         """The next velocity [m/s] of a rod that is steered by hand, slow before an end stop.
 
         Args:
@@ -129,16 +141,19 @@ class Actuation:
             wanted: by the hand [m/s].
             position: [m].
             fastest: largest velocity [m/s].
-            trusted: whether the position may be relied on; else nobody knows where the stops are.
+            trusted: whether the position may be relied on; else the places of the stops are unknown.
         """
-        stroke, slope = self.unit.cylinder.stroke, self.limits.acceleration * self.period
-        up, down = (
-            choose(trusted, least(fastest, self.limits.landing(way, position, stroke, self.period)), fastest)
-            for way in (1.0, -1.0)
-        )
-        return velocity + within(within(wanted, -down, up) - velocity, -slope, slope)
+        stroke, slope = self.unit.cylinder.stroke, self.limits.acceleration
 
-    def may_push(self, direction: Any, load: Any) -> Any:
+        def most(up: Flag) -> Scalar:
+            landing = self.limits.landing(up, position, stroke, self.period, slope)
+            return ca.if_else(trusted, ca.fmin(fastest, landing), fastest)
+
+        change = slope * self.period
+        allowed = within(wanted, -most(scalar(0.0) > 0.0), most(scalar(1.0) > 0.0))
+        return velocity + within(allowed - velocity, -change, change)
+
+    def force_margin(self, direction: Real, load: Real) -> Real:
         """Share of the velocity that the largest force leaves to a motion [1]; 0 where it is reached.
 
         Args:
@@ -146,16 +161,16 @@ class Actuation:
             load: [N].
         """
         force = self.limits.force
-        if force == float("inf"):
+        if math.isinf(force):
             return 1.0
-        return within((force - direction * self.unit.lift_sign * load) / (_BEFORE_FORCE * force), 0.0, 1.0)
+        return within((force - direction * self.unit.lift_sign * load) / (FORCE_TAPER * force), 0.0, 1.0)
 
-    def ramped(self, speed: Any, wanted: Any, slope: Any) -> Any:
+    def ramped(self, speed: Real, wanted: Real, slope: Real) -> Scalar:
         """The next motor speed [rad/s] of one that is to change to another with at most a slope [rad/s2]."""
-        most_change, fastest = slope * self.period, self.unit.max_speed
-        return within(speed + within(wanted - speed, -most_change, most_change), -fastest, fastest)
+        change, fastest = slope * self.period, self.unit.max_speed
+        return within(speed + within(wanted - speed, -change, change), -fastest, fastest)
 
-    def to_stand(self, speed: Any, direction: Any, load: Any) -> Any:
+    def stopping_distance(self, speed: Real, direction: Real, load: Real) -> Scalar:
         """Way that the rod goes on [m] while the motor ramps down from a speed, and half a sample before that.
 
         The rod goes by what the motor turns beyond the leakage. It stands when nothing is left of that, or, lowered
@@ -167,17 +182,18 @@ class Actuation:
             load: [N].
         """
         leaks = -direction * self.unit.lift_sign * self.leakage(load)
-        rate = most(direction * speed + leaks, 0.0)
-        last = choose(direction * self.unit.lift_sign < 0.0, most(leaks, 0.0), 0.0) if self.holding.valves else 0.0
-        ramp = most(rate**2 - last**2, 0.0) / (2.0 * self.slope)
-        return (ramp + 0.5 * rate * self.period) * self.holding.travel_per_radian(load) * self.displacement
+        rate = ca.fmax(direction * speed + leaks, 0.0)
+        lowers = direction * self.unit.lift_sign < 0.0
+        last: Real = ca.if_else(lowers, ca.fmax(leaks, 0.0), 0.0) if self.holding.valves else 0.0
+        ramp = ca.fmax(rate**2 - last**2, 0.0) / (2.0 * self.slope)
+        return (ramp + 0.5 * rate * self.period) * self.travel_per_radian(load)
 
-    def reachable(self, load: Any) -> Any:
-        """The velocity that the motor can give to a trajectory, with some left for corrections [m/s]."""
-        left = _REACHABLE * self.unit.max_speed - abs(self.leakage(load))
-        return most(left * self.holding.travel_per_radian(load), self.tuning.creeping)
+    def reachable_velocity(self, load: Real) -> Scalar:
+        """The velocity that the motor can give to a trajectory, with a reserve for corrections [m/s]."""
+        left = REACHABLE_SHARE * self.unit.max_speed - abs(self.leakage(load))
+        return ca.fmax(left * self.holding.travel_per_radian(load), self.tuning.creeping)
 
-    def on_its_way(self, angle: Any, commanded: Iterable[tuple[Any, float]], load: Any) -> Any:
+    def pending_travel(self, angle: Real, commanded: Iterable[tuple[Real, float]], load: Real) -> Real:
         """Way that the rod will go by what was commanded and is in no report yet [m].
 
         Args:
@@ -187,16 +203,16 @@ class Actuation:
         """
         if self.lag == 0.0:
             return 0.0
-        lost = sum(self._moves_nothing(speed, load) * time for speed, time in commanded)
-        return (angle - lost) * self.holding.travel_per_radian(load) * self.displacement
+        lost = sum((self._speed_without_travel(speed, load) * time for speed, time in commanded), start=scalar(0.0))
+        return (angle - lost) * self.travel_per_radian(load)
 
-    def _moves_nothing(self, speed: Any, load: Any) -> Any:
-        """What of a motor's speed does not move the rod [rad/s]: what leaks, or all of it where a valve holds the rod.
+    def _speed_without_travel(self, speed: Real, load: Real) -> Scalar:
+        """What of a motor's speed does not move the rod [rad/s]: leakage, or all of it where a valve holds the rod.
 
-        It does while the motor lifts less than leaks, or lowers too slowly to open it.
+        A valve does while the motor lifts less than leaks, or lowers too slowly to open it.
         """
         lift, leaks = self.unit.lift_sign, self.leakage(load)
         if not self.holding.stands:
             return lift * leaks
-        held = both(lift * speed >= -self.holding.opening_speed, lift * speed <= leaks)
-        return choose(held, speed, lift * leaks)
+        held = all_of(lift * speed >= -self.holding.opening_speed, lift * speed <= leaks)
+        return ca.if_else(held, speed, lift * leaks)

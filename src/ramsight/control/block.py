@@ -1,35 +1,76 @@
-"""A cylinder's position control as one step of a recursion, of which C is made: state and inputs in, motor speed out.
+"""A cylinder's position control as one step of a recursion: state and inputs in, motor speed out.
 
-The laws are those of `ramsight.control.actuation` and `ramsight.control.trajectory`, and what follows an activity
-stands in the table of `ramsight.control.activity`; a graph is in the place of Python's objects, and a test holds both
-to the same commands. Not in it are leak tests: they stay with whoever drives the machine.
+The same graph runs live, in C and in FMUs. A sample passes from stage to stage as values: the estimate, the orders,
+the watch over the drive, then each activity with a state of its own. Which activity follows which stands in the table
+of `ramsight.control.activity`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import casadi as ca
-import numpy as np
-from numpy.typing import NDArray
 
-from ramsight.control.activity import Activity, Event
-from ramsight.control.activity_graph import LAST, ActivityGraph, either
+from ramsight.control import drive_watch, homing, leak_testing, moving, steering
+from ramsight.control.activity import STOPS, Activity, Doing, Event, fail, follow
 from ramsight.control.actuation import Actuation
-from ramsight.control.moving import PUSHING, leaving
-from ramsight.control.orders import ACTIVITIES, INPUTS, NOTHING, OUTPUTS, STOPPED_BY, Ask, Reason
-from ramsight.control.trajectory import Limits, ahead, begun, places, smoothed
+from ramsight.control.compiled import recursion_of
+from ramsight.control.decision import Sample, Wish
+from ramsight.control.drive_watch import Declaration, Report, Verdict, WatchState
+from ramsight.control.homing import Homing
+from ramsight.control.leak_testing import LeakTest
+from ramsight.control.moving import Move
+from ramsight.control.orders import OUTPUTS, STOPPED_BY, Inputs, LastOrder, Orders, Reason, read_orders
+from ramsight.control.sensing import Sensed, reliance_on, sensed_at, smoothed_temperature
+from ramsight.control.steering import Steering
+from ramsight.control.thresholds import LARGEST_NUMBER, NO_PLACE, STANDSTILL_ROUNDING, STOPPING_TIME
+from ramsight.control.trajectory import Limits
 from ramsight.control.tuning import Tuning
-from ramsight.control.visit_graph import STATES, Visit
-from ramsight.control.watch import Verdict
-from ramsight.control.watch_graph import WatchGraph
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.simulate import SAMPLE_PERIOD
 from ramsight.engine.recursion import Recursion
-from ramsight.plant.either import both, choose, known, least, most, towards
+from ramsight.engine.typed_state import leaf, symbols
+from ramsight.expression import Condition, Flag, Real, Scalar, all_of, any_of, flag, negated, scalar, scalar_symbol
 from ramsight.plant.oil import T40
 from ramsight.plant.unit import HydraulicUnit
+
+VERDICTS = tuple(Verdict)
+LIVE_OUTPUTS = ("following_error", "notice")
+"""Further outputs of the live control: the following error [m], and what slows the cylinder."""
+KEEPS, UNCERTAIN, DRIVE = range(-1, 2)
+"""What slows it: as before; the sensor is uncertain; from here on the drive, by the place in `VERDICTS`."""
+
+
+@dataclass(frozen=True)
+class ControlState:
+    """All that a control knows.
+
+    Attributes:
+        doing: the activity.
+        order: what was asked for last.
+        sensed: the estimate of the last sample.
+        watch: over the drive.
+        move: to a target.
+        steering: by hand.
+        homing: to an end stop.
+        leak_test: none where no valve holds the load.
+        place: where a rod at rest is held, or none.
+        motor_speed: commanded until now.
+        oil_temperature: its noise averaged.
+    """
+
+    doing: Doing
+    order: LastOrder
+    sensed: Sensed
+    watch: WatchState
+    move: Move
+    steering: Steering
+    homing: Homing
+    leak_test: LeakTest | None
+    place: Scalar = leaf("m", NO_PLACE)
+    motor_speed: Scalar = leaf("rad/s")
+    oil_temperature: Scalar = leaf("K", T40)
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,17 +78,16 @@ class Block:
     """A control as a recursion.
 
     Attributes:
-        recursion: its graph; the inputs are `INPUTS`, the outputs `OUTPUTS`.
+        recursion: its graph; the inputs are `INPUTS`, the outputs `OUTPUTS` and `LIVE_OUTPUTS`, the parameter is the
+            largest acceleration of a move [m/s2].
         initial: state at power-up: at rest, with no target.
-        period: of its samples [s].
-        limits: of the cylinder.
+        by: the cylinder's motor speeds, limits, tuning and period.
         response: how its drive is declared to follow.
     """
 
     recursion: Recursion
-    initial: NDArray[np.float64]
-    period: float
-    limits: Limits
+    initial: ControlState
+    by: Actuation
     response: DriveResponse
 
 
@@ -65,7 +105,7 @@ def position_block(
         limits: what the cylinder may do; by default `Limits.of(unit)`.
         tuning: how it is driven.
         period: of the samples [s].
-        response: how the drive is declared to follow its commands.
+        response: how the drive is declared to follow.
 
     Raises:
         DescriptionError: the motor cannot turn as fast as a valve of the unit asks for before it opens.
@@ -74,212 +114,172 @@ def position_block(
         >>> from ramsight import machine
         >>> from ramsight.plant.build import build_unit
         >>> block = position_block(build_unit("boom", machine.load("mining-loader").unit("boom")))
-        >>> len(block.recursion.state) < 100, block.recursion.outputs
+        >>> len(block.recursion.state) < 100, block.recursion.outputs[:4]
         (True, ('motor_speed', 'activity', 'reason', 'reference'))
     """
-    used = limits or Limits.of(unit)
-    by = Actuation(unit, used, tuning or Tuning(), period, response)
-    graph = _Step(by, WatchGraph(unit, response, period))
-    x, u = ca.vertcat(*graph.x.values()), ca.vertcat(*graph.u.values())
-    new, out = graph.result()
-    recursion = Recursion(
-        tuple(graph.x), tuple(INPUTS), (), tuple(OUTPUTS), x, u, ca.SX.sym("p", 0), ca.vertcat(*new), ca.vertcat(*out)
+    by, declared = Actuation.of(unit, limits, tuning, period, response), Declaration.of(unit, response, period)
+    initial = ControlState(
+        Doing(), LastOrder(), Sensed(), drive_watch.unwatched(declared), moving.at_power_up(by), Steering(), Homing(),
+        LeakTest() if by.holding.stands else None,
+    )  # fmt: skip
+    acceleration = scalar_symbol("acceleration")
+
+    def stage(state: ControlState, inputs: Inputs) -> tuple[ControlState, Sequence[Real]]:
+        return _stepped(state, inputs, acceleration, by, declared)
+
+    outputs = (*OUTPUTS, *LIVE_OUTPUTS)
+    return Block(recursion_of(initial, symbols(Inputs()), outputs, stage, (acceleration,)), initial, by, response)
+
+
+def _stepped(
+    state: ControlState, inputs: Inputs, acceleration: Scalar, by: Actuation, declared: Declaration
+) -> tuple[ControlState, Sequence[Real]]:
+    """A sample: what is known, what is asked for, what may go on, what each activity asks for, what follows it."""
+    sensed = sensed_at(state.sensed, inputs, by.period)
+    temperature = smoothed_temperature(state.oil_temperature, inputs, by.period)
+    by = replace(by, leak=sensed.leak, displacement=sensed.displacement, temperature=temperature)
+    order, orders = read_orders(state.order, inputs, by.unit.cylinder.stroke)
+    report = Report(inputs.reported != 0.0, inputs.reported_speed, inputs.reported_torque)
+    watch, found = drive_watch.look(
+        drive_watch.reset(state.watch, orders.any), declared, report, state.motor_speed
+    )  # fmt: skip
+    underway = zip(found.underway, declared.times, strict=False)
+    pending = by.pending_travel(found.pending, underway, sensed.load)
+    reliance = reliance_on(sensed.status)
+    reliance = replace(reliance, full=all_of(reliance.full, negated(found.verdicts[Verdict.SLOW])))
+    here = replace(sensed, position=sensed.position + pending)
+    now = Sample(
+        by, inputs, here, reliance, found.verdicts[Verdict.AT_LIMIT], state.motor_speed, order.target, acceleration
     )
-    start = dict.fromkeys(graph.x, 0.0) | LAST | graph.watch.initial
-    start |= {
-        "activity": float(ACTIVITIES.index(Activity.RESTING)),
-        "place": NOTHING,
-        "target": NOTHING,
-        "ask": float(Ask.POSITION),
-        "temperature": T40,
-        "direction": 1.0,
-        "end": NOTHING,
+    on_stop = all_of(state.doing.is_any_of(Activity.RESTING), state.homing.end != NO_PLACE)
+    doing = _ordered(state.doing, orders, tests=state.leak_test is not None)
+    place = ca.if_else(orders.any, NO_PLACE, state.place)
+    doing, notice = _judged(doing, place, now, orders.stopped, sensed.position, found.verdicts)
+    move = moving.ordered(state.move, orders, by.tuning.tries, here.position, on_stop)
+    home = homing.ordered(state.homing, orders, by.unit)
+    new, speed, error = _done(_begun(replace(state, doing=doing, place=place, move=move, homing=home), now), now)
+    home, reference = homing.referenced(new.homing, by, new.doing.is_any_of(Activity.RESTING), speed)
+    new = replace(
+        new, order=order, sensed=sensed, watch=watch, homing=home, motor_speed=speed, oil_temperature=temperature
+    )
+    return new, (speed, new.doing.activity, new.doing.reason, reference, error, notice)
+
+
+def _ordered(doing: Doing, orders: Orders, *, tests: bool) -> Doing:
+    """The activity that is asked for; `tests`: whether the unit has leak tests."""
+    events = [(None, Event.SENT, orders.sent), (None, Event.STEERED, orders.steered), (None, Event.HOMED, orders.homed)]
+    events += [(None, Event.TESTED, orders.tested)] if tests else []
+    return follow(replace(doing, reason=ca.if_else(orders.any, float(Reason.NONE), doing.reason)), events)
+
+
+def stopping_ramp(speed: Scalar, period: float) -> Scalar:
+    """Change of the motor's speed [rad/s2] that stops it within `STOPPING_TIME` from a speed [rad/s]."""
+    return (1.0 + STANDSTILL_ROUNDING) * abs(speed) / max(STOPPING_TIME - period, period)
+
+
+def _judged(
+    doing: Doing, place: Scalar, now: Sample, asked: Flag, position: Scalar, verdicts: dict[Verdict, Flag]
+) -> tuple[Doing, Scalar]:
+    """Stop if the estimate or the drive is not to be relied on; and what slows the cylinder down.
+
+    A rod that is steered, homed or only kept up needs no position. A drive may stall where it is steered or homed.
+    """
+    by, ramp = now.by, stopping_ramp(now.motor_speed, now.by.period)
+    rests, presses = doing.is_any_of(Activity.RESTING), doing.is_any_of(Activity.MANUAL, Activity.HOMING)
+    placeless: Condition = place == NO_PLACE if by.holding.stands else True
+    homes = all_of(any_of(presses, all_of(rests, placeless)), now.reliance.homing)
+    lost = any_of(all_of(now.reliance.none, negated(homes)), negated(abs(position) <= LARGEST_NUMBER))
+    matters = any_of(negated(rests), now.motor_speed != 0.0)
+    slowing = {verdict: holds for verdict, holds in verdicts.items() if not verdict.stops or verdict is Verdict.STALLED}
+    notice: Scalar = scalar(DRIVE + VERDICTS.index(Verdict.OBEYS))
+    for verdict, holds in slowing.items():
+        notice = ca.if_else(holds, float(DRIVE + VERDICTS.index(verdict)), notice)
+    notice = ca.if_else(all_of(now.reliance.slow, negated(homes)), float(UNCERTAIN), notice)
+    notice = ca.if_else(any_of(lost, doing.is_any_of(*STOPS)), float(KEEPS), notice)
+    reasons = {Reason.ASKED: asked, Reason.SENSOR: all_of(lost, matters)}
+    for verdict, reason in STOPPED_BY.items():
+        stops = all_of(verdicts[verdict], negated(lost))
+        reasons[reason] = all_of(stops, negated(presses)) if verdict is Verdict.STALLED else stops
+    return fail(doing, reasons, ramp), notice
+
+
+def _begun(state: ControlState, now: Sample) -> ControlState:
+    """The first sample of an activity."""
+    doing, home = state.doing, state.homing
+    feels = all_of(doing.begins, doing.is_any_of(Activity.HOMING))
+    steers = all_of(doing.begins, doing.is_any_of(Activity.MANUAL))
+    return replace(
+        state,
+        move=moving.begun(state.move, now, all_of(doing.begins, doing.is_any_of(Activity.MOVING))),
+        steering=Steering(ca.if_else(steers, now.start_velocity, state.steering.velocity)),
+        homing=replace(home, felt=ca.if_else(feels, now.sensed.load, home.felt)),
+    )
+
+
+def _done(state: ControlState, now: Sample) -> tuple[ControlState, Scalar, Scalar]:
+    """What the activity asks for, and which one follows it: state, motor speed [rad/s], following error [m]."""
+    doing = state.doing
+    active = {one: doing.is_any_of(one) for one in Activity}
+    move, moves, error = moving.moved(state.move, now, active[Activity.MOVING], state.homing.felt)
+    hand, goes, hand_speed = steering.steered(state.steering, now, active[Activity.MANUAL])
+    place = ca.if_else(all_of(active[Activity.MANUAL], goes), NO_PLACE, state.place)
+    place, held = _held(replace(state, place=place, steering=hand), now)
+    move, lands = moving.landed(move, now, active[Activity.LANDING])
+    home, homes = homing.homed(state.homing, now, active[Activity.HOMING])
+    wishes = {
+        Activity.MOVING: moves,
+        Activity.MANUAL: Wish(ca.if_else(goes, hand_speed, held)),
+        Activity.LANDING: Wish(held, lands),
+        Activity.RESTING: Wish(held),
+        Activity.HOMING: homes,
     }
-    return Block(recursion, np.array([start[name] for name in graph.x]), period, used, response)
+    test = state.leak_test
+    if test is not None:
+        test, wishes[Activity.LEAK_TEST] = leak_testing.leak_tested(test, now, active[Activity.LEAK_TEST], doing.begins)
+    after = _followed(doing, wishes, now)
+    lands_now = all_of(active[Activity.MOVING], after.is_any_of(Activity.LANDING))
+    misses = all_of(active[Activity.LANDING], after.is_any_of(Activity.MOVING))
+    place = ca.if_else(lands_now, now.target, ca.if_else(misses, NO_PLACE, place))
+    speed = _speed(doing, after, {one: (active[one], wish.speed) for one, wish in wishes.items()}, now)
+    new = replace(
+        state, doing=after, move=move, steering=hand, homing=home, leak_test=test, place=place
+    )  # fmt: skip
+    return new, speed, error
 
 
-class _Step(ActivityGraph):
-    """One step: the orders, the sensor's judgement, what the activity asks for, what follows it."""
+def _held(state: ControlState, now: Sample) -> tuple[Scalar, Scalar]:
+    """The place where a rod at rest is held, and the motor speed for that [rad/s].
 
-    def __init__(self, by: Actuation, watch: WatchGraph) -> None:
-        self.count = places(by.limits, by.period)
-        been = [f"been_{k}" for k in range(self.count + 1)]
-        names = (
-            "motor_speed", "activity", "fresh", "target", "ask", "place", "direction", "tries", "stood", "pushed",
-            "slope", "reason", "temperature", "lead_velocity", "left",
-        )  # fmt: skip
-        super().__init__(by, (*names, *STATES, *LAST, *watch.initial, *been))
-        self.watch = watch
-        self.been = [self.x[name] for name in been]
-        self.visit = Visit(self)
+    Behind a valve the motor stands. A pump turns for the leakage and brings the rod back; where no place is given, it
+    is the first at which the position may be relied on. On an end stop the sensor feels what presses on the stop.
+    """
+    by, doing, place = now.by, state.doing, state.place
+    if by.holding.stands:
+        return place, scalar(0.0)
+    trusted, rests = negated(now.reliance.none), doing.is_any_of(Activity.RESTING, Activity.LANDING)
+    keeps = any_of(rests, all_of(doing.is_any_of(Activity.MANUAL), state.steering.velocity == 0.0))
+    place = ca.if_else(all_of(keeps, trusted, place == NO_PLACE), now.sensed.position, place)
+    back = ca.if_else(trusted, by.return_velocity(place - now.sensed.position), 0.0)
+    on_stop = all_of(doing.is_any_of(Activity.RESTING), state.homing.end != NO_PLACE)
+    kept = homing.speed_on_stop(by, state.homing.direction, state.homing.felt)
+    return place, ca.if_else(on_stop, kept, by.holding_speed(back, now.sensed.load))
 
-    def result(self) -> tuple[list[Any], list[Any]]:
-        """The next state and the outputs."""
-        self._look()
-        self._order()
-        self._judge()
-        self._enter()
-        wish = self._do()
-        s = self.s
-        speed = self.by.ramped(s["motor_speed"], wish, s["used_slope"])
-        s["motor_speed"] = speed
-        s |= {f"been_{k}": place for k, place in enumerate(self.been)}
-        told = self.visit.told(speed)
-        return [s[name] for name in self.x], [speed, s["activity"], s["reason"], told]
 
-    def _asked(self) -> tuple[Any, Any, Any]:
-        """Whether the target is one, whether the rod is sent to it anew, and whether a hand takes it."""
-        ask, target = self.u["ask"], self.u["target"]
-        inside = both(target >= 0.0, target <= self.by.unit.cylinder.stroke)
-        other = ca.logic_or(target != self.x["target"], ask != self.x["ask"])
-        sent = both(both(ask == float(Ask.POSITION), inside), other)
-        return inside, sent, both(ask == float(Ask.STEER), ask != self.x["ask"])
+def _followed(doing: Doing, wishes: dict[Activity, Wish], now: Sample) -> Doing:
+    """The activity after the sample: failures come before events."""
+    stands = abs(now.motor_speed) <= doing.ramp * now.by.period + STANDSTILL_ROUNDING
+    events = [(one, event, happens) for one, wish in wishes.items() for event, happens in wish.events.items()]
+    events += [(Activity.STOPPING, Event.STANDS, all_of(doing.is_any_of(Activity.STOPPING), stands))]
+    failures = {reason: holds for wish in wishes.values() for reason, holds in wish.failures.items()}
+    after = follow(replace(doing, begins=flag(False)), events)
+    return fail(after, failures, stopping_ramp(now.motor_speed, now.by.period))
 
-    def _look(self) -> None:
-        """What the drive does, and which way is on its way."""
-        _, sent, taken = self._asked()
-        self.watch.begin(self.s, either(sent, taken, self.visit.asked()))
-        reported = self.u["reported_speed"], self.u["reported_torque"]
-        self.verdicts = self.watch.look(self.s, self.arrived, *reported, self.x["motor_speed"])
-        declared = self.watch.declared
-        self.position = self.position + self.by.on_its_way(declared.pending, declared.underway, self.load)
-        self.full = both(self.full, ca.logic_not(self.verdicts[Verdict.SLOW]))
 
-    def _order(self) -> None:
-        """What is asked for, where it is something else than before."""
-        ask, target, by = self.u["ask"], self.u["target"], self.by
-        inside, sent, taken = self._asked()
-        left = choose(self.visit.stays(), self.position, NOTHING)
-        anew = {"reason": float(Reason.NONE), "place": NOTHING, "end": NOTHING, "stood": 0.0, "pushed": 0.0}
-        self.happens(Event.SENT, sent, tries=float(by.tuning.tries), left=left, **anew)
-        self.happens(Event.STEERED, taken, **anew)
-        self.visit.order(**anew)
-        self.s["target"] = choose(inside, target, choose(ask == float(Ask.POSITION), self.s["target"], NOTHING))
-        self.s["ask"] = ask
-        self.fail(ask == float(Ask.STOP), Reason.ASKED)
-
-    def _judge(self) -> None:
-        """Stop if the estimate is not to be relied on, unless a load is kept up, or a hand or a visit goes without.
-
-        And if the drive is not; one that stalls may, against an end stop.
-        """
-        rests = self.doing(Activity.RESTING)
-        placeless = ca.logic_or(self.s["place"] == NOTHING, float(not self.by.holding.stands))
-        without = either(self.doing(Activity.MANUAL, Activity.HOMING), both(rests, placeless))
-        homes = both(without, self.mended)
-        lost = ca.logic_or(both(self.none, ca.logic_not(homes)), ca.logic_not(known(self.sensed["position"])))
-        matters = ca.logic_or(ca.logic_not(rests), self.s["motor_speed"] != 0.0)
-        presses = self.doing(Activity.MANUAL, Activity.HOMING)
-        self.fail(both(lost, matters), Reason.SENSOR)
-        for verdict, reason in STOPPED_BY.items():
-            stops = both(self.verdicts[verdict], ca.logic_not(lost))
-            self.fail(both(stops, ca.logic_not(presses)) if verdict is Verdict.STALLED else stops, reason)
-
-    def _enter(self) -> None:
-        """The first sample of an activity: a trajectory begins where the rod is, as fast as it goes."""
-        s, fresh = self.s, self.s["fresh"]
-        velocity = choose(s["motor_speed"] == 0.0, 0.0, self.sensed["velocity"])
-        moves = both(fresh, self.doing(Activity.MOVING))
-        steers = both(fresh, self.doing(Activity.MANUAL))
-        s["direction"] = choose(moves, towards(s["target"] - self.position), s["direction"])
-        self._begin(moves, velocity)
-        s["lead_velocity"] = choose(steers, velocity, s["lead_velocity"])
-        self.visit.enter()
-        s["fresh"] = ca.SX(0.0)
-
-    def _begin(self, when: Any, velocity: Any) -> None:
-        places_now = begun(self.position, velocity, self.count, self.by.period)
-        self.been = [choose(when, new, old) for new, old in zip(places_now, self.been, strict=True)]
-        self.s["lead_velocity"] = choose(when, velocity, self.s["lead_velocity"])
-
-    def _do(self) -> Any:
-        """What the activity asks for; what follows it."""
-        doing: dict[Activity, Any] = {one: self.doing(one) for one in ACTIVITIES}  # before anything follows
-        self.s["used_slope"] = choose(doing[Activity.STOPPING], self.s["slope"], self.by.slope)
-        goes, steered = self._steered(doing[Activity.MANUAL])
-        held = self._held()
-        wishes: dict[Activity, Any] = {
-            Activity.MOVING: self._moved(doing[Activity.MOVING]),
-            Activity.MANUAL: choose(goes, steered, held),
-            Activity.LANDING: held,
-            Activity.RESTING: held,
-            Activity.HOMING: self.visit.step(doing[Activity.HOMING]),
-        }
-        self._landed(doing[Activity.LANDING])
-        stands = abs(self.s["motor_speed"]) <= self.s["slope"] * self.by.period + 1e-9
-        self.happens(Event.STANDS, both(doing[Activity.STOPPING], stands))
-        wish: Any = ca.SX(0.0)
-        for activity, asked in wishes.items():
-            wish = choose(doing[activity], asked, wish)
-        failed = both(ca.logic_not(doing[Activity.STOPPING]), self.doing(Activity.STOPPING))
-        self.s["used_slope"] = choose(failed, self.s["slope"], self.s["used_slope"])
-        return choose(failed, 0.0, wish)
-
-    def _moved(self, moves: Any) -> Any:
-        s, by, u = self.s, self.by, self.u
-        push = by.may_push(s["direction"], self.load)
-        share = choose(self.full, 1.0, by.tuning.slowed)
-        allowed = most(least(u["speed"], by.limits.speed), by.tuning.creeping)
-        fastest = push * least(share * allowed, by.reachable(self.load))
-        lead = ahead(
-            by.limits, by.unit.cylinder.stroke, self.been[0], s["lead_velocity"], s["target"], fastest, by.period
-        )
-        before = self.been
-        self.been = [choose(moves, new, old) for new, old in zip([lead[0], *before[:-1]], before, strict=True)]
-        s["lead_velocity"] = choose(moves, lead[1], s["lead_velocity"])
-        self._begin(both(moves, self.verdicts[Verdict.AT_LIMIT]), self.sensed["velocity"])
-        waits = both(moves, push == 0.0)
-        self._begin(waits, 0.0)
-        s["pushed"] = choose(waits, s["pushed"] + by.period, choose(moves, 0.0, s["pushed"]))
-        place, velocity = smoothed(self.been, by.period) if self.count else (self.been[0], s["lead_velocity"])
-        off = place - self.position
-        remaining = s["direction"] * (s["target"] - self.position)
-        near = remaining <= by.to_stand(s["motor_speed"], s["direction"], self.load)
-        follows = both(moves, ca.logic_not(waits))
-        astray = both(follows, abs(off) > by.tuning.following(by.limits))
-        self.fail(both(waits, s["pushed"] > PUSHING), Reason.FORCE)
-        self.fail(astray, Reason.ROD)
-        landing = both(follows, near)
-        self.happens(Event.NEAR, landing, place=s["target"], stood=0.0)
-        load = leaving(by, place - s["left"], s["direction"], s["felt"], self.load)
-        pursued = choose(near, 0.0, by.pursuing(velocity, off, s["direction"], load))
-        return choose(waits, by.at_rest(0.0, self.load), pursued)
-
-    def _steered(self, steers: Any) -> tuple[Any, Any]:
-        """Whether a hand lets the rod go, and the motor speed for that."""
-        s, by, u = self.s, self.by, self.u
-        share = choose(self.none, by.tuning.homing_share, choose(self.full, 1.0, by.tuning.slowed))
-        fastest = least(share * by.limits.speed, by.reachable(self.load))
-        trusted = ca.logic_not(self.none)
-        velocity = by.steering(s["lead_velocity"], u["steering"], self.position, fastest, trusted)
-        direction = choose(velocity > 0.0, 1.0, -1.0)
-        push = by.may_push(direction, self.load)
-        velocity = choose(push == 0.0, 0.0, velocity)
-        s["lead_velocity"] = choose(steers, velocity, s["lead_velocity"])
-        goes = velocity != 0.0
-        s["place"] = choose(both(steers, goes), NOTHING, s["place"])
-        return goes, by.moving(push * abs(velocity), direction, self.load)
-
-    def _held(self) -> Any:
-        """Stand, or hold the place; where none is given, the first at which the position may be relied on."""
-        s, by = self.s, self.by
-        trusted = ca.logic_not(self.none)
-        if by.holding.stands:
-            return 0.0
-        rests = self.doing(Activity.RESTING, Activity.LANDING)
-        keeps = either(rests, both(self.doing(Activity.MANUAL), s["lead_velocity"] == 0.0))
-        first = both(both(keeps, trusted), s["place"] == NOTHING)
-        s["place"] = choose(first, self.position, s["place"])
-        back = choose(trusted, by.back(s["place"] - self.position), 0.0)
-        return choose(self.visit.stays(), self.visit.kept(), by.at_rest(back, self.load))
-
-    def _landed(self, lands: Any) -> None:
-        s, tuning = self.s, self.by.tuning
-        stands = ca.logic_or(self.x["motor_speed"] == 0.0, float(not self.by.holding.stands))
-        stood = choose(stands, s["stood"] + self.by.period, 0.0)
-        s["stood"] = choose(lands, stood, s["stood"])
-        settled = both(lands, s["stood"] >= tuning.settling + self.by.lag)
-        missed = both(abs(s["target"] - self.position) > tuning.renewing, s["tries"] > 0.0)
-        again = both(both(settled, missed), ca.logic_not(self.none))
-        self.happens(Event.MISSED, again, tries=s["tries"] - 1.0, place=NOTHING, left=NOTHING, stood=0.0, pushed=0.0)
-        self.happens(Event.SETTLED, both(settled, ca.logic_not(again)))
+def _speed(doing: Doing, after: Doing, wishes: dict[Activity, tuple[Flag, Real]], now: Sample) -> Scalar:
+    """The next motor speed [rad/s]: what the activity asks for, within the largest change; in a stop, to standstill."""
+    wish: Real = scalar(0.0)
+    for active, speed in wishes.values():
+        wish = ca.if_else(active, speed, wish)
+    stops = any_of(doing.is_any_of(Activity.STOPPING), after.is_any_of(Activity.STOPPING))
+    slope = ca.if_else(stops, after.ramp, now.by.slope)
+    return now.by.ramped(now.motor_speed, ca.if_else(stops, 0.0, wish), slope)

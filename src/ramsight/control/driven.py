@@ -14,18 +14,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ramsight.control.activity import STOPS, Activity
-from ramsight.control.judging import Trust, trust
+from ramsight.control.learned import learned_factors
+from ramsight.control.loop_settings import Feedback, LoopSettings
 from ramsight.control.planning import Knowledge, Visit, due
 from ramsight.control.position import Command, PositionControl
-from ramsight.control.renewing import ASKS, Renewing, felt
-from ramsight.control.setting import Feedback, Setting
+from ramsight.control.referencing import ASKS, Referencing, felt
+from ramsight.control.sensing import Trust, trust
+from ramsight.control.thresholds import LONGEST_MOVE, LOOP_SETTLE_TIME, POSITION_SENSOR_STD, ROUNDING
 from ramsight.control.trajectory import Limits, together
 from ramsight.duty.live import Instant, Reported
 from ramsight.duty.live_drive import LiveDrive
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.hypothesis import Kind, state_of
 from ramsight.sensor.kalman import kalman
-from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
 
@@ -36,10 +36,6 @@ Fault = Callable[[str, Reported], Reported | None]
 """What becomes of a unit's report on its way: unit and sample in, sample out; nothing if it gets lost."""
 MotorFault = Callable[[str, float], float]
 """What a unit's motor does in the place of what its drive lets it: unit and speed in, speed out [rad/s]."""
-_LONGEST = 600.0  # s, of one move; a control that has not ended by then is given up
-
-
-_REAL_NOISE = 0.5e-3  # m, standard deviation of a real position sensor
 
 
 @dataclass
@@ -74,7 +70,9 @@ class DrivenUnits(ABC):
         visited: planned visits that were made: when each began [s], by which unit, and which.
     """
 
-    def __init__(self, sheet: Sequence[HydraulicUnit], start_position: Mapping[str, float], setting: Setting) -> None:
+    def __init__(
+        self, sheet: Sequence[HydraulicUnit], start_position: Mapping[str, float], setting: LoopSettings
+    ) -> None:
         self.period, self.feedback = setting.period, setting.feedback
         self.fault: Fault | None = None
         self.motor_fault: MotorFault | None = None
@@ -95,14 +93,14 @@ class DrivenUnits(ABC):
         for name, sensor in self.sensors.items():
             sensor.start(start_position[name] if setting.known else None)
         # What a late drive reports until then is of before the beginning; the position told is that of the beginning.
-        self._begins = setting.drive.report_delay - 1e-9
+        self._begins = setting.drive.report_delay - ROUNDING
         self._told = set(self.units) if setting.known and setting.drive.report_delay > 0.0 else set()
         self.records = {name: Record() for name in self.units}
         self.time: list[float] = []
         self._commands: dict[str, Command] = {}
         self._references: dict[str, float] = {}
         self._waiting: dict[str, tuple[float, float]] = {}
-        self._renewing = setting.renewing or Renewing({})
+        self._referencing = setting.referencing or Referencing({})
         self.visited: list[tuple[float, str, Visit]] = []
 
     @property
@@ -169,19 +167,19 @@ class DrivenUnits(ABC):
     def _send_who_waits(self) -> None:
         """Let those begin whose time has come."""
         for name, (begins, target) in tuple(self._waiting.items()):
-            if self.now.time >= begins - 1e-9:
+            if self.now.time >= begins - ROUNDING:
                 del self._waiting[name]
                 self.controls[name].move_to(target)
 
-    def go(self, targets: Mapping[str, float], settle: float = 0.5) -> None:
+    def go(self, targets: Mapping[str, float], settle: float = LOOP_SETTLE_TIME) -> None:
         """Send cylinders to targets [m] and wait until they are there, or have stopped; then for a while [s].
 
         References that are due by then are taken before, where the setting has visits that may be made.
         """
-        self.renew(targets)
+        self.take_references(targets)
         self._go(targets, settle)
 
-    def _go(self, targets: Mapping[str, float], settle: float = 0.5) -> None:
+    def _go(self, targets: Mapping[str, float], settle: float = LOOP_SETTLE_TIME) -> None:
         self.send(targets)
         self.wait()
         self.rest(settle)
@@ -196,20 +194,20 @@ class DrivenUnits(ABC):
         sensor, control, estimates = self.sensors[unit], self.controls[unit], self.records[unit].estimate
         if estimates[-1].status in ASKS:
             return 0.0
-        limit = self._renewing.largest(control)
+        limit = self._referencing.largest(control)
         work = [(target, felt(estimates)) for target in targets]
         return due(Knowledge.of(sensor, control), control, estimates[-1].position, work, limit)
 
-    def renew(self, targets: Mapping[str, float]) -> int:
+    def take_references(self, targets: Mapping[str, float]) -> int:
         """Take the references that are due before moves to targets [m], as the setting allows; how many that were."""
         before = len(self.visited)
         for unit, target in targets.items():
-            self._renew(unit, target)
+            self._take_references(unit, target)
         return len(self.visited) - before
 
-    def _renew(self, unit: str, target: float) -> None:
+    def _take_references(self, unit: str, target: float) -> None:
         """The visit that is due, and others of those that are allowed as long as the sensor asks after it."""
-        renewing, left = self._renewing, list(self._renewing.visits.get(unit, ()))
+        renewing, left = self._referencing, list(self._referencing.visits.get(unit, ()))
         sensor, control, estimates = self.sensors[unit], self.controls[unit], self.records[unit].estimate
         chosen = renewing.before(sensor, control, estimates, target, left)
         while chosen is not None:
@@ -225,7 +223,7 @@ class DrivenUnits(ABC):
             self._go({unit: visit.turns})
         self.home(unit, lifted=visit.lifted, slow=visit.slow)
 
-    def home(self, unit: str, *, lifted: bool = False, slow: bool = False, settle: float = 0.5) -> None:
+    def home(self, unit: str, *, lifted: bool = False, slow: bool = False, settle: float = LOOP_SETTLE_TIME) -> None:
         """Let one unit visit an end stop and wait until it has, or has stopped; then for a while [s].
 
         Whoever homes a machine says that nothing is in the way: where the rod then stands is a reference. What the
@@ -238,7 +236,7 @@ class DrivenUnits(ABC):
             self._references[unit] = control.end(lifted=lifted)
         self.rest(settle)
 
-    def leak_test(self, settle: float = 0.5) -> None:
+    def leak_test(self, settle: float = LOOP_SETTLE_TIME) -> None:
         """Let all units do a leak test, in which no rod moves; then wait for a while [s]."""
         for control in self.controls.values():
             control.leak_test()
@@ -251,10 +249,10 @@ class DrivenUnits(ABC):
         self.step()
         while not self.done:
             self.step()
-            if self.now.time - begun > _LONGEST:
+            if self.now.time - begun > LONGEST_MOVE:
                 for name, control in self.controls.items():
                     if not control.done:
-                        control.stop(f"{name} has not arrived in {_LONGEST:g} s")
+                        control.stop(f"{name} has not arrived in {LONGEST_MOVE:g} s")
 
     def _believed(self, name: str) -> float:
         return self.records[name].estimate[-1].position
@@ -290,10 +288,7 @@ class DrivenUnits(ABC):
             reference = self._references.pop(name, math.nan)
             values = reported.motor_speed, reported.motor_torque, reported.oil_temperature
             estimate = sensor.step(reported.time, *values, reference)
-            learned = sensor.state
-            leak, displacement = (
-                learned[state_of(Kind.DESCRIBED, one)] for one in (Quantity.LEAKAGE, Quantity.DISPLACEMENT)
-            )
+            leak, displacement = learned_factors(sensor)
             used = self._fed_back(estimate, now.position[name])
             command = control.step(used, reported, leak=leak, displacement=displacement)
             record.learned.append((leak, displacement))
@@ -316,8 +311,8 @@ class DrivenUnits(ABC):
     def _fed_back(self, estimate: Estimate, position: float) -> Estimate:
         if self.feedback is Feedback.SENSOR:
             return estimate
-        noise = _REAL_NOISE * float(self._noise.standard_normal()) if self.feedback is Feedback.REAL else 0.0
-        return replace(estimate, position=position + noise, std=_REAL_NOISE, status=Status.OK)
+        noise = POSITION_SENSOR_STD * float(self._noise.standard_normal()) if self.feedback is Feedback.REAL else 0.0
+        return replace(estimate, position=position + noise, std=POSITION_SENSOR_STD, status=Status.OK)
 
     def _stop_together(self) -> None:
         """What stops one unit stops the machine: the other moves the same mechanism, or is about to."""

@@ -1,63 +1,187 @@
-"""A reference visit: to an end stop, and press on it until the sensor has surely taken it for one."""
+"""Homing: go to an end stop, press on it until the sensor has accepted it as a reference, and rest there."""
 
 from __future__ import annotations
 
-import math
+from dataclasses import dataclass, replace
 
-from ramsight.control.activity import Activity, Event
+import casadi as ca
+
+from ramsight.control.activity import Event
 from ramsight.control.actuation import Actuation
-from ramsight.control.doing import Doing, Now, Wish
-from ramsight.control.judging import Trust
-from ramsight.control.resting import OnStop, Resting
-from ramsight.control.visiting import NO_REFERENCE, NOT_FOUND, Visiting
+from ramsight.control.decision import Sample, Wish
+from ramsight.control.orders import Orders, Reason
+from ramsight.control.thresholds import (
+    FAR_SIGMAS,
+    HELD_SPEED_SHARE,
+    LOAD_AVERAGING,
+    NO_PLACE,
+    PRESSURE_TIME,
+    SEARCH_FACTOR,
+    SEARCH_PRESSINGS,
+)
+from ramsight.engine.typed_state import leaf
+from ramsight.expression import Condition, Flag, Real, Scalar, all_of, any_of, negated, within
+from ramsight.plant.limits import limits_of
+from ramsight.plant.unit import HydraulicUnit
 
 
-class Homing(Doing):
-    """Go to an end stop.
+@dataclass(frozen=True)
+class Homing:
+    """State of a visit to an end stop.
 
-    Args:
-        by: the cylinder's motor speeds, limits and tuning.
-        end: the stop's place [m].
-        slow: go slowly however far it is.
+    Attributes:
+        end: the stop that is sought or stood on, or none.
+        time: since the beginning.
+        velocity: towards the stop.
+        stood: how long the rod has been held.
+        felt: load on the way, its noise averaged.
+        found: whether the sensor is to take the stop as a reference.
     """
 
-    activity = Activity.HOMING
-    without_position, may_stall = True, True
+    end: Scalar = leaf("m", NO_PLACE)
+    time: Scalar = leaf("s")
+    velocity: Scalar = leaf("m/s")
+    stood: Scalar = leaf("s")
+    felt: Scalar = leaf("N")
+    found: Flag = leaf("1")
 
-    def __init__(self, by: Actuation, end: float, *, slow: bool = False) -> None:
-        super().__init__(by)
-        self._laws = Visiting(by)
-        self._fast = self._laws.slowly if slow else by.limits.speed
-        self._end, self._direction = end, 1.0 if end > 0.0 else -1.0
-        self._velocity, self._felt = 0.0, math.nan
-        self._for, self._stood = 0.0, 0.0
+    @property
+    def direction(self) -> Scalar:
+        """Of the stop, +1 or -1."""
+        return ca.if_else(self.end > 0.0, 1.0, -1.0)
 
-    def enter(self, now: Now) -> None:
-        """Feel the load first where the way begins."""
-        self._felt = now.estimate.load
 
-    def step(self, now: Now) -> Wish:
-        """Fast as long as the stop is known to be far, then slowly, then press."""
-        laws, estimate = self._laws, now.estimate
-        away = abs(self._end - estimate.position)
-        self._for += self.by.period
-        self._velocity = laws.nearing(
-            self._velocity, away, estimate.std, self._fast, now.trust is not Trust.NONE
-        )  # fmt: skip
-        if laws.stands(self._for, estimate.velocity):
-            self._stood += self.by.period
-        else:
-            self._stood, self._felt = 0.0, laws.feeling(self._felt, estimate.load)
-        if self._stood > self.by.tuning.pressing:
-            if laws.on_the_stop(away):
-                return Wish(0.0, Event.PRESSED)
-            return Wish(0.0, Event.FAILED, f"{NO_REFERENCE}: {estimate.status.text}")
-        if self._for > laws.longest:
-            return Wish(0.0, Event.FAILED, f"{NOT_FOUND}: {estimate.status.text}")
-        return Wish(laws.speed(self._velocity, self._stood, self._direction, self._felt, estimate.load))
+def end_stop(unit: HydraulicUnit, *, lifted: bool) -> float:
+    """Where the end stop of lifting, or that of lowering, is [m].
 
-    def leave(self, event: Event) -> Doing:
-        """Rest on the stop that was reached."""
-        if event is Event.PRESSED:
-            return Resting(self.by, on_stop=OnStop(self._direction, self._felt))
-        return super().leave(event)
+    Args:
+        unit: the unit's parts.
+        lifted: whether it is that of lifting.
+
+    Example:
+        >>> from ramsight import machine
+        >>> from ramsight.plant.build import build_unit
+        >>> ram = build_unit("ram", machine.load("press").unit("ram"))
+        >>> end_stop(ram, lifted=True) - end_stop(ram, lifted=False) == ram.lift_sign * ram.cylinder.stroke
+        True
+    """
+    return float(unit.cylinder.stroke) if lifted == (unit.lift_sign > 0.0) else 0.0
+
+
+def ordered(state: Homing, orders: Orders, unit: HydraulicUnit) -> Homing:
+    """After orders: a new one ends the rest on a stop, homing begins anew."""
+    end = ca.if_else(orders.lifted, end_stop(unit, lifted=True), end_stop(unit, lifted=False))
+    return replace(
+        state,
+        end=ca.if_else(orders.homed, end, ca.if_else(orders.any, NO_PLACE, state.end)),
+        time=ca.if_else(orders.homed, 0.0, state.time),
+        velocity=ca.if_else(orders.homed, 0.0, state.velocity),
+        stood=ca.if_else(orders.homed, 0.0, state.stood),
+    )
+
+
+def homed(state: Homing, now: Sample, when: Flag) -> tuple[Homing, Wish]:
+    """Fast while the stop is known to be far, then slowly, then press.
+
+    Args:
+        state: before the sample.
+        now: the sample.
+        when: whether the cylinder is homed.
+    """
+    by, sensed, slow = now.by, now.sensed, slow_velocity(now.by)
+    away = abs(state.end - sensed.position)
+    fast = ca.fmax(ca.fmin(now.inputs.speed, by.limits.speed), slow)
+    velocity = approach(by, state.velocity, away, sensed.position_std, fast, negated(now.reliance.none))
+    time = state.time + by.period
+    held = is_held(by, time, sensed.velocity)
+    new = replace(
+        state,
+        time=ca.if_else(when, time, state.time),
+        velocity=ca.if_else(when, velocity, state.velocity),
+        stood=ca.if_else(when, ca.if_else(held, state.stood + by.period, 0.0), state.stood),
+        felt=ca.if_else(all_of(when, negated(held)), averaged(by, state.felt, sensed.load), state.felt),
+    )
+    pressed = all_of(when, new.stood > by.tuning.pressing)
+    found = all_of(pressed, away < by.limits.landing_zone)
+    speed = pressing_speed(by, new, sensed.load)
+    wish = Wish(
+        ca.if_else(found, 0.0, speed),
+        {Event.PRESSED: found},
+        {
+            Reason.NO_REFERENCE: all_of(pressed, negated(found)),
+            Reason.NOT_FOUND: all_of(when, negated(pressed), new.time > longest_search(by)),
+        },
+    )
+    return replace(new, found=any_of(found, new.found)), wish
+
+
+def slow_velocity(by: Actuation) -> float:
+    """Velocity near a stop, and on the way to one that may be anywhere [m/s]."""
+    return by.tuning.homing_share * by.limits.speed
+
+
+def longest_search(by: Actuation) -> float:
+    """Time after which a stop is given up [s]."""
+    way = SEARCH_FACTOR * by.unit.cylinder.stroke / slow_velocity(by)
+    return float(way + SEARCH_PRESSINGS * by.tuning.pressing)
+
+
+def approach(by: Actuation, velocity: Real, away: Real, std: Real, fast: Real, trusted: Condition) -> Scalar:
+    """The next velocity [m/s]: fast while the stop is far with `FAR_SIGMAS`, then slow.
+
+    Args:
+        by: the cylinder's motor speeds.
+        velocity: until now [m/s].
+        away: distance of the stop [m].
+        std: the position's standard deviation [m].
+        fast: velocity where it is far [m/s].
+        trusted: whether the position may be relied on.
+    """
+    limits, change = by.limits, by.limits.acceleration * by.period
+    far = away - limits.landing_zone - FAR_SIGMAS * std > 0.5 * limits.speed**2 / limits.acceleration
+    return within(ca.if_else(all_of(trusted, far), fast, slow_velocity(by)), velocity - change, velocity + change)
+
+
+def is_held(by: Actuation, time: Scalar, velocity: Scalar) -> Flag:
+    """Whether something holds the rod: a velocity [m/s] at a time since the beginning [s], when it surely moves."""
+    sets_out = by.limits.speed / by.limits.acceleration + PRESSURE_TIME + by.lag
+    return all_of(time > sets_out, abs(velocity) < HELD_SPEED_SHARE * slow_velocity(by))
+
+
+def averaged(by: Actuation, felt: Scalar, load: Scalar) -> Scalar:
+    """The load on the way [N] behind a low pass of `LOAD_AVERAGING`."""
+    return felt + by.period / (LOAD_AVERAGING + by.period) * (load - felt)
+
+
+def pressing_speed(by: Actuation, state: Homing, load: Real) -> Scalar:
+    """The motor's speed [rad/s] on the way to a stop, and on it, under a load [N].
+
+    Where a pump holds the load its pressure goes with its speed: a stop that is run into gives way by a millimetre.
+    """
+    goes = by.driving_speed(state.velocity, state.direction, load)
+    if by.holding.stands:
+        return goes
+    pressed = by.speed_of(0.0, pressing_load(by.unit, by.tuning.pressing_share, state.direction, state.felt))
+    return ca.if_else(state.stood > by.tuning.contact_time, pressed, goes)
+
+
+def pressing_load(unit: HydraulicUnit, share: float, direction: Real, felt: Real) -> Scalar:
+    """The load [N] with which a stop in a direction is pressed, where one of `felt` [N] was felt on the way there."""
+    way, full = direction * unit.lift_sign, limits_of(unit)  # way: +1 at the end of lifting, -1 at that of lowering
+    return way * (ca.fmax(way * felt, 0.0) + ca.if_else(way > 0.0, share * full.load, share * full.pull))
+
+
+def speed_on_stop(by: Actuation, direction: Real, felt: Real) -> Scalar:
+    """The motor's speed [rad/s] of a rod that a pump holds on a stop, which hides its load.
+
+    The stop carries a load that presses on it; else the pump carries the one that was felt on the way, `felt` [N].
+    """
+    pulls = direction * by.unit.lift_sign * felt > 0.0
+    return ca.if_else(pulls, by.speed_of(0.0, felt), 0.0)
+
+
+def referenced(state: Homing, by: Actuation, rests: Flag, speed: Real) -> tuple[Homing, Scalar]:
+    """The stop's place [m] for the sensor, once, when homing is over: behind a valve the motor stands by then."""
+    waits = all_of(state.found, rests)
+    over = waits if not by.holding.stands else all_of(waits, speed == 0.0)
+    return replace(state, found=all_of(waits, negated(over))), ca.if_else(over, state.end, NO_PLACE)

@@ -2,36 +2,36 @@
 
 from __future__ import annotations
 
-from ramsight.control.activity import Activity, Event
-from ramsight.control.actuation import Actuation
-from ramsight.control.doing import Doing, Now, Wish
-from ramsight.control.resting import Resting
+from dataclasses import dataclass
+
+import casadi as ca
+
+from ramsight.control.activity import Event
+from ramsight.control.decision import Sample, Wish
+from ramsight.engine.typed_state import leaf
+from ramsight.expression import Flag, Scalar, all_of
 
 
-class LeakTesting(Doing):
-    """A leak test.
+@dataclass(frozen=True)
+class LeakTest:
+    """State of a leak test: its motor speed, and the time since it began."""
+
+    speed: Scalar = leaf("rad/s")
+    time: Scalar = leaf("s")
+
+
+def leak_tested(state: LeakTest, now: Sample, when: Flag, begins: Flag) -> tuple[LeakTest, Wish]:
+    """Turn until the time is over.
 
     Args:
-        by: the cylinder's motor speeds, limits and tuning.
+        state: before the sample.
+        now: the sample.
+        when: whether there is a leak test.
+        begins: whether this is its first sample, whose load gives the speed.
     """
-
-    activity = Activity.LEAK_TEST
-
-    def __init__(self, by: Actuation) -> None:
-        super().__init__(by)
-        self._speed = self._for = 0.0
-
-    def enter(self, now: Now) -> None:
-        """Choose the speed by the load that is felt."""
-        self._speed = self.by.tuning.leak_test_share(self.by.unit) * self.by.leakage(now.estimate.load)
-
-    def step(self, now: Now) -> Wish:
-        """Turn, until the time is over."""
-        self._for += self.by.period
-        if self._for > self.by.tuning.leak_test_time:
-            return Wish(0.0, Event.OVER)
-        return Wish(self.by.unit.lift_sign * self._speed)
-
-    def leave(self, event: Event) -> Doing:
-        """When the test is over, rest."""
-        return Resting(self.by) if event is Event.OVER else super().leave(event)
+    by, first = now.by, all_of(when, begins)
+    share = by.unit.lift_sign * by.tuning.leak_test_share(by.unit)
+    speed = ca.if_else(first, share * by.leakage(now.sensed.load), state.speed)
+    time = ca.if_else(when, ca.if_else(first, 0.0, state.time) + by.period, state.time)
+    over = all_of(when, time > by.tuning.leak_test_time)
+    return LeakTest(speed, time), Wish(ca.if_else(over, 0.0, speed), {Event.OVER: over})

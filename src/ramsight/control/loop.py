@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ramsight.control.driven import DrivenUnits
-from ramsight.control.setting import Setting
+from ramsight.control.loop_settings import LoopSettings
 from ramsight.duty.linked_duty import LinkedDuty
 from ramsight.duty.live import LinkedInstant, LiveMachine
 from ramsight.duty.profile import Profile, constant
@@ -28,7 +28,7 @@ class ClosedLoop(DrivenUnits):
         >>> from ramsight import machine
         >>> from ramsight.plant.linked import build_linked
         >>> loader = build_linked(machine.load("mining-loader"))
-        >>> loop = ClosedLoop(loader, loader, {"boom": 0.2, "bucket": 0.25}, Setting(known=True), payload=2000.0)
+        >>> loop = ClosedLoop(loader, loader, {"boom": 0.2, "bucket": 0.25}, LoopSettings(known=True), payload=2000.0)
         >>> loop.go({"boom": 0.25, "bucket": 0.22})
         >>> all(abs(loop.now.position[name] - x) < 2e-3 for name, x in {"boom": 0.25, "bucket": 0.22}.items())
         True
@@ -39,11 +39,11 @@ class ClosedLoop(DrivenUnits):
         actual: LinkedMachine,
         sheet: LinkedMachine,
         start_position: Mapping[str, float],
-        setting: Setting | None = None,
+        setting: LoopSettings | None = None,
         *,
         payload: float = 0.0,
     ) -> None:
-        how = setting or Setting()
+        how = setting or LoopSettings()
         super().__init__(sheet.units, start_position, how)
         temperatures = {unit.name: how.oil_temperature for unit in actual.units}
         self._plant = LiveMachine(actual, start_position, temperatures, payload, how.period)

@@ -1,133 +1,154 @@
-"""A move to a target: along a trajectory until the target is near, then the landing."""
+"""A move to a target along a trajectory until the target is near, and the landing there."""
 
 from __future__ import annotations
 
-import math
-from typing import Any
+from dataclasses import dataclass, replace
 
-from ramsight.control.activity import Activity, Event
+import casadi as ca
+
+from ramsight.control import trajectory
+from ramsight.control.activity import Event
 from ramsight.control.actuation import Actuation
-from ramsight.control.doing import Doing, Now, Wish
-from ramsight.control.judging import Trust
-from ramsight.control.resting import Resting
-from ramsight.control.trajectory import Limits, Trajectory
-from ramsight.control.watch import Verdict
-from ramsight.plant.either import both, choose, most, towards
-
-FORCE_REACHED = "the load has reached the largest force"
-_LEAVING = 5e-3  # m of the trajectory until a rod has surely left a stop
-PUSHING = 1.0  # s, for which a rod waits there until it is taken to be blocked
+from ramsight.control.decision import Sample, Wish
+from ramsight.control.orders import Orders, Reason
+from ramsight.control.thresholds import BLOCKED_TIME, CONTACT_RELEASE_WAY, NO_PLACE
+from ramsight.control.trajectory import Trajectory
+from ramsight.engine.typed_state import chosen, leaf
+from ramsight.expression import Condition, Flag, Real, Scalar, all_of, negated, scalar
 
 
-def leaving(by: Actuation, gone: Any, direction: Any, felt: Any, load: Any) -> Any:
-    """The load [N] to reckon with: on a stop, which carries it, the one that was felt on the way there.
+@dataclass(frozen=True)
+class Move:
+    """State of a move.
 
-    With what leaks under the load that the stop still carries the rod would stay there, and the motor turn for
-    nothing: neither a move nor a rest, of which a sensor makes the wrong one.
+    Attributes:
+        trajectory: its way.
+        direction: of the target, +1 or -1.
+        tries: how often it may still be repeated.
+        blocked: how long the load has been at the largest force.
+        left: the stop that it leaves, or none.
+        stood: how long the rod has stood at the target.
+    """
+
+    trajectory: Trajectory
+    direction: Scalar = leaf("1", 1.0)
+    tries: Scalar = leaf("1")
+    blocked: Scalar = leaf("s")
+    left: Scalar = leaf("m", NO_PLACE)
+    stood: Scalar = leaf("s")
+
+
+def ordered(state: Move, orders: Orders, tries: int, position: Scalar, on_stop: Flag) -> Move:
+    """After orders: a move that leaves a stop remembers where it was [m]."""
+    left = ca.if_else(on_stop, position, NO_PLACE)
+    return replace(
+        state,
+        tries=ca.if_else(orders.sent, float(tries), state.tries),
+        blocked=ca.if_else(orders.any, 0.0, state.blocked),
+        left=ca.if_else(orders.sent, left, state.left),
+        stood=ca.if_else(orders.any, 0.0, state.stood),
+    )
+
+
+def begun(state: Move, now: Sample, when: Flag) -> Move:
+    """At the first sample: the trajectory begins where the rod is, as fast as it goes."""
+    direction = ca.if_else(now.target - now.sensed.position >= 0.0, 1.0, -1.0)
+    way = _begun(state.trajectory, now, now.start_velocity)
+    return replace(
+        state,
+        direction=ca.if_else(when, direction, state.direction),
+        trajectory=chosen(when, way, state.trajectory),
+    )
+
+
+def _begun(way: Trajectory, now: Sample, velocity: Real) -> Trajectory:
+    return trajectory.begun(way, now.sensed.position, velocity, now.by.period)
+
+
+def moved(state: Move, now: Sample, when: Flag, felt: Scalar) -> tuple[Move, Wish, Scalar]:
+    """Along the trajectory until the target is near.
+
+    Args:
+        state: before the sample.
+        now: the sample.
+        when: whether the cylinder moves to a target.
+        felt: load on the way to the end stop that it may leave [N].
+
+    Returns:
+        The state, the wish, and the following error [m].
+    """
+    by, sensed = now.by, now.sensed
+    margin = by.force_margin(state.direction, sensed.load)
+    way = trajectory.advanced(
+        state.trajectory, by.limits, by.unit.cylinder.stroke, now.acceleration, now.target, _fastest(now, margin),
+        by.period,
+    )  # fmt: skip
+    way = chosen(when, way, state.trajectory)
+    # What the drive cannot follow is not asked for.
+    way = chosen(all_of(when, now.at_limit), _begun(way, now, sensed.velocity), way)
+    waits = all_of(when, margin == 0.0)
+    way = chosen(waits, _begun(way, now, 0.0), way)
+    blocked = ca.if_else(waits, state.blocked + by.period, ca.if_else(when, 0.0, state.blocked))
+    place, velocity = trajectory.setpoint(way, by.period)
+    error = place - sensed.position
+    rest = state.direction * (now.target - sensed.position)
+    near = rest <= by.stopping_distance(now.motor_speed, state.direction, sensed.load)
+    follows = all_of(when, negated(waits))
+    load = _load_behind(by, place - state.left, state.direction, felt, sensed.load)
+    tracks = ca.if_else(near, 0.0, by.tracking_speed(velocity, error, state.direction, load))
+    wish = Wish(
+        ca.if_else(waits, by.holding_speed(0.0, sensed.load), tracks),
+        {Event.NEAR: all_of(follows, near)},
+        {
+            Reason.FORCE: all_of(waits, blocked > BLOCKED_TIME),
+            Reason.ROD: all_of(follows, abs(error) > by.tuning.following_error_limit(by.limits)),
+        },
+    )
+    return replace(state, trajectory=way, blocked=blocked), wish, error
+
+
+def _fastest(now: Sample, margin: Real) -> Scalar:
+    """Largest velocity of the trajectory [m/s]: by order, limits, reliance, largest force, and motor."""
+    by = now.by
+    share = ca.if_else(now.reliance.full, 1.0, by.tuning.slowed)
+    allowed = ca.fmax(ca.fmin(now.inputs.speed, by.limits.speed), by.tuning.creeping)
+    return margin * ca.fmin(share * allowed, by.reachable_velocity(now.sensed.load))
+
+
+def _load_behind(by: Actuation, gone: Scalar, direction: Scalar, felt: Scalar, load: Scalar) -> Scalar:
+    """The load [N] that the oil is to carry: on a stop, which carries some, the one that was felt on the way there.
+
+    With the leakage under the load that is left the rod would stay on the stop while the motor turns: neither a move
+    nor a rest, of which a sensor makes the wrong one.
 
     Args:
         by: the cylinder's motor speeds.
-        gone: way of the trajectory from the stop that it leaves [m]; NaN, or much, where it leaves none.
+        gone: way of the trajectory from the stop that it leaves [m]; large where it leaves none.
         direction: of the move, +1 or -1.
         felt: load on the way to the stop [N].
         load: now [N].
     """
-    leaves = both(abs(gone) < _LEAVING, direction * by.unit.lift_sign > 0.0)
-    return choose(leaves, most(load, felt), load)
+    leaves = all_of(abs(gone) < CONTACT_RELEASE_WAY, direction * by.unit.lift_sign > 0.0)
+    return ca.if_else(leaves, ca.fmax(load, felt), load)
 
 
-class Moving(Doing):
-    """Go to a target.
-
-    Args:
-        by: the cylinder's motor speeds, limits and tuning.
-        target: [m].
-        tries: how often it may be sought anew.
-        limits: of this move.
-        felt: load on the way to the end stop that it leaves [N]; NaN if it leaves none.
-    """
-
-    activity = Activity.MOVING
-
-    def __init__(self, by: Actuation, target: float, tries: int, limits: Limits, felt: float = math.nan) -> None:
-        super().__init__(by)
-        self._felt, self._left = felt, math.nan
-        self.target, self._tries, self._limits = target, tries, limits
-        self.trajectory = Trajectory(limits, by.unit.cylinder.stroke, by.period)
-        self._direction, self._pushed = 1.0, 0.0
-
-    def enter(self, now: Now) -> None:
-        """Begin the trajectory where the rod is, and as fast as it goes."""
-        self._direction = towards(self.target - now.estimate.position)
-        self._left = now.estimate.position if math.isfinite(self._felt) else math.nan
-        self.trajectory.begin(now.estimate.position, now.estimate.velocity if now.speed != 0.0 else 0.0)
-
-    def step(self, now: Now) -> Wish:
-        """The trajectory's velocity and a share of the error, until the target is near."""
-        by, way, estimate = self.by, self.trajectory, now.estimate
-        slow = now.trust is Trust.SLOW or now.verdict is Verdict.SLOW
-        share = by.tuning.slowed if slow else 1.0
-        push = by.may_push(self._direction, estimate.load)
-        way.step(self.target, push * min(share * self._limits.speed, by.reachable(estimate.load)))
-        if now.verdict is Verdict.AT_LIMIT:  # what the drive cannot do is not asked for
-            way.begin(estimate.position, estimate.velocity)
-        if push == 0.0:
-            return self._waits(now)
-        self._pushed = 0.0
-        off = way.position - estimate.position
-        if abs(off) > by.tuning.following(by.limits):
-            return Wish(0.0, Event.FAILED, f"the rod is {1e3 * abs(off):.0f} mm from where it should be by now")
-        remaining = self._direction * (self.target - estimate.position)
-        if remaining <= by.to_stand(now.speed, self._direction, estimate.load):
-            return Wish(0.0, Event.NEAR)
-        load = leaving(by, way.position - self._left, self._direction, self._felt, estimate.load)
-        return Wish(by.pursuing(way.velocity, off, self._direction, load))
-
-    def _waits(self, now: Now) -> Wish:
-        """At the largest force: hold the load, for a while."""
-        self.trajectory.begin(now.estimate.position)
-        self._pushed += self.by.period
-        if self._pushed > PUSHING:
-            return Wish(0.0, Event.FAILED, FORCE_REACHED)
-        return Wish(self.by.at_rest(0.0, now.estimate.load))
-
-    def leave(self, event: Event) -> Doing:
-        """Near the target, land."""
-        if event is Event.NEAR:
-            return Landing(self.by, self.target, self._tries, self._limits)
-        return super().leave(event)
+def landed(state: Move, now: Sample, when: Flag) -> tuple[Move, dict[Event, Flag]]:
+    """Look at the target once more when the rod has stood for `Tuning.settling` and the reports' lag."""
+    by, tuning = now.by, now.by.tuning
+    stands: Condition = True if not by.holding.stands else now.motor_speed == 0.0
+    stood = ca.if_else(when, ca.if_else(stands, state.stood + by.period, 0.0), state.stood)
+    settled = all_of(when, stood >= tuning.settling + by.lag)
+    missed = all_of(abs(now.target - now.sensed.position) > tuning.tolerance, state.tries > 0.0)
+    again = all_of(settled, missed, negated(now.reliance.none))
+    new = replace(
+        state,
+        tries=ca.if_else(again, state.tries - 1.0, state.tries),
+        left=ca.if_else(again, NO_PLACE, state.left),
+        stood=ca.if_else(again, 0.0, stood),
+    )
+    return new, {Event.MISSED: again, Event.SETTLED: all_of(settled, negated(again))}
 
 
-class Landing(Resting):
-    """The end of a move: bring the motor to rest, and look at the target once more when reports have settled.
-
-    Args:
-        by: the cylinder's motor speeds, limits and tuning.
-        target: [m].
-        tries: how often it may still be sought anew.
-        limits: of the move then.
-    """
-
-    activity = Activity.LANDING
-
-    def __init__(self, by: Actuation, target: float, tries: int, limits: Limits) -> None:
-        super().__init__(by, target)
-        self.without_position = False
-        self._tries, self._limits, self._stood = tries, limits, 0.0
-
-    def step(self, now: Now) -> Wish:
-        """Stand, or hold, and look once more at the target."""
-        stands = now.speed == 0.0 or not self.by.holding.stands
-        self._stood = self._stood + self.by.period if stands else 0.0
-        speed = super().step(now).speed
-        if self._stood < self.by.tuning.settling + self.by.lag:
-            return Wish(speed)
-        missed = abs(self.target - now.estimate.position) > self.by.tuning.renewing
-        again = missed and self._tries > 0 and now.trust is not Trust.NONE
-        return Wish(speed, Event.MISSED if again else Event.SETTLED)
-
-    def leave(self, event: Event) -> Doing:
-        """Go to the target again, or rest."""
-        if event is Event.MISSED:
-            return Moving(self.by, self.target, self._tries - 1, self._limits)
-        return Resting(self.by, self.target) if event is Event.SETTLED else super().leave(event)
+def at_power_up(by: Actuation) -> Move:
+    """The state at power-up."""
+    return Move(trajectory.at_rest(by.limits, by.period), scalar(1.0))

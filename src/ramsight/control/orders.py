@@ -1,41 +1,46 @@
-"""What a control that is a graph is asked for and given, and what it says: the words that its C and its FMU use too."""
+"""Inputs and outputs of a control, and what it is asked for: the same words in Python, in C and in FMUs."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import IntEnum
 
-from ramsight.control.activity import Activity
-from ramsight.control.moving import FORCE_REACHED
-from ramsight.control.visiting import NO_REFERENCE, NOT_FOUND
-from ramsight.control.watch import Verdict
+import casadi as ca
 
-# Homing comes last: what drives machines by these numbers keeps the ones that it has.
-ACTIVITIES = (*(a for a in Activity if a not in {Activity.HOMING, Activity.LEAK_TEST}), Activity.HOMING)
-"""What the block does; its `activity` is the place in here."""
-INPUTS = {
-    "position": "m",
-    "position_std": "m",
-    "velocity": "m/s",
-    "load": "N",
-    "status": "1",
-    "oil_temperature": "K",
-    "leak": "1",
-    "displacement": "1",
-    "reported": "1",
-    "reported_speed": "rad/s",
-    "reported_torque": "N*m",
-    "ask": "1",
-    "target": "m",
-    "steering": "m/s",
-    "speed": "m/s",
-}
-"""What it takes, with units: of the sensor, of the thermometer, of the drive, and of whoever commands it.
+from ramsight.control.drive_watch import Verdict
+from ramsight.control.thresholds import NO_PLACE
+from ramsight.engine.typed_state import leaf, leaves
+from ramsight.expression import Flag, Scalar, all_of, any_of
 
-`reported` is whether a report has arrived; where none has, what the sensor says is that of the last one, gone on with.
-"""
+
+@dataclass(frozen=True)
+class Inputs:
+    """What a control takes at a sample, with units: of the sensor, the thermometer, the drive, and who commands it.
+
+    `reported` is whether a report has arrived. Where none has, the last estimate goes on with its velocity.
+    """
+
+    position: Scalar = leaf("m")
+    position_std: Scalar = leaf("m")
+    velocity: Scalar = leaf("m/s")
+    load: Scalar = leaf("N")
+    status: Scalar = leaf("1")
+    oil_temperature: Scalar = leaf("K")
+    leak: Scalar = leaf("1")
+    displacement: Scalar = leaf("1")
+    reported: Scalar = leaf("1")
+    reported_speed: Scalar = leaf("rad/s")
+    reported_torque: Scalar = leaf("N*m")
+    ask: Scalar = leaf("1")
+    target: Scalar = leaf("m")
+    steering: Scalar = leaf("m/s")
+    speed: Scalar = leaf("m/s")
+
+
+INPUTS = {one.name: one.unit for one in leaves(Inputs())}
+"""Names of the inputs, with units."""
 OUTPUTS = {"motor_speed": "rad/s", "activity": "1", "reason": "1", "reference": "m"}
-"""What it says, with units; `reference` is the end stop that a visit has just pressed on, else `NOTHING`."""
-NOTHING = -1e3  # a place that is none: NaN would be lost in choices that a compiler may turn round
+"""Outputs with units; `reference` is the end stop that homing has just pressed on, else `NO_PLACE`."""
 
 
 class Ask(IntEnum):
@@ -46,6 +51,7 @@ class Ask(IntEnum):
     STEER = 2
     HOME_LOWERED = 3
     HOME_LIFTED = 4
+    LEAK_TEST = 5
 
 
 class Reason(IntEnum):
@@ -67,16 +73,7 @@ class Reason(IntEnum):
     @property
     def text(self) -> str:
         """The reason in words."""
-        return {
-            Reason.NONE: "",
-            Reason.ASKED: "asked to stop",
-            Reason.SENSOR: "the sensor is not to be relied on: see its status",
-            Reason.ROD: "the rod is not where it should be",
-            Reason.FORCE: FORCE_REACHED,
-            Reason.NO_REFERENCE: NO_REFERENCE,
-            Reason.NOT_FOUND: NOT_FOUND,
-            **{reason: verdict.value for verdict, reason in STOPPED_BY.items()},
-        }[self]
+        return _TEXTS[self]
 
 
 STOPPED_BY = {
@@ -87,3 +84,79 @@ STOPPED_BY = {
     Verdict.STALLED: Reason.STALLED,
 }
 """Verdicts over a drive that stop a cylinder, and the reasons that they are."""
+_TEXTS = {
+    Reason.NONE: "",
+    Reason.ASKED: "asked to stop",
+    Reason.SENSOR: "the sensor is not to be relied on: see its status",
+    Reason.ROD: "the rod is not where it should be",
+    Reason.FORCE: "the load has reached the largest force",
+    Reason.NO_REFERENCE: "no reference at the end stop",
+    Reason.NOT_FOUND: "no end stop found in time",
+    **{reason: verdict.value for verdict, reason in STOPPED_BY.items()},
+}
+
+
+@dataclass(frozen=True)
+class LastOrder:
+    """State: what was asked for at the last sample.
+
+    Attributes:
+        ask: an `Ask`.
+        target: the last one within the stroke.
+    """
+
+    ask: Scalar = leaf("1", Ask.POSITION)
+    target: Scalar = leaf("m", NO_PLACE)
+
+
+@dataclass(frozen=True)
+class Orders:
+    """What is asked for at a sample, and was not before.
+
+    Attributes:
+        sent: to a target.
+        steered: by hand.
+        homed: to an end stop.
+        tested: whether a leak test is asked for.
+        stopped: whether a stop is asked for, new or not.
+        lifted: whether the end stop is that of lifting.
+    """
+
+    sent: Flag
+    steered: Flag
+    homed: Flag
+    tested: Flag
+    stopped: Flag
+    lifted: Flag
+
+    @property
+    def any(self) -> Flag:
+        """Whether a new activity is asked for."""
+        return any_of(self.sent, self.steered, self.homed, self.tested)
+
+
+def read_orders(last: LastOrder, inputs: Inputs, stroke: float) -> tuple[LastOrder, Orders]:
+    """The orders of a sample: what differs from the sample before is new.
+
+    Args:
+        last: what was asked for before.
+        inputs: of the sample.
+        stroke: [m]; a target beyond it is none.
+    """
+    ask, target = inputs.ask, inputs.target
+
+    def asks(*one: Ask) -> Flag:
+        return any_of(*(ask == float(each) for each in one))
+
+    inside = all_of(target >= 0.0, target <= stroke)
+    other = ask != last.ask
+    orders = Orders(
+        sent=all_of(asks(Ask.POSITION), inside, any_of(target != last.target, other)),
+        steered=all_of(asks(Ask.STEER), other),
+        homed=all_of(asks(Ask.HOME_LOWERED, Ask.HOME_LIFTED), other),
+        tested=all_of(asks(Ask.LEAK_TEST), other),
+        stopped=asks(Ask.STOP),
+        lifted=asks(Ask.HOME_LIFTED),
+    )
+    kept = ca.if_else(asks(Ask.POSITION), last.target, NO_PLACE)
+    return LastOrder(ask, ca.if_else(inside, target, kept)), orders

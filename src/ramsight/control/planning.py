@@ -17,12 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.control.actuation import Actuation
+from ramsight.control.learned import learned_covariance
 from ramsight.control.position import PositionControl
+from ramsight.control.thresholds import HORIZON, MOST_VISITS, NEARLY_SHARE, WORTH_SHARE
 from ramsight.sensor.virtual_sensor import VirtualSensor
-
-WORTH = 0.1  # of the standard deviation, below which a gain is not worth a visit
-_NEARLY = 0.1  # of what could be gained that may be left for less time
-_OF = (Quantity.POSITION, Quantity.LEAKAGE, Quantity.DISPLACEMENT)  # places in the sensor's covariance
 
 
 @dataclass(frozen=True)
@@ -55,11 +53,9 @@ class Knowledge:
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.control.trajectory import Limits
-        >>> from ramsight.control.tuning import Tuning
         >>> from ramsight.plant.build import build_unit
         >>> boom = build_unit("boom", machine.load("mining-loader").unit("boom"))
-        >>> new = Knowledge(Actuation(boom, Limits.of(boom), Tuning()), np.diag([1e-3, 0.15, 0.006]) ** 2)
+        >>> new = Knowledge(Actuation.of(boom), np.diag([1e-3, 0.15, 0.006]) ** 2)
         >>> leg = Leg(0.4, 200e3, 0.028)
         >>> f"{1e3 * new.std:.0f} mm, {1e3 * new.after(leg).std:.0f} mm"
         '1 mm, 4 mm'
@@ -74,10 +70,7 @@ class Knowledge:
     @classmethod
     def of(cls, sensor: VirtualSensor, control: PositionControl) -> Knowledge:
         """What a sensor does not know now, of the cylinder that a control drives."""
-        state = sensor.state
-        places = [(i, j) if _OF.index(i) <= _OF.index(j) else (j, i) for i in _OF for j in _OF]
-        values = [state[_named(i, j)] for i, j in places]
-        return cls(control.actuation, np.array(values).reshape(3, 3))
+        return cls(control.learned, learned_covariance(sensor))
 
     @property
     def std(self) -> float:
@@ -87,11 +80,11 @@ class Knowledge:
     def after(self, leg: Leg) -> Knowledge:
         """What is not known after a move."""
         by, assumed = self.by, self.by.unit.assumptions
-        leaks = float(by.leakage(leg.load)) / by.leak  # of a pump as its data sheet has it
+        leaks = float(by.holding.leakage(leg.load, by.temperature))  # of a pump as its data sheet has it
         rate = -by.unit.lift_sign * leaks * float(by.holding.travel_per_radian(leg.load))
         grows = np.eye(3)
         grows[0, 1:] = rate * leg.time, leg.way
-        noise = 2.0 * assumed.drive.correlation * (assumed.drive.torque_gain * by.leak * rate) ** 2 * leg.time
+        noise = 2.0 * assumed.drive.correlation * (assumed.drive.torque_gain * float(by.leak) * rate) ** 2 * leg.time
         walks = (assumed.machine.leak_walk**2, assumed.machine.displacement_walk**2)
         gained = np.diag([noise + assumed.machine.walk**2 * abs(leg.way), *(one * leg.time for one in walks)])
         return replace(self, covariance=grows @ self.covariance @ grows.T + gained)
@@ -109,10 +102,6 @@ class Knowledge:
         seen = self.covariance[:, 0]
         variance = self.by.unit.assumptions.stops.reference**2
         return replace(self, covariance=self.covariance - np.outer(seen, seen) / (seen[0] + variance))
-
-
-def _named(i: Quantity, j: Quantity) -> str:
-    return covariance_of(Kind.DESCRIBED, i, j)
 
 
 @dataclass(frozen=True)
@@ -189,7 +178,7 @@ def plan(
     load: float,
     work: Sequence[tuple[float, float]],
     visits: Sequence[Visit],
-    most: int = 2,
+    most: int = int(MOST_VISITS),
 ) -> Expected:
     """The visits to make before some work: the quickest of those that bring nearly all that could be gained.
 
@@ -206,14 +195,14 @@ def plan(
         most: so many at most.
 
     Returns:
-        The visits, none if they would bring less than `WORTH` of the standard deviation.
+        The visits, none if they would bring less than `WORTH_SHARE` of the standard deviation.
     """
     ways = [way for count in range(most + 1) for way in product(visits, repeat=count)]
     found = [expected(known, control, position, load, work, way) for way in ways]
     without, best = found[0].std, min(one.std for one in found)
-    if without - best < WORTH * without:
+    if without - best < WORTH_SHARE * without:
         return found[0]
-    enough = best + _NEARLY * (without - best)
+    enough = best + NEARLY_SHARE * (without - best)
     return min((one for one in found if one.std <= enough), key=lambda one: one.cost)
 
 
@@ -223,7 +212,7 @@ def due(
     position: float,
     work: Sequence[tuple[float, float]],
     limit: float,
-    longest: float = 3600.0,
+    longest: float = HORIZON,
 ) -> float:
     """Time of work that is left until the position's standard deviation exceeds a limit [s].
 

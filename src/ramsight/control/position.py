@@ -3,29 +3,24 @@
 The piston's velocity is the trajectory's plus a share of the position's error; the motor turns as fast as that velocity
 takes, and faster by what leaks at the load that the sensor feels. Where a valve holds the load, the motor stands at a
 target: there is no control at rest that could drift. Where the pump holds it, the motor goes on turning as slowly as
-leakage takes, and brings back a rod that has left a dead band. What the cylinder is doing is an object of its own, with
-its own state; which follows which stands in one table (`ramsight.control.activity`).
+leakage takes, and brings back a rod that has left a dead band. All that decides is the graph of
+`ramsight.control.block`; this object hands it orders and puts its reasons into words.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from ramsight.control.activity import STOPS, Activity, Event, after
+from ramsight.control.activity import ACTIVITIES, STOPS, Activity, Event, after
 from ramsight.control.actuation import Actuation
-from ramsight.control.doing import Doing, Now
-from ramsight.control.homing import Homing
-from ramsight.control.judging import Trust, may_home, trust
-from ramsight.control.leak_testing import LeakTesting
-from ramsight.control.moving import Moving
-from ramsight.control.resting import Resting
-from ramsight.control.steering import Manual
-from ramsight.control.stopping import Stopping
+from ramsight.control.block import DRIVE, KEEPS, UNCERTAIN, VERDICTS, position_block
+from ramsight.control.compiled import Live
+from ramsight.control.homing import end_stop
+from ramsight.control.orders import Ask, Reason
 from ramsight.control.trajectory import Limits
 from ramsight.control.tuning import Tuning
-from ramsight.control.visiting import end_stop
-from ramsight.control.watch import DriveWatch, Verdict
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.live import Reported
 from ramsight.duty.simulate import SAMPLE_PERIOD
@@ -33,6 +28,8 @@ from ramsight.errors import DescriptionError
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate
+
+_NEW_ORDER = -1.0  # as the last `ask`: whatever is asked for next is new
 
 
 @dataclass(frozen=True)
@@ -48,6 +45,16 @@ class Command:
     motor_speed: float
     activity: Activity
     reason: str = ""
+
+
+@dataclass(frozen=True)
+class _Order:
+    """What is asked for at every sample until the next order: `Ask`, target [m], velocity by hand, largest [m/s]."""
+
+    ask: Ask = Ask.POSITION
+    target: float = math.nan
+    steering: float = 0.0
+    speed: float = math.inf
 
 
 class PositionControl:
@@ -90,22 +97,21 @@ class PositionControl:
         period: float = SAMPLE_PERIOD,
         response: DriveResponse = IDEAL,
     ) -> None:
-        self.unit, self.tuning, self.period = unit, tuning or Tuning(), period
-        self.limits = limits or Limits.of(unit)
-        self.watch = DriveWatch(unit, response, period)
-        self.actuation = Actuation(unit, self.limits, self.tuning, period, response)
-        self.holding = self.actuation.holding
+        block = position_block(unit, limits, tuning, period, response)
+        self.unit, self.limits, self.tuning, self.period = unit, block.by.limits, block.by.tuning, period
+        self.actuation, self.holding = block.by, block.by.holding
         self.reason, self.target = "", math.nan
-        self._doing: Doing = Resting(self.actuation)
-        self._entered = True
-        self._speed = 0.0  # commanded [rad/s]
-        self._verdict = Verdict.OBEYS
+        self._live = Live(block.recursion, block.initial, (self.limits.acceleration,))
+        self._order = _Order()
+        self._event: Event | None = None
+        self._activity, self._speed = Activity.RESTING, 0.0
+        self._stop_reason = ""
         self._last = Estimate(math.nan, math.inf, 0.0, 0.0, Status.NOT_REFERENCED)
 
     @property
     def activity(self) -> Activity:
-        """What the cylinder is doing."""
-        return self._doing.activity
+        """What the cylinder is doing; after an order, what it begins at the next sample."""
+        return self._activity if self._event is None else after(self._activity, self._event)
 
     def move_to(self, target: float, speed: float | None = None, acceleration: float | None = None) -> None:
         """Go to a position, from whatever it is doing; takes a stopped cylinder up again.
@@ -121,37 +127,35 @@ class PositionControl:
         stroke = self.unit.cylinder.stroke
         if not 0.0 <= target <= stroke:
             raise ValueError(f"target {1e3 * target:g} mm is not within the stroke, 0 to {1e3 * stroke:g} mm")
-        self.target = target
-        stop = self._doing.on_stop if isinstance(self._doing, Resting) else None
-        felt = math.nan if stop is None else stop.felt
         limits = self.limits.at(speed, acceleration)
-        self._take_up(Event.SENT, Moving(self.actuation, target, self.tuning.tries, limits, felt))
+        self._live.parameters[0] = limits.acceleration
+        self._take_up(Event.SENT, _Order(Ask.POSITION, target, speed=limits.speed))
 
     def steer(self, velocity: float) -> None:
-        """Go as fast as a hand says, from whatever it is doing; takes a stopped cylinder up again.
+        """Go at a velocity that a hand gives, from whatever it is doing; takes a stopped cylinder up again.
 
         Args:
             velocity: [m/s], positive extends, within the limits; 0 holds the rod where it is.
         """
-        self.target = math.nan
-        if isinstance(self._doing, Manual):
-            self._doing.wanted = velocity
+        order = _Order(Ask.STEER, steering=velocity)
+        if self.activity is Activity.MANUAL:
+            self._order = order
         else:
-            self._take_up(Event.STEERED, Manual(self.actuation, velocity))
+            self._take_up(Event.STEERED, order)
 
     def end(self, *, lifted: bool) -> float:
         """Where the end stop of lifting, or that of lowering, is [m]."""
-        return float(end_stop(self.unit, lifted))
+        return end_stop(self.unit, lifted=lifted)
 
     def home(self, *, lifted: bool = False, slow: bool = False) -> None:
-        """Visit an end stop and press on it, so that the sensor finds where it is; takes a stopped cylinder up again.
+        """Go to an end stop and press on it, so that the sensor finds its position; takes a stopped cylinder up again.
 
         Args:
             lifted: the stop at the end of lifting; by default that of lowering.
-            slow: go slowly all the way: what leaks meanwhile tells the sensor how much leaks.
+            slow: go slowly all the way: the leakage meanwhile tells the sensor how much leaks.
         """
-        self.target = math.nan
-        self._take_up(Event.HOMED, Homing(self.actuation, self.end(lifted=lifted), slow=slow))
+        ask = Ask.HOME_LIFTED if lifted else Ask.HOME_LOWERED
+        self._take_up(Event.HOMED, _Order(ask, speed=0.0 if slow else math.inf))
 
     def leak_test(self) -> None:
         """Turn slowly against the closed valve: the rod stays, and the sensor learns how much the pump leaks.
@@ -164,8 +168,7 @@ class PositionControl:
                 f"{self.unit.name}: its pump holds the load, and no valve; turning slowly would move the rod. "
                 "Let it visit both end stops instead"
             )
-        self.target = math.nan
-        self._take_up(Event.TESTED, LeakTesting(self.actuation))
+        self._take_up(Event.TESTED, _Order(Ask.LEAK_TEST))
 
     def stop(self, reason: str) -> None:
         """Bring the motor to rest at once, within `STOPPING_TIME`, and stay there.
@@ -173,12 +176,12 @@ class PositionControl:
         A load that the pump holds sinks from then on, as slowly as oil leaks.
         """
         if self.activity not in STOPS:
-            self.reason = reason
-            self._become(Event.FAILED, Stopping(self.actuation, self._speed))
+            self.reason = self._stop_reason = reason
+            self._order, self._event = _Order(Ask.STOP), Event.FAILED
 
     @property
     def done(self) -> bool:
-        """Whether it rests where it was sent, or has stopped; never while a hand has it."""
+        """Whether it rests where it was sent, or has stopped; never while it is steered by hand."""
         if self.activity is Activity.RESTING and not self.holding.stands:
             return True
         return self.activity in {Activity.RESTING, Activity.STOPPED} and self._speed == 0.0
@@ -187,65 +190,73 @@ class PositionControl:
         """Decide the next command.
 
         Args:
-            estimate: what the sensor made of the newest sample.
+            estimate: the sensor's, of the newest sample.
             reported: that sample.
             leak: factor of the leakage that the sensor has learned, if it learns any [1].
             displacement: the same of the displacement [1].
         """
-        self.actuation.leak, self.actuation.displacement = leak, displacement
-        self.actuation.warm(reported.oil_temperature)
-        self._verdict = self.watch.look(reported)
-        self._last = estimate
-        return self._decide(estimate)
+        e, r, self._last = estimate, reported, estimate
+        sensed = e.position, e.std, e.velocity, e.load, float(e.status), r.oil_temperature, leak, displacement
+        return self._stepped((*sensed, 1.0, r.motor_speed, r.motor_torque))
 
     def step_unreported(self) -> Command:
         """Decide the next command at a sample whose report has not arrived: by the last one, and its velocity."""
-        last = self._last
-        self._last = replace(last, position=last.position + self.period * last.velocity)
-        self._verdict = self.watch.missed()
-        return self._decide(self._last)
+        return self._stepped(_UNREPORTED)
 
-    def _decide(self, estimate: Estimate) -> Command:
-        how = trust(estimate.status)
-        self._judge(estimate, how)
-        coming = self.actuation.on_its_way(self.watch.pending, self.watch.underway, estimate.load)
-        there = replace(estimate, position=estimate.position + coming) if coming != 0.0 else estimate
-        now = Now(there, how, self._verdict, self._speed)
-        if not self._entered:
-            self._doing.enter(now)
-            self._entered = True
-        wish, slope = self._doing.step(now), self._doing.slope()
-        if wish.event is Event.FAILED:
-            self.stop(wish.reason)
-            slope = self._doing.slope()
-        elif wish.event is not None:
-            self._become(wish.event, self._doing.leave(wish.event))
-        self._speed = self.actuation.ramped(self._speed, wish.speed, slope)
-        self.watch.command(self._speed)
-        return Command(self._speed, self.activity, self.reason)
+    @property
+    def learned(self) -> Actuation:
+        """The cylinder's motor speeds by what was learned until the last sample."""
+        state = self._live.state
+        return replace(
+            self.actuation,
+            leak=state["sensed.leak"],
+            displacement=state["sensed.displacement"],
+            temperature=state["oil_temperature"],
+        )
 
-    def _take_up(self, event: Event, doing: Doing) -> None:
-        """Do something else, of a stopped cylinder too."""
-        self.reason = ""
-        self.watch.begin()
-        self._become(event, doing)
+    @property
+    def state(self) -> dict[str, float]:
+        """All that the control knows, by name."""
+        return self._live.state
 
-    def _become(self, event: Event, doing: Doing) -> None:
-        """Go where the table leads."""
-        if doing.activity is not after(self.activity, event):
-            raise ValueError(f"{self.activity.value}, {event.value}: {doing.activity.value} is not in the table")
-        self._doing, self._entered = doing, False
+    @state.setter
+    def state(self, values: Mapping[str, float]) -> None:
+        self._live.state = dict(values)
 
-    def _judge(self, estimate: Estimate, how: Trust) -> None:
-        """Stop if the estimate, or the drive, is not to be relied on; say what slows the cylinder down."""
-        doing = self._doing
-        if doing.activity in STOPS:
-            return
-        homes = doing.without_position and may_home(estimate.status)
-        if (how is Trust.NONE and not homes) or not math.isfinite(estimate.position):
-            if doing.activity is not Activity.RESTING or self._speed != 0.0:
-                self.stop(estimate.status.text)
-        elif self._verdict.stops and not (self._verdict is Verdict.STALLED and doing.may_stall):
-            self.stop(self._verdict.value)
-        else:
-            self.reason = estimate.status.text if how is Trust.SLOW and not homes else self._verdict.value
+    def _take_up(self, event: Event, order: _Order) -> None:
+        """Give an order, to a stopped cylinder too."""
+        self.reason, self.target = "", order.target
+        self._order, self._event = order, event
+        self._live.set("order.ask", _NEW_ORDER)
+
+    def _stepped(self, values: tuple[float, ...]) -> Command:
+        order, before = self._order, self._activity
+        given = (*values, float(order.ask), order.target, order.steering, order.speed)
+        self._speed, activity, reason, _, error, notice = self._live.step(given)
+        new, self._event = self._event is not None and order.ask is not Ask.STOP, None
+        self._activity = ACTIVITIES[int(activity)]
+        if self._activity not in STOPS:
+            self.reason = self._notice(int(notice))
+        elif new or before not in STOPS:
+            self.reason = self._why(Reason(int(reason)), error)
+        return Command(self._speed, self._activity, self.reason)
+
+    def _notice(self, notice: int) -> str:
+        """What slows the cylinder, in words."""
+        if notice == KEEPS:
+            return self.reason
+        return self._last.status.text if notice == UNCERTAIN else VERDICTS[notice - DRIVE].value
+
+    def _why(self, reason: Reason, error: float) -> str:
+        """Why it stops, in words, with the following error [m]."""
+        status = self._last.status.text
+        if reason is Reason.ASKED:
+            return self._stop_reason
+        if reason is Reason.SENSOR:
+            return status
+        if reason is Reason.ROD:
+            return f"the rod is {1e3 * abs(error):.0f} mm from where it should be by now"
+        return f"{reason.text}: {status}" if reason in {Reason.NO_REFERENCE, Reason.NOT_FOUND} else reason.text
+
+
+_UNREPORTED = (*(math.nan for _ in range(8)), 0.0, math.nan, math.nan)

@@ -1,26 +1,29 @@
 """The way to a target: never faster than allowed, never braking harder, slow where an end stop is near.
 
-A point goes ahead with limits of velocity and acceleration. What the rod is to follow is the mean of the point's way
-over the smoothing time: with it the acceleration comes and goes evenly, so that the way is of third order, and its jerk
-is at most twice the acceleration over that time. It needs no plan: target and velocity may change at any sample.
+A point goes ahead with limits of velocity and acceleration. The rod follows the mean of the point's way over the
+smoothing time: with it the acceleration changes evenly, so that the way is of third order, and its jerk is at most
+twice the acceleration over that time. Nothing is planned: target and velocity may change at any sample.
 """
 
 from __future__ import annotations
 
 import math
-from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
-from ramsight.plant.either import both, choose, least, most, root, towards, within
+import casadi as ca
+
+from ramsight.control.thresholds import (
+    ARRIVAL_STEPS,
+    LANDING_SPEED_SHARE,
+    LANDING_ZONE_SHARE,
+    RAMP_TIME,
+    SMOOTHING_TIME,
+    SPEED_SHARE,
+)
+from ramsight.engine.typed_state import leaf
+from ramsight.expression import Flag, Real, Scalar, all_of, scalar, within
 from ramsight.plant.unit import HydraulicUnit
-
-_SPEED_SHARE = 0.5  # of the piston's velocity at the highest motor speed; the rest is for leakage and corrections
-_RAMP = 0.8  # s, as the paper's ramps
-_SMOOTHING = 0.2  # s: a mean over it has nothing left of what swings at 5 Hz, as a chamber full of oil does
-_LANDING_SHARE = 0.15  # of the velocity, near an end stop
-_LANDING_ZONE = 0.04  # share of the stroke; several times what a sensor may be wrong by before its first reference
 
 
 @dataclass(frozen=True)
@@ -61,9 +64,9 @@ class Limits:
             >>> f"{limits.smoothing:.1f} s, {1e3 * limits.jerk:.0f} mm/s3"
             '0.2 s, 355 mm/s3'
         """
-        fastest = _SPEED_SHARE * (unit.max_speed * unit.travel_per_radian) if speed is None else speed
-        zone, ramp = _LANDING_ZONE * unit.cylinder.stroke, fastest / _RAMP
-        return cls(fastest, ramp, _LANDING_SHARE * fastest, zone, 2.0 * ramp / _SMOOTHING, force)
+        fastest = SPEED_SHARE * (unit.max_speed * unit.travel_per_radian) if speed is None else speed
+        zone, ramp = LANDING_ZONE_SHARE * unit.cylinder.stroke, fastest / RAMP_TIME
+        return cls(fastest, ramp, LANDING_SPEED_SHARE * fastest, zone, 2.0 * ramp / SMOOTHING_TIME, force)
 
     @property
     def smoothing(self) -> float:
@@ -78,26 +81,27 @@ class Limits:
         return replace(self, speed=fastest, acceleration=slope, jerk=jerk)
 
     def time(self, distance: float) -> float:
-        """Time that a way takes from rest to rest [s], an end stop's nearness left aside; `distance` in m."""
+        """Time of a way from rest to rest [s], the zone before an end stop neglected; `distance` in m."""
         way = abs(distance)
         if way >= self.speed**2 / self.acceleration:
             return way / self.speed + self.speed / self.acceleration + self.smoothing
         return 2.0 * math.sqrt(way / self.acceleration) + self.smoothing
 
-    def landing(self, direction: Any, position: Any, stroke: float, period: float) -> Any:
-        """Largest velocity [m/s] from which an end stop is still approached at the landing speed; numbers or graphs.
+    def landing(self, up: Flag, position: Real, stroke: float, period: float, acceleration: Real) -> Scalar:
+        """Largest velocity [m/s] from which an end stop is still approached at the landing speed.
 
         Args:
-            direction: +1 or -1.
+            up: whether the rod extends.
             position: [m].
             stroke: [m].
             period: of the samples [s], for one of which it goes on as fast.
+            acceleration: for braking [m/s2].
         """
-        to_stop = choose(direction > 0.0, stroke - position, position)
+        to_stop = ca.if_else(up, stroke - position, position)
         zone = self.landing_zone + 0.5 * self.smoothing * self.landing_speed  # what is smoothed comes later
-        slope, least_time = self.acceleration, self.landing_speed / self.acceleration
-        braking = root(period**2 + least_time**2 + 2.0 * most(to_stop - zone, 0.0) / slope) - period
-        return most(self.landing_speed, slope * braking)
+        ramp = self.landing_speed / acceleration
+        braking = ca.sqrt(period**2 + ramp**2 + 2.0 * ca.fmax(to_stop - zone, 0.0) / acceleration) - period
+        return ca.fmax(self.landing_speed, acceleration * braking)
 
 
 def together(ways: Mapping[str, tuple[Limits, float]]) -> dict[str, tuple[float, float]]:
@@ -118,94 +122,69 @@ def together(ways: Mapping[str, tuple[Limits, float]]) -> dict[str, tuple[float,
     return still | {name: (speed * way, slope * way) for name, (_, way) in moving.items()}
 
 
-def ahead(
-    limits: Limits, stroke: float, position: Any, velocity: Any, target: Any, speed: Any, period: float
-) -> tuple[Any, Any]:
-    """The next position [m] and velocity [m/s] of the point that goes ahead; numbers or graphs.
+@dataclass(frozen=True)
+class Trajectory:
+    """State of a way.
 
-    Args:
-        limits: of the cylinder.
-        stroke: [m].
-        position: of the point [m].
-        velocity: of it [m/s].
-        target: where to [m].
-        speed: largest velocity now [m/s].
-        period: of the samples [s].
+    Attributes:
+        points: places of the point that goes ahead, newest first.
+        velocity: of that point.
     """
-    way, slope = target - position, limits.acceleration
-    direction = towards(way)
-    braking = slope * (root(period**2 + 2.0 * abs(way) / slope) - period)
-    wanted = direction * least(least(speed, braking), limits.landing(direction, position, stroke, period))
-    new = velocity + within(wanted - velocity, -slope * period, slope * period)
-    moved = 0.5 * (velocity + new) * period
-    close = both(abs(way) <= abs(moved), direction * moved >= 0.0)
-    arrived = both(close, abs(new) <= 1.5 * slope * period)
-    return choose(arrived, target, position + moved), choose(arrived, 0.0, new)
+
+    points: tuple[Scalar, ...] = leaf("m", None)
+    velocity: Scalar = leaf("m/s")
 
 
-def places(limits: Limits, period: float) -> int:
+def smoothing_samples(limits: Limits, period: float) -> int:
     """Samples over which the way is averaged; 0 for none."""
     return round(limits.smoothing / period)
 
 
-def begun(position: Any, velocity: Any, count: int, period: float) -> list[Any]:
-    """Where the point has been, newest first, so that their mean is at a position [m] with a velocity [m/s]."""
-    return [position + (0.5 * count - k) * velocity * period for k in range(count + 1)]
+def at_rest(limits: Limits, period: float) -> Trajectory:
+    """The state at power-up."""
+    return Trajectory(tuple(scalar(0.0) for _ in range(smoothing_samples(limits, period) + 1)))
 
 
-def smoothed(been: Sequence[Any], period: float) -> tuple[Any, Any]:
-    """Mean position [m] and velocity [m/s] of where the point has been, newest first; two places at least."""
-    count = len(been) - 1
-    inner = sum(been[1:-1])
-    return (inner + 0.5 * (been[0] + been[-1])) / count, (been[0] - been[-1]) / (count * period)
+def begun(way: Trajectory, position: Real, velocity: Real, period: float) -> Trajectory:
+    """A way whose mean is at a position [m] with a velocity [m/s]."""
+    count = len(way.points) - 1
+    points = (position + (0.5 * count - k) * velocity * period for k in range(count + 1))
+    return Trajectory(tuple(ca.SX(point) for point in points), ca.SX(velocity))
 
 
-class Trajectory:
-    """The way to a target, sample by sample.
+def advanced(
+    way: Trajectory, limits: Limits, stroke: float, acceleration: Real, target: Real, speed: Real, period: float
+) -> Trajectory:
+    """The way after a sample.
 
     Args:
+        way: before it.
         limits: of the cylinder.
-        stroke: its travel from end to end [m].
+        stroke: [m].
+        acceleration: largest now [m/s2].
+        target: where to [m].
+        speed: largest velocity now [m/s].
         period: of the samples [s].
-
-    Attributes:
-        position: where the rod is to be [m].
-        velocity: how fast it is to go [m/s].
-
-    Example:
-        >>> way = Trajectory(Limits(0.05, 0.1, 0.01, 0.02, jerk=1.0), 0.5, 0.02)
-        >>> way.begin(0.2)
-        >>> for _ in range(150):
-        ...     way.step(0.25, 0.05)
-        >>> way.stands, f"{way.position:.3f}"
-        (True, '0.250')
     """
+    position, velocity, slope = way.points[0], way.velocity, acceleration
+    rest = target - position
+    up = rest >= 0.0
+    direction = ca.if_else(up, 1.0, -1.0)
+    braking = slope * (ca.sqrt(period**2 + 2.0 * abs(rest) / slope) - period)
+    landing = limits.landing(direction > 0.0, position, stroke, period, acceleration)
+    wanted = direction * ca.fmin(ca.fmin(speed, braking), landing)
+    new = velocity + within(wanted - velocity, -slope * period, slope * period)
+    moved = 0.5 * (velocity + new) * period
+    close = all_of(abs(rest) <= abs(moved), direction * moved >= 0.0)
+    arrived = all_of(close, abs(new) <= ARRIVAL_STEPS * slope * period)
+    place = ca.if_else(arrived, target, position + moved)
+    return Trajectory((place, *way.points[:-1]), ca.if_else(arrived, 0.0, new))
 
-    def __init__(self, limits: Limits, stroke: float, period: float) -> None:
-        self.limits, self.stroke, self.period = limits, stroke, period
-        self._count = places(limits, period)
-        self.begin(0.0)
 
-    def begin(self, position: float, velocity: float = 0.0) -> None:
-        """Be at a position [m], with a velocity [m/s]."""
-        self.position, self.velocity, self._velocity = position, velocity, velocity
-        self._been = deque(begun(position, velocity, self._count, self.period), maxlen=self._count + 1)
-
-    def step(self, target: float, speed: float) -> None:
-        """Go on for one sample.
-
-        Args:
-            target: where to [m].
-            speed: largest velocity now [m/s].
-        """
-        now = self._been[0], self._velocity
-        place, self._velocity = ahead(self.limits, self.stroke, *now, target, speed, self.period)
-        self._been.appendleft(place)
-        self.position, self.velocity = (
-            smoothed(tuple(self._been), self.period) if self._count else (place, self._velocity)
-        )
-
-    @property
-    def stands(self) -> bool:
-        """Whether the rod is to be at rest."""
-        return self.velocity == 0.0 and self._velocity == 0.0
+def setpoint(way: Trajectory, period: float) -> tuple[Scalar, Scalar]:
+    """Position [m] and velocity [m/s] that the rod is to have: means over the smoothing time."""
+    points, count = way.points, len(way.points) - 1
+    if count == 0:
+        return points[0], way.velocity
+    inner = sum(points[1:-1], start=scalar(0.0))
+    return (inner + 0.5 * (points[0] + points[-1])) / count, (points[0] - points[-1]) / (count * period)

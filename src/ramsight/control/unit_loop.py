@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ramsight.control.driven import DrivenUnits
-from ramsight.control.setting import Setting
+from ramsight.control.loop_settings import LoopSettings
 from ramsight.duty.live import Instant, LiveUnit
 from ramsight.duty.profile import Duty, Profile, constant
 from ramsight.plant.unit import HydraulicUnit
@@ -23,7 +23,7 @@ class UnitLoop(DrivenUnits):
         >>> from ramsight import machine
         >>> from ramsight.plant.build import build_unit
         >>> ram = build_unit("ram", machine.load("press").unit("ram"))
-        >>> loop = UnitLoop(ram, ram, 0.1, 100e3, Setting(known=True))
+        >>> loop = UnitLoop(ram, ram, 0.1, 100e3, LoopSettings(known=True))
         >>> loop.go({"ram": 0.15})
         >>> abs(loop.now.position["ram"] - 0.15) < 1e-3
         True
@@ -39,9 +39,9 @@ class UnitLoop(DrivenUnits):
         sheet: HydraulicUnit,
         start_position: float,
         load: float | Profile = 0.0,
-        setting: Setting | None = None,
+        setting: LoopSettings | None = None,
     ) -> None:
-        how = setting or Setting()
+        how = setting or LoopSettings()
         super().__init__([sheet], {sheet.name: start_position}, how)
         self._name = sheet.name
         self._load = load if isinstance(load, Profile) else constant(load)

@@ -3,47 +3,25 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight._version import __version__
-from ramsight.control.block import Block, position_block
-from ramsight.control.orders import ACTIVITIES, INPUTS, Reason
-from ramsight.control.stopping import STOPPING_TIME
-from ramsight.control.trajectory import Limits
+from ramsight import __version__
+from ramsight.control.activity import ACTIVITIES
+from ramsight.control.block import Block
+from ramsight.control.orders import INPUTS, OUTPUTS, Reason
+from ramsight.control.thresholds import STOPPING_TIME
 from ramsight.deploy.c_function import PLAIN, array_function, literal
 from ramsight.deploy.c_sensor import SensorSource, field_of
 from ramsight.deploy.c_text import golden_table, headings, indented, template
-from ramsight.duty.drive_response import IDEAL, DriveResponse
-from ramsight.duty.simulate import SAMPLE_PERIOD
+from ramsight.duty.drive_response import DriveResponse
+from ramsight.engine.typed_state import initial_values
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.hypothesis import Kind, state_of
 from ramsight.sensor.quantity import Quantity
-
-
-@dataclass(frozen=True)
-class ControlOptions:
-    """How a control that is exported drives its cylinder.
-
-    Args:
-        speed: largest velocity [m/s]; by default half of what the motor could do.
-        force: largest load against a motion that is pushed on [N].
-        period: of its samples [s].
-        drive: how the drive is declared to follow and to report; what does otherwise is stopped.
-    """
-
-    speed: float | None = None
-    force: float = math.inf
-    period: float = SAMPLE_PERIOD
-    drive: DriveResponse = IDEAL
-
-    def block(self, unit: HydraulicUnit) -> Block:
-        """The control of a unit, as a graph."""
-        return position_block(unit, Limits.of(unit, self.speed, self.force), period=self.period, response=self.drive)
 
 
 def control_source(block: Block, unit: HydraulicUnit, prefix: str, machine: str) -> SensorSource:
@@ -56,13 +34,13 @@ def control_source(block: Block, unit: HydraulicUnit, prefix: str, machine: str)
         machine: the machine's name, for the comments.
     """
     macro = prefix.upper()
-    common = headings(prefix, machine, f"Position control of the {unit.name}") | {"states": len(block.initial)}
+    common = headings(prefix, machine, f"Position control of the {unit.name}") | {"states": len(block.recursion.state)}
     header = template(
         "control.h",
-        ms=f"{1e3 * block.period:g}",
-        period=repr(block.period),
+        ms=f"{1e3 * block.by.period:g}",
+        period=repr(block.by.period),
         stopping=f"{STOPPING_TIME:g}",
-        speed=f"{block.limits.speed:.6g}",
+        speed=f"{block.by.limits.speed:.6g}",
         drive=declared(block.response),
         activities=indented(f"{macro}_{a.name} = {k}," for k, a in enumerate(ACTIVITIES)),
         reasons=indented(f"{macro}_REASON_{r.name} = {int(r)}, /* {r.text or 'none'} */" for r in Reason),
@@ -72,14 +50,19 @@ def control_source(block: Block, unit: HydraulicUnit, prefix: str, machine: str)
         "control.c",
         real=template("real.h"),
         advance=array_function("advance", _step(block), PLAIN),
-        initial=", ".join(map(literal, block.initial.tolist())),
+        initial=", ".join(map(literal, initial_values(block.initial).tolist())),
         inputs=", ".join(f"order->{name}" for name in INPUTS),
-        leak=field_of(state_of(Kind.DESCRIBED, Quantity.LEAKAGE)),
-        displacement=field_of(state_of(Kind.DESCRIBED, Quantity.DISPLACEMENT)),
+        **_learned_names(),
         texts=indented((f'case {macro}_REASON_{r.name}: return "{r.text}";' for r in Reason), 4),
         **common,
     )
     return SensorSource(prefix, {f"{prefix}_control.h": header, f"{prefix}_control.c": body})
+
+
+def _learned_names() -> dict[str, str]:
+    """Members of the sensor's struct with the factors that it has learned of leakage and displacement."""
+    of = {"leak": Quantity.LEAKAGE, "displacement": Quantity.DISPLACEMENT}
+    return {name: field_of(state_of(Kind.DESCRIBED, one)) for name, one in of.items()}
 
 
 def declared(drive: DriveResponse) -> str:
@@ -98,8 +81,11 @@ def declared(drive: DriveResponse) -> str:
 
 
 def _step(block: Block) -> ca.Function:
+    """The step of a control whose moves have the acceleration of its limits, without the live control's outputs."""
     of = block.recursion
-    new, out = ca.densify(of.next_state), ca.densify(of.output)
+    after = ca.vertcat(of.next_state, of.output[: len(OUTPUTS)])
+    after = ca.densify(ca.substitute(after, of.p, block.by.limits.acceleration))
+    new, out = ca.vertsplit(after, [0, len(of.state), after.numel()])
     return ca.Function("advance", [of.x, of.u], [new, out], ["x", "u"], ["x_new", "out"], {"cse": True})
 
 

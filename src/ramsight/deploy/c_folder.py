@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ramsight.deploy.c_compare import comparison_source
-from ramsight.deploy.c_control import ControlOptions, control_source, golden_control
 from ramsight.deploy.c_sensor import (
     SensorSource,
     golden_source,
@@ -18,8 +17,8 @@ from ramsight.deploy.c_sensor import (
 )
 from ramsight.deploy.c_text import template
 from ramsight.deploy.compiler import ControlFootprint, Footprint, control_footprint, find_compiler, footprint, version
+from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.golden import SAMPLES, faulty_day
-from ramsight.deploy.golden_control import golden_run
 from ramsight.engine.recursion import replay
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
@@ -151,7 +150,10 @@ def _with_rows(plain: SensorSource, sensor: VirtualSensor, unit: HydraulicUnit) 
 
 
 def _control(options: ControlOptions, unit: HydraulicUnit, prefix: str, machine: str) -> SensorSource:
-    """The control's C, with a run of Python's control."""
+    """The control's C, with a run of Python's control; only here an export loads the control."""
+    from ramsight.deploy.c_control import control_source, golden_control
+    from ramsight.deploy.golden_control import golden_run
+
     block = options.block(unit)
     run = golden_run(unit, block)
     return golden_control(control_source(block, unit, prefix, machine), run.rows, run.said, unit.max_speed)

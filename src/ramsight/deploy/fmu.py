@@ -12,11 +12,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from ramsight.deploy.c_control import ControlOptions
 from ramsight.deploy.c_sensor import identifier_of
 from ramsight.deploy.c_text import template
 from ramsight.deploy.compiler import STRICT, find_compiler, library
-from ramsight.deploy.fmu_behind import comparison_behind, control_behind
+from ramsight.deploy.control_options import ControlOptions
+from ramsight.deploy.fmu_behind import comparison_behind
 from ramsight.deploy.fmu_description import build_description, description_2, description_3
 from ramsight.deploy.fmu_model import FmuModel, config_text, plant_model, sensor_model
 from ramsight.errors import DescriptionError
@@ -124,6 +124,8 @@ def _model(machine: Machine, unit: str, what: str, control: ControlOptions) -> F
     built, prefix = build_unit(unit, described), f"ramsight_{identifier_of(unit)}"
     behind = None
     if what == "control":
+        from ramsight.deploy.fmu_control import control_behind
+
         behind = control_behind(control.block(built), built, prefix, machine.name)
     elif what == "compare":
         behind = comparison_behind(built, prefix, machine.name)

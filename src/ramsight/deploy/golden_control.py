@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.control.activity import Activity
+from ramsight.control.activity import ACTIVITIES, Activity
 from ramsight.control.block import Block
-from ramsight.control.orders import ACTIVITIES, Ask
-from ramsight.control.setting import Setting
+from ramsight.control.loop_settings import LoopSettings
+from ramsight.control.orders import Ask
 from ramsight.control.unit_loop import UnitLoop
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
@@ -43,8 +43,8 @@ class Recording:
         self._name, self.full, self._stroke = unit.name, limits_of(unit).load, unit.cylinder.stroke
         self._asked: list[tuple[float, float, float, float]] = []
         self._references: dict[int, float] = {}
-        setting = Setting(
-            known=known, limits={unit.name: block.limits}, period=block.period, drive=block.response
+        setting = LoopSettings(
+            known=known, limits={unit.name: block.by.limits}, period=block.by.period, drive=block.response
         )  # fmt: skip
         self.loop = UnitLoop(unit, unit, start * self._stroke, load * self.full, setting)
         self._note(Ask.POSITION)
@@ -91,6 +91,11 @@ class Recording:
         self.loop.controls[self._name].stop("asked to stop")
         self.loop.rest(0.3)
         self._note(Ask.STOP)
+
+    def leak_test(self) -> None:
+        """A leak test, until it is over."""
+        self.loop.leak_test(settle=0.0)
+        self._note(Ask.LEAK_TEST)
 
     def lose(self, time: float) -> None:
         """Lose the torque for a time [s]."""
@@ -139,7 +144,7 @@ def golden_run(unit: HydraulicUnit, block: Block) -> Recording:
         unit: the unit.
         block: the control that is exported.
     """
-    run, speed = Recording(unit, block), block.limits.speed
+    run, speed = Recording(unit, block), block.by.limits.speed
     run.go_on(0.3)
     run.send(0.5, wait=True)
     run.send(0.42, wait=True)
@@ -156,6 +161,8 @@ def golden_run(unit: HydraulicUnit, block: Block) -> Recording:
     run.steer(0.2 * speed, 0.5)
     run.home(lifted=False)
     run.go_on(0.5)
+    if block.by.holding.stands:
+        run.leak_test()
     run.send(0.1, wait=False)
     run.go_on(1.0)
     run.silence(0.4)

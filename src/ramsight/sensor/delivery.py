@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Any
 
 from ramsight.plant.balance import Balance
 from ramsight.plant.oil import T40
@@ -23,11 +24,11 @@ def delivers(balance: Balance, node: str, way: float) -> bool:
     # A motor that turns one way only fills either chamber as its valve is commanded.
     commands = dict.fromkeys(balance.model.commands, way)
     turns = 1.0 if commands else way
-    p, speed, z = (
+    p, speed = (
         balance.parameters_at(balance.values, T40, commands),
         turns * DELIVERY_SPEED_SHARE * balance.unit.max_speed,
-        rest,
     )
+    z: Any = rest  # an array of numbers at first, then CasADi's
     for _ in range(int(DELIVERY_STEPS)):
         z = balance.step(z, speed, speed, 0.0, 0.0, p, DELIVERY_STEP, held=1.0, settles=True).z
     return bool(z[place] > rest[place])

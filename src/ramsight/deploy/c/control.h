@@ -34,7 +34,8 @@ typedef enum {
   ${P}_ASK_POSITION = 1, /* go to the target and stay there; NaN: to none */
   ${P}_ASK_STEER = 2,    /* go at the velocity `steering`; 0 holds the rod where it is */
   ${P}_ASK_HOME_LOWERED = 3, /* visit the end stop of lowering */
-  ${P}_ASK_HOME_LIFTED = 4   /* visit the end stop of lifting */
+  ${P}_ASK_HOME_LIFTED = 4,  /* visit the end stop of lifting */
+  ${P}_ASK_LEAK_TEST = 5     /* turn slowly against the closed valve, for the sensor; without a valve: nothing */
 } ${p}_ask;
 
 typedef enum {

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ramsight.control.loop import ClosedLoop
-from ramsight.control.setting import Setting
+from ramsight.control.loop_settings import LoopSettings
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.duty.linked_duty import simulate_linked
 from ramsight.duty.loading import PHASES, Phase
@@ -147,7 +147,7 @@ def work(sheet: LinkedMachine, options: Options, *, advance: Callable[[float], o
     actual = replace(
         sheet, units=tuple(built.apply(unit) if isinstance(unit, DdhUnit) else unit for unit in sheet.units)
     )  # fmt: skip
-    setting = Setting(
+    setting = LoopSettings(
         oil_temperature=options.oil_temperature,
         temperature_offset=options.temperature_offset,
         seed=options.seed,

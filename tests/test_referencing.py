@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from ramsight.control.loop_settings import LoopSettings
 from ramsight.control.planning import Visit
-from ramsight.control.renewing import Renewing, felt
-from ramsight.control.setting import Setting
+from ramsight.control.referencing import Referencing, felt
 from ramsight.control.unit_loop import UnitLoop
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.status import Status
@@ -22,7 +22,7 @@ WORK = (0.3, 0.7, 0.4, 0.8, 0.2, 0.6, 0.5, 0.9, 0.1, 0.7, 0.3, 0.6)  # shares of
 def worked(renewing, work=WORK):
     """A loop that goes from target to target until it has stopped; and how many it reached."""
     load = 0.4 * limits_of(AXIS).load
-    loop, reached = UnitLoop(AXIS, AXIS, 0.5 * STROKE, load, Setting(known=True, renewing=renewing)), 0
+    loop, reached = UnitLoop(AXIS, AXIS, 0.5 * STROKE, load, LoopSettings(known=True, referencing=renewing)), 0
     for share in work:
         loop.go({"axis": share * STROKE})
         if loop.stopped:
@@ -32,7 +32,7 @@ def worked(renewing, work=WORK):
 
 
 def test_work_goes_on_where_references_may_be_taken_and_ends_where_not():
-    loop, reached = worked(Renewing(BOTH))
+    loop, reached = worked(Referencing(BOTH))
     assert reached == len(WORK)
     assert 1 <= len(loop.visited) <= 6
     assert abs(loop.now.position["axis"] - WORK[-1] * STROKE) < 0.02 * STROKE
@@ -43,22 +43,22 @@ def test_work_goes_on_where_references_may_be_taken_and_ends_where_not():
 
 
 def test_no_rod_goes_to_a_stop_that_is_not_among_those_that_may_be_visited():
-    loop, _ = worked(Renewing({"axis": (Visit(lifted=False),)}), WORK[:5])
+    loop, _ = worked(Referencing({"axis": (Visit(lifted=False),)}), WORK[:5])
     assert {visit.lifted for *_, visit in loop.visited} == {False}
     highest = max(loop.records["axis"].position)
     assert (STROKE - highest if AXIS.lift_sign > 0.0 else highest) > 0.01 * STROKE
-    other, _ = worked(Renewing({"boom": (Visit(lifted=False),)}), WORK[:2])
+    other, _ = worked(Referencing({"boom": (Visit(lifted=False),)}), WORK[:2])
     assert other.visited == []
 
 
 def test_a_smaller_limit_asks_for_more_references():
-    often, _ = worked(Renewing(BOTH, 0.5e-3), WORK[:6])
-    seldom, _ = worked(Renewing(BOTH, 10e-3), WORK[:6])
+    often, _ = worked(Referencing(BOTH, 0.5e-3), WORK[:6])
+    seldom, _ = worked(Referencing(BOTH, 10e-3), WORK[:6])
     assert len(often.visited) > len(seldom.visited)
 
 
 def test_how_much_work_is_left_until_a_reference_is_due():
-    loop, _ = worked(Renewing(BOTH), ())
+    loop, _ = worked(Referencing(BOTH), ())
     places = [0.7 * STROKE, 0.3 * STROKE]
     left = loop.reference_due("axis", places)
     assert 0.0 < left < 60.0
@@ -69,17 +69,17 @@ def test_how_much_work_is_left_until_a_reference_is_due():
     due = next(k for k, one in enumerate(loop.records["axis"].estimate) if one.status is Status.REFERENCE_DUE)
     assert loop.time[due] < 3.0 * left + 3.0, "what is predicted is a lower limit of what is not known"
     assert loop.reference_due("axis", places) == 0.0
-    assert loop.renew({"axis": places[0]}) >= 1
+    assert loop.take_references({"axis": places[0]}) >= 1
     assert loop.reference_due("axis", places) > 0.0
 
 
 def test_a_sensor_that_still_asks_gets_another_of_the_references_that_are_allowed(monkeypatch):
-    loop, _ = worked(Renewing(BOTH), ())
+    loop, _ = worked(Referencing(BOTH), ())
     monkeypatch.setattr("ramsight.control.driven.ASKS", frozenset(Status))
     loop.records["axis"].estimate[-1] = Estimate(0.1, 1.0, 0.0, 1e4, Status.REFERENCE_DUE)
-    monkeypatch.setattr("ramsight.control.renewing.ASKS", frozenset(Status))
+    monkeypatch.setattr("ramsight.control.referencing.ASKS", frozenset(Status))
     assert loop.reference_due("axis", [0.5 * STROKE]) == 0.0, "it asks, whatever its standard deviation"
-    assert loop.renew({"axis": 0.5 * STROKE}) == 2
+    assert loop.take_references({"axis": 0.5 * STROKE}) == 2
     assert {visit.lifted for *_, visit in loop.visited} == {False, True}
 
 
@@ -94,7 +94,7 @@ def test_the_load_is_the_one_that_was_felt_in_motion():
 
 @pytest.mark.parametrize("turns", [0.05, np.nan])
 def test_a_planned_visit_may_begin_elsewhere_and_takes_no_other_on_the_way(turns):
-    loop, _ = worked(Renewing(BOTH), WORK[:1])
+    loop, _ = worked(Referencing(BOTH), WORK[:1])
     before = len(loop.visited)
     loop.calibrate("axis", Visit(lifted=False, turns=turns))
     assert len(loop.visited) == before + 1

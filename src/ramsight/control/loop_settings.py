@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
-from ramsight.control.renewing import Renewing
+from ramsight.control.referencing import Referencing
 from ramsight.control.trajectory import Limits
 from ramsight.duty.drive_report import DriveReport
 from ramsight.duty.drive_response import IDEAL, DriveResponse
@@ -27,7 +27,7 @@ class Feedback(Enum):
 
 
 @dataclass(frozen=True)
-class Setting:
+class LoopSettings:
     """How a loop is set up; what all its units share.
 
     Args:
@@ -43,10 +43,10 @@ class Setting:
         declared: how the controls take them to do that; by default as they do.
         report: rounding and noise of what the drives report; seed and the thermometers' offset are those above. What
             the controls take them for is in `DriveResponse`.
-        renewing: references that `go` takes before a move by which they are due; by default none.
+        referencing: references that `go` takes before a move by which they are due; by default none.
 
     Example:
-        >>> Setting(known=True, period=0.01).oil_temperature
+        >>> LoopSettings(known=True, period=0.01).oil_temperature
         313.15
     """
 
@@ -61,4 +61,4 @@ class Setting:
     drive: DriveResponse = IDEAL
     declared: DriveResponse | None = None
     report: DriveReport = USUAL
-    renewing: Renewing | None = None
+    referencing: Referencing | None = None

@@ -9,8 +9,9 @@ import numpy as np
 
 from ramsight.control.planning import Knowledge, Visit, due, expected, plan
 from ramsight.control.position import PositionControl
+from ramsight.control.thresholds import LOAD_SAMPLES, LOAD_SPEED
 from ramsight.sensor.status import Status
-from ramsight.sensor.thresholds import REFERENCE_DUE_SHARE as WARNING
+from ramsight.sensor.thresholds import REFERENCE_DUE_SHARE
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
 
 ASKS = frozenset(
@@ -24,11 +25,10 @@ ASKS = frozenset(
     }
 )
 """What a sensor says that only a reference mends."""
-_LATELY, _MOVES = 1500, 1e-3  # samples, m/s: a load is felt while a rod moves, half a minute back at most
 
 
 @dataclass(frozen=True)
-class Renewing:
+class Referencing:
     """Which references are taken between moves, and when.
 
     Args:
@@ -38,12 +38,12 @@ class Renewing:
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.control.setting import Setting
+        >>> from ramsight.control.loop_settings import LoopSettings
         >>> from ramsight.control.unit_loop import UnitLoop
         >>> from ramsight.plant.build import build_unit
         >>> axis = build_unit("axis", machine.load("eha-test-bench").unit("axis"))
-        >>> both = Renewing({"axis": (Visit(lifted=False), Visit(lifted=True))})
-        >>> loop = UnitLoop(axis, axis, 0.1, 10e3, Setting(known=True, renewing=both))
+        >>> both = Referencing({"axis": (Visit(lifted=False), Visit(lifted=True))})
+        >>> loop = UnitLoop(axis, axis, 0.1, 10e3, LoopSettings(known=True, referencing=both))
         >>> f"{loop.reference_due('axis', [0.15, 0.05]):.0f} s of such moves are left"
         '2 s of such moves are left'
         >>> for target in (0.15, 0.05, 0.15, 0.05):
@@ -57,7 +57,7 @@ class Renewing:
 
     def largest(self, control: PositionControl) -> float:
         """The standard deviation that no move of a cylinder may reach [m]."""
-        return WARNING * control.unit.cylinder.stroke if self.limit is None else self.limit
+        return REFERENCE_DUE_SHARE * control.unit.cylinder.stroke if self.limit is None else self.limit
 
     def before(
         self,
@@ -93,5 +93,5 @@ class Renewing:
 
 def felt(estimates: Sequence[Estimate]) -> float:
     """The load that a rod has felt while it moved lately, the median [N]; that of now if it did not."""
-    moving = [one.load for one in estimates[-_LATELY:] if abs(one.velocity) > _MOVES]
+    moving = [one.load for one in estimates[-int(LOAD_SAMPLES) :] if abs(one.velocity) > LOAD_SPEED]
     return float(np.median(moving)) if moving else estimates[-1].load

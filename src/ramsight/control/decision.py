@@ -1,0 +1,59 @@
+"""What activities decide by at a sample, and what they ask for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import casadi as ca
+
+from ramsight.control.activity import Event
+from ramsight.control.actuation import Actuation
+from ramsight.control.orders import Inputs, Reason
+from ramsight.control.sensing import Reliance, Sensed
+from ramsight.expression import Condition, Flag, Real, Scalar
+
+
+@dataclass(frozen=True)
+class Sample:
+    """What activities decide by.
+
+    Attributes:
+        by: the cylinder's motor speeds, with what was learned of it by now.
+        inputs: of the sample.
+        sensed: the estimate, its position with the travel that is pending.
+        reliance: what the estimate and the drive allow.
+        at_limit: whether the drive is at its torque limit.
+        motor_speed: commanded until now [rad/s].
+        target: the last one within the stroke [m].
+        acceleration: largest in a move [m/s2].
+    """
+
+    by: Actuation
+    inputs: Inputs
+    sensed: Sensed
+    reliance: Reliance
+    at_limit: Flag
+    motor_speed: Scalar
+    target: Scalar
+    acceleration: Real
+
+    @property
+    def start_velocity(self) -> Scalar:
+        """Velocity with which an activity begins [m/s]: none while the motor stands."""
+        return ca.if_else(self.motor_speed == 0.0, 0.0, self.sensed.velocity)
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What an activity asks for, if it is the one of the sample.
+
+    Attributes:
+        speed: of the motor [rad/s]; the control keeps it within acceleration and largest speed.
+        events: whether they happen; the first one that does counts.
+        failures: reasons to stop, and whether they hold; they come before the events.
+    """
+
+    speed: Real
+    events: Mapping[Event, Condition] = field(default_factory=dict)
+    failures: Mapping[Reason, Condition] = field(default_factory=dict)

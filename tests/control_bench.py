@@ -1,0 +1,94 @@
+"""Stages of the control by themselves: compiled and stepped, or evaluated with plain numbers."""
+
+import math
+from dataclasses import dataclass, fields
+
+import casadi as ca
+
+from ramsight.control.actuation import Actuation
+from ramsight.control.compiled import Live, recursion_of
+from ramsight.control.decision import Sample
+from ramsight.control.orders import Ask, Inputs
+from ramsight.control.sensing import Sensed, reliance_on
+from ramsight.control.trajectory import Trajectory, advanced, at_rest, begun, setpoint
+from ramsight.engine.typed_state import leaf, mapped, symbols
+from ramsight.expression import Scalar
+from ramsight.sensor.status import Status
+
+
+def number(expression):
+    """The value of an expression without symbols."""
+    return float(ca.DM(ca.evalf(ca.SX(expression))))
+
+
+def numbers(tree):
+    """A tree of states or outputs as plain numbers."""
+    return mapped(tree, lambda one: number(one.value))
+
+
+@dataclass(frozen=True)
+class _Order:
+    begins: Scalar = leaf("1")
+    position: Scalar = leaf("m")
+    velocity: Scalar = leaf("m/s")
+    target: Scalar = leaf("m")
+    speed: Scalar = leaf("m/s")
+
+
+class Way:
+    """A trajectory, sample by sample."""
+
+    def __init__(self, limits, stroke, period):
+        initial = at_rest(limits, period)
+
+        def stage(state, now):
+            start = begun(state, now.position, now.velocity, period)
+            goes = advanced(state, limits, stroke, limits.acceleration, now.target, now.speed, period)
+            new = Trajectory(
+                tuple(ca.if_else(now.begins, a, b) for a, b in zip(start.points, goes.points, strict=True)),
+                ca.if_else(now.begins, start.velocity, goes.velocity),
+            )
+            return new, (*setpoint(new, period), new.velocity)
+
+        names = ("position", "velocity", "lead")
+        self._live = Live(recursion_of(initial, symbols(_Order()), names, stage), initial)
+        self.begin(0.0)
+
+    def begin(self, position, velocity=0.0):
+        self.position, self.velocity, self._lead = self._live.step((1.0, position, velocity, 0.0, 0.0))
+
+    def step(self, target, speed):
+        self.position, self.velocity, self._lead = self._live.step((0.0, 0.0, 0.0, target, speed))
+
+    @property
+    def stands(self):
+        return self.velocity == 0.0 and self._lead == 0.0
+
+
+def sample_of(unit, *, by=None, target=0.3, motor_speed=0.0, at_limit=False, status=Status.OK, **inputs):
+    """A sample of plain numbers; `inputs` are those of `Inputs`."""
+    values = dict.fromkeys([one.name for one in fields(Inputs)], 0.0)
+    values |= {"position": 0.3, "load": 2e5, "leak": 1.0, "displacement": 1.0, "speed": math.inf, "reported": 1.0}
+    values |= {"ask": float(Ask.POSITION), "target": target, "status": float(status)} | inputs
+    given = Inputs(**{name: ca.SX(value) for name, value in values.items()})
+    by = by or Actuation.of(unit)
+    sensed = Sensed(
+        given.position, given.position_std, given.velocity, given.load, given.status, given.leak, given.displacement
+    )
+    return Sample(
+        by, given, sensed, reliance_on(given.status), ca.SX(float(at_limit)), ca.SX(motor_speed), ca.SX(target),
+        by.limits.acceleration,
+    )  # fmt: skip
+
+
+class Evaluated:
+    """An object whose methods give plain numbers for plain numbers."""
+
+    def __init__(self, of):
+        self.of = of
+
+    def __getattr__(self, name):
+        value = getattr(self.of, name)
+        if not callable(value):
+            return value
+        return lambda *given, **named: number(value(*given, **named))
