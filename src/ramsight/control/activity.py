@@ -112,19 +112,12 @@ def after(activity: Activity, event: Event) -> Activity:
 
 @dataclass(frozen=True)
 class Doing:
-    """State of the activity.
+    """State of the activity."""
 
-    Attributes:
-        activity: its number.
-        begins: whether the next sample is its first.
-        reason: why the cylinder stops or has stopped, a `Reason`.
-        ramp: change of the motor's speed in a stop.
-    """
-
-    activity: Scalar = leaf("1", Activity.RESTING.number)
-    begins: Flag = leaf("1")
-    reason: Scalar = leaf("1")
-    ramp: Scalar = leaf("rad/s2")
+    activity: Scalar = leaf("1", Activity.RESTING.number)  # its number
+    begins: Flag = leaf("1")  # whether the next sample is its first
+    reason: Scalar = leaf("1")  # why the cylinder stops or has stopped, a `Reason`
+    ramp: Scalar = leaf("rad/s2")  # change of the motor's speed in a stop
 
     def is_any_of(self, *activities: Activity) -> Flag:
         """Whether the activity is one of these."""

@@ -15,7 +15,6 @@ import casadi as ca
 from ramsight.control import drive_watch, homing, leak_testing, moving, steering
 from ramsight.control.activity import STOPS, Activity, Doing, Event, fail, follow
 from ramsight.control.actuation import Actuation
-from ramsight.control.compiled import recursion_of
 from ramsight.control.decision import Sample, Wish
 from ramsight.control.drive_watch import Declaration, Report, Verdict, WatchState
 from ramsight.control.homing import Homing
@@ -29,6 +28,7 @@ from ramsight.control.trajectory import Limits
 from ramsight.control.tuning import Tuning
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.simulate import SAMPLE_PERIOD
+from ramsight.engine.live_recursion import recursion_of
 from ramsight.engine.recursion import Recursion
 from ramsight.engine.typed_state import leaf, symbols
 from ramsight.expression import Condition, Flag, Real, Scalar, all_of, any_of, flag, negated, scalar, scalar_symbol
@@ -44,33 +44,19 @@ KEEPS, UNCERTAIN, DRIVE = range(-1, 2)
 
 @dataclass(frozen=True)
 class ControlState:
-    """All that a control knows.
+    """All that a control knows."""
 
-    Attributes:
-        doing: the activity.
-        order: what was asked for last.
-        sensed: the estimate of the last sample.
-        watch: over the drive.
-        move: to a target.
-        steering: by hand.
-        homing: to an end stop.
-        leak_test: none where no valve holds the load.
-        place: where a rod at rest is held, or none.
-        motor_speed: commanded until now.
-        oil_temperature: its noise averaged.
-    """
-
-    doing: Doing
-    order: LastOrder
-    sensed: Sensed
-    watch: WatchState
-    move: Move
-    steering: Steering
-    homing: Homing
-    leak_test: LeakTest | None
-    place: Scalar = leaf("m", NO_PLACE)
-    motor_speed: Scalar = leaf("rad/s")
-    oil_temperature: Scalar = leaf("K", T40)
+    doing: Doing  # the activity
+    order: LastOrder  # what was asked for last
+    sensed: Sensed  # the estimate of the last sample
+    watch: WatchState  # over the drive
+    move: Move  # to a target
+    steering: Steering  # by hand
+    homing: Homing  # to an end stop
+    leak_test: LeakTest | None  # none where no valve holds the load
+    place: Scalar = leaf("m", NO_PLACE)  # where a rod at rest is held, or none
+    motor_speed: Scalar = leaf("rad/s")  # commanded until now
+    oil_temperature: Scalar = leaf("K", T40)  # its noise averaged
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,10 +6,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ramsight.control.compiled import Live, recursion_of
 from ramsight.control.drive_watch import Declaration, Report, Verdict, WatchState, look, reset, unwatched
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.duty.live import Reported
+from ramsight.engine.live_recursion import Live, recursion_of
 from ramsight.engine.typed_state import leaf, symbols
 from ramsight.expression import Flag, Real, Scalar, count
 from ramsight.plant.unit import HydraulicUnit

@@ -16,7 +16,6 @@ from dataclasses import dataclass, replace
 from ramsight.control.activity import ACTIVITIES, STOPS, Activity, Event, after
 from ramsight.control.actuation import Actuation
 from ramsight.control.block import DRIVE, KEEPS, UNCERTAIN, VERDICTS, position_block
-from ramsight.control.compiled import Live
 from ramsight.control.homing import end_stop
 from ramsight.control.orders import Ask, Reason
 from ramsight.control.trajectory import Limits
@@ -24,6 +23,7 @@ from ramsight.control.tuning import Tuning
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.live import Reported
 from ramsight.duty.simulate import SAMPLE_PERIOD
+from ramsight.engine.live_recursion import Live
 from ramsight.errors import DescriptionError
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.status import Status
