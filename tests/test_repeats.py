@@ -124,6 +124,13 @@ def test_noise_that_was_not_seen_yet_or_only_while_the_command_trembled_is_no_gr
     assert stops_at(watched, [40.0] * 5000, STEADY) is None
 
 
+@pytest.mark.parametrize(("samples", "found"), [(160, False), (220, True)])
+def test_a_run_is_an_alarm_only_after_ten_times_its_length_was_seen(samples, found):
+    watched = Watched(1.0, 1.0, DT)
+    assert stops_at(watched, rounded(1.0, samples), STEADY) is None
+    assert (stops_at(watched, [40.0] * 60, STEADY) is not None) is found
+
+
 def test_a_long_run_that_ends_refutes_the_declared_noise():
     watched = Watched(1.0, 1.0, DT)
     stops_at(watched, [40.0] * 25, STEADY)

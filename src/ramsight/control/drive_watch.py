@@ -3,7 +3,7 @@
 The declared drive follows the same commands in a model. Its speed may come at any time up to the declared delays, so
 a report has to lie between the least and the greatest of what commands and model had in that time, plus and minus the
 declared deviation and noise. A servo yields to a load that changes: by (T - z)/k_p, where z, its integral, is the
-torque T behind a low pass of k_p/k_i, so that its own torque says by how much.
+torque T behind a low pass of k_p/k_i, so that its own torque shows by how much.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from ramsight.plant.unit import HydraulicUnit
 
 
 class Verdict(Enum):
-    """What a drive does with its commands; the text is what a control says of it."""
+    """What a drive does with its commands; the text is the control's reason."""
 
     OBEYS = ""
     SLOW = "the drive follows more slowly than declared"
@@ -59,7 +59,7 @@ class Declaration:
     speed: float  # by which a report may be off the declared drive's [rad/s]
     kept: int  # samples of commands that are looked at
     times: tuple[float, ...]  # of the samples within the declared lag, newest first [s]
-    servo: ServoDrive | None  # the drive, if it is one whose torque says by how much it yields
+    servo: ServoDrive | None  # the drive, if it is one whose torque shows by how much it yields
     full: float  # torque at which such a drive is at its limit [N m]
     repeats: float  # of the speed that are too many for its noise
 

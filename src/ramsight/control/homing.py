@@ -60,7 +60,7 @@ def end_stop(unit: HydraulicUnit, *, lifted: bool) -> float:
 
 
 def ordered(state: Homing, orders: Orders, unit: HydraulicUnit) -> Homing:
-    """After orders: a new one ends the rest on a stop, homing begins anew."""
+    """After orders: a new one ends the rest on a stop, homing begins again."""
     end = ca.if_else(orders.lifted, end_stop(unit, lifted=True), end_stop(unit, lifted=False))
     return replace(
         state,
