@@ -231,11 +231,11 @@ def _done(state: ControlState, now: Sample) -> tuple[ControlState, Scalar, Scala
         test, wishes[Activity.LEAK_TEST] = leak_testing.leak_tested(
             test, now, active[Activity.LEAK_TEST], activity.begins
         )
-    after = _followed(activity, wishes, now)
-    lands_now = all_of(active[Activity.MOVING], after.is_any_of(Activity.LANDING))
-    misses = all_of(active[Activity.LANDING], after.is_any_of(Activity.MOVING))
-    place = ca.if_else(lands_now, now.target, ca.if_else(misses, NO_PLACE, place))
-    speed = _speed(activity, after, {one: (active[one], wish.speed) for one, wish in wishes.items()}, now)
+    after, failed = _followed(activity, wishes, now)
+    place = ca.if_else(lands[Event.MISSED], NO_PLACE, place)
+    place = ca.if_else(all_of(moves.events[Event.NEAR], negated(failed)), now.target, place)
+    stops = any_of(active[Activity.STOPPING], failed)
+    speed = _speed(stops, after.ramp, [(active[one], wish.speed) for one, wish in wishes.items()], now)
     new = replace(
         state, activity=after, move=move, steering=hand, homing=home, leak_test=test, place=place
     )  # fmt: skip
@@ -260,23 +260,27 @@ def _held(state: ControlState, now: Sample) -> tuple[Scalar, Scalar]:
     return place, ca.if_else(on_stop, kept, by.holding_speed(back, now.sensed.load))
 
 
-def _followed(activity: ActivityState, wishes: dict[Activity, Wish], now: Sample) -> ActivityState:
-    """The activity after the sample: failures come before events."""
+def _followed(activity: ActivityState, wishes: dict[Activity, Wish], now: Sample) -> tuple[ActivityState, Flag]:
+    """The activity after the sample, and whether it failed: failures come before events."""
     stands = abs(now.motor_speed) <= activity.ramp * now.by.period + STANDSTILL_ROUNDING
     events = [(one, event, happens) for one, wish in wishes.items() for event, happens in wish.events.items()]
     events += [(Activity.STOPPING, Event.STANDS, all_of(activity.is_any_of(Activity.STOPPING), stands))]
     failures = {reason: holds for wish in wishes.values() for reason, holds in wish.failures.items()}
     after = follow(replace(activity, begins=flag(False)), events)
-    return fail(after, failures, stopping_ramp(now.motor_speed, now.by.period))
+    return fail(after, failures, stopping_ramp(now.motor_speed, now.by.period)), any_of(*failures.values())
 
 
-def _speed(
-    activity: ActivityState, after: ActivityState, wishes: dict[Activity, tuple[Flag, Real]], now: Sample
-) -> Scalar:
-    """The next motor speed [rad/s]: what the activity asks for, within the largest change; in a stop, to standstill."""
+def _speed(stops: Flag, ramp: Scalar, wishes: Sequence[tuple[Flag, Real]], now: Sample) -> Scalar:
+    """The next motor speed [rad/s]: what the activity asks for, within the largest change; in a stop, to standstill.
+
+    Args:
+        stops: whether the cylinder stops.
+        ramp: of the motor's speed then [rad/s2].
+        wishes: of each activity, whether it is the one, and its motor speed [rad/s].
+        now: the sample.
+    """
     wish: Real = scalar(0.0)
-    for active, speed in wishes.values():
+    for active, speed in wishes:
         wish = ca.if_else(active, speed, wish)
-    stops = any_of(activity.is_any_of(Activity.STOPPING), after.is_any_of(Activity.STOPPING))
-    slope = ca.if_else(stops, after.ramp, now.by.slope)
+    slope = ca.if_else(stops, ramp, now.by.slope)
     return now.by.ramped(now.motor_speed, ca.if_else(stops, 0.0, wish), slope)
