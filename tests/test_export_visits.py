@@ -115,7 +115,7 @@ def test_a_sensor_that_is_lost_on_the_way_stops_the_visit(built):
 
 
 class Both:
-    """The live control and the graph with orders at its inputs, with the same estimates; `watched`: with reports that say what was commanded."""
+    """The live control, and the graph with orders at its inputs; `watched`: with reports of what was commanded."""
 
     def __init__(self, unit, block, *, watched=False):
         self.watched = watched
