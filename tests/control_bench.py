@@ -6,11 +6,11 @@ from dataclasses import dataclass, fields
 import casadi as ca
 
 from ramsight.control.actuation import Actuation
-from ramsight.control.compiled import Live, recursion_of
 from ramsight.control.decision import Sample
 from ramsight.control.orders import Ask, Inputs
 from ramsight.control.sensing import Sensed, reliance_on
 from ramsight.control.trajectory import Trajectory, advanced, at_rest, begun, setpoint
+from ramsight.engine.live_recursion import Live, recursion_of
 from ramsight.engine.typed_state import leaf, mapped, symbols
 from ramsight.expression import Scalar
 from ramsight.sensor.status import Status

@@ -16,7 +16,7 @@ from ramsight.control.activity import (
     STOPS,
     TRANSITIONS,
     Activity,
-    Doing,
+    ActivityState,
     Event,
     after,
     fail,
@@ -55,19 +55,19 @@ def test_what_is_not_in_the_table_is_refused():
     with pytest.raises(ValueError, match="resting: no transition when 'target is near'"):
         after(Activity.RESTING, Event.NEAR)
     with pytest.raises(ValueError, match="homing: no transition when 'target is near'"):
-        follow(Doing(), [(Activity.HOMING, Event.NEAR, True)])
+        follow(ActivityState(), [(Activity.HOMING, Event.NEAR, True)])
     with pytest.raises(ValueError, match="no transition when 'time is over'"):
-        follow(Doing(), [(None, Event.OVER, True)])
+        follow(ActivityState(), [(None, Event.OVER, True)])
 
 
 def doing(activity):
-    return Doing(activity=scalar(activity.number))
+    return ActivityState(number=scalar(activity.number))
 
 
 def leads(activity, event, happens):
     """Where an event leads in the graph, and whether the next sample is a first one."""
     new = follow(doing(activity), [(activity, event, flag(happens))])
-    return ACTIVITIES[int(number(new.activity))], bool(number(new.begins))
+    return ACTIVITIES[int(number(new.number))], bool(number(new.begins))
 
 
 FOLLOWED = [(before, row) for row in TRANSITIONS for before in row.before if row.when is not Event.FAILED]
@@ -83,12 +83,12 @@ def test_an_event_of_the_table_leads_there_and_one_that_does_not_happen_nowhere(
 def test_a_failure_stops_what_goes_and_leaves_a_stop_as_it_is(before):
     new = numbers(fail(doing(before), {Reason.SENSOR: flag(True), Reason.ROD: flag(True)}, scalar(7.0)))
     if before in STOPS:
-        assert (float(new.activity), float(new.reason)) == (before.number, Reason.NONE)
+        assert (float(new.number), float(new.reason)) == (before.number, Reason.NONE)
     else:
-        assert (float(new.activity), float(new.reason)) == (Activity.STOPPING.number, Reason.SENSOR), "the first counts"
+        assert (float(new.number), float(new.reason)) == (Activity.STOPPING.number, Reason.SENSOR), "the first counts"
         assert float(new.ramp) == 7.0
     still = numbers(fail(doing(before), {Reason.SENSOR: flag(False)}, scalar(7.0)))
-    assert float(still.activity) == before.number
+    assert float(still.number) == before.number
 
 
 STATUS = st.sampled_from([Status.OK, Status.OK, Status.REFERENCE_DUE, Status.INPUT_LOST])

@@ -1,7 +1,9 @@
 """Stages of the control by themselves, at the boundaries where they decide."""
 
+import ast
 import math
 from dataclasses import replace
+from pathlib import Path
 from types import MappingProxyType
 
 import pytest
@@ -261,6 +263,15 @@ def test_every_number_that_decides_has_a_unit_and_a_reason():
         assert isinstance(one, Constant)
         assert one.unit, name
         assert len(one.reason) > 10 or "as " in one.reason, name
+
+
+def test_no_number_stands_at_the_head_of_another_module():
+    folder = Path(thresholds.__file__).parent
+    for file in folder.glob("*.py"):
+        for node in ast.parse(file.read_text()).body if file.name != "thresholds.py" else ():
+            value = node.value if isinstance(node, ast.Assign | ast.AnnAssign) else None
+            number_ = isinstance(value, ast.Constant | ast.UnaryOp | ast.BinOp)
+            assert not number_ or (isinstance(value, ast.Constant) and isinstance(value.value, str)), file.name
 
 
 def test_a_tuning_has_its_defaults_from_the_table():

@@ -70,7 +70,7 @@ def test_a_double_rod_reaches_all_targets_with_references_as_they_are_due(study,
     assert (found["stopped"], found["reached"]) == ("", study.TARGETS)
     assert 1 <= found["visits"] <= 6
     assert found["largest"] < 2e-3
-    monkeypatch.setattr(study, "Renewing", lambda visits: None)
+    monkeypatch.setattr(study, "Referencing", lambda visits: None)
     assert study.moved(axis, ideal)["reached"] < study.TARGETS, "without them its sensor stops it"
 
 

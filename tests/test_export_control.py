@@ -1,4 +1,4 @@
-"""A control that is exported asks for what Python's control asks for: as a graph, as C, as an FMU around a plant."""
+"""A control that is exported asks for what the live control asks for: as a graph, as C, as an FMU around a plant."""
 
 import re
 import subprocess
@@ -40,7 +40,7 @@ LATE = DriveResponse(0.05, 0.03, bandwidth=10.0, order=2, acceleration=300.0, lo
 
 @pytest.fixture(scope="module", params=[*((name, IDEAL) for name in NAMES), ("mining-loader bucket", LATE)])
 def driven(request):
-    """A unit, its control as a graph, and a run of Python's control."""
+    """A unit, its control as a graph, and a run of the live control."""
     name, drive = request.param
     unit = UNITS[name]
     block = ControlOptions(drive=drive).block(unit)
@@ -53,7 +53,7 @@ def said_by(block, rows, state=None):
 
 
 def same(unit, block, run):
-    """What the graph says in a recorded run, which is what the objects say."""
+    """Commands of the graph, whose orders stay at its inputs, in a recorded run: those of the live control."""
     said, recorded = said_by(block, run.rows), run.said
     np.testing.assert_array_equal(said[:, 1], recorded[:, 1])
     np.testing.assert_array_equal(np.where(said[:, 3] == NO_PLACE, np.nan, said[:, 3]), recorded[:, 2])
@@ -61,7 +61,7 @@ def same(unit, block, run):
     return said
 
 
-def test_the_graph_asks_for_what_the_objects_ask_for(driven):
+def test_orders_that_stay_at_the_inputs_give_the_commands_of_the_live_control(driven):
     unit, block, run = driven
     done = {ACTIVITIES[int(k)] for k in run.said[:, 1]}
     assert done == set(Activity) - (set() if block.by.holding.stands else {Activity.LEAK_TEST})

@@ -52,7 +52,7 @@ def said_by(block, rows):
 
 
 def same(unit, block, run):
-    """What the graph says in a recorded run: what the objects say, at every sample."""
+    """Commands of the graph, whose orders stay at its inputs, in a recorded run: those of the live control."""
     said, recorded = said_by(block, run.rows), run.said
     np.testing.assert_array_equal(said[:, 1], recorded[:, 1])
     np.testing.assert_array_equal(np.where(said[:, 3] == NO_PLACE, np.nan, said[:, 3]), recorded[:, 2])
@@ -61,7 +61,7 @@ def same(unit, block, run):
 
 
 @pytest.mark.parametrize("known", [True, False])
-def test_visits_of_both_ends_are_those_of_the_objects(built, known):
+def test_both_ends_are_homed(built, known):
     unit, block = built
     run = Recording(unit, block, 0.2, known=known)
     first = len(run.rows)
@@ -115,7 +115,7 @@ def test_a_sensor_that_is_lost_on_the_way_stops_the_visit(built):
 
 
 class Both:
-    """Python's control and the graph, given the same estimates; `watched`: with reports that say what was commanded."""
+    """The live control, and the graph with orders at its inputs; `watched`: with reports of what was commanded."""
 
     def __init__(self, unit, block, *, watched=False):
         self.watched = watched

@@ -1,4 +1,4 @@
-"""A control that is a graph watches its drive, and reckons with a late one, as Python's does."""
+"""An exported control watches its drive, and compensates for a late one, as the live control does."""
 
 import math
 from dataclasses import replace

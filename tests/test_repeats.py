@@ -7,10 +7,10 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from ramsight.control.compiled import Live, recursion_of
 from ramsight.control.repeats import repeats, repeats_in_a_row, runs, runs_of, upper_share
 from ramsight.control.speed_repeats import look, nothing_learned
 from ramsight.control.thresholds import FALSE_ALARM_RATE
+from ramsight.engine.live_recursion import Live, recursion_of
 from ramsight.engine.typed_state import leaf, symbols
 from ramsight.expression import Flag, Scalar, flag
 
@@ -122,6 +122,13 @@ def test_noise_that_was_not_seen_yet_or_only_while_the_command_trembled_is_no_gr
     watched = Watched(1.0, 1.0, DT)
     stops_at(watched, rounded(1.0, 20_000), TREMBLING)
     assert stops_at(watched, [40.0] * 5000, STEADY) is None
+
+
+@pytest.mark.parametrize(("samples", "found"), [(160, False), (220, True)])
+def test_a_run_is_an_alarm_only_after_ten_times_its_length_was_seen(samples, found):
+    watched = Watched(1.0, 1.0, DT)
+    assert stops_at(watched, rounded(1.0, samples), STEADY) is None
+    assert (stops_at(watched, [40.0] * 60, STEADY) is not None) is found
 
 
 def test_a_long_run_that_ends_refutes_the_declared_noise():

@@ -111,27 +111,20 @@ def after(activity: Activity, event: Event) -> Activity:
 
 
 @dataclass(frozen=True)
-class Doing:
-    """State of the activity.
+class ActivityState:
+    """State of the activity."""
 
-    Attributes:
-        activity: its number.
-        begins: whether the next sample is its first.
-        reason: why the cylinder stops or has stopped, a `Reason`.
-        ramp: change of the motor's speed in a stop.
-    """
-
-    activity: Scalar = leaf("1", Activity.RESTING.number)
-    begins: Flag = leaf("1")
-    reason: Scalar = leaf("1")
-    ramp: Scalar = leaf("rad/s2")
+    number: Scalar = leaf("1", Activity.RESTING.number)
+    begins: Flag = leaf("1")  # whether the next sample is its first
+    reason: Scalar = leaf("1")  # why the cylinder stops or has stopped, a `Reason`
+    ramp: Scalar = leaf("rad/s2")  # change of the motor's speed in a stop
 
     def is_any_of(self, *activities: Activity) -> Flag:
         """Whether the activity is one of these."""
-        return any_of(*(self.activity == float(one.number) for one in activities))
+        return any_of(*(self.number == float(one.number) for one in activities))
 
 
-def follow(now: Doing, events: Sequence[tuple[Activity | None, Event, Condition]]) -> Doing:
+def follow(now: ActivityState, events: Sequence[tuple[Activity | None, Event, Condition]]) -> ActivityState:
     """Go where the table leads.
 
     Args:
@@ -141,15 +134,15 @@ def follow(now: Doing, events: Sequence[tuple[Activity | None, Event, Condition]
     Raises:
         ValueError: the table has no such row.
     """
-    activity, begins = now.activity, now.begins
+    number, begins = now.number, now.begins
     for before, event, happens in events:
         (leads_to,) = {after(one, event) for one in (ANY if before is None else (before,))}
-        activity = ca.if_else(happens, float(leads_to.number), activity)
+        number = ca.if_else(happens, float(leads_to.number), number)
         begins = any_of(begins, happens)
-    return replace(now, activity=activity, begins=begins)
+    return replace(now, number=number, begins=begins)
 
 
-def fail(now: Doing, reasons: Mapping[R, Condition], ramp: Real) -> Doing:
+def fail(now: ActivityState, reasons: Mapping[R, Condition], ramp: Real) -> ActivityState:
     """Stop, unless the cylinder stops already.
 
     Args:
@@ -163,7 +156,7 @@ def fail(now: Doing, reasons: Mapping[R, Condition], ramp: Real) -> Doing:
         reason = ca.if_else(holds, float(one), reason)
     return replace(
         now,
-        activity=ca.if_else(stops, float(Activity.STOPPING.number), now.activity),
+        number=ca.if_else(stops, float(Activity.STOPPING.number), now.number),
         reason=ca.if_else(stops, reason, now.reason),
         ramp=ca.if_else(stops, ramp, now.ramp),
     )

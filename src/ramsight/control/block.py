@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from enum import IntEnum
 
 import casadi as ca
 
 from ramsight.control import drive_watch, homing, leak_testing, moving, steering
-from ramsight.control.activity import STOPS, Activity, Doing, Event, fail, follow
+from ramsight.control.activity import STOPS, Activity, ActivityState, Event, fail, follow
 from ramsight.control.actuation import Actuation
-from ramsight.control.compiled import recursion_of
 from ramsight.control.decision import Sample, Wish
 from ramsight.control.drive_watch import Declaration, Report, Verdict, WatchState
 from ramsight.control.homing import Homing
@@ -29,6 +29,7 @@ from ramsight.control.trajectory import Limits
 from ramsight.control.tuning import Tuning
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.simulate import SAMPLE_PERIOD
+from ramsight.engine.live_recursion import recursion_of
 from ramsight.engine.recursion import Recursion
 from ramsight.engine.typed_state import leaf, symbols
 from ramsight.expression import Condition, Flag, Real, Scalar, all_of, any_of, flag, negated, scalar, scalar_symbol
@@ -38,39 +39,31 @@ from ramsight.plant.unit import HydraulicUnit
 VERDICTS = tuple(Verdict)
 LIVE_OUTPUTS = ("following_error", "notice")
 """Further outputs of the live control: the following error [m], and what slows the cylinder."""
-KEEPS, UNCERTAIN, DRIVE = range(-1, 2)
-"""What slows it: as before; the sensor is uncertain; from here on the drive, by the place in `VERDICTS`."""
+
+
+class Notice(IntEnum):
+    """What slows the cylinder: as before, an uncertain sensor, or the drive, by DRIVE and the place in `VERDICTS`."""
+
+    AS_BEFORE = -1
+    SENSOR = 0
+    DRIVE = 1
 
 
 @dataclass(frozen=True)
 class ControlState:
-    """All that a control knows.
+    """All that a control knows."""
 
-    Attributes:
-        doing: the activity.
-        order: what was asked for last.
-        sensed: the estimate of the last sample.
-        watch: over the drive.
-        move: to a target.
-        steering: by hand.
-        homing: to an end stop.
-        leak_test: none where no valve holds the load.
-        place: where a rod at rest is held, or none.
-        motor_speed: commanded until now.
-        oil_temperature: its noise averaged.
-    """
-
-    doing: Doing
-    order: LastOrder
-    sensed: Sensed
-    watch: WatchState
-    move: Move
-    steering: Steering
-    homing: Homing
-    leak_test: LeakTest | None
-    place: Scalar = leaf("m", NO_PLACE)
-    motor_speed: Scalar = leaf("rad/s")
-    oil_temperature: Scalar = leaf("K", T40)
+    activity: ActivityState  # the activity
+    order: LastOrder  # what was asked for last
+    sensed: Sensed  # the estimate of the last sample
+    watch: WatchState  # over the drive
+    move: Move  # to a target
+    steering: Steering  # by hand
+    homing: Homing  # to an end stop
+    leak_test: LeakTest | None  # none where no valve holds the load
+    place: Scalar = leaf("m", NO_PLACE)  # where a rod at rest is held, or none
+    motor_speed: Scalar = leaf("rad/s")  # commanded until now
+    oil_temperature: Scalar = leaf("K", T40)  # its noise averaged
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,8 +112,8 @@ def position_block(
     """
     by, declared = Actuation.of(unit, limits, tuning, period, response), Declaration.of(unit, response, period)
     initial = ControlState(
-        Doing(), LastOrder(), Sensed(), drive_watch.unwatched(declared), moving.at_power_up(by), Steering(), Homing(),
-        LeakTest() if by.holding.stands else None,
+        ActivityState(), LastOrder(), Sensed(), drive_watch.unwatched(declared), moving.at_power_up(by), Steering(),
+        Homing(), LeakTest() if by.holding.stands else None,
     )  # fmt: skip
     acceleration = scalar_symbol("acceleration")
 
@@ -151,25 +144,25 @@ def _stepped(
     now = Sample(
         by, inputs, here, reliance, found.verdicts[Verdict.AT_LIMIT], state.motor_speed, order.target, acceleration
     )
-    on_stop = all_of(state.doing.is_any_of(Activity.RESTING), state.homing.end != NO_PLACE)
-    doing = _ordered(state.doing, orders, tests=state.leak_test is not None)
+    on_stop = all_of(state.activity.is_any_of(Activity.RESTING), state.homing.end != NO_PLACE)
+    activity = _ordered(state.activity, orders, tests=state.leak_test is not None)
     place = ca.if_else(orders.any, NO_PLACE, state.place)
-    doing, notice = _judged(doing, place, now, orders.stopped, sensed.position, found.verdicts)
+    activity, notice = _judged(activity, place, now, orders.stopped, sensed.position, found.verdicts)
     move = moving.ordered(state.move, orders, by.tuning.tries, here.position, on_stop)
     home = homing.ordered(state.homing, orders, by.unit)
-    new, speed, error = _done(_begun(replace(state, doing=doing, place=place, move=move, homing=home), now), now)
-    home, reference = homing.referenced(new.homing, by, new.doing.is_any_of(Activity.RESTING), speed)
+    new, speed, error = _done(_begun(replace(state, activity=activity, place=place, move=move, homing=home), now), now)
+    home, reference = homing.referenced(new.homing, by, new.activity.is_any_of(Activity.RESTING), speed)
     new = replace(
         new, order=order, sensed=sensed, watch=watch, homing=home, motor_speed=speed, oil_temperature=temperature
     )
-    return new, (speed, new.doing.activity, new.doing.reason, reference, error, notice)
+    return new, (speed, new.activity.number, new.activity.reason, reference, error, notice)
 
 
-def _ordered(doing: Doing, orders: Orders, *, tests: bool) -> Doing:
+def _ordered(activity: ActivityState, orders: Orders, *, tests: bool) -> ActivityState:
     """The activity that is asked for; `tests`: whether the unit has leak tests."""
     events = [(None, Event.SENT, orders.sent), (None, Event.STEERED, orders.steered), (None, Event.HOMED, orders.homed)]
     events += [(None, Event.TESTED, orders.tested)] if tests else []
-    return follow(replace(doing, reason=ca.if_else(orders.any, float(Reason.NONE), doing.reason)), events)
+    return follow(replace(activity, reason=ca.if_else(orders.any, float(Reason.NONE), activity.reason)), events)
 
 
 def stopping_ramp(speed: Scalar, period: float) -> Scalar:
@@ -178,39 +171,39 @@ def stopping_ramp(speed: Scalar, period: float) -> Scalar:
 
 
 def _judged(
-    doing: Doing, place: Scalar, now: Sample, asked: Flag, position: Scalar, verdicts: dict[Verdict, Flag]
-) -> tuple[Doing, Scalar]:
+    activity: ActivityState, place: Scalar, now: Sample, asked: Flag, position: Scalar, verdicts: dict[Verdict, Flag]
+) -> tuple[ActivityState, Scalar]:
     """Stop if the estimate or the drive is not to be relied on; and what slows the cylinder down.
 
     A rod that is steered, homed or only kept up needs no position. A drive may stall where it is steered or homed.
     """
     by, ramp = now.by, stopping_ramp(now.motor_speed, now.by.period)
-    rests, presses = doing.is_any_of(Activity.RESTING), doing.is_any_of(Activity.MANUAL, Activity.HOMING)
+    rests, presses = activity.is_any_of(Activity.RESTING), activity.is_any_of(Activity.MANUAL, Activity.HOMING)
     placeless: Condition = place == NO_PLACE if by.holding.stands else True
     homes = all_of(any_of(presses, all_of(rests, placeless)), now.reliance.homing)
     lost = any_of(all_of(now.reliance.none, negated(homes)), negated(abs(position) <= LARGEST_NUMBER))
     matters = any_of(negated(rests), now.motor_speed != 0.0)
     slowing = {verdict: holds for verdict, holds in verdicts.items() if not verdict.stops or verdict is Verdict.STALLED}
-    notice: Scalar = scalar(DRIVE + VERDICTS.index(Verdict.OBEYS))
+    notice: Scalar = scalar(Notice.DRIVE + VERDICTS.index(Verdict.OBEYS))
     for verdict, holds in slowing.items():
-        notice = ca.if_else(holds, float(DRIVE + VERDICTS.index(verdict)), notice)
-    notice = ca.if_else(all_of(now.reliance.slow, negated(homes)), float(UNCERTAIN), notice)
-    notice = ca.if_else(any_of(lost, doing.is_any_of(*STOPS)), float(KEEPS), notice)
+        notice = ca.if_else(holds, float(Notice.DRIVE + VERDICTS.index(verdict)), notice)
+    notice = ca.if_else(all_of(now.reliance.slow, negated(homes)), float(Notice.SENSOR), notice)
+    notice = ca.if_else(any_of(lost, activity.is_any_of(*STOPS)), float(Notice.AS_BEFORE), notice)
     reasons = {Reason.ASKED: asked, Reason.SENSOR: all_of(lost, matters)}
     for verdict, reason in STOPPED_BY.items():
         stops = all_of(verdicts[verdict], negated(lost))
         reasons[reason] = all_of(stops, negated(presses)) if verdict is Verdict.STALLED else stops
-    return fail(doing, reasons, ramp), notice
+    return fail(activity, reasons, ramp), notice
 
 
 def _begun(state: ControlState, now: Sample) -> ControlState:
     """The first sample of an activity."""
-    doing, home = state.doing, state.homing
-    feels = all_of(doing.begins, doing.is_any_of(Activity.HOMING))
-    steers = all_of(doing.begins, doing.is_any_of(Activity.MANUAL))
+    activity, home = state.activity, state.homing
+    feels = all_of(activity.begins, activity.is_any_of(Activity.HOMING))
+    steers = all_of(activity.begins, activity.is_any_of(Activity.MANUAL))
     return replace(
         state,
-        move=moving.begun(state.move, now, all_of(doing.begins, doing.is_any_of(Activity.MOVING))),
+        move=moving.begun(state.move, now, all_of(activity.begins, activity.is_any_of(Activity.MOVING))),
         steering=Steering(ca.if_else(steers, now.start_velocity, state.steering.velocity)),
         homing=replace(home, felt=ca.if_else(feels, now.sensed.load, home.felt)),
     )
@@ -218,8 +211,8 @@ def _begun(state: ControlState, now: Sample) -> ControlState:
 
 def _done(state: ControlState, now: Sample) -> tuple[ControlState, Scalar, Scalar]:
     """What the activity asks for, and which one follows it: state, motor speed [rad/s], following error [m]."""
-    doing = state.doing
-    active = {one: doing.is_any_of(one) for one in Activity}
+    activity = state.activity
+    active = {one: activity.is_any_of(one) for one in Activity}
     move, moves, error = moving.moved(state.move, now, active[Activity.MOVING], state.homing.felt)
     hand, goes, hand_speed = steering.steered(state.steering, now, active[Activity.MANUAL])
     place = ca.if_else(all_of(active[Activity.MANUAL], goes), NO_PLACE, state.place)
@@ -235,14 +228,16 @@ def _done(state: ControlState, now: Sample) -> tuple[ControlState, Scalar, Scala
     }
     test = state.leak_test
     if test is not None:
-        test, wishes[Activity.LEAK_TEST] = leak_testing.leak_tested(test, now, active[Activity.LEAK_TEST], doing.begins)
-    after = _followed(doing, wishes, now)
-    lands_now = all_of(active[Activity.MOVING], after.is_any_of(Activity.LANDING))
-    misses = all_of(active[Activity.LANDING], after.is_any_of(Activity.MOVING))
-    place = ca.if_else(lands_now, now.target, ca.if_else(misses, NO_PLACE, place))
-    speed = _speed(doing, after, {one: (active[one], wish.speed) for one, wish in wishes.items()}, now)
+        test, wishes[Activity.LEAK_TEST] = leak_testing.leak_tested(
+            test, now, active[Activity.LEAK_TEST], activity.begins
+        )
+    after, failed = _followed(activity, wishes, now)
+    place = ca.if_else(lands[Event.MISSED], NO_PLACE, place)
+    place = ca.if_else(all_of(moves.events[Event.NEAR], negated(failed)), now.target, place)
+    stops = any_of(active[Activity.STOPPING], failed)
+    speed = _speed(stops, after.ramp, [(active[one], wish.speed) for one, wish in wishes.items()], now)
     new = replace(
-        state, doing=after, move=move, steering=hand, homing=home, leak_test=test, place=place
+        state, activity=after, move=move, steering=hand, homing=home, leak_test=test, place=place
     )  # fmt: skip
     return new, speed, error
 
@@ -253,33 +248,39 @@ def _held(state: ControlState, now: Sample) -> tuple[Scalar, Scalar]:
     Behind a valve the motor stands. A pump turns for the leakage and brings the rod back; where no place is given, it
     is the first at which the position may be relied on. On an end stop the sensor feels what presses on the stop.
     """
-    by, doing, place = now.by, state.doing, state.place
+    by, activity, place = now.by, state.activity, state.place
     if by.holding.stands:
         return place, scalar(0.0)
-    trusted, rests = negated(now.reliance.none), doing.is_any_of(Activity.RESTING, Activity.LANDING)
-    keeps = any_of(rests, all_of(doing.is_any_of(Activity.MANUAL), state.steering.velocity == 0.0))
+    trusted, rests = negated(now.reliance.none), activity.is_any_of(Activity.RESTING, Activity.LANDING)
+    keeps = any_of(rests, all_of(activity.is_any_of(Activity.MANUAL), state.steering.velocity == 0.0))
     place = ca.if_else(all_of(keeps, trusted, place == NO_PLACE), now.sensed.position, place)
     back = ca.if_else(trusted, by.return_velocity(place - now.sensed.position), 0.0)
-    on_stop = all_of(doing.is_any_of(Activity.RESTING), state.homing.end != NO_PLACE)
+    on_stop = all_of(activity.is_any_of(Activity.RESTING), state.homing.end != NO_PLACE)
     kept = homing.speed_on_stop(by, state.homing.direction, state.homing.felt)
     return place, ca.if_else(on_stop, kept, by.holding_speed(back, now.sensed.load))
 
 
-def _followed(doing: Doing, wishes: dict[Activity, Wish], now: Sample) -> Doing:
-    """The activity after the sample: failures come before events."""
-    stands = abs(now.motor_speed) <= doing.ramp * now.by.period + STANDSTILL_ROUNDING
+def _followed(activity: ActivityState, wishes: dict[Activity, Wish], now: Sample) -> tuple[ActivityState, Flag]:
+    """The activity after the sample, and whether it failed: failures come before events."""
+    stands = abs(now.motor_speed) <= activity.ramp * now.by.period + STANDSTILL_ROUNDING
     events = [(one, event, happens) for one, wish in wishes.items() for event, happens in wish.events.items()]
-    events += [(Activity.STOPPING, Event.STANDS, all_of(doing.is_any_of(Activity.STOPPING), stands))]
+    events += [(Activity.STOPPING, Event.STANDS, all_of(activity.is_any_of(Activity.STOPPING), stands))]
     failures = {reason: holds for wish in wishes.values() for reason, holds in wish.failures.items()}
-    after = follow(replace(doing, begins=flag(False)), events)
-    return fail(after, failures, stopping_ramp(now.motor_speed, now.by.period))
+    after = follow(replace(activity, begins=flag(False)), events)
+    return fail(after, failures, stopping_ramp(now.motor_speed, now.by.period)), any_of(*failures.values())
 
 
-def _speed(doing: Doing, after: Doing, wishes: dict[Activity, tuple[Flag, Real]], now: Sample) -> Scalar:
-    """The next motor speed [rad/s]: what the activity asks for, within the largest change; in a stop, to standstill."""
+def _speed(stops: Flag, ramp: Scalar, wishes: Sequence[tuple[Flag, Real]], now: Sample) -> Scalar:
+    """The next motor speed [rad/s]: what the activity asks for, within the largest change; in a stop, to standstill.
+
+    Args:
+        stops: whether the cylinder stops.
+        ramp: of the motor's speed then [rad/s2].
+        wishes: of each activity, whether it is the one, and its motor speed [rad/s].
+        now: the sample.
+    """
     wish: Real = scalar(0.0)
-    for active, speed in wishes.values():
+    for active, speed in wishes:
         wish = ca.if_else(active, speed, wish)
-    stops = any_of(doing.is_any_of(Activity.STOPPING), after.is_any_of(Activity.STOPPING))
-    slope = ca.if_else(stops, after.ramp, now.by.slope)
+    slope = ca.if_else(stops, ramp, now.by.slope)
     return now.by.ramped(now.motor_speed, ca.if_else(stops, 0.0, wish), slope)

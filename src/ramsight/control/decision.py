@@ -16,27 +16,16 @@ from ramsight.expression import Condition, Flag, Real, Scalar
 
 @dataclass(frozen=True)
 class Sample:
-    """What activities decide by.
+    """What activities decide by."""
 
-    Attributes:
-        by: the cylinder's motor speeds, with what was learned of it by now.
-        inputs: of the sample.
-        sensed: the estimate, its position with the travel that is pending.
-        reliance: what the estimate and the drive allow.
-        at_limit: whether the drive is at its torque limit.
-        motor_speed: commanded until now [rad/s].
-        target: the last one within the stroke [m].
-        acceleration: largest in a move [m/s2].
-    """
-
-    by: Actuation
-    inputs: Inputs
-    sensed: Sensed
-    reliance: Reliance
-    at_limit: Flag
-    motor_speed: Scalar
-    target: Scalar
-    acceleration: Real
+    by: Actuation  # the cylinder's motor speeds, with what was learned of it by now
+    inputs: Inputs  # of the sample
+    sensed: Sensed  # the estimate, its position with the travel that is pending
+    reliance: Reliance  # what the estimate and the drive allow
+    at_limit: Flag  # whether the drive is at its torque limit
+    motor_speed: Scalar  # commanded until now [rad/s]
+    target: Scalar  # the last one within the stroke [m]
+    acceleration: Real  # largest in a move [m/s2]
 
     @property
     def start_velocity(self) -> Scalar:

@@ -14,15 +14,10 @@ from ramsight.expression import Real, Scalar, scalar
 
 @dataclass(frozen=True)
 class Model:
-    """State of a drive that does not follow at once, its delays neglected.
+    """State of a drive that does not follow at once, its delays neglected."""
 
-    Attributes:
-        speeds: newest first.
-        rate: of the newest.
-    """
-
-    speeds: tuple[Scalar, ...] = leaf("rad/s", None)
-    rate: Scalar = leaf("rad/s2")
+    speeds: tuple[Scalar, ...] = leaf("rad/s", None)  # newest first
+    rate: Scalar = leaf("rad/s2")  # of the newest
 
 
 @dataclass(frozen=True)
@@ -46,17 +41,11 @@ class Reporting:
 
 @dataclass(frozen=True)
 class DeclaredDrive:
-    """State of the declared drive.
+    """State of the declared drive."""
 
-    Attributes:
-        commanded: newest first.
-        model: none where the drive follows at once.
-        reporting: none where reports show commands at once.
-    """
-
-    commanded: tuple[Scalar, ...] = leaf("rad/s", None)
-    model: Model | None = None
-    reporting: Reporting | None = None
+    commanded: tuple[Scalar, ...] = leaf("rad/s", None)  # newest first
+    model: Model | None = None  # none where the drive follows at once
+    reporting: Reporting | None = None  # none where reports show commands at once
 
     @property
     def speeds(self) -> tuple[Scalar, ...]:

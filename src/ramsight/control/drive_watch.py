@@ -3,7 +3,7 @@
 The declared drive follows the same commands in a model. Its speed may come at any time up to the declared delays, so
 a report has to lie between the least and the greatest of what commands and model had in that time, plus and minus the
 declared deviation and noise. A servo yields to a load that changes: by (T - z)/k_p, where z, its integral, is the
-torque T behind a low pass of k_p/k_i, so that its own torque says by how much.
+torque T behind a low pass of k_p/k_i, so that its own torque shows by how much.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from ramsight.plant.unit import HydraulicUnit
 
 
 class Verdict(Enum):
-    """What a drive does with its commands; the text is what a control says of it."""
+    """What a drive does with its commands; the text is the control's reason."""
 
     OBEYS = ""
     SLOW = "the drive follows more slowly than declared"
@@ -47,37 +47,21 @@ class Verdict(Enum):
 
 @dataclass(frozen=True)
 class Declaration:
-    """What a drive may do that is as declared, in samples and speeds.
+    """What a drive may do that is as declared, in samples and speeds."""
 
-    Attributes:
-        response: how it is declared to follow.
-        period: of the samples [s].
-        late: samples by which a report may be behind its command.
-        patience: samples beyond which a late drive does not follow.
-        in_a_row: samples in which a motor that does not follow is noticed.
-        departure: samples of a command's mean, and in which it has left it.
-        missing: reports that may be missing in a row.
-        speed: by which a report may be off the declared drive's [rad/s].
-        kept: samples of commands that are looked at.
-        times: of the samples within the declared lag, newest first [s].
-        servo: the drive, if it is one whose torque says by how much it yields.
-        full: torque at which such a drive is at its limit [N m].
-        repeats: of the speed that are too many for its noise.
-    """
-
-    response: DriveResponse
-    period: float
-    late: int
-    patience: int
-    in_a_row: int
-    departure: int
-    missing: int
-    speed: float
-    kept: int
-    times: tuple[float, ...]
-    servo: ServoDrive | None
-    full: float
-    repeats: float
+    response: DriveResponse  # how it is declared to follow
+    period: float  # of the samples [s]
+    late: int  # samples by which a report may be behind its command
+    patience: int  # samples beyond which a late drive does not follow
+    in_a_row: int  # samples in which a motor that does not follow is noticed
+    departure: int  # samples of a command's mean, and in which it has left it
+    missing: int  # reports that may be missing in a row
+    speed: float  # by which a report may be off the declared drive's [rad/s]
+    kept: int  # samples of commands that are looked at
+    times: tuple[float, ...]  # of the samples within the declared lag, newest first [s]
+    servo: ServoDrive | None  # the drive, if it is one whose torque shows by how much it yields
+    full: float  # torque at which such a drive is at its limit [N m]
+    repeats: float  # of the speed that are too many for its noise
 
     @classmethod
     def of(cls, unit: HydraulicUnit, response: DriveResponse, period: float) -> Declaration:
@@ -122,21 +106,13 @@ class Counters:
 
 @dataclass(frozen=True)
 class Standing:
-    """A speed that is reported unchanged, and what commands did meanwhile.
+    """A speed that is reported unchanged, and what commands did meanwhile."""
 
-    Attributes:
-        same: repeats until now.
-        gone: samples for which model and command have left their means, to one side.
-        model_mean: of the model when the report began to stand.
-        command_mean: of the command then.
-        side: on which both are, 1 or -1; 0 if on neither.
-    """
-
-    same: Scalar = leaf("1")
-    gone: Scalar = leaf("1")
-    model_mean: Scalar = leaf("rad/s")
-    command_mean: Scalar = leaf("rad/s")
-    side: Scalar = leaf("1")
+    same: Scalar = leaf("1")  # repeats until now
+    gone: Scalar = leaf("1")  # samples for which model and command have left their means, to one side
+    model_mean: Scalar = leaf("rad/s")  # of the model when the report began to stand
+    command_mean: Scalar = leaf("rad/s")  # of the command then
+    side: Scalar = leaf("1")  # on which both are, 1 or -1; 0 if on neither
 
 
 @dataclass(frozen=True)
@@ -149,57 +125,34 @@ class TorqueRepeats:
 
 @dataclass(frozen=True)
 class WatchState:
-    """State of the watch.
+    """State of the watch."""
 
-    Attributes:
-        counters: of what is wrong.
-        standing: of the reported speed.
-        declared: the declared drive.
-        repeats: of the reported speed; none where its noise allows any.
-        torques: how often a torque repeats; none where that is declared.
-        integral: a servo's, none of an ideal drive.
-        speed: last reported.
-        torque: last reported.
-    """
-
-    counters: Counters
-    standing: Standing
-    declared: DeclaredDrive
-    repeats: SpeedRepeats | None
-    torques: TorqueRepeats | None
-    integral: Scalar | None = leaf("N*m", None)
-    speed: Scalar = leaf("rad/s", thresholds.NO_REPORT)
-    torque: Scalar = leaf("N*m", thresholds.NO_REPORT)
+    counters: Counters  # of what is wrong
+    standing: Standing  # of the reported speed
+    declared: DeclaredDrive  # the declared drive
+    repeats: SpeedRepeats | None  # of the reported speed; none where its noise allows any
+    torques: TorqueRepeats | None  # how often a torque repeats; none where that is declared
+    integral: Scalar | None = leaf("N*m", None)  # a servo's, none of an ideal drive
+    speed: Scalar = leaf("rad/s", thresholds.NO_REPORT)  # last reported
+    torque: Scalar = leaf("N*m", thresholds.NO_REPORT)  # last reported
 
 
 @dataclass(frozen=True)
 class Report:
-    """A drive's report.
+    """A drive's report."""
 
-    Attributes:
-        arrived: whether there is one.
-        speed: in it [rad/s].
-        torque: in it [N m].
-    """
-
-    arrived: Flag
-    speed: Scalar
-    torque: Scalar
+    arrived: Flag  # whether there is one
+    speed: Scalar  # in it [rad/s]
+    torque: Scalar  # in it [N m]
 
 
 @dataclass(frozen=True)
 class Found:
-    """What the watch found at a sample.
+    """What the watch found at a sample."""
 
-    Attributes:
-        verdicts: whether each verdict is that of the sample; one at most is.
-        pending: angle that was commanded and is in no report yet [rad].
-        underway: mean speeds of the samples within the declared lag, newest first [rad/s].
-    """
-
-    verdicts: dict[Verdict, Flag]
-    pending: Scalar
-    underway: tuple[Scalar, ...]
+    verdicts: dict[Verdict, Flag]  # whether each verdict is that of the sample; one at most is
+    pending: Scalar  # angle that was commanded and is in no report yet [rad]
+    underway: tuple[Scalar, ...]  # mean speeds of the samples within the declared lag, newest first [rad/s]
 
 
 def unwatched(declared: Declaration) -> WatchState:

@@ -42,9 +42,9 @@ MotorFault = Callable[[str, float], float]
 class Record:
     """What happened to one unit, sample by sample.
 
-    `command` is the speed that the plant was given, after whatever the drive made of the control's; `asked` is what the
+    `command` is the speed that the plant was given, after what the drive made of the control's; `asked` is what the
     control asked for. Where a report was lost, `reported` has the last one that arrived, with its own time. `learned`
-    has the factors of leakage and displacement that the control reckoned with.
+    has the factors of leakage and displacement that the control used.
     """
 
     position: list[float] = field(default_factory=list)
@@ -82,7 +82,7 @@ class DrivenUnits(ABC):
         self._drives = {
             name: LiveDrive(setting.drive, self.period, how, stream=k) for k, name in enumerate(self.units)
         }  # fmt: skip
-        self._given = dict.fromkeys(self.units, 0.0)
+        self._followed_speed = dict.fromkeys(self.units, 0.0)
         self._noise = np.random.default_rng([setting.seed, len(self.units)])
         self.sensors: dict[str, VirtualSensor] = {unit.name: kalman(unit, setting.assumptions) for unit in sheet}
         limits, declared = setting.limits or {}, setting.declared or setting.drive
@@ -92,9 +92,9 @@ class DrivenUnits(ABC):
         }
         for name, sensor in self.sensors.items():
             sensor.start(start_position[name] if setting.known else None)
-        # What a late drive reports until then is of before the beginning; the position told is that of the beginning.
+        # What a late drive reports until then is older than the start; the known position is that of the start.
         self._begins = setting.drive.report_delay - ROUNDING
-        self._told = set(self.units) if setting.known and setting.drive.report_delay > 0.0 else set()
+        self._unstarted = set(self.units) if setting.known and setting.drive.report_delay > 0.0 else set()
         self.records = {name: Record() for name in self.units}
         self.time: list[float] = []
         self._commands: dict[str, Command] = {}
@@ -144,7 +144,7 @@ class DrivenUnits(ABC):
             scaled: all begin at once, and each has done the same share of its way at any time: velocity and
                 acceleration over the way are those of the cylinder that needs longest for either.
         """
-        ways = {name: target - self._believed(name) for name, target in targets.items()}
+        ways = {name: target - self._estimated(name) for name, target in targets.items()}
         paces = {name: self._pace(name) for name in ways}
         self._waiting = {}
         if scaled:
@@ -207,14 +207,14 @@ class DrivenUnits(ABC):
 
     def _take_references(self, unit: str, target: float) -> None:
         """The visit that is due, and others of those that are allowed as long as the sensor asks after it."""
-        renewing, left = self._referencing, list(self._referencing.visits.get(unit, ()))
+        plans, left = self._referencing, list(self._referencing.visits.get(unit, ()))
         sensor, control, estimates = self.sensors[unit], self.controls[unit], self.records[unit].estimate
-        chosen = renewing.before(sensor, control, estimates, target, left)
+        chosen = plans.before(sensor, control, estimates, target, left)
         while chosen is not None:
             self.calibrate(unit, chosen)
             left.remove(chosen)
             asks = estimates[-1].status in ASKS
-            chosen = renewing.before(sensor, control, estimates, target, left) if asks else None
+            chosen = plans.before(sensor, control, estimates, target, left) if asks else None
 
     def calibrate(self, unit: str, visit: Visit) -> None:
         """Make a planned visit with one unit."""
@@ -226,7 +226,7 @@ class DrivenUnits(ABC):
     def home(self, unit: str, *, lifted: bool = False, slow: bool = False, settle: float = LOOP_SETTLE_TIME) -> None:
         """Let one unit visit an end stop and wait until it has, or has stopped; then for a while [s].
 
-        Whoever homes a machine says that nothing is in the way: where the rod then stands is a reference. What the
+        Homing asserts that nothing is in the way: where the rod then stands is a reference. What the
         sensor finds by itself could be an obstacle.
         """
         control = self.controls[unit]
@@ -254,15 +254,15 @@ class DrivenUnits(ABC):
                     if not control.done:
                         control.stop(f"{name} has not arrived in {LONGEST_MOVE:g} s")
 
-    def _believed(self, name: str) -> float:
+    def _estimated(self, name: str) -> float:
         return self.records[name].estimate[-1].position
 
     def _followed(self) -> dict[str, float]:
         """Motor speeds at the next sample, which the drives make of the newest commands [rad/s], by unit."""
         for name, command in self._commands.items():
             speed = self._drives[name].follow(command.motor_speed)
-            self._given[name] = speed if self.motor_fault is None else self.motor_fault(name, speed)
-        return self._given
+            self._followed_speed[name] = speed if self.motor_fault is None else self.motor_fault(name, speed)
+        return self._followed_speed
 
     def _decide(self) -> None:
         """Reports of this sample, what the sensors make of them, and the next commands."""
@@ -282,8 +282,8 @@ class DrivenUnits(ABC):
             estimate, reported, command = record.estimate[-1], record.reported[-1], control.step_unreported()
             record.learned.append(record.learned[-1])
         else:
-            if name in self._told and now.time >= self._begins:
-                self._told.remove(name)
+            if name in self._unstarted and now.time >= self._begins:
+                self._unstarted.remove(name)
                 sensor.start(self._start[name])
             reference = self._references.pop(name, math.nan)
             values = reported.motor_speed, reported.motor_torque, reported.oil_temperature
@@ -295,7 +295,7 @@ class DrivenUnits(ABC):
         self._commands[name] = command
         record.position.append(now.position[name])
         record.motor_torque.append(now.motor_torque[name])
-        record.command.append(self._given[name])
+        record.command.append(self._followed_speed[name])
         record.asked.append(command.motor_speed)
         record.estimate.append(estimate)
         record.target.append(control.target)
@@ -323,16 +323,16 @@ class DrivenUnits(ABC):
                         other.stop(f"{name}: {control.reason}")
 
     def track(self, unit: str) -> xarray.Dataset:
-        """What a unit's sensor said, as its own `track` would have it; with `target` [m] and what was reported."""
+        """A unit's estimates, as its sensor's `track` gives them; with `target` [m] and the reports."""
         import xarray
 
         record = self.records[unit]
-        said, reported = record.estimate, record.reported
+        estimates, reported = record.estimate, record.reported
         columns = {
-            "position": ("m", [e.position for e in said]),
-            "position_std": ("m", [e.std for e in said]),
-            "velocity": ("m/s", [e.velocity for e in said]),
-            "load": ("N", [e.load for e in said]),
+            "position": ("m", [e.position for e in estimates]),
+            "position_std": ("m", [e.std for e in estimates]),
+            "velocity": ("m/s", [e.velocity for e in estimates]),
+            "load": ("N", [e.load for e in estimates]),
             "target": ("m", record.target),
             "motor_speed": ("rad/s", [r.motor_speed for r in reported]),
             "motor_torque": ("N m", [r.motor_torque for r in reported]),
@@ -340,7 +340,7 @@ class DrivenUnits(ABC):
         }
         data = {name: ("time", np.array(values), {"units": units}) for name, (units, values) in columns.items()}
         found = xarray.Dataset(data, coords={"time": ("time", np.array(self.time), {"units": "s"})})
-        found["status"] = ("time", np.array([int(e.status) for e in said], dtype=np.int16))
+        found["status"] = ("time", np.array([int(e.status) for e in estimates], dtype=np.int16))
         found["status"].attrs = {"meaning": "; ".join(f"{int(status)}: {status.text}" for status in Status)}
         found.attrs = {"format": 1, "sensor": self.sensors[unit].kind}
         return found

@@ -27,23 +27,14 @@ from ramsight.plant.unit import HydraulicUnit
 
 @dataclass(frozen=True)
 class Homing:
-    """State of a visit to an end stop.
+    """State of a visit to an end stop."""
 
-    Attributes:
-        end: the stop that is sought or stood on, or none.
-        time: since the beginning.
-        velocity: towards the stop.
-        stood: how long the rod has been held.
-        felt: load on the way, its noise averaged.
-        found: whether the sensor is to take the stop as a reference.
-    """
-
-    end: Scalar = leaf("m", NO_PLACE)
-    time: Scalar = leaf("s")
-    velocity: Scalar = leaf("m/s")
-    stood: Scalar = leaf("s")
-    felt: Scalar = leaf("N")
-    found: Flag = leaf("1")
+    end: Scalar = leaf("m", NO_PLACE)  # the stop that is sought or stood on, or none
+    time: Scalar = leaf("s")  # since the beginning
+    velocity: Scalar = leaf("m/s")  # towards the stop
+    stood: Scalar = leaf("s")  # how long the rod has been held
+    felt: Scalar = leaf("N")  # load on the way, its noise averaged
+    found: Flag = leaf("1")  # whether the sensor is to take the stop as a reference
 
     @property
     def direction(self) -> Scalar:
@@ -69,7 +60,7 @@ def end_stop(unit: HydraulicUnit, *, lifted: bool) -> float:
 
 
 def ordered(state: Homing, orders: Orders, unit: HydraulicUnit) -> Homing:
-    """After orders: a new one ends the rest on a stop, homing begins anew."""
+    """After orders: a new one ends the rest on a stop, homing begins again."""
     end = ca.if_else(orders.lifted, end_stop(unit, lifted=True), end_stop(unit, lifted=False))
     return replace(
         state,

@@ -6,10 +6,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ramsight.control.compiled import Live, recursion_of
 from ramsight.control.drive_watch import Declaration, Report, Verdict, WatchState, look, reset, unwatched
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.duty.live import Reported
+from ramsight.engine.live_recursion import Live, recursion_of
 from ramsight.engine.typed_state import leaf, symbols
 from ramsight.expression import Flag, Real, Scalar, count
 from ramsight.plant.unit import HydraulicUnit
@@ -45,8 +45,8 @@ class DriveWatch:
         >>> watch = DriveWatch(boom, DriveResponse(), 0.02)
         >>> for k in range(8):
         ...     watch.command(50.0)
-        ...     said = watch.look(Reported(0.02 * k, 0.0, 20.0 + k, 313.15))
-        >>> said
+        ...     verdict = watch.look(Reported(0.02 * k, 0.0, 20.0 + k, 313.15))
+        >>> verdict
         <Verdict.STUCK: 'the reported motor speed is stuck'>
     """
 
@@ -72,7 +72,7 @@ class DriveWatch:
         self._command = speed
 
     def look(self, reported: Reported) -> Verdict:
-        """What a report says of the drive; a value that is no number is the sensor's to judge."""
+        """The verdict on a report; a value that is no number is the sensor's to judge."""
         return self._stepped(1.0, reported.motor_speed, reported.motor_torque)
 
     def missed(self) -> Verdict:

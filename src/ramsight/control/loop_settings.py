@@ -31,7 +31,7 @@ class LoopSettings:
     """How a loop is set up; what all its units share.
 
     Args:
-        known: whether the sensors are told where the pistons are; otherwise they have to be homed.
+        known: whether the sensors start with a known position; otherwise they have to be homed.
         oil_temperature: [K].
         temperature_offset: by which the thermometers read too much [K].
         feedback: where the controls take the position from.

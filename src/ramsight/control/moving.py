@@ -19,23 +19,14 @@ from ramsight.expression import Condition, Flag, Real, Scalar, all_of, negated, 
 
 @dataclass(frozen=True)
 class Move:
-    """State of a move.
+    """State of a move."""
 
-    Attributes:
-        trajectory: its way.
-        direction: of the target, +1 or -1.
-        tries: how often it may still be repeated.
-        blocked: how long the load has been at the largest force.
-        left: the stop that it leaves, or none.
-        stood: how long the rod has stood at the target.
-    """
-
-    trajectory: Trajectory
-    direction: Scalar = leaf("1", 1.0)
-    tries: Scalar = leaf("1")
-    blocked: Scalar = leaf("s")
-    left: Scalar = leaf("m", NO_PLACE)
-    stood: Scalar = leaf("s")
+    trajectory: Trajectory  # its way
+    direction: Scalar = leaf("1", 1.0)  # of the target, +1 or -1
+    tries: Scalar = leaf("1")  # how often it may still be repeated
+    blocked: Scalar = leaf("s")  # how long the load has been at the largest force
+    left: Scalar = leaf("m", NO_PLACE)  # the stop that it leaves, or none
+    stood: Scalar = leaf("s")  # how long the rod has stood at the target
 
 
 def ordered(state: Move, orders: Orders, tries: int, position: Scalar, on_stop: Flag) -> Move:

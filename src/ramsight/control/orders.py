@@ -98,36 +98,22 @@ _TEXTS = {
 
 @dataclass(frozen=True)
 class LastOrder:
-    """State: what was asked for at the last sample.
+    """State: what was asked for at the last sample."""
 
-    Attributes:
-        ask: an `Ask`.
-        target: the last one within the stroke.
-    """
-
-    ask: Scalar = leaf("1", Ask.POSITION)
-    target: Scalar = leaf("m", NO_PLACE)
+    ask: Scalar = leaf("1", Ask.POSITION)  # an `Ask`
+    target: Scalar = leaf("m", NO_PLACE)  # the last one within the stroke
 
 
 @dataclass(frozen=True)
 class Orders:
-    """What is asked for at a sample, and was not before.
+    """What is asked for at a sample, and was not before."""
 
-    Attributes:
-        sent: to a target.
-        steered: by hand.
-        homed: to an end stop.
-        tested: whether a leak test is asked for.
-        stopped: whether a stop is asked for, new or not.
-        lifted: whether the end stop is that of lifting.
-    """
-
-    sent: Flag
-    steered: Flag
-    homed: Flag
-    tested: Flag
-    stopped: Flag
-    lifted: Flag
+    sent: Flag  # to a target
+    steered: Flag  # by hand
+    homed: Flag  # to an end stop
+    tested: Flag  # whether a leak test is asked for
+    stopped: Flag  # whether a stop is asked for, new or not
+    lifted: Flag  # whether the end stop is that of lifting
 
     @property
     def any(self) -> Flag:

@@ -15,21 +15,20 @@ from dataclasses import dataclass, replace
 
 from ramsight.control.activity import ACTIVITIES, STOPS, Activity, Event, after
 from ramsight.control.actuation import Actuation
-from ramsight.control.block import DRIVE, KEEPS, UNCERTAIN, VERDICTS, position_block
-from ramsight.control.compiled import Live
+from ramsight.control.block import VERDICTS, Notice, position_block
 from ramsight.control.homing import end_stop
 from ramsight.control.orders import Ask, Reason
+from ramsight.control.thresholds import NO_ORDER
 from ramsight.control.trajectory import Limits
 from ramsight.control.tuning import Tuning
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.live import Reported
 from ramsight.duty.simulate import SAMPLE_PERIOD
+from ramsight.engine.live_recursion import Live
 from ramsight.errors import DescriptionError
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate
-
-_NEW_ORDER = -1.0  # as the last `ask`: whatever is asked for next is new
 
 
 @dataclass(frozen=True)
@@ -114,7 +113,7 @@ class PositionControl:
         return self._activity if self._event is None else after(self._activity, self._event)
 
     def move_to(self, target: float, speed: float | None = None, acceleration: float | None = None) -> None:
-        """Go to a position, from whatever it is doing; takes a stopped cylinder up again.
+        """Go to a position, from whatever it is doing; a stopped cylinder, too.
 
         Args:
             target: [m].
@@ -132,7 +131,7 @@ class PositionControl:
         self._take_up(Event.SENT, _Order(Ask.POSITION, target, speed=limits.speed))
 
     def steer(self, velocity: float) -> None:
-        """Go at a velocity that a hand gives, from whatever it is doing; takes a stopped cylinder up again.
+        """Go at a velocity that a hand gives, from whatever it is doing; a stopped cylinder, too.
 
         Args:
             velocity: [m/s], positive extends, within the limits; 0 holds the rod where it is.
@@ -148,7 +147,7 @@ class PositionControl:
         return end_stop(self.unit, lifted=lifted)
 
     def home(self, *, lifted: bool = False, slow: bool = False) -> None:
-        """Go to an end stop and press on it, so that the sensor finds its position; takes a stopped cylinder up again.
+        """Go to an end stop and press on it, so that the sensor finds its position; a stopped cylinder, too.
 
         Args:
             lifted: the stop at the end of lifting; by default that of lowering.
@@ -227,12 +226,12 @@ class PositionControl:
         """Give an order, to a stopped cylinder too."""
         self.reason, self.target = "", order.target
         self._order, self._event = order, event
-        self._live.set("order.ask", _NEW_ORDER)
+        self._live.set("order.ask", NO_ORDER)
 
     def _stepped(self, values: tuple[float, ...]) -> Command:
         order, before = self._order, self._activity
-        given = (*values, float(order.ask), order.target, order.steering, order.speed)
-        self._speed, activity, reason, _, error, notice = self._live.step(given)
+        inputs = (*values, float(order.ask), order.target, order.steering, order.speed)
+        self._speed, activity, reason, _, error, notice = self._live.step(inputs)
         new, self._event = self._event is not None and order.ask is not Ask.STOP, None
         self._activity = ACTIVITIES[int(activity)]
         if self._activity not in STOPS:
@@ -243,9 +242,9 @@ class PositionControl:
 
     def _notice(self, notice: int) -> str:
         """What slows the cylinder, in words."""
-        if notice == KEEPS:
+        if notice == Notice.AS_BEFORE:
             return self.reason
-        return self._last.status.text if notice == UNCERTAIN else VERDICTS[notice - DRIVE].value
+        return self._last.status.text if notice == Notice.SENSOR else VERDICTS[notice - Notice.DRIVE].value
 
     def _why(self, reason: Reason, error: float) -> str:
         """Why it stops, in words, with the following error [m]."""

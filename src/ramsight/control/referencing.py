@@ -24,7 +24,7 @@ ASKS = frozenset(
         Status.OUTSIDE_STROKE,
     }
 )
-"""What a sensor says that only a reference mends."""
+"""Statuses that only a reference clears."""
 
 
 @dataclass(frozen=True)

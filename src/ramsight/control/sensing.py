@@ -56,25 +56,15 @@ def may_home(status: Status) -> bool:
 
 @dataclass(frozen=True)
 class Sensed:
-    """The sensor's estimate and the factors that it has learned; as a state, those of the last sample.
+    """The sensor's estimate and the factors that it has learned; as a state, those of the last sample."""
 
-    Attributes:
-        position: of the rod.
-        position_std: its standard deviation.
-        velocity: of the rod.
-        load: on it.
-        status: a `Status`.
-        leak: factor of the leakage.
-        displacement: factor of the displacement.
-    """
-
-    position: Scalar = leaf("m", NO_POSITION)
-    position_std: Scalar = leaf("m")
-    velocity: Scalar = leaf("m/s")
-    load: Scalar = leaf("N")
-    status: Scalar = leaf("1", float(Status.NOT_REFERENCED))
-    leak: Scalar = leaf("1", 1.0)
-    displacement: Scalar = leaf("1", 1.0)
+    position: Scalar = leaf("m", NO_POSITION)  # of the rod
+    position_std: Scalar = leaf("m")  # its standard deviation
+    velocity: Scalar = leaf("m/s")  # of the rod
+    load: Scalar = leaf("N")  # on it
+    status: Scalar = leaf("1", float(Status.NOT_REFERENCED))  # a `Status`
+    leak: Scalar = leaf("1", 1.0)  # factor of the leakage
+    displacement: Scalar = leaf("1", 1.0)  # factor of the displacement
 
 
 def sensed_at(last: Sensed, inputs: Inputs, period: float) -> Sensed:
@@ -96,19 +86,12 @@ def smoothed_temperature(before: Scalar, inputs: Inputs, period: float) -> Scala
 
 @dataclass(frozen=True)
 class Reliance:
-    """What a sample's status allows.
+    """What a sample's status allows."""
 
-    Attributes:
-        full: full speed.
-        slow: less.
-        none: nothing that needs a position.
-        homing: to fetch a reference.
-    """
-
-    full: Flag
-    slow: Flag
-    none: Flag
-    homing: Flag
+    full: Flag  # full speed
+    slow: Flag  # less
+    none: Flag  # nothing that needs a position
+    homing: Flag  # to fetch a reference
 
 
 def reliance_on(status: Scalar) -> Reliance:

@@ -40,34 +40,21 @@ class Learned:
 
 @dataclass(frozen=True)
 class Current:
-    """The run that has not ended.
+    """The run that has not ended."""
 
-    Attributes:
-        speed: that repeats.
-        alarm: whether the run is too long.
-        repeated: whether the last sample was a repeat that counts.
-        runs: for commands that are steady and that tremble.
-    """
-
-    runs: tuple[Run, Run]
-    speed: Scalar = leaf("rad/s", NO_REPORT)
-    alarm: Flag = leaf("1")
-    repeated: Flag = leaf("1")
+    runs: tuple[Run, Run]  # for commands that are steady and that tremble
+    speed: Scalar = leaf("rad/s", NO_REPORT)  # that repeats
+    alarm: Flag = leaf("1")  # whether the run is too long
+    repeated: Flag = leaf("1")  # whether the last sample was a repeat that counts
 
 
 @dataclass(frozen=True)
 class SpeedRepeats:
-    """State of the check.
+    """State of the check."""
 
-    Attributes:
-        current: the run that has not ended.
-        learned: for commands that are steady and that tremble.
-        confirmed: whether no run has refuted the declared noise.
-    """
-
-    current: Current
-    learned: tuple[Learned, Learned]
-    confirmed: Flag = leaf("1", 1.0)
+    current: Current  # the run that has not ended
+    learned: tuple[Learned, Learned]  # for commands that are steady and that tremble
+    confirmed: Flag = leaf("1", 1.0)  # whether no run has refuted the declared noise
 
 
 def no_run() -> Current:

@@ -7,6 +7,7 @@ from ramsight.constant import Constant
 
 # Sentinels: a compiler may turn comparisons round, and NaN would be lost.
 NO_PLACE = Constant(-1e3, "m", "a position that no cylinder has, for none")
+NO_ORDER = Constant(-1.0, "1", "no `Ask`: as the last one, whatever is asked for next is new")
 NO_POSITION = Constant(1e31, "m", "the position before the first report: no finite number by LARGEST_NUMBER")
 NO_REPORT = Constant(1e30, "1", "a reported value before the first report: no drive reports it")
 LARGEST_NUMBER = Constant(1e30, "1", "a larger value, or NaN, is no number; no quantity here comes near")

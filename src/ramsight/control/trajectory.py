@@ -124,15 +124,10 @@ def together(ways: Mapping[str, tuple[Limits, float]]) -> dict[str, tuple[float,
 
 @dataclass(frozen=True)
 class Trajectory:
-    """State of a way.
+    """State of a way."""
 
-    Attributes:
-        points: places of the point that goes ahead, newest first.
-        velocity: of that point.
-    """
-
-    points: tuple[Scalar, ...] = leaf("m", None)
-    velocity: Scalar = leaf("m/s")
+    points: tuple[Scalar, ...] = leaf("m", None)  # places of the point that goes ahead, newest first
+    velocity: Scalar = leaf("m/s")  # of that point
 
 
 def smoothing_samples(limits: Limits, period: float) -> int:

@@ -1,4 +1,4 @@
-"""A stage of values that is compiled: live, a sample at a time."""
+"""A stage of typed states as a recursion, and a recursion that goes on live, a sample at a time."""
 
 from __future__ import annotations
 
