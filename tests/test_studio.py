@@ -29,11 +29,11 @@ from ramsight.normal import TWO_SIDED_95
 from ramsight.studio import draft
 from ramsight.studio.energy import flows
 from ramsight.studio.guard import Guard
+from ramsight.studio.knobs import FAULTS, LIE, Knobs
 from ramsight.studio.playing import DUTIES
 from ramsight.studio.rig import Rig
 from ramsight.studio.session import Session
 from ramsight.studio.thinning import keep, kept, thinned
-from ramsight.studio.told import FAULTS, LIE, Knobs
 from ramsight.studio.uploaded_log import Asked, find_factors, find_leak, judge, propose, references, track
 
 TRACES = Path(__file__).parent / "traces"

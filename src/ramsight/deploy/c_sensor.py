@@ -27,10 +27,10 @@ from ramsight.sensor.virtual_sensor import MEASURED, SHAFT_ANGLE, START_SLACK, V
 PLACES = ("position", "shown_position")
 """States that grow by little at a time; they stay doubles where reals are floats."""
 CLOCKS = ("time", "clock")
-"""States that are times; the step is given how far they are back. A sum of times stays a double too, or a timer of
+"""States that are times; the step gets how far they are back. A sum of times stays a double too, or a timer of
 samples would end a sample early or late at its limit."""
 ANGLES = {"last_shaft_angle": SHAFT_ANGLE}
-"""States that are what an input was, of which only the change counts: doubles, and the step is given the change."""
+"""States that are what an input was, of which only the change counts: doubles, and the step gets the change."""
 ROW = ("time [s]", "motor speed [rad/s]", "motor torque [N m]", "oil temperature [K]", "reference [m]")
 """Columns of a row of samples; what else a sensor takes comes after them."""
 _SLOTS = "slots 2"
@@ -80,7 +80,7 @@ def sensor_source(
         unit: the unit.
         prefix: of all names.
         machine: the machine's name, for the comments.
-        single: reals are floats unless the compiler is told otherwise.
+        single: reals are floats by default.
     """
     recursion = sensor.recursion
     step, constants, wide = _step(sensor, prefix)
@@ -121,7 +121,7 @@ def sensor_source(
         creeping=CREEPING,
         resting=RESTING,
         moved=CHANGED,
-        doubt=DOUBTED,
+        std_change=DOUBTED,
         settling=SETTLING,
         variances=indented(f"if (s->{name} < R(0.0)) return 0;" for name in states if is_variance(name)),
         learned=indented(f"to->{name} = from->{name};" for name in learned(sensor.recursion.state)),
