@@ -2,6 +2,8 @@
 
 python evaluation/mutants.py --out mutants.json [--only TEXT]
 
+With --only the other results in the file stay as they are.
+
 The changes are the table mutants.toml. Each is made in a temporary copy of the tree, the tests that the table names run
 on it until the first failure, and the mutant is killed if one fails. The results do not depend on the machine.
 """
@@ -129,6 +131,12 @@ def main() -> None:
     for mutant in chosen:
         mutant.text(ROOT)
     rows = list(tried(chosen))
+    if asked.only and asked.out is not None and asked.out.exists():
+        known = {(row["place"], row["old"]) for row in rows}
+        before = json.loads(asked.out.read_text(encoding="utf-8"))["mutants"]
+        places = {(mutant.place, mutant.old) for mutant in mutants()}
+        rows += [row for row in before if (row["place"], row["old"]) in places - known]
+        rows.sort(key=lambda row: [mutant.place for mutant in mutants()].index(row["place"]))
     survivors = [row for row in rows if row["outcome"] == "survived"]
     print(f"{len(rows) - len(survivors)} killed, {len(survivors)} survived")
     if asked.out is not None:

@@ -15,6 +15,7 @@ from ramsight.plant.holding import Leaving
 from ramsight.plant.hose import Volume, laminar_resistance
 from ramsight.plant.oil import Oil, aerated_bulk_modulus, walther_constants
 from ramsight.plant.pipe_friction import drop_over_laminar
+from ramsight.plant.pump import friction_coefficient
 from ramsight.plant.valve import CheckValve, ReliefValve
 
 OIL = Oil(*walther_constants(313.15, 32e-6, 373.15, 6.1e-6), density=872.0, bulk_modulus=1.2e9)
@@ -100,3 +101,11 @@ def test_beyond_its_relief_valve_what_leaves_a_side_grows_in_proportion():
     leaving = Leaving(build_unit("boom", machine.load("mining-loader").unit("boom")), "a")
     at = leaving.flow(leaving._most, 313.15)
     assert leaving.flow(2.0 * leaving._most, 313.15) == pytest.approx(2.0 * at, rel=1e-9)
+
+
+@pytest.mark.parametrize("efficiency", [0.6, 0.9])
+def test_a_pumps_friction_makes_its_hydromechanical_efficiency(efficiency):
+    """Ideal torque over the torque that the pump takes is the efficiency, at the pressure where only that counts."""
+    displacement, pressure = 5e-6, 250e5
+    friction = friction_coefficient(displacement, efficiency) * pressure
+    assert displacement * pressure / (displacement * pressure + friction) == pytest.approx(efficiency, rel=1e-12)

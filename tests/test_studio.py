@@ -828,3 +828,9 @@ def test_the_verb_says_what_it_needs(monkeypatch):
 
 def test_every_fault_has_words():
     assert all(words for words in FAULTS.values())
+
+
+def test_a_picture_begins_with_the_sample_before_its_first_time():
+    columns = {"time": np.arange(10.0), "position": np.arange(10.0) / 10.0}
+    assert thinned(columns, 100, 4.5, 6.5)["time"] == [4.0, 5.0, 6.0, 7.0]
+    assert thinned(columns, 100)["time"] == columns["time"].tolist()
