@@ -31,8 +31,8 @@ from ramsight.logs.opening import read_measured
 from ramsight.normal import TWO_SIDED_95
 from ramsight.output import atomic_path
 from ramsight.progress import progress
-from ramsight.sensor.status import Status
 from ramsight.sensor.sample import PRESSURES
+from ramsight.sensor.status import Status
 
 HERE = Path(__file__).parent
 MAP = HERE / "rig.toml"

@@ -23,8 +23,8 @@ from ramsight.control.trajectory import Limits
 from ramsight.control.tuning import Tuning
 from ramsight.engine.typed_state import leaves
 from ramsight.expression import flag, scalar
-from ramsight.sensor.intake import WARMING
 from ramsight.sensor.status import Status
+from ramsight.sensor.thresholds import OIL_TIME_CONSTANT
 
 from .control_bench import number, numbers, sample_of
 from .plant_bench import UNITS
@@ -94,7 +94,7 @@ def test_without_a_report_the_last_estimate_goes_on_with_its_velocity():
 @pytest.mark.parametrize(("reported", "accepted"), [(243.15, False), (243.16, True), (383.14, True), (383.15, False)])
 def test_a_thermometer_is_smoothed_and_believed_where_oil_can_be(reported, accepted):
     inputs = sample_of(BOOM, oil_temperature=reported).inputs
-    share = DT / (WARMING + DT) if accepted else 0.0
+    share = DT / (OIL_TIME_CONSTANT + DT) if accepted else 0.0
     assert number(smoothed_temperature(scalar(313.15), inputs, DT)) == pytest.approx(
         313.15 + share * (reported - 313.15)
     )

@@ -46,7 +46,7 @@ from ramsight.deploy.encoder.stored import ALL, Stored
 from ramsight.errors import DescriptionError
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import BOUND, IS_REFERENCED, REFERENCED_NOW, Estimate, VirtualSensor
+from ramsight.sensor.virtual_sensor import BOUND, IS_REFERENCED, REFERENCED_NOW, TIME, Estimate, VirtualSensor
 
 _NMT, _SYNC = 0x000, 0x080
 _JUST_AFTER = 1e-4  # s, from the drive's last sample to a preset, whose frame may have a later stamp than the next
@@ -286,7 +286,7 @@ class Encoder:
         assert last is not None
         sent, warmth = last.time + _JUST_AFTER, self._listener.temperature(self._now)
         self._step(Sample(sent, last.motor_speed, last.motor_torque, warmth, position), preset=True)
-        if self._sensor.state["time"] != sent or self._is_disputed:
+        if self._sensor.state[TIME] != sent or self._is_disputed:
             refuse(BY_STATE)
         if not self._saving.moving:
             self._save()
