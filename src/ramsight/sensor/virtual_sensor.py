@@ -41,6 +41,8 @@ REFERENCED_NOW = "referenced_since_power_up"
 """Its state, and output: whether a reference has come since it was started, or resumed after a power loss."""
 VARIANCE = "position_variance"
 """Its state with the position's variance [m2]."""
+DISPUTED = "update.disputed"
+"""Its state that is 1 from a reference that was rejected until one is accepted."""
 _STROKE = "circuit.cylinder.stroke"
 _LARGEST_STATE = 1e30  # of any state, as in exported C: its square is a number, too
 
