@@ -23,6 +23,7 @@ import tuned_sensor
 import undisturbed
 import unit_control
 
+from ramsight.closed_loop import thresholds as loop_thresholds
 from ramsight.constant import constant_table
 from ramsight.control import thresholds as control_thresholds
 from ramsight.output import atomic_path
@@ -38,7 +39,11 @@ PAGE, CONTROL_PAGE, PLANT_PAGE, VALIDATION_PAGE, INTEGRITY_PAGE, SAFETY_PAGE, LO
     for name in ("kalman", "control", "plant", "validation", "integrity", "safety", "loader", "identify")
 )
 THRESHOLDS_PAGE = ROOT / "docs" / "thresholds.md"
-THRESHOLDS = {"sensor_thresholds": sensor_thresholds, "control_thresholds": control_thresholds}
+THRESHOLDS = {
+    "sensor_thresholds": sensor_thresholds,
+    "control_thresholds": control_thresholds,
+    "loop_thresholds": loop_thresholds,
+}
 INPUTS = {
     "motor_speed": "motor speed", "motor_torque": "motor torque", "oil_temperature": "oil temperature",
     "shaft_angle": "counter", "dc_power": "DC power",

@@ -7,14 +7,15 @@ import numpy as np
 import pytest
 
 from ramsight import machine
+from ramsight.closed_loop.learned import learned_covariance, learned_factors
+from ramsight.closed_loop.loop import ClosedLoop
+from ramsight.closed_loop.loop_settings import Feedback, LoopSettings
+from ramsight.closed_loop.pacing import together
 from ramsight.control.activity import Activity
-from ramsight.control.learned import learned_covariance, learned_factors
-from ramsight.control.loop import ClosedLoop
-from ramsight.control.loop_settings import Feedback, LoopSettings
 from ramsight.control.position import PositionControl
 from ramsight.control.sensing import Trust, may_home, trust
 from ramsight.control.thresholds import STOPPING_TIME
-from ramsight.control.trajectory import Limits, together
+from ramsight.control.trajectory import Limits
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.linked_duty import simulate_linked
 from ramsight.duty.live import LiveMachine, Reported

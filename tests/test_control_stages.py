@@ -8,6 +8,7 @@ from types import MappingProxyType
 
 import pytest
 
+from ramsight.closed_loop import thresholds as loop_thresholds
 from ramsight.constant import Constant, constants_of
 from ramsight.control import thresholds
 from ramsight.control.activity import Event
@@ -255,10 +256,11 @@ def test_a_stop_takes_its_time_less_a_sample_and_a_sample_at_least(period, time)
 # Numbers
 
 
-def test_every_number_that_decides_has_a_unit_and_a_reason():
-    table = constants_of(thresholds)
+@pytest.mark.parametrize(("of", "least"), [(thresholds, 50), (loop_thresholds, 8)])
+def test_every_number_that_decides_has_a_unit_and_a_reason(of, least):
+    table = constants_of(of)
     assert isinstance(table, dict | MappingProxyType)
-    assert len(table) > 50
+    assert len(table) > least
     for name, one in table.items():
         assert isinstance(one, Constant)
         assert one.unit, name
@@ -266,8 +268,8 @@ def test_every_number_that_decides_has_a_unit_and_a_reason():
 
 
 def test_no_number_stands_at_the_head_of_another_module():
-    folder = Path(thresholds.__file__).parent
-    for file in folder.glob("*.py"):
+    rooms = (Path(table.__file__).parent for table in (thresholds, loop_thresholds))
+    for file in (file for room in rooms for file in room.glob("*.py")):
         for node in ast.parse(file.read_text()).body if file.name != "thresholds.py" else ():
             value = node.value if isinstance(node, ast.Assign | ast.AnnAssign) else None
             number_ = isinstance(value, ast.Constant | ast.UnaryOp | ast.BinOp)

@@ -20,7 +20,14 @@ from ramsight.sensor.status import Status
 ROOT = Path(__file__).parent.parent
 BELOW = sorted(m.name for m in pkgutil.walk_packages(ramsight.__path__, "ramsight.") if not m.name.endswith("__main__"))
 MODULES = ["ramsight", *BELOW]
-LONG = ("ramsight.control.", "ramsight.api.", "ramsight.deploy.", "ramsight.calibration.", "ramsight.study.")
+LONG = (
+    "ramsight.control.",
+    "ramsight.closed_loop.",
+    "ramsight.api.",
+    "ramsight.deploy.",
+    "ramsight.calibration.",
+    "ramsight.study.",
+)
 """Rooms whose examples make sensors and let machines work."""
 
 

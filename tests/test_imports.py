@@ -31,6 +31,7 @@ STREET = [
     {"tracking"},
     {"calibration"},
     {"control"},
+    {"closed_loop"},
     {"drawing"},
     {"study"},
     {"deploy"},

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ramsight.control.driven import DrivenUnits
-from ramsight.control.loop_settings import LoopSettings
+from ramsight.closed_loop.driven import DrivenUnits
+from ramsight.closed_loop.loop_settings import LoopSettings
 from ramsight.duty.live import Instant, LiveUnit
 from ramsight.duty.profile import Duty, Profile, constant
 from ramsight.plant.unit import HydraulicUnit

@@ -13,15 +13,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ramsight.closed_loop.learned import learned_factors
+from ramsight.closed_loop.loop_settings import Feedback, LoopSettings
+from ramsight.closed_loop.pacing import together
+from ramsight.closed_loop.planning import Knowledge, Visit, due
+from ramsight.closed_loop.referencing import ASKS, Referencing, felt
+from ramsight.closed_loop.thresholds import LONGEST_MOVE, LOOP_SETTLE_TIME, POSITION_SENSOR_STD
 from ramsight.control.activity import STOPS, Activity
-from ramsight.control.learned import learned_factors
-from ramsight.control.loop_settings import Feedback, LoopSettings
-from ramsight.control.planning import Knowledge, Visit, due
 from ramsight.control.position import Command, PositionControl
-from ramsight.control.referencing import ASKS, Referencing, felt
 from ramsight.control.sensing import Trust, trust
-from ramsight.control.thresholds import LONGEST_MOVE, LOOP_SETTLE_TIME, POSITION_SENSOR_STD, ROUNDING
-from ramsight.control.trajectory import Limits, together
+from ramsight.control.thresholds import ROUNDING
+from ramsight.control.trajectory import Limits
 from ramsight.duty.live import Instant, Reported
 from ramsight.duty.live_drive import LiveDrive
 from ramsight.plant.unit import HydraulicUnit

@@ -16,10 +16,10 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.closed_loop.learned import learned_covariance
+from ramsight.closed_loop.thresholds import HORIZON, MOST_VISITS, NEARLY_SHARE, WORTH_SHARE
 from ramsight.control.actuation import Actuation
-from ramsight.control.learned import learned_covariance
 from ramsight.control.position import PositionControl
-from ramsight.control.thresholds import HORIZON, MOST_VISITS, NEARLY_SHARE, WORTH_SHARE
 from ramsight.sensor.virtual_sensor import VirtualSensor
 
 

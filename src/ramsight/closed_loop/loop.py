@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ramsight.control.driven import DrivenUnits
-from ramsight.control.loop_settings import LoopSettings
+from ramsight.closed_loop.driven import DrivenUnits
+from ramsight.closed_loop.loop_settings import LoopSettings
 from ramsight.duty.linked_duty import LinkedDuty
 from ramsight.duty.live import LinkedInstant, LiveMachine
 from ramsight.duty.profile import Profile, constant
