@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     import xarray
 
 Fault = Callable[[str, Reported], Reported | None]
-"""What becomes of a unit's report on its way: unit and sample in, sample out; nothing if it gets lost."""
+"""What becomes of a unit's report on its way: unit and sample in, sample out; nothing if it does not arrive."""
 MotorFault = Callable[[str, float], float]
 """What a unit's motor does in the place of what its drive lets it: unit and speed in, speed out [rad/s]."""
 
@@ -44,8 +44,8 @@ MotorFault = Callable[[str, float], float]
 class Record:
     """What happened to one unit, sample by sample.
 
-    `command` is the speed that the plant was given, after what the drive made of the control's; `asked` is what the
-    control asked for. Where a report was lost, `reported` has the last one that arrived, with its own time. `learned`
+    `command` is the speed passed to the plant, after what the drive made of the control's; `asked` is what the
+    control asked for. Where a report is missing, `reported` has the last one that arrived, with its own time. `learned`
     has the factors of leakage and displacement that the control used.
     """
 

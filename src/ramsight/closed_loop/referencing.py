@@ -34,7 +34,7 @@ class Referencing:
     Args:
         visits: that may be made, by unit; a unit that is not among them is never sent to an end stop.
         limit: standard deviation of the position that no move may reach [m]; by default 1 % of the stroke, at which
-            sensors say that a reference is due.
+            sensors report that a reference is due.
 
     Example:
         >>> from ramsight import machine

@@ -8,7 +8,7 @@ WORTH_SHARE = Constant(
 NEARLY_SHARE = Constant(0.1, "1", "of the possible gain that is left for a shorter visit: choice as WORTH_SHARE")
 HORIZON = Constant(3600.0, "s", "choice: an hour of work is looked ahead for a reference; more costs time alone")
 MOST_VISITS = Constant(
-    2.0, "1", "in a row: two tell leakage from displacement; sequences of three cost the square of the time"
+    2.0, "1", "in a row: two separate leakage from displacement; sequences of three cost the square of the time"
 )
 LOAD_SAMPLES = Constant(1500.0, "1", "choice: half a minute of 20 ms; older loads are those of other work")
 LOAD_SPEED = Constant(1e-3, "m/s", "as CREEPING_SPEED: a slower rod rests")

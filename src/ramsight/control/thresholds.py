@@ -1,11 +1,11 @@
 """Numbers that decide something in the control, each with its unit and its reason; none stands elsewhere in it.
 
-Where the reason says *choice*, it names the physical range and what happens on either side of it.
+Where the reason is a *choice*, it names the physical range and what happens on either side of it.
 """
 
 from ramsight.constant import Constant
 
-# Sentinels: a compiler may turn comparisons round, and NaN would be lost.
+# Sentinels: a compiler may turn comparisons round, and NaN would not survive it.
 NO_PLACE = Constant(-1e3, "m", "a position that no cylinder has, for none")
 NO_ORDER = Constant(-1.0, "1", "no `Ask`: as the last one, whatever is asked for next is new")
 NO_POSITION = Constant(1e31, "m", "the position before the first report: no finite number by LARGEST_NUMBER")
@@ -64,7 +64,7 @@ LEAK_TEST_LEAST = Constant(0.2, "1", "of the speed that lifts: choice; slower, t
 CONTACT_RELEASE_WAY = Constant(
     5e-3, "m", "choice: a stop gives way by a millimetre; a longer way uses the old load off the stop"
 )
-BLOCKED_TIME = Constant(1.0, "s", "at the largest force: five swings at 5 Hz, so no swing is taken for an obstacle")
+BLOCKED_TIME = Constant(1.0, "s", "at the largest force: five swings at 5 Hz, so no swing counts as an obstacle")
 LOAD_AVERAGING = Constant(0.5, "s", "time constant: 25 samples leave a seventh of the noise")
 PRESSURE_TIME = Constant(0.2, "s", "one period of 5 Hz: a chamber comes to the load's pressure, and the rod moves")
 HELD_SPEED_SHARE = Constant(0.3, "1", "of the homing speed: choice between standstill and motion, nearer to standstill")

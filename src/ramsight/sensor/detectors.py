@@ -131,7 +131,7 @@ DETECTORS = (
     Detector(
         Status.SPEED_WRONG,
         (SPEED, TORQUE, COUNTER, POWER),
-        "there is a number, and Σ(ω − dφ/dt)h = 0; power tells which is wrong",
+        "there is a number, and Σ(ω − dφ/dt)h = 0; power shows which is wrong",
         f"{_NO_NUMBER}; {_DECLARED_ALARM}",
         then="the counter is used",
     ),
