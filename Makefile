@@ -5,6 +5,7 @@
 #   make bench   speed against C, scipy and CVODES: bench.json and its figures; the studio in Chromium: studio.json; needs gcc
 #   make study   what the docs quote of studies: study.json; takes some minutes, real oil needs data (RAMSIGHT_DATA=folder)
 #   make fuzz    damaged files, states and slots, hostile frames, killed writers: fuzz.json; takes a quarter to half an hour
+#   make mutants  small changes that break the code, each against its tests: mutants.json; takes some minutes
 #   make docs    docs/, examples/ with what they draw, and the Python reference as a site, read offline: build/site/index.html
 #   make pins    renew the pinned versions
 #   make package the wheel and the sdist, checked, installed without extras and tried on every Python that is here; minutes
@@ -22,7 +23,7 @@ SITE := build/site
 PYTEST_ARGS ?= -n 2 --dist loadfile
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-slow lint bench study fuzz docs package pins clean
+.PHONY: help demo test test-slow lint bench study fuzz mutants docs package pins clean
 
 help:
 	@sed -n 's/^#   make/make/p' $(firstword $(MAKEFILE_LIST))
@@ -67,11 +68,14 @@ fuzz: $(INSTALLED)
 	$(BIN)/python fuzz/run.py --out fuzz.json
 	$(BIN)/python fuzz/page.py
 
+mutants: $(INSTALLED)
+	$(BIN)/python evaluation/mutants.py --out mutants.json
+
 $(DOCS_INSTALLED): $(INSTALLED) $(DOCS_PINS)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r $(DOCS_PINS)
 	touch $@
 
-# Every page anew, so that every warning shows.
+# Every page again, so that every warning shows.
 docs: $(DOCS_INSTALLED)
 	rm -rf $(SITE) docs/gallery
 	$(BIN)/python -m sphinx -q -W --keep-going -n -E -b html -d build/doctrees docs $(SITE)

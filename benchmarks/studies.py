@@ -69,7 +69,7 @@ def parts(whole, seconds):
         done = measured("until_reported", working.runs, bench, order, rows)
         working.sampled, sensors = kept, [bench.virtual] * len(done)
         tracks = measured("tracked", tracked, done, sensors)
-        measured("tracked_untold", partial(tracked, told=False), done, sensors)
+        measured("tracked_untold", partial(tracked, start_known=False), done, sensors)
         measured("measured", lambda several: [measures(one) for one in several], tracks)
     found = {name: float(np.median(values)) for name, values in spent.items()}
     found["drawn_and_reported"] = found.pop("until_reported") - found["simulated"]

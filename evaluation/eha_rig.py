@@ -89,7 +89,7 @@ def given_pressures(run: MeasuredRun, pressures: bool) -> MeasuredRun:
 def described(fitted: FittedValues, tuned: ChannelMap) -> dict[str, Any]:
     """What was identified."""
     values = {
-        key: {"value": value, "low": low, "high": high, "told": key in fitted.told}
+        key: {"value": value, "low": low, "high": high, "told": key in fitted.identified}
         for key, (value, low, high) in fitted.values.items()
     }
     motor = tuned.motor

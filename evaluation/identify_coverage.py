@@ -153,7 +153,7 @@ def one(name: str, seed: int) -> dict[str, dict[str, float | bool]]:
             "true": true[key],
             "value": found.factors[key].value,
             "half": 0.5 * (found.factors[key].high - found.factors[key].low),
-            "told": found.factors[key].told,
+            "told": found.factors[key].identified,
             "held": found.factors[key].low <= true[key] <= found.factors[key].high,
         }
         for key in FACTORS

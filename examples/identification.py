@@ -23,8 +23,8 @@ print(f"{found.moves} moves, {found.duration:.0f} s")
 for name, factor in found.factors.items():
     said = (
         f"{factor.value:.4f}, 95 % from {factor.low:.4f} to {factor.high:.4f}"
-        if factor.told
-        else "not told by this log"
+        if factor.identified
+        else "not identifiable from this log"
     )
     print(f"{name}: {said}")
 

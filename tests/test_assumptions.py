@@ -244,10 +244,12 @@ def test_a_worn_machine_and_its_table_keep_to_their_unit():
 
 def found_of(leak):
     """What `identify` might say: the leakage alone is told."""
-    factors = {name: Estimate(1.0, 0.9, 1.1, told=False) for name in WORDS}
-    factors |= {name: Estimate(0.0, -0.1, 0.1, told=False) for name in ("orifice", "efficiency")}
-    factors["leak"] = Estimate(leak, leak - 0.05, leak + 0.05, told=True)
-    return Identification(factors, Estimate(0.0, 0.0, 0.0, told=False), 9, 3, 60.0, 1e-3, (1e5, 2e7), (300, 320), 5, 4)
+    factors = {name: Estimate(1.0, 0.9, 1.1, identified=False) for name in WORDS}
+    factors |= {name: Estimate(0.0, -0.1, 0.1, identified=False) for name in ("orifice", "efficiency")}
+    factors["leak"] = Estimate(leak, leak - 0.05, leak + 0.05, identified=True)
+    return Identification(
+        factors, Estimate(0.0, 0.0, 0.0, identified=False), 9, 3, 60.0, 1e-3, (1e5, 2e7), (300, 320), 5, 4
+    )
 
 
 @settings(max_examples=20)

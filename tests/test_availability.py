@@ -53,6 +53,14 @@ def test_what_is_over_before_the_time_to_alert_is_no_alert():
     assert counted.longest == pytest.approx(0.2)
 
 
+def test_an_outage_is_one_alert_however_many_pieces_it_lasts():
+    counted = Availability(5e-3, 0.25)
+    for k in range(4):
+        counted.append(a_track([9e-3, 9e-3, 9e-3, 9e-3], begin=0.4 * k))
+    assert counted.alerts == 1
+    assert counted.longest == pytest.approx(1.5)
+
+
 @given(usable=st.lists(st.booleans(), min_size=2, max_size=60), cut=st.integers(1, 59))
 @settings(max_examples=60)
 def test_pieces_count_as_the_whole(usable, cut):

@@ -81,7 +81,11 @@ def test_a_log_without_leak_test_and_stops_is_not_enough(boom):
     run = ramsight.simulate(boom, lift_lower(boom, [129e3, 441e3], 313.15, cycles=2))
     done = ramsight.commission(boom, ramsight.drive_report(run))
     found = verdicts(done)
-    assert (found["leak test"], found["end stops"], found["sensor"]) == (Verdict.DOUBT, Verdict.FAILED, Verdict.FAILED)
+    assert (found["leak test"], found["end stops"], found["sensor"]) == (
+        Verdict.LOOK_TWICE,
+        Verdict.FAILED,
+        Verdict.FAILED,
+    )
     assert done.verdict is Verdict.FAILED
     assert "ramsight simulate --duty leak-test" in done.text
 
@@ -92,7 +96,7 @@ def test_a_machine_far_from_its_data_sheet_is_worth_a_second_look(boom):
     done = ramsight.commission(boom, ramsight.drive_report(run), run)
     found = verdicts(done)
     for check in ("leak test", "data sheet, leak factor", "data sheet, displacement factor"):
-        assert found[check] is Verdict.DOUBT
+        assert found[check] is Verdict.LOOK_TWICE
     assert found["data sheet, pump efficiency"] is Verdict.PASSED
     assert done.verdict is not Verdict.PASSED
     assert found["truth"] is Verdict.PASSED, "the band says how little is known"
@@ -109,11 +113,11 @@ def drive_log(time, **values):
 def test_samples_that_are_missing_or_out_of_order_are_counted_and_left_out():
     time = np.arange(0.0, 100.0, 0.02)
     assert log_checks.samples(drive_log(time)).verdict is Verdict.PASSED
-    assert log_checks.samples(drive_log(time[:500])).verdict is Verdict.DOUBT
+    assert log_checks.samples(drive_log(time[:500])).verdict is Verdict.LOOK_TWICE
     torque = np.zeros(len(time))
     torque[:200] = np.nan
     holes = drive_log(time, motor_torque=torque)
-    assert log_checks.samples(holes).verdict is Verdict.DOUBT
+    assert log_checks.samples(holes).verdict is Verdict.LOOK_TWICE
     assert log_checks.faultless(holes).sizes["time"] == len(time) - 200
     back = time.copy()
     back[1000:1003] = 0.0
@@ -121,7 +125,7 @@ def test_samples_that_are_missing_or_out_of_order_are_counted_and_left_out():
     assert len(kept) == len(time) - 3
     assert (np.diff(kept) > 0.0).all()
     gap = np.delete(time, slice(1000, 1100))
-    assert log_checks.samples(drive_log(gap)).verdict is Verdict.DOUBT
+    assert log_checks.samples(drive_log(gap)).verdict is Verdict.LOOK_TWICE
     assert log_checks.samples(drive_log(time, motor_torque=np.nan)).verdict is Verdict.FAILED
 
 
@@ -143,7 +147,7 @@ def test_visits_are_counted_once_and_by_where_they_are(boom):
     )  # fmt: skip
     seen = sensor_checks.contacts(track, 0.7)
     assert (seen.retracted, seen.extended, seen.elsewhere) == (1, 1, 1)
-    assert sensor_checks.stops(track, boom).verdict is Verdict.DOUBT
+    assert sensor_checks.stops(track, boom).verdict is Verdict.LOOK_TWICE
     both = track_of(*[moves, (Mode.HELD_RETRACTING, 1.0, 0.0), moves, (Mode.HELD_EXTENDING, 1.0, 0.7)] * 2)
     assert sensor_checks.stops(both, boom).verdict is Verdict.PASSED
     assert sensor_checks.stops(track_of(moves), boom).verdict is Verdict.FAILED
@@ -161,7 +165,8 @@ def test_a_load_taken_off_while_the_motor_stands_is_no_obstacle():
 
 
 @pytest.mark.parametrize(
-    ("scale", "verdict"), [(0.5, Verdict.PASSED), (1.3, Verdict.DOUBT), (4.0, Verdict.FAILED), (np.nan, Verdict.OPEN)]
+    ("scale", "verdict"),
+    [(0.5, Verdict.PASSED), (1.3, Verdict.LOOK_TWICE), (4.0, Verdict.FAILED), (np.nan, Verdict.OPEN)],
 )
 def test_errors_are_judged_by_the_band(scale, verdict):
     error = scale * 1e-3 * np.random.default_rng(1).standard_normal(5000)
@@ -205,13 +210,13 @@ def test_a_rehearsal_of_a_machine_as_described_is_commissioned_at_its_ends(name,
 def test_a_factor_is_doubtful_where_its_whole_interval_is_beyond_what_is_expected():
     from ramsight.calibration.identify import Estimate
 
-    def verdict(low, high, told=True):
-        return sheet_checks._factor("leak", Estimate((low + high) / 2, low, high, told), 1.0, 0.3).verdict
+    def verdict(low, high, identified=True):
+        return sheet_checks._factor("leak", Estimate((low + high) / 2, low, high, identified), 1.0, 0.3).verdict
 
     assert verdict(1.2, 1.4) is Verdict.PASSED
-    assert verdict(1.31, 1.4) is Verdict.DOUBT
-    assert verdict(0.5, 0.69) is Verdict.DOUBT
-    assert verdict(1.31, 1.4, told=False) is Verdict.OPEN
+    assert verdict(1.31, 1.4) is Verdict.LOOK_TWICE
+    assert verdict(0.5, 0.69) is Verdict.LOOK_TWICE
+    assert verdict(1.31, 1.4, identified=False) is Verdict.OPEN
 
 
 def test_a_finding_says_what_its_interval_does_not_hold():
@@ -219,7 +224,7 @@ def test_a_finding_says_what_its_interval_does_not_hold():
     from ramsight.calibration.identify import Estimate
 
     def found(per_kelvin, per_torque):
-        estimate = Estimate(1.0, 0.99, 1.01, told=True, per_kelvin=per_kelvin, per_torque=per_torque)
+        estimate = Estimate(1.0, 0.99, 1.01, identified=True, per_kelvin=per_kelvin, per_torque=per_torque)
         return sheet_checks._factor("leak", estimate, 1.0, 0.3).found
 
     assert found(-0.038, -0.011).endswith(
@@ -233,8 +238,8 @@ def test_the_worst_finding_is_the_verdict():
         return Commissioning("x", tuple(Finding("a", kind, "b") for kind in kinds), drive_log(np.arange(2.0))).verdict
 
     assert whole(Verdict.PASSED, Verdict.OPEN) is Verdict.PASSED
-    assert whole(Verdict.PASSED, Verdict.DOUBT) is Verdict.DOUBT
-    assert whole(Verdict.DOUBT, Verdict.FAILED, Verdict.PASSED) is Verdict.FAILED
+    assert whole(Verdict.PASSED, Verdict.LOOK_TWICE) is Verdict.LOOK_TWICE
+    assert whole(Verdict.LOOK_TWICE, Verdict.FAILED, Verdict.PASSED) is Verdict.FAILED
 
 
 def test_the_verb_writes_one_page_to_sign_and_its_exit_code_tells(boom, rehearsed, tmp_path):
@@ -305,7 +310,7 @@ def test_what_a_channel_stands_for_is_told(tmp_path):
 
 def test_samples_too_far_apart_are_worth_a_second_look():
     found = log_checks.samples(drive_log(np.arange(0.0, 900.0, 0.5)))
-    assert found.verdict is Verdict.DOUBT
+    assert found.verdict is Verdict.LOOK_TWICE
     assert "every 500 ms" in found.found
     assert "1 to 100 ms" in found.remedy
 
@@ -317,23 +322,25 @@ def test_a_torque_noisier_than_described_is_a_reservation_and_the_rest_is_judged
     with pytest.warns(LogWarning, match="scatters"):
         done = ramsight.commission(boom, noisy)
     found = next(one for one in done.findings if one.check == "noise of torque")
-    assert found.verdict is Verdict.DOUBT
+    assert found.verdict is Verdict.LOOK_TWICE
     assert re.fullmatch(r'write torque = "2\.[5-9] %" under assumptions.drive of the unit', found.remedy)
     assert verdicts(done)["leak test"] is Verdict.PASSED
 
 
-@pytest.mark.parametrize(("std", "verdict"), [(1e-3, Verdict.PASSED), (17e-3, Verdict.PASSED), (19e-3, Verdict.DOUBT)])
+@pytest.mark.parametrize(
+    ("std", "verdict"), [(1e-3, Verdict.PASSED), (17e-3, Verdict.PASSED), (19e-3, Verdict.LOOK_TWICE)]
+)
 def test_a_last_position_that_is_hardly_known_is_worth_a_second_look(std, verdict):
     """5 % of 700 mm are 35 mm, which 1.96 times 17.9 mm is."""
     data = {"status": ("time", np.zeros(10, dtype=int)), "position_std": ("time", np.full(10, std))}
     track = xarray.Dataset(data, coords={"time": np.arange(10.0)})
     assert sensor_checks.confidence(track, True, 0.7).verdict is verdict
-    assert sensor_checks.confidence(track, False, 0.7).verdict is Verdict.DOUBT, "the motor turns"
+    assert sensor_checks.confidence(track, False, 0.7).verdict is Verdict.LOOK_TWICE, "the motor turns"
 
 
 def test_one_reservation_is_one(boom, rehearsed):
     log, _ = rehearsed
-    found = (Finding("samples", Verdict.DOUBT, "few", "more"),)
+    found = (Finding("samples", Verdict.LOOK_TWICE, "few", "more"),)
     assert Commissioning("boom", found, log).text.endswith("commissioned with 1 reservation")
     assert Commissioning("boom", found * 2, log).text.endswith("commissioned with 2 reservations")
 

@@ -79,7 +79,7 @@ def test_values_are_found_within_their_intervals(softer):
         value, low, high = found.values[key]
         assert value == pytest.approx(true, rel=worst), key
         assert low < true < high, key
-        assert key in found.told
+        assert key in found.identified
     assert found.rms < 0.15e-3
     assert sum(shares) == pytest.approx(1.0), "progress ends where it should"
 
@@ -97,7 +97,7 @@ def test_draws_come_with_their_opposites(run):
     assert value == pytest.approx(0.06, rel=0.05)
     assert low < 0.02
     assert high > 0.2
-    assert not found.told
+    assert not found.identified
 
 
 BENT = SensorCurve(tuple(np.linspace(0.0, 0.06, 7)), (0.0, 0.3e-3, 0.2e-3, -0.1e-3, -0.3e-3, -0.1e-3, 0.0))

@@ -57,7 +57,7 @@ def test_the_independent_simulators_machine_is_found(trace, name):
     built = case.case["asbuilt"]
     found = found_of(case).factors
     # Whether its leakage goes with the displacement too (eq. 10) is not written; the two differ by 0.4 %.
-    assert found["leak"].told
+    assert found["leak"].identified
     assert holds(found["leak"], built["leak"], built["leak"] * built["displacement"])
     assert holds(found["displacement"], built["displacement"])
     assert holds(found["stiffness"], built["beta"] / 1.2e9)
@@ -69,17 +69,17 @@ def test_the_independent_simulators_machine_is_found(trace, name):
 
 def test_nine_loads_tell_the_pumps_efficiency_and_the_cylinders_friction(trace):
     found = found_of(trace("bucket_asbuilt1_workday")).factors
-    assert found["efficiency"].told
+    assert found["efficiency"].identified
     assert abs(found["efficiency"].value) < 0.0015
-    assert found["friction"].told
+    assert found["friction"].identified
     assert found["friction"].value == pytest.approx(0.8, abs=0.05)
 
 
 def test_two_loads_do_not_and_friction_is_left_alone(trace):
     found = found_of(trace("boom_asbuilt1_workday"))
     assert found.loads == 2
-    assert not found.factors["efficiency"].told
-    assert not found.factors["friction"].told
+    assert not found.factors["efficiency"].identified
+    assert not found.factors["friction"].identified
     assert found.factors["friction"].value == 1.0
     new = tuned(LOADER, "boom", found, "day.csv", "rod.csv")
     assert new.machine.unit("boom").cylinder == LOADER.unit("boom").cylinder
@@ -96,14 +96,14 @@ def test_two_loads_do_not_and_friction_is_left_alone(trace):
 def test_a_machine_that_is_its_data_sheet_is_found_to_be(trace, name):
     factors = found_of(trace(name)).factors
     for key in FACTORS:
-        if factors[key].told:
+        if factors[key].identified:
             assert holds(factors[key], DATA_SHEET[key]), key
         else:
             assert factors[key].value == DATA_SHEET[key]
-    assert factors["leak"].told
+    assert factors["leak"].identified
     # One load, so one pressure: nothing tells gaps from edges, nor how soft the oil is.
-    assert not factors["orifice"].told
-    assert not factors["stiffness"].told
+    assert not factors["orifice"].identified
+    assert not factors["stiffness"].identified
 
 
 def test_a_random_machine_is_found(coverage):
@@ -172,10 +172,10 @@ def test_a_rough_pump_is_not_taken_for_the_cylinders_friction(rough):
     found = rough[12]
     assert found.loads >= 4
     efficiency, friction = found.factors["efficiency"], found.factors["friction"]
-    assert efficiency.told
+    assert efficiency.identified
     assert efficiency.low <= -0.02 <= efficiency.high
     assert efficiency.value == pytest.approx(-0.02, abs=0.0015)
-    assert friction.told
+    assert friction.identified
     # With the no-load torque as described, the friction is known far better than the stated interval says.
     assert abs(friction.value - 1.2) < friction.as_described
     assert friction.as_described < 0.25
@@ -186,8 +186,8 @@ def test_a_rough_pump_is_not_taken_for_the_cylinders_friction(rough):
 def test_two_loads_leave_the_efficiency_and_the_interval_holds_what_it_may_be(rough):
     found = rough[4]
     assert found.loads == 2
-    assert not found.factors["efficiency"].told
-    assert not found.factors["friction"].told
+    assert not found.factors["efficiency"].identified
+    assert not found.factors["friction"].identified
     assert found.factors["friction"].low <= 1.2 <= found.factors["friction"].high
     assert "needs 3 loads and more" in summary(found)
     assert "cylinder." not in "".join(changes_of(found))
@@ -255,7 +255,7 @@ def mast(coverage):
 def test_a_mass_that_swings_on_its_oil_does_not_make_the_oil_stiff(mast):
     _, _, found = mast
     stiffness = found.factors["stiffness"]
-    assert stiffness.told
+    assert stiffness.identified
     assert stiffness.low < 1.0 < stiffness.high
     assert stiffness.value == pytest.approx(1.0, abs=0.04)
     assert stiffness.high - stiffness.low < 0.25
@@ -265,7 +265,7 @@ def test_a_log_without_a_load_that_changes_tells_no_stiffness(coverage):
     """Then only swings within the moves would tell it, and they do not."""
     unit = coverage.unit_of("forklift")
     run = simulate(unit, lift_lower(unit, 40e3, 313.15, cycles=3))
-    assert not identify(unit, report(run, DriveReport(seed=2)), run[["position"]]).factors["stiffness"].told
+    assert not identify(unit, report(run, DriveReport(seed=2)), run[["position"]]).factors["stiffness"].identified
 
 
 def test_a_valve_in_steps_is_where_one_that_opens_freely_is():

@@ -49,7 +49,7 @@ def test_a_worn_machine_of_every_circuit_is_found(name):
     _, found = worn(name)
     for key in ("leak", "orifice", "efficiency"):
         estimate = found.factors[key]
-        assert estimate.told, key
+        assert estimate.identified, key
         assert estimate.low <= WORN[key] <= estimate.high, key
         assert estimate.high - estimate.low < 0.25, key
     size = found.factors["displacement"]
@@ -60,8 +60,8 @@ def test_a_worn_machine_of_every_circuit_is_found(name):
 @pytest.mark.parametrize("name", coverage.UNITS)
 def test_stiffness_is_told_only_where_a_valve_holds_the_load_at_rest(name):
     _, found = worn(name)
-    assert found.factors["stiffness"].told == (name in ("boom", "bucket", "forklift", "forklift 63 mm"))
-    if not found.factors["stiffness"].told:
+    assert found.factors["stiffness"].identified == (name in ("boom", "bucket", "forklift", "forklift 63 mm"))
+    if not found.factors["stiffness"].identified:
         assert "a valve that holds them there" in summary(found)
 
 
@@ -138,9 +138,9 @@ def test_a_machine_with_an_option_is_found_to_be_its_description(optional):
     name, described, found = optional
     truth = {**PLAIN, "orifice": Circuit(described).described().orifice, "efficiency": 0.0}
     for key, estimate in found.factors.items():
-        if estimate.told:
+        if estimate.identified:
             assert estimate.low <= truth[key] <= estimate.high, (name, key)
-    assert found.factors["leak"].told
+    assert found.factors["leak"].identified
     assert found.factors["leak"].value == pytest.approx(1.0, abs=0.02)
     assert found.factors["leak"].high - found.factors["leak"].low < 0.12
 
@@ -177,7 +177,7 @@ def test_a_worn_pump_with_a_table_comes_back_through_its_table():
     assert found.factors["leak"].low <= 1.1 <= found.factors["leak"].high
     eta = pump.hydromechanical_efficiency
     rougher = 1.0 / (1.0 + 1.1 * (1.0 / eta - 1.0)) - eta
-    assert found.factors["efficiency"].told
+    assert found.factors["efficiency"].identified
     assert found.factors["efficiency"].value == pytest.approx(rougher, abs=0.0015)
     assert "units.boom.pump_a.volumetric_efficiency" not in changes(sheet, "boom", found)
     back = build_unit("boom", tuned(sheet, "boom", found, "day.csv", "rod.csv").machine.unit("boom")).a.pump
@@ -210,7 +210,7 @@ def test_the_readmes_table_of_circuits_is_true():
     for circuit, unit in VERBS.items():
         _, found = worn(units[unit])
         said = table[circuit]["identify"]
-        assert said == ("yes" if found.factors["stiffness"].told else "without stiffness")
+        assert said == ("yes" if found.factors["stiffness"].identified else "without stiffness")
         assert table[circuit]["control"] == ("yes" if Holding(UNITS[unit]).stands else "yes, motor holds")
 
 

@@ -1,5 +1,6 @@
 """Leakage measured against the closed safety valve, on a log of another plant and on our own with known wear."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -39,6 +40,8 @@ def test_the_recorded_leak_test_gives_the_machines_leak_factor(trace):
     assert found.factor == pytest.approx(case.case["asbuilt"]["leak"], rel=0.02)
     assert len(found.stretches) == 2
     assert 0.0 < found.std < 0.05
+    stated = re.match(r"leak factor (\d\.\d+) ± (\d\.\d+) ", leak_test_summary(found))
+    assert [float(number) for number in stated.groups()] == pytest.approx([found.factor, 1.96 * found.std], abs=6e-4)
 
 
 @pytest.mark.parametrize("factor", [0.75, 1.0, 1.25, 1.6])

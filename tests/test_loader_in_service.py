@@ -101,8 +101,8 @@ def test_identify_finds_it_to_be_its_description(unit):
     found = ramsight.identify(made, ramsight.drive_report(run), run)
     for name, estimate in found.factors.items():
         true = 0.0 if name in ("orifice", "efficiency") else 1.0
-        assert not estimate.told or estimate.low <= true <= estimate.high, name
-    assert found.factors["stiffness"].told
+        assert not estimate.identified or estimate.low <= true <= estimate.high, name
+    assert found.factors["stiffness"].identified
     assert found.factors["efficiency"].value == pytest.approx(0.0, abs=0.003)
 
 

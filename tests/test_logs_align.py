@@ -154,3 +154,10 @@ def test_channels_are_guessed_by_name_and_unit():
         "speed": "MotorSpeed", "torque": "TorqueActual", "temperature": "HydOilTemp", "reference": "reference_mm",
     }  # fmt: skip
     assert guess_roles([Offered("position", "mm")]) == {}
+
+
+def test_an_event_that_comes_with_a_sample_counts_whatever_its_clock_says():
+    base = Samples(np.array([1.0, 2.0]), np.array([0.1, 0.2]), np.array([5.0, 6.0]))
+    event = Samples(np.array([2.0]), np.array([99.0]), np.array([0.3]))
+    found = pushed([{"base": base, "other": base, "event": event}])
+    np.testing.assert_array_equal(found["event"], [np.nan, 0.3])

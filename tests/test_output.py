@@ -20,6 +20,7 @@ from ramsight import progress as progress_module
 from ramsight.errors import OutputError
 from ramsight.logs import read_drive_log
 from ramsight.output import atomic_path, column_name, write_dataset, write_table
+from ramsight.output.cells import rows_text
 from ramsight.progress import progress
 
 
@@ -299,3 +300,8 @@ def test_a_bar_does_not_load_rich_before_it_shows():
 def test_examples_in_docstrings_run(name):
     failed, tried = doctest.testmod(importlib.import_module(f"ramsight.{name}"))
     assert (failed, tried > 0) == (0, True)
+
+
+@pytest.mark.parametrize("number", [2**53 - 1, 2**53 + 1, 2**62 + 1])
+def test_whole_numbers_keep_all_digits(number):
+    assert rows_text([("count", np.array([number, -number]))], {}) == f"{number}\n{-number}\n".encode()

@@ -198,3 +198,10 @@ def test_a_figure_is_contradicted_where_a_statement_on_it_is():
         found = {item.place: item.verdict for item in drawn(Study([chapter]))}
         assert (found["Fig. 9"] is Verdict.CONTRADICTED) == (verdict is Verdict.CONTRADICTED)
         assert found["Fig. 3"] is Verdict.REPRODUCED
+
+
+def test_two_chapters_never_give_one_name_to_two_numbers():
+    first, second = (Chapter(title, (), {"boom": {name: 1.0}}) for title, name in (("one", "error"), ("two", "load")))
+    assert Study([first, second]).numbers == {"boom": {"error": 1.0, "load": 1.0}}
+    with pytest.raises(ValueError, match="two chapters"):
+        _ = Study([first, first]).numbers

@@ -37,6 +37,15 @@ def test_nothing_is_said_of_a_log_that_fits(traces, units):
         assert warned(read_drive_log(trace.log), unit) == []
 
 
+@pytest.mark.parametrize(("share", "warns"), [(1.05, False), (1.2, True)])
+def test_a_speed_that_is_somewhat_above_the_highest_is_noticed(trace, units, share, warns):
+    log = read_drive_log(trace("boom_441kN_40C").log)
+    faster = share * units["boom"].max_speed / float(np.abs(log["motor_speed"]).max())
+    log["motor_speed"] = log["motor_speed"] * faster
+    said = [one for one in warned(log, units["boom"]) if "turns up to" in one]
+    assert bool(said) == warns
+
+
 WRONG = {
     "speed in rad/s taken for rpm": ({"motor_speed": lambda v: v * RPM}, "motor_speed_rpm", "rad/s"),
     "speed in rpm taken for rad/s": ({"motor_speed": lambda v: v / RPM}, "motor_speed_rpm", "rpm"),

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from ramsight.errors import RamsightError
 from ramsight.logs import read_truth
 from ramsight.tracking import first_stop_contact, position_errors
-from ramsight.tracking.position_errors import ComparisonError, track_errors
+from ramsight.tracking.position_errors import ComparisonError, stop_visits, track_errors
 
 TIME = np.arange(0.0, 10.0, 0.1)
 TRUTH = 0.4 + 0.3 * np.sin(TIME)
@@ -123,3 +123,8 @@ def test_samples_of_a_clock_that_was_set_back_are_left_out():
     assert found.set_back == 3  # 0.5, 1.5 and the second 2 s
     with pytest.raises(ComparisonError, match="no time in common"):
         track_errors(time + 10.0, time, np.zeros(7, bool), truth_time, truth)
+
+
+def test_a_visit_to_a_stop_counts_once_however_long_it_lasts():
+    position = [0.3, 0.0, 0.0, 0.001, 0.3, 0.5, 0.499, 0.3, 0.0]
+    assert stop_visits(np.arange(9.0), position, 0.5).tolist() == [1.0, 5.0, 8.0]

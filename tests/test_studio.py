@@ -29,11 +29,11 @@ from ramsight.normal import TWO_SIDED_95
 from ramsight.studio import draft
 from ramsight.studio.energy import flows
 from ramsight.studio.guard import Guard
+from ramsight.studio.knobs import FAULTS, LIE, Knobs
 from ramsight.studio.playing import DUTIES
 from ramsight.studio.rig import Rig
 from ramsight.studio.session import Session
 from ramsight.studio.thinning import keep, kept, thinned
-from ramsight.studio.told import FAULTS, LIE, Knobs
 from ramsight.studio.uploaded_log import Asked, find_factors, find_leak, judge, propose, references, track
 
 TRACES = Path(__file__).parent / "traces"
@@ -828,3 +828,9 @@ def test_the_verb_says_what_it_needs(monkeypatch):
 
 def test_every_fault_has_words():
     assert all(words for words in FAULTS.values())
+
+
+def test_a_picture_begins_with_the_sample_before_its_first_time():
+    columns = {"time": np.arange(10.0), "position": np.arange(10.0) / 10.0}
+    assert thinned(columns, 100, 4.5, 6.5)["time"] == [4.0, 5.0, 6.0, 7.0]
+    assert thinned(columns, 100)["time"] == columns["time"].tolist()

@@ -294,3 +294,25 @@ def test_the_freezing_point_stands_in_one_place():
     places = {file.name for file, line in lines if "273.15" in line and not re.match(r"\s*(>>>|\(|\d)", line)}
     assert places == {"algebra.py", "conversion.py"}
     assert units.to_si(0.0, "degC") == units.FREEZING
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("1 lb", "kg", 0.45359237),
+        ("1 in", "m", 0.0254),
+        ("1 psi", "Pa", 0.45359237 * 9.80665 / 0.0254**2),
+        ("1 t", "kg", 1000.0),
+        ("1 rpm", "rad/s", 2.0 * math.pi / 60.0),
+    ],
+)
+def test_factors_are_the_defined_ones_and_not_rounded(text, unit, value):
+    assert units.parse(text, unit) == pytest.approx(value, rel=1e-12)
+
+
+def test_a_range_ends_where_it_ends():
+    assert units.argument("10 mm", "m", "x", least="0 mm", most="10 mm") == pytest.approx(0.01)
+    assert units.argument(0.01 * (1.0 + 1e-12), "m", "x", least="0 mm", most="10 mm") == pytest.approx(0.01)
+    for value in ("10.01 mm", "-0.01 mm", 0.01001, -1e-5):
+        with pytest.raises(DescriptionError):
+            units.argument(value, "m", "x", least="0 mm", most="10 mm")

@@ -38,13 +38,13 @@ class RamsightError(Exception):
 
 
 class DescriptionError(RamsightError):
-    """A machine description, or a value given on the command line or to a function, that cannot be used.
+    """A machine description, or a value passed on the command line or to a function, that cannot be used.
 
     Args:
         message: what is wrong, in words.
         file: the file it stands in, or `None` where there is no file.
         key: dotted path of the value, for example ``units.boom.cylinder.bore``.
-        value: the value as it was given.
+        value: the value as it was passed.
         allowed: the range or the choices that would be right, in the user's units.
     """
 
@@ -59,8 +59,8 @@ class DescriptionError(RamsightError):
     ) -> None:
         self.message, self.file, self.key, self.value, self.allowed = message, file, key, value, allowed
         place = ": ".join(part for part in (file, key) if part)
-        given = short(repr(value)) if value is not None else ""
-        head = " = ".join(part for part in (place, given) if part)
+        passed = short(repr(value)) if value is not None else ""
+        head = " = ".join(part for part in (place, passed) if part)
         head = f"{head}: " if head else ""
         tail = f" (allowed: {allowed})" if allowed else ""
         super().__init__(f"{head}{message}{tail}")
@@ -88,7 +88,7 @@ class UnknownNameError(RamsightError):
 
     Args:
         kind: what was looked for, for example ``unit``.
-        name: the name as it was given.
+        name: the name as it was passed.
         known: the names that exist.
         where: the place that was searched, for example a file.
     """

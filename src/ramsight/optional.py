@@ -13,7 +13,7 @@ def imported(package: str, extra: str, refused: Callable[[str], Exception]) -> M
     Args:
         package: to be imported.
         extra: the extra.
-        refused: makes the error, of a text that says what is needed and how to get it.
+        refused: makes the error, of a text that states what is needed and how to get it.
 
     Raises:
         Exception: that of `refused`; the package is not installed.

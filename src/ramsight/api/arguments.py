@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     import xarray
 
 
-def checked(given: Any, name: str, needed: Iterable[str] = REPORTED) -> xarray.Dataset:
+def checked(passed: Any, name: str, needed: Iterable[str] = REPORTED) -> xarray.Dataset:
     """A Dataset that has what is needed of it.
 
     Args:
-        given: a Dataset, one hopes.
+        passed: an argument.
         name: of the argument, for messages.
         needed: names of variables; by default those of a drive log.
 
@@ -28,12 +28,13 @@ def checked(given: Any, name: str, needed: Iterable[str] = REPORTED) -> xarray.D
     """
     import xarray
 
-    if not isinstance(given, xarray.Dataset):
-        raise DescriptionError("is no Dataset", key=name, value=given, allowed="a file, or an xarray.Dataset over time")
-    missing = [one for one in needed if one not in given.variables]
+    if not isinstance(passed, xarray.Dataset):
+        allowed = "a file, or an xarray.Dataset over time"
+        raise DescriptionError("is no Dataset", key=name, value=passed, allowed=allowed)
+    missing = [one for one in needed if one not in passed.variables]
     if missing:
-        raise MissingColumnError(file=name, missing=missing, found=[str(one) for one in given.variables])
-    return given
+        raise MissingColumnError(file=name, missing=missing, found=[str(one) for one in passed.variables])
+    return passed
 
 
 def truth_argument(truth: str | Path | xarray.Dataset | None) -> str | Path | xarray.Dataset | None:
@@ -47,7 +48,7 @@ def truth_argument(truth: str | Path | xarray.Dataset | None) -> str | Path | xa
 
 
 def truth_of(truth: str | Path | xarray.Dataset) -> xarray.Dataset:
-    """The true position, from a file or as it is given.
+    """The true position, from a file or as it is passed.
 
     Raises:
         LogError: the file cannot be read, or a variable is absent.

@@ -172,6 +172,6 @@ def _measured_run(path: str | Path, channel_map: ChannelMap | str | Path | None)
     if channel_map is None:
         raise DescriptionError("a map has to name the measured position", key="channel_map")
     known = load_map(channel_map) if isinstance(channel_map, str | Path) else channel_map
-    # A curve that is not certain is found anew, from what was read.
+    # An uncertain curve is fitted again, from the readings.
     bent = replace(known, curve=None) if known.linearity else known
     return MeasuredRun(Path(path).name, read_drive_log(path, known), read_measured(path, bent), known.linearity)

@@ -78,8 +78,8 @@ def commission(
     if true is not None:
         _check_common(recorded, true)
 
-    def track_of(given: xarray.Dataset) -> xarray.Dataset:
-        return track(built, given, truth=true)
+    def track_of(recorded_log: xarray.Dataset) -> xarray.Dataset:
+        return track(built, recorded_log, truth=true)
 
     with progress_bar(STEPS, "commissioning") as bar:
         advance = bar.advance if progress else lambda count: None

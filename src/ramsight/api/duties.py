@@ -120,7 +120,7 @@ def duty_for(
         kind: name of the duty, or the table's file.
         unit: name of the unit, if the machine has several.
         load: force against lifting [N], or text with a unit; one or several. By default 0.2, 0.4 and 0.6 of what the
-            relief valve carries; ``lift-lower`` has to be told.
+            relief valve carries; ``lift-lower`` needs them.
         oil_temperature: [K], or ``"40 degC"``.
         speed: of the motor [rad/s]; by default 1500 rpm, less where the cylinder is short.
         ramp: as `lift_lower`'s [s].
@@ -136,7 +136,7 @@ def duty_for(
         The duty: motor speed, load and oil temperature as profiles over time, all in SI.
 
     Raises:
-        DescriptionError: there is no such duty, it does not take an argument that is given, or a quantity cannot be
+        DescriptionError: there is no such duty, it does not take an argument that is passed, or a quantity cannot be
             read or is out of range.
         LogError: the table cannot be read; with line and column.
 
@@ -147,15 +147,15 @@ def duty_for(
         >>> day.duration > 120.0, 100e3 <= float(day.load(60.0)) <= 370e3
         (True, True)
     """
-    given = {
+    passed = {
         "load": load, "speed": speed, "ramp": ramp, "hold": hold, "start": start, "cycles": cycles,
         "visits": visits, "duration": duration, "seed": seed,
     }  # fmt: skip
-    _check_taken(str(kind), {name for name, value in given.items() if value is not None}, named)
+    _check_taken(str(kind), {name for name, value in passed.items() if value is not None}, named)
     if kind == "lift-lower":
         if load is None:
             raise DescriptionError("is missing: what is to be lifted?", key=named("load"), allowed="'441 kN'")
-        cycle = {name: value for name, value in given.items() if value is not None}
+        cycle = {name: value for name, value in passed.items() if value is not None}
         return lift_lower(machine, oil_temperature=oil_temperature, unit=unit, named=named, **cycle)  # type: ignore[arg-type]
     reader = _Reader(build(machine, unit), named)
     built, kelvin, begin = reader.unit, reader.temperature(oil_temperature), reader.start(start)
@@ -172,8 +172,8 @@ def duty_for(
     return made(built, loads, kelvin, motor_speed=turning, start_position=begin)
 
 
-def _check_taken(kind: str, given: set[str], named: Callable[[str], str]) -> None:
-    """Refuse a duty that is not there, and arguments that it does not take."""
+def _check_taken(kind: str, passed: set[str], named: Callable[[str], str]) -> None:
+    """Reject a duty that is not there, and arguments that it does not take."""
     if kind not in _TAKES and not Path(kind).is_file():
         raise DescriptionError(
             "no such duty, and no such file: a table of time, speed and load",
@@ -181,7 +181,7 @@ def _check_taken(kind: str, given: set[str], named: Callable[[str], str]) -> Non
             value=kind,
             allowed=", ".join((*DUTIES, "a file")),
         )
-    for name in sorted(given - _TAKES.get(kind, _OF_A_FILE)):
+    for name in sorted(passed - _TAKES.get(kind, _OF_A_FILE)):
         takers = [other for other, takes in _TAKES.items() if name in takes]
         raise DescriptionError(f"is not for the duty {kind}", key=named(name), allowed=f"with {', '.join(takers)}")
 
@@ -218,7 +218,7 @@ class _Reader:
         return self.read(speed, "rad/s", "speed", "1 rpm", format_si(self.unit.max_speed, "rpm"))
 
     def start(self, start: Quantity | None) -> float | None:
-        """A position within the stroke [m]; None if none is given."""
+        """A position within the stroke [m]; None by default."""
         stroke = format_si(self.unit.cylinder.stroke, "mm")
         return None if start is None else self.read(start, "m", "start", "0 mm", stroke)
 

@@ -133,18 +133,18 @@ def _driving(
     """How a control that is exported drives; None if none is wanted.
 
     Raises:
-        DescriptionError: one of a control's options is given without a control.
+        DescriptionError: one of a control's options is passed without a control.
     """
-    given = {"speed": speed, "force": force, "period": period}
+    passed = {"speed": speed, "force": force, "period": period}
     if not wanted:
-        for key, value in {**given, "drive_delay": drive_delay}.items():
+        for key, value in {**passed, "drive_delay": drive_delay}.items():
             if value is not None:
                 raise DescriptionError("is of a control, and none is exported", key=named(key), value=value)
         return None
     ranges = {"speed": ("m/s", "0.1 mm/s", "2 m/s"), "force": ("N", "1 N", "100 MN"), "period": ("s", "1 ms", "100 ms")}
     known = {
         key: argument(value, ranges[key][0], named(key), least=ranges[key][1], most=ranges[key][2])
-        for key, value in given.items()
+        for key, value in passed.items()
         if value is not None
     }
     return ControlOptions(**known, drive=_declared(drive_delay, named))

@@ -20,7 +20,7 @@ def load_machine(name_or_path: AnyMachine) -> Machine:
     """A machine, by its name in the catalogue or from a TOML file.
 
     Args:
-        name_or_path: such as ``"mining-loader"`` or ``"my-machine.toml"``; a machine is given back as it is.
+        name_or_path: such as ``"mining-loader"`` or ``"my-machine.toml"``; a machine is returned as it is.
 
     Returns:
         The machine, checked; all values in SI units.
@@ -65,7 +65,7 @@ def build(machine: AnyUnit, unit: str | None = None) -> HydraulicUnit:
     """A unit made of its parts, whatever its circuit: what every other function takes.
 
     Args:
-        machine: a machine, its name or file; or one unit's description; a built unit is given back as it is.
+        machine: a machine, its name or file; or one unit's description; a built unit is returned as it is.
         unit: name of the unit; may be left out where there is only one.
 
     Returns:

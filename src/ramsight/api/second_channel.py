@@ -86,11 +86,11 @@ def compare(
     Args:
         machine: the unit, or what `build` makes one of.
         log: of its drive, as `ramsight.track` takes it.
-        other: what the real sensor says: a file with ``time_s`` and ``position_m``, or a Dataset with `position` [m]
+        other: what the real sensor reports: a file with ``time_s`` and ``position_m``, or a Dataset with `position` [m]
             over `time` [s]; NaN where it says nothing. The virtual sensor never sees it.
         unit: name of the unit, if the machine has several.
         tolerance: of the real sensor [m], above 0 and up to the stroke.
-        time_to_alert: for which they have to be apart before one of them is said to be wrong [s], 0 to 1 min.
+        time_to_alert: for which they have to be apart before one of them is reported as wrong [s], 0 to 1 min.
         start: position at the first sample [m], as `ramsight.track`'s.
         channel_map: of a file.
         progress: show a bar on a terminal if it takes long.

@@ -1,4 +1,4 @@
-"""Two units of one machine: what their drives say of the oil and of the battery that they share."""
+"""Two units of one machine: what their drives report of the oil and of the battery that they share."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class SharedChecks:
     Attributes:
         checks: over the first log's `time` [s], of each quantity that both have: `NAME_apart` and `NAME_allowed`, sums
             of the difference and what they may be [unit of the quantity times s], and `NAME_alarm`.
-        first, second: both logs; where a thermometer says nothing, `oil_temperature` is the other unit's.
+        first, second: both logs; where a thermometer reports nothing, `oil_temperature` is the other unit's.
     """
 
     checks: xarray.Dataset
@@ -103,9 +103,9 @@ def check_shared(
         >>> [name for _, _, name in ramsight.check_shared(log, wrong).alerts]
         ['oil_temperature']
     """
-    given = dict(allowed or {})
+    passed = dict(allowed or {})
     names = {one.name for one in SHARED}
-    if strange := given.keys() - names:
+    if strange := passed.keys() - names:
         raise DescriptionError(
             "is no such quantity", key="allowed", value=min(strange), allowed=", ".join(sorted(names))
         )
@@ -120,7 +120,7 @@ def check_shared(
         if not np.any(np.isfinite(here) & np.isfinite(there)):
             raise LogError(f"has no {shared.name} at the times of the first log's", file="the second log")
         rows = np.column_stack([time, here, there])
-        apart, may, alarm = Agreement(shared, given.get(shared.name)).replay(rows).T
+        apart, may, alarm = Agreement(shared, passed.get(shared.name)).replay(rows).T
         units = {"units": f"{shared.unit} s"}
         columns[f"{shared.name}_apart"] = ("time", apart, units)
         columns[f"{shared.name}_allowed"] = ("time", may, units)

@@ -81,9 +81,9 @@ def simulate(
 
     Raises:
         DescriptionError: a quantity cannot be read or is out of range; there is no such duty; or both a duty of one's
-            own and a load are given, or neither.
+            own and a load are passed, or neither.
         LogError: the duty's table cannot be read.
-        SimulationError: the run does not reach its end; the text says where.
+        SimulationError: the run does not reach its end; the text states where.
 
     Example:
         >>> import ramsight
@@ -180,7 +180,7 @@ def drive_report(
         >>> sorted(ramsight.drive_report(run, torque_noise="1 N m"))
         ['motor_speed', 'motor_torque', 'oil_temperature']
     """
-    given: dict[str, Quantity | None] = {
+    passed: dict[str, Quantity | None] = {
         "speed_step": speed_step,
         "torque_step": torque_step,
         "torque_noise": torque_noise,
@@ -190,10 +190,10 @@ def drive_report(
         "temperature_offset": temperature_offset,
     }
     unit_of = None if machine is None else build(machine, unit)
-    return report_of(checked(run, "run"), reported_how(given, unit_of, seed=seed, magnets=magnets, named=named))
+    return report_of(checked(run, "run"), reported_how(passed, unit_of, seed=seed, magnets=magnets, named=named))
 
 
-# Unit, least and most of what is given.
+# Unit, least and most of what is passed.
 _REPORTED = {
     "speed_step": ("rad/s", "0 rpm", "1000 rpm"),
     "torque_step": ("N m", "0 N m", "1e5 N m"),
@@ -206,7 +206,7 @@ _REPORTED = {
 
 
 def reported_how(
-    given: Mapping[str, Quantity | None],
+    passed: Mapping[str, Quantity | None],
     unit: HydraulicUnit | None = None,
     *,
     seed: int = 0,
@@ -216,15 +216,15 @@ def reported_how(
     """How a drive reports; the other arguments are those of `drive_report`, and so are the errors.
 
     Args:
-        given: quantities by the names that `drive_report` has for them; those that are not given, or None, are those of
-            a usual drive of the unit's size.
+        passed: quantities by the names that `drive_report` has for them; those left out, or None, are those of a
+            usual drive of the unit's size.
         unit: that ran, built.
         seed: of the noise.
         magnets: of the motor.
         named: what errors call an argument.
     """
     read: dict[str, float] = {}
-    for name, value in given.items():
+    for name, value in passed.items():
         if value is not None:
             si, least, most = _REPORTED[name]
             read[name] = argument(value, si, named(name), least=least, most=most)

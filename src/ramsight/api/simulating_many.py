@@ -55,7 +55,7 @@ def simulate_many(
         progress: show a bar on a terminal if it takes long.
 
     Returns:
-        Over `duty` alone if one machine is given, shape (duties,), else over `machine` and `duty`. Of every state of
+        Over `duty` alone if one machine is passed, shape (duties,), else over `machine` and `duty`. Of every state of
         the plant, all in SI with `units`: `position_final`, `position_least`, `position_most` and so on, NaN where a
         run did not reach its end; `outcome` says ``done`` or why not; `accepted_steps`. Coordinates of a duty: `load`
         [N], `oil_temperature` [K] and `start_position` [m] at first, `duration` [s].
@@ -77,8 +77,8 @@ def simulate_many(
         ({'machine': 2, 'duty': 2}, True)
     """
     several = isinstance(machines, list | tuple)
-    given: Sequence[Any] = machines if isinstance(machines, list | tuple) else [machines]
-    units = [build(one, unit) for one in given]
+    passed: Sequence[Any] = machines if isinstance(machines, list | tuple) else [machines]
+    units = [build(one, unit) for one in passed]
     models = _models(units)
     of_duties: list[Described] = []
     jobs = _jobs(units, models, duties, of_duties)

@@ -123,7 +123,7 @@ class Study:
 
         Raises:
             RamsightError: the store is another study's, cannot be written, or a cluster is lost; nothing that was done
-                is lost.
+                is.
         """
         path = None if store is None else Path(store)
         with progress_bar(self.plan.count, "machines") if progress else nullcontext() as bar:
@@ -187,7 +187,7 @@ class Study:
         return replace(sheet, recorded=tuple(held))
 
     def goal_of(self, goal: Quantity) -> float:
-        """A goal as it is given, in m.
+        """A goal as it is passed, in m.
 
         Args:
             goal: [m], or ``"2 mm"``.

@@ -39,7 +39,7 @@ def read_log(path: str | Path, channel_map: AnyMap | None = None) -> xarray.Data
 
     Args:
         path: CSV, Parquet, MF4, BLF, ASC or candump, by its suffix.
-        channel_map: which of its channels are what, or the TOML file that says so; None for a table with the columns
+        channel_map: which of its channels are what, or the TOML file that states so; None for a table with the columns
             ``time_s``, ``motor_speed_rpm``, ``motor_torque_nm``, ``oil_temperature_c`` and perhaps ``reference_m``.
 
     Returns:
@@ -49,7 +49,7 @@ def read_log(path: str | Path, channel_map: AnyMap | None = None) -> xarray.Data
     Raises:
         LogError: the file cannot be read; with line and column. `MissingColumnError`: a column is absent.
         UnknownNameError: the map names a channel that is not there.
-        DescriptionError: the map says what cannot be.
+        DescriptionError: the map states what cannot be.
 
     Example:
         >>> import pathlib, ramsight, tempfile
@@ -116,7 +116,7 @@ def track(
     Args:
         machine: the unit that the drive turns, or what `build` makes one of.
         log: a file (as `read_log` takes), a log, or its pieces in order.
-        start: piston position at the first sample [m], or ``"120 mm"``; None if nobody knows: the kalman sensor is
+        start: piston position at the first sample [m], or ``"120 mm"``; None if unknown: the kalman sensor is
             not referenced until it meets an end stop or a reference, the others cannot work.
         truth: true position, to judge the track by: a file with ``time_s`` and ``position_m``, or a Dataset with
             `position` [m] over `time` [s], for example of `simulate`. None: what the map names as
@@ -125,7 +125,7 @@ def track(
         start_std: standard deviation of `start` [m].
         sensor: as `sensor_for`'s kind.
         channel_map: of a file, as `read_log`'s.
-        state: resume the sensor from this file if it is there, unless a start is given; keep its state in it at the
+        state: resume the sensor from this file if it is there, unless a start is passed; keep its state in it at the
             end. For kalman.
         alarm_limit: error that the position must not have for what it is used for [m], or ``"10 mm"``.
         time_to_alert: for which that may be unsure before it is an alert [s], or ``"0.2 s"``.
@@ -133,7 +133,7 @@ def track(
 
     Returns:
         Over `time` [s], shape (samples,): `position` and `position_std` [m], NaN while the sensor is not referenced,
-        `velocity` [m/s], `load` [N], `status` (numbers of `Status`), what else the sensor says, and the log itself.
+        `velocity` [m/s], `load` [N], `status` (numbers of `Status`), what else the sensor reports, and the log itself.
         With a truth also `true_position` [m] and `error` [m], NaN where either is unknown, and in the attributes
         `error_largest`, `error_p95` and `error_final`, magnitudes in m, over the `error_samples` samples whose status
         is not invalid, and `invalid_largest` over the `invalid_samples` others. With an alarm limit, the attributes
@@ -143,7 +143,7 @@ def track(
     Raises:
         DescriptionError: a quantity cannot be read or is outside the stroke; names argument, value and range.
         UnknownNameError: no such machine, unit or sensor.
-        StartError: the sensor has to be told where the piston is.
+        StartError: the sensor needs the piston's position at the start.
         LogError: log or truth cannot be read, or lack a variable.
         ComparisonError: log and truth have no time in common.
 
@@ -187,11 +187,11 @@ def track(
 def start_of(
     unit: HydraulicUnit, start: Quantity | None, start_std: Quantity, named: Callable[[str], str] = str
 ) -> tuple[float | None, float]:
-    """Where a piston is said to be at first, and the standard deviation of that [m].
+    """Where a piston is reported as at first, and the standard deviation of that [m].
 
     Args:
         unit: whose stroke is the limit.
-        start: [m], or text with a unit; None if nobody knows.
+        start: [m], or text with a unit; None if unknown.
         start_std: its standard deviation [m], or text with a unit.
         named: what errors call an argument.
 
@@ -251,9 +251,9 @@ def follow(
         log: a file, a log or its pieces; warned of what cannot be this machine's.
         channel_map: of a file.
         sensor: kind, or sensor file.
-        start: [m]; None if nobody knows.
+        start: [m]; None if unknown.
         start_std: its standard deviation [m].
-        state: file to resume from where no start is given, and to keep the state in.
+        state: file to resume from without a start, and to keep the state in.
         out: file of the track, written as it comes.
         keep_track: whether the track is kept.
         keep_log: whether the log is kept.
@@ -261,8 +261,8 @@ def follow(
         more: further variables that are kept of them, where they have them.
         available: counts how much of the time the position may be used.
         progress: show a bar on a terminal.
-        advance: told the share of a file that was read since the last call, where there is no bar.
-        say: told what became of the state file.
+        advance: is passed the share of a file that was read since the last call, where there is no bar.
+        say: is passed what became of the state file.
     """
     with ExitStack() as stack:
         bar = stack.enter_context(progress_bar(TABLE_RUNS, "calibrating the table")) if progress else None

@@ -51,7 +51,7 @@ def calibrated(
 ) -> MovementTable:
     """The unit's table: from the cache if it was made before, else calibrated and kept.
 
-    A damaged cache file is made anew; where nothing can be kept, the table is calibrated each time.
+    A damaged cache file is replaced; where nothing can be kept, the table is calibrated each time.
 
     Args:
         unit: the unit, taken to be its data sheet.

@@ -26,7 +26,7 @@ def values_summary(found: FittedValues, unit: str) -> str:
     lines = [f"Position within {found.rms * 1e3:.2f} mm (RMS) of the measured one over {len(found.rms_of)} {runs}."]
     for key, (value, low, high) in found.values.items():
         declared = shown[f"units.{unit}.{key}"]
-        note = "" if key in found.told else "  (the runs hardly tell it)"
+        note = "" if key in found.identified else "  (hardly identified by the runs)"
         lines.append(
             f"{key:{width}}  {_short(declared, value)}  ({_short(declared, low)} to {_short(declared, high)}){note}"
         )
@@ -47,9 +47,9 @@ def described(found: FittedValues, unit: str, machine: Machine, logs: str) -> st
     for key, (_, low, high) in found.values.items():
         path = f"units.{unit}.{key}"
         before = machine.source_of(path)
-        told = "" if key in found.told else ", hardly told"
+        weakly = "" if key in found.identified else ", hardly identified"
         limits = f"{_short(shown[path], low)} to {_short(shown[path], high)}"
-        sources[path] = f"[identified] {limits}{told}" + (f"; was: {before}" if before else "")
+        sources[path] = f"[identified] {limits}{weakly}" + (f"; was: {before}" if before else "")
     head = [
         f"# {unit} of {machine.origin or machine.name}, values found by ramsight identify",
         f"# from {logs}:",

@@ -12,8 +12,8 @@ A position sensor that is declared to bend has a curve c of its own, linear betw
 measured (terminal-based linearity): x_m is then the reading, and x(q) + c(x_m) - c(x_m at the start) stands for x(q).
 
 Valves and friction that open, close and hold make the sum rough: many minima explain the runs alike, and differ on runs
-that are not among them. So it is not one of them that is taken. Residuals and prior are drawn anew, each draw is fitted
-(randomized maximum likelihood), and what is found is the mean over draws and their opposites; its spread is in the
+that are not among them. So none of them is chosen. Residuals and prior are drawn many times, each draw is fitted
+(randomized maximum likelihood), and the result is the mean over draws and their opposites; its spread is in the
 intervals.
 
 Source: Kitanidis (1995), Quasi-linear geostatistical theory for inversing, Water Resources Research 31(10), 2411-2419.
@@ -113,7 +113,7 @@ class FittedValues:
         machine: the description with the values that were found.
         values: by their paths in the unit: the value, and the limits of its 95 % interval, no farther than a
             description may have it [SI].
-        told: those of them whose interval is less than half of what it was before.
+        identified: those of them whose interval is less than half of what it was before.
         torque: what the reported torque is, with the standard deviation of the logarithm of its gain in `torque_std`.
         curve: of the position sensor, the one that was known with what was found beside it; None where the sensor is
             declared to have none.
@@ -123,7 +123,7 @@ class FittedValues:
 
     machine: Machine
     values: dict[str, tuple[float, float, float]]
-    told: frozenset[str]
+    identified: frozenset[str]
     torque: Torque
     torque_std: float
     curve: SensorCurve | None
@@ -295,7 +295,7 @@ class _Model:
         return np.asarray(np.log(np.where(ratio > 0.0, ratio, 1.0)) / (more[k] - self._around[k]))
 
     def tracks(self, changes: Array) -> list[tuple[Array, ...]]:
-        """What the sensor says along every run after each of some changes, the runs side by side.
+        """What the sensor reports along every run after each of some changes, the runs side by side.
 
         Returns:
             For each change the position [m] and both pressures [Pa] along each run, shape (samples, 3).
@@ -434,13 +434,13 @@ def _fitted(model: _Model, change: Array, spread: Array, evaluations: int) -> Fi
     for one, c, *limits in zip(model.free, change, *ends, strict=False):
         low, high = sorted(one.at(float(limit)) for limit in limits)
         values[one.key] = (one.at(float(c)), low, high)
-    told = frozenset(one.key for one, s in zip(model.free, std, strict=False) if s < 0.5 * one.std)
+    identified = frozenset(one.key for one, s in zip(model.free, std, strict=False) if s < 0.5 * one.std)
     errors = zip(model.runs, model.errors(change), strict=True)
     squares = {run.name: np.nanmean(error**2) for run, error in errors}
     return FittedValues(
         machine=model.described(change),
         values=values,
-        told=told,
+        identified=identified,
         torque=model.torque(change),
         torque_std=float(std[len(model.free)]),
         curve=model.curve(change),

@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 FACTORS = ("leak", "orifice", "displacement", "stiffness", "friction", "efficiency")
 EVALUATIONS = 160.0
 """About how often the circuit is run, for a progress bar."""
-_ROUNDS = 2  # of the balance with the efficiency that friction told; the first is near the last
+_ROUNDS = 2  # of the balance with the efficiency that friction gave; the first is near the last
 
 
 @dataclass(frozen=True)
@@ -41,9 +41,9 @@ class Estimate:
         value: over the data sheet's [1]; of the pumps' efficiency, less the data sheet's [1]. The data sheet's if the
             log does not tell.
         low, high: 95 % interval [1]; what it would have been if the log does not tell.
-        told: whether the log tells it.
-        per_kelvin: change of `value` if the oil is 1 K warmer than the log says.
-        per_torque: change of `value` if the torque is 1 % larger than the log says.
+        identified: whether the log identifies it.
+        per_kelvin: change of `value` if the oil is 1 K warmer than the log states.
+        per_torque: change of `value` if the torque is 1 % larger than the log states.
         per_no_load: change of `value` if the pumps' no-load torque is a quarter larger than described; the interval
             holds it.
         as_described: half of the interval if the no-load torque is what is described; NaN of what it does not concern.
@@ -52,7 +52,7 @@ class Estimate:
     value: float
     low: float
     high: float
-    told: bool
+    identified: bool
     per_kelvin: float = 0.0
     per_torque: float = 0.0
     per_no_load: float = 0.0
@@ -67,7 +67,7 @@ class Identification:
         factors: leak, orifice, displacement, stiffness, friction and efficiency, by name.
         delay: by which the position sensor lags the drive [s], and its interval.
         moves: how many moves it rests on.
-        loads: how many loads were lifted and lowered, as far as can be told.
+        loads: how many loads were lifted and lowered, as far as can be distinguished.
         duration: of these moves together [s].
         residual: root mean square of what the balance leaves unexplained within a move, as position [m].
         pressure: 5 and 95 % of the holding chamber's pressure in the moves, above tank [Pa].
@@ -125,18 +125,18 @@ def identify(
     _check(unit, record, described, moves)
     balance, friction, groups = _fit(BalanceProblem(circuit, record, moves, advance=advance), base)
     factors = _estimates(balance, friction)
-    apart, shifts = "efficiency" in friction.told, []
+    apart, shifts = "efficiency" in friction.identified, []
     for other in (record.changed(kelvin=1.0), record.changed(torque=0.01)):
         problem = BalanceProblem(circuit, other, moves, advance=advance)
         again = fit_balance(problem, balance.deviation, balance.free)
         found = _estimates(again, fit_friction(problem, again.deviation, groups, apart))
-        shifts.append({key: found[key].value - e.value if e.told else 0.0 for key, e in factors.items()})
+        shifts.append({key: found[key].value - e.value if e.identified else 0.0 for key, e in factors.items()})
     factors = {key: replace(e, per_kelvin=shifts[0][key], per_torque=shifts[1][key]) for key, e in factors.items()}
     return _result(circuit, record, moves, balance, friction, factors)
 
 
 def _check(unit: HydraulicUnit, record: Record, described: Run, moves: Moves) -> None:
-    """Refuse a log whose load pulls the wrong way, and one without moves."""
+    """Reject a log whose load pulls the wrong way, and one without moves."""
     moving = going(unit, record, described)
     if moving.any() and np.median(described.force[moving]) < 0.0:
         raise IdentifyError(
@@ -151,13 +151,13 @@ def _check(unit: HydraulicUnit, record: Record, described: Run, moves: Moves) ->
 
 
 def _fit(problem: BalanceProblem, base: Deviation) -> tuple[BalanceFit, FrictionFit, NDArray[np.int64]]:
-    """Balance and friction in turn, each with what the other told."""
+    """Balance and friction in turn, each with the result of the other."""
     circuit, record, moves = problem.circuit, problem.record, problem.moves
     balance = fit_balance(problem, base)
     groups = same_loads(circuit.unit, moves, record, problem.run(balance.deviation))
     friction = fit_friction(problem, balance.deviation, groups)
     for _ in range(_ROUNDS):
-        if "efficiency" not in friction.told:
+        if "efficiency" not in friction.identified:
             break
         problem.efficiency_std = min(EFFICIENCY, friction.half_width["efficiency"] / TWO_SIDED_95)
         start = replace(balance.deviation, efficiency=friction.value["efficiency"])
@@ -175,13 +175,13 @@ def _estimates(fitted: BalanceFit, friction: FrictionFit) -> dict[str, Estimate]
 
     def force(name: str) -> Estimate:
         value, wide = friction.value[name], friction.half_width[name]
-        estimate = Estimate(value, value - wide, value + wide, name in friction.told)
-        if name == "friction" and estimate.told:
+        estimate = Estimate(value, value - wide, value + wide, name in friction.identified)
+        if name == "friction" and estimate.identified:
             return replace(estimate, per_no_load=friction.per_no_load, as_described=friction.as_described)
         return estimate
 
     soft = flow("compliance")
-    stiff = Estimate(1.0 / soft.value, 1.0 / soft.high, 1.0 / soft.low if soft.low > 0.0 else math.inf, soft.told)
+    stiff = Estimate(1.0 / soft.value, 1.0 / soft.high, 1.0 / soft.low if soft.low > 0.0 else math.inf, soft.identified)
     return {name: stiff if name == "stiffness" else flow(name) for name in FACTORS[:4]} | {
         name: force(name) for name in FACTORS[4:]
     }

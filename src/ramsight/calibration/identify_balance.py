@@ -23,7 +23,7 @@ LIMITS = {"leak": 0.25, "orifice": 0.25, "displacement": 0.01, "compliance": 0.3
 """Half of a 95 % interval above which a log does not tell: about what machines of one kind differ by; delay in s."""
 _STEPS = {"leak": 1e-2, "orifice": 1e-2, "displacement": 1e-3, "compliance": 1e-2, "delay": 1e-3}
 _LOWEST = {"leak": 0.0, "orifice": 0.0, "displacement": 0.5, "compliance": 0.2, "delay": -1.0}
-_UNTOLD = ("displacement", "compliance", "delay")
+_UNIDENTIFIED = ("displacement", "compliance", "delay")
 _ENOUGH_RUNS = 8  # moves from which their scatter can be taken for the uncertainty
 _ROUNDS = 10  # of Gauss-Newton, at most: near the solution each squares the error
 _CONVERGED = 1e-2  # of a standard deviation
@@ -40,7 +40,7 @@ class BalanceFit:
     Attributes:
         deviation: the machine's.
         free: the values that were fitted.
-        half_width: half of the 95 % interval of each value, and of those that could not be told what it would be.
+        half_width: half of the 95 % interval of each value, and of those that are not identified what it would be.
         residual: root mean square of what a move's nodes leave unexplained [m].
     """
 
@@ -78,7 +78,7 @@ class BalanceProblem:
     def tells(self, name: str) -> bool:
         """Whether a record of the circuit could tell a factor at all.
 
-        How much oil and hoses give is told by loads that change at rest, so only where a valve holds them there.
+        How much oil and hoses give is identified by loads that change at rest, so only where a valve holds them there.
         """
         return name != "compliance" or self.moves.held
 
@@ -163,13 +163,13 @@ class BalanceProblem:
         efficiency = self.column(how, "efficiency", -0.5 * EFFICIENCY, d) * self.efficiency_std
         no_load = self.column(how, "no_load", NO_LOAD_TORQUE, d) * NO_LOAD_TORQUE
         turns = (moves.lifting[1:].astype(float) - moves.lifting[:-1])[self.joined] * _TURN * stroke
-        untold = [
+        unreferenced = [
             self.column(how, name, _STEPS[name], d) * LIMITS[name] / TWO_SIDED_95
-            for name in _UNTOLD
+            for name in _UNIDENTIFIED
             if name not in free
         ]
         up, down = np.maximum(turns, 0.0), np.minimum(turns, 0.0)
-        return np.column_stack([zero, efficiency, no_load, up, down, self._seen_late(how), *untold])
+        return np.column_stack([zero, efficiency, no_load, up, down, self._seen_late(how), *unreferenced])
 
     def _seen_late(self, how: Deviation) -> Array:
         """What a load that changed at rest costs until the torque has shown it [m].
@@ -198,7 +198,7 @@ def fit_balance(problem: BalanceProblem, base: Deviation, free: Sequence[str] | 
         worst = max(excess, key=excess.__getitem__, default=None)
         negative = [name for name in names if getattr(fitted.deviation, name) <= _LOWEST[name]]
         if worst == "leak" and "orifice" in names:
-            worst = "orifice"  # one leakage is the data sheet's law, and better told than two that cannot be told apart
+            worst = "orifice"  # one leakage, the data sheet's law, is better identified than two inseparable ones
         if free is None and worst is not None and max(excess.values()) > 1.0:
             wide[worst] = fitted.half_width[worst]
             names.remove(worst)
@@ -221,7 +221,7 @@ def _gauss_newton(problem: BalanceProblem, base: Deviation, names: list[str]) ->
         columns = [problem.column(how, name, _STEPS[name], d) for name in names]
         tell = [problem.instrument(name, column) for name, column in zip(names, columns, strict=True)]
         instruments, y = whiten @ np.column_stack(tell), whiten @ d
-        design = _told_by(instruments, whiten @ np.column_stack(columns))
+        design = _explained_by(instruments, whiten @ np.column_stack(columns))
         scale = np.maximum(np.linalg.norm(design, axis=0), 1e-300)  # a factor may do nothing at all
         change, _, rank, _ = np.linalg.lstsq(design / scale, -y, rcond=1e-7)
         if rank < len(names):
@@ -243,7 +243,7 @@ def _gauss_newton(problem: BalanceProblem, base: Deviation, names: list[str]) ->
     return BalanceFit(how, tuple(names), dict(zip(names, half.tolist(), strict=True)), rms)
 
 
-def _told_by(instruments: Array, columns: Array) -> Array:
+def _explained_by(instruments: Array, columns: Array) -> Array:
     """The columns as far as instruments explain them; least squares with these is two-stage least squares.
 
     Errors of the columns that the instruments have no part in leave no bias.

@@ -36,7 +36,7 @@ LIMITS = {"friction": 0.5, "efficiency": 0.01}
 """Half of a 95 % interval, the no-load torque taken as described, above which a log does not tell; of the efficiency
 half of what a description may be off."""
 FEWEST_LOADS = 3
-"""Loads, each lifted and lowered, from which the pumps' efficiency can be told from the cylinder's friction."""
+"""Loads, each lifted and lowered, from which the pumps' efficiency can be separated from the cylinder's friction."""
 _STEPS = {"efficiency": -0.01, "no_load": 0.1}
 _DESCRIBED = {"efficiency": EFFICIENCY, "no_load": NO_LOAD_TORQUE}
 _ENOUGH_RUNS = 8  # moves from which their scatter can be taken for the uncertainty
@@ -53,8 +53,8 @@ class FrictionFit:
     Attributes:
         value: friction of the cylinder over the data sheet's; hydro-mechanical efficiency of the pumps less the
             described one. The data sheet's where the log does not tell.
-        half_width: half of each 95 % interval; of what is not told what it would be.
-        told: which of the two the log tells.
+        half_width: half of each 95 % interval; of a value that is not identified what it would be.
+        identified: which of the two the log identifies.
         loads: how many loads were lifted and lowered.
         per_no_load: change of the friction factor if the pumps' no-load torque is a quarter larger than described.
         as_described: half of the friction's 95 % interval if the no-load torque is what is described.
@@ -62,7 +62,7 @@ class FrictionFit:
 
     value: dict[str, float]
     half_width: dict[str, float]
-    told: frozenset[str]
+    identified: frozenset[str]
     loads: int
     per_no_load: float
     as_described: float
@@ -100,13 +100,13 @@ class _Solved:
 
 
 def fit_friction(problem: BalanceProblem, how: Deviation, groups: Places, separate: bool | None = None) -> FrictionFit:
-    """Fit the cylinder's friction, and the pumps' efficiency if it can be told from it.
+    """Fit the cylinder's friction, and the pumps' efficiency if the two can be separated.
 
     Args:
         problem: the nodes of the record.
-        how: with what the balance told.
+        how: with the result of the balance.
         groups: of nodes under the same load, as `same_loads` gives them.
-        separate: whether efficiency and friction are to be told apart; by default if the log can.
+        separate: whether efficiency and friction are to be separated; by default if the log can.
     """
     forces = _forces(problem, how, groups)
     loads, inf = len(forces.loads), math.inf
@@ -119,16 +119,16 @@ def fit_friction(problem: BalanceProblem, how: Deviation, groups: Places, separa
     solved = both if separate else _solve(forces, [])
     half, no_load = solved.half["friction"], solved.shift["no_load"]
     half = math.hypot(half, TWO_SIDED_95 * solved.shift.get("efficiency", 0.0))
-    told = {"efficiency"} if separate else set()
+    identified = {"efficiency"} if separate else set()
     if half < LIMITS["friction"] and solved.value["friction"] > 0.0:
-        told.add("friction")
-    found = {name: value for name, value in solved.value.items() if name in told}
+        identified.add("friction")
+    found = {name: value for name, value in solved.value.items() if name in identified}
     if separate:
         found["efficiency"] += how.efficiency
     width = {"friction": math.hypot(half, TWO_SIDED_95 * no_load), "efficiency": both.half["efficiency"]}
     if loads < FEWEST_LOADS:
         width["efficiency"] = inf
-    return FrictionFit(as_described | found, width, frozenset(told), loads, no_load, half)
+    return FrictionFit(as_described | found, width, frozenset(identified), loads, no_load, half)
 
 
 def _forces(problem: BalanceProblem, how: Deviation, groups: Places) -> _Forces:
@@ -216,9 +216,9 @@ def _line(x: Array, y: Array, at: Array) -> Array:
 
 
 def same_loads(unit: HydraulicUnit, moves: Moves, record: Record, run: Run) -> Places:
-    """Number the nodes by loads: the same number, the same load, as far as can be told; shape (n,).
+    """Number the nodes by loads: the same number, the same load, as far as can be distinguished; shape (n,).
 
-    A rod that moved at rest by more than friction can hold says that the load changed. Where it touched a stop, or the
+    A rod that moved at rest by more than friction can hold shows that the load changed. Where it touched a stop, or the
     pump holds it, that cannot be seen; then a difference that friction could make is taken for friction, if most other
     reversals agree.
 

@@ -35,13 +35,13 @@ def summary(found: Identification) -> str:
     notes = []
     for name, words in WORDS.items():
         estimate = found.factors[name]
-        if estimate.told:
+        if estimate.identified:
             shifts = (f"{estimate.per_kelvin:+.4f}", f"{estimate.per_torque:+.4f}")
             rows.append((words, _number(name, estimate.value), _ends(name, estimate), *shifts))
         else:
-            rows.append((words, _number(name, estimate.value), "not told by this log", "", ""))
+            rows.append((words, _number(name, estimate.value), "not identifiable from this log", "", ""))
             notes.append(_untold(name, estimate))
-    if not found.factors["orifice"].told:
+    if not found.factors["orifice"].identified:
         notes.append("  the leak factor counts all leakage at this log's pressures and temperatures as laminar")
     notes += _no_load(found.factors["friction"])
     table = [f"{a:<20} {b:>10}  {c:<21} {d:>8}  {e:>10}".rstrip() for a, b, c, d, e in rows]
@@ -89,7 +89,7 @@ def _untold(name: str, estimate: Estimate) -> str:
 
 def _no_load(friction: Estimate) -> list[str]:
     """What of the friction's interval is the pumps' no-load torque."""
-    if not friction.told:
+    if not friction.identified:
         return []
     return [
         f"  friction factor: with the no-load torque of the pumps as described ± {friction.as_described:.3f}; a "
@@ -98,7 +98,7 @@ def _no_load(friction: Estimate) -> list[str]:
 
 
 def _lag(lag: Estimate) -> list[str]:
-    if not (lag.told and lag.low * lag.high > 0.0):
+    if not (lag.identified and lag.low * lag.high > 0.0):
         return []
     ends = f"{1e3 * lag.low:.1f} to {1e3 * lag.high:.1f}"
     return [f"  the position lags the drive by {1e3 * lag.value:.1f} ms ({ends}); this is taken off"]

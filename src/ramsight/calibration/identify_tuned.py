@@ -40,22 +40,22 @@ def changes(machine: Machine, unit: str, found: Identification) -> dict[str, tup
     path = f"units.{unit}"
 
     def put(key: str, value: float | str, *names: str) -> None:
-        words = ", ".join(f"{WORDS[n]} {interval(n, factors[n])}" for n in names if factors[n].told)
+        words = ", ".join(f"{WORDS[n]} {interval(n, factors[n])}" for n in names if factors[n].identified)
         before = machine.source_of(f"{path}.{key}")
         result[f"{path}.{key}"] = (value, f"[identified] {words}" + (f"; was: {before}" if before else ""))
 
-    stiffness = factors["stiffness"].value if factors["stiffness"].told else 1.0
+    stiffness = factors["stiffness"].value if factors["stiffness"].identified else 1.0
     moduli_of_oil = described.oil.bulk_modulus, stiffness * described.oil.bulk_modulus
     for name, pump in _placed(described, Pump).items():
-        for key, value, told in _pump(pump, found, moduli_of_oil):
-            put(f"{name}.{key}", value, *told)
-    if factors["friction"].told:
+        for key, value, source in _pump(pump, found, moduli_of_oil):
+            put(f"{name}.{key}", value, *source)
+    if factors["friction"].identified:
         names = ["coulomb_friction", "breakaway_friction", "viscous_friction"]
         names += ["pressure_friction"] if described.cylinder.pressure_friction else []
         # One after the other, and breakaway may not be below Coulomb friction in between.
         for name in names if factors["friction"].value < 1.0 else reversed(names):
             put(f"cylinder.{name}", factors["friction"].value * getattr(described.cylinder, name), "friction")
-    if factors["stiffness"].told:
+    if factors["stiffness"].identified:
         moduli = [
             (f"{n}.effective_bulk_modulus", h.effective_bulk_modulus) for n, h in _placed(described, Hose).items()
         ]
@@ -88,21 +88,21 @@ def _pump(
 ) -> Iterator[tuple[str, float | str, tuple[str, ...]]]:
     """Keys and values of a pump that change, and the factors that they rest on."""
     leak, orifice, size, rough = (found.factors[n] for n in ("leak", "orifice", "displacement", "efficiency"))
-    if size.told:
+    if size.identified:
         yield "displacement", size.value * pump.displacement, ("displacement",)
     # Eq. 10 makes leakage proportional to displacement; the factors are independent.
     lost = leak.value / size.value
     if pump.losses == "table":
-        if leak.told or size.told or rough.told:
+        if leak.identified or size.identified or rough.identified:
             friction = rougher(pump.hydromechanical_efficiency, rough.value)
             yield "efficiency_table", _table(pump, lost, friction, moduli), ("leak", "displacement", "efficiency")
     else:
-        if leak.told or size.told:
+        if leak.identified or size.identified:
             left = _left(pump, pump.volumetric_efficiency, pump.nominal_pressure, lost, moduli)
             yield "volumetric_efficiency", left, ("leak", "displacement")
-        if rough.told:
+        if rough.identified:
             yield "hydromechanical_efficiency", pump.hydromechanical_efficiency + rough.value, ("efficiency",)
-    if orifice.told:
+    if orifice.identified:
         nominal = pump.displacement * pump.nominal_speed * (1.0 - pump.volumetric_efficiency)
         yield "orifice_leakage", orifice.value * nominal, ("orifice",)
 

@@ -81,14 +81,14 @@ class Stretch:
 
 @dataclass(frozen=True)
 class LeakTest:
-    """What the leak tests of a log say.
+    """What the leak tests of a log state.
 
     Attributes:
         factor: leakage over the data sheet's, corrected for viscosity [1].
         std: its standard deviation: the torque's scatter, the speed's rounding, and what the pumps' described losses
             may be off: hydro-mechanical efficiency anywhere within 0.02, no-load torque by a quarter [1].
-        per_kelvin: how much `factor` changes if the oil is 1 K warmer than the log says [1/K].
-        per_torque: how much `factor` changes if the torque is 1 % larger than the log says [1].
+        per_kelvin: how much `factor` changes if the oil is 1 K warmer than the log states [1/K].
+        per_torque: how much `factor` changes if the torque is 1 % larger than the log states [1].
         stretches: what it rests on.
     """
 

@@ -39,7 +39,7 @@ _DAMAGED = (zipfile.BadZipFile, zlib.error, KeyError, ValueError, TypeError, EOF
 
 
 class SensorFileError(RamsightError):
-    """A sensor file that cannot be used; the text says why and what to do."""
+    """A sensor file that cannot be used; the text states why and what to do."""
 
 
 def save(movement: MovementTable, path: str | Path) -> None:
@@ -132,13 +132,13 @@ def _header(movement: MovementTable) -> str:
 
 
 def _check_format(header: dict[str, Any], shown: str) -> None:
-    given = header.get("format")
-    if isinstance(given, int) and given > FORMAT:
+    stated = header.get("format")
+    if isinstance(stated, int) and stated > FORMAT:
         raise SensorFileError(
-            f"{shown}: format {given} was written by a newer ramsight; this one reads up to {FORMAT}, update it"
+            f"{shown}: format {stated} was written by a newer ramsight; this one reads up to {FORMAT}, update it"
         )
-    if isinstance(given, bool) or given != FORMAT:
-        raise SensorFileError(f"{shown}: format {given!r} is no format of a sensor file (known: {FORMAT})")
+    if isinstance(stated, bool) or stated != FORMAT:
+        raise SensorFileError(f"{shown}: format {stated!r} is no format of a sensor file (known: {FORMAT})")
     if header.get("kind") != "table":
         raise SensorFileError(f"{shown}: holds a sensor of unknown kind {header.get('kind')!r} (known: table)")
 

@@ -21,7 +21,7 @@ def calibrate(
     """Make the paper's look-up table from simulated runs, and keep it as a sensor file.
 
     The unit lifts and lowers loads from 1 kN to the relief valve's opening at a constant speed, at oil
-    temperatures from 20 to 70 °C; the table says how far the rod moves per motor revolution at each motor torque.
+    temperatures from 20 to 70 °C; the table states how far the rod moves per motor revolution at each motor torque.
 
     Example: ramsight calibrate mining-loader --unit boom --out boom.sensor
     """
@@ -103,7 +103,7 @@ def identify(
     from displacement. End stops and relief are left out by themselves. Nothing but time_s and position_m is used of
     the truth. The tuned description goes wherever a machine goes: check, track, ...
 
-    A --map says which of the log's channels are what; one that names the measured position takes the place of --truth.
+    A --map states which of the log's channels are what; one that names the measured position replaces --truth.
     Of a circuit of parts that finds the values of the description themselves, for a machine that nobody has data sheets
     of: sizes, losses, elasticities, valves, friction, and the torque of a motor's current. It takes runs of such a
     circuit under several loads, with the position, and maybe the chambers' pressures, in the same files.

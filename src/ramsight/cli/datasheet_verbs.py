@@ -1,4 +1,4 @@
-"""The verb that says what an axis will achieve."""
+"""The verb that states what an axis will achieve."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def datasheet(
     """Say what the sensor will achieve on an axis: its data sheet and error budget.
 
     Machines are drawn from the tolerances of the description (what it does not say has a default, marked as such),
-    simulated, reported by a drive and tracked. The sheet says how accurate the sensor is before and after references,
+    simulated, reported by a drive and tracked. The sheet states how accurate the sensor is before and after references,
     in the terms of IEC 61298-2, what it says of itself, and which tolerance costs how much.
 
     Writes sheet.html, sheet.json and assumed.toml. The runs are in Zarr stores beside them: a study that was stopped
@@ -91,12 +91,12 @@ def datasheet(
     typer.echo(f"{out}: {', '.join(FILES[:-1])} and {FILES[-1]} written")
 
 
-def _tolerances(given: list[str]) -> dict[str, str]:
-    """Tolerances given as ``name=text``."""
+def _tolerances(passed: list[str]) -> dict[str, str]:
+    """Tolerances passed as ``name=text``."""
     from ramsight.errors import DescriptionError
 
     found = {}
-    for one in given:
+    for one in passed:
         name, equals, text = one.partition("=")
         if not equals:
             raise DescriptionError("is no tolerance of a quantity", key="--vary", value=one, allowed="'leakage=± 10 %'")

@@ -15,8 +15,8 @@ def demo(
 ) -> None:
     """Show what ramsight is about, on a log and a machine that ship with it.
 
-    A loader's boom works for six minutes; its pumps leak more and deliver less than their data sheet says. The sensor
-    is told nothing of the position, finds it at the first end stop, and learns the machine; beside it stands what the
+    A loader's boom works for six minutes; its pumps leak more and deliver less than their data sheet states. The sensor
+    is started without a position, finds it at the first end stop, and learns the machine; beside it stands what the
     data sheet alone would have said. The first run compiles the equations, which takes some seconds.
 
     Example: ramsight demo

@@ -33,7 +33,7 @@ def export_c(
 
     One header and one body, libm alone: no memory is taken, nothing is global. With them a test program with samples of
     a simulated log, faults among them, and what Python says of each. Where there is a C compiler it is compiled and
-    run, and says what it takes of memory and time; so does the README.md.
+    run, and states what it takes of memory and time; so does the README.md.
 
     Example: ramsight export c mining-loader --unit boom --out boom-c
     """
@@ -79,7 +79,7 @@ def export_fmu(
     from ramsight.progress import progress
 
     driving = {"speed": speed, "force": force, "period": period, "drive_delay": drive_delay}
-    with progress(1.0, "exporting"):  # one step, of which nobody knows how far it is
+    with progress(1.0, "exporting"):  # one step, whose progress is unknown
         done = export_unit(machine, unit, out=out, what=what, fmi=fmi, **driving, named=option)
     binary = f"sources and a binary for {done.binary}" if done.binary else "sources alone: no C compiler was found"
     typer.echo(f"{out}: written; FMI {fmi}.0 co-simulation, {done.variables} variables, {binary}")

@@ -50,18 +50,18 @@ def _say_warnings() -> None:
     from ramsight.engine.private_folder import FolderWarning
     from ramsight.errors import LogWarning
 
-    told = (LogWarning, FolderWarning)
+    shown = (LogWarning, FolderWarning)
     logging.getLogger().addHandler(logging.NullHandler())
     usual = warnings.showwarning
 
     def show(message: Warning | str, category: type[Warning], *rest: Any, **more: Any) -> None:
-        if issubclass(category, told):
+        if issubclass(category, shown):
             typer.echo(f"warning: {' '.join(str(message).split())}", err=True)
         else:
             usual(message, category, *rest, **more)
 
     warnings.showwarning = show
-    for kind in told:
+    for kind in shown:
         warnings.simplefilter("always", kind)
 
 

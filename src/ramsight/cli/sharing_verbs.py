@@ -36,5 +36,5 @@ def logs_shared(
     from ramsight.logs.battery import read_battery
 
     logs = [read_drive_log(first, channel_map), read_drive_log(second, second_map or channel_map)]
-    given = None if battery is None else read_battery(battery)
-    typer.echo(check_shared(*logs, battery=given, others=others).text)
+    passed = None if battery is None else read_battery(battery)
+    typer.echo(check_shared(*logs, battery=passed, others=others).text)

@@ -122,14 +122,14 @@ def simulate(
         seed=seed if duty == "work-day" else None,
         named=option,
     )
-    given: dict[str, float | str | None] = {
+    passed: dict[str, float | str | None] = {
         "speed_step": speed_step,
         "torque_step": torque_step,
         "torque_noise": torque_noise,
         "torque_gain": torque_gain,
         "temperature_offset": temperature_offset,
     }
-    how = reported_how(given, built, seed=seed, named=option)
+    how = reported_how(passed, built, seed=seed, named=option)
     run = recorded(made, work, ambient=ambient, sample_period=sample_period, progress=True, named=option)
     _write(run, how, out, log, truth, figure)
     typer.echo(run_summary(run))
@@ -141,7 +141,7 @@ def simulate(
 def _check_files(
     read: dict[str, str | Path | None], out: Path | None, log: Path | None, truth: Path | None, figure: Path | None
 ) -> None:
-    """Refuse what cannot be written, or would be written over what is read, before any work is done."""
+    """Reject what cannot be written, or would be written over what is read, before any work is done."""
     from ramsight.output import check_apart, check_target
 
     check_target(out, (".nc", *_TABLES))

@@ -17,7 +17,7 @@ def studio(
 ) -> None:
     """Open a page on this machine with a machine that runs, its circuit, and what its sensors say.
 
-    Levers or arrow keys move it; load, oil, wear, drive and thermometer are sliders that the sensor is not told of;
+    Levers or arrow keys move it; load, oil, wear, drive and thermometer are sliders that the sensor does not see;
     faults are switches. Other tabs hold a form for descriptions, a drive log that is dropped on it, and data sheets
     that fill. Needs the extra studio. Ctrl-C ends it.
 

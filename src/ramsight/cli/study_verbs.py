@@ -83,11 +83,11 @@ def loader(
 
     Boom and bucket visit an end stop to find where they are, then dig, lift, dump and return; every move goes to a
     position, and what the virtual sensors make of motor speed, torque and oil temperature is all that the controls
-    know. The sensors believe the data sheet: give the real machine another leakage, or a thermometer that reads too
+    know. The sensors assume the data sheet: give the real machine another leakage, or a thermometer that reads too
     much, and see what it costs, and what more references mend. Their drives are late, as real ones are, and the
     controls know by how much.
 
-    Writes loader.html (open it and drag through the run; dashed is what the sensors believe), loader.gif, control.png
+    Writes loader.html (open it and drag through the run; dashed is what the sensors estimate), loader.gif, control.png
     and control.svg (targets, errors with the sensors' 95 % bands, motor speeds, torques), and results.json in SI units.
 
     Example: ramsight loader --out loader --leak 1.2 --temperature-offset 3 --references 3

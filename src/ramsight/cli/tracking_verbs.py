@@ -100,9 +100,9 @@ def track(
 
     The log has the columns time_s, motor_speed_rpm, motor_torque_nm and oil_temperature_c, and perhaps reference_m:
     empty, or the position that a switch knows at that instant. For any other log, and for CAN frames, a channel map
-    says which channels are what: ramsight logs inspect proposes one. The track has time_s, position_m, position_std_m,
-    position_bound_m (an error that one sample in 100 000 exceeds; all empty where the sensor does not know it), status
-    and whether a reference has come; as .nc also velocity, load, pressures and what it learned.
+    states which channels are what: ramsight logs inspect proposes one. The track has time_s, position_m,
+    position_std_m, position_bound_m (an error that one sample in 100 000 exceeds; all empty where the sensor does not
+    know it), status and whether a reference has come; as .nc also velocity, load, pressures and what it learned.
 
     Example: ramsight track mining-loader log.csv.gz --unit boom --start "100 mm" --out track.csv
     """

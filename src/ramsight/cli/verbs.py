@@ -39,7 +39,7 @@ def offer(to: typer.Typer, verb: Callable[..., Any], name: str | None = None, *,
         name: what it is called there; by default as the function.
         alone: it is what the group does by itself.
     """
-    # \b is how Click is told to leave the lines of a paragraph as they are.
+    # \b makes Click leave the lines of a paragraph as they are.
     text = re.sub(r"((?:^Example: .*\n*)+)\Z", _examples, inspect.getdoc(verb) or "", flags=re.MULTILINE)
     (to.callback(help=text) if alone else to.command(name, help=text))(verb)
 

@@ -161,7 +161,7 @@ class DrivenUnits(ABC):
         return longest
 
     def _pace(self, name: str) -> Limits:
-        """A unit's limits, at the speed that its sensor lets it go now."""
+        """A unit's limits, at the speed that its sensor allows now."""
         control, status = self.controls[name], self.records[name].estimate[-1].status
         slowed = trust(status) is Trust.SLOW
         return control.limits.at(control.tuning.slowed * control.limits.speed) if slowed else control.limits

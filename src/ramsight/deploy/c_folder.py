@@ -109,7 +109,7 @@ def write_sensor(
             if found:
                 measured.append(footprint(found, draft, prefix, single=floats, optimised=level))
             advance(1)
-        told = version(found) if found else None
+        compiler = version(found) if found else None
         driving = control_footprint(found, draft, prefix) if found and control else None
         text = template(
             "README.md",
@@ -120,11 +120,11 @@ def write_sensor(
             precision="float" if single else "double",
             samples=samples,
             units=unit_table(sensor),
-            measured=_table(measured, told),
+            measured=_table(measured, compiler),
             control=_about_control(prefix, driving) if control else "",
         )
         (draft / _LAST).write_text(text, encoding="utf-8")
-    return WrittenSensor(out, (*files, _LAST), told, tuple(measured), driving)
+    return WrittenSensor(out, (*files, _LAST), compiler, tuple(measured), driving)
 
 
 def _check_floats(unit: HydraulicUnit) -> None:
@@ -139,7 +139,7 @@ def _check_floats(unit: HydraulicUnit) -> None:
 
 
 def _with_rows(plain: SensorSource, sensor: VirtualSensor, unit: HydraulicUnit) -> tuple[SensorSource, int]:
-    """A sensor's C with rows of a day of faults and what Python's sensor says of them, and how many rows these are."""
+    """A sensor's C with rows of a day of faults and the reports of Python's sensor on them, and the number of rows."""
     rows, start = faulty_day(unit, duration=45.0, every=30.0, seed=1, further=sensor.further)
     rows = rows[:SAMPLES]
     sensor.start(start)

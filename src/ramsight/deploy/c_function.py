@@ -1,6 +1,6 @@
 """C from an SX function: one elementary operation, one line, with conditions as flags and `if_else` as `c ? a : b`.
 
-A `Dialect` says how each operation is written; `PLAIN` is C99 on scalars. What NaN, comparisons, minimum and maximum
+A `Dialect` states how each operation is written; `PLAIN` is C99 on scalars. What NaN, comparisons, minimum and maximum
 mean is what they mean in the engine (engine/llvm.py).
 """
 

@@ -85,7 +85,7 @@ def sensor_source(
         unit: the unit.
         prefix: of all names.
         machine: the machine's name, for the comments.
-        single: reals are floats unless the compiler is told otherwise.
+        single: reals are floats by default.
     """
     recursion = sensor.recursion
     step, constants, wide = _step(sensor, prefix)
@@ -128,7 +128,7 @@ def sensor_source(
         creeping=CREEP_VELOCITY,
         resting=REST_TIME,
         moved=SAVE_CHANGE,
-        std_moved=SAVE_STD_CHANGE,
+        std_change=SAVE_STD_CHANGE,
         settling=COAST_TIME,
         variances=indented(f"if (s->{field_of(one.name)} < R(0.0)) return 0;" for one in declared if one.variance),
         learned=indented(f"to->{name} = from->{name};" for name in map(field_of, sensor.learned)),

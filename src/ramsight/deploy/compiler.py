@@ -71,7 +71,7 @@ def find_compiler() -> str | None:
 
 
 def version(compiler: str) -> str:
-    """What the compiler says that it is."""
+    """The name and version that the compiler reports."""
     return run([compiler, "--version"], Path()).splitlines()[0]
 
 
@@ -84,8 +84,8 @@ def run(command: Sequence[str], folder: Path) -> str:
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     if done.returncode:
         said = (done.stderr or done.stdout).strip().splitlines()
-        told = next((line for line in said if "error" in line), said[0] if said else f"exit code {done.returncode}")
-        raise CompilerError(f"{Path(command[0]).name} failed: {told}")
+        first = next((line for line in said if "error" in line), said[0] if said else f"exit code {done.returncode}")
+        raise CompilerError(f"{Path(command[0]).name} failed: {first}")
     return done.stdout
 
 

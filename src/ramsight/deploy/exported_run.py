@@ -57,12 +57,12 @@ class CompiledSensor:
         Args:
             rows: time [s], motor speed [rad/s], torque [N m], oil temperature [K], reference [m] or NaN, and what
                 else the sensor takes; shape (samples, 5 and more).
-            start: position at first [m]; NaN if nobody knows.
+            start: position at first [m]; NaN if unknown.
             std: of it [m].
         """
         rows = np.ascontiguousarray(rows, dtype=np.float64)
         out = np.empty((len(rows), self._outputs))
         pointers = (table.ctypes.data_as(ctypes.POINTER(ctypes.c_double)) for table in (rows, out))
-        given, taken = pointers
-        self._replay(ctypes.c_long(len(rows)), given, taken, ctypes.c_double(start), ctypes.c_double(std))
+        inputs, outputs = pointers
+        self._replay(ctypes.c_long(len(rows)), inputs, outputs, ctypes.c_double(start), ctypes.c_double(std))
         return out

@@ -15,7 +15,7 @@ from ramsight.sensor.virtual_sensor import BOUND
 
 @dataclass(frozen=True)
 class Behind:
-    """C that takes what a sensor says, sample by sample.
+    """C that takes what a sensor reports, sample by sample.
 
     Attributes:
         files: its C by name; ``header`` is among them.

@@ -36,7 +36,7 @@ class FmuModel:
 
     Attributes:
         variables: time first, then the other reals, the enumerations, the truths; the place is the value reference.
-        config: C that says how many there are and what the model remembers.
+        config: C that states how many there are and what the model remembers.
         files: C of the model by name.
         description: a line of text.
         step: a usual communication step [s].

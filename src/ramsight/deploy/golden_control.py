@@ -31,7 +31,7 @@ class Recording:
         block: the control that is compared; its limits, period and declared drive are those of the run.
         start: where the rod is, over the stroke [1].
         load: on it, over the load at relief pressure [1].
-        known: whether the sensor is told where the rod is.
+        known: whether the sensor starts at the known position.
 
     Attributes:
         loop: plant, drive, sensor and control.
@@ -118,7 +118,7 @@ class Recording:
 
     @property
     def rows(self) -> Array:
-        """What the control was given, a column each of `ramsight.control.orders.INPUTS`, shape (samples, 15)."""
+        """The inputs of the control, a column each of `ramsight.control.orders.INPUTS`, shape (samples, 15)."""
         record, rows, before = self.loop.records[self._name], [], math.nan
         for e, r, learned, asked in zip(record.estimate, record.reported, record.learned, self._asked, strict=True):
             sensed = e.position, e.std, e.velocity, e.load, float(e.status), r.oil_temperature

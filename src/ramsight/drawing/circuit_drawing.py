@@ -98,7 +98,7 @@ class Sheet:
 
     @property
     def junctions(self) -> list[tuple[str, Point]]:
-        """Where three or more lines of a node meet: a dot says that they are joined; where lines only cross is none."""
+        """Dots where three or more lines of a node meet; lines that only cross have none."""
         found = []
         for node in sorted({wire.node for wire in self.wires}):
             own = [wire for wire in self.wires if wire.node == node]

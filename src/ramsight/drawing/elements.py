@@ -26,7 +26,7 @@ class Element:
 
     Attributes:
         name: of the part.
-        kind: what it is, as descriptions say it.
+        kind: what it is, as descriptions state it.
         symbol: as it is made; the layout turns and moves it.
         ends: node at each port.
         words: what stands beside it below its name.

@@ -132,7 +132,7 @@ def _along(neighbours: Mapping[Point, list[Point]], ports: Ports, begin: Point, 
 
 
 def _passing(neighbours: Mapping[Point, list[Point]], ports: Ports, points: list[Point]) -> Flows:
-    """What passes a chain; nothing where nobody knows."""
+    """What passes a chain; nothing where that is unknown."""
     behind = _side(neighbours, ports, points[0], points[1])
     ahead = _side(neighbours, ports, points[-1], points[-2])
     if behind is None and ahead is None:

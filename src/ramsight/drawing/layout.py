@@ -426,7 +426,7 @@ class _Layout:
             self._flag(element.ends["pilot"], (x, y), end, style="pilot")
 
     def _flag(self, node: str, begin: Point, end: Point, *, style: str = "line") -> None:
-        """A short line whose end says which node it goes on with."""
+        """A short line whose end states which node it goes on with."""
         self.sheet.run(node, begin, end, style=style)
         if begin[0] == end[0]:
             self._name(node, (end[0], end[1] + (10.0 if end[1] > begin[1] else -4.0)), "middle")

@@ -1,4 +1,4 @@
-"""What a description says of parts beyond what a built unit knows: models, and how many cylinders move together."""
+"""What a description states of parts beyond what a built unit knows: models, and how many cylinders move together."""
 
 from __future__ import annotations
 

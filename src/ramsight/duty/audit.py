@@ -1,6 +1,6 @@
 """The energy and volume audit of a run: all that goes in comes out, stays in, or turns into heat.
 
-The powers and flows of every part were integrated beside the states; what is stored is computed anew from the
+The powers and flows of every part were integrated beside the states; what is stored is recomputed from the
 pressures and positions along the accepted steps, without using any flow.
 """
 

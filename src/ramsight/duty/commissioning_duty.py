@@ -19,7 +19,7 @@ from ramsight.plant.unit import HydraulicUnit
 LOADS = (0.2, 0.4, 0.6)
 """Loads of a unit that nobody has named, as shares of the load at relief pressure."""
 
-_LEAK_TEST = (0.4, 0.65)  # speeds, over the one that begins to lift; two, so that a slow lift is told apart
+_LEAK_TEST = (0.4, 0.65)  # speeds, over the one that begins to lift; two, so that a slow lift is distinguished
 _ON_STOP = (0.3, 0.7)  # pressures on a stop, as shares of what is left between the load's and the relief valve's
 _TURNING = 8.0  # s of slow turning: some seconds until the manifold has its pressure, and some to average
 _ON_STOP_TURNING = 30.0  # s; there the whole chamber has to get it

@@ -127,7 +127,7 @@ class Delay:
         self._held = deque([value] * count, maxlen=count)
 
     def step(self, value: float) -> float:
-        """The value of a delay ago, given the newest."""
+        """The value of a delay ago; takes the newest."""
         self._held.append(value)
         return float(delayed(self._held, self._share))
 

@@ -59,7 +59,7 @@ class LinkedDuty:
         return self.payload, self.tip_force_x, self.tip_force_z
 
     def inputs(self, units: tuple[str, ...], time: Array) -> Array:
-        """Inputs of the equation, in SI units, at given times [s], shape (times, inputs)."""
+        """Inputs of the equation, in SI units, at times [s], shape (times, inputs)."""
         return np.column_stack([profile(time) for profile in (*(self.motor_speed[u] for u in units), *self.works)])
 
     def segments(self, units: tuple[str, ...], model: LinkedModel) -> Segments:
@@ -114,7 +114,7 @@ def simulate_linked(
         duty: what they are asked to do.
         sample_period: distance of the samples [s].
         rtol: relative tolerance of the integrator.
-        max_steps: steps after which the run is given up.
+        max_steps: steps after which the run is abandoned.
         advance: called now and then with the simulated seconds since the last call.
 
     Returns:
@@ -125,7 +125,7 @@ def simulate_linked(
 
     Raises:
         DescriptionError: an oil temperature is out of range, or the mechanism cannot be assembled at the start.
-        SimulationError: if the run does not reach its end; the text says where and what to do.
+        SimulationError: if the run does not reach its end; the text states where and what to do.
     """
     for unit in machine.units:
         check_temperature(unit, duty.oil_temperature[unit.name])

@@ -56,8 +56,8 @@ class LiveEnergy:
         self._audited, self._tank_pressure, self._last = audited, tank_pressure, dict(inside)
         self.account = EnergyAccount()
 
-    def begin_anew(self) -> None:
-        """Begin the account anew."""
+    def begin_again(self) -> None:
+        """Begin the account again."""
         self.account = EnergyAccount()
 
     def enter(self, inside: Mapping[str, float]) -> None:

@@ -14,7 +14,7 @@ class LiveWarming:
     """Temperatures of a unit's pumps and tank.
 
     Args:
-        unit: the unit; its oil's data say between which temperatures the stores are kept.
+        unit: the unit; its oil's data state between which temperatures the stores are kept.
         first: temperature of both at the beginning [K].
         stores: of heat; by default those of its description, or of a unit of some kW where it has none.
 
@@ -45,7 +45,7 @@ class LiveWarming:
         return float(self._stores[1])
 
     def begin_account(self) -> None:
-        """The account of losses begins anew."""
+        """The account of losses begins again."""
         self._entered = np.zeros(2)
 
     def go_on(self, dt: float, losses: Mapping[str, float], ambient: float) -> None:

@@ -25,7 +25,7 @@ class Phase:
 
     Args:
         name: of the phase.
-        boom, bucket: share of the stroke to go to; where it is if not given.
+        boom, bucket: share of the stroke to go to; where it is if omitted.
         payload: share of the rated payload at its end, reached evenly.
         tip_force: of the heap on the lip at its end, forward and up [N], reached evenly.
         rest: time after the moves [s].
@@ -71,7 +71,7 @@ def loading_cycle(
 
     Args:
         machine: the loader.
-        payload: in the full bucket [kg]; the rated one if not given.
+        payload: in the full bucket [kg]; the rated one if omitted.
         oil_temperature: of both units [K].
         speeds: of the motors, by unit [rad/s].
         ramp: time of each speed ramp [s].

@@ -47,7 +47,7 @@ class Profile:
             raise ValueError("time must increase from corner to corner")
 
     def __call__(self, time: ArrayLike) -> Array:
-        """Value at the given times."""
+        """Value at times [s]."""
         return np.asarray(np.interp(np.asarray(time, dtype=np.float64), self.time, self.value))
 
 
@@ -108,7 +108,7 @@ class Duty:
         return all_corners(bends, self.duration)
 
     def commanded(self, name: str, time: ArrayLike) -> Array:
-        """What a part is commanded to, -1 to 1 [1], at the given times [s]."""
+        """What a part is commanded to, -1 to 1 [1], at times [s]."""
         profile = self.commands[name]
         place = np.searchsorted(profile.time, np.asarray(time, dtype=np.float64), side="right") - 1
         return np.asarray(profile.value[np.maximum(place, 0)])

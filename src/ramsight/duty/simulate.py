@@ -35,7 +35,7 @@ def audited_circuit(unit: HydraulicUnit) -> CircuitModel:
 
 
 def check_temperature(unit: HydraulicUnit, temperature: Profile) -> None:
-    """Refuse an oil temperature [K] that is anywhere outside the range that the oil's data hold for.
+    """Reject an oil temperature [K] that is anywhere outside the range that the oil's data hold for.
 
     Raises:
         DescriptionError: it is; the text names oil, temperature and range.
@@ -78,7 +78,7 @@ def simulate(
         duty: what it is asked to do.
         sample_period: distance of the samples [s].
         rtol: relative tolerance of the integrator.
-        max_steps: steps after which a run is given up.
+        max_steps: steps after which a run is abandoned.
         advance: called now and then with the simulated seconds since the last call.
 
     Returns:
@@ -88,7 +88,7 @@ def simulate(
 
     Raises:
         DescriptionError: the duty's oil temperature is outside the range that the oil's data hold for.
-        SimulationError: if the run does not reach its end; the text says where and what to do.
+        SimulationError: if the run does not reach its end; the text states where and what to do.
     """
     done = ran(unit, duty, sample_period=sample_period, rtol=rtol, max_steps=max_steps, advance=advance)
     return labelled(unit, duty, done).dataset()

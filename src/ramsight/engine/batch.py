@@ -71,7 +71,7 @@ def batches(
         jobs: the runs, taken as they are needed.
         rtol: relative tolerance.
         tolerance_scale: factor on the states' absolute tolerances.
-        max_steps: steps after which a run is given up.
+        max_steps: steps after which a run is abandoned.
         threads: how many; by default one for each core that this process may use.
         advance: called now and then with the number of runs done since the last call.
     """
@@ -132,7 +132,7 @@ def sampled(
         jobs: the runs.
         period: distance of the samples [s].
         rtol: relative tolerance.
-        max_steps: steps after which a run is given up.
+        max_steps: steps after which a run is abandoned.
     """
     loop = compile_lanes(model).integrate_lanes
     atol = np.array([np.inf if s.integral else s.tolerance for s in model.states])

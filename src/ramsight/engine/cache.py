@@ -32,9 +32,9 @@ def cache_directory() -> Path:
     `$RAMSIGHT_CACHE`, else `ramsight` in the user's cache directory. Where that cannot be written, or others may
     write into it, another one that is ours alone (`engine.private_folder`).
     """
-    given = os.environ.get("RAMSIGHT_CACHE")
+    named = os.environ.get("RAMSIGHT_CACHE")
     base = os.environ.get("XDG_CACHE_HOME")
-    wanted = Path(given) if given else (Path(base) if base else Path.home() / ".cache") / "ramsight"
+    wanted = Path(named) if named else (Path(base) if base else Path.home() / ".cache") / "ramsight"
     return private_folder(wanted, "remove it, or set RAMSIGHT_CACHE to a folder of your own")
 
 
@@ -157,8 +157,8 @@ class CompiledModule:
             self._widths[name],
             kept={k: inputs.index(out) for k, out in enumerate(outputs) if out in inputs},
         )
-        given = dict(zip(_arguments(function), views, strict=True))
-        builder.call(emitted, [given[name].data for name in (*inputs, *outputs)])
+        named = dict(zip(_arguments(function), views, strict=True))
+        builder.call(emitted, [named[name].data for name in (*inputs, *outputs)])
         return True
 
 

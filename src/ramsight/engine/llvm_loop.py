@@ -52,7 +52,7 @@ def emit_loop(
     builder = ir.IRBuilder(function.append_basic_block("body"))
     terms = Terms(builder, entry, constants, function.args[0])
     for argument, value, kind in zip(source.args.args, function.args[1:], kinds, strict=True):
-        terms.given(argument.arg, value, *kind)
+        terms.argument(argument.arg, value, *kind)
     _Statements(terms, call).all(source.body)
     if not builder.block.is_terminated:
         builder.ret(whole(0))

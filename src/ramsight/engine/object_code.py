@@ -100,7 +100,7 @@ class NativeFunction:
         _optimize(assembly)
         path, key = self._file(kinds)
         rest = words.to_bytes(8, "little") + _machine().emit_object(assembly)
-        with contextlib.suppress(OSError):  # without a cache it is compiled anew each time
+        with contextlib.suppress(OSError):  # without a cache it is compiled each time
             write_whole(path, _MAGIC + hashlib.sha256(key + rest).digest() + rest)
         return self._linked(rest, kinds)
 

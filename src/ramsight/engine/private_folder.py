@@ -18,7 +18,7 @@ _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 
 
 class FolderWarning(UserWarning):
-    """A folder that is not used because others may write into it; the text says why and what to do."""
+    """A folder that is not used because others may write into it; the text states why and what to do."""
 
 
 class FolderError(RamsightError):
@@ -30,7 +30,7 @@ def private_folder(wanted: Path, remedy: str) -> Path:
 
     Args:
         wanted: which one it should be. Made, with what is missing above it, if it can be.
-        remedy: what the user can do if it is refused; ends the warning.
+        remedy: what the user can do if it is rejected; ends the warning.
 
     Returns:
         That folder; if it cannot be written or others may write into it, one of the user's own among the temporary

@@ -88,7 +88,7 @@ def integrate(
         rtol: relative tolerance; the absolute ones are the states' own times `tolerance_scale`.
         tolerance_scale: factor on the states' absolute tolerances.
         max_step: largest step [s].
-        max_steps: steps after which the run is given up.
+        max_steps: steps after which the run is abandoned.
         record_steps: keep the states after every accepted step.
         advance: called now and then with the simulated seconds since the last call.
 

@@ -68,7 +68,7 @@ class Terms:
         self.words = 0
         self.around: list[tuple[Any, Any]] = []
 
-    def given(self, name: str, address: Any, code: str, dimensions: int) -> None:
+    def argument(self, name: str, address: Any, code: str, dimensions: int) -> None:
         """Take an argument: a number, or the address of one of NumPy's arrays of a type and number of dimensions."""
         if not dimensions:
             self.store(name, address)

@@ -1,7 +1,7 @@
 """What a step writes over what stood there: where a state stays as it was, nothing.
 
 A sensor's graph says of each state what it becomes, `if_else(contact, new, old)` among it. A usual sample leaves nearly
-half of its hundreds of states as they were; to read, choose and write them anew would take a sixth of its time.
+half of its hundreds of states as they were; to read, choose and write them again would take a sixth of its time.
 """
 
 from __future__ import annotations

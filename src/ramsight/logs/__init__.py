@@ -1,8 +1,8 @@
 """Drive logs in and out, and the truth beside them where a test rig has it.
 
-A drive log says what a motor drive knows: speed, torque and oil temperature, and reference switches if there are any.
+A drive log states what a motor drive knows: speed, torque and oil temperature, and reference switches if there are any.
 `read_drive_log` reads that and nothing else, so that a position in the same file cannot reach a sensor; `open_log`
-reads it piece by piece, however long it is. A channel map says which channels of a file are what. `read_truth` reads
+reads it piece by piece, however long it is. A channel map states which channels of a file are what. `read_truth` reads
 the position, to judge the sensor by afterwards.
 """
 

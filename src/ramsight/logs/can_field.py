@@ -22,7 +22,7 @@ class Field:
         scale: factor.
         offset: in `unit`.
         unit: of the result.
-        selector: another field that says whether this one is in the frame, and the values for which it is.
+        selector: another field that states whether this one is in the frame, and the values for which it is.
         reserved: whether the highest values mean "not available", as in J1939.
     """
 

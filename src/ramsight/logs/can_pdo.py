@@ -21,7 +21,7 @@ _KNOWN = {
     (0x6061, 0): ("INT8", "", 1.0),  # modes of operation display
     (0x6064, 0): ("INT32", "", 1.0),  # position actual value, of the motor
     (0x606B, 0): ("INT32", "rpm", 1.0),  # velocity demand value
-    (0x606C, 0): ("INT32", "rpm", 1.0),  # velocity actual value, in user units: rpm unless the map says otherwise
+    (0x606C, 0): ("INT32", "rpm", 1.0),  # velocity actual value, in user units: rpm unless the map states otherwise
     (0x6071, 0): ("INT16", "permille", 1.0),  # target torque
     (0x6074, 0): ("INT16", "permille", 1.0),  # torque demand
     (0x6076, 0): ("UINT32", "N m", 1e-3),  # motor rated torque, in mN m

@@ -52,7 +52,7 @@ def load_map(path: str | Path) -> ChannelMap:
         path: the file.
 
     Raises:
-        DescriptionError: it cannot be read, or says what cannot be; names file, key, value and what is allowed.
+        DescriptionError: it cannot be read, or states what cannot be; names file, key, value and what is allowed.
 
     Example:
         >>> import tempfile
@@ -133,13 +133,13 @@ def _roles(keys: Keys, file: str) -> tuple[dict[str, Mapped], Counted | None, Mo
     """The channels of speed, torque and temperature, and what stands in the place of the first two."""
     roles: dict[str, Mapped] = {}
     angle, motor = keys.table("angle"), keys.table("current")
-    given = {"speed": angle, "torque": motor}
+    passed = {"speed": angle, "torque": motor}
     for role in ROLES:
         part = keys.table(role)
-        if part is not None and given.get(role) is not None:
+        if part is not None and passed.get(role) is not None:
             other = next(name for name, instead in INSTEAD.items() if instead == role)
             raise keys.wrong(role, f"and [{other}] are two for one", "one of the two")
-        if part is None and given.get(role) is None:
+        if part is None and passed.get(role) is None:
             raise DescriptionError(f"has no [{role}]; 'ramsight logs inspect' proposes one", file=file)
         if part is not None:
             roles[role] = _mapped(part, role)

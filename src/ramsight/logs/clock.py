@@ -21,14 +21,14 @@ class Clock:
         unit: of its numbers.
         date: a column of dates beside it.
         is_stamp: whether its cells are dates or times of day.
-        doubt: what a person has to check.
+        to_check: what a person has to check.
     """
 
     channel: str
     unit: str
     date: str | None = None
     is_stamp: bool = False
-    doubt: str = ""
+    to_check: str = ""
 
 
 def find_clock(source: TableSource, known: ChannelMap) -> Clock:
@@ -66,8 +66,8 @@ def _find(source: TableSource, known: ChannelMap) -> Clock:
         return Clock("", "")  # a name that looks like a clock's, of something else
     said = (known.time.unit if known.time is not None else None) or offered[channel].unit
     epoch = "" if said else epoch_unit(source.first_number(channel))
-    doubt = "" if said or not epoch else "time since 1970, by its size"
-    return Clock(channel, said or epoch or "s", date, doubt=doubt)
+    to_check = "" if said or not epoch else "time since 1970, by its size"
+    return Clock(channel, said or epoch or "s", date, to_check=to_check)
 
 
 def _stamped(source: TableSource, names: list[str]) -> dict[str, str]:

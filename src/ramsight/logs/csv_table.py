@@ -30,7 +30,7 @@ class CsvTable:
     Args:
         path: the file, compressed with gzip if its name ends in ``.gz``.
         form: its layout.
-        advance: told how much of the file has been read.
+        advance: is passed how much of the file has been read.
         size: bytes read at once.
 
     Attributes:
@@ -230,7 +230,7 @@ def read_timed(path: str | Path, needed: Sequence[str], optional: Sequence[str] 
 
 
 def check_columns(names: Sequence[str], needed: Sequence[str], file: str) -> None:
-    """Refuse a table without a column that is needed.
+    """Reject a table without a column that is needed.
 
     Raises:
         MissingColumnError: names those that are missing and some of those that are there.

@@ -49,10 +49,10 @@ def read_drive_log(
 
     Args:
         path: the file, for example ``.csv`` or ``.csv.gz``; docs/logs.md has them all.
-        channel_map: which of its channels are what, or the file that says so.
+        channel_map: which of its channels are what, or the file that states so.
         strict: refuse a log with faults, for work that needs one without: values that are missing, time that does
-            not increase. A sensor does not need that, it says which samples are bad.
-        advance: told the share of the file that was read since the last call.
+            not increase. A sensor does not need that, it states which samples are bad.
+        advance: is passed the share of the file that was read since the last call.
 
     Returns:
         Over ``time`` [s], as in the file: ``motor_speed`` [rad/s], ``motor_torque`` [N m], ``oil_temperature`` [K],
@@ -62,7 +62,7 @@ def read_drive_log(
         MissingColumnError: a column is absent.
         LogError: the file cannot be read, or what it says cannot be; with line and column.
         UnknownNameError: the map names a channel that is not there.
-        DescriptionError: the map says what cannot be.
+        DescriptionError: the map states what cannot be.
 
     Example:
         >>> import pathlib, tempfile
@@ -86,7 +86,7 @@ def read_drive_log(
 def write_drive_log(log: xarray.Dataset, path: str | Path) -> None:
     """A drive log as a file that `read_drive_log` reads, in the format that its suffix says.
 
-    Only what a drive log has is written, so a whole simulated run may be given. In CSV values keep 12 digits, times
+    Only what a drive log has is written, so a whole simulated run may be passed. In CSV values keep 12 digits, times
     15, and NaN is an empty cell.
 
     Args:
@@ -150,7 +150,7 @@ def _finite(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _check_faultless(log: xarray.Dataset, file: str) -> None:
-    """Refuse a log with missing values, or with time that does not increase."""
+    """Reject a log with missing values, or with time that does not increase."""
     time = log["time"].values
     for name in ("time", *(channel.name for channel in CHANNELS)):
         bad = ~np.isfinite(log[name].values)

@@ -1,4 +1,4 @@
-"""Clocks that go back: set anew, or a part of a log that is there twice."""
+"""Clocks that go back: reset, or a part of a log that is there twice."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ def blf_frames(path: str | Path, advance: Advance | None = None) -> Iterator[Fra
 
     Args:
         path: the file.
-        advance: told how much of the file has been read.
+        advance: is passed how much of the file has been read.
 
     Raises:
         LogError: it is no BLF file, or is damaged; says at which byte.

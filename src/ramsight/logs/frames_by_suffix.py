@@ -17,7 +17,7 @@ def open_frames(path: str | Path, advance: Advance | None = None) -> Iterator[Fr
 
     Args:
         path: the file.
-        advance: told how much of the file has been read.
+        advance: is passed how much of the file has been read.
 
     Raises:
         LogError: the file cannot be read, is damaged, or holds no frames; with the place.

@@ -26,7 +26,7 @@ def mdf_frames(path: str | Path, advance: Advance | None = None) -> Iterator[Fra
 
     Args:
         path: the file.
-        advance: told how much of the file has been read.
+        advance: is passed how much of the file has been read.
 
     Raises:
         LogError: it is no MDF file, is damaged, or holds no CAN frames.

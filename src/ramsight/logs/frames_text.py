@@ -22,11 +22,11 @@ _BLANK = b" \t\n\x0b\x0c"
 def asc_frames(path: str | Path, advance: Advance | None = None) -> Iterator[Frame]:
     """The frames of an ASC file.
 
-    Its header says whether numbers are hexadecimal, and whether times are absolute or relative to the event before.
+    Its header states whether numbers are hexadecimal, and whether times are absolute or relative to the event before.
 
     Args:
         path: the file, compressed with gzip if its name ends in ``.gz``.
-        advance: told how much of the file has been read.
+        advance: is passed how much of the file has been read.
 
     Raises:
         LogError: the file cannot be read, or a line is no frame though it begins as one; names the line.
@@ -51,7 +51,7 @@ def candump_frames(path: str | Path, advance: Advance | None = None) -> Iterator
 
     Args:
         path: the file, compressed with gzip if its name ends in ``.gz``.
-        advance: told how much of the file has been read.
+        advance: is passed how much of the file has been read.
 
     Raises:
         LogError: the file cannot be read, or a line is no frame; names the line.

@@ -33,7 +33,7 @@ _WORSE = {
 _BETTER = r"ist(?![a-z])|act|actual|feedback|meas"
 _SI = {"speed": "rad/s", "torque": "N m", "temperature": "K", "reference": "m"}
 USUAL = {"speed": "rpm", "torque": "N m", "temperature": "degC", "reference": "m"}
-"""The unit that is proposed where the file says none."""
+"""The unit that is proposed where the file states none."""
 
 _CLOCK = re.compile(
     r"((date|datum|day|tag)?[ _/-]?(time|zeit|uhrzeit)([ _]?stamps?)?|timestamps?|t|ts|elapsed|seconds|datetime"

@@ -29,7 +29,7 @@ class Channel:
 
     Attributes:
         name: what a map calls it.
-        unit: as the file says it, "" if it does not.
+        unit: as the file states it, "" if it does not.
         note: group of an MDF file, kind of a text column.
         samples: that hold a number.
         missing: that hold none.
@@ -109,7 +109,7 @@ def inspect_log(
         path: the file, of any kind that ramsight reads.
         channel_map: what is known of it already: a CSV file's layout, a CAN log's DBC files and PDOs.
         dbc: further DBC files.
-        advance: told the share of the file that was read since the last call.
+        advance: is passed the share of the file that was read since the last call.
 
     Raises:
         LogError: the file cannot be read.

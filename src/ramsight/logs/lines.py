@@ -68,7 +68,7 @@ def line_blocks(
     Args:
         path: the file.
         encoding: of its letters; blocks are UTF-8 whatever it is.
-        advance: told how much of the file has been read.
+        advance: is passed how much of the file has been read.
         size: bytes read at once.
         blank: what makes a line blank; no tab unless said, because it separates cells.
 

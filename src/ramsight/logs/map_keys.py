@@ -11,7 +11,7 @@ from ramsight.units import parse
 
 
 class Keys:
-    """A table of TOML whose keys are taken one by one; what is left over at the end is refused."""
+    """A table of TOML whose keys are taken one by one; what is left over at the end is rejected."""
 
     def __init__(self, table: Mapping[str, Any], file: str, path: str = "") -> None:
         self.file, self.path = file, path

@@ -1,4 +1,4 @@
-"""What a channel map says: which channels are what, and what their numbers mean."""
+"""What a channel map states: which channels are what, and what their numbers mean."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ SI = {
 
 USUAL_HOLD = 0.5  # s
 HOLD = {"speed": 0.5, "torque": 0.5, "temperature": 60.0, "reference": 0.5, "motor_temperature": 60.0}
-"""How long a value holds without a new one [s], unless the map says otherwise: a drive reports every few
+"""How long a value holds without a new one [s], unless the map states otherwise: a drive reports every few
 milliseconds, and oil does not change its temperature within a minute."""
 
 
@@ -88,7 +88,7 @@ class Counted:
     """A shaft's angle in place of its speed.
 
     Args:
-        per_turn: numbers a turn, after scale and offset; the angle starts anew after each.
+        per_turn: numbers a turn, after scale and offset; the angle starts again after each.
     """
 
     per_turn: float
@@ -140,10 +140,10 @@ class Commanded:
 
 @dataclass(frozen=True)
 class Referenced:
-    """A channel that says where the piston is.
+    """A channel that states where the piston is.
 
     Args:
-        mapped: the channel: positions in its unit, or a switch if `position` is given.
+        mapped: the channel: positions in its unit, or a switch if there is a `position`.
         position: where the piston is when the switch changes [m].
         edge: which change it is: ``rising``, ``falling`` or ``both``.
     """
@@ -168,7 +168,7 @@ class Pdo:
 
 @dataclass(frozen=True)
 class ChannelMap:
-    """Everything that a map says; made by `load_map` or `standard_map`.
+    """Everything that a map states; made by `load_map` or `standard_map`.
 
     Args:
         file: where it was read, None for one made by the program.
@@ -185,12 +185,12 @@ class ChannelMap:
         angle: how the channel of the role ``speed`` counts, where it is an angle.
         motor: what the channel of the role ``torque`` is, where it is a current.
         commands: to parts of the circuit, by their names.
-        further: what else a sensor may be given, by their names in `FURTHER`.
-        measured: position and pressures, by their names in `MEASURED`; no sensor is given them.
+        further: what else a sensor may use, by their names in `FURTHER`.
+        measured: position and pressures, by their names in `MEASURED`; no sensor gets them.
         linearity: standard deviation of what the measured position's sensor reads beside a straight line [m].
         curve: that of the measured position's sensor, where it is known.
         linked: voltage and current of the DC link, by their names in `LINKED`, or none; their product is the power.
-        period: of the log's samples, if they are made anew [s].
+        period: of the log's samples, if they are resampled [s].
     """
 
     file: str | None = None
@@ -216,7 +216,7 @@ class ChannelMap:
 
     @property
     def is_can(self) -> bool:
-        """Whether it says what CAN frames mean."""
+        """Whether it states what CAN frames mean."""
         return bool(self.dbc or self.pdos)
 
 

@@ -34,7 +34,7 @@ class Group:
         cycles: samples.
         master: which channel is the clock, None if none is.
         names: of the channels.
-        units: of the channels, "" where the file says none.
+        units: of the channels, "" where the file states none.
     """
 
     cycles: int
@@ -78,7 +78,7 @@ class MdfFile:
         return times
 
     def values(self, group: int, index: int, start: int, count: int, *, raw: bool = False) -> tuple[Any, Any]:
-        """Samples of a channel, and which of them are invalid, None if nothing says so.
+        """Samples of a channel, and which of them are invalid, None if nothing states so.
 
         What is no number comes as an empty array of text.
         """
@@ -181,7 +181,7 @@ _current: list[_Reader] = []
 
 
 def _reader() -> _Reader:
-    """The process of this one, begun anew if it has ended."""
+    """The process of this one, begun again if it has ended."""
     if not _current or not _current[0].is_alive:
         for ended in _current:
             ended.end_own()

@@ -63,15 +63,15 @@ def open_log(
     r"""A drive log piece by piece, from a file of any kind that ramsight reads, by its suffix.
 
     The pieces follow one another; together they are what `read_drive_log` gives at once. A sensor that tracks them
-    one after the other says what it says of the whole.
+    one after the other states what it says of the whole.
 
     Args:
         path: the file: CSV, Parquet, MF4, BLF, ASC or candump; docs/logs.md has them all.
-        channel_map: which of its channels are what, or the file that says so; None for a table whose columns are
+        channel_map: which of its channels are what, or the file that states so; None for a table whose columns are
             called ``time_s``, ``motor_speed_rpm``, ``motor_torque_nm``, ``oil_temperature_c`` and perhaps
             ``reference_m``.
         samples: of each piece but the last.
-        advance: told the share of the file that was read since the last call.
+        advance: is passed the share of the file that was read since the last call.
 
     Returns:
         The pieces in order, each read when it is asked for; what is wrong with the name, the map or the columns is said
@@ -84,7 +84,7 @@ def open_log(
         LogError: the file cannot be read, or is no log at all; with the place.
         MissingColumnError: it has no map, and other columns than a log without one.
         UnknownNameError: the map names a channel that is not there.
-        DescriptionError: the map says what cannot be.
+        DescriptionError: the map states what cannot be.
 
     Example:
         >>> import pathlib, tempfile
@@ -117,7 +117,7 @@ def _check_standard(source: Source, names: list[str]) -> None:
         if name.endswith(CAN) or getattr(source, "has_frames", False):
             next(open_frames(source.path))  # a file that holds none lacks no map
             raise LogError(
-                "holds CAN frames; without a channel map nobody knows what they mean: ramsight logs inspect",
+                "holds CAN frames; without a channel map their meaning is unknown: ramsight logs inspect",
                 file=source.file,
             ) from None
         if name.endswith(CSV):
@@ -137,7 +137,7 @@ def read_measured(
     Args:
         path: the file.
         channel_map: with `measured.position`, `measured.pressure_a` or `measured.pressure_b`.
-        advance: told the share of the file that was read since the last call.
+        advance: is passed the share of the file that was read since the last call.
 
     Returns:
         Over the same ``time`` [s] as the log: ``position`` [m], ``pressure_a``, ``pressure_b`` [Pa], as far as named;
@@ -213,7 +213,7 @@ def _frames_missed(source: Source, known: ChannelMap) -> str:
 
 
 def _held_channels(known: ChannelMap, measured: Mapping[str, Mapped]) -> dict[str, tuple[str, Mapped]]:
-    """What is held until its next sample comes, by role or by name: its role, which says its unit, and its channel."""
+    """What is held until its next sample comes, by role or by name: its role, with its unit, and its channel."""
     held = {role: (role, one) for role, one in known.roles.items() if one.channel}
     held |= {column_of(name): ("command", one.mapped) for name, one in known.commands.items()}
     return held | {
@@ -284,7 +284,7 @@ def _with_base(blocks: Iterator[Block], base: str | None) -> tuple[Iterator[Bloc
 
 
 def _regular(columns: Iterator[dict[str, Array]], samples: int) -> Iterator[dict[str, Array]]:
-    """The same columns, cut anew to this many samples each."""
+    """The same columns in pieces of this many samples."""
     held: dict[str, Array] = {}
     for more in columns:
         held = {name: np.concatenate([held[name], column]) if held else column for name, column in more.items()}

@@ -22,7 +22,7 @@ def file_name(path: str | Path) -> str:
 
 
 def check_file(path: str | Path) -> None:
-    """Refuse what is not there, or is no file.
+    """Reject what is not there, or is no file.
 
     Raises:
         LogError: the file cannot be opened.
@@ -57,7 +57,7 @@ class Unpacked:
 
     Args:
         path: the file.
-        advance: told how much of the file has been read.
+        advance: is passed how much of the file has been read.
         size: bytes at once, at most.
 
     Attributes:

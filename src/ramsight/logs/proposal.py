@@ -46,8 +46,8 @@ def _time_line(clock: Clock) -> str:
         return 'time = { channel = "", unit = "s" }  # not found: name the column that is the clock, and its unit'
     date = "" if clock.date is None else f", date = {_text(clock.date)}"
     unit = "" if clock.is_stamp else f", unit = {_text(clock.unit)}"
-    doubt = f"  # {clock.doubt}" if clock.doubt else ""
-    return f"time = {{ channel = {_text(clock.channel)}{date}{unit} }}{doubt}"
+    note = f"  # {clock.to_check}" if clock.to_check else ""
+    return f"time = {{ channel = {_text(clock.channel)}{date}{unit} }}{note}"
 
 
 def _role_lines(found: Inspection, role: str) -> list[str]:
@@ -63,8 +63,8 @@ def _role_lines(found: Inspection, role: str) -> list[str]:
         return lines
     said = said or Mapped(channel.name)
     unit = said.unit or channel.unit
-    doubt = "" if unit else "  # the file does not say: check it"
-    lines = [f"[{role}]", f"channel = {_text(channel.name)}", f"unit = {_text(unit or USUAL[role])}{doubt}"]
+    note = "" if unit else "  # the file does not say: check it"
+    lines = [f"[{role}]", f"channel = {_text(channel.name)}", f"unit = {_text(unit or USUAL[role])}{note}"]
     if said.rated is not None:
         lines.append(f'rated = "{said.rated:.12g} {"N m" if role == "torque" else "rad/s"}"')
     elif is_share(unit):

@@ -1,4 +1,4 @@
-"""Samples made anew at a drive's usual period, of a log that came faster, or with an angle in the place of a speed."""
+"""Samples at a drive's usual period, resampled from a faster log, or from one that counts an angle."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Resampler:
     """Takes columns over time and gives them at equal distances; what it needs of earlier ones it keeps.
 
     A sample is the mean over its period, half before and half after it. A speed that comes from an angle is the angle
-    of the period over its length, so that no revolution is lost. A command is the newest one, a reference is
+    of the period over its length, so that no revolution is missing. A command is the newest one, a reference is
     taken by the sample after it.
 
     Args:
@@ -54,7 +54,7 @@ class Resampler:
         back = ~(np.diff(time) > 0.0)
         if back.any():
             place = float(time[int(np.argmax(back)) + 1])
-            message = f"time has to increase where samples are made anew: it does not at {place:g} s"
+            message = f"time has to increase where samples are resampled: it does not at {place:g} s"
             raise LogError(message, file=self._file)
         half = 0.5 * self._period
         first = time[0] + half if self._next is None else self._next

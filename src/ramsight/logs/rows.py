@@ -1,7 +1,7 @@
 """Rows of a CSV file as numbers: fast when all is well, exact about the place when it is not.
 
 The C parser of NumPy reads the cells (about 0.3 us a row). Where it stumbles, or where a cell has no finite number, a
-slow pass in Python goes through the same text and says which line and which column.
+slow pass in Python goes through the same text and states which line and which column.
 """
 
 from __future__ import annotations
@@ -145,7 +145,7 @@ def number_of(text: str, *, is_decimal_comma: bool) -> float:
         is_decimal_comma: whether a comma in it is a decimal one.
 
     Raises:
-        ValueError: it is none; says what may be the matter.
+        ValueError: it is none; states what may be the matter.
 
     Example:
         >>> number_of("12,5", is_decimal_comma=True)

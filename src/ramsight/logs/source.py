@@ -24,7 +24,7 @@ _ENDINGS = {
     "mm": "mm", "percent": "percent", "pct": "percent", "permille": "permille", "rad_per_s": "rad/s",
     "perc": "percent", "prozent": "percent", "proz": "percent", "promille": "permille",
 }  # fmt: skip
-_OBJECTS = {"606c": "rpm", "6077": "permille"}  # of CiA 402, as drives have them unless they are told otherwise
+_OBJECTS = {"606c": "rpm", "6077": "permille"}  # of CiA 402, as drives have them by default
 _OBJECT = re.compile(rf"(?<![0-9a-f])({'|'.join(_OBJECTS)})(?![0-9a-g])")
 
 
@@ -34,7 +34,7 @@ class Offered:
 
     Args:
         name: what a map calls it.
-        unit: as the file says it, "" if it does not.
+        unit: as the file states it, "" if it does not.
         note: what else is to be said of it.
     """
 
@@ -48,14 +48,14 @@ class Source(ABC):
 
     Args:
         path: the file.
-        advance: told how much of the file has been read.
+        advance: is passed how much of the file has been read.
     """
 
     has_clock_watched = False
     """Whether it warns by itself of a clock that goes back."""
 
     clock: str | None = None
-    """The column that is the clock, where the kind of file needs one to be told."""
+    """The column that is the clock, where the kind of file needs one."""
 
     def __init__(self, path: str | Path, advance: Advance | None = None) -> None:
         self.path, self.file, self.advance = Path(path), file_name(path), advance
@@ -77,7 +77,7 @@ class Source(ABC):
         """
 
     def unit_of(self, channel: str) -> str:
-        """The unit of a channel as the file says it, "" if it does not."""
+        """The unit of a channel as the file states it, "" if it does not."""
         return next((one.unit for one in self.offered() if one.name == channel), "")
 
     def check(self, channels: Sequence[str]) -> None:
@@ -103,7 +103,7 @@ class TableSource(Source):
     date: str | None = None
     """A column of dates beside a clock that is a time of day."""
     is_clock_needed = True
-    """Whether samples without a time are refused."""
+    """Whether samples without a time are rejected."""
 
     def clocked(self) -> tuple[str, float]:
         """The clock column, and seconds for one of its units; "" if there is none and none is needed."""

@@ -23,7 +23,7 @@ def open_source(path: str | Path, file_map: ChannelMap | None = None, advance: A
     Args:
         path: the file.
         file_map: its channel map, if there is one.
-        advance: told how much of the file has been read.
+        advance: is passed how much of the file has been read.
 
     Raises:
         LogError: the suffix is unknown, or the package that reads it is not installed.

@@ -41,7 +41,7 @@ class CanSource(Source):
     Args:
         path: the file.
         file_map: with DBC files or PDOs; None to count frames only.
-        advance: told how much of the file has been read.
+        advance: is passed how much of the file has been read.
 
     Attributes:
         seen: frames by identifier after reading, bit 31 set for an extended one, with the longest one's bytes.
@@ -77,7 +77,7 @@ class CanSource(Source):
         return [Offered(name, field.unit) for name, field in self._named.items()]
 
     def unit_of(self, channel: str) -> str:
-        """The unit of a channel as the DBC file says it, "" if it does not."""
+        """The unit of a channel as the DBC file states it, "" if it does not."""
         return self._found(channel).unit
 
     def check(self, channels: Sequence[str]) -> None:

@@ -19,7 +19,7 @@ from ramsight.logs.stamps import SinceFirst, is_stamp
 
 
 class CsvSource(TableSource):
-    """A CSV file: one clock column, a channel a column; the header is its first line unless the map says otherwise."""
+    """A CSV file: one clock column, a channel a column; by default the header is its first line."""
 
     def __init__(self, path: str | Path, file_map: ChannelMap | None, advance: Advance | None = None) -> None:
         super().__init__(path, file_map, advance)

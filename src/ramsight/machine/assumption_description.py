@@ -2,7 +2,7 @@
 
 Standard deviations, probabilities and rates. No default is fitted to a machine: each is a property of usual drives, of
 the data sheets of usual parts, or a probability. `make study` prints what each of them is worth. Who knows a machine
-better says so; what is not said stays as it is here. The ranges are those within which the sensor's equations hold.
+better states so; what is not said stays as it is here. The ranges are those within which the sensor's equations hold.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class AssumedDrive(Part):
         float,
         quantity("%", "noise and steps of the torque, over that at relief pressure, std", least="0.01 %", most="20 %"),
     ] = 0.007
-    # Data sheets of drives say 3 %; 1 % is what is left once references have taught the leakage that belongs to it.
+    # Data sheets of drives report 3 %; 1 % is what is left once references have taught the leakage that belongs to it.
     torque_gain: Annotated[float, quantity("%", "of the torque's gain, std", least="0 %", most="30 %")] = 0.01
     # Filters of drives take 10 ... 40 ms.
     delay: Annotated[
@@ -207,7 +207,7 @@ class AssumedInertia(Part):
 
 
 class AssumedStops(Part):
-    """End stops, other contacts, switches and positions given by hand."""
+    """End stops, other contacts, switches and positions entered by hand."""
 
     # A frame, a rack or the ground may stop the machine before the cylinder's end does.
     retracted: Annotated[
@@ -233,14 +233,14 @@ class AssumedStops(Part):
         float, quantity("%", "chance that a contact is with neither stop", least="0.0001 %", most="90 %")
     ] = 0.2
     lies: Annotated[
-        float, quantity("%", "chance that a switch or a given position is wrong", least="0.0001 %", most="90 %")
+        float, quantity("%", "chance that a switch or an entered position is wrong", least="0.0001 %", most="90 %")
     ] = 0.05
     wrong: Annotated[
         float,
-        quantity("%", "chance that a believed position is wrong, before a contact", least="0.0001 %", most="50 %"),
+        quantity("%", "chance that an estimated position is wrong, before a contact", least="0.0001 %", most="50 %"),
     ] = 1e-3
     reference: Annotated[
-        float, quantity("mm", "of a switch or of a position given by hand, std", least="0.01 mm", most="1 m")
+        float, quantity("mm", "of a switch or of a position entered by hand, std", least="0.01 mm", most="1 m")
     ] = 1e-3
 
 

@@ -18,7 +18,7 @@ P = TypeVar("P", bound="Part")
 
 
 class Part(BaseModel):
-    """Base of everything that a description holds: frozen, SI inside, unknown keys refused."""
+    """Base of everything that a description holds: frozen, SI inside, unknown keys rejected."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, protected_namespaces=())
 

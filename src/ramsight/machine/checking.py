@@ -24,7 +24,7 @@ def validate(
         model: the class to build.
         data: its values.
         file: the file they came from.
-        context: `FROM_FILE` where numbers without a unit must be refused.
+        context: `FROM_FILE` where numbers without a unit must be rejected.
         prefix: path of the part in the file, for the error text.
 
     Raises:
@@ -61,11 +61,11 @@ def _one_line(model: type[BaseModel], problem: dict[str, Any], file: str | None,
         if field is not None and (declared := declaration(field)) and not allowed:
             allowed = declared.range
     elif kind == "union_tag_not_found":
-        given = value.get("kind") if isinstance(value, dict) else None
-        message = "needs the kind of part" if given is None else "unknown choice"
+        stated = value.get("kind") if isinstance(value, dict) else None
+        message = "needs the kind of part" if stated is None else "unknown choice"
         allowed = ", ".join(_choices(_field_at(model, steps[:-1])[1]))
         if isinstance(value, dict):
-            location, value = [*location, "kind"], given
+            location, value = [*location, "kind"], stated
         else:
             message, allowed = "expected a table of values", None
     elif kind in ("model_type", "model_attributes_type", "dict_type"):

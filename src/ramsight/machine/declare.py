@@ -15,7 +15,7 @@ from pydantic_core import PydanticCustomError, core_schema
 from ramsight import units
 from ramsight.errors import DescriptionError
 
-#: validation context of values that come from a file, where a number without a unit is refused
+#: validation context of values that come from a file, where a number without a unit is rejected
 FROM_FILE: Mapping[str, bool] = {"from_file": True}
 
 
@@ -162,7 +162,7 @@ def refuse(key: str, value: object, message: str, allowed: str | None = None) ->
 
 
 #: the field by which a part names a catalogue entry
-Model = Annotated[str | None, Field(description="name of a catalogue entry that gives what is not given here")]
+Model = Annotated[str | None, Field(description="name of a catalogue entry that has the values left out here")]
 
 
 def declaration(field: FieldInfo) -> Quantity | None:

@@ -163,7 +163,7 @@ class DirectDriven(Unit):
 
 
 class Composed(Unit):
-    """Unit whose circuit is given as parts on nodes, or taken from the catalogue's circuits by name."""
+    """Unit whose circuit is described as parts on nodes, or taken from the catalogue's circuits by name."""
 
     circuit: Annotated[str, Field(description='name of a catalogue circuit that gives the nodes, or "parts"')]
     parts: Annotated[dict[str, AnyPlaced], Field(description="parts between nodes, by name")]
@@ -205,7 +205,7 @@ class Composed(Unit):
 
 
 def _tag(value: Any) -> str:
-    """Which class a unit is of; whatever is no unit at all is refused by the first."""
+    """Which class a unit is of; whatever is no unit at all is rejected by the first."""
     circuit = value.get("circuit", "ddh") if isinstance(value, dict) else getattr(value, "circuit", "ddh")
     return "@direct-driven" if circuit == "ddh" else "@composed"
 
@@ -248,7 +248,7 @@ class Machine(Part):
 
     @property
     def sources(self) -> Mapping[str, str]:
-        """Where each value comes from, by dotted path, as far as the description says."""
+        """Where each value comes from, by dotted path, as far as the description states."""
         return self._sources
 
     @property

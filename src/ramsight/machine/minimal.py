@@ -97,21 +97,21 @@ def _unit(unit: Unit, path: str) -> Iterator[str]:
 
 
 def _parts(unit: Unit) -> Iterator[tuple[str, Part, Mapping[str, Any]]]:
-    """Path and part of everything but assumptions and tolerances, and what the circuit says of it."""
+    """Path and part of everything but assumptions and tolerances, and what the circuit states of it."""
     for key, value in unit:
         if isinstance(value, Part) and not isinstance(value, Assumptions | Tolerances):
             yield key, value, {}
     if isinstance(unit, Composed):
         named = {entry.name for entry in catalogue.entries() if entry.kind == "circuit"}
-        given = catalogue.circuit(unit.circuit) if unit.circuit in named else {}
+        stated = catalogue.circuit(unit.circuit) if unit.circuit in named else {}
         for key, part in unit.parts.items():
-            yield f"parts.{key}", part, given.get(key, {})
+            yield f"parts.{key}", part, stated.get(key, {})
 
 
 def _values(part: Part, places: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Key and value of what is needed of a part, and what it means."""
     model = getattr(part, "model", None)
-    given = {} if model is None else catalogue.read(catalogue.find(part.family, model))[0]
+    stated = {} if model is None else catalogue.read(catalogue.find(part.family, model))[0]
     for key, field in type(part).model_fields.items():
         value, declared = getattr(part, key), declaration(field)
         if value is None or key in places or value == field.default:
@@ -120,10 +120,10 @@ def _values(part: Part, places: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
             inner = ", ".join(f'{name} = "{item / 1e3:g} kN"' for name, item in value.items())
             yield f"{key} = {{ {inner} }}", explain(field)
         elif declared is None:
-            yield _written(key, value), yours(type(part), key, given) + explain(field)
-        elif key not in given or declared.read(given[key], from_file=True) != value:
+            yield _written(key, value), yours(type(part), key, stated) + explain(field)
+        elif key not in stated or declared.read(stated[key], from_file=True) != value:
             text = declared.show(value)
-            words = yours(type(part), key, given) + explain(field)
+            words = yours(type(part), key, stated) + explain(field)
             bare = declared.whole or (declared.unit == "1" and "/" not in text)
             yield _written(key, float(text) if bare and not declared.whole else value if bare else text), words
 

@@ -87,7 +87,7 @@ class PlacedOrifice(Part):
     outlet: Node
     rated_flow: Annotated[
         float,
-        quantity("l/min", "flow at which rated_pressure_drop is given", above="0 l/min", most="10000 l/min"),
+        quantity("l/min", "flow at which rated_pressure_drop is stated", above="0 l/min", most="10000 l/min"),
     ]
     rated_pressure_drop: Annotated[
         float, quantity("bar", "pressure drop at rated_flow", above="0 bar", most="1000 bar")
@@ -109,7 +109,7 @@ class PlacedDirectional(Part):
     port_b: Annotated[Node, Field(description="node that is fed at command -1")]
     rated_flow: Annotated[
         float,
-        quantity("l/min", "flow at which rated_pressure_drop is given", above="0 l/min", most="10000 l/min"),
+        quantity("l/min", "flow at which rated_pressure_drop is stated", above="0 l/min", most="10000 l/min"),
     ]
     rated_pressure_drop: Annotated[
         float, quantity("bar", "pressure drop of one open edge at rated_flow", above="0 bar", most="100 bar")

@@ -63,13 +63,13 @@ def loads(text: str, file: str = "description") -> Machine:
     return _machine(catalogue.parse_toml(text, file), file)
 
 
-def from_catalogue(kind: str, name: str, **given: Any) -> Part:
+def from_catalogue(kind: str, name: str, **stated: Any) -> Part:
     """Read one part of the catalogue.
 
     Args:
         kind: what it is, for example ``"pump"``.
         name: its name.
-        given: values that the catalogue does not have or that override it, as in a description.
+        stated: values that the catalogue does not have or that override it, as in a description.
 
     Raises:
         UnknownNameError: there is no such part.
@@ -81,7 +81,7 @@ def from_catalogue(kind: str, name: str, **given: Any) -> Part:
     """
     entry = catalogue.find(kind, name)
     values, _ = catalogue.read(entry)
-    return validate(PARTS[kind], {**values, **given, "model": entry.name}, file=entry.name, context=FROM_FILE)
+    return validate(PARTS[kind], {**values, **stated, "model": entry.name}, file=entry.name, context=FROM_FILE)
 
 
 def _machine(data: dict[str, Any], file: str) -> Machine:
@@ -102,7 +102,7 @@ def _machine(data: dict[str, Any], file: str) -> Machine:
     machine = _validated(plain, file, wrong)
     machine._sources = sources
     machine._origin, machine._tolerances = file, tolerances
-    _ = machine.tolerances  # a tolerance that is none is refused here
+    _ = machine.tolerances  # a tolerance that is none is rejected here
     return machine
 
 
@@ -133,15 +133,15 @@ def _key(error: RamsightError) -> str:
 
 
 def _check_format(data: Mapping[str, Any], file: str) -> None:
-    """Refuse a format that this version does not read; one that is missing is the file's smallest trouble."""
-    given = data.get("format")
-    if given is None:
+    """Reject a format that this version does not read; one that is missing is the file's smallest trouble."""
+    stated = data.get("format")
+    if stated is None:
         return
-    if isinstance(given, int) and given > FORMAT:
+    if isinstance(stated, int) and stated > FORMAT:
         message = f"was written for a newer ramsight; this one reads up to format {FORMAT}, update it"
-        raise DescriptionError(message, file=file, key="format", value=given)
-    if isinstance(given, bool) or given != FORMAT:
-        raise DescriptionError("is no format", file=file, key="format", value=given, allowed=str(FORMAT))
+        raise DescriptionError(message, file=file, key="format", value=stated)
+    if isinstance(stated, bool) or stated != FORMAT:
+        raise DescriptionError("is no format", file=file, key="format", value=stated, allowed=str(FORMAT))
 
 
 def _resolve(
@@ -152,7 +152,7 @@ def _resolve(
     circuit = resolved.get("circuit", "ddh")
     composed = circuit != "ddh"
     if isinstance(circuit, str) and circuit not in (known := circuits()):
-        wrong[path] = DescriptionError(  # and so are its parts: nobody knows which it has
+        wrong[path] = DescriptionError(  # and so are its parts: which ones is unknown
             "unknown choice", file=file, key=f"{path}.circuit", value=circuit, allowed=", ".join(known)
         )
         return resolved
@@ -173,11 +173,11 @@ def _parts(
     name = unit["circuit"]
     if isinstance(name, str) and name != IN_FULL and catalogue.has("circuit", name):
         for key, template in catalogue.circuit(name).items():
-            given = parts.get(key, {})
-            if isinstance(given, dict):
-                for item in template.keys() - given.keys():
+            stated = parts.get(key, {})
+            if isinstance(stated, dict):
+                for item in template.keys() - stated.keys():
                     sources.setdefault(f"{path}.parts.{key}.{item}", f"circuit {name}: [D] by its drawing")
-                parts[key] = {**template, **given}
+                parts[key] = {**template, **stated}
     for key, part in parts.items():
         kind = part.get("kind") if isinstance(part, dict) else None
         if isinstance(kind, str) and kind in KINDS:
@@ -186,18 +186,18 @@ def _parts(
 
 
 def _from_model(
-    given: Any, family: str, path: str, sources: dict[str, str], file: str, wrong: dict[str, RamsightError]
+    stated: Any, family: str, path: str, sources: dict[str, str], file: str, wrong: dict[str, RamsightError]
 ) -> Any:
     """Fill in what the catalogue entry that a part names gives."""
-    if isinstance(given, str) and family:
-        given = {"model": given}
-    if not family or not isinstance(given, dict) or not isinstance(given.get("model"), str):
-        return given
+    if isinstance(stated, str) and family:
+        stated = {"model": stated}
+    if not family or not isinstance(stated, dict) or not isinstance(stated.get("model"), str):
+        return stated
     try:
-        values, origins = catalogue.filled(family, given, where=f"{file}: {path}")
+        values, origins = catalogue.filled(family, stated, where=f"{file}: {path}")
     except UnknownNameError as error:
         wrong[path] = error
-        return given
+        return stated
     for name, source in origins.items():
         sources.setdefault(f"{path}.{name}", source)
     return values

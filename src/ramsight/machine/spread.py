@@ -96,7 +96,7 @@ def read_spread(text: Any, declared: Quantity, centre: float | None) -> Spread:
         centre: the value [SI]; None if the text has to have it.
 
     Raises:
-        DescriptionError: it is none; the text says what is expected.
+        DescriptionError: it is none; the text states what is expected.
 
     Example:
         >>> from ramsight.machine.declare import quantity
@@ -107,9 +107,9 @@ def read_spread(text: Any, declared: Quantity, centre: float | None) -> Spread:
     match = _TEXT.fullmatch(text.strip()) if isinstance(text, str) else None
     if match is None or not match["half"]:
         raise DescriptionError("is no tolerance", value=text, allowed=example)
-    given = match["centre"].strip()
-    if given:
-        centre = units.parse(given, declared.unit)
+    stated = match["centre"].strip()
+    if stated:
+        centre = units.parse(stated, declared.unit)
     if centre is None:
         raise DescriptionError("needs a value before its ±", value=text)
     share = match["half"].removesuffix("%").strip() if match["half"].endswith("%") and declared.unit != "%" else None

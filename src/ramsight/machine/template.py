@@ -20,7 +20,7 @@ from ramsight.machine.tolerances import EXAMPLES, KINDS, Tolerances
 
 _WIDTH = 118
 _PAIR = {"leakage-displacement": 0.5}
-_FIRST = ("kind", "inlet", "outlet", "pilot", "node")  # what says where a part is stands before its values
+_FIRST = ("kind", "inlet", "outlet", "pilot", "node")  # what states where a part is stands before its values
 _HEAD = """\
 Machine description for ramsight. Check it with: ramsight check FILE
 
@@ -44,7 +44,7 @@ def template(like: Machine | None = None, name: str = "my-machine") -> str:
     """Write a commented description that is complete and valid.
 
     Args:
-        like: the machine whose values stand in it; the catalogue's mining loader, boom only, if not given.
+        like: the machine whose values stand in it; the catalogue's mining loader, boom only, if omitted.
         name: the name of the new machine.
 
     Returns:
@@ -81,9 +81,9 @@ def _unit_lines(name: str, unit: Unit) -> list[str]:
         value = getattr(unit, key)
         if value is not None and not isinstance(value, Part | dict):
             lines.append(_line(key, value, yours(type(unit), key, {}) + _with_choices(field)))
-    for key, part, given in tables:
+    for key, part, stated in tables:
         if not isinstance(part, Assumptions | Tolerances):
-            about = given or type(unit).model_fields[key].description or _first_sentence(part)
+            about = stated or type(unit).model_fields[key].description or _first_sentence(part)
             lines += ["", _comment(about), f"[units.{name}.{key}]", *_part_lines(part)]
     for key, field in type(unit).model_fields.items():
         if getattr(unit, key) is None and part_class(field.annotation) is not None:
@@ -94,10 +94,10 @@ def _unit_lines(name: str, unit: Unit) -> list[str]:
     return [*lines, *_tolerance_lines(name, unit.tolerances)]
 
 
-def _tolerance_lines(name: str, given: Tolerances) -> list[str]:
-    lines = ["", _comment(_first_sentence(given)), f"[units.{name}.tolerances]"]
+def _tolerance_lines(name: str, stated: Tolerances) -> list[str]:
+    lines = ["", _comment(_first_sentence(stated)), f"[units.{name}.tolerances]"]
     for key, field in Tolerances.model_fields.items():
-        text = getattr(given, key)
+        text = getattr(stated, key)
         if key in KINDS:
             words = f"{explain(field)}; {KINDS[key].range}"
             lines.append(_line(key, text or EXAMPLES[KINDS[key].unit], words, off=text is None))
@@ -149,9 +149,9 @@ def _with_choices(field: FieldInfo) -> str:
 
 def _part_lines(part: Part, *, defaults_off: bool = False) -> list[str]:
     model = getattr(part, "model", None)
-    given: dict[str, Any] = {}
+    stated: dict[str, Any] = {}
     if model is not None:
-        given, _ = catalogue.read(catalogue.find(part.family, model))
+        stated, _ = catalogue.read(catalogue.find(part.family, model))
     lines = []
     fields = sorted(type(part).model_fields.items(), key=lambda item: item[0] not in _FIRST)
     for key, field in fields:
@@ -160,29 +160,29 @@ def _part_lines(part: Part, *, defaults_off: bool = False) -> list[str]:
             continue
         words = explain(field)
         if declared is not None:
-            words = yours(type(part), key, given) + words + (f"; {declared.range}" if declared.range else "")
-            same = key in given and declared.read(given[key], from_file=True) == value
+            words = yours(type(part), key, stated) + words + (f"; {declared.range}" if declared.range else "")
+            same = key in stated and declared.read(stated[key], from_file=True) == value
             same = same or (defaults_off and key not in part.model_fields_set)
             lines.append(_line(key, _written(declared, value), words, off=same))
         elif isinstance(value, dict):
             inner = ", ".join(f'{name} = "{item / 1e3:g} kN"' for name, item in value.items())
             lines += [f"# {words}", f"{key} = {{ {inner} }}"]
         else:
-            lines.append(_line(key, value, yours(type(part), key, given) + _with_choices(field)))
+            lines.append(_line(key, value, yours(type(part), key, stated) + _with_choices(field)))
     return lines
 
 
-def yours(part: type[Part], key: str, given: Mapping[str, Any]) -> str:
+def yours(part: type[Part], key: str, stated: Mapping[str, Any]) -> str:
     """The mark before the meaning of a key that a description has to have; "" for any other.
 
     Args:
         part: the class that has it.
         key: its name.
-        given: what a catalogue entry gives; then the entry's name has to be there.
+        stated: what a catalogue entry gives; then the entry's name has to be there.
     """
     chosen = {*_FIRST, "circuit"}  # what the machine is, and no value of it
     needed = {name for name, field in part.model_fields.items() if field.is_required()} - chosen
-    has_to = bool(needed & given.keys()) if key == "model" else key in needed - given.keys()
+    has_to = bool(needed & stated.keys()) if key == "model" else key in needed - stated.keys()
     return "yours: " if has_to else ""
 
 

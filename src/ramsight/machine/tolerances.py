@@ -2,7 +2,7 @@
 
 A tolerance of a single value stands beside it (``bore = "127 mm ± 0.1 mm"``). These are of what many values share, or
 of what no value describes: a factor on all of a kind (1 is the description), or what a drive and a thermometer are off
-by. What is not given has a default by its kind (`ramsight.study.datasheet`), and a data sheet marks it as such.
+by. What is not stated has a default by its kind (`ramsight.study.datasheet`), and a data sheet marks it as such.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class Tolerances(Part):
     mass: Annotated[_Text, _factor("mass that moves with the rods over the described one")] = None
     stop: Annotated[_Text, _of("mm", "upper end stop less the described stroke", "-1 m", "1 m")] = None
     start: Annotated[
-        _Text, _of("mm", "position that the sensor is given at first less the true one", least="-1 m", most="1 m")
+        _Text, _of("mm", "position that the sensor starts from, less the true one", least="-1 m", most="1 m")
     ] = None
     torque_gain: Annotated[_Text, _factor("reported torque over the true one", least="0.3", most="3")] = None
     torque_offset: Annotated[
@@ -98,7 +98,7 @@ class Tolerances(Part):
         return self
 
     def spread(self, name: str) -> Spread | None:
-        """One of them as read; None if it is not given."""
+        """One of them as read; None if it is not stated."""
         text = getattr(self, name)
         return None if text is None else read_spread(text, KINDS[name], CENTRES.get(name))
 

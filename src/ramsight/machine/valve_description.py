@@ -24,7 +24,7 @@ class ReliefValve(Part):
     setting: Annotated[float, quantity("bar", "opening pressure above the tank's", least="1 bar", most="1000 bar")]
     rated_flow: Annotated[
         float,
-        quantity("l/min", "flow at which override_pressure is given", above="0 l/min", most="10000 l/min"),
+        quantity("l/min", "flow at which override_pressure is stated", above="0 l/min", most="10000 l/min"),
     ]
     override_pressure: Annotated[
         float, quantity("bar", "rise above the setting at rated_flow", above="0 bar", most="200 bar")
@@ -55,7 +55,7 @@ class AnticavitationValve(Part):
     ]
     rated_flow: Annotated[
         float,
-        quantity("l/min", "flow at which rated_pressure_drop is given", above="0 l/min", most="10000 l/min"),
+        quantity("l/min", "flow at which rated_pressure_drop is stated", above="0 l/min", most="10000 l/min"),
     ]
     rated_pressure_drop: Annotated[
         float, quantity("bar", "pressure drop of the open valve at rated_flow", above="0 bar", most="100 bar")
@@ -76,7 +76,7 @@ class SafetyValve(Part):
     model: Model = None
     rated_flow: Annotated[
         float,
-        quantity("l/min", "flow at which rated_pressure_drop is given", above="0 l/min", most="10000 l/min"),
+        quantity("l/min", "flow at which rated_pressure_drop is stated", above="0 l/min", most="10000 l/min"),
     ]
     rated_pressure_drop: Annotated[
         float, quantity("bar", "pressure drop of the open valve at rated_flow", above="0 bar", most="100 bar")

@@ -55,7 +55,7 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
 
 
 def check_target(path: Path | None, suffixes: Sequence[str]) -> None:
-    """Refuse a place that cannot be written, before long work rather than after it.
+    """Reject a place that cannot be written, before long work rather than after it.
 
     Args:
         path: the file to be; `None` is always right.

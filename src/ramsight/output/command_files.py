@@ -1,4 +1,4 @@
-"""The files that a command is given: none of those it writes is one that it reads, or one of another kind."""
+"""The files that are passed to a command: none of those it writes is one that it reads, or one of another kind."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _LARGEST_STATE = 1 << 16
 
 
 def check_apart(reads: Mapping[str, str | Path | None], writes: Mapping[str, str | Path | None]) -> None:
-    """Refuse to write one file twice, or over a file that is read; links are followed.
+    """Reject to write one file twice, or over a file that is read; links are followed.
 
     Args:
         reads: what is read, by what messages call it, for example ``the log``; None is passed over.
@@ -41,7 +41,7 @@ def check_apart(reads: Mapping[str, str | Path | None], writes: Mapping[str, str
 
 
 def check_state(path: Path | None) -> None:
-    """Refuse a file for a sensor's state that is something else.
+    """Reject a file for a sensor's state that is something else.
 
     Args:
         path: the file to be; None, a file that is not there and an empty one are right.

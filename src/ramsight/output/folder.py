@@ -14,7 +14,7 @@ from ramsight.output.drafts import draft_of, sweep
 
 
 def check_folder(out: Path) -> None:
-    """Refuse a place where no folder can be written, before the work rather than after it.
+    """Reject a place where no folder can be written, before the work rather than after it.
 
     Args:
         out: the folder to be.

@@ -1,4 +1,4 @@
-"""A file that HDF5 can go on writing on a full disk: HDF5 does not survive an error, so it is told later."""
+"""A file that HDF5 can go on writing on a full disk: HDF5 does not survive an error, so the error is raised later."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ class ForgivingFile(io.RawIOBase):
     """A file for reading and writing that keeps what cannot be written in memory, and the error for `check`.
 
     Args:
-        path: the file; made anew.
+        path: the file; an old one is replaced.
     """
 
     def __init__(self, path: Path) -> None:

@@ -129,10 +129,10 @@ _PACKAGES = {".parquet": ("pyarrow.parquet", "logs"), ".mf4": ("asammdf", "logs"
 
 
 def check_installed(path: str | Path) -> None:
-    """Refuse a file whose format needs a package that is not installed.
+    """Reject a file whose format needs a package that is not installed.
 
     Raises:
-        OutputError: says which extra of ramsight installs it.
+        OutputError: states which extra of ramsight installs it.
     """
     for suffix, (package, extra) in _PACKAGES.items():
         if Path(path).name.endswith(suffix):

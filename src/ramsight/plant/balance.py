@@ -81,7 +81,7 @@ class Solution:
     def settled(self, torque: Real) -> Flag:
         """Whether further iterations would not change it: the last one changed the torque by no more than this [N m].
 
-        Nor would friction hold a piston that it let go in the last one, or let one go that it held.
+        Nor would friction hold a piston that was released in the last one, or release one that was held.
         """
         return ca.logic_and(ca.fabs(self.torque_by(self._changed)) < torque, ca.logic_not(self._turns))
 
@@ -315,7 +315,7 @@ class Balance:
         return initial_state(self.unit, self.model, position, load)
 
     def rest_by_load(self) -> Array:
-        """How the states at rest depend on a lifted load, the position being given [state/N]."""
+        """How the states at rest depend on a lifted load, at a fixed position [state/N]."""
         middle = 0.5 * self.unit.cylinder.stroke
         heavy = 1e2 * _LOAD_STEP
         change = self.at_rest(middle, heavy + _LOAD_STEP) - self.at_rest(middle, heavy)
@@ -332,7 +332,7 @@ class Balance:
         return force
 
     def pressure(self, z: Vector, node: str, tank: Real) -> Real:
-        """Absolute pressure of a node, of which the tank's is given [Pa]."""
+        """Absolute pressure of a node, of which the tank's is passed [Pa]."""
         return tank if node == TANK else z[self.states.index(f"pressure_{node}")]
 
     def chambers(self, z: Vector) -> dict[str, tuple[Scalar, str]]:
@@ -429,9 +429,9 @@ class Balance:
             settles: whether it is so long that all settles: leakage goes by the pressures after it alone then.
         """
         z0 = cast("Vector", z0)
-        given = (mean_speed, load, p, ca.vertcat(*factors))
-        leaks = self._leaks(z0, *given, self._coefficients(z0, *given))
-        begun = _Step(self, z0, given, h, cast("Condition", held), 0.0 if settles else self._early, leaks)
+        arguments = (mean_speed, load, p, ca.vertcat(*factors))
+        leaks = self._leaks(z0, *arguments, self._coefficients(z0, *arguments))
+        begun = _Step(self, z0, arguments, h, cast("Condition", held), 0.0 if settles else self._early, leaks)
         z = z0 if guess is None else guess
         for _ in range(iterations - 1):
             last, z = z, begun.iterate(z).z
@@ -462,7 +462,7 @@ class _Step:
     Attributes:
         balance: whose equations these are.
         z0: states before it.
-        given: mean speed, load, parameters and factors.
+        arguments: mean speed, load, parameters and factors.
         h: how long it is [s].
         held: whether the piston is held where it is.
         early: share of the leakage that is that before it.
@@ -471,7 +471,7 @@ class _Step:
 
     balance: Balance
     z0: Vector
-    given: tuple[Real, Real, Vector, Vector]
+    arguments: tuple[Real, Real, Vector, Vector]
     h: Real
     held: Condition
     early: float
@@ -479,12 +479,12 @@ class _Step:
 
     def iterate(self, z: Vector) -> _Iterated:
         """Once from these states."""
-        balance, (mean_speed, load, p, _) = self.balance, self.given
+        balance, (mean_speed, load, p, _) = self.balance, self.arguments
         z = balance.near(z, self.z0, mean_speed, self.h)
-        kept = balance._coefficients(z, *self.given)
+        kept = balance._coefficients(z, *self.arguments)
         stuck, friction = balance._friction(z, load, p)
         stands = ca.logic_or(self.held, stuck)
-        rate, entries = balance._iteration(z, *self.given, kept, stands, friction, self.early, self.leaks[0])
+        rate, entries = balance._iteration(z, *self.arguments, kept, stands, friction, self.early, self.leaks[0])
         factored = balance._elimination.factor(entries, 1.0 / self.h)
         after = z + balance._elimination.solve(factored, rate - (z - self.z0) / self.h)
         return _Iterated(after, kept, stuck, stands, friction, factored)
@@ -498,10 +498,10 @@ class _Step:
             speed: of the motor at the step's end [rad/s].
             acceleration: of it there [rad/s2].
         """
-        balance, (_, load, p, theta) = self.balance, self.given
+        balance, (_, load, p, theta) = self.balance, self.arguments
         stuck, _ = balance._friction(last.z, load, p)
         leaked, leaked_by_factors, leaked_by_z = self.leaks
-        at = (last.z, *self.given, last.kept)
+        at = (last.z, *self.arguments, last.kept)
         by_load, _ = balance._sensitive(*at, last.stands, last.friction, self.early, leaked)
         _, entries = balance._iteration(*at, self.held, last.friction, self.early, leaked)
         loose = balance._elimination.factor(entries, 1.0 / self.h)

@@ -25,7 +25,7 @@ P = TypeVar("P", bound="Part")
 TANK = "tank"
 INPUTS = ("motor_speed", "load")
 WARMING = "oil_temperature_rate"
-"""Name of the parameter that says how fast the oil warms up [K/s], where its expansion is described."""
+"""Name of the parameter that states how fast the oil warms up [K/s], where its expansion is described."""
 COMMANDED = 1.0
 """What a part is commanded to where nothing else is said."""
 EXPANSION = "volume.expansion"
@@ -255,7 +255,7 @@ class Circuit:
         return sum((self._powers[name] for name in sorted(names)), start=0.0)
 
     def work(self, name: str, power: Real) -> None:
-        """Power given to the outside [W]."""
+        """Power that leaves to the outside [W]."""
         self._powers[name] = power
         if name not in self._works:
             self._works.append(name)
@@ -354,7 +354,7 @@ class Circuit:
 
 
 def parameter_values(model: CircuitModel, oil: Oil, tank_pressure: float, parts: Sequence[Part]) -> NDArray[np.float64]:
-    """Values of a model's parameters for other parts of the same circuit, without making the equation anew.
+    """Values of a model's parameters for other parts of the same circuit, without a new equation.
 
     Args:
         model: of the circuit.
@@ -366,12 +366,12 @@ def parameter_values(model: CircuitModel, oil: Oil, tank_pressure: float, parts:
         KeyError: a part has an option that the model's has not.
     """
     known = dict(zip(model.ode.parameters, model.values.tolist(), strict=True))
-    given = {f"{TANK}.pressure": tank_pressure}
+    passed = {f"{TANK}.pressure": tank_pressure}
     for name, part in (("oil", oil), *((part.name, part) for part in parts)):
-        given |= {f"{name}.{key}": value for key, value in vars(part).items() if isinstance(value, float)}
-    if strange := given.keys() - known.keys():
+        passed |= {f"{name}.{key}": value for key, value in vars(part).items() if isinstance(value, float)}
+    if strange := passed.keys() - known.keys():
         raise KeyError(f"{min(strange)}: no parameter of {model.ode.name}")
-    return np.array(list((known | given).values()))
+    return np.array(list((known | passed).values()))
 
 
 def join(name: str, oil: Oil, tank_pressure: float, parts: Sequence[Part], *, audited: bool = False) -> CircuitModel:

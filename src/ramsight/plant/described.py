@@ -18,10 +18,10 @@ from ramsight.plant.oil import T40, T100, Oil, walther_constants
 from ramsight.plant.pump import Pump
 from ramsight.plant.valve import CLOSED_POINT, CheckValve, ReliefValve, SafetyValve
 
-_STOP_DEFORMATION = 1e-3  # m, deformation at which a stop's damping is given
+_STOP_DEFORMATION = 1e-3  # m, deformation at which a stop's damping is stated
 _THRESHOLD = 0.01  # friction is fully developed at this share of the nominal speed, [G]
-_NEEDLE_POINT = 100e5  # Pa, where the flow of a cushion's needle valve is given
-_SEAL_POINT = 46e-6 / 100e5  # m2/s over Pa, where the seals' leakage is given
+_NEEDLE_POINT = 100e5  # Pa, where the flow of a cushion's needle valve is stated
+_SEAL_POINT = 46e-6 / 100e5  # m2/s over Pa, where the seals' leakage is stated
 
 
 def closed_leak(flow: float) -> float | None:
@@ -92,7 +92,7 @@ def cylinder(unit: Unit) -> Cylinder:
 
 
 def pump(spec: description.Pump, name: str, inlet: str, outlet: str, bulk_modulus: float) -> Pump:
-    """The pump of a description between two nodes; the oil's modulus [Pa] says what of its losses is compression."""
+    """The pump of a description between two nodes; the oil's modulus [Pa] states what of its losses is compression."""
     return Pump(
         name=name,
         inlet=inlet,

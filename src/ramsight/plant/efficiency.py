@@ -67,12 +67,12 @@ def efficiency(pump: Pump, pressure: ArrayLike, speed: float, viscosity: float, 
     return Efficiency(rises, flow / (ideal * speed), ideal * rises / torque)
 
 
-def catalogue_pump(name: str, **given: object) -> Pump:
+def catalogue_pump(name: str, **stated: object) -> Pump:
     """A pump of the catalogue alone: one chamber of one block, on the motor's shaft.
 
     Args:
         name: its name.
-        given: other values, as in a description: `chambers=2`.
+        stated: other values, as in a description: `chambers=2`.
     """
-    spec = cast(PumpDescription, from_catalogue("pump", name, **{"belt": 1.0, **given}))
+    spec = cast(PumpDescription, from_catalogue("pump", name, **{"belt": 1.0, **stated}))
     return described.pump(spec, "pump", "tank", "port", math.inf)

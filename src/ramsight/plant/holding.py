@@ -34,7 +34,7 @@ def opening_speed(unit: HydraulicUnit) -> float:
 def held_by_valve(unit: HydraulicUnit) -> bool:
     """Whether a valve keeps the load's oil where it is at rest, so that the rod stands.
 
-    Not where a pump, an orifice, a leaking seal or a part that nobody knows is joined to the chamber.
+    Not where a pump, an orifice, a leaking seal or an unknown part is joined to the chamber.
     """
     chamber = unit.cylinder.node_a if unit.held == "a" else unit.cylinder.node_b
     joined = reach(unit.parts(), chamber, "joins")
@@ -45,7 +45,7 @@ def held_by_valve(unit: HydraulicUnit) -> bool:
 class Leaving:
     """The oil that leaves a side of the cylinder while motor and piston stand, and all of the side has one pressure.
 
-    Whatever lets it out counts, but for relief valves that have opened: the circuit's own equation says how fast the
+    Whatever lets it out counts, but for relief valves that have opened: the circuit's own equation states how fast the
     side would lose its pressure. Beyond a relief valve's setting the flow is taken to grow in proportion.
 
     Args:
@@ -75,11 +75,11 @@ class Leaving:
         (flow,) = ca.substitute([ca.sum1(ca.vertcat(*flows))], [ode.x, ode.u, ode.slope, ode.p], known)
         # Called every sample: in a buffer of its own, which takes a microsecond.
         function = ca.Function("leaving", [ca.vertcat(above, warmth)], [ca.densify(flow)])
-        self._given, self._found = np.zeros(2), np.zeros(1)
-        given: Any = self._given
+        self._arguments, self._found = np.zeros(2), np.zeros(1)
+        arguments: Any = self._arguments
         found: Any = self._found
         buffer, self._run = function.buffer()
-        buffer.set_arg(0, memoryview(given))
+        buffer.set_arg(0, memoryview(arguments))
         buffer.set_res(0, memoryview(found))
         self._function, self._buffer = function, buffer  # which `run` needs
         reliefs = [p.setting for p in unit.parts() if isinstance(p, ReliefValve) and p.inlet in inside]
@@ -91,7 +91,7 @@ class Leaving:
         if isinstance(within, ca.SX):
             flow: Real = self._function(ca.vertcat(within, temperature))
         else:
-            self._given[:] = within, temperature
+            self._arguments[:] = within, temperature
             self._run()
             flow = float(self._found[0])
         if not np.isfinite(self._most):

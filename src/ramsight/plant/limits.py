@@ -1,4 +1,4 @@
-"""What a machine's own data say of the largest pressure, torque and load."""
+"""What a machine's own data state of the largest pressure, torque and load."""
 
 from __future__ import annotations
 

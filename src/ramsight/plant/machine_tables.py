@@ -24,7 +24,7 @@ def machine_summary(machine: Machine, only: str | None = None) -> RenderableType
 
     Args:
         machine: the machine.
-        only: name of the one unit to show; all if not given.
+        only: name of the one unit to show; all if omitted.
 
     Raises:
         UnknownNameError: there is no such unit.

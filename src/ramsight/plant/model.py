@@ -47,7 +47,7 @@ class PlantFunction(ca.Function):
         """States at rest with the load carried.
 
         Args:
-            position: [m]; the middle of the stroke if not given.
+            position: [m]; the middle of the stroke if omitted.
             load: [N], positive against lifting.
         """
         middle = 0.5 * self.unit.cylinder.stroke

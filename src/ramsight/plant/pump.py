@@ -253,7 +253,7 @@ class Pump:
         side = ca.if_else(speed > 0.0, inlet, outlet)
         turns = ca.fmax(ca.fabs(speed), self.threshold_speed)
         # The way in chokes like a valve that opens: in a balance its flow follows the pressure within an iteration,
-        # whether it chokes is asked anew in the next.
+        # whether it chokes is evaluated again in the next.
         slope = kept(orifice_slope(self.filling, side) / (self.displacement * turns))
         chokes = kept(ca.if_else(slope * side < 1.0, 1.0, 0.0))
         return 1.0 - chokes * (1.0 - ca.fmax(slope * side, self.threshold_speed / turns))
@@ -289,8 +289,8 @@ class Pump:
             swivelled = replace(self, displacement=displacement)  # type: ignore[arg-type]  # a graph for a number
             drawn, delivered = swivelled.flows(speed, leak, volumes)
             circuit.flow(self.name, self.inlet, self.outlet, drawn, arriving=delivered)
-            given = displacement * speed * rise - leak * rise
-            circuit.work(f"{self.name}.compression", given - (delivered * outlet - drawn * inlet))
+            useful = displacement * speed * rise - leak * rise
+            circuit.work(f"{self.name}.compression", useful - (delivered * outlet - drawn * inlet))
         circuit.loss(f"{self.name}.leakage", leak * rise)
         circuit.loss(f"{self.name}.friction", friction * speed)
 

@@ -130,10 +130,10 @@ def torque_at_load(
     Args:
         unit: the unit.
         load: force that presses against the lifting direction [N].
-        temperature: oil temperature [K]; 40 °C if not given.
-        speed: magnitude of the motor speed [rad/s]; 1500 rpm if not given.
-        low_side: absolute pressure of the chamber that does not hold the load [Pa]; the tank's if not given.
-        tank: absolute pressure at the pumps' tank port [Pa]; the tank's if not given.
+        temperature: oil temperature [K]; 40 °C if omitted.
+        speed: magnitude of the motor speed [rad/s]; 1500 rpm if omitted.
+        low_side: absolute pressure of the chamber that does not hold the load [Pa]; the tank's if omitted.
+        tank: absolute pressure at the pumps' tank port [Pa]; the tank's if omitted.
         atmosphere: pressure on the rod's end [Pa].
 
     Raises:

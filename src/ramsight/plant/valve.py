@@ -13,10 +13,10 @@ if TYPE_CHECKING:
     from ramsight.plant.circuit import Circuit
 
 CLOSED_POINT = 46e-6 / 250e5
-"""Viscosity over pressure at which the leakage of closed valves is given [m2/s/Pa]; data sheets take the highest."""
+"""Viscosity over pressure at which the leakage of closed valves is stated [m2/s/Pa]; data sheets take the highest."""
 SETTLED = 3.0
 """Time constants after which a first-order opening counts as done, 95 %."""
-_POPPET = 0.03  # s, until a relief valve's poppet has followed, 95 %; data sheets say 20 to 80 ms
+_POPPET = 0.03  # s, until a relief valve's poppet has followed, 95 %; data sheets state 20 to 80 ms
 _LAMINAR = 2e3  # Pa; below about this difference an orifice's flow is laminar (linear), so its slope stays finite
 
 

@@ -42,7 +42,7 @@ def text(found: Compared) -> tuple[str, ...]:
 
 
 def saves(found: Compared) -> Statement:
-    """What the paper says of direct drive, decided by the baseline."""
+    """What the paper states of direct drive, decided by the baseline."""
     words = "No baseline: this boom lifts by retracting, and the valve-controlled one extends."
     if found:
         nets = {way: [by[way]["net"] for by in found.values()] for way in (_DIRECT, _VALVE)}

@@ -163,7 +163,7 @@ class Bench:
         *,
         add: Callable[[xarray.Dataset], xarray.Dataset] | None = None,
         seed: int = SEED,
-        told: bool = True,
+        start_known: bool = True,
     ) -> Tracked:
         """Let a sensor follow what the drive reports of a run.
 
@@ -172,10 +172,10 @@ class Bench:
             sensor: to judge.
             add: changes the log first, for example by references.
             seed: of the log's noise.
-            told: whether the sensor is told where the rod is at first; `kalman` alone can do without.
+            start_known: whether the sensor starts at the known position; `kalman` alone can do without.
         """
         log = report(run, DriveReport(seed=seed))
-        sensor.start(float(run["position"][0]) if told else None)
+        sensor.start(float(run["position"][0]) if start_known else None)
         tracked = sensor.track(log if add is None else add(log))
         return Tracked(run["time"].values, run["position"].values, tracked["position"].values, tracked["status"].values)
 

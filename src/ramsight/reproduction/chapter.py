@@ -18,7 +18,7 @@ class Verdict(Enum):
 
     @classmethod
     def of(cls, holds: bool, *, fitted: bool = False) -> Verdict:
-        """Whether it came out as the paper says.
+        """Whether it came out as the paper states.
 
         Args:
             holds: it did.
@@ -34,7 +34,7 @@ class Statement:
     """A statement of the paper beside what came out here.
 
     Args:
-        place: where the paper says it.
+        place: where the paper states it.
         paper: what it says.
         ours: what came out, with numbers.
         verdict: whether the two agree.

@@ -63,7 +63,7 @@ class Choices:
         if self.machine != plain.machine:
             found.append(f"This run of the study took the machine {self.machine}.")
         if self.ramp != plain.ramp:
-            found.append(f"It took ramps of {self.ramp:g} s; what the chapter on ramps fits is told of 0.8 s.")
+            found.append(f"It took ramps of {self.ramp:g} s; what the chapter on ramps fits holds for 0.8 s.")
         if self.loads != plain.loads:
             found.append("It took the loads as shares of the largest, not as stated.")
         found += [f"It took {key} = {value}." for key, value in self.values]
@@ -107,12 +107,12 @@ def direct_driven(found: Machine, name: str) -> DirectDriven:
     return unit
 
 
-def read_values(given: Sequence[str], option: str) -> tuple[tuple[str, str], ...]:
-    """Read values given as ``KEY=VALUE``.
+def read_values(passed: Sequence[str], option: str) -> tuple[tuple[str, str], ...]:
+    """Read values passed as ``KEY=VALUE``.
 
     Args:
-        given: such as ``"boom.pump_a.volumetric_efficiency=0.92"``; keys are those below ``units`` of a description.
-        option: that they were given with, for the message.
+        passed: such as ``"boom.pump_a.volumetric_efficiency=0.92"``; keys are those below ``units`` of a description.
+        option: that they were passed with, for the message.
 
     Raises:
         DescriptionError: one is no such pair.
@@ -122,7 +122,7 @@ def read_values(given: Sequence[str], option: str) -> tuple[tuple[str, str], ...
         (('boom.hose.diameter', '25.4 mm'),)
     """
     pairs = []
-    for text in given:
+    for text in passed:
         key, sign, value = (part.strip() for part in text.partition("="))
         if not (key and sign and value):
             allowed = "UNIT.PART.KEY=VALUE, such as 'boom.hose.diameter=25.4 mm'"

@@ -24,7 +24,7 @@ Linked = dict[str, Any]
 
 
 def combined(benches: dict[str, Bench]) -> Chapter:
-    """One loading cycle of the whole loader; of a machine without a linkage the chapter says so."""
+    """One loading cycle of the whole loader; of a machine without a linkage the chapter states so."""
     described = benches[UNITS[0]].machine
     if described.linkage is None:
         return Chapter("The combined model", ("The machine's description has no linkage.",), {})

@@ -49,7 +49,7 @@ def cycles(benches: dict[str, Bench]) -> Chapter:
         (
             f"Each cycle lifts and lowers at 1500 rpm with ramps of {ramp:g} s, at 40 °C. The sensors get what a drive "
             "reports: samples every 20 ms, speed in steps of 1 rpm, torque in steps of 1/16 N m with a noise of 0.5 N "
-            "m, and they are told where the rod is at first. The true position is known to the simulation alone. The "
+            "m, and they are started at the known position. The true position is known to the simulation alone. The "
             "errors are the largest of the cycle. One per cent of the stroke is "
             f"{both({unit: 0.01 * s for unit, s in stroke.items()})}; references [8] and [9] of the paper report 1 to "
             f"3 % "

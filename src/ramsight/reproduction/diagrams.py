@@ -1,4 +1,4 @@
-"""The paper's diagrams, drawn anew from its description: relations of the parts, process, control (Figs 4, 7, 8)."""
+"""The paper's diagrams, redrawn from its description: relations of the parts, process, control (Figs 4, 7, 8)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from ramsight.reproduction.bench import Bench
 from ramsight.reproduction.chapter import Chapter, Picture
-from ramsight.reproduction.figure_style import BALANCE, DOUBT, TRUTH
+from ramsight.reproduction.figure_style import BALANCE, TRUTH, UNCERTAIN
 
 
 class Arrow(NamedTuple):
@@ -112,7 +112,7 @@ def diagrams(benches: dict[str, Bench]) -> Chapter:
     return Chapter(
         "How the position is calculated (Figs 4, 7 and 8)",
         (
-            "Drawn anew from the paper's description. Speed decides what the pumps deliver, load and friction what "
+            "Redrawn from the paper's description. Speed decides what the pumps deliver, load and friction what "
             "pressure they deliver it against, and both with the oil's viscosity what leaks; the table holds the "
             "result. "
             "Whoever uses the position sees a sensor like any other.",
@@ -153,7 +153,7 @@ def draw_diagram(figure: Any, diagram: Diagram) -> None:
     axes.set_axis_off()
     drawn = {}
     for name, (x, y) in diagram.boxes.items():
-        edge, face = (DOUBT, "#fdf6e3") if name in diagram.given else (BALANCE, "#e9f1f6")
+        edge, face = (UNCERTAIN, "#fdf6e3") if name in diagram.given else (BALANCE, "#e9f1f6")
         box = {"boxstyle": "round,pad=0.5", "facecolor": face, "edgecolor": edge}
         drawn[name] = axes.text(x, y, name, ha="center", va="center", fontsize=8, bbox=box, zorder=3)
     for arrow in diagram.arrows:

@@ -7,11 +7,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ramsight.reproduction.chapter import Picture
-from ramsight.tracking.figures import DOUBT, ERROR, ESTIMATE, STYLE, TRUTH, save
+from ramsight.tracking.figures import ERROR, ESTIMATE, STYLE, TRUTH, UNCERTAIN, save
 
 __all__ = [
     "BALANCE",
-    "DOUBT",
     "ESTIMATE",
     "GREY",
     "KALMAN",
@@ -19,6 +18,7 @@ __all__ = [
     "SENSORS",
     "SPEED_TABLE",
     "TRUTH",
+    "UNCERTAIN",
     "UNITS",
     "Look",
     "draw",
@@ -59,7 +59,7 @@ def draw(picture: Picture, folder: Path) -> None:
             save(figure, folder / f"{picture.name}{suffix}")
 
 
-def shade(axes: Any, spans: Iterable[tuple[float, float]], label: str, colour: str = DOUBT) -> None:
+def shade(axes: Any, spans: Iterable[tuple[float, float]], label: str, colour: str = UNCERTAIN) -> None:
     """Mark spans of the horizontal axis."""
     for k, (first, last) in enumerate(spans):
         axes.axvspan(first, last, color=colour, alpha=0.22, lw=0, label=label if k == 0 else None)

@@ -46,7 +46,7 @@ def temperature(benches: dict[str, Bench]) -> Chapter:
     return Chapter(
         "An oil temperature that is read wrong",
         (
-            "Viscosity decides the leakage, and the sensors take it from the temperature that they are told. A "
+            "Viscosity decides the leakage, and the sensors take it from the reported temperature. A "
             f"reading 5 K too high costs the balance {both(_at(found, 'balance', 5.0))} in one cycle at high load, "
             f"{both(_of(slope, 'balance'), 2, 'mm per K')}. The table suffers alike, on top of its error in the ramps; "
             "a reading that is too warm hides that error, one that is too cold adds to it. The self-calibrating sensor "
@@ -83,7 +83,7 @@ def temperature(benches: dict[str, Bench]) -> Chapter:
 
 
 def wear(benches: dict[str, Bench]) -> Chapter:
-    """Pumps that leak more than their data sheet says."""
+    """Pumps that leak more than their data sheet states."""
     found: Found = {}
     for unit, bench in benches.items():
         found[unit] = {name: {} for name in _LOOKS}
@@ -101,8 +101,9 @@ def wear(benches: dict[str, Bench]) -> Chapter:
             f"error of one cycle grows by {both(_of(ten, 'balance'))} for the balance and by {both(_of(ten, 'table'))} "
             "for the table: both lose alike. With pumps that leak twice as much they are off by "
             f"{both(_at(found, 'balance', 2.0), 0)} and {both(_at(found, 'table', 2.0), 0)}. The self-calibrating "
-            f"sensor learns the leakage from the end stops that it meets: after {VISITS} of them, told no position, it "
-            f"is within {both(_at(found, TAUGHT, 1.1), 2)} at 10 % and {both(_at(found, TAUGHT, 2.0), 2)} at 100 %.",
+            f"sensor learns the leakage from the end stops that it meets: after {VISITS} of them, without a start "
+            f"position, it is within {both(_at(found, TAUGHT, 1.1), 2)} at 10 % and "
+            f"{both(_at(found, TAUGHT, 2.0), 2)} at 100 %.",
         ),
         {
             "wear_error_mm": {

@@ -1,4 +1,4 @@
-"""What the paper says in passing and takes for granted, tested one by one with numbers."""
+"""What the paper states in passing and takes for granted, tested one by one with numbers."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _SMALL = 0.2  # share of the table's own error that is called no significant eff
 
 
 def taken(benches: dict[str, Bench]) -> Chapter:
-    """Density, time step, where oil is lost, seals, oil that ages."""
+    """Density, time step, where oil is missing, seals, oil that ages."""
     density = {unit: _density(bench) for unit, bench in benches.items()}
     periods = {unit: _sampled(bench) for unit, bench in benches.items()}
     lost = {unit: _lost(bench) for unit, bench in benches.items()}

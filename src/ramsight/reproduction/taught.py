@@ -23,7 +23,7 @@ START = 0.5
 def taught_mm(bench: Bench, actual: DdhUnit, *, add: Callable[[xarray.Dataset], xarray.Dataset] | None = None) -> float:
     """Largest error of one cycle at the high load, after visits to the end stops [mm].
 
-    The sensor is told nothing but the machine's data sheet; no switch and no start position.
+    The sensor knows the machine's data sheet alone; no switch and no start position.
 
     Args:
         bench: the unit as its data sheet has it.
@@ -33,5 +33,5 @@ def taught_mm(bench: Bench, actual: DdhUnit, *, add: Callable[[xarray.Dataset], 
     load = bench.loads["high"]
     duty = bench.cycle(load, of=actual, start=START, visits=VISITS)
     begins = duty.duration - bench.cycle(load, of=actual, start=START).duration
-    tracked = bench.track(simulate(actual, duty), bench.sensors["kalman"], add=add, told=False)
+    tracked = bench.track(simulate(actual, duty), bench.sensors["kalman"], add=add, start_known=False)
     return float(1e3 * np.abs(tracked.error[tracked.time >= begins]).max())

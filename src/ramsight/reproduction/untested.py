@@ -52,7 +52,7 @@ _STATEMENTS = (
 
 
 def untested(benches: dict[str, Bench]) -> Chapter:
-    """What is left to be told of the paper's statements."""
+    """The paper's statements that are left."""
     return Chapter(
         "What cannot be tested here",
         (

@@ -1,6 +1,6 @@
 """A description that is being written: its text, what a form shows of it, what is wrong with it, what follows from it.
 
-The text is all there is. A form is a view of it, so a value that cannot be used stays in it, and is said to be wrong.
+The text is all there is. A form is a view of it, so a value that cannot be used stays in it, and is reported as wrong.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def rows(text: str, machine: Machine) -> list[Row]:
 
     Args:
         text: TOML that can be read, though what it says may be wrong.
-        machine: the last one that could be used; it says which values there are.
+        machine: the last one that could be used; it states which values there are.
     """
     written = tomllib.loads(text)
     return [_row(written, value, machine) for value in walk(machine) if value.path != "format"]
@@ -160,7 +160,7 @@ def follows(machine: Machine) -> str:
 
 
 def text_of(machine: Machine) -> str:
-    """A description's text: that of its file, comments and all, or one that says the same."""
+    """A description's text: that of its file, comments and all, or one that states the same."""
     if catalogue.has("machine", machine.origin):
         return catalogue.find("machine", machine.origin).path.read_text(encoding="utf-8")
     try:
@@ -188,7 +188,7 @@ def _leaf(written: Mapping[str, Any], path: str) -> Any:
 
 
 def _source(written: Mapping[str, Any], path: str) -> str:
-    """Where a value that is written comes from: it says so itself, or the nearest table around it."""
+    """Where a value that is written comes from: it states so itself, or the nearest table around it."""
     steps, found = path.split("."), ""
     table: Any = written
     for step in steps:

@@ -44,8 +44,8 @@ class Guard:
         if scope["type"] not in ("http", "websocket"):
             await self.app(scope, receive, send)
             return
-        given = {name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]}
-        refused = self.refused(given, scope.get("query_string", b"").decode("latin-1"))
+        sent = {name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]}
+        refused = self.refused(sent, scope.get("query_string", b"").decode("latin-1"))
         if refused is None and self.token is not None and scope["type"] == "http" and self._brings(scope):
             await _answer(send, 303, "", [(b"location", b"/"), (b"set-cookie", self._cookie())])
         elif refused is None:
@@ -80,9 +80,9 @@ class Guard:
 
     def _knows(self, cookie: str, query: str) -> bool:
         kept = SimpleCookie(cookie).get(_COOKIE)
-        given = [kept.value] if kept is not None else []
-        given += parse_qs(query).get("token", [])
-        return any(secrets.compare_digest(one.encode(), str(self.token).encode()) for one in given)
+        sent = [kept.value] if kept is not None else []
+        sent += parse_qs(query).get("token", [])
+        return any(secrets.compare_digest(one.encode(), str(self.token).encode()) for one in sent)
 
     def _brings(self, scope: MutableMapping[str, Any]) -> bool:
         return "token" in parse_qs(scope.get("query_string", b"").decode("latin-1")) and scope["path"] == "/"

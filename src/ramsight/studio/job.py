@@ -1,4 +1,4 @@
-"""Work that takes long, in a process of its own: it says how far it is, and can be stopped at any time.
+"""Work that takes long, in a process of its own: it states how far it is, and can be stopped at any time.
 
 Its process is spawned. One that is forked, as `nicegui.run.cpu_bound` does, holds copies of the
 server's sockets: a connection that the server closes stays open, and the browser waits for an answer on it for ever.
@@ -24,7 +24,7 @@ class Job:
     """One piece of work.
 
     Args:
-        work: a function of a module; it is given `say(what, value)`, with which it tells what becomes of it, and the
+        work: a function of a module; it gets `say(what, value)`, with which it reports its progress, and the
             arguments. A `RamsightError` is said as ``error``, in words.
         arguments: that can be sent to a process.
     """

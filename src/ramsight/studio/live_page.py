@@ -1,4 +1,4 @@
-"""The page of a machine that runs: levers and knobs, the machine, its circuit, and what the sensors say of it."""
+"""The page of a machine that runs: levers and knobs, the machine, its circuit, and what the sensors report of it."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from typing import Any
 
 from nicegui import background_tasks, run, ui
 
+from ramsight.studio.knobs import FAULTS, KINDS, LIE, SENSORS
 from ramsight.studio.playing import DUTIES
 from ramsight.studio.prepared import Prepared
 from ramsight.studio.scene import MachineScene
 from ramsight.studio.session import Session
-from ramsight.studio.told import FAULTS, KINDS, LIE, SENSORS
 from ramsight.studio.worker import FASTEST, Frame
 from ramsight.units import FREEZING
 
@@ -128,7 +128,7 @@ def _key(event: Any, sliders: list[Any]) -> None:
 
 def _knobs(session: Session) -> None:
     with ui.element("section").classes("panel"):
-        ui.html("<h2>What the sensor is not told</h2>", sanitize=False)
+        ui.html("<h2>What the sensor does not know</h2>", sanitize=False)
         for name, words, least, most, first, step, factor, offset in KNOBS:
             with ui.row().classes("w-full justify-between text-sm gap-1"):
                 ui.label(words)
@@ -165,8 +165,8 @@ def _faults(session: Session, units: list[str]) -> None:
         for name, words in FAULTS.items():
             switch = ui.switch(words, on_change=lambda e, name=name: session.say("fault", name, bool(e.value)))
             switch.props("dense").classes("w-full")
-        start = ui.button("start the sensors anew", on_click=lambda: session.say("start")).props("dense size=sm")
-        start.tooltip("they are told where the pistons are")
+        start = ui.button("start the sensors again", on_click=lambda: session.say("start")).props("dense size=sm")
+        start.tooltip("they start at the true positions")
         for name in units:
             with ui.row().classes("gap-1 mt-1"):
                 ui.button(f"{name}: reference", on_click=lambda name=name: session.say("refer", name, False)).props(
@@ -211,7 +211,7 @@ def _energy(session: Session) -> None:
         ui.html("<h2>Where the energy goes</h2>", sanitize=False)
         ui.label("–").props("id=energy-said").classes("text-xs")
         ui.element("div").props("id=sankey").classes("w-full")
-        ui.button("begin anew", on_click=lambda: session.say("account")).props("dense size=sm")
+        ui.button("begin again", on_click=lambda: session.say("account")).props("dense size=sm")
 
 
 def _said(units: list[str]) -> None:

@@ -12,9 +12,9 @@ from nicegui import run, ui
 from ramsight.machine.description import Machine
 from ramsight.studio.files import Shared
 from ramsight.studio.job import Job, Say
+from ramsight.studio.knobs import SENSORS
 from ramsight.studio.markup import scrolled
 from ramsight.studio.thinning import Array, kept, thinned
-from ramsight.studio.told import SENSORS
 from ramsight.studio.uploaded_log import (
     REPORT,
     TRACK,

@@ -29,8 +29,8 @@ from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.persistence import StateFile
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
+from ramsight.studio.knobs import FAULTS, KINDS, SENSORS, Knobs
 from ramsight.studio.playing import Playing
-from ramsight.studio.told import FAULTS, KINDS, SENSORS, Knobs
 from ramsight.units import FREEZING
 
 _OBSTACLE = 0.02  # m beyond where the piston is, extending
@@ -161,18 +161,18 @@ class Rig:
         self.knobs = knobs
 
     def hold_oil(self, *, on: bool) -> None:
-        """Bring the oil to its knob's temperature and keep it there, whatever is lost in it, or let it go again."""
+        """Bring the oil to its knob's temperature and keep it there, whatever is lost in it, or stop doing so."""
         self.holds_oil = on
         self._aim = self.knobs.oil_temperature if on else None
 
     def start_sensors(self) -> None:
-        """Start all sensors anew, told where the pistons are: a value that is no number has ended the plain balance."""
+        """Start all sensors again at the true positions: a value that is no number has ended the plain balance."""
         for name, sensors in self.sensors.items():
             for sensor in sensors.values():
                 sensor.start(min(max(self._at[name], 0.0), self.sheet[name].cylinder.stroke))
 
     def sense(self, kind: str, *, on: bool) -> None:
-        """Switch a sensor of `KINDS` on, told where the pistons are, or off.
+        """Switch a sensor of `KINDS` on, at the true positions, or off.
 
         Raises:
             RamsightError: the machine cannot have this sensor.
@@ -221,7 +221,7 @@ class Rig:
             self._apply(self.knobs)
 
     def _power(self, *, on: bool) -> None:
-        """Power goes, or comes back: the sensors that can save their state resume it, the others begin anew."""
+        """Power goes, or comes back: the sensors that can save their state resume it, the others begin again."""
         if on:
             self._saved = tempfile.TemporaryDirectory(prefix="ramsight-")
         for unit, sensors in self.sensors.items():
@@ -265,7 +265,7 @@ class Rig:
         return {f"{of}.stroke": place, f"{of}.dead_volume_b": cylinder.dead_volume_b + beyond}
 
     def begin_account(self) -> None:
-        """Account for the energy anew from now on."""
+        """Account for the energy again from now on."""
         self._warm_up()
         self._plant.begin_account()
         for oil in self.oil.values():
@@ -347,7 +347,7 @@ class Rig:
         unit = self.sheet[name]
         aim = 0.0 if "power" in self.faults else self.levers[name] * _SHARE * unit.max_speed
         valve = self._valve(name)
-        if valve is not None:  # the motor turns one way, the valve says which
+        if valve is not None:  # the motor turns one way, the valve states which
             aim = abs(aim)
         most = unit.max_speed * self.period / _RAMP
         speed = self._speeds[name]
@@ -386,8 +386,8 @@ class Rig:
         for kind, sensor in self.sensors[name].items():
             others = {column: further[column] for column in sensor.further if column in further}
             values = said.motor_speed, said.motor_torque, said.oil_temperature
-            given = None if kind == "unreferenced" else reference
-            self._last[name][kind] = sensor.step(said.time, *values, given, **others)
+            passed = None if kind == "unreferenced" else reference
+            self._last[name][kind] = sensor.step(said.time, *values, passed, **others)
 
 
 def _sensor(unit: HydraulicUnit, kind: str) -> VirtualSensor:

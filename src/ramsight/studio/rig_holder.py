@@ -23,7 +23,7 @@ class Running:
     Args:
         panel: where it is built.
         prepared: the machine that runs at first.
-        naming: told the machine's name whenever another one runs.
+        naming: is passed the machine's name whenever another one runs.
     """
 
     def __init__(self, panel: ui.tab_panel, prepared: Prepared, naming: Callable[[str], object]) -> None:

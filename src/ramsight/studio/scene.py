@@ -54,25 +54,25 @@ class MachineScene:
         """Show the sensor's errors so many times as large."""
         self._times = times
 
-    def show(self, true: Mapping[str, float], believed: Mapping[str, float], payload: float = 0.0) -> None:
+    def show(self, true: Mapping[str, float], estimated: Mapping[str, float], payload: float = 0.0) -> None:
         """Put everything where it is.
 
         Args:
             true: positions [m], by unit.
-            believed: those that the sensor estimates [m].
+            estimated: those that the sensor estimates [m].
             payload: that a mechanism carries [kg].
         """
-        believed = {name: at + self._times * (believed[name] - at) for name, at in true.items()}
-        now = [*true.values(), *believed.values(), 1e-3 * payload]
+        estimated = {name: at + self._times * (estimated[name] - at) for name, at in true.items()}
+        now = [*true.values(), *estimated.values(), 1e-3 * payload]
         if self._shown is not None and all(abs(a - b) < _STILL for a, b in zip(now, self._shown, strict=True)):
             return
         self._shown = now
         if self._linked is None:
-            (x,), (ghost,) = true.values(), believed.values()
+            (x,), (ghost,) = true.values(), estimated.values()
             self._rod.move(self._stroke + 0.15 + x, 0.0, 0.5)
             self._ghost_rod.move(self._stroke + 0.15 + ghost, 0.0, 0.5)
             return
-        for pins, plates in ((self._pins(true), self._plates), (self._pins(believed), self._ghosts)):
+        for pins, plates in ((self._pins(true), self._plates), (self._pins(estimated), self._ghosts)):
             for name, plate in plates.items():
                 _turn(plate, self._drawn_pins[name], pins[name])
         if self._shell is not None:

@@ -26,7 +26,7 @@ class Session:
         about: name, units and strokes; None until it is ready.
         ended: why it has ended, in words; "" while it has not.
         wrong: what of its description cannot run, where that is why it has ended.
-        refused: why it did not do the last thing that it could not do; "" at first.
+        rejected: why it did not do the last thing that it could not do; "" at first.
         dropped: frames that the page was too slow for.
     """
 

@@ -20,7 +20,7 @@ def taken(queue: deque[Said]) -> list[Said]:
 
 
 def end(process: BaseProcess) -> None:
-    """Wait for a process that was told to stop, and end it if it does not."""
+    """Wait for a process that was asked to stop, and end it if it does not."""
     process.join(_PATIENCE)
     if process.is_alive():
         process.kill()

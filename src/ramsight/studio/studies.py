@@ -48,7 +48,7 @@ def fill(say: Say, wanted: Wanted, below: Path) -> None:
     """Do a study; says ``begun`` (its quantities), ``so far`` again and again, and ``written`` (the folder).
 
     Args:
-        say: told what becomes of it.
+        say: is passed what becomes of it.
         wanted: the study.
         below: folder that its own is made in.
     """

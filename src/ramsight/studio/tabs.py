@@ -20,7 +20,7 @@ def tabs(prepared: Prepared, naming: Callable[[str], object]) -> None:
 
     Args:
         prepared: the machine that he begins with.
-        naming: told the name of the machine that runs.
+        naming: is passed the name of the machine that runs.
     """
     visit = Visit(prepared.described)
     ui.context.client.on_delete(lambda: background_tasks.create(run.io_bound(visit.end)))

@@ -50,7 +50,7 @@ class Asked:
         machine, unit: that the drive turned.
         file: the log; what is written stands beside it.
         truth: file of the true position; None if there is none.
-        start: where the piston is at first, in words; "" if nobody knows.
+        start: where the piston is at first, in words; "" if unknown.
         sensor: its kind.
         map_toml: the channel map; "" for a table with the usual columns.
     """
@@ -70,7 +70,7 @@ class Asked:
 
     @property
     def channel_map(self) -> Path | None:
-        """Its channel map as a file, written anew."""
+        """Its channel map as a file, rewritten."""
         if not self.map_toml:
             return None
         file = self.folder / "channels.toml"
@@ -172,7 +172,7 @@ def references(
 
     Args:
         log: with `motor_speed` [rad/s], and `reference` [m] if it has any.
-        found: its track, with `mode` if the sensor says one.
+        found: its track, with `mode` if the sensor reports one.
         known: the true position, if it is known.
         stroke: of the cylinder [m].
     """

@@ -24,7 +24,7 @@ class Visit:
         self.machine = machine
         self.run_live: Callable[[Machine], Awaitable[Problem | None]] | None = None
         self._folder = tempfile.TemporaryDirectory(prefix="ramsight-studio-")
-        self._told: list[Callable[[Machine], None]] = []
+        self._callbacks: list[Callable[[Machine], None]] = []
         self._ends: list[Callable[[], None]] = []
 
     @property
@@ -33,13 +33,13 @@ class Visit:
         return Path(self._folder.name)
 
     def on_machine(self, tell: Callable[[Machine], None]) -> None:
-        """Have somebody told when the machine becomes another."""
-        self._told.append(tell)
+        """Register a callback for a change of the machine."""
+        self._callbacks.append(tell)
 
     def use(self, machine: Machine) -> None:
         """Work with another machine from now on."""
         self.machine = machine
-        for tell in self._told:
+        for tell in self._callbacks:
             tell(machine)
 
     def on_end(self, end: Callable[[], None]) -> None:

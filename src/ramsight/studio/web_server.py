@@ -13,7 +13,7 @@ ASSETS = Path(__file__).parent / "assets"
 LARGEST = 256 * 2**20  # bytes of an upload: ten hours at 100 Hz are some 150 MB of CSV
 _INK = "#1f4e79"  # of buttons and sliders; white on it has a contrast of 8.6 : 1
 _FREE = 16  # bytes of a token
-_GONE = 5.0  # s, until a page that has gone away is given up, and its machine ended
+_GONE = 5.0  # s, until a page that has gone away is abandoned, and its machine ended
 
 
 _FIRST = (

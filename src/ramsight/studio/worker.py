@@ -16,8 +16,8 @@ from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.virtual_sensor import Estimate
 from ramsight.studio.draft import Problem, problem
 from ramsight.studio.energy import flows
+from ramsight.studio.knobs import LIE
 from ramsight.studio.rig import Rig, Row
-from ramsight.studio.told import LIE
 from ramsight.units import FREEZING, RPM
 
 _FRAME = 0.04  # s, from one frame to the next
@@ -87,12 +87,12 @@ class _Clock:
 
     def __init__(self, rig: Rig, pipe: Connection) -> None:
         self.rig, self.pipe, self.factor = rig, pipe, 1.0
-        self.begun, self.steps, self.sent, self.told = time.perf_counter(), 0, 0.0, 0.0
+        self.begun, self.steps, self.sent, self.accounted = time.perf_counter(), 0, 0.0, 0.0
         self.rows: list[dict[str, Row]] = []
         self.ran = 0.0
 
     def go_on(self) -> None:
-        """Run until told to stop."""
+        """Run until a stop is requested."""
         while self._take_commands():
             now = time.perf_counter()
             due = int((now - self.begun) * self.factor / self.rig.period) - self.steps
@@ -165,8 +165,8 @@ class _Clock:
         self.ran += _SMOOTH * (len(self.rows) * self.rig.period / max(now - self.sent, _FRAME) - self.ran)
         frame.factor, frame.load = self.ran, round(self.rig.load, 1)
         frame.oil = {name: [_celsius(oil.pumps), _celsius(oil.tank)] for name, oil in self.rig.oil.items()}
-        if now - self.told >= _ENERGY:
-            self.told = now
+        if now - self.accounted >= _ENERGY:
+            self.accounted = now
             frame.energy = {name: flows(self.rig.sheet[name], account) for name, account in self.rig.accounts.items()}
         self.rows = []
         return frame

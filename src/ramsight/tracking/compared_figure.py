@@ -10,12 +10,12 @@ import numpy as np
 from ramsight.output import open_table
 from ramsight.sensor.comparing import Verdict
 from ramsight.sensor.virtual_sensor import BOUND
-from ramsight.tracking.figures import DOUBT, ERROR, ESTIMATE, STYLE, TRUTH, legend_above, save, shade
+from ramsight.tracking.figures import ERROR, ESTIMATE, STYLE, TRUTH, UNCERTAIN, legend_above, save, shade
 
 if TYPE_CHECKING:
     import xarray
 
-_SHADES = {Verdict.APART: DOUBT, Verdict.OTHER_WRONG: ESTIMATE, Verdict.VIRTUAL_WRONG: "#8a94a0"}
+_SHADES = {Verdict.APART: UNCERTAIN, Verdict.OTHER_WRONG: ESTIMATE, Verdict.VIRTUAL_WRONG: "#8a94a0"}
 
 
 def write_compared(both: xarray.Dataset, path: str | Path) -> None:

@@ -39,7 +39,7 @@ def judged(tracked: xarray.Dataset, truth: xarray.Dataset) -> xarray.Dataset:
 
 
 def errors_of(tracked: xarray.Dataset, truth: xarray.Dataset) -> TrackErrors:
-    """The errors of a track, those that the sensor says are invalid apart.
+    """The errors of a track, those that the sensor reports are invalid apart.
 
     Args:
         tracked: with `position` [m], NaN where there is none, and `status` over `time` [s].

@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
-ESTIMATE, TRUTH, ERROR, DOUBT = "#c8401e", "#1f2a36", "#2a6f97", "#e9b44c"
+ESTIMATE, TRUTH, ERROR, UNCERTAIN = "#c8401e", "#1f2a36", "#2a6f97", "#e9b44c"
 _SHADES = {
     VALIDITIES.index(one.validity): (one.validity, colour)
     for one, colour in (
-        (Status.REFERENCE_DUE, DOUBT),
+        (Status.REFERENCE_DUE, UNCERTAIN),
         (Status.NOT_REFERENCED, "#8a94a0"),
         (Status.INPUT_LOST, ESTIMATE),
     )
@@ -58,7 +58,7 @@ def tracked_figure(
 
     Args:
         log: the drive log.
-        tracked: what the sensor made of it.
+        tracked: the track.
         truth: with `position` [m], or None.
         title: above the picture.
         path: .png, .svg or .pdf.

@@ -12,7 +12,7 @@ from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.status import Status
 from ramsight.tracking.position_errors import stop_visits, turning_for
 
-_WRONG, _LEAST = 4.0, 1e-3  # standard deviations and m from which a position that is said to be ok is wrong
+_WRONG, _LEAST = 4.0, 1e-3  # standard deviations and m from which a position that is reported as ok is wrong
 _STARTS = 0.5  # s after the motor has started, from when on an error counts
 _APART = 5.0  # s between two visits to a stop
 _SETTLES = 3.0  # s after a visit, from when on errors count
@@ -85,11 +85,11 @@ def judge(
 def wrong_and_ok(
     error: NDArray[np.float64], std: NDArray[np.float64], status: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
-    """Where a position is said to be ok and is more than four standard deviations and 1 mm off.
+    """Where a position is reported as ok and is more than four standard deviations and 1 mm off.
 
     Args:
         error: magnitudes [m].
-        std: standard deviations that the sensor says [m].
+        std: standard deviations that the sensor reports [m].
         status: numbers of `Status`.
     """
     return np.asarray((status == Status.OK) & (error > _WRONG * std) & (error > _LEAST))

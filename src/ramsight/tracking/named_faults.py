@@ -27,7 +27,7 @@ class NamedFault:
 
     Attributes:
         signal: which report, ``"motor speed"``.
-        or_else: which one is wrong in its place, where nothing tells which of them; else empty.
+        or_else: which one is wrong in its place, where nothing shows which of them; else empty.
         kinds: what may be wrong with it, of `ramsight.sensor.diagnosis.KINDS`; one, where that is sure.
         gain: of the report over what it should be, if that is its fault [1].
         offset: of it, if that is its fault [`unit`].
@@ -61,8 +61,8 @@ class NamedFault:
             "other": "wrong in another way than by a gain, an offset or a sign",
         }
         said = " or ".join(words[kind] for kind in self.kinds) or "wrong"
-        doubt = f" (unless it is {self.or_else} that is wrong)" if self.or_else else ""
-        return f"{self.signal}: {said}{doubt}, from {self.first:.1f} s to {self.last:.1f} s"
+        unless = f" (unless it is {self.or_else} that is wrong)" if self.or_else else ""
+        return f"{self.signal}: {said}{unless}, from {self.first:.1f} s to {self.last:.1f} s"
 
 
 @dataclass
@@ -80,8 +80,8 @@ class _Episode:
         """The fault, by all that came together until its last sample."""
         other, unit = _SIGNALS[signal]
         decided = _DECIDED.get(self.codes.most_common(1)[0][0]) if signal == "speed" else None
-        name, doubt = (decided, "") if decided else (f"motor {signal}", other)
-        return NamedFault(name, doubt, self.kinds, self.gain, self.offset, unit, self.first, self.last)
+        name, or_else = (decided, "") if decided else (f"motor {signal}", other)
+        return NamedFault(name, or_else, self.kinds, self.gain, self.offset, unit, self.first, self.last)
 
 
 class FaultNames:
@@ -131,7 +131,7 @@ def named_faults(tracked: xarray.Dataset) -> list[NamedFault]:
     """The faults of inputs that a track names, in the order of their beginnings.
 
     Args:
-        tracked: with all that the sensor says, over `time` [s]; only a sensor to which a counter of the shaft or DC
+        tracked: with all that the sensor reports, over `time` [s]; only a sensor to which a counter of the shaft or DC
             power is declared names any.
 
     Example:

@@ -29,7 +29,7 @@ class Pieces:
 
     Args:
         summary: a few lines on the track.
-        track: position [m], position_std [m] and status over time, or all that the sensor says, if it was kept.
+        track: position [m], position_std [m] and status over time, or all that the sensor reports, if it was kept.
         log: motor_speed [rad/s], motor_torque [N m] and oil_temperature [K] over time, or all of it, if it was kept.
     """
 
@@ -59,13 +59,13 @@ def track_pieces(
     Args:
         sensor: started; goes on from piece to piece.
         pieces: of a drive log, in order, for example from `ramsight.logs.open_log`.
-        out: the track's file: NetCDF and MCAP hold all that the sensor says, a table (CSV, Parquet, MF4) position, its
-            standard deviation, bound, status in words and whether a reference has come; None writes none.
+        out: the track's file: NetCDF and MCAP hold all that the sensor reports, a table (CSV, Parquet, MF4) position,
+            its standard deviation, bound, status in words and whether a reference has come; None writes none.
         keep_track: whether the track is kept, to compare it with the truth.
         keep_log: whether the log is kept, for a figure.
         all_of_it: whether every variable of what is kept is kept.
         more: further variables that are kept of track and log, where they have them.
-        available: counts how much of the time the position may be used, and is told with the summary.
+        available: counts how much of the time the position may be used, and is reported with the summary.
 
     Raises:
         OutputError: the file cannot be written; then there is none.
@@ -119,7 +119,7 @@ class _Kept:
             names = there if wanted is None else wanted
             self._parts = {name: [] for name in ("time", *names)}
         for name, parts in self._parts.items():
-            parts.append(piece[name].values.copy())  # a view would hold all that the sensor says
+            parts.append(piece[name].values.copy())  # a view would hold all that the sensor reports
 
     def whole(self) -> xarray.Dataset | None:
         """All pieces as one; None if there are none."""

@@ -58,7 +58,7 @@ class Limits:
         travel: of the rod per motor angle, without leakage [m/rad].
         longest: move over the stroke that may be: of a free one, or of one that ends against a stop [1].
         noise: of the torque, that the description assumes [N m].
-        relief_torque: of the motor at relief pressure [N m], of which `noise` is given as a share.
+        relief_torque: of the motor at relief pressure [N m], of which `noise` is stated as a share.
         leaking: motor speed that at relief pressure only makes up for what leaks [rad/s].
     """
 

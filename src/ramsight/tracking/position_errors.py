@@ -41,9 +41,9 @@ class TrackErrors:
 
     Args:
         usable: of the samples whose position is not said to be invalid; None if there are none with a position.
-        invalid: number of samples with a position that the sensor says is invalid.
+        invalid: number of samples with a position that the sensor reports is invalid.
         invalid_largest: the largest error among those [m]; NaN if there are none.
-        set_back: number of samples that are no later than one before them, at which no truth can be told.
+        set_back: number of samples that are no later than one before them, at which the truth is not defined.
     """
 
     usable: PositionErrors | None
@@ -60,7 +60,7 @@ def track_errors(
     Args:
         time: times of the track [s], shape (n,); a clock may have been set back.
         position: estimated position [m], shape (n,), NaN where there is none.
-        invalid: whether the sensor says that its position is invalid, shape (n,).
+        invalid: whether the sensor reports that its position is invalid, shape (n,).
         truth_time: times of the truth [s], shape (m,), increasing.
         truth_position: true position [m], shape (m,), finite.
 

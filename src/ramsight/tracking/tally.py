@@ -35,7 +35,7 @@ class Tally:
 
     @property
     def text(self) -> str:
-        """One line on where the piston is now, one on each doubt, and one on each fault of an input that has a name."""
+        """A line on the position, one on each status that is not ok, and one on each named fault of an input."""
         first, last = (_millimetres(self._position[k]) for k in (0, -1))
         lines = [
             f"{self._sensor} sensor: {self._samples} samples over {self._time[-1] - self._time[0]:.1f} s, "

@@ -71,7 +71,7 @@ def truth_in(log: object, channel_map: ChannelMap | str | Path | None) -> xarray
 
 
 def possible_truth(truth: xarray.Dataset, stroke: float) -> None:
-    """Refuse a true position that no piston of this stroke can have; it is most often in another unit.
+    """Reject a true position that no piston of this stroke can have; it is most often in another unit.
 
     Args:
         truth: `position` [m].

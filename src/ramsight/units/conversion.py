@@ -198,27 +198,27 @@ def parse(text: str | float, unit: str) -> float:
     if match is None or _COMMA.match(tidy):
         comma = "; the decimal mark is a point" if _COMMA.match(tidy) else ""
         raise DescriptionError(f"expected {name_of(unit)}{comma}", value=text)
-    given = match[2].strip()
-    if not given and wanted.dimension:
+    passed = match[2].strip()
+    if not passed and wanted.dimension:
         raise DescriptionError(f"a unit is missing; expected {name_of(unit)}", value=text)
-    if given in _PER_MINUTE and wanted.dimension == _known("rpm").dimension:
-        given = "rpm"
-    if wanted.dimension == _known("Pa").dimension and (said := _of_gauge(given)) is not None:
-        given = said[0]
+    if passed in _PER_MINUTE and wanted.dimension == _known("rpm").dimension:
+        passed = "rpm"
+    if wanted.dimension == _known("Pa").dimension and (said := _of_gauge(passed)) is not None:
+        passed = said[0]
         if said[1]:
-            _refuse_gauge(text, match[1], given)
-    found = _unit(f"delta_{given}" if unit.startswith("delta_") else given)
+            _refuse_gauge(text, match[1], passed)
+    found = _unit(f"delta_{passed}" if unit.startswith("delta_") else passed)
     if found is None:
-        raise DescriptionError(f"{given!r} is not a unit; expected {name_of(unit)}", value=text)
+        raise DescriptionError(f"{passed!r} is not a unit; expected {name_of(unit)}", value=text)
     if found.dimension != wanted.dimension:
-        raise DescriptionError(f"{given or 'no unit'!r} does not fit; expected {name_of(unit)}", value=text)
+        raise DescriptionError(f"{passed or 'no unit'!r} does not fit; expected {name_of(unit)}", value=text)
     _finite(float(match[1]), text, unit)
     return _finite(float(Decimal(match[1]) * found.factor + found.offset), text, unit)
 
 
-def _of_gauge(given: str) -> tuple[str, bool] | None:
-    """The unit of a pressure that is said to be gauge or absolute, and whether it is gauge; None if neither is said."""
-    match = _GAUGE.fullmatch(given)
+def _of_gauge(passed: str) -> tuple[str, bool] | None:
+    """The unit of a pressure with "gauge" or "absolute", and whether it is gauge; None without either word."""
+    match = _GAUGE.fullmatch(passed)
     return None if match is None else (match["unit"], match["kind"] == "g")
 
 
@@ -274,10 +274,10 @@ def format_si(value: float, unit: str, digits: int | None = None) -> str:
 
 
 def parse_option(text: str, unit: str, option: str, *, least: str, most: str) -> float:
-    """Read a quantity given on the command line and hold it against its range.
+    """Read a quantity of the command line and hold it against its range.
 
     Args:
-        text: what was given, for example ``"441 kN"``.
+        text: the option, for example ``"441 kN"``.
         unit: any unit of the expected dimension.
         option: name of the option, for the message.
         least: lowest value allowed, for example ``"0 kN"``.
@@ -304,7 +304,7 @@ def parse_option(text: str, unit: str, option: str, *, least: str, most: str) ->
 
 
 def argument(value: str | float, unit: str, name: str, *, least: str, most: str) -> float:
-    """Read a quantity given to a function, and hold it against its range.
+    """Read an argument of a function, and hold it against its range.
 
     Args:
         value: an SI number, or text with a unit: ``441e3`` or ``"441 kN"``.

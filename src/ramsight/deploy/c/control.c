@@ -1,4 +1,4 @@
-/* ${title}. Made by ramsight ${version} from the machine "${machine}"; do not edit, export anew. */
+/* ${title}. Made by ramsight ${version} from the machine "${machine}"; do not edit, export it again. */
 #include "${p}_control.h"
 
 #include <string.h>

@@ -1,12 +1,12 @@
 /* ${title}: where the piston is to go, with the sensor's estimate as the only feedback.
  *
- * Made by ramsight ${version} from the machine "${machine}"; do not edit, export anew.
+ * Made by ramsight ${version} from the machine "${machine}"; do not edit, export it again.
  * In doubles in either precision of the sensor. C99, libm alone: no memory is taken, nothing is global.
  * The drive is declared so: ${drive}. One that does otherwise is stopped.
  *
  *   static ${p}_control control;
  *   ${p}_control_inputs order;
- *   ${p}_control_init(&control);               // at power-up: it rests, and nothing moves until it is told to
+ *   ${p}_control_init(&control);               // at power-up: it rests, and nothing moves until it is asked to
  *   for (;;) {                                 // every ${ms} ms
  *     ${p}_control_refer(&control, &sensor);
  *     ${p}_step(&sensor, &in, &out);

@@ -1,4 +1,4 @@
-/* ${title}. Made by ramsight ${version} from the machine "${machine}"; do not edit, export anew. */
+/* ${title}. Made by ramsight ${version} from the machine "${machine}"; do not edit, export it again. */
 #include "${p}.h"
 
 #include <math.h>
@@ -227,7 +227,7 @@ int ${p}_keep(${p} *s, int starts, unsigned char bytes[${P}_BYTES]) {
   ${p}_slots *slots = &s->slots;
   const int rests = !starts && s->rested >= RESTING;
   const int changed = fabs(s->position_said - slots->position) > ${moved} ||
-                      s->position_std_said > slots->position_std + ${std_moved};
+                      s->position_std_said > slots->position_std + ${std_change};
   if (slots->whole == 2 && rests == slots->rests && !(rests && changed)) return -1;
   slots->saves++;
   slots->whole += slots->whole < 2;
@@ -255,7 +255,7 @@ ${p}_resumed ${p}_resume(${p} *s, const unsigned char *slot_0, const unsigned ch
     return ${P}_NOTHING;
   }
   if (whole_0 && (!whole_1 || (int32_t)ahead < 0)) *s = other;
-  /* A position is believed only where both slots are whole and one was saved just after the other: one that is torn or
+  /* A position is accepted only where both slots are whole and one was saved just after the other: one that is torn or
    * erased may have said that the piston moves. */
   const int complete = whole_0 && whole_1 && (ahead == 1u || ahead == UINT32_C(0xFFFFFFFF));
   s->slots.whole = complete ? 2 : 1;
@@ -265,7 +265,7 @@ ${p}_resumed ${p}_resume(${p} *s, const unsigned char *slot_0, const unsigned ch
     s->slots.rests = 0;
     return complete ? ${P}_MOVED : ${P}_OLDER;
   }
-  /* Time begins anew, and a piston that crept may have gone on for a while. */
+  /* Time begins again, and a piston that crept may have gone on for a while. */
   const real std = SQRT(s->${variance}) + ABS(s->${velocity}) * R(${settling});
   s->${started} = R(0.0);
   s->${clocked} = R(0.0);

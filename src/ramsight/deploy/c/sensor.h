@@ -1,6 +1,6 @@
 /* ${title}: where the piston is, from the drive's speed and torque and the oil's temperature.
  *
- * Made by ramsight ${version} from the machine "${machine}"; do not edit, export anew.
+ * Made by ramsight ${version} from the machine "${machine}"; do not edit, export it again.
  * C99, libm alone: no memory is taken, nothing is global, nothing is called back. One struct is one sensor; several
  * may run side by side, each in one thread at a time.
  *
@@ -16,7 +16,7 @@
  *     if (a switch at 350 mm closes) ${p}_reference(&sensor, 0.35);
  *     ${p}_step(&sensor, &in, &out);
  *     int slot = ${p}_keep(&sensor, wanted_speed != 0, bytes);
- *     if (slot >= 0) write_slot(slot, bytes); // returns once it is in the memory; before the motor is told to turn
+ *     if (slot >= 0) write_slot(slot, bytes); // returns once it is in the memory; before the motor is commanded to turn
  *     motor(wanted_speed);
  *   }
  *
@@ -90,7 +90,7 @@ ${states}
  * a reference. A struct that init, start or resume never saw has the status "invalid" at every step. */
 void ${p}_init(${p} *sensor);
 
-/* Begin anew at a known position, 0 ... stroke [m], with a standard deviation, 0 ... stroke [m]. Returns 1; or 0 if one
+/* Begin again at a known position, 0 ... stroke [m], with a standard deviation, 0 ... stroke [m]. Returns 1; or 0 if one
  * of them cannot be (outside the stroke, infinite, NaN): then the sensor is not referenced. What is known of the slots
  * stays. */
 int ${p}_start(${p} *sensor, ${p}_real position, ${p}_real std);

@@ -1,4 +1,4 @@
-"""What can be wrong, and how a CiA 406 encoder says it: alarms, warnings, emergencies, error register."""
+"""What can be wrong, and how a CiA 406 encoder reports it: alarms, warnings, emergencies, error register."""
 
 from __future__ import annotations
 

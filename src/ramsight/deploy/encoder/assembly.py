@@ -70,6 +70,6 @@ def overrides(
         tolerance: of a real sensor [m].
         alert: for which it has to be apart from the virtual one [s].
     """
-    given = ((TIMEOUT, timeout, 1e3), (TOLERANCE, tolerance, 1e6), (ALERT, alert, 1e3))
-    chosen = {key: round(scale * value) for key, value, scale in given if value is not None}
+    options = ((TIMEOUT, timeout, 1e3), (TOLERANCE, tolerance, 1e6), (ALERT, alert, 1e3))
+    chosen = {key: round(scale * value) for key, value, scale in options if value is not None}
     return {**chosen, HOLD: 0} if hold else chosen

@@ -1,7 +1,7 @@
 """The bus's time stamps on a clock that never jumps.
 
 Time stamps say best when a frame was sent, but they are often those of a wall clock, which someone may set. They are
-followed as long as they agree with the local clock, which only runs forward; after a jump they are followed anew.
+followed as long as they agree with the local clock, which only runs forward; after a jump they are followed again.
 """
 
 from __future__ import annotations

@@ -286,7 +286,7 @@ class Encoder:
         self._look(preset=preset)
 
     def _preset(self, steps: int) -> None:
-        """Take a position given by hand, or refuse it."""
+        """Accept a position that a person enters, or reject it."""
         position, last = self._scale.metres(steps), self._sample
         if not 0.0 <= position <= self._unit.cylinder.stroke:
             refuse(INVALID)
@@ -340,7 +340,7 @@ class Encoder:
 
     @property
     def _is_disputed(self) -> bool:
-        """Whether a reference was refused, and none accepted since; a worse status may hide the sensor's own word."""
+        """Whether a reference was rejected, and none accepted since; a worse status may hide the sensor's own word."""
         status = None if self._estimate is None else self._estimate.status
         return status is Status.REFERENCE_REFUSED or self._refused_one
 

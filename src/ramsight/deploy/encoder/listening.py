@@ -19,7 +19,7 @@ from ramsight.logs.mapped import HOLD, ChannelMap, Mapped, Pdo, to_si_of
 WRITTEN = "2100h"
 """The channel of the oil temperature that somebody writes into the encoder's own object."""
 OTHER = "position"
-"""The measured quantity of a map that a real position sensor says; the virtual one never sees it."""
+"""The measured quantity of a map that a real position sensor reports; the virtual one never sees it."""
 TORQUES = ("6077h", "4602h:0Ch")
 USUAL = ("606Ch", "6077h")
 """What a CiA 402 drive reports: velocity [1/min] and torque [per mille of 6076h]."""
@@ -33,7 +33,7 @@ class Sample:
         time: [s], by the encoder's clock.
         motor_speed: [rad/s].
         motor_torque: [N m].
-        oil_temperature: [K]; NaN if nobody knows.
+        oil_temperature: [K]; NaN if unknown.
         reference: position known at this sample [m]; NaN if none is.
         further: what else the map names [SI], by its name; NaN if it is too old.
     """
@@ -121,13 +121,13 @@ class _Reference:
 class Listener:
     """Puts the drive's samples together.
 
-    A sample is whole when speed and torque have both come anew, in one frame or in two; its time is the speed's.
+    A sample is whole when speed and torque both have a new value, in one frame or in two; its time is the speed's.
 
     Args:
         channel_map: what the frames mean, by PDOs or DBC files.
 
     Raises:
-        DescriptionError: the map says nothing of CAN frames, or what cannot be.
+        DescriptionError: the map states nothing of CAN frames, or what cannot be.
         UnknownNameError: a channel is in none of the frames.
     """
 
@@ -187,7 +187,7 @@ class Listener:
         return True
 
     def write_temperature(self, value: float, now: float) -> None:
-        """The oil temperature as somebody wrote it [°C]; NaN says that it is not known."""
+        """The oil temperature as somebody wrote it [°C]; NaN: unknown."""
         if self.written is not None:
             self.written.take(value, now, now)
 
@@ -206,7 +206,7 @@ class Listener:
         return self._other is not None
 
     def other(self, now: float) -> tuple[float, float]:
-        """What the real sensor says [m], and when it was sent [s]; no numbers if that is older than it may be."""
+        """What the real sensor reports [m], and when it was sent [s]; no numbers if that is older than it may be."""
         other = self._other
         if other is None or now - other.at > other.mapped.hold:
             return math.nan, math.nan

@@ -55,7 +55,7 @@ def address_of(words: str) -> tuple[str, int]:
 
 
 class OpcuaServer:
-    """Offers what an encoder says, in a thread of its own, so that no client delays a frame.
+    """Offers what an encoder reports, in a thread of its own, so that no client delays a frame.
 
     Anybody who reaches the address may read and nobody may write; there is no encryption, so it stays on this machine
     (127.0.0.1) unless another address is asked for.
@@ -93,7 +93,7 @@ class OpcuaServer:
         self._thread.join()
 
     def take(self) -> None:
-        """Take over what the encoder says, if it is time to; called by the thread that runs the encoder."""
+        """Take over what the encoder reports, if it is time to; called by the thread that runs the encoder."""
         now = time.monotonic()
         if now >= self._next:
             self._next = now + PERIOD

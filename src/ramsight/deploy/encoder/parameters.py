@@ -47,7 +47,7 @@ class ParameterFile:
             draft.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
     def load(self) -> Values | None:
-        """What is stored: nothing if there is no file, None if there is one that cannot be believed."""
+        """What is stored: nothing if there is no file, None if there is one that cannot be trusted."""
         try:
             content = json.loads(self.path.read_text(encoding="utf-8"))
             named = content["parameters"]

@@ -35,7 +35,7 @@ class Tpdo:
         return self._ticks.due
 
     def restart(self, now: float, running: bool) -> None:
-        """Begin its schedule anew: at once, then every period."""
+        """Begin its schedule again: at once, then every period."""
         timed = running and self._is_on and self._type in _BY_TIMER
         self._ticks.start(now, self._node.get(self.settings, 5) * 1e-3 if timed else 0.0)
         self._syncs, self._last = 0, b""

@@ -1,4 +1,4 @@
-"""Whether the drive is there: by its samples, and by its heartbeat where 1016h says that one is expected."""
+"""Whether the drive is there: by its samples, and by its heartbeat where 1016h states that one is expected."""
 
 from __future__ import annotations
 

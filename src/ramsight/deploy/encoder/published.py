@@ -1,4 +1,4 @@
-"""The position as the bus sees it: in steps, no faster than a piston, and a fault value while nobody knows it."""
+"""The position as the bus sees it: in steps, no faster than a piston, and a fault value while it is unknown."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ QUALITY = {
 
 @dataclass(frozen=True)
 class Said:
-    """What an encoder says at one time.
+    """What an encoder reports at one time.
 
     Attributes:
         quality: name of OPC UA's status code for the numbers.
@@ -61,7 +61,7 @@ class Said:
 
 
 def said_by(encoder: Encoder) -> Said:
-    """What an encoder says now."""
+    """What an encoder reports now."""
     found = quality_of(encoder.faults, valid=encoder.valid)
     numbers = encoder.position, encoder.velocity, encoder.std, encoder.bound
     if found.startswith(_BAD):

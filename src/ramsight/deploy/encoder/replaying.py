@@ -51,9 +51,9 @@ def replay(
         stop: set it to end.
         speed: times faster than recorded [1].
         clock: [s], runs only forward.
-        advance: told how much of the log's time has passed since the last call [s].
+        advance: is passed how much of the log's time has passed since the last call [s].
     """
-    begun, past, last, told = clock(), 0.0, math.nan, 0.0
+    begun, past, last, reported = clock(), 0.0, math.nan, 0.0
     sent = lost = 0
     for at, frame in frames:
         past += max(at - last, 0.0) if math.isfinite(at - last) else 0.0
@@ -67,6 +67,6 @@ def replay(
             sent += 1
         except can.CanError:
             lost += 1
-        advance(past - told)
-        told = past
-    return Replayed(sent, lost, told)
+        advance(past - reported)
+        reported = past
+    return Replayed(sent, lost, reported)

@@ -34,7 +34,7 @@ def serve(
     sent: Callable[[float, Frame], object] | None = None,
     each: Callable[[], object] = lambda: None,
 ) -> None:
-    """Run an encoder until it is told to stop.
+    """Run an encoder until a stop is requested.
 
     What is due goes out before the next frame is taken in, so that a flood delays nothing by more than one frame. A
     bus that fails is tried again; what could not be sent is gone.
@@ -44,7 +44,7 @@ def serve(
         bus: a python-can bus; stays open.
         stop: set it to end.
         clock: [s], runs only forward.
-        sent: told of every frame that went out, with its time.
+        sent: is passed of every frame that went out, with its time.
         each: called whenever something has been done, at least ten times a second.
     """
 

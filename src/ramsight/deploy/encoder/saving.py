@@ -1,6 +1,6 @@
 """When the encoder saves the sensor's state, so that a power loss never makes a wrong position look right.
 
-While the piston moves the file says what the sensor has learned, but not where the piston is; that is saved once it
+While the piston moves the file states what the sensor has learned, but not where the piston is; that is saved once it
 has come to rest.
 """
 

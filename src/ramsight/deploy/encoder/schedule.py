@@ -39,7 +39,7 @@ class Schedule:
         self.restart_pdos(now)
 
     def restart_pdos(self, now: float) -> None:
-        """Begin the PDOs anew, as the NMT state and their settings now have it."""
+        """Begin the PDOs again, as the NMT state and their settings now have it."""
         is_running = self._node.state == OPERATIONAL
         for tpdo in self._tpdos:
             tpdo.restart(now, is_running)

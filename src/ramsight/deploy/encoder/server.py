@@ -139,7 +139,7 @@ class Node:
         self._local.nmt.send_command(128)
 
     def command(self, data: bytes) -> int:
-        """Take an NMT command; says which one it was, 0 if it was none for this node."""
+        """Take an NMT command; states which one it was, 0 if it was none for this node."""
         if len(data) != 2 or data[0] not in COMMANDS or data[1] not in (0, self.id):
             return 0
         self.wire.notify(0, bytearray(data), 0.0)
@@ -189,7 +189,7 @@ class Node:
 
 
 def _check_declared(index: int, subindex: int) -> None:
-    """Refuse what canopen makes up: to it an array has 255 entries."""
+    """Reject what canopen makes up: to it an array has 255 entries."""
     if (index, subindex) not in ENTRIES:
         refuse(NO_SUBINDEX)
 

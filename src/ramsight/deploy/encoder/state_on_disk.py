@@ -54,7 +54,7 @@ class Persistence:
         return not resumed.older and (resumed.found or not there)
 
     def take_position_off(self) -> bool:
-        """Let the file say that nobody knows where the piston is; on return it does, or False is returned."""
+        """Mark the position in the file as unknown; on return it is, or False is returned."""
         return self.save_now(forgotten(self._sensor, self._sensor.state))
 
     @property

@@ -21,11 +21,11 @@ class Stored:
         node: the node.
         file: where they are; None stores nothing.
         overrides: values that count instead of stored ones.
-        keep: saves the sensor's state with all parameters; says whether it could.
+        keep: saves the sensor's state with all parameters; states whether it could.
         refusal: the abort code for a value that a parameter can never have; 0 if it can.
 
     Attributes:
-        damaged: whether the file could not be believed.
+        damaged: whether the file could not be trusted.
     """
 
     def __init__(
@@ -46,7 +46,7 @@ class Stored:
         return self._file is not None
 
     def load(self, groups: tuple[str, ...]) -> Set[tuple[int, int]]:
-        """Set the parameters of some groups to what is stored, or to their defaults; says which are stored at all."""
+        """Set the parameters of some groups to what is stored, or to their defaults; states which are stored at all."""
         stored = {} if self._file is None else self._file.load()
         if stored is not None and not all(self._is_possible(*key, value) for key, value in stored.items()):
             stored = None

@@ -94,12 +94,12 @@ def read(entry: Entry) -> tuple[dict[str, Any], dict[str, str]]:
     return values, {key: sources.get(key, entry.source) for key in values}
 
 
-def filled(kind: str, given: Mapping[str, Any], *, where: str | None = None) -> tuple[dict[str, Any], dict[str, str]]:
-    """Values of a part that names a catalogue entry: those that are given, and the entry's for the others.
+def filled(kind: str, stated: Mapping[str, Any], *, where: str | None = None) -> tuple[dict[str, Any], dict[str, str]]:
+    """Values of a part that names a catalogue entry: those that are stated, and the entry's for the others.
 
     Args:
         kind: one of the kinds of `Entry`.
-        given: values by key, with the entry's name as ``model``.
+        stated: values by key, with the entry's name as ``model``.
         where: the place that asks, for the error text.
 
     Returns:
@@ -108,10 +108,10 @@ def filled(kind: str, given: Mapping[str, Any], *, where: str | None = None) -> 
     Raises:
         UnknownNameError: the catalogue has no such name; the text lists those it has.
     """
-    entry = find(kind, given["model"], where=where)
+    entry = find(kind, stated["model"], where=where)
     values, origins = read(entry)
-    sources = {key: f"{entry.name}: {origins.get(key, entry.source)}" for key in values.keys() - given.keys()}
-    return {**values, **given, "model": entry.name}, sources
+    sources = {key: f"{entry.name}: {origins.get(key, entry.source)}" for key in values.keys() - stated.keys()}
+    return {**values, **stated, "model": entry.name}, sources
 
 
 def circuit(name: str) -> dict[str, dict[str, Any]]:

@@ -1,4 +1,4 @@
-"""A planar mechanism as numbers, and where its bodies are at given joint coordinates or cylinder positions."""
+"""A planar mechanism as numbers, and where its bodies are at joint coordinates or cylinder positions."""
 
 from __future__ import annotations
 
@@ -96,11 +96,11 @@ class Mechanism:
         return poses
 
     def solved(self, positions: Sequence[Real], passive: Sequence[Real] = ()) -> list[Real]:
-        """Coordinates of the free joints at given cylinder positions, in closed form.
+        """Coordinates of the free joints at cylinder positions, in closed form.
 
         Args:
             positions: of the cylinders, in their order [m].
-            passive: coordinates of the free joints that no cylinder moves, in their order; 0 if not given.
+            passive: coordinates of the free joints that no cylinder moves, in their order; 0 if omitted.
         """
         moved = {strut.joint: (strut, position) for strut, position in zip(self.struts, positions, strict=True)}
         left = iter(passive)

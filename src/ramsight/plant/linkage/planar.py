@@ -55,9 +55,9 @@ class Pose:
 def arm_to(arm_x: Real, arm_z: Real, far_x: Real, far_z: Real, length: Real, side: Real) -> tuple[Real, Real]:
     """Cosine and sine of the angle by which an arm has to turn so that its end is at a distance from a point.
 
-    The arm's end and the point that is looked for lie on two circles; of their two intersections the one on the given
-    side is taken: u = (k d + side h d_perp)/d^2 with k = (r^2 + d^2 - length^2)/2, h^2 = r^2 d^2 - k^2. There is none,
-    and the result is NaN, where the circles do not meet.
+    The arm's end and the point that is looked for lie on two circles; of their two intersections the one on
+    `side` is chosen: u = (k d + side h d_perp)/d^2 with k = (r^2 + d^2 - length^2)/2, h^2 = r^2 d^2 - k^2. Where the
+    circles do not meet the result is NaN.
 
     Args:
         arm_x: the arm as drawn, from its pin to its end, forward [m].

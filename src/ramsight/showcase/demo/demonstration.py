@@ -10,7 +10,7 @@ from ramsight.showcase.demo.showing import Shown
 
 
 def demonstrated(progress: bool = False) -> Shown:
-    """Track the log that ships with the package: by the sensor, told nothing, and by the data sheet, told the start.
+    """Track the log of the package: by the sensor without a start, and by the data sheet with the true one.
 
     Args:
         progress: show a bar on a terminal if it takes long.

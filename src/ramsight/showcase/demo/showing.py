@@ -38,8 +38,8 @@ class Shown:
     """Two tracks of one log, with their errors [m].
 
     Args:
-        sensor: of the kalman sensor, which was not told where the rod is.
-        sheet: of the volume balance by the data sheet, which was told where it is at first.
+        sensor: of the kalman sensor, which started without a position.
+        sheet: of the volume balance by the data sheet, which was started at the known position.
         truth: true `position` [m] over time.
         stroke: of the cylinder [m].
     """
@@ -73,11 +73,11 @@ class Shown:
         return "\n".join(
             [
                 "A loader's boom, six minutes of work, simulated by another program; it is not its data sheet.",
-                f"The sensor is told nothing of the position, finds it at the first end stop, after {when:.0f} s, and",
+                f"The sensor is started without a position, finds it at the first end stop, after {when:.0f} s, and",
                 f"learns the machine over its data sheet: {', '.join(factors)}.",
                 f"From {self.taught:.0f} s on, after three visits to an end stop, 95 % of the errors are within "
                 f"{1e3 * self.within(self.sensor):.1f} mm;",
-                f"by the data sheet alone, told where the rod is at first, {1e3 * self.within(self.sheet):.1f} mm.",
+                f"by the data sheet alone, started at the known position, {1e3 * self.within(self.sheet):.1f} mm.",
             ]
         )
 
@@ -98,8 +98,8 @@ def draw(shown: Shown) -> Figure:
     axes = figure.subplots(8, 1, sharex=True, height_ratios=[2.2, 1.4, 1.1, 1.0, 1.0, 0.7, 0.7, 0.6])
     sensor, sheet, time = shown.sensor, shown.sheet, shown.sensor["time"].values
     axes[0].plot(shown.truth["time"], 1e3 * shown.truth["position"], color=TRUTH, lw=2.4, label="true position")
-    axes[0].plot(time, 1e3 * sheet["position"], color=_SHEET, lw=1.0, label="data sheet alone, told the start")
-    axes[0].plot(time, 1e3 * sensor["position"], color=ESTIMATE, lw=1.1, label="sensor, told nothing")
+    axes[0].plot(time, 1e3 * sheet["position"], color=_SHEET, lw=1.0, label="data sheet alone, known start")
+    axes[0].plot(time, 1e3 * sensor["position"], color=ESTIMATE, lw=1.1, label="sensor, unknown start")
     axes[0].set_ylabel("position\n[mm]")
     axes[1].plot(time, 1e3 * sheet["error"], color=_SHEET, lw=1.0)
     axes[1].plot(time, 1e3 * sensor["error"], color=ERROR, lw=1.2)

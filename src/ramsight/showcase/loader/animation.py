@@ -58,7 +58,7 @@ def write_animation(
             not known) and status. Units without one have no ghost of their own: they are drawn where they are.
         folder: where to; made if it is not there.
         phases: names of parts of the run and when each begins [s].
-        title: above page and GIF; the machine's name above the page if not given.
+        title: above page and GIF; the machine's name above the page if omitted.
         advance: called now and then with the share of the work done since the last call; 1 in all.
 
     Returns:
@@ -87,7 +87,7 @@ def _times(run: xarray.Dataset, step: float) -> Array:
 def _unit(
     machine: LinkedMachine, run: xarray.Dataset, tracks: Mapping[str, xarray.Dataset], name: str, times: Array
 ) -> dict[str, Any]:
-    """Columns of one unit at the given times; NaN where the sensor knows nothing."""
+    """Columns of one unit at times [s]; NaN where the sensor knows nothing."""
     position = np.interp(times, run["time"].values, run[f"{name}_position"].values)
     found: dict[str, Any] = {"name": name, "position": position, "tracked": name in tracks}
     nothing = np.full(len(times), np.nan)
@@ -175,8 +175,8 @@ def page_text(
 def error_range(unit: Mapping[str, Any]) -> float:
     """Half the height of the error's axis [mm]: the largest error, and uncertainty up to twice of that."""
     error = float(np.nanmax(np.abs(unit["error"]), initial=0.0)) * 1e3
-    doubt = 2e3 * float(np.nanmedian(unit["std"])) if np.any(np.isfinite(unit["std"])) else 0.0
-    return max(1.1 * error, min(1.1 * doubt, 2.2 * error), _LEAST_TOP)
+    usual = 2e3 * float(np.nanmedian(unit["std"])) if np.any(np.isfinite(unit["std"])) else 0.0
+    return max(1.1 * error, min(1.1 * usual, 2.2 * error), _LEAST_TOP)
 
 
 def bounds(machine: LinkedMachine, seen: Sequence[tuple[Shapes, Shapes | None]]) -> list[float]:

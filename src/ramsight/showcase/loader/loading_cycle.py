@@ -35,7 +35,7 @@ class Options:
     """What is worked with.
 
     Args:
-        payload: in the full bucket [kg]; the rated one if not given.
+        payload: in the full bucket [kg]; the rated one if omitted.
         oil_temperature: [K].
         leak: leakage of all pumps over the data sheet's [1].
         temperature_offset: by which the thermometers read too much [K].
@@ -112,8 +112,8 @@ class Work:
 
     def tip_error(self) -> np.ndarray[Any, Any]:
         """How far the tip is from where the sensors have it [m], over time."""
-        believed = np.column_stack([self.tracks[name]["position"].values for name in UNITS])
-        there = tip(self.machine.mechanism, joints(self.machine.mechanism, believed))
+        estimated = np.column_stack([self.tracks[name]["position"].values for name in UNITS])
+        there = tip(self.machine.mechanism, joints(self.machine.mechanism, estimated))
         off: np.ndarray[Any, Any] = np.hypot(
             there[:, 0] - self.run["tip_x"].values, there[:, 1] - self.run["tip_z"].values
         )
@@ -125,7 +125,7 @@ class Work:
 
 
 def work(sheet: LinkedMachine, options: Options, *, advance: Callable[[float], object] | None = None) -> Work:
-    """Reference the loader, then let it go through the loading cycle, each move to a position.
+    """Reference the loader, then run the loading cycle, each move to a position.
 
     Args:
         sheet: the machine as its data sheets have it, with the units "boom" and "bucket".

@@ -15,7 +15,7 @@ from ramsight.output import whole_folder
 from ramsight.sensor.status import Status
 from ramsight.showcase.loader.animation import write_animation
 from ramsight.showcase.loader.loading_cycle import UNITS, Options, Work
-from ramsight.tracking.figures import DOUBT, ERROR, ESTIMATE, STYLE, TRUTH, save
+from ramsight.tracking.figures import ERROR, ESTIMATE, STYLE, TRUTH, UNCERTAIN, save
 from ramsight.units import RPM
 
 FORMAT = 1
@@ -41,8 +41,8 @@ def write_work(
         write_animation(work.machine, work.run, work.tracks, draft, phases=work.phases, title=title, advance=advance)
         for suffix in ("png", "svg"):
             control_figure(work, draft / f"control.{suffix}", title)
-        told = {"format": FORMAT, "ramsight": __version__, "machine": work.machine.name, "options": vars(options)}
-        text = json.dumps(told | work.results(), indent=1, ensure_ascii=False, allow_nan=False)
+        written = {"format": FORMAT, "ramsight": __version__, "machine": work.machine.name, "options": vars(options)}
+        text = json.dumps(written | work.results(), indent=1, ensure_ascii=False, allow_nan=False)
         (draft / _LAST).write_text(text + "\n", encoding="utf-8")
 
 
@@ -74,7 +74,7 @@ def _unit(axes: Any, work: Work, name: str) -> None:
     time = run["time"].values
     true, said = 1e3 * run[f"{name}_position"].values, 1e3 * track["position"].values
     known = np.where(track["status"].values < Status.NOT_REFERENCED, said, np.nan)
-    axes[0].plot(time, 1e3 * track["target"].values, color=DOUBT, lw=3.0, alpha=0.8, label="target")
+    axes[0].plot(time, 1e3 * track["target"].values, color=UNCERTAIN, lw=3.0, alpha=0.8, label="target")
     axes[0].plot(time, true, color=TRUTH, lw=2.0, label="true")
     axes[0].plot(time, known, color=ESTIMATE, lw=1.0, label="virtual sensor")
     axes[0].set_title(name, loc="left")
@@ -84,16 +84,16 @@ def _unit(axes: Any, work: Work, name: str) -> None:
     axes[1].fill_between(time, -band, band, color=ESTIMATE, alpha=0.15, lw=0, label="sensor's 95 % band")
     axes[1].plot(time, error, color=ERROR, lw=1.0, label="sensor less truth")
     axes[1].axhline(0.0, color=TRUTH, lw=0.6)
-    doubt = float(np.nanmedian(band)) if np.any(np.isfinite(band)) else 0.0
+    usual = float(np.nanmedian(band)) if np.any(np.isfinite(band)) else 0.0
     largest = float(np.nanmax(np.abs(error), initial=0.0))
-    reach = 1.2 * max(largest, min(doubt, 2.0 * largest), 0.5)
+    reach = 1.2 * max(largest, min(usual, 2.0 * largest), 0.5)
     axes[1].set_ylim(-reach, reach)
     axes[1].legend(loc="best")
     axes[2].plot(time, run[f"{name}_motor_speed"].values / RPM, color=TRUTH, lw=1.0)
     axes[3].plot(time, track["motor_torque"].values, color=TRUTH, lw=0.6)
     axes[3].set_xlabel("time [s]")
     for axis in axes:
-        axis.axvspan(0.0, work.works_from, color=DOUBT, alpha=0.12, lw=0)
+        axis.axvspan(0.0, work.works_from, color=UNCERTAIN, alpha=0.12, lw=0)
 
 
 def summary(work: Work) -> str:

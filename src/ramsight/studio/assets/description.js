@@ -37,7 +37,7 @@
     show();
   };
 
-  // A form that is drawn anew, or seen for the first time, is filled.
+  // A form that is drawn again, or seen for the first time, is filled.
   addEventListener("DOMContentLoaded", () => {
     const empty = () => document.querySelector("#machine-form .field input:not([data-held])") && show();
     new MutationObserver(empty).observe(document.body, { childList: true, subtree: true });

@@ -165,7 +165,7 @@ window.studio = (() => {
     return drawn;
   }
 
-  // A track between two times: what is dragged over is asked for anew, as fine as the picture can show it.
+  // A track between two times: what is dragged over is asked for again, as fine as the picture can show it.
   const seen = {};
 
   function look(plot) {

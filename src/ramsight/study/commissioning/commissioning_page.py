@@ -19,10 +19,10 @@ from ramsight.study.commissioning.walk import Commissioning
 from ramsight.tracking.figures import draw_track
 from ramsight.units import FREEZING, RPM
 
-_CLASS = {Verdict.PASSED: "good", Verdict.DOUBT: "fair", Verdict.FAILED: "bad", Verdict.OPEN: "open"}
+_CLASS = {Verdict.PASSED: "good", Verdict.LOOK_TWICE: "fair", Verdict.FAILED: "bad", Verdict.OPEN: "open"}
 _WORDS = {
     Verdict.PASSED: "The sensor may be relied on as far as it says.",
-    Verdict.DOUBT: "The sensor works; before it is relied on, whoever signs has looked at the reasons below.",
+    Verdict.LOOK_TWICE: "The sensor works; before it is relied on, whoever signs has looked at the reasons below.",
     Verdict.FAILED: "The sensor must not be relied on.",
 }
 _SIGNED = ("Name", "Role", "Machine or serial number", "Place and date", "Signature")
@@ -107,8 +107,8 @@ def _leak_test(test: LeakTest) -> list[str]:
 def _factors(found: Identification) -> list[str]:
     rows = (
         row((WORDS[name], *(f"{v:.4f}" for v in (one.value, one.low, one.high, one.per_kelvin, one.per_torque))))
-        if one.told
-        else row((WORDS[name], "not told", "", "", "", ""))
+        if one.identified
+        else row((WORDS[name], "not identified", "", "", "", ""))
         for name, one in found.factors.items()
     )
     head = ("factor on the data sheet", "value", "95 % from", "to", "oil 1 K warmer", "torque 1 % larger")

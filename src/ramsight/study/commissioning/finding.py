@@ -10,7 +10,7 @@ class Verdict(Enum):
     """The verdict on a check, and on a commissioning as a whole."""
 
     PASSED = "passed"
-    DOUBT = "look twice"
+    LOOK_TWICE = "look twice"
     FAILED = "failed"
     OPEN = "not judged"
 

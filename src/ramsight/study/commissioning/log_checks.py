@@ -50,13 +50,13 @@ def samples(log: xarray.Dataset) -> Finding:
         f"{100 * bad:.2g} % without a value or out of order"
     )
     if lasts < _SHORTEST:
-        return Finding("samples", Verdict.DOUBT, found, f"work the unit for {_SHORTEST:.0f} s and more")
+        return Finding("samples", Verdict.LOOK_TWICE, found, f"work the unit for {_SHORTEST:.0f} s and more")
     if period > _PERIOD:
         return Finding(
-            "samples", Verdict.DOUBT, found, "log a sample every 1 to 100 ms: what happens between is unseen"
+            "samples", Verdict.LOOK_TWICE, found, "log a sample every 1 to 100 ms: what happens between is unseen"
         )
     if bad > _BAD or gap > _GAP:
-        return Finding("samples", Verdict.DOUBT, found, "find out why the logger loses samples")
+        return Finding("samples", Verdict.LOOK_TWICE, found, "find out why the logger loses samples")
     return Finding("samples", Verdict.PASSED, found)
 
 
@@ -65,11 +65,11 @@ def units_and_signs(log: xarray.Dataset, unit: HydraulicUnit, channel_map: Chann
     wrong = implausible(log, unit, channel_map)
     scatters = "" if wrong else noisy(log, unit)
     if scatters:
-        return [Finding("noise of torque", Verdict.DOUBT, *scatters.rsplit(": ", 1))]
+        return [Finding("noise of torque", Verdict.LOOK_TWICE, *scatters.rsplit(": ", 1))]
     if not wrong:
         found = "time, speed, torque and oil temperature are within what this machine can do, lifting takes more torque"
         return [Finding("units and signs", Verdict.PASSED, f"{found} than lowering")]
-    remedy = "correct the channel map (unit, sign, scale) and log or read it anew"
+    remedy = "correct the channel map (unit, sign, scale) and log or read it again"
     return [Finding(f"units and signs of {role}", Verdict.FAILED, text, remedy) for role, text in wrong]
 
 
@@ -78,7 +78,9 @@ def leakage(unit: HydraulicUnit, log: xarray.Dataset) -> tuple[Finding, LeakTest
     try:
         test = leak_test(unit, log)
     except LeakTestError as error:
-        return Finding("leak test", Verdict.DOUBT, str(error), "rehearse it: ramsight simulate --duty leak-test"), None
+        return Finding(
+            "leak test", Verdict.LOOK_TWICE, str(error), "rehearse it: ramsight simulate --duty leak-test"
+        ), None
     half, assumed = TWO_SIDED_95 * test.std, unit.assumptions.machine.leak
     found = f"leakage {test.factor:.3f} ± {half:.3f} of the data sheet, from {len(test.stretches)} stretches"
     found += f"; {dependence(test.per_kelvin, test.per_torque)}"
@@ -87,5 +89,5 @@ def leakage(unit: HydraulicUnit, log: xarray.Dataset) -> tuple[Finding, LeakTest
             f"the sensor assumes 1 ± {_UNUSUAL * assumed:.2g}: check oil grade and thermometer, then describe the "
             "pump as it is (ramsight identify), or widen assumptions.machine.leak"
         )
-        return Finding("leak test", Verdict.DOUBT, found, remedy), test
+        return Finding("leak test", Verdict.LOOK_TWICE, found, remedy), test
     return Finding("leak test", Verdict.PASSED, found), test

@@ -79,7 +79,7 @@ def visits(track: xarray.Dataset, stroke: float) -> list[Visit]:
         for first, after in true_intervals(mode == int(held)):
             begins, ends, at = float(time[first]), float(time[after - 1]), float(position[after - 1])
             where = "elsewhere" if abs(at - end) >= _AT_END * stroke else name
-            # At an end whose chamber is empty noise looks like letting go; there the piston is until it is surely away.
+            # At an end with an empty chamber, noise looks like a contact release: until it is surely away, it is there.
             stays = ends if where == "elsewhere" else float(time[_left(mode, after) - 1])
             if stays - begins < _LONG or begins - last < _APART:
                 continue
@@ -92,7 +92,7 @@ def visits(track: xarray.Dataset, stroke: float) -> list[Visit]:
 
 
 def _left(mode: NDArray[np.int64], after: int) -> int:
-    """The first index from which a piston that was let go is surely away."""
+    """The first index from which a released piston is surely away."""
     away = np.flatnonzero(mode[after:] != int(Mode.LEAVING))
     return after + int(away[0]) if away.size else len(mode)
 
@@ -118,9 +118,9 @@ def stops(track: xarray.Dataset, unit: HydraulicUnit) -> Finding:
         return Finding("end stops", Verdict.FAILED, found, "drive against both ends: without them nothing is known")
     if not (seen.retracted and seen.extended) or seen.retracted + seen.extended < 3:
         remedy = "three visits, both ends among them, tell position, leakage and displacement"
-        return Finding("end stops", Verdict.DOUBT, found, remedy)
+        return Finding("end stops", Verdict.LOOK_TWICE, found, remedy)
     if seen.elsewhere:
-        return Finding("end stops", Verdict.DOUBT, found, "look for what stops the rod, or check the stroke")
+        return Finding("end stops", Verdict.LOOK_TWICE, found, "look for what stops the rod, or check the stroke")
     return Finding("end stops", Verdict.PASSED, found)
 
 
@@ -145,18 +145,20 @@ def confidence(track: xarray.Dataset, motor_stands: bool, stroke: float) -> Find
     band = TWO_SIDED_95 * float(track["position_std"][-1])
     found += f", ± {1e3 * band:.1f} mm (95 %)"
     if band > _UNSURE * stroke:
-        return Finding("sensor", Verdict.DOUBT, found, "end the log with a visit to an end stop")
+        return Finding("sensor", Verdict.LOOK_TWICE, found, "end the log with a visit to an end stop")
     if invalid > _INVALID:
         codes, counts = np.unique(status[wrong], return_counts=True)
         why = Status(int(codes[np.argmax(counts)])).text
-        return Finding("sensor", Verdict.DOUBT, f"{found}; {100 * invalid:.2g} % of the samples {why}", "find out why")
+        return Finding(
+            "sensor", Verdict.LOOK_TWICE, f"{found}; {100 * invalid:.2g} % of the samples {why}", "find out why"
+        )
     if not motor_stands:
-        return Finding("sensor", Verdict.DOUBT, f"{found}; the motor turns at the end of the log", "end at rest")
+        return Finding("sensor", Verdict.LOOK_TWICE, f"{found}; the motor turns at the end of the log", "end at rest")
     return Finding("sensor", Verdict.PASSED, found)
 
 
 def truth(track: xarray.Dataset) -> Finding:
-    """Whether the position is as wrong as the sensor says; what it says is invalid is not judged.
+    """Whether the position is as wrong as the sensor reports; what it says is invalid is not judged.
 
     Args:
         track: with `error` and `position_std` [m], and `status`.
@@ -175,5 +177,5 @@ def truth(track: xarray.Dataset) -> Finding:
         found += f"; {both.sum() - known.sum()} invalid ones are not counted"
     if within >= _HOLDS:
         return Finding("truth", Verdict.PASSED, found)
-    verdict = Verdict.DOUBT if within >= _FAILS else Verdict.FAILED
+    verdict = Verdict.LOOK_TWICE if within >= _FAILS else Verdict.FAILED
     return Finding("truth", verdict, found, "describe the machine as it was identified, or widen the assumptions")

@@ -34,12 +34,14 @@ def identified(unit: HydraulicUnit, found: Identification) -> list[Finding]:
 
 def _factor(name: str, estimate: Estimate, nominal: float, allowed: float) -> Finding:
     check = f"data sheet, {WORDS[name]}"
-    if not estimate.told:
-        return Finding(check, Verdict.OPEN, "not told by this log")
+    if not estimate.identified:
+        return Finding(check, Verdict.OPEN, "not identifiable from this log")
     found = f"{estimate.value:.4f} ({estimate.low:.4f} to {estimate.high:.4f}), expected {nominal:g} ± {allowed:.2g}"
     follows = dependence(estimate.per_kelvin, estimate.per_torque)
     found += f"; {follows}" if follows else ""
     beyond = estimate.low > nominal + allowed or estimate.high < nominal - allowed
     if beyond:
-        return Finding(check, Verdict.DOUBT, found, "describe the machine as it is: ramsight identify --out tuned.toml")
+        return Finding(
+            check, Verdict.LOOK_TWICE, found, "describe the machine as it is: ramsight identify --out tuned.toml"
+        )
     return Finding(check, Verdict.PASSED, found)

@@ -35,7 +35,7 @@ class Commissioning:
         log: what was judged.
         track: what the kalman sensor made of it, with the error where the truth is known; None if it was not asked.
         leak_test: what the leak test said, if there was one.
-        identification: what was identified, if the position was given.
+        identification: what was identified, if the position was measured.
     """
 
     unit: str
@@ -49,19 +49,20 @@ class Commissioning:
     def verdict(self) -> Verdict:
         """The worst of the findings; what was not judged is none."""
         verdicts = {finding.verdict for finding in self.findings}
-        return next((one for one in (Verdict.FAILED, Verdict.DOUBT) if one in verdicts), Verdict.PASSED)
+        return next((one for one in (Verdict.FAILED, Verdict.LOOK_TWICE) if one in verdicts), Verdict.PASSED)
 
     @property
     def reasons(self) -> tuple[Finding, ...]:
         """The findings that are not passed."""
-        return tuple(finding for finding in self.findings if finding.verdict in (Verdict.FAILED, Verdict.DOUBT))
+        return tuple(finding for finding in self.findings if finding.verdict in (Verdict.FAILED, Verdict.LOOK_TWICE))
 
     @property
     def text(self) -> str:
         """The findings and the verdict, a line each."""
+        reservations = f"{len(self.reasons)} reservation{'' if len(self.reasons) == 1 else 's'}"
         words = {
             Verdict.PASSED: "commissioned",
-            Verdict.DOUBT: f"commissioned with {len(self.reasons)} reservation{'' if len(self.reasons) == 1 else 's'}",
+            Verdict.LOOK_TWICE: f"commissioned with {reservations}",
             Verdict.FAILED: "not commissioned",
         }
         return "\n".join([*(finding.text for finding in self.findings), f"{self.unit}: {words[self.verdict]}"])
@@ -80,11 +81,11 @@ def walk(
     Args:
         unit: as its data sheet has it.
         log: motor_speed [rad/s], motor_torque [N m] and oil_temperature [K] over time.
-        track_of: gives the track of a log by the kalman sensor, which was not told where the rod is; with `error` [m]
+        track_of: gives the track of a log by the kalman sensor, which starts without a position; with `error` [m]
             if there is a truth.
         truth: measured `position` [m] over time, if there is one.
         channel_map: with which the log was read.
-        advance: told how many of `STEPS` are done.
+        advance: is passed how many of `STEPS` are done.
     """
     first = [log_checks.samples(log), *log_checks.units_and_signs(log, unit, channel_map)]
     if any(finding.verdict is Verdict.FAILED for finding in first):
@@ -99,7 +100,7 @@ def walk(
     found.append(sensor_checks.confidence(track, stands, unit.cylinder.stroke))
     advance(1)
     if truth is None:
-        found.append(Finding("data sheet", Verdict.OPEN, "no measured position was given"))
+        found.append(Finding("data sheet", Verdict.OPEN, "there is no measured position"))
         return Commissioning(unit.name, tuple(found), log, track, test)
     found.append(sensor_checks.truth(track))
     sheet, identification = _sheet(unit, good, truth, advance)
@@ -113,6 +114,6 @@ def _sheet(
         identification = identify(unit, log, truth, advance=advance)
     except IdentifyError as error:
         return [
-            Finding("data sheet", Verdict.DOUBT, str(error), "lift and lower several loads, some seconds each")
+            Finding("data sheet", Verdict.LOOK_TWICE, str(error), "lift and lower several loads, some seconds each")
         ], None
     return identified(unit, identification), identification

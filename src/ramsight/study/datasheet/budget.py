@@ -79,7 +79,7 @@ class Budget:
 
 
 def check_base(base: int, named: str = "base") -> None:
-    """Refuse a number of base points that Sobol's indices cannot be made of.
+    """Reject a number of base points that Sobol's indices cannot be made of.
 
     Args:
         base: how many; 0 for none.

@@ -3,7 +3,7 @@
 A task takes seconds and computes on one thread alone, so workers of one thread each, or one worker a machine with as
 many threads as it has cores, are both right. Where the store is a folder that all can reach, a worker writes its task's
 chunks itself; what travels is the task's order and that it is done. A worker that is lost loses the tasks that it was
-at; they are given to others.
+at; they go to others.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _PATIENCE = "10 s"  # until a scheduler has answered
 
 
 class ClusterError(RamsightError):
-    """A cluster that cannot be had, or was lost."""
+    """A cluster that is not available, or was lost."""
 
 
 @contextmanager

@@ -51,7 +51,7 @@ def points(method: str, count: int, dimensions: int, seed: int, first: int = 0) 
 
 
 def check_method(method: str) -> None:
-    """Refuse a design that is not there.
+    """Reject a design that is not there.
 
     Raises:
         DescriptionError: it is none.

@@ -1,7 +1,7 @@
 """The linear error budget: what each tolerance makes of the error by itself, from the sensor alone.
 
-One machine as described is simulated once. A sensor that believes in another machine, or a drive that reports something
-else, shows in the estimate; and to first order a machine that is not what the sensor believes does just that, with the
+One machine as described is simulated once. A sensor that assumes another machine, or a drive that reports something
+else, shows in the estimate; and to first order a machine that is not what the sensor assumes does just that, with the
 other sign. So a quantity costs two replays of the sensor and no simulation.
 """
 
@@ -162,11 +162,11 @@ def _otherwise(bench: Bench, nominal: Nominal, name: str, value: float, centres:
     """What the run looks like with another value of a quantity."""
     run = nominal.run
     if name == "start":
-        told = run.start + value - centres[name]
-        return _Side(replace(run, start=min(max(told, 0.0), run.stroke)), bench.virtual)
+        start = run.start + value - centres[name]
+        return _Side(replace(run, start=min(max(start, 0.0), run.stroke)), bench.virtual)
     if name in REPORTED:
         return _Side(_otherwise_reported(run, {**centres, name: value}, nominal.seed), bench.virtual)
-    return _Side(run, _believing(bench, {**_centred(centres), name: value}), -1.0)
+    return _Side(run, _assuming(bench, {**_centred(centres), name: value}), -1.0)
 
 
 def _positions(sides: list[_Side], moments: Array) -> list[Array]:
@@ -190,7 +190,7 @@ def _otherwise_reported(run: Run, values: dict[str, float], seed: int) -> Run:
     return replace(run, inputs=inputs)
 
 
-def _believing(bench: Bench, values: dict[str, float]) -> VirtualSensor:
+def _assuming(bench: Bench, values: dict[str, float]) -> VirtualSensor:
     """The sensor of another machine."""
     unit = draw(bench.described, bench.unit, bench.nominal, values).unit
     known = dict(

@@ -65,7 +65,7 @@ class Bench:
 
     @property
     def sheet(self) -> HydraulicUnit:
-        """The unit as described, which the sensor believes."""
+        """The unit as described, which the sensor assumes."""
         found: HydraulicUnit = self._once("sheet", lambda: build_unit(self.unit, self.described))
         return found
 
@@ -112,7 +112,7 @@ class Order:
     """Machines that are asked for.
 
     Args:
-        numbers: of the machines; noise and, unless told otherwise, duties go by them.
+        numbers: of the machines; noise and, by default, duties follow from them.
         names: of what varies.
         values: shape (machines, quantities) [SI].
         seed: of the study; with a number it decides a machine's duty and noise.
@@ -165,9 +165,9 @@ def _kept(
 ) -> Iterator[tuple[int, dict[str, float | Array]]]:
     """What is kept of runs, each with its row."""
     several, sensors = [run for _, run in ended], [bench.virtual] * len(ended)
-    untold = tracked(several, sensors, told=False) if bench.virtual.kind == "kalman" else []
+    unreferenced = tracked(several, sensors, start_known=False) if bench.virtual.kind == "kalman" else []
     for k, (track, (row, _)) in enumerate(zip(tracked(several, sensors), ended, strict=True)):
-        found = measures(track) | (first_position(untold[k]) if untold else {})
+        found = measures(track) | (first_position(unreferenced[k]) if unreferenced else {})
         found["moment_error"] = np.interp(moments, track.time, track.position - track.true)
         yield row, found
 
@@ -227,9 +227,9 @@ def _reported(bench: Bench, drawn: Drawn, duty: Duty, segments: Segments, time: 
     columns = [time, *reports, none, none]
     columns += [duty.commanded(name.removesuffix("_command"), time) for name in bench.virtual.commands]
     columns += [named[name] for name in bench.virtual.optional]
-    told = duty.start_position + drawn.values.get("start", 0.0)
+    said = duty.start_position + drawn.values.get("start", 0.0)
     inputs = np.ascontiguousarray(np.column_stack(columns))
-    start = min(max(told, 0.0), float(bench.sheet.cylinder.stroke))
+    start = min(max(said, 0.0), float(bench.sheet.cylinder.stroke))
     return Run(drawn, time, true["position"], inputs, start, signals)
 
 

@@ -71,7 +71,7 @@ class Track:
         status: of the sensor.
         true: position [m].
         stroke: of the cylinder as it is [m].
-        bound: of the sensor's error [m]; None of one that says none.
+        bound: of the sensor's error [m]; None of one that states none.
     """
 
     time: Array
@@ -92,7 +92,7 @@ def measures(track: Track) -> dict[str, Array | float]:
     """What is kept of a track; see `SHAPES`.
 
     Args:
-        track: of a sensor that was told where it is at first.
+        track: of a sensor that was started at the known position.
     """
     time, visits = track.time, track.visits
     known = track.status < UNUSABLE
@@ -128,7 +128,7 @@ def measures(track: Track) -> dict[str, Array | float]:
 
 
 def first_position(track: Track) -> dict[str, float]:
-    """When a sensor that was told nothing knew its position, and how wrong it was then.
+    """When a sensor that was started without a position knew its position, and how wrong it was then.
 
     Args:
         track: of such a sensor.

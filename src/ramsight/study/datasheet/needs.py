@@ -20,7 +20,7 @@ def needs(package: str, extra: str) -> Any:
         extra: the extra of ramsight that installs it.
 
     Raises:
-        NeedsPackageError: it is not installed; the text says how to.
+        NeedsPackageError: it is not installed; the text states how to.
 
     Example:
         >>> needs("math", "study").pi > 3.0

@@ -1,7 +1,7 @@
-"""What varies from machine to machine, and by how much: what the description says, else a default by kind.
+"""What varies from machine to machine, and by how much: what the description states, else a default by kind.
 
-Where the sensor assumes something of the machine, the default is just that: the sheet then says what is achieved by
-machines as the sensor believes them to be. The other defaults have their reason beside them; a sheet marks every
+Where the sensor assumes something of the machine, the default is just that: the sheet then states what is achieved by
+machines as the sensor assumes them to be. The other defaults have their reason beside them; a sheet marks every
 default as such.
 """
 
@@ -87,7 +87,7 @@ def varied(machine: Machine, unit: str, vary: Mapping[str, str] | None = None) -
     Args:
         machine: the description.
         unit: name of the unit.
-        vary: tolerances in the place of what the description says, as text: of kinds, or of values below the unit
+        vary: tolerances in the place of what the description states, as text: of kinds, or of values below the unit
             (``{"torque_gain": "± 3 %", "pump_a.volumetric_efficiency": "± 0.02 normal"}``); "" for one that does not
             vary.
 
@@ -101,16 +101,16 @@ def varied(machine: Machine, unit: str, vary: Mapping[str, str] | None = None) -
         >>> [(one.name, one.spread.half, one.is_default) for one in found][:2]
         [('leakage', 0.1, False), ('displacement', 0.012, True)]
     """
-    described, given = machine.unit(unit), dict(vary or {})
+    described, passed = machine.unit(unit), dict(vary or {})
     begins = f"units.{unit}."
     beside = {
         path.removeprefix(begins): spread for path, spread in machine.tolerances.items() if path.startswith(begins)
     }
-    covered = {path.rpartition(".")[2] for path in (*beside, *(name for name in given if given[name]))}
+    covered = {path.rpartition(".")[2] for path in (*beside, *(name for name in passed if passed[name]))}
     found: dict[str, Varied] = {}
     for name in KINDS:
-        text, source = _of_kind(machine, unit, name, given)
-        mentioned = name in given or getattr(described.tolerances, name) is not None
+        text, source = _of_kind(machine, unit, name, passed)
+        mentioned = name in passed or getattr(described.tolerances, name) is not None
         if text and (mentioned or not covered & set(COVERS.get(name, ()))):
             found[name] = _kind(described, name, text, source)
     values = {value.path: value for value in walk(described) if value.declared is not None and not value.declared.whole}
@@ -119,7 +119,7 @@ def varied(machine: Machine, unit: str, vary: Mapping[str, str] | None = None) -
         assert value.declared is not None
         source = machine.source_of(f"{begins}{path}") or "description"
         found[path] = Varied(path, value.declared.unit, value.text, spread, source)
-    for name, text in given.items():
+    for name, text in passed.items():
         if name in KINDS:
             continue
         if name not in values:
@@ -161,11 +161,11 @@ def default_text(name: str, assumed: Assumptions, stroke: float) -> tuple[str, s
     return text, f"{DEFAULT}: {why}"
 
 
-def _of_kind(machine: Machine, unit: str, name: str, given: Mapping[str, str]) -> tuple[str, str]:
+def _of_kind(machine: Machine, unit: str, name: str, passed: Mapping[str, str]) -> tuple[str, str]:
     """Text and source of a kind's tolerance."""
     described = machine.unit(unit)
-    if name in given:
-        return given[name], "given"
+    if name in passed:
+        return passed[name], "given"
     said = getattr(described.tolerances, name)
     if said is not None:
         return said, machine.source_of(f"units.{unit}.tolerances.{name}") or "description"

@@ -13,7 +13,7 @@ from ramsight.study.datasheet.machine_tasks import Bench
 from ramsight.study.datasheet.measuring import GROUPS, Track, measures
 from ramsight.study.datasheet.sheet import Sheet
 
-_START_KNOWN = 1e-3  # m; standard deviation of the position that the sensor is told
+_START_KNOWN = 1e-3  # m; standard deviation of the sensor's start position
 
 
 def held_against(sheet: Sheet, bench: Bench, log: Path, truth: Path) -> dict[str, Any]:

@@ -96,7 +96,7 @@ class Bound:
     """What the sensor's own bound of its error is worth while it says ok.
 
     Args:
-        median: of the machines' medians [m]; NaN of a sensor that says none.
+        median: of the machines' medians [m]; NaN of a sensor that states none.
         over_p95: that over the 95 % error while it says ok [1].
         samples: that were ok.
         beyond: of these, errors beyond the bound.
@@ -111,7 +111,7 @@ class Bound:
 
     @property
     def is_said(self) -> bool:
-        """Whether the sensor says a bound."""
+        """Whether the sensor reports a bound."""
         return math.isfinite(self.median)
 
     @property
@@ -138,7 +138,7 @@ class Sheet:
         accuracy: by group of errors.
         terms: the other figures.
         validity: share of the time with each validity.
-        ok_but_wrong: share of the time in which the sensor says ok and is off by more than four standard deviations.
+        ok_but_wrong: share of the time in which the sensor reports ok and is off by more than four standard deviations.
         bound: what the sensor's bound is worth.
         worst: machines found.
         budget: the error budget; None if it was not asked for.
@@ -323,13 +323,18 @@ def _terms(plan: Plan, done: xarray.Dataset) -> list[Term]:
     if np.isfinite(first).any():
         never = int((~np.isfinite(first)).sum())
         found.append(
-            Term("time to first position", quantile_of_machines(first, 0.5), "s", "median, told nothing at power-up")
+            Term(
+                "time to first position",
+                quantile_of_machines(first, 0.5),
+                "s",
+                "median, without a position at power-up",
+            )
         )
         found.append(Term("time to first position, 95 %", quantile_of_machines(first, 0.95), "s", "of the machines"))
         found.append(
             Term("error of the first position", quantile_of_machines(error, 0.95), "m", "of 95 % of the machines")
         )
-        how = "machines that met no end stop, or did not believe it, over the whole duty"
+        how = "machines that met no end stop, or rejected it, over the whole duty"
         found.append(Term("no position", share_of(never, len(first)), "1", how))
     return found
 
@@ -381,7 +386,7 @@ def _largest(values: Array) -> Array:
 
 
 def _drift(ageing: Array, value: float, seed: int) -> Known:
-    """The growth with its interval, by drawing the machines anew."""
+    """The growth with its interval, by drawing the machines again."""
     if not np.isfinite(value) or len(ageing) < 2:
         return Known(value)
     random = np.random.default_rng(seed)

@@ -8,13 +8,13 @@ import numpy as np
 
 from ramsight.study.datasheet.budget import Budget
 from ramsight.study.datasheet.measuring import EDGES, GROUPS, PLACES, TAUGHT
-from ramsight.tracking.figures import DOUBT, ERROR, ESTIMATE, STYLE, TRUTH
+from ramsight.tracking.figures import ERROR, ESTIMATE, STYLE, TRUTH, UNCERTAIN
 
 if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
-_COLOURS = (DOUBT, ESTIMATE, ERROR, TRUTH, TRUTH)
+_COLOURS = (UNCERTAIN, ESTIMATE, ERROR, TRUTH, TRUTH)
 _SHOWN = 12  # quantities of the budget, the largest
 
 
@@ -52,7 +52,7 @@ def figures(found: xarray.Dataset, budget: Budget | None) -> dict[str, tuple[Fig
         if np.isfinite(done["first_position"].values).any():
             drawn["first"] = (
                 _first(done),
-                "A sensor that is told nothing at power-up: machines that know their position by then.",
+                "A sensor that is without a position at power-up: machines that know their position by then.",
             )
         if budget is not None:
             drawn["budget"] = (
@@ -169,7 +169,7 @@ def _budget(budget: Budget) -> Figure:
         error = {"ecolor": TRUTH, "elinewidth": 0.8, "capsize": 2}
         bars, ends = 100.0 * share[order], 100.0 * half[order]
         axes.barh(at + shift, bars, 0.26, xerr=ends, color=colour, label=word, error_kw=error)
-    axes.barh(at - (0.28 if rows else 0.0), 100.0 * linear[order], 0.18, color=DOUBT, label="linear budget")
+    axes.barh(at - (0.28 if rows else 0.0), 100.0 * linear[order], 0.18, color=UNCERTAIN, label="linear budget")
     axes.set_yticks(at, [budget.names[k].replace("_", " ") for k in order])
     axes.axvline(0.0, color=TRUTH, lw=0.6)
     axes.set_xlabel("share of the error's variance [%]")

@@ -122,9 +122,9 @@ def _terms(sheet: Sheet) -> str:
 
 def _power_up(sheet: Sheet) -> list[str]:
     if not math.isfinite(sheet.term("time to first position").value):
-        return ["<p>This sensor has to be told where the piston is when it is switched on.</p>"]
+        return ["<p>This sensor needs the piston's position at power-up.</p>"]
     return [
-        "<p>A sensor that has kept its state, or is told the position, has it at once. One that is told nothing says "
+        "<p>A sensor that has kept its state, or gets the position, has it at once. One without reports "
         "“not referenced” until the piston has met an end stop; the time until then is mostly the duty's, which "
         "goes to a stop when it does.</p>"
     ]
@@ -137,7 +137,7 @@ def _status(sheet: Sheet) -> str:
         beyond = f"{sheet.bound.beyond} of {sheet.bound.samples} samples"
         rows.append(row(("ok, but off by more than the bound", beyond)))
         rows.append(row(("the bound, median while ok", f"{1e3 * sheet.bound.median:.1f} mm")))
-    return table("Share of the time, told the position at power-up", ("", ""), rows, "numbers")
+    return table("Share of the time, position known at power-up", ("", ""), rows, "numbers")
 
 
 def _side_by_side(sheet: Sheet) -> str:
@@ -180,8 +180,8 @@ def _of_indices(budget: Budget) -> Iterable[str]:
     summed, half = float(indices.first.sum()), math.sqrt(float((indices.first_half**2).sum()))
     yield (
         f"First order and total are Sobol's indices on {indices.runs} machines, with 95 % intervals; an index whose "
-        f"interval reaches 0 is not told from nothing. The standard deviation is {_mm(budget.std)}; errors beyond "
-        f"{_mm(budget.limit)}, a twentieth of them, count as that."
+        f"interval reaches 0 cannot be distinguished from 0. The standard deviation is {_mm(budget.std)}; errors "
+        f"beyond {_mm(budget.limit)}, a twentieth of them, count as that."
     )
     yield (
         f"First-order shares sum to {100 * summed:.0f} ± {100 * half:.0f} %; what is missing to 100 % comes of "

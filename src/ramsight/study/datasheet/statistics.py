@@ -16,7 +16,7 @@ _MOST = 4000  # machines beyond which resampling takes a part of them, and the i
 
 @dataclass(frozen=True)
 class Known:
-    """A figure and its 95 % interval; NaN where it is not to be had.
+    """A figure and its 95 % interval; NaN where it is not available.
 
     Args:
         value: the figure.
@@ -59,7 +59,7 @@ def quantile_of_counts(counts: Array, edges: Array, share: float) -> float:
 def pooled_quantiles(counts: Array, edges: Array, shares: tuple[float, ...], seed: int) -> list[Known]:
     """Quantiles of the errors of all machines together, each machine for as long as it was looked at.
 
-    The interval is that of the machines: they are drawn anew many times, each with all its errors, because errors of
+    The interval is that of the machines: they are drawn again many times, each with all its errors, because errors of
     one machine are alike.
 
     Args:

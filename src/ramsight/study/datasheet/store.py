@@ -40,7 +40,7 @@ class Layout:
     """What a store is laid out for.
 
     Args:
-        study: what makes the study what it is; a store of another one is refused.
+        study: what makes the study what it is; a store of another one is rejected.
         names: of what varies.
         units: of what varies, in SI.
         moments: times at which signed errors are kept [s].

@@ -40,7 +40,7 @@ class Work:
         return self.kind not in NAMED
 
     def check(self) -> None:
-        """Refuse a duty that is not there.
+        """Reject a duty that is not there.
 
         Raises:
             DescriptionError: it is neither a name nor a file.

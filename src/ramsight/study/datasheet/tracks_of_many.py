@@ -16,7 +16,7 @@ from ramsight.tracking.position_errors import stop_visits
 
 Array = NDArray[np.float64]
 
-_POWER_UP = 5.0  # s after the first stop, up to which a sensor that was told nothing is looked at
+_POWER_UP = 5.0  # s after the first stop, up to which a sensor that was started without a position is looked at
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Run:
         time: [s], shape (samples,).
         true: position [m].
         inputs: of the sensor, shape (samples, inputs).
-        start: position that the sensor is told [m].
+        start: the sensor's start position [m].
         true_signals: motor speed [rad/s], motor torque [N m] and oil temperature [K] as they are.
     """
 
@@ -50,35 +50,35 @@ class Run:
         return stop_visits(self.time, self.true, self.stroke)
 
     def beginning(self) -> Array:
-        """The inputs as far as they show when a sensor that was told nothing knows where it is."""
+        """The inputs as far as they show when a sensor that was started without a position knows where it is."""
         visits = self.visits
         return self.inputs[self.time <= visits[0] + _POWER_UP + SETTLED] if len(visits) else self.inputs
 
 
-def tracked(several: Sequence[Run], sensors: Sequence[VirtualSensor], *, told: bool = True) -> list[Track]:
+def tracked(several: Sequence[Run], sensors: Sequence[VirtualSensor], *, start_known: bool = True) -> list[Track]:
     """What sensors make of runs; a track is the same to the last bit whatever is tracked beside it.
 
     Args:
         several: the runs.
-        sensors: of each run; they may believe in different machines, but are of one kind.
-        told: whether they are told where they are; of those that are not, only as much is tracked as shows when they
-            know.
+        sensors: of each run; they may assume different machines, but are of one kind.
+        start_known: whether they start at the known position; of the others only so much is tracked that the
+            time of the first position shows.
     """
     if not several:
         return []
     recursion = sensors[0].recursion
     says = recursion.outputs
     kept = [says[0], says[1], says[4], *([BOUND] if BOUND in says else [])]
-    inputs = [run.inputs if told else run.beginning() for run in several]
+    inputs = [run.inputs if start_known else run.beginning() for run in several]
     parameters = np.array([sensor.parameters for sensor in sensors])
-    states = np.array([_first_state(sensor, run, told) for sensor, run in zip(sensors, several, strict=True)])
+    states = np.array([_first_state(sensor, run, start_known) for sensor, run in zip(sensors, several, strict=True)])
     found = replay_many(recursion, inputs, parameters, states, kept)
     return [_track(run, columns) for run, columns in zip(several, found, strict=True)]
 
 
-def _first_state(sensor: VirtualSensor, run: Run, told: bool) -> Array:
+def _first_state(sensor: VirtualSensor, run: Run, start_known: bool) -> Array:
     own = replace(sensor)  # with a state of its own: others may be tracked beside it
-    own.start(run.start if told else None)
+    own.start(run.start if start_known else None)
     return np.array(list(own.state.values()))
 
 

@@ -1,4 +1,4 @@
-"""What a machine that runs can be told: knobs that are turned, faults and sensors that are switched."""
+"""What a visitor sets on a machine that runs: knobs that are turned, faults and sensors that are switched."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ KINDS = {
 
 @dataclass(frozen=True)
 class Knobs:
-    """What can be turned while the machine runs; the machine's own state is what the sensors are not told.
+    """What can be turned while the machine runs; the machine's own state is hidden from the sensors.
 
     Attributes:
         load: of a unit alone over its largest named one; of a mechanism its payload over the rated one [1].
