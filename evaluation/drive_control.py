@@ -20,15 +20,15 @@ from loader_control import KNOWN, arrivals, summed
 from loader_control import TARGETS as LOADER_TARGETS
 
 from ramsight import machine
+from ramsight.closed_loop.live_watch import DriveWatch
+from ramsight.closed_loop.loop_settings import Feedback, LoopSettings
+from ramsight.closed_loop.planning import Visit
+from ramsight.closed_loop.referencing import Referencing
+from ramsight.closed_loop.unit_loop import UnitLoop
 from ramsight.control.drive_watch import Verdict
-from ramsight.control.live_watch import DriveWatch
-from ramsight.control.loop_settings import Feedback, LoopSettings
-from ramsight.control.planning import Visit
-from ramsight.control.referencing import Referencing
 from ramsight.control.repeats import repeats, repeats_in_a_row
 from ramsight.control.repeats import runs as in_a_row
 from ramsight.control.thresholds import STOPPING_TIME
-from ramsight.control.unit_loop import UnitLoop
 from ramsight.duty import DriveReport
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.live import Reported

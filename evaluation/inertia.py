@@ -21,9 +21,9 @@ import work_days
 
 from ramsight.output import atomic_path
 from ramsight.plant.limits import limits_of
-from ramsight.sensor.inertia_check import ALARM
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
+from ramsight.sensor.thresholds import SIGN_ALARM
 
 DECLARED = 0.3  # of the inertia
 TAIL = 0.1  # share of the days whose sums make the tail
@@ -60,7 +60,7 @@ def measure(days: int) -> dict[str, Any]:
             time = day.log["time"].values
             sensor.start(day.start)
             track = sensor.track(day.log)
-            sums.append(ALARM * float(track["sign_reversed"].max()))
+            sums.append(SIGN_ALARM * float(track["sign_reversed"].max()))
             alarms += int((track["status"] == Status.SIGN_CONTRADICTED).any())
             hours += float(time[-1] - time[0]) / 3600.0
             parts.append(slope(plain, day.log))
@@ -85,7 +85,7 @@ def tail(sums: np.ndarray, hours: float) -> dict[str, float]:
     count = max(int(TAIL * len(ordered)), 2)
     begins = float(ordered[count])
     scale = float(np.mean(ordered[:count] - begins))
-    expected = count * math.exp(-(ALARM - begins) / scale) * 1000.0 / hours
+    expected = count * math.exp(-(SIGN_ALARM - begins) / scale) * 1000.0 / hours
     return {"largest": float(ordered[0]), "scale": scale, "in_1000_h": expected}
 
 

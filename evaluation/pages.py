@@ -23,7 +23,11 @@ import tuned_sensor
 import undisturbed
 import unit_control
 
+from ramsight.closed_loop import thresholds as loop_thresholds
+from ramsight.constant import constant_table
+from ramsight.control import thresholds as control_thresholds
 from ramsight.output import atomic_path
+from ramsight.sensor import thresholds as sensor_thresholds
 from ramsight.sensor.detectors import detector_table
 from ramsight.sensor.redundancy import redundancy_table
 from ramsight.sensor.sharing import shared_table
@@ -34,6 +38,12 @@ PAGE, CONTROL_PAGE, PLANT_PAGE, VALIDATION_PAGE, INTEGRITY_PAGE, SAFETY_PAGE, LO
     ROOT / "docs" / f"{name}.md"
     for name in ("kalman", "control", "plant", "validation", "integrity", "safety", "loader", "identify")
 )
+THRESHOLDS_PAGE = ROOT / "docs" / "thresholds.md"
+THRESHOLDS = {
+    "sensor_thresholds": sensor_thresholds,
+    "control_thresholds": control_thresholds,
+    "loop_thresholds": loop_thresholds,
+}
 INPUTS = {
     "motor_speed": "motor speed", "motor_torque": "motor torque", "oil_temperature": "oil temperature",
     "shaft_angle": "counter", "dc_power": "DC power",
@@ -205,6 +215,7 @@ def main() -> None:
     fixed = {"redundancy": redundancy_table(), "detectors": detector_table().splitlines()}
     fixed |= {"shared": shared_table().splitlines()}
     put(INTEGRITY_PAGE, integrity | fixed)
+    put(THRESHOLDS_PAGE, {name: constant_table(table).splitlines() for name, table in THRESHOLDS.items()})
     put(SAFETY_PAGE, {"second_channel": second_channel.table(found["second_channel"])})
     put(LOADER_PAGE, {name: table(found["loader_control"]) for name, table in LOADER_TABLES.items()})
     put(CONTROL_PAGE, {name: table(found[study]) for name, (study, table) in CONTROL_TABLES.items()})

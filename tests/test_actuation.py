@@ -7,13 +7,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from ramsight.closed_loop.loop_settings import LoopSettings
+from ramsight.closed_loop.unit_loop import UnitLoop
 from ramsight.control.activity import Activity
 from ramsight.control.actuation import Actuation
-from ramsight.control.loop_settings import LoopSettings
 from ramsight.control.position import PositionControl
 from ramsight.control.trajectory import Limits
 from ramsight.control.tuning import Tuning
-from ramsight.control.unit_loop import UnitLoop
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.duty.live import LiveUnit, Reported
 from ramsight.machine.assumption_description import AssumedMachine, Assumptions

@@ -169,7 +169,7 @@ def test_a_state_is_resumed(boom, run, tmp_path):
         ("nowhere.csv", {}, "LogError", "no such file"),
         (None, {"start": 120}, "DescriptionError", "start = '120 m': is out of range .*0 mm to 700 mm"),
         (None, {"start_std": "1 s"}, "DescriptionError", "start_std"),
-        (None, {"sensor": "balance"}, "StartError", "has to be told"),
+        (None, {"sensor": "balance"}, "StartError", "needs to know where the piston is"),
         (None, {"sensor": "kalmann"}, "UnknownNameError", "did you mean 'kalman'"),
         (None, {"truth": 3}, "DescriptionError", "truth = 3"),
         (None, {"start": 0.12, "truth": "far"}, "ComparisonError", "no time in common"),

@@ -15,7 +15,7 @@ from ramsight.calibration.cached import cache_file
 from ramsight.calibration.identify import Estimate, Identification
 from ramsight.calibration.identify_report import WORDS
 from ramsight.calibration.identify_tuned import tuned
-from ramsight.control import driven, loop
+from ramsight.closed_loop import driven, loop
 from ramsight.deploy import c_folder, fmu, fmu_model
 from ramsight.deploy.encoder import Settings, assembly, drive_map
 from ramsight.engine.cache import instructions

@@ -81,11 +81,11 @@ def test_a_held_piston_stands_and_is_let_go_when_the_motor_turns_the_other_way(n
     assert (np.abs(said["position"] - place) < 0.006 * unit.cylinder.stroke)[last:].all()
     assert said["released"].sum() == 1.0
     assert said["released"][last + 1] == 1.0
-    assert said["state_mode"][last + 1] == Mode.LEAVING
+    assert said["state_contact.mode"][last + 1] == Mode.LEAVING
     far = np.abs(said["position"] - said["position"][last]) > 0.02 * unit.cylinder.stroke
     far[: last + 1] = False
     assert far.any()
-    assert not (said["state_mode"][far] == Mode.LEAVING).any(), "it has left"
+    assert not (said["state_contact.mode"][far] == Mode.LEAVING).any(), "it has left"
     assert said["position"][-1] == pytest.approx(run["position"].values[-1], abs=0.006 * unit.cylinder.stroke)
 
 
@@ -277,7 +277,7 @@ def test_a_piston_that_came_down_onto_a_stop_does_not_leave_the_other_one(name):
 def test_a_piston_does_not_go_through_the_stop_that_the_motor_pulls_it_off(name):
     run, log, _ = pressed_and_rested(name, 0.3)
     said = watched(name, run, log)
-    leaves = np.flatnonzero(said["state_mode"] == Mode.LEAVING)
+    leaves = np.flatnonzero(said["state_contact.mode"] == Mode.LEAVING)
     assert leaves.size > 1
     begins = said["position"][leaves[0]]
     assert said["position"][leaves].min() >= begins - 1e-12

@@ -7,13 +7,15 @@ import numpy as np
 import pytest
 
 from ramsight import machine
+from ramsight.closed_loop.learned import learned_covariance, learned_factors
+from ramsight.closed_loop.loop import ClosedLoop
+from ramsight.closed_loop.loop_settings import Feedback, LoopSettings
+from ramsight.closed_loop.pacing import together
 from ramsight.control.activity import Activity
-from ramsight.control.loop import ClosedLoop
-from ramsight.control.loop_settings import Feedback, LoopSettings
 from ramsight.control.position import PositionControl
 from ramsight.control.sensing import Trust, may_home, trust
 from ramsight.control.thresholds import STOPPING_TIME
-from ramsight.control.trajectory import Limits, together
+from ramsight.control.trajectory import Limits
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.linked_duty import simulate_linked
 from ramsight.duty.live import LiveMachine, Reported
@@ -285,9 +287,9 @@ def test_a_leak_test_moves_no_rod_and_teaches_the_leakage_of_the_boom():
     run.leak_test()
     assert max(abs(run.now.position[name] - x) for name, x in before.items()) < 0.2e-3
     run.go({"boom": 0.24, "bucket": 0.2})
-    assert run.sensors["boom"].state["described_1"] == pytest.approx(1.2, rel=0.03)
+    assert learned_factors(run.sensors["boom"])[0] == pytest.approx(1.2, rel=0.03)
     # The bucket's other chamber stays open to its pump: what its torque shows is never leakage alone.
-    assert run.sensors["bucket"].state["described_covariance_11"] > 0.1**2
+    assert learned_covariance(run.sensors["bucket"])[1, 1] > 0.1**2
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from types import MappingProxyType
 
 import pytest
 
+from ramsight.closed_loop import thresholds as loop_thresholds
 from ramsight.constant import Constant, constants_of
 from ramsight.control import thresholds
 from ramsight.control.activity import Event
@@ -23,8 +24,8 @@ from ramsight.control.trajectory import Limits
 from ramsight.control.tuning import Tuning
 from ramsight.engine.typed_state import leaves
 from ramsight.expression import flag, scalar
-from ramsight.sensor.intake import WARMING
 from ramsight.sensor.status import Status
+from ramsight.sensor.thresholds import OIL_TIME_CONSTANT
 
 from .control_bench import number, numbers, sample_of
 from .plant_bench import UNITS
@@ -94,7 +95,7 @@ def test_without_a_report_the_last_estimate_goes_on_with_its_velocity():
 @pytest.mark.parametrize(("reported", "accepted"), [(243.15, False), (243.16, True), (383.14, True), (383.15, False)])
 def test_a_thermometer_is_smoothed_and_believed_where_oil_can_be(reported, accepted):
     inputs = sample_of(BOOM, oil_temperature=reported).inputs
-    share = DT / (WARMING + DT) if accepted else 0.0
+    share = DT / (OIL_TIME_CONSTANT + DT) if accepted else 0.0
     assert number(smoothed_temperature(scalar(313.15), inputs, DT)) == pytest.approx(
         313.15 + share * (reported - 313.15)
     )
@@ -255,10 +256,11 @@ def test_a_stop_takes_its_time_less_a_sample_and_a_sample_at_least(period, time)
 # Numbers
 
 
-def test_every_number_that_decides_has_a_unit_and_a_reason():
-    table = constants_of(thresholds)
+@pytest.mark.parametrize(("of", "least"), [(thresholds, 50), (loop_thresholds, 8)])
+def test_every_number_that_decides_has_a_unit_and_a_reason(of, least):
+    table = constants_of(of)
     assert isinstance(table, dict | MappingProxyType)
-    assert len(table) > 50
+    assert len(table) > least
     for name, one in table.items():
         assert isinstance(one, Constant)
         assert one.unit, name
@@ -266,8 +268,8 @@ def test_every_number_that_decides_has_a_unit_and_a_reason():
 
 
 def test_no_number_stands_at_the_head_of_another_module():
-    folder = Path(thresholds.__file__).parent
-    for file in folder.glob("*.py"):
+    rooms = (Path(table.__file__).parent for table in (thresholds, loop_thresholds))
+    for file in (file for room in rooms for file in room.glob("*.py")):
         for node in ast.parse(file.read_text()).body if file.name != "thresholds.py" else ():
             value = node.value if isinstance(node, ast.Assign | ast.AnnAssign) else None
             number_ = isinstance(value, ast.Constant | ast.UnaryOp | ast.BinOp)

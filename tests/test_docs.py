@@ -1,5 +1,6 @@
 """What is written down is true: examples run, and the figures are those of the benchmark."""
 
+import ast
 import contextlib
 import doctest
 import importlib
@@ -11,14 +12,22 @@ from pathlib import Path
 import pytest
 
 import ramsight
-from ramsight.sensor import redundancy
+from ramsight.constant import constant_table, constants_of
+from ramsight.sensor import detectors, redundancy
 from ramsight.sensor.detectors import DETECTORS, detector_table
 from ramsight.sensor.status import Status
 
 ROOT = Path(__file__).parent.parent
 BELOW = sorted(m.name for m in pkgutil.walk_packages(ramsight.__path__, "ramsight.") if not m.name.endswith("__main__"))
 MODULES = ["ramsight", *BELOW]
-LONG = ("ramsight.control.", "ramsight.api.", "ramsight.deploy.", "ramsight.calibration.", "ramsight.study.")
+LONG = (
+    "ramsight.control.",
+    "ramsight.closed_loop.",
+    "ramsight.api.",
+    "ramsight.deploy.",
+    "ramsight.calibration.",
+    "ramsight.study.",
+)
 """Rooms whose examples make sensors and let machines work."""
 
 
@@ -90,6 +99,26 @@ def test_the_page_of_the_kalman_sensor_quotes_the_study(monkeypatch):
     found, page = json.loads((ROOT / "study.json").read_text()), (ROOT / "docs" / "kalman.md").read_text()
     for name, table in pages.TABLES.items():
         assert "\n".join(table(found[name])) in page
+
+
+def test_the_page_of_thresholds_has_every_number_of_sensor_and_control(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "evaluation")
+    pages = importlib.import_module("pages")
+    page = pages.THRESHOLDS_PAGE.read_text()
+    for name, table in pages.THRESHOLDS.items():
+        assert f"<!-- {name} -->\n\n{constant_table(table)}\n\n<!-- end of {name} -->" in page
+        for constant, value in constants_of(table).items():
+            assert "|" not in value.unit + value.reason, constant
+            assert value.unit, constant
+            assert value.reason, constant
+
+
+def test_every_threshold_of_a_detector_is_a_number_of_the_table():
+    """Whoever changes one changes what the page says."""
+    tree = ast.parse(Path(detectors.__file__).read_text(encoding="utf-8"))
+    (rows,) = (node.value for node in tree.body if isinstance(node, ast.Assign) and node.targets[0].id == "DETECTORS")
+    found = [node.value for row in rows.elts for node in ast.walk(row) if isinstance(node, ast.Constant)]
+    assert [text for text in found if isinstance(text, str) and re.search(r"\d", text)] == []
 
 
 def test_the_pages_of_faults_quote_code_and_study(monkeypatch):

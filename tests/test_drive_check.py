@@ -282,7 +282,7 @@ def test_the_bound_grows_by_what_is_declared_and_an_alarm_ends_at_half_of_it():
     apart_by = np.where(TIME < 10.0, 1.0, 0.0)
     said = pair.run(TIME, apart_by, np.zeros(1000))
     assert said[400, 2] == 1.0
-    assert said[:, 3].sum() == 1.0, "one alarm begins once"
+    assert np.count_nonzero(np.diff(said[:, 2]) > 0.0) == 1, "one alarm begins once"
     ends = np.flatnonzero(said[:, 2])[-1]
     assert abs(said[ends + 1, 0]) <= 0.5 * said[ends + 1, 1] < abs(said[ends, 0]) * 1.03
 

@@ -9,13 +9,13 @@ from typer.testing import CliRunner
 
 from ramsight import machine
 from ramsight.cli import app
+from ramsight.closed_loop.loop_settings import LoopSettings
+from ramsight.closed_loop.unit_loop import UnitLoop
 from ramsight.control.activity import ACTIVITIES, Activity
 from ramsight.control.block import position_block
-from ramsight.control.loop_settings import LoopSettings
 from ramsight.control.orders import INPUTS, Ask, Reason
 from ramsight.control.thresholds import NO_PLACE
 from ramsight.control.trajectory import Limits
-from ramsight.control.unit_loop import UnitLoop
 from ramsight.deploy.c_control import control_source, golden_control
 from ramsight.deploy.c_sensor import sensor_source
 from ramsight.deploy.compiler import STRICT, CompilerError, find_compiler, run

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from ramsight.control.loop_settings import LoopSettings
-from ramsight.control.planning import Visit
-from ramsight.control.referencing import Referencing, felt
-from ramsight.control.unit_loop import UnitLoop
+from ramsight.closed_loop.loop_settings import LoopSettings
+from ramsight.closed_loop.planning import Visit
+from ramsight.closed_loop.referencing import Referencing, felt
+from ramsight.closed_loop.unit_loop import UnitLoop
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate
@@ -75,9 +75,9 @@ def test_how_much_work_is_left_until_a_reference_is_due():
 
 def test_a_sensor_that_still_asks_gets_another_of_the_references_that_are_allowed(monkeypatch):
     loop, _ = worked(Referencing(BOTH), ())
-    monkeypatch.setattr("ramsight.control.driven.ASKS", frozenset(Status))
+    monkeypatch.setattr("ramsight.closed_loop.driven.ASKS", frozenset(Status))
     loop.records["axis"].estimate[-1] = Estimate(0.1, 1.0, 0.0, 1e4, Status.REFERENCE_DUE)
-    monkeypatch.setattr("ramsight.control.referencing.ASKS", frozenset(Status))
+    monkeypatch.setattr("ramsight.closed_loop.referencing.ASKS", frozenset(Status))
     assert loop.reference_due("axis", [0.5 * STROKE]) == 0.0, "it asks, whatever its standard deviation"
     assert loop.take_references({"axis": 0.5 * STROKE}) == 2
     assert {visit.lifted for *_, visit in loop.visited} == {False, True}

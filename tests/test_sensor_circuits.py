@@ -93,7 +93,7 @@ def test_a_position_that_nobody_knows_is_found_at_the_stops(name):
     unit = UNITS[name]
     run, log = both_ends(name)
     said, error = tracked(unit, run, log, start="unknown")
-    known = said["state_is_referenced"] > 0.0
+    known = said["state_position_known"] > 0.0
     assert (said["status"][~known] == Status.NOT_REFERENCED).all()
     assert 0.1 < known.mean() < 0.95
     first = int(np.argmax(known))
@@ -133,8 +133,8 @@ def test_pressures_go_with_the_factors_that_a_reference_has_changed():
     names = ("leak", "displacement", "compliance")
     changes = [(told[f"{name}_factor"] - plain[f"{name}_factor"])[0] for name in names]
     assert abs(changes[0]) > 1e-3
-    for state in ("load", "circuit_pressure_chamber_a", "circuit_pressure_manifold_b"):
-        by = [plain[f"state_{state}_by_{name}"][0] for name in names]
+    for state in ("load.load", "load.circuit.pressure_chamber_a", "load.circuit.pressure_manifold_b"):
+        by = [plain[f"state_load.sensitivities.{name}.{state.rpartition('.')[2]}"][0] for name in names]
         expected = plain[f"state_{state}"][0] + np.dot(changes, by)
         assert told[f"state_{state}"][0] == pytest.approx(expected, rel=1e-9)
         assert told[f"state_{state}"][0] != plain[f"state_{state}"][0]

@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 
+from ramsight.closed_loop.loop_settings import LoopSettings
+from ramsight.closed_loop.planning import Knowledge, Leg, Visit, due, expected, plan
+from ramsight.closed_loop.unit_loop import UnitLoop
 from ramsight.control.activity import Activity
 from ramsight.control.actuation import Actuation
-from ramsight.control.loop_settings import LoopSettings
 from ramsight.control.orders import Reason
-from ramsight.control.planning import Knowledge, Leg, Visit, due, expected, plan
 from ramsight.control.position import PositionControl
 from ramsight.control.trajectory import Limits
-from ramsight.control.unit_loop import UnitLoop
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.persistence import forgotten
 from ramsight.sensor.status import Status

@@ -7,11 +7,11 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+from ramsight.closed_loop.loop_settings import LoopSettings
+from ramsight.closed_loop.unit_loop import UnitLoop
 from ramsight.control.activity import Activity
-from ramsight.control.loop_settings import LoopSettings
 from ramsight.control.position import PositionControl
 from ramsight.control.thresholds import STOPPING_TIME
-from ramsight.control.unit_loop import UnitLoop
 from ramsight.duty import simulate
 from ramsight.duty.live import LiveUnit, Reported
 from ramsight.duty.profile import Profile

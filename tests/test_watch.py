@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from ramsight.closed_loop.live_watch import DriveWatch
 from ramsight.control.drive_watch import Verdict
-from ramsight.control.live_watch import DriveWatch
 from ramsight.control.repeats import runs
 from ramsight.control.thresholds import NOTICING_TIME
 from ramsight.duty import DriveReport

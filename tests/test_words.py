@@ -20,7 +20,7 @@ OLD = {
     "dear": r"dear",
     "is no more": r"is no more",
 }
-NOT_YET = {"sensor", "control"}
+NOT_YET = {"sensor"}
 """Rooms whose words are still the old ones."""
 
 

@@ -41,7 +41,7 @@ def constants_of(module: object) -> Mapping[str, Constant]:
 def constant_table(module: object) -> str:
     """A table of constants as Markdown, for the documentation."""
     rows = [
-        f"| `{name.lower()}` | {float(value):g} | {value.unit} | {value.reason} |"
+        f"| `{name}` | {float(value):g} | {value.unit} | {value.reason} |"
         for name, value in constants_of(module).items()
     ]
     return "\n".join(["| constant | value | unit | where it comes from |", "|---|---|---|---|", *rows])

@@ -39,7 +39,7 @@ class Event(Enum):
     SENT = "sent to a target"
     HOMED = "sent to an end stop"
     TESTED = "leak test asked for"
-    STEERED = "taken by hand"
+    STEERED = "steered by hand"
     NEAR = "target is near"
     MISSED = "target was missed"
     SETTLED = "rod has settled"

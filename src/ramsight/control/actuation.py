@@ -203,8 +203,10 @@ class Actuation:
         """
         if self.lag == 0.0:
             return 0.0
-        lost = sum((self._speed_without_travel(speed, load) * time for speed, time in commanded), start=scalar(0.0))
-        return (angle - lost) * self.travel_per_radian(load)
+        without_travel = sum(
+            (self._speed_without_travel(speed, load) * time for speed, time in commanded), start=scalar(0.0)
+        )
+        return (angle - without_travel) * self.travel_per_radian(load)
 
     def _speed_without_travel(self, speed: Real, load: Real) -> Scalar:
         """What of a motor's speed does not move the rod [rad/s]: leakage, or all of it where a valve holds the rod.

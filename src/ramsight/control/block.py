@@ -181,17 +181,17 @@ def _judged(
     rests, presses = activity.is_any_of(Activity.RESTING), activity.is_any_of(Activity.MANUAL, Activity.HOMING)
     placeless: Condition = place == NO_PLACE if by.holding.stands else True
     homes = all_of(any_of(presses, all_of(rests, placeless)), now.reliance.homing)
-    lost = any_of(all_of(now.reliance.none, negated(homes)), negated(abs(position) <= LARGEST_NUMBER))
+    unusable = any_of(all_of(now.reliance.none, negated(homes)), negated(abs(position) <= LARGEST_NUMBER))
     matters = any_of(negated(rests), now.motor_speed != 0.0)
     slowing = {verdict: holds for verdict, holds in verdicts.items() if not verdict.stops or verdict is Verdict.STALLED}
     notice: Scalar = scalar(Notice.DRIVE + VERDICTS.index(Verdict.OBEYS))
     for verdict, holds in slowing.items():
         notice = ca.if_else(holds, float(Notice.DRIVE + VERDICTS.index(verdict)), notice)
     notice = ca.if_else(all_of(now.reliance.slow, negated(homes)), float(Notice.SENSOR), notice)
-    notice = ca.if_else(any_of(lost, activity.is_any_of(*STOPS)), float(Notice.AS_BEFORE), notice)
-    reasons = {Reason.ASKED: asked, Reason.SENSOR: all_of(lost, matters)}
+    notice = ca.if_else(any_of(unusable, activity.is_any_of(*STOPS)), float(Notice.AS_BEFORE), notice)
+    reasons = {Reason.ASKED: asked, Reason.SENSOR: all_of(unusable, matters)}
     for verdict, reason in STOPPED_BY.items():
-        stops = all_of(verdicts[verdict], negated(lost))
+        stops = all_of(verdicts[verdict], negated(unusable))
         reasons[reason] = all_of(stops, negated(presses)) if verdict is Verdict.STALLED else stops
     return fail(activity, reasons, ramp), notice
 
@@ -245,7 +245,7 @@ def _done(state: ControlState, now: Sample) -> tuple[ControlState, Scalar, Scala
 def _held(state: ControlState, now: Sample) -> tuple[Scalar, Scalar]:
     """The place where a rod at rest is held, and the motor speed for that [rad/s].
 
-    Behind a valve the motor stands. A pump turns for the leakage and brings the rod back; where no place is given, it
+    Behind a valve the motor stands. A pump turns for the leakage and brings the rod back; where no place is set, it
     is the first at which the position may be relied on. On an end stop the sensor feels what presses on the stop.
     """
     by, activity, place = now.by, state.activity, state.place

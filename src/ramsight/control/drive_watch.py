@@ -66,9 +66,9 @@ class Declaration:
     @classmethod
     def of(cls, unit: HydraulicUnit, response: DriveResponse, period: float) -> Declaration:
         """Of a unit's drive that is declared to follow so, at samples of a period [s]."""
-        lost = runs(response.lost, period) if response.lost > 0.0 else 0
+        missed = runs(response.lost, period) if response.lost > 0.0 else 0
         delay, rounding = response.command_delay + response.report_delay, thresholds.ROUNDING
-        late = math.ceil(delay / period - rounding) + lost
+        late = math.ceil(delay / period - rounding) + missed
         patience = late + max(late // int(thresholds.PATIENCE_SHARE), int(thresholds.PATIENCE_SAMPLES))
         in_a_row = max(math.floor(thresholds.NOTICING_TIME / period + rounding), 1)
         chance = (thresholds.FALSE_ALARM_RATE * period) ** (1.0 / in_a_row)
@@ -82,7 +82,7 @@ class Declaration:
             patience=patience,
             in_a_row=in_a_row,
             departure=max(in_a_row, int(thresholds.DEPARTURE_SAMPLES)),
-            missing=max(lost, in_a_row),
+            missing=max(missed, in_a_row),
             speed=response.deviation + NormalDist().inv_cdf(1.0 - chance) * response.speed_noise,
             kept=max(patience, late + in_a_row) + 1,
             times=(*(period for _ in range(whole)), max(response.lag - whole * period, 0.0)),

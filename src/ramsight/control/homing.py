@@ -112,7 +112,7 @@ def slow_velocity(by: Actuation) -> float:
 
 
 def longest_search(by: Actuation) -> float:
-    """Time after which a stop is given up [s]."""
+    """Time after which the search for a stop ends [s]."""
     way = SEARCH_FACTOR * by.unit.cylinder.stroke / slow_velocity(by)
     return float(way + SEARCH_PRESSINGS * by.tuning.pressing)
 

@@ -83,8 +83,8 @@ class PositionControl:
         >>> command = control.step(here, Reported(0.0, 0.0, 20.0, 313.15))
         >>> command.activity, command.motor_speed > 0.0
         (<Activity.MOVING: 'moving'>, True)
-        >>> lost = Estimate(0.1, 1e-4, 0.0, 2e5, Status.INPUT_LOST)
-        >>> control.step(lost, Reported(0.02, command.motor_speed, float("nan"), 313.15)).reason
+        >>> missing = Estimate(0.1, 1e-4, 0.0, 2e5, Status.INPUT_LOST)
+        >>> control.step(missing, Reported(0.02, command.motor_speed, float("nan"), 313.15)).reason
         'invalid: motor speed, motor torque or time missing'
     """
 
@@ -151,7 +151,7 @@ class PositionControl:
 
         Args:
             lifted: the stop at the end of lifting; by default that of lowering.
-            slow: go slowly all the way: the leakage meanwhile tells the sensor how much leaks.
+            slow: go slowly all the way: the leakage meanwhile shows the sensor how much leaks.
         """
         ask = Ask.HOME_LIFTED if lifted else Ask.HOME_LOWERED
         self._take_up(Event.HOMED, _Order(ask, speed=0.0 if slow else math.inf))

@@ -1,4 +1,4 @@
-"""How often a report that is alive repeats by chance, so that one that is stuck can be told from it.
+"""How often a report that is alive repeats by chance, so that one that is stuck can be distinguished from it.
 
 A value that is rounded to steps and has noise is now and then the same as the one before. Of a steady value the noise
 falls into the step k with the probability p_k, and n repeats in a row, n + 1 equal reports, with

@@ -25,7 +25,7 @@ class Trust(Enum):
 
 
 _STOPS = {Status.POSITION_LOST, Status.FAULT_PASSED}
-"""Uncertain by name, but the position is lost: the oil through a relief valve, or an input's error, is not known."""
+"""Uncertain by name, but the position is unobservable: oil through a relief valve, or an input's error, is unknown."""
 _NEEDS_A_REFERENCE = {*_STOPS, Status.NOT_REFERENCED, Status.TOO_UNCERTAIN, Status.OUTSIDE_STROKE}
 
 
@@ -33,7 +33,7 @@ def trust(status: Status) -> Trust:
     """What a status of the sensor allows.
 
     Nearly every uncertain status only slows the cylinder down: its position is still the best estimate, with a
-    standard deviation. Without a reference, with an invalid sample, and with a lost position, it stops.
+    standard deviation. Without a reference, with an invalid sample, and with an unobservable position, it stops.
 
     Args:
         status: of the newest estimate.

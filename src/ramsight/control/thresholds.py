@@ -1,11 +1,11 @@
 """Numbers that decide something in the control, each with its unit and its reason; none stands elsewhere in it.
 
-Where the reason says *choice*, it names the physical range and what happens on either side of it.
+Where the reason is a *choice*, it names the physical range and what happens on either side of it.
 """
 
 from ramsight.constant import Constant
 
-# Sentinels: a compiler may turn comparisons round, and NaN would be lost.
+# Sentinels: a compiler may turn comparisons round, and NaN would not survive it.
 NO_PLACE = Constant(-1e3, "m", "a position that no cylinder has, for none")
 NO_ORDER = Constant(-1.0, "1", "no `Ask`: as the last one, whatever is asked for next is new")
 NO_POSITION = Constant(1e31, "m", "the position before the first report: no finite number by LARGEST_NUMBER")
@@ -64,7 +64,7 @@ LEAK_TEST_LEAST = Constant(0.2, "1", "of the speed that lifts: choice; slower, t
 CONTACT_RELEASE_WAY = Constant(
     5e-3, "m", "choice: a stop gives way by a millimetre; a longer way uses the old load off the stop"
 )
-BLOCKED_TIME = Constant(1.0, "s", "at the largest force: five swings at 5 Hz, so no swing is taken for an obstacle")
+BLOCKED_TIME = Constant(1.0, "s", "at the largest force: five swings at 5 Hz, so no swing counts as an obstacle")
 LOAD_AVERAGING = Constant(0.5, "s", "time constant: 25 samples leave a seventh of the noise")
 PRESSURE_TIME = Constant(0.2, "s", "one period of 5 Hz: a chamber comes to the load's pressure, and the rod moves")
 HELD_SPEED_SHARE = Constant(0.3, "1", "of the homing speed: choice between standstill and motion, nearer to standstill")
@@ -100,18 +100,3 @@ PRIOR_REPEATS = Constant(3.0, "1", "counted before any sample: upper 95 % bound 
 SURE_RUNS = Constant(10.0, "1", "alarms' lengths that were looked at: a speed without noise would have shown one")
 TAIL_SIGMAS = Constant(6.0, "1", "no value is looked for beyond: one in 500 million")
 NEVER_SAMPLES = Constant(1.0e9, "1", "half a year of samples of 20 ms: a longer run is never waited for")
-
-# Plans and loops
-WORTH_SHARE = Constant(
-    0.1, "1", "of the standard deviation: choice; a smaller gain is within what the prediction leaves out"
-)
-NEARLY_SHARE = Constant(0.1, "1", "of the possible gain that is left for a shorter visit: choice as WORTH_SHARE")
-HORIZON = Constant(3600.0, "s", "choice: an hour of work is looked ahead for a reference; more costs time alone")
-MOST_VISITS = Constant(
-    2.0, "1", "in a row: two tell leakage from displacement; sequences of three cost the square of the time"
-)
-LOAD_SAMPLES = Constant(1500.0, "1", "choice: half a minute of 20 ms; older loads are those of other work")
-LOAD_SPEED = Constant(1e-3, "m/s", "as CREEPING_SPEED: a slower rod rests")
-LONGEST_MOVE = Constant(600.0, "s", "choice: longer than any move; an order that takes longer is given up")
-LOOP_SETTLE_TIME = Constant(0.5, "s", "choice: SETTLE_TIME, rounded up")
-POSITION_SENSOR_STD = Constant(0.5e-3, "m", "of the position sensor that a virtual one is compared with")

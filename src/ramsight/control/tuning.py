@@ -24,7 +24,7 @@ class Tuning:
         motor_acceleration: largest that is asked for [rad/s2].
         slowed: share of the speed while sensor or drive are uncertain [1].
         homing_share: velocity near and on the way to an unknown end stop, over the largest [1].
-        contact_time: standstill after which a rod is taken to be on the stop [s].
+        contact_time: standstill after which a rod counts as on the stop [s].
         pressing: time for which the cylinder then presses on the stop [s].
         pressing_share: load with which it presses where the pump holds the load, over that at relief pressure [1].
         leak_test_time: of a leak test [s].

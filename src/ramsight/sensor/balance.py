@@ -44,7 +44,7 @@ def balance(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virt
     """The volume balance of a unit, whatever its circuit.
 
     Args:
-        unit: the unit's parts; it is taken to match its data sheet.
+        unit: the unit's parts; it is assumed to match its data sheet.
         assumptions: of the drive, for the weight of a torque; by default what the unit declares.
 
     Returns:
@@ -84,5 +84,5 @@ def balance(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virt
     after = BalanceState(
         reckoning=ReckoningState(position=shown, intake=intake, relief=relief), warming=warming_state, load=load
     )
-    said = Report(shown, math.nan, velocity, step.load.value, status, model.balance.chambers(step.z))
-    return close("balance", model.table, raw, initial, state, after, said)
+    report = Report(shown, math.nan, velocity, step.load.value, status, model.balance.chambers(step.z))
+    return close("balance", model.table, raw, initial, state, after, report)

@@ -1,8 +1,8 @@
 """Two sensors of one position against each other: a virtual one, and one in or at the cylinder.
 
 They agree while they are no further apart than the virtual one's bound and the other's tolerance together. If they are
-for as long as the time to alert, one of them is wrong; which, the other's own behaviour says where it is impossible for
-a piston, and the virtual one's status where that is not ok. Where neither speaks, nobody can tell from two.
+for as long as the time to alert, one of them is wrong; which, the other's own behaviour shows where no piston can
+behave so, and the virtual one's status where that is not ok. Where neither does, two cannot decide.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from ramsight.sensor.thresholds import MEASURABLE_LIMIT, MEMORY_TIME, OTHER_FAST
 Array = NDArray[np.float64]
 
 TOLERANCE, TIME_TO_ALERT = 2e-3, 0.2
-"""What a position sensor may be wrong by [m], and for how long two have to be apart [s], if nobody says more."""
+"""What a position sensor may be wrong by [m], and for how long two have to be apart [s], unless more is declared."""
 LONGEST_ALERT = 60.0
 """The longest time to alert [s]."""
 
 
 class Verdict(IntEnum):
-    """What two sensors say together."""
+    """What two sensors show together."""
 
     AGREE = 0
     UNCHECKED = 1
@@ -51,9 +51,9 @@ ALERTS = (Verdict.APART, Verdict.OTHER_WRONG, Verdict.VIRTUAL_WRONG)
 _TEXT = {
     Verdict.AGREE: "both agree",
     Verdict.UNCHECKED: "unchecked: the virtual sensor has no position",
-    Verdict.APART: "apart: one is wrong, and nothing tells which",
+    Verdict.APART: "apart: one is wrong, and which is unknown",
     Verdict.OTHER_WRONG: "the other sensor is wrong",
-    Verdict.VIRTUAL_WRONG: "the virtual sensor is wrong, and says that it may be",
+    Verdict.VIRTUAL_WRONG: "the virtual sensor is wrong, and reports that it may be",
 }
 
 
@@ -186,7 +186,7 @@ class Comparison:
             position: by the virtual sensor [m].
             bound: of its error [m].
             status: of it, a number of `Status`.
-            other: position by the other sensor [m]; NaN where it says none.
+            other: position by the other sensor [m]; NaN where it reports none.
         """
         return Verdict(int(self._replayed(np.array([[time, position, bound, float(status), other]]))[0]))
 
@@ -222,8 +222,8 @@ class Drift:
 def drift_of(time: Array, difference: Array, std: Array, stretch: float = 60.0) -> Drift:
     """A straight line through the differences, stretch by stretch, each weighed by the least deviation within it.
 
-    Errors of the virtual sensor last from reference to reference; where its deviation is least, just after one, it says
-    most of the other. The line's own scatter says how sure that is.
+    Errors of the virtual sensor last from reference to reference; where its deviation is least, just after one, it
+    shows most of the other. The line's own scatter shows how sure that is.
 
     Args:
         time: [s], shape (samples,).

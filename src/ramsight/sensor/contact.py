@@ -203,7 +203,7 @@ class ContactPlace:
         position: at which the piston came to stand [m].
         by: derivatives of the way that it seemed to move since, with respect to what a step is made with.
         went_on: whether it moved that way all the same: it was on an end, and leaves it.
-        std: standard deviation of the position where the oil's pressure had to tell it [m].
+        std: standard deviation of the position where only the oil's pressure shows it [m].
         at_top: whether that is the extended end: the one that it moved to, or the one that it leaves.
     """
 
@@ -454,7 +454,7 @@ def _find(
     ahead = ca.if_else(way > 0.0, top - motor.before, motor.before - low)
     at_end = all_of(now.known, ahead < near)
     standing = _standing(state.standing, sample, step, now, motor, at_end, travel_by)
-    # Of a load that only resists nothing but the relief valve's pressure tells an end.
+    # Of a load that only resists nothing but the relief valve's pressure shows an end.
     in_vain = flag(False) if model.passive else standing.surely
     # Oil that is drawn from the tank moves nothing: the load has settled on something else.
     lowers = all_of(turns, way == -model.lift)

@@ -3,7 +3,7 @@
 When the motor turns back, the stop holds the piston until its oil has decompressed to the load that it carried before,
 or the oil on the other side is compressed as far; sooner, when the torque changes less than that of a closed volume,
 and neither compliance nor noise explains that; at the latest when several times as much oil has been drawn as
-compliance gives back. Meanwhile the torque tells the compliance.
+compliance gives back. Meanwhile the torque shows the compliance.
 
 When the motor goes on pushing, the piston is released where the torque stays behind that of a closed volume, and
 neither its compliance nor a relief valve that opens early explains that. Then it may not have been held since the
@@ -202,10 +202,10 @@ def look_for_release(
     rest = _at_rest(state.rest, sample, step, rests, back, model)
     stays = all_of(rests, torque_stays(step, rest.expected, rest.shown))
     pumped = ca.fabs(sample.extending_angle) * model.travel_per_radian
-    taken = ca.if_else(back, state.drawn_back + pumped, 0.0)
+    oil_back = ca.if_else(back, state.drawn_back + pumped, 0.0)
     towards = pressed * direction
     pressed_before = ca.if_else(back, state.pressed_before, ca.fabs(towards))
-    most_drawn = taken > DECOMPRESSION_MOST * step.motion.give * state.pressed_before
+    most_drawn = oil_back > DECOMPRESSION_MOST * step.motion.give * state.pressed_before
     leaves = all_of(back, any_of(drawn.surely, any_of(towards < -friction, most_drawn)))
     released = any_of(any_of(leaves, sunk_at_rest), any_of(yields, stays))
     shown = ca.if_else(yields, _share(rise - missing, rise), ca.if_else(stays, _share(rest.shown, rest.expected), 1.0))
@@ -213,7 +213,7 @@ def look_for_release(
         pushing_began=ca.if_else(pushing, state.pushing_began, step.torque.expected),
         load_least=load_least,
         load_largest=load_largest,
-        drawn_back=taken,
+        drawn_back=oil_back,
         pressed_before=pressed_before,
         back_largest=drawn.largest,
         back_least=drawn.least,
@@ -231,7 +231,7 @@ def look_for_release(
         missing=missing,
         went=ca.if_else(any_of(yields, leaves), pushed, 0.0),
         shown=shown,
-        travel_std=rest.sunk + compliance * taken,
+        travel_std=rest.sunk + compliance * oil_back,
     )
     return after, grip
 

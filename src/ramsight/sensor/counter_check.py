@@ -81,7 +81,7 @@ class CounterCheck:
         speed: of the shaft, mean over the sample, by the counter where there is one [rad/s].
         speed_wrong: whether the reported speed is wrong.
         counter_wrong: whether the counter is.
-        undecided: whether one of them is, and nothing tells which.
+        undecided: whether one of them is, and which is unknown.
         grows: by how much the position's standard deviation grows [m].
         more: outputs with their units.
     """

@@ -46,7 +46,7 @@ def relief_loss(state: ReliefLossState, sample: Sample, relief_open: Flag) -> Re
     Args:
         state: before the sample.
         sample: the sample.
-        relief_open: whether it looks like that; noise is told from it by how long it lasts.
+        relief_open: whether it looks like that; noise is distinguished from it by how long it lasts.
     """
     open_for = ca.if_else(relief_open, state.open_for + sample.elapsed, 0.0)
     unobservable = any_of(state.unobservable, open_for > RELIEF_TIME)

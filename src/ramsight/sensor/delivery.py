@@ -1,4 +1,4 @@
-"""Where a circuit's pumps deliver to, which its description does not say in one place: its balance tells."""
+"""Where a circuit's pumps deliver to, which its description does not have in one place: its balance shows it."""
 
 from __future__ import annotations
 

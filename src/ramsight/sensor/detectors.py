@@ -1,14 +1,43 @@
-"""What is looked at to find that an input or a position cannot be believed: one row a status, and nothing beside them.
+"""What is examined to find that an input or a position cannot be trusted: one row a status, and nothing beside them.
 
-The rows are the order in which `judgement` decides (the last that holds is said), the table of docs/integrity.md, and
-the list of what the tests provoke.
+The rows are the order in which `status_rules` decides (of several that hold, the last is reported), the table of
+docs/integrity.md, and the list of what the tests provoke. Numbers come from `thresholds`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.status import Status
+from ramsight.sensor.thresholds import (
+    EMPTY_TIME,
+    FALSE_ALARM_RATE,
+    GAP_PERIOD,
+    IMPOSSIBLE_LOAD,
+    NOISE_TIME,
+    NUMBER_LIMIT,
+    OUTSIDE_STROKE_LEAST,
+    OUTSIDE_STROKE_STD,
+    OVERSPEED_SHARE,
+    REFERENCE_DUE_SHARE,
+    RELIEF_RANGE,
+    REST_TORQUE_SHARE,
+    SIGN_ALARM,
+    SPEED_LIMIT_SHARE,
+    STUCK_EVIDENCE,
+    TEMPERATURE_HIGHEST,
+    TEMPERATURE_LOWEST,
+    TEMPERATURE_STEP,
+    TEMPERATURE_STEP_LONGEST,
+    TEMPERATURE_STEP_SHORTEST,
+    TRANSIENT_TIME,
+    UNCERTAIN_SHARE,
+    UNEXPLAINED_TORQUE,
+    WALTHER_HIGHEST,
+    WALTHER_LOWEST,
+)
+from ramsight.units.conversion import FREEZING
 
 SPEED, TORQUE, TEMPERATURE, TIME = "speed", "torque", "temperature", "time"
 COUNTER, POWER, PRESSURES, REFERENCE = "counter", "DC power", "pressures", "reference"
@@ -21,17 +50,17 @@ class Detector:
     """A row.
 
     Attributes:
-        status: what it says.
-        signals: that it looks at.
-        looks: the hypothesis that is given up, with its equation.
-        threshold: from where on, and where that comes from.
+        status: that it reports.
+        signals: that it examines.
+        hypothesis: that it rejects, with its equation.
+        threshold: from which on, and where that comes from.
         after: how long it has to last.
-        then: what it does beside saying so.
+        then: what follows beside the status.
     """
 
     status: Status
     signals: tuple[str, ...]
-    looks: str
+    hypothesis: str
     threshold: str
     after: str = "at once"
     then: str = "–"
@@ -42,40 +71,68 @@ class Detector:
         return tuple(one for one in self.signals if one not in (*ALWAYS, REFERENCE))
 
 
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.3g} %"
+
+
+def _celsius(lowest: float, highest: float) -> str:
+    return f"{lowest - FREEZING:.0f}…{highest - FREEZING:.0f} °C".replace("-", "−")
+
+
+_ASSUMED = Assumptions()
+_ALARM = f"one false alarm in {1.0 / (3600.0 * FALSE_ALARM_RATE):.0f} h"
+_DECLARED_ALARM = f"{_ALARM}, from declared noise, delay and steps"
+_EXPONENT = f"{NUMBER_LIMIT:.0e}".partition("e+")[2]
+_NO_NUMBER = f"NaN, or beyond 10{_EXPONENT.translate(str.maketrans('0123456789', '⁰¹²³⁴⁵⁶⁷⁸⁹'))}"
+_NEAR_RELIEF = 1.0 - RELIEF_RANGE * _ASSUMED.machine.relief
+
 DETECTORS = (
     Detector(
-        Status.REFERENCE_DUE, ALWAYS, "the position is known well enough", "standard deviation above 1 % of the stroke"
+        Status.REFERENCE_DUE,
+        ALWAYS,
+        "the position is known well enough",
+        f"standard deviation above {_percent(REFERENCE_DUE_SHARE)} of the stroke",
     ),
-    Detector(Status.OUTSIDE_TEMPERATURE, (TEMPERATURE,), "the oil's law holds", "outside −30…110 °C (Walther)"),
-    Detector(Status.OUTSIDE_SPEED, (SPEED,), "the motor turns as it may", "above 1.05 × its highest speed"),
+    Detector(
+        Status.OUTSIDE_TEMPERATURE,
+        (TEMPERATURE,),
+        "the oil's law holds",
+        f"outside {_celsius(WALTHER_LOWEST, WALTHER_HIGHEST)} (Walther)",
+    ),
+    Detector(
+        Status.OUTSIDE_SPEED, (SPEED,), "the motor turns as it may", f"above {OVERSPEED_SHARE:g} × its highest speed"
+    ),
     Detector(
         Status.TEMPERATURE_LOST,
         (TEMPERATURE,),
         "the thermometer is well",
-        "no number, outside −70…150 °C, or 10 K from what it was",
-        "a leap is believed after 10 s … 10 min",
+        f"no number, outside {_celsius(TEMPERATURE_LOWEST, TEMPERATURE_HIGHEST)}, "
+        f"or {TEMPERATURE_STEP:g} K from what it was",
+        f"a step is accepted after {TEMPERATURE_STEP_SHORTEST:g} s … {TEMPERATURE_STEP_LONGEST / 60.0:g} min",
         "the last good temperature is used",
     ),
     Detector(
         Status.NEAR_RELIEF,
         (TORQUE,),
         "relief valves are shut",
-        "pressure above 90 % of a setting (tolerance 3 %, std)",
+        f"pressure above {_percent(_NEAR_RELIEF)} of a setting (tolerance {_percent(_ASSUMED.machine.relief)}, std)",
         then="standard deviation grows with what may have passed",
     ),
-    Detector(Status.INPUT_GAP, (TIME,), "no sample is missing", "0.15 s without one", then="deviation grows"),
+    Detector(
+        Status.INPUT_GAP, (TIME,), "no sample is missing", f"{GAP_PERIOD:g} s without one", then="deviation grows"
+    ),
     Detector(
         Status.REFERENCE_REFUSED,
         (REFERENCE,),
         "references are true",
-        "less likely than a switch that lies (5 %)",
-        then="a second one that agrees is taken",
+        f"less likely than a switch that is wrong ({_percent(_ASSUMED.stops.lies)})",
+        then="a second one that agrees is accepted",
     ),
     Detector(
         Status.SPEED_WRONG,
         (SPEED, TORQUE, COUNTER, POWER),
-        "there is a number, and Σ(ω − dφ/dt)h = 0; power tells which is wrong",
-        "NaN, or beyond 10¹²; one false alarm in 1000 h, from declared noise, delay and steps",
+        "there is a number, and Σ(ω − dφ/dt)h = 0; power shows which is wrong",
+        f"{_NO_NUMBER}; {_DECLARED_ALARM}",
         then="the counter is used",
     ),
     Detector(
@@ -89,7 +146,7 @@ DETECTORS = (
         Status.POSITION_LOST,
         (TORQUE,),
         "little oil has passed a relief valve",
-        "its share of the deviation above 1 % of the stroke",
+        f"its share of the deviation above {_percent(REFERENCE_DUE_SHARE)} of the stroke",
         "until a reference",
     ),
     Detector(
@@ -104,61 +161,75 @@ DETECTORS = (
         Status.TOO_UNCERTAIN,
         ALWAYS,
         "the position is known",
-        "standard deviation over all hypotheses above 10 % of the stroke",
+        f"standard deviation over all hypotheses above {_percent(UNCERTAIN_SHARE)} of the stroke",
     ),
-    Detector(Status.OUTSIDE_STROKE, ALWAYS, "the piston is in the cylinder", "4 standard deviations and 5 mm outside"),
+    Detector(
+        Status.OUTSIDE_STROKE,
+        ALWAYS,
+        "the piston is in the cylinder",
+        f"{OUTSIDE_STROKE_STD:g} standard deviations and {1e3 * OUTSIDE_STROKE_LEAST:g} mm outside",
+    ),
     Detector(
         Status.IMPLAUSIBLE_TORQUE,
         (TORQUE, SPEED),
         "the machine explains the torque",
-        "8 standard deviations; 1.3 × the load at relief pressure; at rest 6 % of the torque there",
-        "0.6 s; 0.15 s; 1.5 s of rest",
+        f"{UNEXPLAINED_TORQUE:g} standard deviations; {IMPOSSIBLE_LOAD:g} × the load at relief pressure; "
+        f"at rest {_percent(REST_TORQUE_SHARE)} of the torque there",
+        f"{TRANSIENT_TIME:g} s; {NOISE_TIME:g} s; {EMPTY_TIME:g} s of rest",
         "without a usable torque the last one is used",
     ),
-    Detector(Status.IMPLAUSIBLE_SPEED, (SPEED,), "a motor can turn so fast", "above 1.5 × its highest speed"),
+    Detector(
+        Status.IMPLAUSIBLE_SPEED,
+        (SPEED,),
+        "a motor can turn so fast",
+        f"above {SPEED_LIMIT_SHARE:g} × its highest speed",
+    ),
     Detector(
         Status.SPEED_CONTRADICTED,
         (SPEED, COUNTER),
         "Σ(ω − dφ/dt)h = 0",
-        "one false alarm in 1000 h, from declared noise, delay and steps",
-        then="the counter is used; deviation grows by what they are apart; no contact is believed",
+        _DECLARED_ALARM,
+        then="the counter is used; deviation grows by what they are apart; no contact is accepted",
     ),
     Detector(
         Status.TORQUE_CONTRADICTED,
         (SPEED, TORQUE, POWER, PRESSURES),
         "Σ(P − τω − losses)h = 0; Σ(τ − τ(p_a, p_b))h = 0",
-        "one false alarm in 1000 h each; gain and losses of the drive are learned",
-        then="deviation grows by what leaks otherwise; no contact is believed",
+        f"{_ALARM} each; gain and losses of the drive are learned",
+        then="deviation grows by what leaks otherwise; no contact is accepted",
     ),
     Detector(
         Status.SIGN_CONTRADICTED,
         (SPEED, TORQUE),
         "where the shaft speeds up or slows down, Fτ = FJ dω/dt (F a band-pass filter), and not −FJ dω/dt",
-        "a cumulative sum of log-likelihood ratios above 18: one false alarm in 1000 h, from undisturbed days",
+        f"a cumulative sum of log-likelihood ratios above {SIGN_ALARM:g}: {_ALARM}, from undisturbed days",
         "some ramps",
-        "no contact is believed",
+        "no contact is accepted",
     ),
     Detector(
-        Status.INPUT_STUCK, (TORQUE,), "a torque has noise", "20 changes that did not come while the motor turned"
+        Status.INPUT_STUCK,
+        (TORQUE,),
+        "a torque has noise",
+        f"{STUCK_EVIDENCE:g} changes that did not come while the motor turned",
     ),
     Detector(Status.TIME_FROZEN, (TIME,), "time goes on", "the same time twice, or an earlier one"),
     Detector(
         Status.INPUT_LOST,
         (SPEED, TORQUE, TIME),
         "there is a number",
-        "NaN, or beyond 10¹²",
+        _NO_NUMBER,
         then="the sample is passed over",
     ),
 )
-"""The later, the worse: of several that hold the last is said."""
+"""The later, the worse: of several that hold the last is reported."""
 CONTRADICTIONS = tuple(one.status for one in DETECTORS if one.needs)
-"""What is said of a drive whose report contradicts itself: it takes signals that not every drive reports."""
+"""Statuses of a drive whose report contradicts itself: they take signals that not every drive reports."""
 
 
 def detector_table() -> str:
     """The rows for the documentation, in Markdown, with the alarm that each is on a CANopen bus left to encoder.md."""
     rows = [
-        (f"`{one.status.name.lower()}`", ", ".join(one.signals), one.looks, one.threshold, one.after, one.then)
+        (f"`{one.status.name.lower()}`", ", ".join(one.signals), one.hypothesis, one.threshold, one.after, one.then)
         for one in DETECTORS
     ]
     head = ["| status | signals | hypothesis | threshold | after | then |", "|" + "---|" * 6]

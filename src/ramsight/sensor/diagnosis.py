@@ -1,6 +1,6 @@
 """Which fault a report has that contradicts another one: hypotheses beside each other, weighed by their likelihoods.
 
-While two reports y and x of one level contradict each other (`disagreement`), and x is taken for right, y may be
+While two reports y and x of one level contradict each other (`disagreement`), and x is assumed to be right, y may be
 
     gain     y = g x,      g ~ N(1, 0.5^2)
     offset   y = x + b,    b ~ N(0, (m/3)^2)
@@ -65,7 +65,7 @@ class Evidence:
     anywhere: Scalar = leaf("1")
 
     def swapped(self) -> Evidence:
-        """With the other report taken for right."""
+        """With the other report assumed to be right."""
         return Evidence(
             yy=self.xx,
             xy=self.xy,
@@ -87,7 +87,7 @@ def gathered(before: Evidence, y: Scalar, x: Scalar, std: Scalar, count: Real, m
     Args:
         before: the sums.
         y: one report.
-        x: the other one, which is taken for right.
+        x: the other one, which is assumed to be right.
         std: of the noise between them.
         count: how far the sample is new evidence [1]; 0 for none.
         most: the greatest level.

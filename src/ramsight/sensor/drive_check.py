@@ -6,7 +6,7 @@ drive's counter of the shaft does; and power is torque times speed plus losses:
     sum (speed - d angle/dt) h ~ 0,      sum (power - torque speed - losses) h ~ 0
 
 each within what noise, delays and declared uncertainties allow (`disagreement`). Where both are declared, the power
-also tells whether speed or counter is wrong: the one with which torque and power agree is right.
+also shows whether speed or counter is wrong: the one with which torque and power agree is right.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class DriveChecks:
     Attributes:
         speed_wrong: the speed contradicts counter and power; the counter has been used.
         counter_wrong: the counter contradicts speed and power; the speed has been used.
-        undecided: speed and counter contradict each other, and nothing tells which is right.
+        undecided: speed and counter contradict each other, and which is right is unknown.
         torque_wrong: torque and power contradict each other.
         sign_wrong: the sign of torque or speed contradicts the shaft's inertia.
         grows: by how much the position's standard deviation grows as a whole for it [m].
@@ -171,7 +171,7 @@ def _check_torque(
     """
     reading, state = power.reading, power.reading.state
     off, covariance = reading.learned(counter.speed, power.counted)
-    # While speed and counter are disputed the power tells which of them is right, and nothing of the torque.
+    # While speed and counter are disputed the power shows which of them is right, and nothing of the torque.
     alarm = ca.if_else(counter.counter_wrong, power.reported.alarm, power.counted.alarm)
     wrong = all_of(alarm, negated(counter.undecided))
     by = ca.if_else(counter.counter_wrong, power.reported.by, power.counted.by)

@@ -4,7 +4,7 @@
 
 The described leakage takes the reported temperature for that of the oil in the pumps' gaps. A thermometer in the tank
 lags by `lag`, and the oil in the gaps may be `warmer` all the time: in cold oil each kelvin is 6 % of leakage, in warm
-oil 3 %, so that a machine that warms up tells one from the other. And leakage has a law of pressure, laminar gaps as a
+oil 3 %, so that a machine that warms up shows which it is. And leakage has a law of pressure, laminar gaps as a
 rule, in which it is proportional to the pressure; where a part of it passes orifices, seals or wider gaps it grows
 otherwise, by an exponent `e` less. All are quantities that the filter learns (`bank`). The pressure is that of the
 torque.

@@ -24,7 +24,7 @@ from ramsight.sensor.virtual_sensor import IS_REFERENCED, REFERENCED_NOW, VARIAN
 
 FORMAT = 3
 STARTED, CLOCKED, VELOCITY = "intake.started", "intake.clocked", "report.velocity"
-"""States that a resumed sensor begins again with, and the one that tells how far a moving rod may have gone."""
+"""States that a resumed sensor begins again with, and the one that shows how far a moving rod may have gone."""
 _MAGIC = b"ramsight state\n\0"
 _HEAD = struct.Struct("<16sHxxI32sQ")  # magic, format, number of values, identity, number of the save
 _DIGEST = 32
@@ -51,7 +51,7 @@ class Resumed:
 class StateFile:
     """One sensor's state in a file.
 
-    What is saved is believed at the next `resume`. A program that follows a running machine has to save again, or
+    What is saved is valid at the next `resume`. A program that follows a running machine has to save again, or
     call `forget_position`, before the piston moves; the encoder does (docs/encoder.md).
 
     Args:
@@ -102,7 +102,7 @@ class StateFile:
         self._save(forgotten(self._sensor, self._sensor.state))
 
     def discard(self) -> None:
-        """Remove a file that cannot be written, if that at least is possible: what it says may not be so any more."""
+        """Remove a file that cannot be written, if that at least is possible: its content may no longer hold."""
         with suppress(OSError):
             self.path.unlink()
             flush_folder(self.path.parent)
@@ -120,7 +120,7 @@ class StateFile:
         slots = self._whole(content)
         self._sensor.start(None)
         if not slots:
-            self._refuse(content)
+            self._reject(content)
             return Resumed(found=False, older=False)
         newest = max(slots, key=lambda place: slots[place][0])
         older = not _complete(slots)
@@ -148,7 +148,7 @@ class StateFile:
             raise OutputError(f"{self.path}: the state cannot be saved: {error.strerror or error}") from error
 
     def _awake(self, state: dict[str, float], older: bool) -> dict[str, float]:
-        """A saved state as it is after a while of which nothing is known; time begins anew."""
+        """A saved state as it is after a while of which nothing is known; time begins again."""
         std = state[VARIANCE] ** 0.5 + abs(state[VELOCITY]) * COAST_TIME
         state |= {STARTED: 0.0, CLOCKED: 0.0, VARIANCE: std**2, REFERENCED_NOW: 0.0}
         return forgotten(self._sensor, state) if older else state
@@ -184,8 +184,8 @@ class StateFile:
                 found[place] = (number, state)
         return found
 
-    def _refuse(self, content: bytes) -> None:
-        """Say so if a file without a usable slot is somebody else's rather than damaged."""
+    def _reject(self, content: bytes) -> None:
+        """Raise if a file without a usable slot is somebody else's rather than damaged."""
         for start in (0, self._slot):
             slot = content[start:]
             if len(slot) < _HEAD.size or not slot.startswith(_MAGIC):
@@ -216,7 +216,7 @@ def forgotten(sensor: VirtualSensor, state: Mapping[str, float]) -> dict[str, fl
 
 
 def said(resumed: Resumed, path: Path) -> str:
-    """What to tell of a resumption."""
+    """What to report of a resumption."""
     if not resumed.found:
         return f"{path}: no state to resume; {Status.NOT_REFERENCED.text} until a reference comes"
     if resumed.older:

@@ -3,7 +3,7 @@
     sum (torque - torque of the pump under the measured pressures) h ~ 0
 
 within noise, delay, the torque's gain and the errors of pumps and pressure sensors (`disagreement`). Which of them is
-wrong it does not tell.
+wrong it does not show.
 """
 
 from __future__ import annotations

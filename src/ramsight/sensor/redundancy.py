@@ -1,9 +1,9 @@
-"""Which faults a set of signals can show at all, and which it can tell apart: structural analysis of the model.
+"""Which faults a set of signals can show at all, and which it can distinguish: structural analysis of the model.
 
 A model is a list of equations and the unknowns in each. What has more equations than unknowns can be checked: that part
-is found by a largest matching (Dulmage and Mendelsohn). A fault is detectable if its equation is there; it can be told
-from another one if it still is without the other's equation (Krysander and Frisk, IEEE Trans. SMC-A 38, 2008). It says
-what no method can do, whatever its thresholds; not how large a fault has to be.
+is found by a largest matching (Dulmage and Mendelsohn). A fault is detectable if its equation is there; it is
+distinguished from another one if it still is there without the other's equation (Krysander and Frisk, IEEE Trans.
+SMC-A 38, 2008). It shows what no method can do, whatever its thresholds; not how large a fault has to be.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ MODEL = {
     "load": {"p", "F"},
 }
 """Equations by name, with their unknowns: what each signal measures, and the laws between them. The load is unknown;
-the position follows from the flow and from where it began, which a reference says."""
+the position follows from the flow and from where it began, which a reference reports."""
 LAWS = ("pumps' torque", "pumps' flow", "load")
 KNOWN = {"one load": {"F"}, "inertia": {"w", "tau"}}
 """What may be known beside signals: a load; and the torque that a ramp of the shaft asks for, by its inertia."""
@@ -85,7 +85,7 @@ def model(further: Sequence[str]) -> dict[str, set[str]]:
 
 
 def detectable(further: Sequence[str]) -> dict[str, tuple[str, ...] | None]:
-    """By signal: those whose faults cannot be told from its own; None where its own cannot be seen at all."""
+    """By signal: those whose faults cannot be distinguished from its own; None where its own cannot be seen at all."""
     equations = model(further)
     signals = [name for name in equations if name not in LAWS and name not in KNOWN]
     seen = overdetermined(equations)
@@ -100,7 +100,7 @@ def detectable(further: Sequence[str]) -> dict[str, tuple[str, ...] | None]:
 
 
 def redundancy_table() -> list[str]:
-    """In Markdown: signals, and what faults of speed, torque, counter and power can be seen and told apart."""
+    """In Markdown: signals, and what faults of speed, torque, counter and power can be seen and distinguished."""
     shown = ("speed", "torque", "temperature", "counter", "DC power", "pressures", "reference")
     rows = [f"| given | {' | '.join(shown)} |", "|---" * (len(shown) + 1) + "|"]
     for name, further in SETS.items():

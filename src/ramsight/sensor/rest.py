@@ -91,7 +91,7 @@ def unseen_load(
 ) -> tuple[UnseenLoadState, UnseenLoad]:
     """What an unobserved change of the load may do to the position.
 
-    The changes observed so far tell how large the next one usually is, as well as a dozen of them can, and nothing of a
+    The changes observed so far show how large the next one usually is, as well as a dozen of them can, and nothing of a
     rare one: for the bound it is no less than expected at first, and no more than what relief valves carry.
 
     Args:

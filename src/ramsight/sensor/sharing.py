@@ -1,11 +1,11 @@
-"""Two units of one machine share oil and battery: what their drives say of it, held against each other.
+"""Two units of one machine share oil and battery: what their drives report of it, held against each other.
 
 Each thermometer is in the same oil, each DC link is on the same battery, and what both drives take the battery gives:
 
     T_1 = T_2,      U_1 = U_2,      P_1 + P_2 + others = P_battery
 
 each summed up and bounded as reports of one drive are (`disagreement`), within what is declared of noise, of what lasts
-and of delays. Of two that are apart nothing here tells which is wrong; each drive's own checks (`drive_check`) may.
+and of delays. Of two that are apart nothing here shows which is wrong; each drive's own checks (`drive_check`) may.
 """
 
 from __future__ import annotations
@@ -55,23 +55,23 @@ class Shared:
         name: of the quantity.
         unit: of it.
         signals: that are compared.
-        looks: the hypothesis that is given up, with its equation.
+        hypothesis: that it rejects, with its equation.
         memory: over which is summed up [s].
-        allowed: what is allowed if nobody says more.
+        allowed: what is allowed unless more is declared.
         then: what is done beside saying so.
     """
 
     name: str
     unit: str
     signals: str
-    looks: str
+    hypothesis: str
     memory: float
     allowed: Allowed
     then: str = "–"
 
 
 # Thermometers of class B are right to 0.5 K at 40 degC (IEC 60751), and a pump that works has its oil up to 6 K warmer
-# than the tank (docs/plant.md). That inverters measure voltage and current to 1 % is a guess; a data sheet says better.
+# than the tank (docs/plant.md). That inverters measure voltage and current to 1 % is a guess.
 OIL = Shared(
     "oil_temperature", "K", "both thermometers", "both are in the same oil, Σ(T₁ − T₂)h = 0", 60.0,
     Allowed(noise=0.3, offset=3.0), "a temperature that is missing is the other unit's",
@@ -132,8 +132,8 @@ def agreement_graph(memory: float) -> Recursion:
     after = AgreementState(begun=any_of(state.begun, both), time=ca.fmax(u["time"], state.time), sums=sums)
     names = tuple(one.name for one in leaves(state))
     columns = column(state), ca.vertcat(*u.values()), ca.vertcat(*p.values())
-    said = ca.vertcat(found.by, found.allowed, found.alarm)
-    return Recursion(names, _INPUTS, _SET, _OUTPUTS, *columns, column(after), said)
+    outputs = ca.vertcat(found.by, found.allowed, found.alarm)
+    return Recursion(names, _INPUTS, _SET, _OUTPUTS, *columns, column(after), outputs)
 
 
 class Agreement:
@@ -162,7 +162,7 @@ class Agreement:
 
         Args:
             time: [s], increasing.
-            one: by one report [unit of the quantity]; NaN where it says nothing.
+            one: by one report [unit of the quantity]; NaN where it reports nothing.
             other: by the other one [unit of the quantity].
         """
         return bool(self.replay(np.array([[time, one, other]]))[0, 2])
@@ -181,7 +181,7 @@ def shared_table() -> str:
     rows = ["| | signals | hypothesis | threshold | summed up over | then |", "|" + "---|" * 6]
     threshold = "one false alarm in 1000 h, from declared noise, what lasts, and delay"
     rows += [
-        f"| `{one.name}` | {one.signals} | {one.looks} | {threshold} | {one.memory:g} s | {one.then} |"
+        f"| `{one.name}` | {one.signals} | {one.hypothesis} | {threshold} | {one.memory:g} s | {one.then} |"
         for one in SHARED
     ]
     return "\n".join(rows)

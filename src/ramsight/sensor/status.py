@@ -1,4 +1,4 @@
-"""What a sensor says of each of its positions. A status names its reason; the text is what files and buses show."""
+"""What a sensor reports of each of its positions. A status names its reason; the text is what files and buses show."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ _REASON = {
     Status.NEAR_RELIEF: "near the relief valve's pressure",
     Status.CAVITATION: "cavitation, or the load has left the oil",
     Status.INPUT_GAP: "samples were missing",
-    Status.REFERENCE_REFUSED: "a reference that cannot be true was refused; another is needed",
+    Status.REFERENCE_REFUSED: "a reference that cannot be true was rejected; another is needed",
     Status.POSITION_LOST: "oil has passed the relief valve, or was drawn from the tank; a reference is needed",
     Status.SPEED_WRONG: "the motor speed is missing, or contradicts shaft and power; the shaft's counter is used",
     Status.COUNTER_WRONG: "the shaft's counter contradicts speed and power; the motor speed is used",
@@ -90,7 +90,7 @@ _REASON = {
     Status.SPEED_CONTRADICTED: "motor speed and the shaft's counter contradict each other",
     Status.TORQUE_CONTRADICTED: "motor torque contradicts the drive's power or the pressures",
     Status.SIGN_CONTRADICTED: "the sign of motor torque or motor speed is wrong by the shaft's inertia",
-    Status.STATE_INVALID: "the sensor was never started, or a value is no finite number; start it anew",
+    Status.STATE_INVALID: "the sensor was never started, or a value is no finite number; start it again",
 }
 
 

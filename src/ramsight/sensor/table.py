@@ -169,5 +169,5 @@ def _sensor(
     relief, status = _status(state.relief, parameters, sample, movement)
     position = at_reference(sample, state.position + per_angle * sample.angle)
     after = ReckoningState(position=position, intake=intake, relief=relief)
-    said = Report(position, math.nan, per_angle * sample.motor_speed, math.nan, status)
-    return close(kind, parameters, raw, initial, state, after, said)
+    report = Report(position, math.nan, per_angle * sample.motor_speed, math.nan, status)
+    return close(kind, parameters, raw, initial, state, after, report)

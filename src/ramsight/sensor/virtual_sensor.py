@@ -41,24 +41,26 @@ REFERENCED_NOW = "referenced_since_power_up"
 """Its state, and output: whether a reference has come since it was started, or resumed after a power loss."""
 VARIANCE = "position_variance"
 """Its state with the position's variance [m2]."""
+DISPUTED = "update.disputed"
+"""Its state that is 1 from a reference that was rejected until one is accepted."""
 _STROKE = "circuit.cylinder.stroke"
 _LARGEST_STATE = 1e30  # of any state, as in exported C: its square is a number, too
 
 
 class StartError(RamsightError):
-    """A sensor that cannot begin without a position, or not with the one that it was given."""
+    """A sensor that cannot begin without a position, or not with the one that was passed."""
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a sensor says after a sample.
+    """What a sensor reports after a sample.
 
     Attributes:
         position: [m].
         std: its standard deviation [m]; NaN if the sensor does not know it.
         velocity: [m/s]; NaN if unknown.
         load: [N], positive against lifting; NaN if unknown.
-        status: whether to believe it, and why not.
+        status: whether to rely on it, and why not.
 
     Example:
         >>> import ramsight
@@ -132,7 +134,7 @@ def close(
     initial: S,
     before: S,
     after: S,
-    said: Report,
+    report: Report,
     sections: Sequence[Section] = (),
 ) -> VirtualSensor:
     """A sensor of its state, its inputs and its outputs.
@@ -144,27 +146,27 @@ def close(
         initial: state before the first sample.
         before: the state's symbols.
         after: expressions of the state after a sample.
-        said: its outputs.
+        report: its outputs.
         sections: parts of its step, in order; the last part needs none.
     """
     states = tuple(leaves(initial))
     names = [one.name for one in leaves(after)]
     if names != [one.name for one in states]:
         raise ValueError(f"a state is missing after the sample: {sorted({one.name for one in states} ^ set(names))}")
-    outputs = [said.position, said.std, said.velocity, said.load, said.checked_status]
+    outputs = [report.position, report.std, report.velocity, report.load, report.checked_status]
     inputs = raw.inputs
     recursion = Recursion(
         state=tuple(one.name for one in states),
         inputs=tuple(symbol.name() for symbol in inputs),
         parameters=parameters.names,
-        outputs=(*OUTPUTS, *said.more),
+        outputs=(*OUTPUTS, *report.more),
         x=column(before),
         u=ca.vertcat(*inputs),
         p=parameters.column,
         next_state=column(after),
-        output=ca.vertcat(*outputs, *(value for value, _ in said.more.values())),
+        output=ca.vertcat(*outputs, *(value for value, _ in report.more.values())),
     )
-    units = {**UNITS, **{name: unit for name, (_, unit) in said.more.items()}}
+    units = {**UNITS, **{name: unit for name, (_, unit) in report.more.items()}}
     marks = tuple((one.title, one.marks) for one in sections)
     return VirtualSensor(kind, recursion, parameters.values, initial_values(initial), units, states, marks)
 
@@ -213,7 +215,7 @@ class VirtualSensor:
 
     @property
     def learned(self) -> tuple[str, ...]:
-        """Names of the states that describe the machine; all others say where the piston is, or of which pressures."""
+        """Names of the states that describe the machine; all others describe where the piston is, or pressures."""
         return tuple(one.name for one in self.states if one.learned)
 
     @property
@@ -238,10 +240,10 @@ class VirtualSensor:
         return float(self.parameters[names.index(_STROKE)]) if _STROKE in names else math.inf
 
     def start(self, position: float | None, std: float = START_STD) -> None:
-        """Forget everything and begin anew.
+        """Forget everything and begin again.
 
         Args:
-            position: where the piston is, 0 to the stroke [m]; None if nobody knows, which only `kalman` can work
+            position: where the piston is, 0 to the stroke [m]; None if unknown, which only `kalman` can work
                 with.
             std: standard deviation of that, 0 to the stroke [m].
 
@@ -252,7 +254,7 @@ class VirtualSensor:
         place = self.recursion.state.index
         finds = IS_REFERENCED in self.recursion.state
         if position is None and not finds:
-            raise StartError(f"the {self.kind} sensor has to be told where the piston is at first (--start)")
+            raise StartError(f"the {self.kind} sensor needs to know where the piston is at first (--start)")
         if position is not None:
             self._check_start(position, std)
         self._state = self.initial.copy()
@@ -312,8 +314,8 @@ class VirtualSensor:
             raise ValueError(f"unknown input {min(unknown)!r} (known: {', '.join(names) or 'none'})")
         known = reference is not None and math.isfinite(reference)
         at = reference if known else 0.0
-        given = (others.get(name, math.nan) for name in names)
-        sample = np.array([[time, motor_speed, motor_torque, oil_temperature, at, known, *given]], dtype=np.float64)
+        further = (others.get(name, math.nan) for name in names)
+        sample = np.array([[time, motor_speed, motor_torque, oil_temperature, at, known, *further]], dtype=np.float64)
         self._says = replay(self.recursion, sample, self.parameters, self._state)[0]
         position, std, velocity, load, status = self._says[:5]
         return Estimate(float(position), float(std), float(velocity), float(load), Status(int(status)))
@@ -324,7 +326,7 @@ class VirtualSensor:
         return float(self._says[names.index(output)]) if output in names else math.nan
 
     def track(self, log: xarray.Dataset, *, advance: Callable[[int], object] | None = None) -> xarray.Dataset:
-        """Go through a drive log, from the position given to `start`.
+        """Go through a drive log, from the position passed to `start`.
 
         Args:
             log: Dataset over `time` with motor_speed [rad/s], motor_torque [N m] and oil_temperature [K], with the

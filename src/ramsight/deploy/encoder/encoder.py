@@ -45,8 +45,17 @@ from ramsight.deploy.encoder.state_on_disk import Persistence
 from ramsight.deploy.encoder.stored import ALL, Stored
 from ramsight.errors import DescriptionError
 from ramsight.plant.unit import HydraulicUnit
+from ramsight.sensor.persistence import STARTED
 from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import BOUND, IS_REFERENCED, REFERENCED_NOW, Estimate, VirtualSensor
+from ramsight.sensor.virtual_sensor import (
+    BOUND,
+    DISPUTED,
+    IS_REFERENCED,
+    REFERENCED_NOW,
+    TIME,
+    Estimate,
+    VirtualSensor,
+)
 
 _NMT, _SYNC = 0x000, 0x080
 _JUST_AFTER = 1e-4  # s, from the drive's last sample to a preset, whose frame may have a later stamp than the next
@@ -269,7 +278,7 @@ class Encoder:
         self._sample, self._estimate = sample, estimate
         self._beside.compare(self._now, sample, estimate, self._sensor.says(BOUND))
         after = self._sensor.state
-        if (after["time"], after["started"]) != (before["time"], before["started"]):  # else it was passed over
+        if any(after[name] != before[name] for name in (TIME, STARTED)):  # else it was passed over
             self._listener.referenced()
         if self._saving.watch(self._now, sample.motor_speed, estimate):
             self._save()
@@ -286,7 +295,7 @@ class Encoder:
         assert last is not None
         sent, warmth = last.time + _JUST_AFTER, self._listener.temperature(self._now)
         self._step(Sample(sent, last.motor_speed, last.motor_torque, warmth, position), preset=True)
-        if self._sensor.state["time"] != sent or self._is_disputed:
+        if self._sensor.state[TIME] != sent or self._is_disputed:
             refuse(BY_STATE)
         if not self._saving.moving:
             self._save()
@@ -338,7 +347,7 @@ class Encoder:
     @property
     def _refused_one(self) -> bool:
         """The sensor's own memory of it; the balance and the table have none."""
-        return self._sensor.state.get("disputed", 0.0) > 0.5
+        return self._sensor.state.get(DISPUTED, 0.0) > 0.5
 
     @property
     def status(self) -> int:

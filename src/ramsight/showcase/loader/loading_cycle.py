@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ramsight.control.loop import ClosedLoop
-from ramsight.control.loop_settings import LoopSettings
+from ramsight.closed_loop.loop import ClosedLoop
+from ramsight.closed_loop.loop_settings import LoopSettings
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.duty.linked_duty import simulate_linked
 from ramsight.duty.loading import PHASES, Phase

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ramsight.control.driven import DrivenUnits
-from ramsight.control.loop_settings import LoopSettings
+from ramsight.closed_loop.driven import DrivenUnits
+from ramsight.closed_loop.loop_settings import LoopSettings
 from ramsight.duty.live import Instant, LiveUnit
 from ramsight.duty.profile import Duty, Profile, constant
 from ramsight.plant.unit import HydraulicUnit
@@ -70,7 +70,7 @@ class UnitLoop(DrivenUnits):
         self.loads.append(float(self._load(self.now.time)))
 
     def duty(self) -> Duty:
-        """What the unit was made to do, for `simulate`, which tells all about it."""
+        """What the unit was made to do, for `simulate`, which has all quantities of it."""
         return Duty(
             motor_speed=Profile(self.time, self.records[self._name].command),
             load=Profile(self.time, self.loads),

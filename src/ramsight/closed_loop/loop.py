@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ramsight.control.driven import DrivenUnits
-from ramsight.control.loop_settings import LoopSettings
+from ramsight.closed_loop.driven import DrivenUnits
+from ramsight.closed_loop.loop_settings import LoopSettings
 from ramsight.duty.linked_duty import LinkedDuty
 from ramsight.duty.live import LinkedInstant, LiveMachine
 from ramsight.duty.profile import Profile, constant
@@ -67,8 +67,8 @@ class ClosedLoop(DrivenUnits):
         """Go on to the next sample.
 
         Args:
-            payload: there [kg]; as it is if not given.
-            tip_force: there, forward and up [N]; as it is if not given.
+            payload: there [kg]; as it is if not passed.
+            tip_force: there, forward and up [N]; as it is if not passed.
         """
         self._payload = self._payload if payload is None else payload
         self._force = self._force if tip_force is None else tip_force
@@ -94,7 +94,7 @@ class ClosedLoop(DrivenUnits):
         self.tips.append(self.now.tip)
 
     def duty(self, phases: Sequence[tuple[str, float]] = ()) -> LinkedDuty:
-        """What the machine was made to do, for `simulate_linked`, which tells all about it.
+        """What the machine was made to do, for `simulate_linked`, which has all quantities of it.
 
         Args:
             phases: names of its parts and when each begins [s].

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
-from ramsight.control.referencing import Referencing
+from ramsight.closed_loop.referencing import Referencing
 from ramsight.control.trajectory import Limits
 from ramsight.duty.drive_report import DriveReport
 from ramsight.duty.drive_response import IDEAL, DriveResponse

@@ -1,4 +1,4 @@
-"""The watch over a drive by itself, a sample at a time, without a control."""
+"""The watch over a drive by itself, over reports of a simulated one, a sample at a time, without a control."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Planned calibration visits: which reference tells most for its time, and when the next one is due.
+"""Planned calibration visits: which reference gains most for its time, and when the next one is due.
 
 What a sensor does not know of its position, its leakage and its displacement is a covariance. A move makes the
 position's part grow, by the time for which its load leaks and by its way; a visit to an end stop measures the position,
@@ -16,10 +16,10 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.closed_loop.learned import learned_covariance
+from ramsight.closed_loop.thresholds import HORIZON, MOST_VISITS, NEARLY_SHARE, WORTH_SHARE
 from ramsight.control.actuation import Actuation
-from ramsight.control.learned import learned_covariance
 from ramsight.control.position import PositionControl
-from ramsight.control.thresholds import HORIZON, MOST_VISITS, NEARLY_SHARE, WORTH_SHARE
 from ramsight.sensor.virtual_sensor import VirtualSensor
 
 
@@ -182,8 +182,8 @@ def plan(
 ) -> Expected:
     """The visits to make before some work: the quickest of those that bring nearly all that could be gained.
 
-    One visit alone may tell nothing, as it cannot tell leakage from displacement, and the next one much; so they are
-    looked at together.
+    One visit alone may gain nothing, as it cannot separate leakage from displacement, and the next one much; so they
+    are looked at together.
 
     Args:
         known: what is not known now.

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ramsight.control.planning import Knowledge, Visit, due, expected, plan
+from ramsight.closed_loop.planning import Knowledge, Visit, due, expected, plan
+from ramsight.closed_loop.thresholds import LOAD_SAMPLES, LOAD_SPEED
 from ramsight.control.position import PositionControl
-from ramsight.control.thresholds import LOAD_SAMPLES, LOAD_SPEED
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import REFERENCE_DUE_SHARE
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
@@ -34,12 +34,12 @@ class Referencing:
     Args:
         visits: that may be made, by unit; a unit that is not among them is never sent to an end stop.
         limit: standard deviation of the position that no move may reach [m]; by default 1 % of the stroke, at which
-            sensors say that a reference is due.
+            sensors report that a reference is due.
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.control.loop_settings import LoopSettings
-        >>> from ramsight.control.unit_loop import UnitLoop
+        >>> from ramsight.closed_loop.loop_settings import LoopSettings
+        >>> from ramsight.closed_loop.unit_loop import UnitLoop
         >>> from ramsight.plant.build import build_unit
         >>> axis = build_unit("axis", machine.load("eha-test-bench").unit("axis"))
         >>> both = Referencing({"axis": (Visit(lifted=False), Visit(lifted=True))})

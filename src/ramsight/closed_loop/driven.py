@@ -13,15 +13,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ramsight.closed_loop.learned import learned_factors
+from ramsight.closed_loop.loop_settings import Feedback, LoopSettings
+from ramsight.closed_loop.pacing import together
+from ramsight.closed_loop.planning import Knowledge, Visit, due
+from ramsight.closed_loop.referencing import ASKS, Referencing, felt
+from ramsight.closed_loop.thresholds import LONGEST_MOVE, LOOP_SETTLE_TIME, POSITION_SENSOR_STD
 from ramsight.control.activity import STOPS, Activity
-from ramsight.control.learned import learned_factors
-from ramsight.control.loop_settings import Feedback, LoopSettings
-from ramsight.control.planning import Knowledge, Visit, due
 from ramsight.control.position import Command, PositionControl
-from ramsight.control.referencing import ASKS, Referencing, felt
 from ramsight.control.sensing import Trust, trust
-from ramsight.control.thresholds import LONGEST_MOVE, LOOP_SETTLE_TIME, POSITION_SENSOR_STD, ROUNDING
-from ramsight.control.trajectory import Limits, together
+from ramsight.control.thresholds import ROUNDING
+from ramsight.control.trajectory import Limits
 from ramsight.duty.live import Instant, Reported
 from ramsight.duty.live_drive import LiveDrive
 from ramsight.plant.unit import HydraulicUnit
@@ -33,7 +35,7 @@ if TYPE_CHECKING:
     import xarray
 
 Fault = Callable[[str, Reported], Reported | None]
-"""What becomes of a unit's report on its way: unit and sample in, sample out; nothing if it gets lost."""
+"""What becomes of a unit's report on its way: unit and sample in, sample out; nothing if it does not arrive."""
 MotorFault = Callable[[str, float], float]
 """What a unit's motor does in the place of what its drive lets it: unit and speed in, speed out [rad/s]."""
 
@@ -42,8 +44,8 @@ MotorFault = Callable[[str, float], float]
 class Record:
     """What happened to one unit, sample by sample.
 
-    `command` is the speed that the plant was given, after what the drive made of the control's; `asked` is what the
-    control asked for. Where a report was lost, `reported` has the last one that arrived, with its own time. `learned`
+    `command` is the speed passed to the plant, after what the drive made of the control's; `asked` is what the
+    control asked for. Where a report is missing, `reported` has the last one that arrived, with its own time. `learned`
     has the factors of leakage and displacement that the control used.
     """
 
@@ -159,7 +161,7 @@ class DrivenUnits(ABC):
         return longest
 
     def _pace(self, name: str) -> Limits:
-        """A unit's limits, at the speed that its sensor lets it go now."""
+        """A unit's limits, at the speed that its sensor allows now."""
         control, status = self.controls[name], self.records[name].estimate[-1].status
         slowed = trust(status) is Trust.SLOW
         return control.limits.at(control.tuning.slowed * control.limits.speed) if slowed else control.limits
