@@ -110,11 +110,11 @@ class Bank:
         position = nominal + x["went_on"] * x["back"] + measured.moved
         more = {"taken": measured.accepted, "refused": measured.rejected, "moved": measured.moved}
         more |= {
-            "band": bank.band(),
+            "band": bank.band(ca.SX(0.0)),
             "room_low": room[0],
             "room_top": room[1],
             "total": ca.sqrt(bank.variance()),
-            "bound": bank.bound(),
+            "bound": bank.bound(ca.SX(0.0)),
             "leak": bank.means()[Quantity.LEAKAGE],
             "exponent": bank.means()[Quantity.EXPONENT],
             "leak_std": bank.factor_std(Quantity.LEAKAGE),
@@ -125,7 +125,7 @@ class Bank:
             position_variance=bank.variance(), intake=intake, bank=bank.closed(),
         )  # fmt: skip
         outputs = {name: (ca.SX(1.0) * value, "1") for name, value in more.items()}
-        said = Report(position, bank.band(), 0.0, 0.0, ca.SX(0.0), outputs)
+        said = Report(position, bank.band(ca.SX(0.0)), 0.0, 0.0, ca.SX(0.0), outputs)
         self._sensor = close("bank", Parameters(), raw, first, state, after, said)
         self._stepped = Stepped(self._sensor)
         self.names = self._sensor.recursion.state

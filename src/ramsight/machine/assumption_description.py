@@ -269,21 +269,8 @@ class AssumedLinkAngle(Part):
     ] = 0.0
 
 
-class AssumedIntegrity(Part):
-    """When a position is ok: its error is beyond the limit with less than this probability."""
-
-    limit: Annotated[
-        float, quantity("%", "error that a user accepts, over the stroke", least="0.01 %", most="50 %")
-    ] = 0.03
-    risk: Annotated[
-        float, quantity("%", "probability of a larger error while the status is ok", least="0.0001 %", most="20 %")
-    ] = 1e-3
-
-
 class Assumptions(Part):
     """What a sensor assumes, all of it together."""
-
-    integrity: Annotated[AssumedIntegrity, Field(description="when a position is ok")] = AssumedIntegrity()
 
     drive: Annotated[AssumedDrive, Field(description="what the drive's report is like")] = AssumedDrive()
     machine: Annotated[AssumedMachine, Field(description="how far the machine may be from its description")] = (

@@ -509,10 +509,6 @@ class Bank:
         """Of the position over all hypotheses, about the nominal one [m2] (`Mixture.variance`)."""
         return self.together.variance()
 
-    def exceeds(self, limit: Real, others: Scalar) -> Scalar:
-        """Probability that the error of the position is larger than a limit [m], by references (`Mixture.exceeds`)."""
-        return self.together.exceeds(limit, self.state.band_width, others)
-
     def band(self, others: Scalar) -> Scalar:
         """Standard deviation of the position [m] whose 1.96-fold holds the truth in 95 of 100 cases, by references.
 

@@ -12,7 +12,7 @@ from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.hypothesis import Hypothesis, Kind
 from ramsight.sensor.normal_tail import upper_tail
 from ramsight.sensor.quantity import Quantity, Row
-from ramsight.sensor.thresholds import BISECTIONS, OUTSIDE, POSITION_STD_LEAST, RISK
+from ramsight.sensor.thresholds import BISECTIONS, CERTAIN, OTHERWISE, OUTSIDE, POSITION_STD_LEAST, RISK
 
 
 def largest_weight(hypotheses: Sequence[Hypothesis]) -> Scalar:
@@ -124,35 +124,32 @@ class Mixture:
         stated[Kind.WRONG] = ca.fmax(stated[Kind.WRONG] - 2.0 * self.wrong, 0.0)
         return stated
 
-    def exceeds(self, limit: Real, width: Scalar, others: Scalar) -> Scalar:
-        """Probability that the error of the position is larger than a limit.
-
-        Args:
-            limit: [m].
-            width: factor of the filters' standard deviations [1].
-            others: variance of the position by what no hypothesis follows [m2].
-        """
-        stated, deviations = self._stated(), self._deviations(width, others)
-        chances = zip(stated, self.hypotheses, deviations, strict=True)
-        return scalar(0.0) + sum(p * _outside(limit, h.mean[Quantity.POSITION], std) for p, h, std in chances)
-
     def band(self, width: Scalar, others: Scalar) -> Scalar:
         """Standard deviation of the position [m] whose 1.96-fold holds the truth in 95 of 100 cases.
 
-        Half the width of the shortest band about the position that has that probability over all hypotheses, by
-        bisection, over 1.96. It is never less than the standard deviation under the likeliest.
+        That of the likeliest hypothesis, and so much more that the truth is outside by the other ones with no more than
+        `OTHERWISE`, the half width h for which
+
+            sum_h w_h P(|x_h - x| > h) = OTHERWISE.
+
+        Which hypothesis is true is one draw for a whole log: were it 5 %, five logs of a hundred would be wrong from
+        their first sample to the last.
 
         Args:
             width: factor of the filters' standard deviations [1].
             others: variance of the position by what no hypothesis follows [m2].
         """
-        deviations = self._deviations(width, others)
+        deviations, largest = self._deviations(width, others), largest_weight(self.hypotheses)
         least = most = TWO_SIDED_95 * of_likeliest(self.hypotheses, deviations)
-        for h, std in zip(self.hypotheses, deviations, strict=True):
-            most = ca.fmax(most, ca.fabs(h.mean[Quantity.POSITION]) + TWO_SIDED_95 * std)
+        parts = []
+        for p, h, std in zip(self._stated(), self.hypotheses, deviations, strict=True):
+            counted = ca.if_else(h.weight >= largest, 0.0, p)
+            parts.append((counted, h.mean[Quantity.POSITION], std))
+            most = ca.fmax(most, ca.fabs(h.mean[Quantity.POSITION]) + CERTAIN * std)
         for _ in range(int(BISECTIONS)):
             middle = ca.sqrt(least * most)
-            short = self.exceeds(middle, width, others) > OUTSIDE
+            outside = sum(p * _outside(middle, offset, std) for p, offset, std in parts)
+            short = outside > OTHERWISE
             least, most = ca.if_else(short, middle, least), ca.if_else(short, most, middle)
         return most / TWO_SIDED_95
 

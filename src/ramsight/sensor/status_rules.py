@@ -60,14 +60,12 @@ class PositionEstimate:
         std: whose 1.96-fold is the 95 % band [m].
         overall: standard deviation over all hypotheses by their probabilities [m].
         known: whether a position has ever been known.
-        exceeds: probability that its error is larger than the declared limit (`integrity.limit`).
     """
 
     value: Scalar
     std: Scalar
     overall: Scalar
     known: Flag
-    exceeds: Scalar
 
 
 def outside_temperature(sample: Sample) -> Flag:
@@ -114,7 +112,7 @@ def _conditions(
     beyond = ca.fmax(-position.value, position.value - stroke)
     outside = beyond > OUTSIDE_STROKE_STD * position.std + OUTSIDE_STROKE_LEAST
     return {
-        Status.REFERENCE_DUE: position.exceeds > model.assumed.integrity.risk,
+        Status.REFERENCE_DUE: position.std > REFERENCE_DUE_SHARE * stroke,
         Status.OUTSIDE_TEMPERATURE: outside_temperature(sample),
         Status.OUTSIDE_SPEED: ca.fabs(sample.motor_speed) > OVERSPEED_SHARE * model.max_speed,
         Status.TEMPERATURE_LOST: intake.temperature_bad,
