@@ -217,7 +217,25 @@ def test_a_landing_looks_at_its_target_when_the_rod_has_settled(stood, off, trie
     assert number(landed(replace(state, stood=scalar(stood)), turning, flag(True))[0].stood) == 0.0
 
 
+def test_a_landing_waits_for_the_reports_that_are_still_to_come():
+    state, now = move(target=0.301)
+    state, late = replace(state, stood=scalar(SETTLED + 0.03)), replace(now, by=replace(BY, lag=0.1))
+    assert true_of(landed(state, late, flag(True))[1]) == set()
+    state = replace(state, stood=scalar(SETTLED + 0.09))
+    assert true_of(landed(state, late, flag(True))[1]) == {Event.MISSED}
+
+
 # By hand, leak tests, stops
+
+
+@pytest.mark.parametrize(("load", "goes"), [(2.99e5, True), (3.01e5, False)])
+def test_a_hand_goes_no_further_against_the_largest_force(load, goes):
+    by = replace(BY, limits=replace(BY.limits, force=3e5))
+    up = BOOM.lift_sign * 0.01
+    now = sample_of(BOOM, by=by, steering=up, load=load)
+    state, went, _ = steered(Steering(scalar(up)), now, flag(True))
+    assert number(went) == float(goes)
+    assert number(state.velocity) == pytest.approx(up if goes else 0.0)
 
 
 @pytest.mark.parametrize(
@@ -240,6 +258,8 @@ def test_a_leak_test_turns_slower_than_the_rod_would_lift_until_its_time_is_over
     lifts = number(BY.leakage(scalar(2e5)))
     assert number(wish.speed) == pytest.approx(Tuning.leak_test_share(BOOM) * lifts * BOOM.lift_sign)
     assert number(state.time) == DT
+    again = leak_tested(LeakTest(scalar(1.0), scalar(8.0)), sample_of(BOOM), flag(True), flag(True))[0]
+    assert number(again.time) == DT, "the time of an earlier test is over"
     for before, over in ((8.0 - 1.5 * DT, set()), (8.0 - 0.5 * DT, {Event.OVER})):
         later = LeakTest(state.speed, scalar(before))
         now, wish = leak_tested(later, sample_of(BOOM, load=9e5), flag(True), flag(False))

@@ -234,7 +234,7 @@ def test_a_state_resumes_as_in_python(tmp_path, slots):
     unit = build_ddh("boom", LOADER.unit("boom"))
     sensor, c = kalman(unit), slots
     file = StateFile(tmp_path / "boom.state", sensor)
-    assert set(c.names) == set(sensor.recursion.state)
+    assert set(c.names) == {field_of(name) for name in sensor.recursion.state}
     assert c.resume() == NOTHING
     assert c.c.ramsight_boom_start(c.sensor, 0.3, 1e-3) == 1
     assert c.rest(0.0) == [1, 0, 1], "both slots exist at once, and neither has the position yet"
