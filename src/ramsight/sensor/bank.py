@@ -50,7 +50,7 @@ LEARNT = (Quantity.LEAKAGE, Quantity.DISPLACEMENT, Quantity.COMPLIANCE, Quantity
 """What a step of the balance is made with on every machine."""
 
 ENDS = (Quantity.LOW, Quantity.TOP)
-"""Where the stroke ends. Under a hypothesis that has met an end elsewhere the position is as uncertain as that place."""
+"""Where the stroke ends. Under a hypothesis whose end is elsewhere the position is as uncertain as that place."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -450,8 +450,9 @@ class Bank:
         return [*hypotheses[: Kind.WRONG], choose(lost, self._unknown_position(first, prior), wrong)]
 
     def _unknown_position(self, of: Hypothesis, weight: Real) -> Hypothesis:
-        """A hypothesis that knows the machine as another one does, and no position."""
-        covariance = of.covariance.independent(Quantity.POSITION, self._unknown)
+        """A hypothesis that knows the machine as another one does, but not the position, nor whether it leaks more."""
+        leak = self.model.assumed.machine.leak
+        covariance = of.covariance.independent(Quantity.POSITION, self._unknown).at_least(Quantity.LEAKAGE, leak**2)
         return Hypothesis(mean=of.mean, covariance=covariance, weight=scalar(0.0) + weight)
 
     def _widened(self, size: Scalar, fits: Flag, use: Flag) -> Scalar:

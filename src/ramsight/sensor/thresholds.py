@@ -199,7 +199,9 @@ OUTSIDE = Constant(0.05, "1", "share of the truth that a 95 % band misses")
 OTHERWISE = Constant(
     0.01, "1", "probability of a truth outside a 95 % band by hypotheses other than the likeliest: one log of a hundred"
 )
-BISECTIONS = Constant(9.0, "1", "halvings of the logarithm of a band's width; 1 % of a band that is a hundred times as wide")
+BISECTIONS = Constant(
+    9.0, "1", "halvings of the logarithm of a band's width; 1 % of a band that is a hundred times as wide"
+)
 RISK = Constant(1e-5, "1", "share of samples at which an error may exceed the bound, as stated")
 CERTAIN = Constant(math.sqrt(-2.0 * math.log(1e-5)), "1", "P(|e| > k sigma) <= exp(-k^2/2) (Chernoff) with the risk")
 LEAK_FACTOR_LEAST = Constant(0.3, "1", "a tight pump over a catalogue's")
