@@ -197,7 +197,11 @@ UNREACHABLE = Constant(1e9, "1", "a logarithm that no likelihood reaches")
 REFUTED = Constant(0.1, "1", "odds below which the hypothesis of a wrong position is restarted")
 OUTSIDE = Constant(0.05, "1", "share of the truth that a 95 % band misses")
 RISK = Constant(1e-5, "1", "share of samples at which an error may exceed the bound, as stated")
-CERTAIN = Constant(math.sqrt(-2.0 * math.log(1e-5)), "1", "P(|e| > k sigma) <= exp(-k^2/2) (Chernoff) with the risk")
+CERTAIN = Constant(
+    math.sqrt(-2.0 * math.log(1e-5)),
+    "1",
+    "an error exceeds k sigma with probability exp(-k^2/2) at most (Chernoff): the risk",
+)
 LEAK_FACTOR_LEAST = Constant(0.3, "1", "a tight pump over a catalogue's")
 LEAK_FACTOR_MOST = Constant(4.0, "1", "a pump that leaks more does not lift its load")
 DISPLACEMENT_FACTOR_LEAST = Constant(0.97, "1", "tolerance of displacements, ISO 8426")
