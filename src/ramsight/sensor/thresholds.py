@@ -198,7 +198,7 @@ REFUTED = Constant(0.1, "1", "odds below which the hypothesis of a wrong positio
 OUTSIDE = Constant(0.05, "1", "share of the truth that a 95 % band misses")
 RISK = Constant(1e-5, "1", "share of samples at which an error may exceed the bound, as stated")
 CERTAIN = Constant(
-    math.sqrt(-2.0 * math.log(1e-5)),
+    math.sqrt(-2.0 * math.log(RISK)),
     "1",
     "an error exceeds k sigma with probability exp(-k^2/2) at most (Chernoff): the risk",
 )
