@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import brentq
+from scipy.stats import norm
 
 from ramsight.engine.typed_state import inlined, leaf, leaves, symbols
 from ramsight.plant.symbols import Parameters
@@ -20,7 +22,7 @@ from ramsight.sensor.hypothesis import BOUNDS as BOUNDS_OF
 from ramsight.sensor.hypothesis import Kind, covariance_of, state_of
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.sample import Raw, SampleState, plain_sample
-from ramsight.sensor.thresholds import RISK
+from ramsight.sensor.thresholds import OTHERWISE, RISK
 from ramsight.sensor.virtual_sensor import Report, close
 
 from .sensor_bench import Stepped
@@ -110,11 +112,11 @@ class Bank:
         position = nominal + x["went_on"] * x["back"] + measured.moved
         more = {"taken": measured.accepted, "refused": measured.rejected, "moved": measured.moved}
         more |= {
-            "band": bank.band(),
+            "band": bank.band(ca.SX(0.0)),
             "room_low": room[0],
             "room_top": room[1],
             "total": ca.sqrt(bank.variance()),
-            "bound": bank.bound(),
+            "bound": bank.bound(ca.SX(0.0)),
             "leak": bank.means()[Quantity.LEAKAGE],
             "exponent": bank.means()[Quantity.EXPONENT],
             "leak_std": bank.factor_std(Quantity.LEAKAGE),
@@ -125,7 +127,7 @@ class Bank:
             position_variance=bank.variance(), intake=intake, bank=bank.closed(),
         )  # fmt: skip
         outputs = {name: (ca.SX(1.0) * value, "1") for name, value in more.items()}
-        said = Report(position, bank.band(), 0.0, 0.0, ca.SX(0.0), outputs)
+        said = Report(position, bank.band(ca.SX(0.0)), 0.0, 0.0, ca.SX(0.0), outputs)
         self._sensor = close("bank", Parameters(), raw, first, state, after, said)
         self._stepped = Stepped(self._sensor)
         self.names = self._sensor.recursion.state
@@ -448,22 +450,60 @@ def test_nothing_measured_changes_no_weight(bank):
     assert said["taken"] == said["refused"] == 0.0
 
 
-def test_the_band_holds_a_hypothesis_of_six_percent(bank):
+@pytest.mark.parametrize(("low", "top"), [(0.3, 0.1), (0.06, 0.005), (0.02, 0.02), (0.012, 1e-6)])
+def test_the_truth_is_outside_the_band_by_the_other_hypotheses_in_one_log_of_a_hundred(bank, low, top):
     bank.begin(0.3, std=1e-3)
-    bank.set(top_0=0.02, low_0=-0.02)
-    weights = {"described": 0.93, "low": 0.06, "top": 0.005, "wrong": 0.005}
+    bank.set(top_0=0.02, low_0=-0.03)
+    weights = {"described": 1.0 - low - top, "leaks": 1e-9, "low": low, "top": top, "wrong": 1e-9}
     bank.set(**{f"{name}_weight": np.log(p) for name, p in weights.items()})
-    said = bank.go()
-    std = bank.matrix("low")[POSITION, POSITION] ** 0.5
-    assert 1.96 * said["band"] >= 0.02 + 1.6 * std
-    for other, p in (("low", 0.02), ("top", 0.06)):
-        bank.set(low_weight=np.log(0.02), top_weight=np.log(0.005))
-        bank.set(**{f"{other}_weight": np.log(p)})
-        said = bank.go()
-        assert (1.96 * said["band"] >= 0.02) == (p > 0.05)
+    half = 1.96 * bank.go()["band"]
+    parts = [(p, bank.value(f"{name}_0"), bank.matrix(name)[POSITION, POSITION] ** 0.5) for name, p in weights.items()]
+    others = lambda h: sum(p * (norm.sf((h - x) / std) + norm.sf((h + x) / std)) for p, x, std in parts[1:])  # noqa: E731
+    exact = brentq(lambda h: others(h) - OTHERWISE, 0.0, 1.0)
+    assert half == pytest.approx(exact, rel=0.012), "the bisection's step, and the tail's approximation"
+
+
+def test_the_band_is_that_of_the_likeliest_where_the_others_have_less_than_one_percent(bank):
+    bank.begin(0.3, std=1e-3)
+    bank.set(top_0=0.02, low_0=-0.03)
+    weights = {"described": 0.992, "leaks": 1e-6, "low": 0.004, "top": 0.004, "wrong": 1e-9}
+    bank.set(**{f"{name}_weight": np.log(p) for name, p in weights.items()})
     own = bank.matrix("described")[POSITION, POSITION] ** 0.5
-    bank.set(top_weight=np.log(0.001))
-    assert bank.go()["band"] == pytest.approx(own, rel=0.01)
+    assert bank.go()["band"] == pytest.approx(own, rel=0.02)
+
+
+@pytest.mark.parametrize("end", ENDS)
+def test_contacts_at_one_place_are_one_evidence_of_what_is_there(bank, end):
+    """An undeclared stop that is met again is as probable as after the first contact: nothing could tell."""
+    place, which = ENDS[end]
+    bank.begin(std=None)
+    said = bank.go(place=place, **which, **CONTACT)
+    first = said[f"p_{end}"] / said["p_described"]
+    for _ in range(10):
+        for _ in range(20):
+            bank.go(grows=1e-4)
+        said = bank.go(place=place, **which, **CONTACT)
+    assert said[f"p_{end}"] / said["p_described"] == pytest.approx(first, rel=0.05)
+    assert said["band"] > 0.02 * STROKE, "it may be there as well"
+
+
+def test_a_persistent_error_grows_beside_what_is_uncertain_for_another_reason():
+    x, y = Quantity.POSITION, Quantity.TOP
+    covariance = Covariance({(x, x): ca.DM(25.0), (x, y): ca.DM(12.0), (y, y): ca.DM(9.0)})
+    assert float(covariance.grown(1.0)[x, x]) == pytest.approx((5.0 + 1.0) ** 2)
+    own = 25.0 - 12.0**2 / 9.0
+    assert float(covariance.grown(1.0, given=(y,))[x, x]) == pytest.approx(25.0 - own + (own**0.5 + 1.0) ** 2)
+
+
+def test_a_position_that_went_wrong_may_be_so_by_a_leakage_that_has_grown(bank):
+    """After a reference that is sure *wrong* begins again: with no position, and a leakage as before any reference."""
+    bank.begin(0.3, std=1e-3)
+    for _ in range(8):
+        bank.go(travel_by_0=-0.1)
+        bank.go(place=bank.value("position"), **REFERENCE)
+    leak = Assumptions().machine.leak
+    assert bank.matrix("described")[1, 1] < (0.1 * leak) ** 2
+    assert bank.matrix("wrong")[1, 1] == pytest.approx(leak**2, rel=0.1)
 
 
 def test_the_total_is_the_variance_of_the_mixture(bank):
@@ -583,7 +623,8 @@ def test_before_a_reference_the_band_holds_a_machine_that_leaks_otherwise(bank):
     machine, way = Assumptions().machine, 0.1
     bank.begin(0.3, std=1e-4)
     said = bank.go(travel_by_0=-way)
-    assert said["band"] == pytest.approx(way * machine.other_leak, rel=1e-3)
+    reach = norm.isf(0.5 * OTHERWISE / said["p_leaks"])
+    assert 1.96 * said["band"] == pytest.approx(reach * way * machine.other_leak, rel=0.05)
     before = bank.matrix("described")[POSITION, POSITION] ** 0.5
     assert before == pytest.approx(way * machine.leak, rel=1e-2), "what is likeliest is surer"
 

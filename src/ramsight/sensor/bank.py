@@ -49,6 +49,9 @@ from ramsight.sensor.thresholds import (
 LEARNT = (Quantity.LEAKAGE, Quantity.DISPLACEMENT, Quantity.COMPLIANCE, Quantity.LAG, Quantity.EXPONENT)
 """What a step of the balance is made with on every machine."""
 
+ENDS = (Quantity.LOW, Quantity.TOP)
+"""Where the stroke ends. Under a hypothesis whose end is elsewhere the position is as uncertain as that place."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class BankState:
@@ -315,7 +318,7 @@ class Bank:
         return self._with(
             [
                 h.shifted(h.along(travel_by, around)).with_covariance(
-                    h.covariance.predicted(travel_by, gains).grown(grows)
+                    h.covariance.predicted(travel_by, gains).grown(grows, given=ENDS)
                 )
                 for h in self.hypotheses
             ]
@@ -357,7 +360,7 @@ class Bank:
             position = nominal + h.mean[Quantity.POSITION]
             beyond = ca.if_else(way > 0.0, -position, ca.if_else(way < 0.0, position - stroke, 0.0))
             back = ca.if_else(beyond > h.position_std + BEYOND_END_LEAST * stroke, beyond, 0.0)
-            covariance = h.covariance.grown(OVERSHOOT_STD_SHARE * back)
+            covariance = h.covariance.grown(OVERSHOOT_STD_SHARE * back, given=ENDS)
             found.append(h.shifted(way * back).with_covariance(covariance))
         return self._with(found)
 
@@ -447,8 +450,9 @@ class Bank:
         return [*hypotheses[: Kind.WRONG], choose(lost, self._unknown_position(first, prior), wrong)]
 
     def _unknown_position(self, of: Hypothesis, weight: Real) -> Hypothesis:
-        """A hypothesis that knows the machine as another one does, and no position."""
-        covariance = of.covariance.independent(Quantity.POSITION, self._unknown)
+        """A hypothesis that knows the machine as another one does, but not the position, nor whether it leaks more."""
+        leak = self.model.assumed.machine.leak
+        covariance = of.covariance.independent(Quantity.POSITION, self._unknown).at_least(Quantity.LEAKAGE, leak**2)
         return Hypothesis(mean=of.mean, covariance=covariance, weight=scalar(0.0) + weight)
 
     def _widened(self, size: Scalar, fits: Flag, use: Flag) -> Scalar:
@@ -506,16 +510,16 @@ class Bank:
         """Of the position over all hypotheses, about the nominal one [m2] (`Mixture.variance`)."""
         return self.together.variance()
 
-    def band(self) -> Scalar:
+    def band(self, others: Scalar) -> Scalar:
         """Standard deviation of the position [m] whose 1.96-fold holds the truth in 95 of 100 cases, by references.
 
         See `Mixture.band`.
         """
-        return self.state.band_width * self.together.band()
+        return self.together.band(self.state.band_width, others)
 
-    def bound(self) -> Scalar:
+    def bound(self, others: Scalar) -> Scalar:
         """The error that no more than `RISK` of the samples exceed [m], by references (`Mixture.bound`)."""
-        return self.state.band_width * self.together.bound()
+        return self.together.bound(self.state.band_width, others)
 
     def factor_std(self, quantity: Quantity) -> Scalar:
         """Standard deviation of a factor under the likeliest hypothesis [1]."""

@@ -11,6 +11,7 @@ import casadi as ca
 from ramsight.engine.typed_state import leaf
 from ramsight.expression import Condition, Flag, Real, Scalar, scalar
 from ramsight.sensor.quantity import Quantity
+from ramsight.sensor.thresholds import VARIANCE_LEAST
 
 Pair = tuple[str, str]
 K = TypeVar("K", bound=str)
@@ -133,11 +134,20 @@ class Covariance:
             entries[i, j] = self.entries[i, j] - change
         return Covariance(entries), {i: by * innovation for i, by in gain.items()}
 
-    def grown(self, std: Real) -> Covariance:
-        """The first quantity's standard deviation is larger by `std`, as a persistent error and not as noise."""
+    def grown(self, std: Real, given: Collection[K] = ()) -> Covariance:
+        """The first quantity's standard deviation is larger by `std`, as a persistent error and not as noise.
+
+        Errors of one kind add up, those of different kinds do not: what it is uncertain by other quantities counts as
+        of another kind, P_11 - sum P_1i^2 / P_ii.
+
+        Args:
+            std: by which it grows.
+            given: those other quantities, independent of each other.
+        """
         first = self.quantities[0]
         here = self.entries[first, first]
-        larger = here + std * (2.0 * ca.sqrt(ca.fmax(here, 0.0)) + std)
+        by_others = sum(self[first, i] ** 2 / ca.fmax(self[i, i], VARIANCE_LEAST) for i in given)
+        larger = here + std * (2.0 * ca.sqrt(ca.fmax(here - by_others, 0.0)) + std)
         return Covariance({**self.entries, (first, first): larger})
 
     def added(self, quantity: str, variance: Real) -> Covariance:

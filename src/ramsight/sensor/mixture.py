@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
 
 from ramsight.expression import Flag, Real, Scalar, count, holds, scalar, within
-from ramsight.normal import ONE_SIDED_95, TWO_SIDED_95
+from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.hypothesis import Hypothesis, Kind
+from ramsight.sensor.normal_tail import upper_tail
 from ramsight.sensor.quantity import Quantity, Row
-from ramsight.sensor.thresholds import OUTSIDE, RISK
+from ramsight.sensor.thresholds import BISECTIONS, CERTAIN, OTHERWISE, OUTSIDE, POSITION_STD_LEAST, RISK
 
 
 def largest_weight(hypotheses: Sequence[Hypothesis]) -> Scalar:
@@ -89,11 +89,6 @@ class Mixture:
         total = sum(self.shares)
         return [share / total for share in self.shares]
 
-    def _logarithms(self) -> list[Scalar]:
-        """Natural logarithms of the probabilities."""
-        largest, total = largest_weight(self.hypotheses), ca.log(sum(self.shares))
-        return [h.weight - largest - total for h in self.hypotheses]
-
     def mean(self, quantity: Quantity) -> Scalar:
         """Of a quantity over all."""
         weighed = (w * h.mean[quantity] for w, h in zip(self.probabilities, self.hypotheses, strict=True))
@@ -109,28 +104,56 @@ class Mixture:
         A position that may be anywhere counts from where it is one of twenty cases: the band is that of 95 %.
         """
         weights = self.probabilities
-        weights[Kind.WRONG] = weights[Kind.WRONG] * _counts(0.5 * weights[Kind.WRONG])
+        weights[Kind.WRONG] = weights[Kind.WRONG] * within(weights[Kind.WRONG] / OUTSIDE - 1.0, 0.0, 1.0)
         weighed = (
             w * (h.position_variance + h.mean[Quantity.POSITION] ** 2)
             for w, h in zip(weights, self.hypotheses, strict=True)
         )
         return sum(weighed)  # type: ignore[return-value]  # of at least one
 
-    def band(self) -> Scalar:
+    def _deviations(self, width: Scalar, others: Scalar) -> list[Scalar]:
+        """Standard deviation of the position under each, with what no hypothesis follows [m]."""
+        return [ca.sqrt((width * h.position_std) ** 2 + others) for h in self.hypotheses]
+
+    def _stated(self) -> list[Scalar]:
+        """Probabilities, but that of *wrong* only as far as evidence supports it.
+
+        Until then its weight is an assumption (`stops.wrong`), not a finding.
+        """
+        stated = self.probabilities
+        stated[Kind.WRONG] = ca.fmax(stated[Kind.WRONG] - 2.0 * self.wrong, 0.0)
+        return stated
+
+    def band(self, width: Scalar, others: Scalar) -> Scalar:
         """Standard deviation of the position [m] whose 1.96-fold holds the truth in 95 of 100 cases.
 
-        That of the likeliest hypothesis, or more where another one has about 5 % or more: then that is inside as well,
-        and does not wait for a log on which it happens to be true.
-        """
-        wide = ca.sqrt(ca.fmax(self.likeliest(lambda h: h.position_variance), 0.0))
-        for w, h in zip(self.probabilities, self.hypotheses, strict=True):
-            # Beside the likeliest one side of it counts, about the same position both do.
-            std = h.position_std
-            reach = ca.fmax(ca.fabs(h.mean[Quantity.POSITION]) + ONE_SIDED_95 * std, TWO_SIDED_95 * std)
-            wide = ca.fmax(wide, _counts(w) * reach / TWO_SIDED_95)
-        return wide
+        That of the likeliest hypothesis, and so much more that the truth is outside by the other ones with no more than
+        `OTHERWISE`, the half width h for which
 
-    def bound(self) -> Scalar:
+            sum_h w_h P(|x_h - x| > h) = OTHERWISE.
+
+        Which hypothesis is true is one draw for a whole log: were it 5 %, five logs of a hundred would be wrong from
+        their first sample to the last.
+
+        Args:
+            width: factor of the filters' standard deviations [1].
+            others: variance of the position by what no hypothesis follows [m2].
+        """
+        deviations, largest = self._deviations(width, others), largest_weight(self.hypotheses)
+        least = most = TWO_SIDED_95 * of_likeliest(self.hypotheses, deviations)
+        parts = []
+        for p, h, std in zip(self._stated(), self.hypotheses, deviations, strict=True):
+            counted = ca.if_else(h.weight >= largest, 0.0, p)
+            parts.append((counted, h.mean[Quantity.POSITION], std))
+            most = ca.fmax(most, ca.fabs(h.mean[Quantity.POSITION]) + CERTAIN * std)
+        for _ in range(int(BISECTIONS)):
+            middle = ca.sqrt(least * most)
+            outside = sum(p * _outside(middle, offset, std) for p, offset, std in parts)
+            short = outside > OTHERWISE
+            least, most = ca.if_else(short, middle, least), ca.if_else(short, most, middle)
+        return most / TWO_SIDED_95
+
+    def bound(self, width: Scalar, others: Scalar) -> Scalar:
         """The error that no more than `RISK` of the samples exceed, whichever hypothesis is true [m].
 
         By the separation of solutions, as satellite navigation bounds its errors: each hypothesis has its own position
@@ -138,17 +161,15 @@ class Mixture:
 
             b = max_h |x_h - x| + sigma_h sqrt(2 ln(w_h / RISK)).
 
-        That the position may be wrong for a reason of no stated kind counts from where evidence supports it: until
-        then its weight is an assumption (`stops.wrong`), not a finding.
+        Args:
+            width: factor of the filters' standard deviations [1].
+            others: variance of the position by what no hypothesis follows [m2].
         """
         wide = scalar(0.0)
-        shares, found = self._logarithms(), self.probabilities[Kind.WRONG] - 2.0 * self.wrong
-        shares[Kind.WRONG] = ca.log(ca.fmax(found, RISK))
-        for share, h in zip(shares, self.hypotheses, strict=True):
-            over = share - math.log(RISK)
-            sure = ca.sqrt(2.0 * ca.fmax(over, 0.0))
-            off = ca.fabs(h.mean[Quantity.POSITION])
-            wide = ca.fmax(wide, ca.if_else(over > 0.0, off + sure * h.position_std, 0.0))
+        for p, h, std in zip(self._stated(), self.hypotheses, self._deviations(width, others), strict=True):
+            over = ca.log(ca.fmax(p / RISK, 1.0))
+            reach = ca.fabs(h.mean[Quantity.POSITION]) + ca.sqrt(2.0 * over) * std
+            wide = ca.fmax(wide, ca.if_else(over > 0.0, reach, 0.0))
         return wide
 
     def std(self, row: Row) -> Scalar:
@@ -156,6 +177,7 @@ class Mixture:
         return ca.sqrt(ca.fmax(self.likeliest(lambda h: h.covariance.variance(row)), 0.0))
 
 
-def _counts(probability: Scalar) -> Scalar:
-    """How far a hypothesis counts in a band of 95 %: wholly from one in twenty on, not at all below half of that."""
-    return within(2.0 * probability / OUTSIDE - 1.0, 0.0, 1.0)
+def _outside(limit: Real, offset: Scalar, std: Scalar) -> Scalar:
+    """Probability that a normal variable is farther from zero than a limit."""
+    std = ca.fmax(std, POSITION_STD_LEAST)
+    return upper_tail((limit - offset) / std) + upper_tail((limit + offset) / std)

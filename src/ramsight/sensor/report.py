@@ -17,7 +17,7 @@ from ramsight.sensor.quantity import FACTOR_OF, Quantity
 from ramsight.sensor.rest import UnseenLoad, UnseenLoadState, unseen_load
 from ramsight.sensor.sample import Sample
 from ramsight.sensor.status_rules import PlausibilityState, PositionEstimate, implausible_torque, status_of
-from ramsight.sensor.thresholds import CERTAIN, FASTEST_SHARE, TIME_LEAST, VELOCITY_SMOOTHING
+from ramsight.sensor.thresholds import FASTEST_SHARE, TIME_LEAST, VELOCITY_SMOOTHING
 from ramsight.sensor.update import Met, Stepped, Updated
 from ramsight.sensor.virtual_sensor import BOUND, REFERENCED_NOW, Outputs, Report
 
@@ -74,13 +74,12 @@ def report(
     sample, step, contact, bank = at.sample, at.step, met.contact, updated.bank
     unseen_state, unseen = _unseen(state.unseen, sample, step, contact, model)
     others = _others(at, contact, model)
-    seen = unseen.std**2 + others
-    std = ca.sqrt(bank.band() ** 2 + seen) + updated.pending
-    overall = ca.sqrt(ca.fmax(bank.variance(), 0.0) + seen) + updated.pending
+    seen = unseen.std**2 + others + updated.pending**2
+    std, overall = bank.band(seen), ca.sqrt(ca.fmax(bank.variance(), 0.0) + seen)
     plausibility, implausible = implausible_torque(state.plausibility, sample, step, negated(contact.hold.held), model)
     position = PositionEstimate(outcome.nominal, std, overall, outcome.known)
     status = status_of(at, updated, outcome.disputed, position, implausible, model)
-    bound = ca.sqrt(bank.limited().bound() ** 2 + unseen.most**2 + CERTAIN**2 * others) + CERTAIN * updated.pending
+    bound = ca.sqrt(bank.limited().bound(others + updated.pending**2) ** 2 + unseen.most**2)
     shown, astray = _shown(state, at, updated, outcome, model)
     velocity = _velocity(state, sample, step, contact)
     more: Outputs = {
