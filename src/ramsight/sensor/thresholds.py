@@ -200,7 +200,11 @@ OTHERWISE = Constant(
     0.01, "1", "probability that another hypothesis is true and the position outside a 95 % band: one log of a hundred"
 )
 RISK = Constant(1e-5, "1", "share of samples at which an error may exceed the bound, as stated")
-CERTAIN = Constant(math.sqrt(-2.0 * math.log(1e-5)), "1", "P(|e| > k sigma) <= exp(-k^2/2) (Chernoff) with the risk")
+CERTAIN = Constant(
+    math.sqrt(-2.0 * math.log(RISK)),
+    "1",
+    "an error exceeds k sigma with probability exp(-k^2/2) at most (Chernoff): the risk",
+)
 LEAK_FACTOR_LEAST = Constant(0.3, "1", "a tight pump over a catalogue's")
 LEAK_FACTOR_MOST = Constant(4.0, "1", "a pump that leaks more does not lift its load")
 DISPLACEMENT_FACTOR_LEAST = Constant(0.97, "1", "tolerance of displacements, ISO 8426")
