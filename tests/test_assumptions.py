@@ -28,6 +28,7 @@ from ramsight.plant.machine_tables import machine_summary
 from ramsight.plant.pump import Pump
 from ramsight.sensor.balance import balance
 from ramsight.sensor.kalman import kalman
+from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.status import Status
 
 from .sensor_bench import Stepped, cycle
@@ -196,7 +197,7 @@ class MadeError(Exception):
     """Ends whatever makes a sensor once it is clear of which unit."""
 
 
-#: all that makes a sensor of a description: module and name of what it makes, and how it is made to
+#: all that makes a sensor of a description: where and by which name it does, and how it is made to
 PLACES = {
     "C": (c_folder, "kalman", lambda m, _, folder: c_folder.write_sensor(m, "boom", folder / "c", compiler="")),
     "FMU": (fmu_model, "kalman", lambda m, _, folder: fmu.write_fmu(m, "boom", folder / "boom.fmu", compiler="")),
@@ -212,7 +213,7 @@ PLACES = {
     ),
     "track, kalman": (sensors, "kalman", lambda _, unit, __: sensors.sensor_for(unit, "kalman")),
     "track, balance": (sensors, "balance", lambda _, unit, __: sensors.sensor_for(unit, "balance")),
-    "identify": (identify_replay, "LoadObserver", lambda _, unit, __: identify_replay.Circuit(unit)),
+    "identify": (MachineModel, "of", lambda _, unit, __: identify_replay.Circuit(unit)),
 }
 
 
@@ -222,9 +223,8 @@ def test_every_place_that_makes_a_sensor_hands_on_what_is_declared(tmp_path, mon
     module, name, make = PLACES[place]
     found = []
 
-    def made(unit, *given):
-        # The observer is handed the assumptions themselves, a sensor the unit that has them.
-        own = [one for one in given if isinstance(one, Assumptions)]
+    def made(unit, *others, **_):
+        own = [one for one in others if isinstance(one, Assumptions)]
         found.append(own[0] if own else unit.assumptions)
         raise MadeError
 
@@ -238,7 +238,7 @@ def test_every_place_that_makes_a_sensor_hands_on_what_is_declared(tmp_path, mon
 def test_a_worn_machine_and_its_table_keep_to_their_unit():
     plain, declared = built("boom", {}), built("boom", {"drive.torque": '"3 %"'})
     assert AsBuilt(leak=1.2).apply(declared).assumptions == declared.assumptions
-    # A table is made of simulated runs, which know no assumptions: none has to be made anew.
+    # A table is made of simulated runs, which know no assumptions: none has to be made again.
     assert cache_file(declared) == cache_file(plain)
 
 

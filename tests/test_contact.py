@@ -50,18 +50,18 @@ def test_a_stop_is_found_within_three_tenths_of_a_second(name, end, seed):
     run, _ = into_a_stop(name, end)
     log = report(run, quiet(unit, seed=seed, share=0.003))
     said, contact = watched(name, run, log), stands_from(run, unit)
-    found = run["time"].values[said["touched"] > 0.0]
+    found = run["time"].values[said["found"] > 0.0]
     assert 1 <= found.size <= 2, "once, and perhaps again when the oil decompresses on the way back"
     assert 0.0 <= found[0] - contact < 0.33, "0.3 s and a sample"
-    first = int(np.argmax(said["touched"]))
+    first = int(np.argmax(said["found"]))
     there = 0.0 if run["position"].values[first] < 0.5 * unit.cylinder.stroke else unit.cylinder.stroke
-    for k in np.flatnonzero(said["touched"]):
+    for k in np.flatnonzero(said["found"]):
         assert said["place"][k] == pytest.approx(there, abs=0.003 * unit.cylinder.stroke)
         assert said["at_top"][k] == (there > 0.0)
         assert said["held"][k] == (k == first), "a piston that leaves is not held"
     before = run["time"].values < contact - 0.05
     assert not said["held"][before].any()
-    assert not said["touched"][before].any()
+    assert not said["found"][before].any()
 
 
 @pytest.mark.parametrize("name", LOADER)
@@ -99,7 +99,7 @@ def test_pushing_begins_when_the_motor_goes_on_the_same_way_and_builds_up_torque
     assert (said["held"][np.flatnonzero(pushing) - 1] > 0.0).all()
     lifting = run["motor_speed"].values * unit.lift_sign > 1.0
     assert lifting[pushing].all()
-    grown = said["built"][pushing] * unit.lift_sign
+    grown = (said["expected"][pushing] - said["expected"][pushing][0]) * unit.lift_sign
     assert grown[-1] > 0.05 * limits_of(unit).torque
 
 
@@ -117,7 +117,7 @@ def test_a_load_that_grows_is_no_contact(name, grows, lifts):
     run, _ = moves(unit, corners, changing(loads), lowered(unit, (0.5 - 0.3 * lifts) * stroke))
     for seed in range(3):
         said = watched(name, run, report(run, quiet(unit, seed=seed, share=0.005)))
-        assert not said["touched"].any()
+        assert not said["found"].any()
         assert not said["held"].any()
 
 
@@ -131,7 +131,7 @@ def test_lifting_slowly_or_fast_is_no_contact(name, speed):
     corners += [(2.3 + span, -speed), (2.3 + 2.0 * span, -speed), (2.6 + 2.0 * span, 0.0)]
     run, _ = moves(unit, corners, 0.25 * load, lowered(unit, 0.4 * stroke))
     said = watched(name, run, report(run, quiet(unit, share=0.005)))
-    assert not said["touched"].any()
+    assert not said["found"].any()
 
 
 @lru_cache
@@ -146,10 +146,10 @@ def onto_the_floor():
 
 def test_a_lowered_end_without_a_pump_on_the_other_side_shows_as_an_empty_chamber():
     _, run, said, contact = onto_the_floor()
-    found = run["time"].values[said["touched"] > 0.0]
+    found = run["time"].values[said["found"] > 0.0]
     assert found.size == 1
     assert -0.02 <= found[0] - contact < 0.5
-    k = int(np.argmax(said["touched"]))
+    k = int(np.argmax(said["found"]))
     assert said["empty"][k] == 1.0
     assert said["at_top"][k] == 0.0
     assert not said["empty"][run["time"].values < contact - 0.05].any()
@@ -157,7 +157,7 @@ def test_a_lowered_end_without_a_pump_on_the_other_side_shows_as_an_empty_chambe
 
 def test_a_lowered_end_is_where_the_mast_came_to_stand():
     unit, _, said, _ = onto_the_floor()
-    place = said["place"][int(np.argmax(said["touched"]))]
+    place = said["place"][int(np.argmax(said["found"]))]
     assert place == pytest.approx(0.0, abs=0.005 * unit.cylinder.stroke)
 
 
@@ -176,7 +176,7 @@ def test_forks_that_are_light_beside_the_noise_are_followed_down(seed):
     said = observer.track(log)
     goes = run["motor_speed"].values < -0.1 * unit.max_speed
     assert said["empty"][goes].mean() < 0.05
-    assert not said["touched"].any()
+    assert not said["found"].any()
     assert said["position"][-1] == pytest.approx(run["position"].values[-1], abs=0.05 * unit.cylinder.stroke)
 
 
@@ -188,7 +188,7 @@ def test_an_obstacle_that_yields_lets_the_piston_go_on(name):
     pushing = np.flatnonzero(said["pushing"] > 0.0)
     yields = log.copy(deep=True)
     k = pushing[len(pushing) // 2]
-    calm = float(run["motor_torque"].values[said["touched"].argmax() - 25])
+    calm = float(run["motor_torque"].values[said["found"].argmax() - 25])
     yields["motor_torque"].values[k : k + 20] = calm
     again = watched(name, run, yields)
     assert again["released"][k : k + 5].any()
@@ -203,7 +203,7 @@ def test_a_motor_that_stands_touches_nothing(name):
     loads = changing([(0.0, 0.3 * load), (2.0, 0.3 * load), (2.2, 0.6 * load), (6.0, 0.6 * load)])
     run, log = moves(unit, corners, loads, lowered(unit, 0.5 * unit.cylinder.stroke))
     said = watched(name, run, log)
-    assert not said["touched"].any()
+    assert not said["found"].any()
     assert not said["held"].any()
 
 
@@ -268,8 +268,8 @@ def test_a_piston_that_came_down_onto_a_stop_does_not_leave_the_other_one(name):
     begin(observer, float(run["position"][0]) + unit.lift_sign * 0.55 * unit.cylinder.stroke)
     said = observer.track(log)
     down = run["time"].values < 4.0
-    assert (said["touched"][down] > 0.0).sum() == 1
-    assert not (said["at_top"] * said["touched"])[down].any()
+    assert (said["found"][down] > 0.0).sum() == 1
+    assert not (said["at_top"] * said["found"])[down].any()
     assert (said["held"][down] > 0.0).any()
 
 
@@ -295,7 +295,7 @@ def test_a_load_that_falls_at_rest_is_no_contact_for_long(span):
     said = watched("eha-test-bench axis", run, log)
     assert said["held"].sum() * 0.02 < 0.8
     assert not said["held"][-50:].any()
-    assert not said["anew"].any(), "and none that says where the piston is"
+    assert not said["evidence"].any(), "and none that says where the piston is"
     assert abs(said["position"][-1] - run["position"].values[-1]) < 0.25e-3
 
 
@@ -308,8 +308,8 @@ def test_a_stop_that_a_piston_sinks_onto_says_where_it_is_once_the_torque_is_gon
     run, log = moves(unit, corners, load, lowered(unit, 0.02 * stroke))
     assert 1.2 < stands_from(run, unit) < 20.0, "the motor stands by then"
     said = watched(name, run, log)
-    assert said["anew"].sum() == 1.0
-    touched, shown = int(np.argmax(said["touched"])), int(np.argmax(said["anew"]))
+    assert said["evidence"].sum() == 1.0
+    touched, shown = int(np.argmax(said["found"])), int(np.argmax(said["evidence"]))
     assert 0.0 < 0.02 * (shown - touched) < 5.0
     assert abs(run["motor_torque"].values[shown]) < 0.4 * abs(run["motor_torque"].values[touched])
     assert said["place"][shown] == pytest.approx(0.0, abs=0.003 * stroke)
@@ -331,7 +331,7 @@ def test_a_machine_that_gives_half_as_much_again_finds_its_ends_unless_that_is_t
     for compliance in (0.0, 0.25):
         observer = load_observer(unit, watches=True, compliance=compliance)
         begin(observer, float(run["position"][0]))
-        said = observer.track(log)["touched"] > 0.0
+        said = observer.track(log)["found"] > 0.0
         delays[compliance] = run["time"].values[np.argmax(said)] - stands_from(run, unit) if said.any() else np.inf
     assert 0.0 <= delays[0.25] < 0.5
     assert delays[0.25] < delays[0.0]

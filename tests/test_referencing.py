@@ -52,8 +52,8 @@ def test_no_rod_goes_to_a_stop_that_is_not_among_those_that_may_be_visited():
 
 
 def test_a_smaller_limit_asks_for_more_references():
-    often, _ = worked(Referencing(BOTH, 0.5e-3), WORK[:6])
-    seldom, _ = worked(Referencing(BOTH, 10e-3), WORK[:6])
+    often, _ = worked(Referencing(BOTH, 0.5e-3), WORK[:9])
+    seldom, _ = worked(Referencing(BOTH, 10e-3), WORK[:9])
     assert len(often.visited) > len(seldom.visited)
 
 
