@@ -12,6 +12,7 @@ from ramsight.errors import LogError, warn_of_log
 from ramsight.logs.align import Samples
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.clock import Clock, find_clock
+from ramsight.logs.distances import Distances
 from ramsight.logs.guess import guess_form, guess_roles
 from ramsight.logs.lines import Advance
 from ramsight.logs.mapped import ChannelMap
@@ -34,7 +35,8 @@ class Channel:
         samples: that hold a number.
         missing: that hold none.
         least, most: range of the numbers.
-        first, last: times of the first and the last sample [s].
+        first, last: least and greatest time [s].
+        distances: of its samples in time.
         role: what it is proposed for, "" if nothing.
     """
 
@@ -48,12 +50,12 @@ class Channel:
     first: float = np.nan
     last: float = np.nan
     role: str = ""
+    distances: Distances = field(default_factory=Distances)
 
     @property
     def rate(self) -> float:
-        """Samples per second [Hz], NaN if unknown."""
-        span = self.last - self.first
-        return (self.samples - 1) / span if self.samples > 1 and span > 0 else np.nan
+        """Samples per second where it comes as usual [Hz], NaN if unknown."""
+        return 1.0 / self.distances.usual
 
     def count(self, samples: Samples) -> None:
         """Count further samples of the channel."""
@@ -69,6 +71,7 @@ class Channel:
         if times.size:
             self.first = float(np.fmin(self.first, times.min()))
             self.last = float(np.fmax(self.last, times.max()))
+            self.distances.take(times)
 
 
 @dataclass

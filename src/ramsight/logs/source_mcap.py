@@ -12,6 +12,7 @@ import numpy as np
 
 from ramsight.errors import LogError, warn_of_log
 from ramsight.logs.align import Block, Samples
+from ramsight.logs.falls import Falls
 from ramsight.logs.lines import Advance, first_line
 from ramsight.logs.packed import opened
 from ramsight.logs.source import Offered, Source, needs, unit_in_name
@@ -25,8 +26,11 @@ _NUMBERS = {"number", "integer", "boolean"}
 class McapSource(Source):
     """An MCAP file with messages in JSON. A channel is a field, or ``TOPIC/FIELD`` where several topics have it.
 
-    A field that the schema has and a message has not is missing there.
+    A field that the schema has and a message has not is missing there. Messages came in the order of the file, those of
+    one time stamp together.
     """
+
+    has_clock_watched = True
 
     def __init__(self, path: str | Path, advance: Advance | None = None) -> None:
         super().__init__(path, advance)
@@ -56,14 +60,18 @@ class McapSource(Source):
             topic, field = self._places[channel]
             wanted.setdefault(topic, []).append((channel, field))
         rows: dict[str, list[list[float]]] = {topic: [] for topic in wanted}
-        latest, count = 0, 0
+        last, place, count = -1, 0, 0
+        clock = Falls(self.file)
         for topic, stamp, message in self._messages(wanted):
-            if count >= _AT_ONCE and stamp > latest:
+            clock.take(stamp / NANOSECONDS)
+            if count >= _AT_ONCE and stamp != last:
                 yield _block(rows, wanted)
                 rows, count = {topic: [] for topic in wanted}, 0
-            latest, count = max(latest, stamp), count + 1
+            place += stamp != last  # messages of one time came together
+            last, count = stamp, count + 1
             values = [_number(message.get(field)) for _, field in wanted[topic]]
-            rows[topic].append([latest / NANOSECONDS, stamp / NANOSECONDS, *values])
+            rows[topic].append([place, stamp / NANOSECONDS, *values])
+        clock.warn()
         yield _block(rows, wanted)
         if self.advance is not None:
             self.advance(1.0)
