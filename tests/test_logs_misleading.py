@@ -1,12 +1,13 @@
 """Logs that mislead: files as people's tools write them, which were read wrongly and without a word."""
 
 import json
+import warnings
 
 import numpy as np
 import pytest
 
-from ramsight.errors import LogWarning
-from ramsight.logs import read_drive_log
+from ramsight.errors import LogError, LogWarning, RamsightError
+from ramsight.logs import load_map, read_drive_log
 from ramsight.logs.arrival import arrivals
 from ramsight.logs.inspect import inspect_log
 from ramsight.logs.proposal import map_text
@@ -148,3 +149,186 @@ def test_what_comes_seldom_is_held_for_longer(tmp_path):
     rows = [f"{2 * k},{n},{m},40" for k, (n, m) in enumerate(zip(SPEED, TORQUE, strict=True))]
     file = written(tmp_path, "\n".join(["time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c", *rows]), "log.csv")
     assert 'hold = "10 s"  # it comes every 2 s' in map_text(inspect_log(file))
+
+
+# ---- numbers
+
+
+HEAD = "Zeit [s];n_ist [1/min];M_ist [Nm];T_Öl [°C]\n"
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        ("0,00;0;1,5;40,1\n0,02;1.500;1,5;40,1\n", r"line 3, column n_ist \[1/min\]: '1\.500' beside .*decimal comma"),
+        ("0;1.500;1;40\n1;1.500;1,5;40\n", r"line 2, column n_ist"),
+        ("0.00;0;1.5;40.1\n0.02;-1,500;1.5;40.1\n", r"line 3, column n_ist \[1/min\]: '-1,500' beside .*decimal point"),
+        ('0,00;0;1,5;40,1\n0,02;"1.500.000";1,5;40,1\n', r"line 3, column n_ist"),
+    ],
+)
+def test_a_number_that_may_be_thousands_is_refused(tmp_path, rows, words):
+    file = written(tmp_path, HEAD + rows, "log.csv")
+    made = written(
+        tmp_path,
+        'time = {channel = "Zeit [s]"}\nspeed = {channel = "n_ist [1/min]"}\n'
+        'torque = {channel = "M_ist [Nm]"}\ntemperature = {channel = "T_Öl [°C]"}\n',
+    )
+    with pytest.raises(LogError, match=words):
+        read_drive_log(file, made)
+    if "1.500;" in rows:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            found = inspect_log(file)
+        assert found.of("speed") is None
+        assert any("thousands" in one.note for one in found.channels)
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        "0.000;1.500;1.250;40.125\n0.020;1.500;1.250;40.125\n",
+        "1,000;1,500;1,250;40,125\n1,020;1,500;1,250;40,125\n",
+        "0,000;1,500;1,250;40.1\n0,020;1,500;1,250;40.1\n",
+        "0,000;1500;1,25;40\n0,020;1500;1,25;40\n",
+    ],
+)
+def test_three_digits_after_a_mark_are_no_thousands_by_themselves(tmp_path, rows):
+    log, _ = mapped(tmp_path, written(tmp_path, HEAD + rows, "log.csv"))
+    np.testing.assert_allclose(log.motor_torque.values, 1.25)
+
+
+# ---- CAN frames
+
+
+DBC = """VERSION ""
+NS_ :
+BS_:
+BU_: Drive
+BO_ {drive} DriveState: 8 Drive
+ SG_ MotorSpeed : 0|16@1{sign} (1,{offset}) [0|0] "rpm" Vector__XXX
+ SG_ MotorTorque : 16|16@1{sign} (0.0625,{torque}) [0|0] "Nm" Vector__XXX
+BO_ {oil} Oil: 8 Drive
+ SG_ HydOilTemp : 0|8@1+ (1,-40) [0|0] "°C" Vector__XXX
+"""
+GROUPS = 'BA_DEF_ BO_  "VFrameFormat" ENUM  "StandardCAN","ExtendedCAN","reserved","J1939PG";\n'
+J1939 = f'{GROUPS}BA_DEF_DEF_  "VFrameFormat" "J1939PG";\n'
+PROTOCOL = 'BA_DEF_  "ProtocolType" STRING ;\nBA_DEF_DEF_  "ProtocolType" "";\nBA_ "ProtocolType" "J1939";\n'
+CAN_MAP = (
+    'speed = {channel = "MotorSpeed"}\ntorque = {channel = "MotorTorque"}\n'
+    'temperature = {channel = "HydOilTemp"}\n[can]\ndbc = "drive.dbc"\n'
+)
+
+
+def dbc(folder, last=0xFE, sign="-", more=J1939, encoding="utf-8"):
+    text = DBC.format(
+        drive=0x98FF1000 + last, oil=0x98FEEE00 + last, sign=sign, offset=0 if sign == "-" else -32000,
+        torque=0 if sign == "-" else -2000,
+    )  # fmt: skip
+    return written(folder, text + more, "drive.dbc", encoding)
+
+
+def frame(time, identifier, data, bus="can0"):
+    return f"({time + 1.7e9:.6f}) {bus} {identifier}#{data.hex().upper()}"
+
+
+def drive_frame(time, speed, torque, identifier="18FF1027", bus="can0"):
+    data = round(speed).to_bytes(2, "little", signed=True) + round(torque * 16).to_bytes(2, "little", signed=True)
+    return frame(time, identifier, data + bytes(4), bus)
+
+
+def oil_frame(time, bus="can0"):
+    return frame(time, "18FEEE17", bytes([80]) + bytes(7), bus)
+
+
+def j1939_log(folder, *drives, bus="can0"):
+    """Frames of drives: address, and a factor for the speed; each with the bus that it is on."""
+    lines = [oil_frame(0.0)]
+    for number, time in enumerate(TIME):
+        for address, factor, *on in drives:
+            lines.append(
+                drive_frame(time, factor * SPEED[number], -TORQUE[number], f"18FF10{address:02X}", *(on or [bus]))
+            )
+        if number % 50 == 0:
+            lines.append(oil_frame(time))
+    return written(folder, "\n".join(lines) + "\n", "log.log")
+
+
+def test_signed_signals_of_j1939_keep_their_negative_values(tmp_path):
+    dbc(tmp_path)
+    log = read_drive_log(j1939_log(tmp_path, (0x27, 1.0)), written(tmp_path, CAN_MAP))
+    np.testing.assert_allclose(log.motor_speed.values / RPM, SPEED)
+    assert np.isfinite(log.motor_torque.values).all()
+    assert (log.motor_torque.values < 0).all()
+
+
+def test_unsigned_signals_of_j1939_keep_their_reserved_range(tmp_path):
+    dbc(tmp_path, sign="+")
+    lines = [oil_frame(0.0), frame(0.0, "18FF1027", bytes([0, 0xFB, 0xFF, 0xFA, 0, 0, 0, 0]))]
+    log = read_drive_log(written(tmp_path, "\n".join(lines), "log.log"), written(tmp_path, CAN_MAP))
+    assert np.isnan(log.motor_speed.values).all()
+    assert np.isfinite(log.motor_torque.values).all()
+
+
+def test_two_drives_of_one_kind_are_no_channel(tmp_path):
+    dbc(tmp_path)
+    file = j1939_log(tmp_path, (0x27, 1.0), (0x28, -0.5))
+    with pytest.raises(LogError, match=r"FF1000h comes from the addresses 27h, 28h: \[can\] source = 0x27 or another"):
+        read_drive_log(file, written(tmp_path, CAN_MAP))
+    with pytest.warns(LogWarning, match="27h, 28h"):
+        text = map_text(inspect_log(file, dbc=[tmp_path / "drive.dbc"]), tmp_path)
+    assert "# source = [0x27, 0x17]  # needed: J1939 addresses; the drive is one of 0x27, 0x28" in text
+    for address, factor in [(0x27, 1.0), (0x28, -0.5)]:
+        chosen = text.replace("# source = [0x27", f"source = [0x{address:X}")
+        log = read_drive_log(file, written(tmp_path, chosen))
+        np.testing.assert_allclose(log.motor_speed.values / RPM, np.round(SPEED * factor))
+    with pytest.raises(LogError, match=r"has no samples of .*: .* the log has group FEEE00h from 17h"):
+        read_drive_log(file, written(tmp_path, CAN_MAP + "source = 0x28\n"))
+
+
+def test_an_address_that_cannot_be_is_refused(tmp_path):
+    with pytest.raises(RamsightError, match=r"can\.source.*0 to 253"):
+        load_map(written(tmp_path, CAN_MAP + "source = 300\n"))
+
+
+@pytest.mark.parametrize("second", ["can1", "vcan0"])
+def test_the_same_frames_on_two_buses_are_no_channel(tmp_path, second):
+    dbc(tmp_path)
+    file = j1939_log(tmp_path, (0x27, 1.0, "can0"), (0x27, -0.5, second))
+    with pytest.raises(LogError, match=r"comes on the buses 0, 1: \[can\] bus = 0 or another"):
+        read_drive_log(file, written(tmp_path, CAN_MAP))
+    with pytest.warns(LogWarning, match="buses 0, 1"):
+        text = map_text(inspect_log(file, dbc=[tmp_path / "drive.dbc"]), tmp_path)
+    assert "# bus = 0  # needed: which of 0, 1" in text
+    log = read_drive_log(file, written(tmp_path, CAN_MAP + "bus = 0\n"))
+    np.testing.assert_allclose(log.motor_speed.values / RPM, SPEED)
+
+
+@pytest.mark.parametrize(
+    ("last", "more"), [(0xFE, ""), (0xFE, PROTOCOL), (0x00, PROTOCOL), (0x00, J1939), (0xFE, GROUPS)]
+)
+def test_a_file_of_j1939_is_known_as_one(tmp_path, last, more):
+    dbc(tmp_path, last, more=more)
+    log = read_drive_log(j1939_log(tmp_path, (0x27, 1.0)), written(tmp_path, CAN_MAP))
+    np.testing.assert_allclose(log.motor_speed.values / RPM, SPEED)
+
+
+def test_the_same_group_from_another_address_is_named_with_the_key_that_reads_it(tmp_path):
+    dbc(tmp_path, 0x00, more="")
+    file = j1939_log(tmp_path, (0x27, 1.0))
+    with pytest.raises(LogError, match=r"18FF1000h \(can\.dbc\).*the log has .*18FF1027h.*\[can\] j1939 = true"):
+        read_drive_log(file, written(tmp_path, CAN_MAP))
+    log = read_drive_log(file, written(tmp_path, CAN_MAP + "j1939 = true\n"))
+    np.testing.assert_allclose(log.motor_speed.values / RPM, SPEED)
+
+
+def test_nodes_of_canopen_are_listed(tmp_path):
+    lines = [frame(t, f"18{node}", bytes(8)) for t in (0.0, 0.1) for node in (3, 5)]
+    text = map_text(inspect_log(written(tmp_path, "\n".join(lines), "log.log")))
+    assert "# cob_id = 0x183  # 0x180 and the drive's node, one of 3, 5" in text
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252"])
+def test_units_of_a_dbc_file_are_read_in_its_encoding(tmp_path, encoding):
+    dbc(tmp_path, encoding=encoding)
+    found = inspect_log(j1939_log(tmp_path, (0x27, 1.0)), dbc=[tmp_path / "drive.dbc"])
+    assert found.of("temperature").unit == "°C"

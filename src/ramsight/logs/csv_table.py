@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ramsight.errors import LogError, MissingColumnError
 from ramsight.logs.channels import TIME
+from ramsight.logs.decimals import Decimals
 from ramsight.logs.header import CsvForm, cells_of, separator_of, units_row
 from ramsight.logs.lines import BLOCK, Advance, cut_short, file_name, line_blocks, printable
 from ramsight.logs.rows import Layout, parse_carefully, parse_fast
@@ -121,8 +122,11 @@ class CsvTable:
             self.is_decimal_comma,
         )
         line, rows = self.first_row, 0
+        decimals = Decimals(self.file, self.separator, self.names) if self.is_decimal_comma else None
         while self._peek() is not None:
             body, self._body = self._body, b""
+            if decimals is not None:
+                decimals.check(body, line, wanted)
             if body.endswith(b"\n"):
                 table = parse_fast(body, layout)
                 table = parse_carefully(body, layout, line) if table is None else table

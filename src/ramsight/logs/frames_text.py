@@ -179,7 +179,10 @@ class _Candump:
     def _bus(self, name: str) -> int:
         if name not in self._buses:
             digits = re.search(r"\d+$", name)
-            self._buses[name] = int(digits[0]) if digits else len(self._buses)
+            number = int(digits[0]) if digits else len(self._buses)
+            while number in self._buses.values():  # can0 and vcan0 are two
+                number += 1
+            self._buses[name] = number
         return self._buses[name]
 
     def _logged(self, time: float, cells: list[str]) -> Frame | None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from ramsight.errors import LogError, warn_of_log
 from ramsight.logs.align import Samples
+from ramsight.logs.can_origins import Origins
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.clock import Clock, find_clock
 from ramsight.logs.distances import Distances
@@ -85,6 +86,7 @@ class Inspection:
         clock: of a table, its column and unit; both "" if none was found.
         known: the map that was looked through, with what could be guessed of the file's layout.
         clock_found: the clock of a table with all that was found of it.
+        origins: of a CAN log, the buses and addresses that its frames came from.
     """
 
     file: str
@@ -93,6 +95,7 @@ class Inspection:
     clock: tuple[str, str] | None = None
     known: ChannelMap = field(default_factory=ChannelMap)
     clock_found: Clock | None = None
+    origins: Origins | None = None
 
     def of(self, role: str) -> Channel | None:
         """The channel that is proposed for a role."""
@@ -129,6 +132,8 @@ def inspect_log(
         bad[wrong.column] = f"not read: {str(wrong).removeprefix(found.file)[2:]}"
     if wrong is not None:
         warn_of_log(f"only what stands before this is listed: {wrong}", file=found.file)
+    if found.origins is not None and found.origins.mixed:
+        warn_of_log(found.origins.mixed, file=found.file)
     roles = {role: one.channel for role, one in known.roles.items()} or guess_roles(
         [Offered(one.name, one.unit) for one in found.channels if one.samples]
     )
@@ -146,6 +151,8 @@ def _look_through(
     source = open_source(path, known, advance)
     if isinstance(source, MdfSource) and source.has_frames:
         source = CanSource(path, known, advance)
+    if isinstance(source, CanSource):
+        source.origins.is_mixture_refused = False
     clock = find_clock(source, known) if isinstance(source, TableSource) else None
     taken = () if clock is None else (clock.channel, clock.date)
     listed = [one for one in source.offered() if one.name not in taken]
@@ -165,5 +172,6 @@ def _look_through(
     frames = source.seen if isinstance(source, CanSource) else {}
     if isinstance(source, CanSource) and wrong is not None and not frames:
         raise wrong
+    origins = source.origins if isinstance(source, CanSource) else None
     said = None if clock is None else (clock.channel, clock.unit)
-    return Inspection(source.file, channels, frames, said, known, clock), wrong
+    return Inspection(source.file, channels, frames, said, known, clock, origins), wrong
