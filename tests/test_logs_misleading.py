@@ -332,3 +332,105 @@ def test_units_of_a_dbc_file_are_read_in_its_encoding(tmp_path, encoding):
     dbc(tmp_path, encoding=encoding)
     found = inspect_log(j1939_log(tmp_path, (0x27, 1.0)), dbc=[tmp_path / "drive.dbc"])
     assert found.of("temperature").unit == "°C"
+
+
+# ---- clocks that are none, and several
+
+
+def mf4_over(path, master, kind, unit, values=TIME):
+    """A file of one group whose master channel is something."""
+    asammdf = pytest.importorskip("asammdf")
+    mdf = asammdf.MDF(version="4.10")
+    signals = [
+        asammdf.Signal(samples=one, timestamps=values, name=name, unit=of, master_metadata=(master, kind))
+        for one, name, of in [(SPEED, "n_ist", "1/min"), (TORQUE, "M_ist", "Nm"), (np.full(N, 40.0), "T_oil", "degC")]
+    ]
+    mdf.append(signals, common_timebase=True)
+    group = mdf.groups[0]
+    group.channels[0].unit = unit
+    mdf.save(path, overwrite=True)
+    mdf.close()
+    return path
+
+
+MDF_MAP = 'speed = {channel = "n_ist"}\ntorque = {channel = "M_ist"}\ntemperature = {channel = "T_oil"}\n'
+
+
+@pytest.mark.parametrize(
+    ("kind", "unit", "words"),
+    [
+        (3, "m", "group 0: its master channel x is a distance"),
+        (2, "deg", "group 0: its master channel x is an angle"),
+        (4, "", "group 0: its master channel x is an index"),
+        (1, "mm", "group 0: its master channel x is in mm, and no time"),
+    ],
+)
+def test_a_master_channel_that_is_no_time_is_refused(tmp_path, kind, unit, words):
+    file = mf4_over(tmp_path / "log.mf4", "x", kind, unit)
+    with pytest.raises(LogError, match=words):
+        read_drive_log(file, written(tmp_path, MDF_MAP))
+    found = inspect_log(file)
+    assert found.of("speed") is None
+    assert words in {one.note for one in found.channels} or all(words in one.note for one in found.channels)
+
+
+def test_a_clock_in_milliseconds_is_read_in_seconds(tmp_path):
+    file = mf4_over(tmp_path / "log.mf4", "t", 1, "ms", TIME * 1e3)
+    np.testing.assert_allclose(read_drive_log(file, written(tmp_path, MDF_MAP)).time, TIME, atol=1e-9)
+
+
+def several_clocks(folder, names, rate=2.0, offset=0.0):
+    rows = [
+        f"{t:.3f},{n},{rate * t + offset:.3f},{m},40"
+        for t, n, m in zip(TIME.tolist(), SPEED.tolist(), TORQUE.tolist(), strict=True)
+    ]
+    head = f"{names[0]},n_ist [1/min],{names[1]},M_ist [Nm],T_oil [degC]"
+    return written(folder, "\n".join([head, *rows]), "log.csv")
+
+
+@pytest.mark.parametrize(
+    "names", [("Time [s]", "Time.1 [s]"), ("t1 [s]", "t2 [s]"), ("time_s", "x2 [s]"), ("Zeit", "Zeit (2)")]
+)
+def test_a_clock_for_each_channel_is_refused(tmp_path, names):
+    file = several_clocks(tmp_path, names)
+    with pytest.raises(LogError, match="Time: is there more than once: a table has one clock"):
+        inspect_log(written(tmp_path, file.read_text().replace(names[1], "Time").replace(names[0], "Time"), "two.csv"))
+    with pytest.raises(LogError, match="are clocks that go on otherwise"):
+        inspect_log(file)
+    made = (
+        f'time = {{channel = "{names[0]}", unit = "s"}}\nspeed = {{channel = "n_ist [1/min]"}}\n'
+        'torque = {channel = "M_ist [Nm]"}\ntemperature = {channel = "T_oil [degC]"}\n'
+    )
+    with pytest.raises(LogError, match="are clocks that go on otherwise"):
+        read_drive_log(file, written(tmp_path, made))
+
+
+@pytest.mark.parametrize(("rate", "offset"), [(1.0, 0.0), (1.0, 1.7e9)])
+def test_the_same_clock_twice_is_no_second_one(tmp_path, rate, offset):
+    log, _ = mapped(tmp_path, several_clocks(tmp_path, ("Time [s]", "Time_2 [s]"), rate, offset))
+    np.testing.assert_allclose(log.time, TIME, atol=1e-9)
+
+
+def test_a_counter_of_hours_is_no_clock(tmp_path):
+    log, _ = mapped(tmp_path, several_clocks(tmp_path, ("Time [s]", "runtime [h]"), 0.0, 1234.5))
+    assert log.sizes["time"] == N
+
+
+def test_a_sample_whose_invalidation_bit_is_set_is_missing(tmp_path):
+    asammdf = pytest.importorskip("asammdf")
+    bits = np.zeros(N, dtype=bool)
+    bits[[3, 90]] = True
+    mdf = asammdf.MDF(version="4.10")
+    mdf.append(
+        [
+            asammdf.Signal(SPEED, TIME, name="n_ist", unit="1/min", invalidation_bits=bits),
+            asammdf.Signal(TORQUE, TIME, name="M_ist", unit="Nm"),
+            asammdf.Signal(np.full(N, 40.0), TIME, name="T_oil", unit="degC"),
+        ],
+        common_timebase=True,
+    )
+    mdf.save(tmp_path / "log.mf4", overwrite=True)
+    mdf.close()
+    log, _ = mapped(tmp_path, tmp_path / "log.mf4")
+    assert np.flatnonzero(np.isnan(log.motor_speed.values)).tolist() == [3, 90]
+    assert np.isfinite(log.motor_torque.values).all()

@@ -43,6 +43,7 @@ def find_clock(source: TableSource, known: ChannelMap) -> Clock:
     found = _find(source, known)
     source.clock, source.clock_unit, source.date = found.channel or None, found.unit, found.date
     source.is_clock_needed = bool(found.channel)
+    source.check_one_clock()
     return found
 
 

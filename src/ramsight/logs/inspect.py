@@ -20,7 +20,6 @@ from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.source import Offered, TableSource
 from ramsight.logs.source_by_suffix import CSV, open_source
 from ramsight.logs.source_can import CanSource
-from ramsight.logs.source_csv import CsvSource
 from ramsight.logs.source_mdf import MdfSource
 from ramsight.logs.source_parquet import ParquetSource
 
@@ -156,7 +155,7 @@ def _look_through(
     clock = find_clock(source, known) if isinstance(source, TableSource) else None
     taken = () if clock is None else (clock.channel, clock.date)
     listed = [one for one in source.offered() if one.name not in taken]
-    notes = source.notes([one.name for one in listed]) if isinstance(source, CsvSource) else {}
+    notes = source.notes([one.name for one in listed])
     channels = [Channel(one.name, one.unit, bad.get(one.name) or notes.get(one.name) or one.note) for one in listed]
     unread = {name for name, note in {**notes, **bad}.items() if note}
     if isinstance(source, ParquetSource):

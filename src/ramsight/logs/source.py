@@ -80,6 +80,10 @@ class Source(ABC):
         """The unit of a channel as the file states it, "" if it does not."""
         return next((one.unit for one in self.offered() if one.name == channel), "")
 
+    def notes(self, names: Sequence[str]) -> dict[str, str]:
+        """Why channels cannot be read as numbers over time, "" or nothing for those that can."""
+        return {}
+
     def check(self, channels: Sequence[str]) -> None:
         """Refuse channels that are not in the file."""
         names = dict.fromkeys(one.name for one in self.offered())
@@ -117,6 +121,9 @@ class TableSource(Source):
         unit = self.clock_unit or self.unit_of(self.clock) or "s"
         return self.clock, to_si_of(unit, "time", None, file=self.file, key=self.clock)[0]
 
+    def check_one_clock(self) -> None:
+        """Refuse a table in which columns have clocks of their own; by the look of its first rows."""
+
     @abstractmethod
     def first_number(self, name: str) -> float:
         """The first number of a column, NaN if its first rows have none; asked before `blocks`."""
@@ -142,7 +149,7 @@ def unit_in_name(name: str) -> str:
         ('permille', 'percent')
     """
     if match := _IN_BRACKETS.fullmatch(name):
-        return match[1].strip()
+        return "" if match[1].strip().isdigit() else match[1].strip()  # "Time (2)" is the second of its name
     small = name.lower()
     if match := _OBJECT.search(small):
         return _OBJECTS[match[1]]

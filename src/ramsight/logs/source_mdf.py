@@ -51,6 +51,12 @@ class MdfSource(Source):
             found.append(Offered(name, self._mdf.groups[group].units[index], f"group {group}"))
         return found
 
+    def notes(self, names: Sequence[str]) -> dict[str, str]:
+        """Why channels have no time, for those of groups whose master channel is none."""
+        groups = {name: self._places[name][0] for name in names}
+        reasons = {number: self._mdf.groups[number].timeless for number in set(groups.values())}
+        return {name: f"group {group}: {reasons[group]}" for name, group in groups.items() if reasons[group]}
+
     def blocks(self, channels: Sequence[str]) -> Iterator[Block]:
         """65 536 samples of the busiest group at a time, and those of the others that came before its next one."""
         self.check(channels)
