@@ -389,7 +389,7 @@ def several_clocks(folder, names, rate=2.0, offset=0.0):
 
 
 @pytest.mark.parametrize(
-    "names", [("Time [s]", "Time.1 [s]"), ("t1 [s]", "t2 [s]"), ("time_s", "x2 [s]"), ("Zeit", "Zeit (2)")]
+    "names", [("Time [s]", "Time.1 [s]"), ("t [s]", "t2 [s]"), ("time_s", "x2 [s]"), ("Zeit", "Zeit (2)")]
 )
 def test_a_clock_for_each_channel_is_refused(tmp_path, names):
     file = several_clocks(tmp_path, names)
@@ -434,3 +434,65 @@ def test_a_sample_whose_invalidation_bit_is_set_is_missing(tmp_path):
     log, _ = mapped(tmp_path, tmp_path / "log.mf4")
     assert np.flatnonzero(np.isnan(log.motor_speed.values)).tolist() == [3, 90]
     assert np.isfinite(log.motor_torque.values).all()
+
+
+# ---- frames in text files
+
+
+PDO_MAP = """speed = {channel = "606Ch", unit = "rpm"}
+torque = {channel = "6077h", rated = "100 N m"}
+temperature = {constant = "40 degC"}
+[[can.pdo]]
+cob_id = 0x185
+objects = ["606Ch", "6077h"]
+"""
+
+
+def pdo_bytes(k):
+    return int(SPEED[k]).to_bytes(4, "little", signed=True) + (100).to_bytes(2, "little") + bytes(2)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "   0.000000 CANFD   Start of measurement",
+        "   0.000000 CANFD 1 Statistic: D 1 R 0 XD 0 XR 0 E 0 O 0 B 0.1%",
+        "   0.000000 CANXL   Start of measurement",
+    ],
+)
+def test_events_of_an_asc_file_are_no_frames(tmp_path, line):
+    rows = [
+        f"   {t:.6f} CANFD   1 Rx        185                   1 0 8  8 {pdo_bytes(k).hex(' ')}   10 13 303000 e0"
+        for k, t in enumerate(TIME)
+    ]
+    text = "\n".join(["date Tue Nov 25 06:30:00.000 AM 2025", "base hex  timestamps absolute", line, *rows]) + "\n"
+    log = read_drive_log(written(tmp_path, text, "log.asc"), written(tmp_path, PDO_MAP))
+    np.testing.assert_allclose(log.motor_speed.values / RPM, SPEED)
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        "({t:.6f}) can0 185#{data}_9",
+        "({t:.6f}) can0 00000185#{data}",
+        "({t:.6f}) can0 185#{data}_F R",
+        "({t:.6f})  can0  185   {{9}}  {spaced}",
+        "({t:.6f})  can0  00000185   [8]  {spaced}",
+    ],
+)
+def test_candump_in_all_its_spellings(tmp_path, form):
+    lines = [
+        form.format(t=1.7e9 + t, data=pdo_bytes(k).hex().upper(), spaced=pdo_bytes(k).hex(" "))
+        for k, t in enumerate(TIME)
+    ]
+    lines.insert(3, "(1700000000.040000) can0 45123#81:00:12345678#11223344.556677")  # CAN XL
+    log = read_drive_log(written(tmp_path, "\n".join(lines), "log.log"), written(tmp_path, PDO_MAP))
+    np.testing.assert_allclose(log.motor_speed.values / RPM, SPEED)
+
+
+def test_an_extended_identifier_is_not_taken_for_a_short_one_where_both_are_meant(tmp_path):
+    more = PDO_MAP + '[[can.pdo]]\ncob_id = 0x187\nobjects = ["2010h:01 INT16"]\n'
+    lines = [frame(t, "185", pdo_bytes(k)) for k, t in enumerate(TIME)]
+    lines.insert(50, frame(TIME[50], "10000185", bytes(8)))
+    log = read_drive_log(written(tmp_path, "\n".join(lines), "log.log"), written(tmp_path, more))
+    np.testing.assert_allclose(log.motor_speed.values / RPM, SPEED)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ramsight.logs.can_origins import Origins
 from ramsight.logs.clock import Clock
+from ramsight.logs.frames import EXTENDED
 from ramsight.logs.guess import USUAL, is_share
 from ramsight.logs.inspect import Inspection
 from ramsight.logs.mapped import HOLD, Mapped
@@ -131,7 +132,7 @@ def _can_lines(found: Inspection, folder: Path | None) -> list[str]:
     if not known.is_can:
         if not found.frames and not found.file.lower().endswith(CAN):
             return []
-        nodes = [key for key in found.frames if 0x181 <= key <= 0x57F]
+        nodes = sorted({key & ~EXTENDED for key in found.frames if 0x181 <= key & ~EXTENDED <= 0x57F})
         senders = sorted({key & 0x7F for key in nodes if key & 0x7F})
         return [
             "[can]  # say what the frames mean: a DBC file, or CANopen mappings",

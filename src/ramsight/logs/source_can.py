@@ -138,6 +138,8 @@ class CanSource(Source):
             tally[0] += 1
             tally[1] = max(tally[1], len(data))
             identifier = key
+            if key not in exact and key & ~EXTENDED in exact:  # of eight digits in the log, and yet of 11 bits
+                key = key & ~EXTENDED
             if key not in exact:
                 key = j1939_group(key & ~EXTENDED) if groups and key & EXTENDED else -1
                 if key not in groups:
