@@ -85,7 +85,8 @@ def refusal(folder, data, name="log.csv", read=read_drive_log):
             log_of(HEADER + ",time_s", ROWS[0] + ",0"),
             1,
             "time_s",
-            ", line 1, column time_s: is there more than once",
+            ", line 1, column time_s: is there more than once: a table has one clock; write all channels over one,"
+            " or a file for each",
         ),
         (
             log_of(HEADER, ROWS[0], "0.02,0,0,313.2"),

@@ -496,3 +496,86 @@ def test_an_extended_identifier_is_not_taken_for_a_short_one_where_both_are_mean
     lines.insert(50, frame(TIME[50], "10000185", bytes(8)))
     log = read_drive_log(written(tmp_path, "\n".join(lines), "log.log"), written(tmp_path, more))
     np.testing.assert_allclose(log.motor_speed.values / RPM, SPEED)
+
+
+# ---- tables with more than a table
+
+
+COLUMNS = ("Time [s]", "Motor speed [rpm]", "Motor torque [Nm]", "Oil temperature [°C]")
+
+
+def rows_of(separator, number=60):
+    table = zip(TIME.tolist(), SPEED.tolist(), TORQUE.tolist(), [40.0] * N, strict=True)
+    return [separator.join(map(str, row)) for row in list(table)[:number]]
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+@pytest.mark.parametrize("before", [[], ["Measurement 7", ""]])
+def test_a_header_may_have_line_breaks(tmp_path, separator, before):
+    head = separator.join(f'"{name.replace(" [", chr(10) + "[")}"' for name in COLUMNS)
+    log, text = mapped(tmp_path, written(tmp_path, "\n".join([*before, head, *rows_of(separator)]), "log.csv"))
+    np.testing.assert_allclose(log.motor_speed.values / RPM, SPEED[:60])
+    assert ("header_line" in text) is bool(before)
+
+
+@pytest.mark.parametrize(
+    "after",
+    [
+        ["", "Min,-38,-2,40", "Max,0,2,40.3"],
+        [",".join(COLUMNS)],
+        ["", "", "Summary", "samples,60"],
+        ["*** end of measurement ***"],
+    ],
+)
+@pytest.mark.parametrize("end", ["\n", ""])
+def test_a_summary_at_the_end_is_left_out_and_what_stands_before_is_read(tmp_path, after, end):
+    lines = [",".join(COLUMNS), *rows_of(","), *after]
+    file = written(tmp_path, "\n".join(lines) + end, "log.csv")
+    with pytest.warns(LogWarning, match="line 6"):
+        found = inspect_log(file)
+    assert found.of("speed").samples == 60
+    with pytest.warns(LogWarning, match="line 6"):
+        log = read_drive_log(file, written(tmp_path, map_text(found)))
+    np.testing.assert_allclose(log.motor_speed.values / RPM, SPEED[:60])
+
+
+def test_what_is_no_row_between_rows_is_still_refused_and_what_stands_before_is_listed(tmp_path):
+    lines = [",".join(COLUMNS), *rows_of(","), ",".join(COLUMNS), *rows_of(",")]
+    file = written(tmp_path, "\n".join(lines) + "\n", "log.csv")
+    with pytest.warns(LogWarning, match="only what stands before this is listed: .*line 62"):
+        found = inspect_log(file)
+    assert found.channels[0].samples == 60
+    with pytest.raises(LogError, match="line 62"):
+        read_drive_log(file, written(tmp_path, map_text(found)))
+
+
+LABVIEW = [
+    "LabVIEW Measurement", "Writer_Version\t2", "Reader_Version\t2", "Separator\tTab", "Decimal_Separator\t.",
+    "Multi_Headings\tNo", "Date\t2025/11/21", "Time\t06:30:00.123", "***End_of_Header***", "", "Channels\t3",
+    "Samples\t60\t60\t60", "Date\t2025/11/21\t2025/11/21\t2025/11/21", "X0\t0.0\t0.0\t0.0",
+    "Delta_X\t0.02\t0.02\t0.02", "***End_of_Header***",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("before", "separator", "names"),
+    [
+        (["Operator;A", "Serial;4711"], ";", COLUMNS),
+        (["Channel;Speed;Torque;Oil", "Min;-1500;-50;39", "Max;1500;53;41", ""], ";", COLUMNS),
+        (["Date,21.11.2025", "Rate,50", "Channels,3", ""], ",", COLUMNS),
+        (LABVIEW, "\t", ("X_Value", *COLUMNS[1:], "Comment")),
+        ([f"key {k};{k}" for k in range(100)], ";", COLUMNS),
+    ],
+)
+def test_the_header_is_the_line_above_the_many_rows(tmp_path, before, separator, names):
+    lines = [*before, separator.join(names), *rows_of(separator)]
+    log, text = mapped(tmp_path, written(tmp_path, "\n".join(lines), "log.txt"))
+    assert f"header_line = {len(before) + 1}" in text
+    np.testing.assert_allclose(log.motor_speed.values / RPM, SPEED[:60])
+    np.testing.assert_allclose(log.time, TIME[:60])
+
+
+@pytest.mark.parametrize("name", ["__time", "Timestamp", "x_value"])
+def test_names_that_are_clocks(tmp_path, name):
+    file = written(tmp_path, "\n".join([",".join([name, *COLUMNS[1:]]), *rows_of(",")]), "log.csv")
+    assert inspect_log(file).clock[0] == name

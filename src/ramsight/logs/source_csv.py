@@ -127,8 +127,9 @@ class CsvSource(TableSource):
 
     @cached_property
     def _first_rows(self) -> list[tuple[int, list[str]]]:
-        """The first rows as text, taken before `blocks`: a table may have many columns that are all looked at."""
-        return self.table.first_cells(_LOOKED_AT)
+        """The first rows as text, but for the header once more; taken before `blocks` for all columns at once."""
+        rows = self.table.first_cells(_LOOKED_AT)
+        return [(line, row) for line, row in rows if [cell.strip() for cell in row] != self.table.names]
 
     def _note(self, place: int, *others: int) -> str:
         if others:
