@@ -579,3 +579,68 @@ def test_the_header_is_the_line_above_the_many_rows(tmp_path, before, separator,
 def test_names_that_are_clocks(tmp_path, name):
     file = written(tmp_path, "\n".join([",".join([name, *COLUMNS[1:]]), *rows_of(",")]), "log.csv")
     assert inspect_log(file).clock[0] == name
+
+
+# ---- clocks in the spellings of loggers and spreadsheets
+
+
+def clocked(folder, stamps, head="timestamp"):
+    rows = [f"{stamp},{n},{m},40" for stamp, n, m in zip(stamps, SPEED.tolist(), TORQUE.tolist(), strict=False)]
+    return written(folder, "\n".join([",".join([head, *COLUMNS[1:]]), *rows]) + "\n", "log.csv")
+
+
+def spelled(form, start, at, number=100):
+    """Times of a clock from `start` on, `at` seconds before it begins again."""
+    import datetime
+
+    first = datetime.datetime.fromisoformat(start) - datetime.timedelta(seconds=at)
+    times = [first + datetime.timedelta(milliseconds=20 * k) for k in range(number)]
+    return [time.strftime(form)[: -3 if form.endswith("f") else None] for time in times]
+
+
+@pytest.mark.parametrize(
+    ("form", "start"),
+    [
+        ("%M:%S.%f", "2025-06-06T07:00"),  # over the hour
+        ("%H:%M:%S.%f", "2025-06-06T00:00"),  # over midnight
+        ("%I:%M:%S.%f", "2025-06-06T13:00"),  # twelve hours, from one o'clock
+        ("%d.%m.%Y %H:%M:%S.%f", "2025-06-06T00:00"),
+        ("%m/%d/%Y %H:%M:%S.%f", "2025-06-06T00:00"),  # the month first
+        ("%m/%d/%Y %H:%M:%S.%f", "2025-07-01T00:00"),
+        ("%m/%d/%Y %H:%M:%S.%f", "2025-06-13T00:00"),  # 06/12, 06/13
+        ("%d/%m/%Y %H:%M:%S.%f", "2025-06-05T00:00"),  # the day first
+        ("%d/%m/%Y %H:%M:%S.%f", "2025-06-01T00:00"),
+        ("%m-%d-%y %H:%M:%S.%f", "2025-03-04T00:00"),
+    ],
+)
+def test_clocks_go_on_where_they_begin_again(tmp_path, form, start):
+    log, _ = mapped(tmp_path, clocked(tmp_path, spelled(form, start, 0.6)))
+    np.testing.assert_allclose(log.time, TIME[:100], atol=2e-3)
+
+
+def test_a_clock_of_twelve_hours_from_noon_at_zero(tmp_path):
+    stamps = [f"11:59:59.{k:02d}" for k in range(0, 100, 2)] + [f"00:00:00.{k:02d}" for k in range(0, 100, 2)]
+    log, _ = mapped(tmp_path, clocked(tmp_path, stamps))
+    np.testing.assert_allclose(log.time, TIME[:100], atol=1e-6)
+
+
+def test_a_clock_that_was_set_back_by_an_hour_is_no_noon(tmp_path):
+    stamps = [f"11:59:59.{k:02d}" for k in range(0, 100, 2)] + [f"10:59:59.{k:02d}" for k in range(0, 100, 2)]
+    with pytest.warns(LogWarning, match="time goes back once"):
+        mapped(tmp_path, clocked(tmp_path, stamps))
+
+
+def test_dates_with_the_year_first_or_points_keep_their_order(tmp_path):
+    for before, after in [("2025-05-06", "2025-06-06"), ("06.05.2025", "06.06.2025")]:
+        log, _ = mapped(tmp_path, clocked(tmp_path, [f"{before} 10:00:00", f"{after} 10:00:00"]))
+        assert log.time.values[-1] == 31 * 86400.0
+
+
+@pytest.mark.parametrize("first", [45986.2708333333, 0.2708333333])
+@pytest.mark.parametrize("comma", [True, False])
+def test_days_of_a_spreadsheet_are_proposed_as_days(tmp_path, first, comma):
+    lines = [f"{first + t / 86400.0:.10f};{n};{m};40" for t, n, m in zip(TIME, SPEED, TORQUE, strict=True)]
+    text = "\n".join([";".join(["Timestamp", *COLUMNS[1:]]), *lines])
+    log, text = mapped(tmp_path, written(tmp_path, text.replace(".", ",") if comma else text, "log.csv"))
+    assert 'unit = "d" }  # days' in text
+    np.testing.assert_allclose(log.time - log.time[0], TIME, atol=2e-4)

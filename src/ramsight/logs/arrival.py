@@ -63,12 +63,12 @@ def usual_distance(time: Array) -> float:
     """The median of the distances of a clock that goes on [s], NaN without any.
 
     Example:
-        >>> usual_distance(np.array([0.0, 0.02, 0.04, 1800.0, 1800.02]))
+        >>> round(usual_distance(np.array([0.0, 0.02, 0.04, 1800.0, 1800.02])), 9)
         0.02
     """
     steps = np.diff(time[np.isfinite(time)])
     steps = steps[steps > 0.0]
-    return round(float(np.median(steps)), 9) if steps.size else float("nan")
+    return float(np.median(steps)) if steps.size else float("nan")
 
 
 def _tolerance(time: Array) -> float:

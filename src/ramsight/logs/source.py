@@ -125,8 +125,8 @@ class TableSource(Source):
         """Refuse a table in which columns have clocks of their own; by the look of its first rows."""
 
     @abstractmethod
-    def first_number(self, name: str) -> float:
-        """The first number of a column, NaN if its first rows have none; asked before `blocks`."""
+    def first_numbers(self, name: str) -> NDArray[np.float64]:
+        """The numbers in the first rows of a column, NaN where there is none; asked before `blocks`."""
 
     def as_block(
         self, first_row: int, time: NDArray[np.float64], columns: dict[str, NDArray[np.float64]]

@@ -17,8 +17,9 @@ from ramsight.logs.csv_table import CsvTable
 from ramsight.logs.lines import Advance
 from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.rows import MISSING, number_of
+from ramsight.logs.since_first import SinceFirst
 from ramsight.logs.source import Offered, TableSource, unit_in_name
-from ramsight.logs.stamps import SinceFirst, is_stamp
+from ramsight.logs.stamps import is_stamp
 from ramsight.logs.two_clocks import are_two_clocks, is_clock_like
 from ramsight.units import parse
 
@@ -38,7 +39,8 @@ class CsvSource(TableSource):
     def blocks(self, channels: Sequence[str]) -> Iterator[Block]:
         """Some megabytes of rows at a time; cells without a number are NaN, dates and times count from the first."""
         self.check_one_clock()
-        stamps, since = self.stamps(), SinceFirst()
+        stamps = self.stamps()
+        since = SinceFirst(" ".join(self.first_stamp(name) for name in stamps))
         clock, second = ("", 1.0) if stamps else self.clocked()
         self.check([*stamps, *channels])
         wanted = list(dict.fromkeys([*([clock] if clock else []), *channels]))
@@ -110,16 +112,9 @@ class CsvSource(TableSource):
                 times[number] = self._number(row[place]) * second if len(row) > place else math.nan
         return times
 
-    def first_number(self, name: str) -> float:
-        """The first number of a column, NaN if its first rows have none; looked at before `blocks`."""
-        place = self.table.places[name][0]
-        for _, row in self._first_rows:
-            if len(row) > place:
-                try:
-                    return self._number(row[place])
-                except ValueError:
-                    continue
-        return math.nan
+    def first_numbers(self, name: str) -> NDArray[np.float64]:
+        """The numbers in the first rows of a column, NaN where there is none; looked at before `blocks`."""
+        return self._first_times(self.table.places[name][0], "s")
 
     def notes(self, names: Sequence[str]) -> dict[str, str]:
         """Why columns cannot be read as numbers, "" for those that can by the look of their first rows."""
