@@ -18,6 +18,7 @@ from ramsight.logs.lines import Advance, file_name
 from ramsight.logs.mapped import ChannelMap
 from ramsight.optional import imported
 
+_DAY = 86400.0  # s
 _IN_BRACKETS = re.compile(r".*[\[(]([^\[\]()]*)[\])]\s*")
 _ENDINGS = {
     "rpm": "rpm", "nm": "N m", "c": "degC", "degc": "degC", "k": "K", "s": "s", "ms": "ms", "us": "us", "m": "m",
@@ -106,6 +107,8 @@ class TableSource(Source):
     clock_unit: str | None = None
     date: str | None = None
     """A column of dates beside a clock that is a time of day."""
+    _is_in_days = False
+    _begun: float | None = None
     is_clock_needed = True
     """Whether samples without a time are rejected."""
 
@@ -119,7 +122,9 @@ class TableSource(Source):
             raise LogError("a table needs a clock: the map has no [time] with channel and unit", file=self.file)
         self.check([self.clock])
         unit = self.clock_unit or self.unit_of(self.clock) or "s"
-        return self.clock, to_si_of(unit, "time", None, file=self.file, key=self.clock)[0]
+        second = to_si_of(unit, "time", None, file=self.file, key=self.clock)[0]
+        self._is_in_days = second == _DAY
+        return self.clock, second
 
     def check_one_clock(self) -> None:
         """Refuse a table in which columns have clocks of their own; by the look of its first rows."""
@@ -131,7 +136,12 @@ class TableSource(Source):
     def as_block(
         self, first_row: int, time: NDArray[np.float64], columns: dict[str, NDArray[np.float64]]
     ) -> dict[str, Samples]:
-        """Rows of a table as samples of each channel."""
+        """Rows of a table as samples of each channel; days count from the first, as dates do."""
+        if self._is_in_days:
+            known = time[np.isfinite(time)]
+            if self._begun is None and known.size:
+                self._begun = float(known[0])
+            time = time - (self._begun or 0.0)
         order = np.arange(first_row, first_row + len(time), dtype=np.float64)
         block = {name: Samples(order, time, values) for name, values in columns.items()}
         if self.sparse:
