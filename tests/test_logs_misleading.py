@@ -644,3 +644,34 @@ def test_days_of_a_spreadsheet_are_proposed_as_days(tmp_path, first, comma):
     log, text = mapped(tmp_path, written(tmp_path, text.replace(".", ",") if comma else text, "log.csv"))
     assert 'unit = "d" }  # days' in text
     np.testing.assert_allclose(log.time, TIME, atol=2e-4)
+
+
+# ---- MCAP
+
+
+def nested(number):
+    return [("/speed", {"data": {"value": SPEED[number]}}), ("/torque", {"data": {"value": TORQUE[number]}}),
+            ("/oil/temperature", {"data": {"value": 40.0}})]  # fmt: skip
+
+
+NESTED = {"type": "object", "properties": {"data": {"type": "object", "properties": {"value": {"type": "number"}}}}}
+
+
+@pytest.mark.parametrize("schema", [NESTED, {}, {"type": "object"}, {"properties": {"data": {"properties": {"value": {
+    "type": ["number", "null"]}}}}}])  # fmt: skip
+def test_fields_of_objects_in_objects_are_channels(tmp_path, schema):
+    messages = [(topic, t, content) for k, t in enumerate(TIME) for topic, content in nested(k)]
+    file = mcap(tmp_path / "log.mcap", messages, schema or b"{}")
+    log, text = mapped(tmp_path, file)
+    assert 'channel = "/speed/data.value"' in text
+    np.testing.assert_allclose(log.motor_speed.values / RPM, SPEED)
+
+
+def test_messages_that_are_not_read_are_named(tmp_path):
+    messages = [(topic, t, bytes(12)) for t in TIME for topic in ("/speed", "/torque")]
+    file = mcap(tmp_path / "log.mcap", messages, b"float64 value", "cdr", "ros2msg")
+    for attempt in (inspect_log, read_drive_log):
+        with pytest.raises(
+            LogError, match=r"its topics /speed, /torque are in cdr, and messages in JSON are read: .*CSV"
+        ):
+            attempt(file)
