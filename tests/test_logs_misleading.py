@@ -675,3 +675,45 @@ def test_messages_that_are_not_read_are_named(tmp_path):
             LogError, match=r"its topics /speed, /torque are in cdr, and messages in JSON are read: .*CSV"
         ):
             attempt(file)
+
+
+# ---- what a person does next
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        ("T_oil [C]", "degC"), ("Temp", ""), ("Öltemp", ""), ("Oeltemperatur [Grad C]", "degC"), ("T_Öl [°C]", "°C"),
+        ("Temperature (°C)", "°C"), ("O\u0308ltemp [°C]", "°C"), ("Tank temp [degC]", "degC"),
+        ("Hydraulic fluid T [K]", "K"),
+        ("TempOil", ""), ("Temperatur Hydraulik [C]", "degC"), ("oil.temp", ""), ("DriveState.OilTemp", ""),
+    ],
+)  # fmt: skip
+def test_temperatures_are_proposed_by_many_names(tmp_path, name, unit):
+    value = 313.0 if unit == "K" else 40.0
+    rows = [f"{t},{n},{m},{value},70" for t, n, m in zip(TIME, SPEED, TORQUE, strict=True)]
+    head = f"time_s,motor_speed_rpm,motor_torque_nm,{name},Motor temperature [°C]"
+    log, text = mapped(tmp_path, written(tmp_path, "\n".join([head, *rows]), "log.csv"))
+    assert f'channel = "{name}"\nunit = "{unit or "degC"}"' in text
+    assert 312.0 < log.oil_temperature.values[0] < 314.0
+
+
+@pytest.mark.parametrize("name", ["Motor temperature [°C]", "T_winding [degC]", "Kühlwassertemperatur", "T"])
+def test_no_other_temperature_is_taken_and_no_constant_in_silence(tmp_path, name):
+    rows = [f"{t},{n},{m},70" for t, n, m in zip(TIME, SPEED, TORQUE, strict=True)]
+    file = written(tmp_path, "\n".join([f"time_s,motor_speed_rpm,motor_torque_nm,{name}", *rows]), "log.csv")
+    text = map_text(inspect_log(file))
+    assert "\n# [temperature]" in text
+    with pytest.raises(RamsightError, match=r"has no \[temperature\]; name the oil's channel .*constant"):
+        read_drive_log(file, written(tmp_path, text))
+    stated = text + 'temperature = {constant = "45 degC"}\n'
+    lines = stated.splitlines()
+    stated = "\n".join([lines[-1], *lines[:-1]])
+    assert read_drive_log(file, written(tmp_path, stated)).oil_temperature.values[0] == pytest.approx(318.15)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "cp1252"])
+def test_an_error_names_the_command_that_comes_next(tmp_path, encoding):
+    file = written(tmp_path, "Zeit;n_ist;M_ist;Öltemp\n0,0;1;1,5;40\n", "log.csv", encoding)
+    with pytest.raises(LogError, match=r"ramsight logs inspect \S+log\.csv --out map\.toml"):
+        read_drive_log(file)

@@ -42,6 +42,12 @@ SHORTEST, LONGEST, USUAL_PERIOD = 8e-3, 0.1, 0.02
 
 WORST_LINEARITY = 0.1  # m; a sensor that is bent by more measures something else
 
+_PROPOSED = "'ramsight logs inspect' proposes one"
+_WHERE = {
+    "temperature": "name the oil's channel and its unit, or, where nobody measures it, say what it is:"
+    ' temperature = {constant = "45 degC"}'
+}
+
 LARGEST_ADDRESS = 0xFD  # of J1939: FEh is nobody's, FFh everybody's
 
 EDGES = ("rising", "falling", "both")
@@ -143,7 +149,7 @@ def _roles(keys: Keys, file: str) -> tuple[dict[str, Mapped], Counted | None, Mo
             other = next(name for name, instead in INSTEAD.items() if instead == role)
             raise keys.wrong(role, f"and [{other}] are two for one", "one of the two")
         if part is None and passed.get(role) is None:
-            raise DescriptionError(f"has no [{role}]; 'ramsight logs inspect' proposes one", file=file)
+            raise DescriptionError(f"has no [{role}]; {_WHERE.get(role, _PROPOSED)}", file=file)
         if part is not None:
             roles[role] = _mapped(part, role)
     counted = stands_for = None

@@ -12,16 +12,15 @@ from ramsight.logs.header import NEVER_FILLED, SEPARATORS, CsvForm, separator_of
 from ramsight.logs.lines import line_blocks
 from ramsight.logs.source import Offered
 from ramsight.logs.stamps import is_stamp
+from ramsight.logs.temperatures import celsius, temperature_score
 from ramsight.units import parse
 
 _LOOKED_AT = 1 << 16  # bytes
 _PREAMBLE = 200  # lines
 
-_OIL = "oil|öl|oel|hyd|fluid|huile|aceite|olio"
 _NAMES = {
     "speed": r"speed|rpm|drehzahl|veloc|vitesse|r[ée]gime|(^|[^a-z])n_?(ist|act|mot)|606c|omega",
     "torque": r"torque|moment|couple|coppia|(^|[^a-z])par([^a-z]|$)|(^|[^a-z])m_?(ist|act|mot)|6077|4602h:0c",
-    "temperature": rf"({_OIL}).*(temp|[^a-z]t$|_t_)|(temp|^t[^a-z]).*({_OIL})",
     "reference": r"^reference",
 }
 _WORSE = {
@@ -30,6 +29,7 @@ _WORSE = {
     "temperature": r"max|min\b|limit|engine|gear",
     "reference": r"speed|torque",
 }
+ROLES = ("speed", "torque", "temperature", "reference")
 _BETTER = r"ist(?![a-z])|act|actual|feedback|meas"
 _SI = {"speed": "rad/s", "torque": "N m", "temperature": "K", "reference": "m"}
 USUAL = {"speed": "rpm", "torque": "N m", "temperature": "degC", "reference": "m"}
@@ -199,7 +199,7 @@ def guess_roles(offered: Sequence[Offered]) -> dict[str, str]:
         {'speed': 'n_ist', 'torque': 'M_ist'}
     """
     found: dict[str, str] = {}
-    for role in _NAMES:
+    for role in ROLES:
         scored = [(_score(one, role), -place, one.name) for place, one in enumerate(offered)]
         best = max(scored, default=(0, 0, ""))
         if best[0] > 0 and best[2] not in found.values():
@@ -209,19 +209,22 @@ def guess_roles(offered: Sequence[Offered]) -> dict[str, str]:
 
 def _score(channel: Offered, role: str) -> int:
     name = channel.name.lower()
-    named = re.search(_NAMES[role], name) is not None
+    if role == "temperature":
+        named = temperature_score(channel.name)
+    else:
+        named = 4 if re.search(_NAMES[role], name) is not None else 0
     fits = fits_role(channel.unit, role)
     if not named or (channel.unit and not fits):
         return 0
     worse = re.search(_WORSE[role], name) is not None
     better = re.search(_BETTER, name) is not None
-    return 4 + fits + better - 3 * worse
+    return named + fits + better - 3 * worse
 
 
 def fits_role(unit: str, role: str) -> bool:
     """Whether a unit is one of this quantity; a share fits speed and torque."""
     try:
-        parse(f"1 {unit}", _SI[role])
+        parse(f"1 {celsius(unit) if role == 'temperature' else unit}", _SI[role])
     except DescriptionError:
         return is_share(unit) and role in ("speed", "torque")
     return True

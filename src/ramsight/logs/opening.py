@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ramsight.errors import DescriptionError, LogError
+from ramsight.errors import DescriptionError, LogError, MissingColumnError
 from ramsight.logs.align import Aligner, Array, Block, Switch
 from ramsight.logs.can_dbc import j1939_group
 from ramsight.logs.channel_map import load_map
@@ -34,9 +34,10 @@ from ramsight.logs.frames import EXTENDED
 from ramsight.logs.frames_by_suffix import open_frames
 from ramsight.logs.lines import Advance
 from ramsight.logs.mapped import FURTHER, MEASURED, ChannelMap, Mapped, Referenced, standard_map, to_si_of
+from ramsight.logs.next_step import inspect_command
 from ramsight.logs.resample import Resampler
 from ramsight.logs.source import Source
-from ramsight.logs.source_by_suffix import CAN, CSV, open_source
+from ramsight.logs.source_by_suffix import CAN, open_source
 from ramsight.logs.source_can import CanSource
 from ramsight.units import FREEZING
 
@@ -119,13 +120,16 @@ def _check_standard(source: Source, names: list[str]) -> None:
         if name.endswith(CAN) or getattr(source, "has_frames", False):
             next(open_frames(source.path))  # a file that holds none lacks no map
             raise LogError(
-                "holds CAN frames; without a channel map their meaning is unknown: ramsight logs inspect",
+                "holds CAN frames; without a channel map their meaning is unknown:"
+                f" {inspect_command(source.file)} writes one",
                 file=source.file,
             ) from None
-        if name.endswith(CSV):
-            raise
-        text = str(error).removeprefix(f"{source.file}: ")
-        raise LogError(f"{text}; a channel map says which is which: ramsight logs inspect", file=source.file) from None
+        what_next = f"a channel map says which is which: {inspect_command(source.file)} writes one"
+        if isinstance(error, MissingColumnError):
+            raise MissingColumnError(
+                file=source.file, missing=error.missing, found=error.found, what_next=what_next
+            ) from None
+        raise
 
 
 def read_measured(

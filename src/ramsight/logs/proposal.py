@@ -12,6 +12,7 @@ from ramsight.logs.guess import USUAL, is_share
 from ramsight.logs.inspect import Inspection
 from ramsight.logs.mapped import HOLD, Mapped
 from ramsight.logs.source_by_suffix import CAN
+from ramsight.logs.temperatures import celsius
 from ramsight.units import FREEZING
 
 _SPARSE = 0.1  # share of empty cells from which they are no samples, rather than faults
@@ -60,11 +61,15 @@ def _role_lines(found: Inspection, role: str) -> list[str]:
     if channel is None:
         lines = [f"[{role}]  # not found: name the channel", 'channel = ""', f'unit = "{USUAL[role]}"']
         if role == "temperature":
-            lines[0] = "[temperature]  # not found: name the channel, or live with a constant"
-            lines[1:] = ['constant = "40 degC"']
+            return [
+                "# [temperature]  # needed, and not found: name the channel,",
+                '# channel = "..."',
+                '# unit = "degC"',
+                '# constant = "45 degC"  # or, where nobody measures it, say what it is: one of the two',
+            ]
         return lines
     said = said or Mapped(channel.name)
-    unit = said.unit or channel.unit
+    unit = said.unit or (celsius(channel.unit) if role == "temperature" else channel.unit)
     note = "" if unit else "  # the file does not say: check it"
     lines = [f"[{role}]", f"channel = {_text(channel.name)}", f"unit = {_text(unit or USUAL[role])}{note}"]
     if said.rated is not None:
