@@ -717,3 +717,25 @@ def test_an_error_names_the_command_that_comes_next(tmp_path, encoding):
     file = written(tmp_path, "Zeit;n_ist;M_ist;Öltemp\n0,0;1;1,5;40\n", "log.csv", encoding)
     with pytest.raises(LogError, match=r"ramsight logs inspect \S+log\.csv --out map\.toml"):
         read_drive_log(file)
+
+
+@pytest.mark.parametrize(("strict", "code"), [(True, 1), (False, 0)])
+@pytest.mark.parametrize("wrong", [True, False])
+def test_strict_makes_a_warning_an_error(tmp_path, strict, code, wrong):
+    from typer.testing import CliRunner
+
+    from ramsight.cli import app
+
+    rows = [f"{t:.2f},{n},{m},40" for t, n, m in zip(TIME[:50], SPEED, TORQUE, strict=False)]
+    lines = ["time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c", *rows]
+    file = written(tmp_path, "\n".join([*lines, *(["", "Mean,1,2,3"] if wrong else [])]) + "\n", "log.csv")
+    out = tmp_path / "track.csv"
+    verb = ["track", "mining-loader", str(file), "--unit", "boom", "--start", "100 mm", "--out", str(out)]
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        done = CliRunner().invoke(app, [*verb, *(["--strict"] if strict else [])])
+    said = [one for one in caught if issubclass(one.category, LogWarning)]
+    assert done.exit_code == (code if said else 0), done.output
+    assert bool(said) >= wrong
+    assert ("--strict takes a warning" in done.output) is (strict and bool(said))
+    assert out.exists()
