@@ -363,6 +363,7 @@ MDF_MAP = 'speed = {channel = "n_ist"}\ntorque = {channel = "M_ist"}\ntemperatur
         (2, "deg", "group 0: its master channel x is an angle"),
         (4, "", "group 0: its master channel x is an index"),
         (1, "mm", "group 0: its master channel x is in mm, and no time"),
+        (1, "deg", "group 0: its master channel x is in deg, and no time"),
     ],
 )
 def test_a_master_channel_that_is_no_time_is_refused(tmp_path, kind, unit, words):
@@ -374,8 +375,9 @@ def test_a_master_channel_that_is_no_time_is_refused(tmp_path, kind, unit, words
     assert words in {one.note for one in found.channels} or all(words in one.note for one in found.channels)
 
 
-def test_a_clock_in_milliseconds_is_read_in_seconds(tmp_path):
-    file = mf4_over(tmp_path / "log.mf4", "t", 1, "ms", TIME * 1e3)
+@pytest.mark.parametrize(("unit", "factor"), [("ms", 1e3), ("s", 1.0), ("", 1.0), ("Sekunden", 1.0)])
+def test_a_clock_of_a_group_is_read_in_its_unit(tmp_path, unit, factor):
+    file = mf4_over(tmp_path / "log.mf4", "t", 1, unit, TIME * factor)
     np.testing.assert_allclose(read_drive_log(file, written(tmp_path, MDF_MAP)).time, TIME, atol=1e-9)
 
 

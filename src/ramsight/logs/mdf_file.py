@@ -19,10 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.errors import DescriptionError, LogError
+from ramsight.logs.header import is_unit
 from ramsight.logs.lines import check_file, file_name, first_line, printable
 from ramsight.units import parse
 
 _PATIENCE, _BYTES_A_SECOND = 10.0, 1e6  # s for any answer, and so much more for a large file
+_ANGLES = ("deg", "°", "rad", "°CA", "deg CA")
 _NO_TIME = {2: "an angle", 3: "a distance", 4: "an index"}  # sync types of MDF
 _START = 120.0  # s for the process to begin
 _BEGIN = "import sys; sys.path[:] = {path!r}; from ramsight.logs.mdf_worker import main; main()"
@@ -55,16 +57,16 @@ class Group:
         if self.kind in _NO_TIME:
             return f"its master channel {name} is {_NO_TIME[self.kind]}, and no time"
         unit = self.units[self.master]
-        return "" if not unit or self.second else f"its master channel {name} is in {printable(unit)}, and no time"
+        return f"its master channel {name} is in {printable(unit)}, and no time" if not self.second else ""
 
     @property
     def second(self) -> float:
-        """Seconds for one of its clock's numbers, 0 if they are no time."""
+        """Seconds for one of its clock's numbers, 0 if they are no time; those of an unknown unit are seconds."""
         unit = "" if self.master is None else self.units[self.master]
         try:
             return parse(f"1 {unit}", "s") if unit else 1.0
         except DescriptionError:
-            return 0.0
+            return 0.0 if is_unit(unit) or unit in _ANGLES else 1.0
 
 
 class MdfFile:

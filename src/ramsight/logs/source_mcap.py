@@ -71,7 +71,7 @@ class McapSource(Source):
         encodings = ", ".join(sorted(set(self._others.values())))
         more = f" and {len(self._others) - _LISTED} more" if len(self._others) > _LISTED else ""
         return (
-            f"its topics {listed}{more} are in {encodings}, and messages in JSON are read: write them anew in JSON,"
+            f"its topics {listed}{more} are in {encodings}, and messages in JSON are read: write them in JSON,"
             " or the signals as CSV or Parquet"
         )
 
