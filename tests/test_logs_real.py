@@ -11,7 +11,8 @@ from ramsight.logs import open_log, read_drive_log
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.inspect import inspect_log
 from ramsight.logs.proposal import map_text
-from ramsight.logs.stamps import SinceFirst, stamp_seconds
+from ramsight.logs.since_first import SinceFirst
+from ramsight.logs.stamps import stamp_seconds
 
 N = 300
 TIME = np.arange(N) * 0.01

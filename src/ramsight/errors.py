@@ -151,12 +151,14 @@ class MissingColumnError(LogError):
         file: the file.
         missing: the columns that are needed and absent.
         found: the columns that the file has.
+        what_next: what to do about it, "" if nothing is to be said.
     """
 
-    def __init__(self, *, file: str, missing: Sequence[str], found: Sequence[str]) -> None:
+    def __init__(self, *, file: str, missing: Sequence[str], found: Sequence[str], what_next: str = "") -> None:
         self.missing, self.found = list(missing), list(found)
         word = "column" if len(self.missing) == 1 else "columns"
-        super().__init__(f"missing {word} {', '.join(self.missing)}; found {', '.join(self.found)}", file=file)
+        what = f"missing {word} {', '.join(self.missing)}; found {', '.join(self.found)}"
+        super().__init__(f"{what}; {what_next}" if what_next else what, file=file)
 
 
 class SimulationError(RamsightError):

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from ramsight.cli.common import ChannelMapFile, DriveLog, DrivenUnit, Machine, option, say_written
+from ramsight.cli.strictness import strictly
 
 
 def logs_inspect(
@@ -95,6 +96,9 @@ def track(
     time_to_alert: Annotated[
         str | None, typer.Option(help="For which that may be unsure before it is an alert [default: 0.2 s].")
     ] = None,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Exit with 1 if there was a warning, for batch jobs; files are written.")
+    ] = False,
 ) -> None:
     """Say where the piston was, from the log of a motor drive.
 
@@ -119,29 +123,30 @@ def track(
     position, std = start_of(built, start, start_std, named=option)
     waits = TIME_TO_ALERT if time_to_alert is None else time_to_alert
     available = availability_of(built, alarm_limit, waits, named=option)
-    true = known_position(truth, log, channel_map, built.cylinder.stroke)
-    done = follow(
-        built,
-        log,
-        channel_map,
-        sensor=sensor,
-        start=position,
-        start_std=std,
-        state=state,
-        out=out,
-        keep_track=true is not None or figure is not None,
-        keep_log=figure is not None,
-        available=available,
-        progress=True,
-        say=typer.echo,
-    )
-    if figure is not None and done.track is not None and done.log is not None:
-        title = f"{description.title or description.name}, {unit}: {log.name}"
-        tracked_figure(done.log, done.track, true, title, figure)
-    typer.echo(done.summary)
-    if true is not None and done.track is not None:
-        typer.echo(error_text(errors_of(done.track, true), done.track.sizes["time"]))
-    say_written(out, figure, state)
+    with strictly(is_strict=strict):
+        true = known_position(truth, log, channel_map, built.cylinder.stroke)
+        done = follow(
+            built,
+            log,
+            channel_map,
+            sensor=sensor,
+            start=position,
+            start_std=std,
+            state=state,
+            out=out,
+            keep_track=true is not None or figure is not None,
+            keep_log=figure is not None,
+            available=available,
+            progress=True,
+            say=typer.echo,
+        )
+        if figure is not None and done.track is not None and done.log is not None:
+            title = f"{description.title or description.name}, {unit}: {log.name}"
+            tracked_figure(done.log, done.track, true, title, figure)
+        typer.echo(done.summary)
+        if true is not None and done.track is not None:
+            typer.echo(error_text(errors_of(done.track, true), done.track.sizes["time"]))
+        say_written(out, figure, state)
 
 
 def _check_files(

@@ -23,7 +23,7 @@ class Field:
         offset: in `unit`.
         unit: of the result.
         selector: another field that states whether this one is in the frame, and the values for which it is.
-        reserved: whether the highest values mean "not available", as in J1939.
+        reserved: whether the highest values mean "not available" where it is unsigned, as in J1939.
     """
 
     name: str
@@ -73,7 +73,7 @@ class Field:
         """
         bits = self.raw(frames)
         numbers = bits.astype(np.float64) * self.scale + self.offset
-        if self.reserved and len(self.bits) >= 8 and not self.floating:
+        if self.reserved and len(self.bits) >= 8 and not self.floating and not self.signed:
             top = self.raw(frames).astype(np.uint64) >> np.uint64(len(self.bits) - 8)
             numbers[(top & np.uint64(0xFF)) > 0xFA] = np.nan
         numbers[~np.isfinite(numbers)] = np.nan

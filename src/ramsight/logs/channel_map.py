@@ -42,6 +42,14 @@ SHORTEST, LONGEST, USUAL_PERIOD = 8e-3, 0.1, 0.02
 
 WORST_LINEARITY = 0.1  # m; a sensor that is bent by more measures something else
 
+_PROPOSED = "'ramsight logs inspect' proposes one"
+_WHERE = {
+    "temperature": "name the oil's channel and its unit, or, where nobody measures it, say what it is:"
+    ' temperature = {constant = "45 degC"}'
+}
+
+LARGEST_ADDRESS = 0xFD  # of J1939: FEh is nobody's, FFh everybody's
+
 EDGES = ("rising", "falling", "both")
 
 
@@ -102,7 +110,7 @@ def _read_map(keys: Keys, folder: Path, file: str) -> ChannelMap:
     named = can.take("dbc", (str, list), [])
     dbc = tuple(folder / str(name) for name in ([named] if isinstance(named, str) else named))
     pdos = tuple(_pdo(part) for part in can.tables("pdo"))
-    bus = can.take("bus", int, None)
+    bus, j1939, sources = can.take("bus", int, None), can.flag("j1939"), _sources(can)
     can.end()
     commands = _commands(keys.table("command"))
     measured, linearity, curve = _measured(keys.table("measured"))
@@ -114,6 +122,7 @@ def _read_map(keys: Keys, folder: Path, file: str) -> ChannelMap:
     return ChannelMap(
         file, clock, roles, references, base, bool(empty), form, dbc, pdos, bus, date, angle, motor, commands, further,
         measured, linked, USUAL_PERIOD if angle is not None and period is None else period, linearity, curve,
+        sources, j1939,
     )  # fmt: skip
 
 
@@ -140,7 +149,7 @@ def _roles(keys: Keys, file: str) -> tuple[dict[str, Mapped], Counted | None, Mo
             other = next(name for name, instead in INSTEAD.items() if instead == role)
             raise keys.wrong(role, f"and [{other}] are two for one", "one of the two")
         if part is None and passed.get(role) is None:
-            raise DescriptionError(f"has no [{role}]; 'ramsight logs inspect' proposes one", file=file)
+            raise DescriptionError(f"has no [{role}]; {_WHERE.get(role, _PROPOSED)}", file=file)
         if part is not None:
             roles[role] = _mapped(part, role)
     counted = stands_for = None
@@ -278,6 +287,14 @@ def _form(keys: Keys) -> CsvForm:
         raise keys.wrong("decimal", "is not known", "',' or '.'")
     keys.end()
     return CsvForm(line, separator, encoding, first, decimal)
+
+
+def _sources(keys: Keys) -> tuple[int, ...]:
+    given = keys.take("source", (int, list), [])
+    listed = given if isinstance(given, list) else [given]
+    if not all(isinstance(one, int) and 0 <= one <= LARGEST_ADDRESS for one in listed):
+        raise keys.wrong("source", "is no J1939 address", f"0 to {LARGEST_ADDRESS}, or a list of them; 0x27 is one")
+    return tuple(listed)
 
 
 def _pdo(keys: Keys) -> Pdo:

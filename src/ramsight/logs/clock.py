@@ -2,14 +2,27 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
+from ramsight.constant import Constant
 from ramsight.errors import DescriptionError
+from ramsight.logs.arrival import usual_distance
 from ramsight.logs.guess import epoch_unit, guess_clock, guess_date
 from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.source import TableSource
 from ramsight.logs.source_csv import CsvSource
 from ramsight.units import parse
+
+DAY = 86400.0  # s
+EARLIEST_DAY = Constant(36526.0, "d", "the first day of 2000 where spreadsheets count from 1900 on")
+LATEST_DAY = Constant(73051.0, "d", "the first day of 2100")
+SHORTEST_STEP = Constant(1e-4, "s", "between rows; a table of a drive's log is slower")
+LONGEST_STEP = Constant(100.0, "s", "between rows; a table of a drive's log is faster")
+TOO_FAST = Constant(2e-5, "s", "between rows, if they were seconds; no table is as fast")
 
 
 @dataclass(frozen=True)
@@ -43,6 +56,7 @@ def find_clock(source: TableSource, known: ChannelMap) -> Clock:
     found = _find(source, known)
     source.clock, source.clock_unit, source.date = found.channel or None, found.unit, found.date
     source.is_clock_needed = bool(found.channel)
+    source.check_one_clock()
     return found
 
 
@@ -65,9 +79,30 @@ def _find(source: TableSource, known: ChannelMap) -> Clock:
     if known.time is None and offered[channel].unit and not _is_time(offered[channel].unit):
         return Clock("", "")  # a name that looks like a clock's, of something else
     said = (known.time.unit if known.time is not None else None) or offered[channel].unit
-    epoch = "" if said else epoch_unit(source.first_number(channel))
-    to_check = "" if said or not epoch else "time since 1970, by its size"
-    return Clock(channel, said or epoch or "s", date, to_check=to_check)
+    if said:
+        return Clock(channel, said, date)
+    numbers = source.first_numbers(channel)
+    if is_in_days(numbers):
+        return Clock(channel, "d", date, to_check="days, by size and step, as spreadsheets count them")
+    epoch = epoch_unit(float(next(iter(numbers[np.isfinite(numbers)]), np.nan)))
+    return Clock(channel, epoch or "s", date, to_check="time since 1970, by its size" if epoch else "")
+
+
+def is_in_days(numbers: NDArray[np.float64]) -> bool:
+    """Whether numbers are days, as a spreadsheet counts them from 1900 on, or of one day.
+
+    Args:
+        numbers: the first of a clock, shape (n,); NaN where there is none.
+
+    Example:
+        >>> is_in_days(45986.25 + np.arange(5) * 0.02 / 86400.0), is_in_days(45986.25 + np.arange(5) * 0.02)
+        (True, False)
+    """
+    known = numbers[np.isfinite(numbers)]
+    step = usual_distance(known) if known.size else math.nan
+    if not SHORTEST_STEP <= step * DAY <= LONGEST_STEP:
+        return False
+    return bool(EARLIEST_DAY < known[0] < LATEST_DAY or (0.0 <= known[0] < 1.0 and known[-1] < 1.0 and step < TOO_FAST))
 
 
 def _stamped(source: TableSource, names: list[str]) -> dict[str, str]:

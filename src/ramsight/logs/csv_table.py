@@ -9,9 +9,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.errors import LogError, MissingColumnError
+from ramsight.errors import LogError, MissingColumnError, warn_of_log
+from ramsight.logs.after_table import MOST_AFTER, is_after_table
 from ramsight.logs.channels import TIME
-from ramsight.logs.header import CsvForm, cells_of, separator_of, units_row
+from ramsight.logs.decimals import Decimals
+from ramsight.logs.header import MOST_BREAKS, NEVER_FILLED, CsvForm, cells_of, separator_of, units_row, whole_lines
 from ramsight.logs.lines import BLOCK, Advance, cut_short, file_name, line_blocks, printable
 from ramsight.logs.rows import Layout, parse_carefully, parse_fast
 
@@ -55,14 +57,14 @@ class CsvTable:
             raise LogError("is empty", file=self.file)
         for _ in range(form.header_line - 1):
             self._take()
-        head = self._take() or ""
+        head, lines = self._take_header()
         if not head.strip():
             raise LogError("is blank where the header should stand", file=self.file, line=form.header_line)
         self.separator = form.separator or separator_of(head)
         head = head.strip(" ").removeprefix("#")  # as NumPy's savetxt begins a header
         self.names = [name.strip() for name in cells_of(head, self.separator, self.file, form.header_line)]
         self.units = [""] * len(self.names)
-        self.first_row = form.header_line + 1
+        self.first_row = form.header_line + lines
         self._pass_over(form.first_row)
         first = self._peek()
         if first is None:
@@ -71,6 +73,18 @@ class CsvTable:
         if len(cells) == len(self.names) + 1 and not cells[-1].strip():  # rows end in a separator, the header does not
             self.names.append("")
             self.units.append("")
+        if len(cells) == len(self.names) - 1 and self.names[-1].lower() == NEVER_FILLED:
+            del self.names[-1], self.units[-1]
+
+    def _take_header(self) -> tuple[str, int]:
+        """The header, and how many lines it takes: cells in quotes may have line breaks."""
+        first = self._take() or ""
+        ahead = self._body.split(b"\n", MOST_BREAKS)[:MOST_BREAKS] if '"' in first else []
+        (_, head), *rest = whole_lines([first, *(line.decode("utf-8") for line in ahead)])
+        lines = rest[0][0] - 1 if rest else 1 + len(ahead)
+        for _ in range(lines - 1):
+            self._take()
+        return head, lines
 
     def _pass_over(self, first_row: int | None) -> None:
         """Take what stands between the header and the first row; one line of it may be the units."""
@@ -121,18 +135,50 @@ class CsvTable:
             self.is_decimal_comma,
         )
         line, rows = self.first_row, 0
+        decimals = Decimals(self.file, self.separator, self.names) if self.is_decimal_comma else None
         while self._peek() is not None:
             body, self._body = self._body, b""
-            if body.endswith(b"\n"):
-                table = parse_fast(body, layout)
-                table = parse_carefully(body, layout, line) if table is None else table
-            else:
-                last = self._parse_last(body, layout, line, rows)
-                if last is None:
+            if decimals is not None:
+                decimals.check(body, line, wanted)
+            table = parse_fast(body, layout) if body.endswith(b"\n") else self._parse_last(body, layout, line, rows)
+            if table is None and not body.endswith(b"\n"):
+                return
+            if table is None:
+                before, wrong = self._parse_to_fault(body, layout, line)
+                if before is not None:
+                    yield before
+                if wrong is not None:
+                    self._end_of_table(body, wrong, line, has_rows=rows > 0 or before is not None)
                     return
-                table = last
-            yield table
-            line, rows = line + body.count(b"\n"), rows + table.shape[1]
+            else:
+                yield table
+            line, rows = line + body.count(b"\n"), rows + body.count(b"\n")
+
+    def _parse_to_fault(
+        self, body: bytes, layout: Layout, line: int
+    ) -> tuple[NDArray[np.float64] | None, LogError | None]:
+        """The rows before the first that is none, None if there are none, and what is wrong with that one."""
+        try:
+            return parse_carefully(body, layout, line), None
+        except LogError as error:
+            good = (error.line or line) - line
+            before = b"".join(one + b"\n" for one in body.split(b"\n", good)[:good])
+            return (parse_carefully(before, layout, line) if before else None), error
+
+    def _end_of_table(self, body: bytes, wrong: LogError, line: int, *, has_rows: bool) -> None:
+        """Warn where lines that are no rows stand at the end of the file, a summary or the header again; else raise."""
+        at = wrong.line or line
+        rest = body.split(b"\n", at - line)[-1].removesuffix(b"\n").decode("utf-8").split("\n")
+        while len(rest) <= MOST_AFTER and (more := self._take()) is not None:
+            rest.append(more)
+        rows = [cells_of(text, self.separator, self.file, at + k) for k, text in enumerate(rest)]
+        if not has_rows or len(rest) > MOST_AFTER or not is_after_table(rows, self.names):
+            raise wrong
+        warn_of_log(
+            "from this line on stand no rows, a summary perhaps; they are left out, what stands before is read",
+            file=self.file,
+            line=at,
+        )
 
     def _parse_last(self, body: bytes, layout: Layout, line: int, rows: int) -> NDArray[np.float64] | None:
         """The last line of a file that does not end in a newline; None if it breaks off in the middle of a row."""

@@ -24,11 +24,15 @@ class Falls:
         self._file, self._last = file, math.nan
         self._count, self._first = 0, (0.0, 0.0)
 
+    def count(self, before: float, after: float) -> None:
+        """Count a place where the clock was set from one time back to another [s]."""
+        self._first = self._first if self._count else (before, after)
+        self._count += 1
+
     def take(self, time: float) -> None:
         """Take the next time [s]."""
         if time < self._last - OUT_OF_ORDER:
-            self._first = self._first if self._count else (self._last, time)
-            self._count += 1
+            self.count(self._last, time)
         if time == time:
             self._last = time
 
@@ -36,8 +40,7 @@ class Falls:
         """Take the next times [s], shape (n,)."""
         known = np.concatenate([[self._last], time[np.isfinite(time)]])
         for place in np.flatnonzero(np.diff(known) < -OUT_OF_ORDER):
-            self._first = self._first if self._count else (float(known[place]), float(known[place + 1]))
-            self._count += 1
+            self.count(float(known[place]), float(known[place + 1]))
         self._last = float(known[-1])
 
     def warn(self) -> None:

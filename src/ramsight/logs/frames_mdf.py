@@ -7,7 +7,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ramsight.errors import LogError
+from ramsight.logs.arrival import arrivals
 from ramsight.logs.frames import EXTENDED, Frame
 from ramsight.logs.lines import Advance, file_name
 from ramsight.logs.mdf_file import MdfFile
@@ -22,7 +26,7 @@ def frame_groups(mdf: MdfFile) -> list[int]:
 
 
 def mdf_frames(path: str | Path, advance: Advance | None = None) -> Iterator[Frame]:
-    """The data frames of an MDF file with bus logging, by time.
+    """The data frames of an MDF file with bus logging, in the order in which they came.
 
     Args:
         path: the file.
@@ -36,17 +40,21 @@ def mdf_frames(path: str | Path, advance: Advance | None = None) -> Iterator[Fra
     total = sum(mdf.groups[group].cycles for group in groups)
     if not total:
         raise LogError("holds no CAN frames: a channel map with [can] is for bus logging", file=file_name(path))
-    merged = heapq.merge(*(_group_frames(mdf, group) for group in groups), key=lambda frame: frame.time)
-    for number, frame in enumerate(merged, start=1):
+    times = {group: mdf.clock(group) for group in groups}
+    came = arrivals(times)
+    merged = heapq.merge(
+        *(zip(came[group].order.tolist(), _group_frames(mdf, group, times[group]), strict=True) for group in groups),
+        key=lambda placed: placed[0],
+    )
+    for number, (_, frame) in enumerate(merged, start=1):
         if advance is not None and number % 4096 == 0:
             advance(4096 / total)
         yield frame
 
 
-def _group_frames(mdf: MdfFile, group: int) -> Iterator[Frame]:
+def _group_frames(mdf: MdfFile, group: int, times: NDArray[np.float64]) -> Iterator[Frame]:
     names, cycles = mdf.groups[group].names, mdf.groups[group].cycles
     length_name = f"{_NAME}DataLength" if f"{_NAME}DataLength" in names else f"{_NAME}DLC"
-    times = mdf.clock(group)
     for first in range(0, cycles, _AT_ONCE):
         count = min(_AT_ONCE, cycles - first)
 

@@ -15,6 +15,9 @@ _KNOWN = re.compile(
     r"\s*(//|date\b|base\b|(no\s+)?internal\s+events|begin\s+trigger|end\s+trigger|\d+\.\d+\s|#|$)", re.I
 )
 _LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
+_DIRECTIONS = ("rx", "tx", "txrq")
+_RAW_LENGTH = re.compile(r"_[9A-Fa-f]$")  # of a frame of 8 bytes that states more: candump -8
+_LENGTH = re.compile(r"\[(\d+)\]|\{([0-9A-Fa-f])\}")
 _FIRST_DELTAS = 50
 _BLANK = b" \t\n\x0b\x0c"
 
@@ -108,12 +111,13 @@ class _Asc:
         if len(cells) < 3:
             raise ValueError
         if cells[1] == "CANFD":
-            return self._fd(cells)
+            is_frame = cells[2].isdigit() and len(cells) > 3 and cells[3].lower() in _DIRECTIONS
+            return self._fd(cells) if is_frame else None  # the start of a measurement, statistics
         if not cells[1].isdigit():
             return None
         if cells[2].lower().startswith("errorframe"):
             return Frame(self._clock, 0, int(cells[1]) - 1, None)
-        if len(cells) < 4 or cells[3].lower() not in ("rx", "tx", "txrq"):
+        if len(cells) < 4 or cells[3].lower() not in _DIRECTIONS:
             if len(cells) < 5 and re.fullmatch(r"[0-9A-Fa-f]+[xX]?", cells[2]):
                 raise ValueError
             return None  # statistics, J1939 and the like
@@ -179,12 +183,18 @@ class _Candump:
     def _bus(self, name: str) -> int:
         if name not in self._buses:
             digits = re.search(r"\d+$", name)
-            self._buses[name] = int(digits[0]) if digits else len(self._buses)
+            number = int(digits[0]) if digits else len(self._buses)
+            while number in self._buses.values():  # can0 and vcan0 are two
+                number += 1
+            self._buses[name] = number
         return self._buses[name]
 
     def _logged(self, time: float, cells: list[str]) -> Frame | None:
         identifier, _, data = cells[1].partition("#")
         content: bytes | None = None
+        if ":" in data:  # CAN XL: other frames than those that drives send
+            return Frame(time, 0, self._bus(cells[0]), None)
+        data = _RAW_LENGTH.sub("", data)
         if data.startswith("#"):
             int(data[1], 16)
             content = _hexadecimal(data[2:])
@@ -198,10 +208,10 @@ class _Candump:
         self._last = time
         if self._shown == _FIRST_DELTAS and self._falls > _FIRST_DELTAS // 5:
             raise _SaidError("time stamps do not increase up to here (candump -td?); record with candump -L")
-        place = next((k for k, cell in enumerate(cells) if k > 1 and re.fullmatch(r"\[\d+\]", cell)), 0)
+        place = next((k for k, cell in enumerate(cells) if k > 1 and _LENGTH.fullmatch(cell)), 0)
         if not place:
             raise ValueError
-        length = int(cells[place][1:-1])
+        length = int(cells[place][1:-1]) if cells[place][0] == "[" else min(int(cells[place][1:-1], 16), 8)
         data = cells[place + 1 :]
         if data[:1] == ["remote"] or data[:1] == ["ERRORFRAME"]:
             return self._frame(time, cells[place - 1], cells[0], None)

@@ -8,20 +8,19 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ramsight.errors import DescriptionError, LogError
-from ramsight.logs.header import SEPARATORS, CsvForm, separator_of, split, units_row
+from ramsight.logs.header import NEVER_FILLED, SEPARATORS, CsvForm, separator_of, split, units_row, whole_lines
 from ramsight.logs.lines import line_blocks
 from ramsight.logs.source import Offered
 from ramsight.logs.stamps import is_stamp
+from ramsight.logs.temperatures import celsius, temperature_score
 from ramsight.units import parse
 
 _LOOKED_AT = 1 << 16  # bytes
-_PREAMBLE = 60  # lines
+_PREAMBLE = 200  # lines
 
-_OIL = "oil|öl|oel|hyd|fluid|huile|aceite|olio"
 _NAMES = {
     "speed": r"speed|rpm|drehzahl|veloc|vitesse|r[ée]gime|(^|[^a-z])n_?(ist|act|mot)|606c|omega",
     "torque": r"torque|moment|couple|coppia|(^|[^a-z])par([^a-z]|$)|(^|[^a-z])m_?(ist|act|mot)|6077|4602h:0c",
-    "temperature": rf"({_OIL}).*(temp|[^a-z]t$|_t_)|(temp|^t[^a-z]).*({_OIL})",
     "reference": r"^reference",
 }
 _WORSE = {
@@ -30,13 +29,15 @@ _WORSE = {
     "temperature": r"max|min\b|limit|engine|gear",
     "reference": r"speed|torque",
 }
+ROLES = ("speed", "torque", "temperature", "reference")
 _BETTER = r"ist(?![a-z])|act|actual|feedback|meas"
 _SI = {"speed": "rad/s", "torque": "N m", "temperature": "K", "reference": "m"}
 USUAL = {"speed": "rpm", "torque": "N m", "temperature": "degC", "reference": "m"}
 """The unit that is proposed where the file states none."""
 
 _CLOCK = re.compile(
-    r"((date|datum|day|tag)?[ _/-]?(time|zeit|uhrzeit)([ _]?stamps?)?|timestamps?|t|ts|elapsed|seconds|datetime"
+    r"(_*(date|datum|day|tag)?[ _/-]?(time|zeit|uhrzeit)([ _]?stamps?)?|timestamps?|t|ts|elapsed|seconds|datetime"
+    r"|x_value"
     r"|temps|heure|tiempo|hora|tempo|ora)([ _\[(].*)?",
     re.IGNORECASE,
 )
@@ -75,18 +76,59 @@ def guess_form(path: str | Path) -> CsvForm:
             raise
         encoding = "cp1252"
         block = next(line_blocks(path, encoding="latin-1", size=_LOOKED_AT), b"")
-    lines = block.decode("utf-8").split("\n")[: _PREAMBLE + _HEADER_ROWS + 1]
-    for number, head in enumerate(lines[:_PREAMBLE]):
+    is_whole = len(block) < _LOOKED_AT
+    numbered = whole_lines(block.decode("utf-8").removesuffix("\n").split("\n"))
+    best = _best_header(numbered, is_whole=is_whole)
+    if best is None:
+        return CsvForm(encoding=encoding)
+    place, separator, below = best
+    (number, head), lines = numbered[place], [line for _, line in numbered[place + 1 :]]
+    seen = separator if separator != separator_of(head) else None
+    is_plain = not below or (below == 1 and units_row(lines[0], separator) is not None)
+    decimal = "," if separator == "," and _has_decimal_commas(lines[below : below + _PREAMBLE]) else None
+    first = None if is_plain else numbered[place + 1 + below][0]
+    return CsvForm(number, seen, encoding, first, decimal)
+
+
+def _best_header(numbered: Sequence[tuple[int, str]], *, is_whole: bool) -> tuple[int, str, int] | None:
+    """The line above the most rows of numbers, its separator, and how many lines stand between them.
+
+    A few pairs, or a table of statistics, may stand before; of two with as many rows those that go on to the end count.
+    """
+    lines = [line for _, line in numbered]
+    best: tuple[tuple[int, bool], int, str, int] | None = None
+    for place, head in enumerate(lines[:_PREAMBLE]):
+        if best is not None and head == lines[best[1]]:
+            continue  # the same header again is none of its own
         for separator in sorted(SEPARATORS, key=head.count, reverse=True):
-            below = _rows_between(lines[number:], separator)
+            below = _rows_between(lines[place:], separator)
             if below is None:
                 continue
-            seen = separator if separator != separator_of(head) else None
-            is_plain = not below or (below == 1 and units_row(lines[number + 1], separator) is not None)
-            rows = lines[number + 1 + below : number + 1 + below + _PREAMBLE]
-            decimal = "," if separator == "," and _has_decimal_commas(rows) else None
-            return CsvForm(number + 1, seen, encoding, None if is_plain else number + 2 + below, decimal)
-    return CsvForm(encoding=encoding)
+            rows = lines[place + 1 + below :]
+            run = _run(rows if is_whole else rows[:-1], _cells(head, separator), separator)
+            is_to_end = run >= len(rows) - (0 if is_whole else 1)
+            if best is None or (run, is_to_end) > best[0]:
+                best = ((run, is_to_end), place, separator, below)
+            break
+    return None if best is None else best[1:]
+
+
+def _run(rows: Sequence[str], names: Sequence[str], separator: str) -> int:
+    """How many rows of numbers follow one another."""
+    for number, row in enumerate(rows):
+        cells = _cells(row, separator)
+        if not _is_wide(cells, names) or not any(_is_value(cell) or not cell for cell in cells):
+            return number
+    return len(rows)
+
+
+def _is_wide(cells: Sequence[str], names: Sequence[str]) -> bool:
+    """Whether a row has as many cells as the header, an empty one more, or none of the column of comments."""
+    return (
+        len(cells) == len(names)
+        or (len(cells) == len(names) + 1 and not cells[-1])
+        or (len(cells) == len(names) - 1 and names[-1].lower() == NEVER_FILLED)
+    )
 
 
 def _rows_between(lines: Sequence[str], separator: str) -> int | None:
@@ -96,7 +138,7 @@ def _rows_between(lines: Sequence[str], separator: str) -> int | None:
         return None
     for below, line in enumerate(lines[1 : _HEADER_ROWS + 1]):
         cells = _cells(line, separator)
-        if len(cells) != len(names) and not (len(cells) == len(names) + 1 and not cells[-1]):
+        if not _is_wide(cells, names):
             return None
         if any(_is_value(cell) for cell in cells):
             return below
@@ -157,7 +199,7 @@ def guess_roles(offered: Sequence[Offered]) -> dict[str, str]:
         {'speed': 'n_ist', 'torque': 'M_ist'}
     """
     found: dict[str, str] = {}
-    for role in _NAMES:
+    for role in ROLES:
         scored = [(_score(one, role), -place, one.name) for place, one in enumerate(offered)]
         best = max(scored, default=(0, 0, ""))
         if best[0] > 0 and best[2] not in found.values():
@@ -167,19 +209,22 @@ def guess_roles(offered: Sequence[Offered]) -> dict[str, str]:
 
 def _score(channel: Offered, role: str) -> int:
     name = channel.name.lower()
-    named = re.search(_NAMES[role], name) is not None
+    if role == "temperature":
+        named = temperature_score(channel.name)
+    else:
+        named = 4 if re.search(_NAMES[role], name) is not None else 0
     fits = fits_role(channel.unit, role)
     if not named or (channel.unit and not fits):
         return 0
     worse = re.search(_WORSE[role], name) is not None
     better = re.search(_BETTER, name) is not None
-    return 4 + fits + better - 3 * worse
+    return named + fits + better - 3 * worse
 
 
 def fits_role(unit: str, role: str) -> bool:
     """Whether a unit is one of this quantity; a share fits speed and torque."""
     try:
-        parse(f"1 {unit}", _SI[role])
+        parse(f"1 {celsius(unit) if role == 'temperature' else unit}", _SI[role])
     except DescriptionError:
         return is_share(unit) and role in ("speed", "torque")
     return True

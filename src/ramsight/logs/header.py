@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import csv
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ramsight.errors import DescriptionError, LogError
 from ramsight.units import parse
 
 SEPARATORS = {",": "comma", ";": "semicolon", "\t": "tab"}
+MOST_BREAKS = 100  # lines of a header whose cells have line breaks
+NEVER_FILLED = "comment"
+"""The last column of LabVIEW's tables, of which rows have no cell."""
 _BRACKETS = re.compile(r"\s*[\[(](.*)[\])]\s*")
 
 
@@ -40,6 +44,30 @@ def separator_of(head: str) -> str:
         ';'
     """
     return next((mark for mark in (",", ";", "\t") if mark in head), ",")
+
+
+def whole_lines(lines: Sequence[str]) -> list[tuple[int, str]]:
+    """Lines with their numbers, from 1; those of a cell in quotes that has line breaks are one.
+
+    Example:
+        >>> whole_lines(['"Time', '[s]",n', "0,1"])
+        [(1, '"Time [s]",n'), (3, '0,1')]
+    """
+    found: list[tuple[int, str]] = []
+    place = 0
+    while place < len(lines):
+        end = place
+        while lines[place : end + 1] and _is_open(lines[place : end + 1]) and end - place < MOST_BREAKS:
+            end += 1
+        if end >= len(lines) or _is_open(lines[place : end + 1]):
+            end = place  # a single quotation mark: inches
+        found.append((place + 1, " ".join(lines[place : end + 1])))
+        place = end + 1
+    return found
+
+
+def _is_open(lines: Sequence[str]) -> bool:
+    return sum(line.count('"') for line in lines) % 2 == 1
 
 
 def split(line: str, separator: str) -> list[str]:

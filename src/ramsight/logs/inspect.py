@@ -10,15 +10,16 @@ import numpy as np
 
 from ramsight.errors import LogError, warn_of_log
 from ramsight.logs.align import Samples
+from ramsight.logs.can_origins import Origins
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.clock import Clock, find_clock
+from ramsight.logs.distances import Distances
 from ramsight.logs.guess import guess_form, guess_roles
 from ramsight.logs.lines import Advance
 from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.source import Offered, TableSource
 from ramsight.logs.source_by_suffix import CSV, open_source
 from ramsight.logs.source_can import CanSource
-from ramsight.logs.source_csv import CsvSource
 from ramsight.logs.source_mdf import MdfSource
 from ramsight.logs.source_parquet import ParquetSource
 
@@ -34,7 +35,8 @@ class Channel:
         samples: that hold a number.
         missing: that hold none.
         least, most: range of the numbers.
-        first, last: times of the first and the last sample [s].
+        first, last: least and greatest time [s].
+        distances: of its samples in time.
         role: what it is proposed for, "" if nothing.
     """
 
@@ -48,12 +50,12 @@ class Channel:
     first: float = np.nan
     last: float = np.nan
     role: str = ""
+    distances: Distances = field(default_factory=Distances)
 
     @property
     def rate(self) -> float:
-        """Samples per second [Hz], NaN if unknown."""
-        span = self.last - self.first
-        return (self.samples - 1) / span if self.samples > 1 and span > 0 else np.nan
+        """Samples per second where it comes as usual [Hz], NaN if unknown."""
+        return 1.0 / self.distances.usual
 
     def count(self, samples: Samples) -> None:
         """Count further samples of the channel."""
@@ -69,6 +71,7 @@ class Channel:
         if times.size:
             self.first = float(np.fmin(self.first, times.min()))
             self.last = float(np.fmax(self.last, times.max()))
+            self.distances.take(times)
 
 
 @dataclass
@@ -82,6 +85,7 @@ class Inspection:
         clock: of a table, its column and unit; both "" if none was found.
         known: the map that was looked through, with what could be guessed of the file's layout.
         clock_found: the clock of a table with all that was found of it.
+        origins: of a CAN log, the buses and addresses that its frames came from.
     """
 
     file: str
@@ -90,6 +94,7 @@ class Inspection:
     clock: tuple[str, str] | None = None
     known: ChannelMap = field(default_factory=ChannelMap)
     clock_found: Clock | None = None
+    origins: Origins | None = None
 
     def of(self, role: str) -> Channel | None:
         """The channel that is proposed for a role."""
@@ -126,6 +131,8 @@ def inspect_log(
         bad[wrong.column] = f"not read: {str(wrong).removeprefix(found.file)[2:]}"
     if wrong is not None:
         warn_of_log(f"only what stands before this is listed: {wrong}", file=found.file)
+    if found.origins is not None and found.origins.mixed:
+        warn_of_log(found.origins.mixed, file=found.file)
     roles = {role: one.channel for role, one in known.roles.items()} or guess_roles(
         [Offered(one.name, one.unit) for one in found.channels if one.samples]
     )
@@ -143,10 +150,12 @@ def _look_through(
     source = open_source(path, known, advance)
     if isinstance(source, MdfSource) and source.has_frames:
         source = CanSource(path, known, advance)
+    if isinstance(source, CanSource):
+        source.origins.is_mixture_refused = False
     clock = find_clock(source, known) if isinstance(source, TableSource) else None
     taken = () if clock is None else (clock.channel, clock.date)
     listed = [one for one in source.offered() if one.name not in taken]
-    notes = source.notes([one.name for one in listed]) if isinstance(source, CsvSource) else {}
+    notes = source.notes([one.name for one in listed])
     channels = [Channel(one.name, one.unit, bad.get(one.name) or notes.get(one.name) or one.note) for one in listed]
     unread = {name for name, note in {**notes, **bad}.items() if note}
     if isinstance(source, ParquetSource):
@@ -162,5 +171,6 @@ def _look_through(
     frames = source.seen if isinstance(source, CanSource) else {}
     if isinstance(source, CanSource) and wrong is not None and not frames:
         raise wrong
+    origins = source.origins if isinstance(source, CanSource) else None
     said = None if clock is None else (clock.channel, clock.unit)
-    return Inspection(source.file, channels, frames, said, known, clock), wrong
+    return Inspection(source.file, channels, frames, said, known, clock, origins), wrong

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ramsight.errors import LogError, short, warn_of_log
+from ramsight.logs.next_step import inspect_command
 from ramsight.logs.packed import Advance, Unpacked, check_file, file_name
 
 __all__ = ["BLOCK", "Advance", "check_file", "cut_short", "file_name", "first_line", "line_blocks", "printable"]
@@ -175,7 +176,10 @@ class _Lines:
                 cut_short(self._file, line)
                 return b""
             kind = encoding.upper() if encoding.lower() == "utf-8" else encoding
-            raise LogError(f"byte 0x{block[error.start]:02x} is not {kind} text", file=self._file, line=line) from None
+            what = f"byte 0x{block[error.start]:02x} is not {kind} text"
+            if kind == "UTF-8":
+                what += f"; save it as UTF-8, or, for a log, {inspect_command(self._file)} finds its encoding"
+            raise LogError(what, file=self._file, line=line) from None
         return block if encoding.lower() == "utf-8" else text.encode("utf-8")
 
 

@@ -46,6 +46,14 @@ class Keys:
             raise self.wrong(key, "is none of the choices", ", ".join(choices))
         return choices[value]
 
+    def flag(self, key: str) -> bool | None:
+        """Whether something is so; None where nothing is said."""
+        self._known.append(key)
+        value = self._left.pop(key, None)
+        if value is not None and not isinstance(value, bool):
+            raise self.wrong(key, "is of another kind", "true or false")
+        return value
+
     def table(self, key: str) -> Keys | None:
         """A table under this one."""
         value = self.take(key, dict, None)

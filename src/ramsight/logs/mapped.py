@@ -181,6 +181,8 @@ class ChannelMap:
         dbc: files that say what CAN frames mean.
         pdos: CANopen mappings that do.
         bus: the CAN channel to read; None reads all.
+        sources: J1939 addresses whose frames are read; none reads those of all.
+        j1939: whether extended identifiers of DBC files are J1939 groups; None goes by the file.
         date: column of dates beside a clock column that is a time of day.
         angle: how the channel of the role ``speed`` counts, where it is an angle.
         motor: what the channel of the role ``torque`` is, where it is a current.
@@ -213,6 +215,8 @@ class ChannelMap:
     period: float | None = None
     linearity: float = 0.0
     curve: SensorCurve | None = None
+    sources: tuple[int, ...] = ()
+    j1939: bool | None = None
 
     @property
     def is_can(self) -> bool:

@@ -18,10 +18,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.errors import LogError
-from ramsight.logs.lines import check_file, file_name, first_line
+from ramsight.errors import DescriptionError, LogError
+from ramsight.logs.header import is_unit
+from ramsight.logs.lines import check_file, file_name, first_line, printable
+from ramsight.units import parse
 
 _PATIENCE, _BYTES_A_SECOND = 10.0, 1e6  # s for any answer, and so much more for a large file
+_ANGLES = ("deg", "°", "rad", "°CA", "deg CA")
+_NO_TIME = {2: "an angle", 3: "a distance", 4: "an index"}  # sync types of MDF
 _START = 120.0  # s for the process to begin
 _BEGIN = "import sys; sys.path[:] = {path!r}; from ramsight.logs.mdf_worker import main; main()"
 
@@ -35,12 +39,34 @@ class Group:
         master: which channel is the clock, None if none is.
         names: of the channels.
         units: of the channels, "" where the file states none.
+        kind: sync type of the clock, as the file states it.
     """
 
     cycles: int
     master: int | None
     names: tuple[str, ...]
     units: tuple[str, ...]
+    kind: int = 1
+
+    @property
+    def timeless(self) -> str:
+        """Why the samples have no time, "" if they have one."""
+        if self.master is None:
+            return "has no master channel, and so no time"
+        name = printable(self.names[self.master])
+        if self.kind in _NO_TIME:
+            return f"its master channel {name} is {_NO_TIME[self.kind]}, and no time"
+        unit = self.units[self.master]
+        return f"its master channel {name} is in {printable(unit)}, and no time" if not self.second else ""
+
+    @property
+    def second(self) -> float:
+        """Seconds for one of its clock's numbers, 0 if they are no time; those of an unknown unit are seconds."""
+        unit = "" if self.master is None else self.units[self.master]
+        try:
+            return parse(f"1 {unit}", "s") if unit else 1.0
+        except DescriptionError:
+            return 0.0 if is_unit(unit) or unit in _ANGLES else 1.0
 
 
 class MdfFile:
@@ -67,15 +93,22 @@ class MdfFile:
         opened = self._ask("is no MDF file, or a damaged one", None, request)[0]
         self._number: int = opened["file"]
         self.groups = [
-            Group(one["cycles"], one["master"], tuple(one["names"]), tuple(one["units"])) for one in opened["groups"]
+            Group(one["cycles"], one["master"], tuple(one["names"]), tuple(one["units"]), one["kind"])
+            for one in opened["groups"]
         ]
         weakref.finalize(self, _close, self._reader, self._number)
 
     def clock(self, group: int) -> NDArray[np.float64]:
-        """The times of a group [s]."""
+        """The times of a group [s].
+
+        Raises:
+            LogError: it has none: its master channel is an angle, a distance or an index; or it is damaged.
+        """
+        if reason := self.groups[group].timeless:
+            raise LogError(f"{reason}; record it over time", file=self._file, column=f"group {group}")
         request = {"do": "clock", "file": self._number, "group": group}
         times: NDArray[np.float64] = self._ask(f"is damaged in group {group}", None, request)[1][0]
-        return times
+        return times * self.groups[group].second
 
     def values(self, group: int, index: int, start: int, count: int, *, raw: bool = False) -> tuple[Any, Any]:
         """Samples of a channel, and which of them are invalid, None if nothing states so.

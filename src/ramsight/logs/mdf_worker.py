@@ -18,6 +18,9 @@ import numpy as np
 _MOST_PACKED = 1100  # how many times smaller deflate can make a block of zeros
 
 
+_TIME = 1  # sync type of a clock; files before MDF 4 have no other
+
+
 class Server:
     """Answers requests about the files that it has opened."""
 
@@ -43,6 +46,7 @@ class Server:
             index=request["index"],
             samples_only=True,
             raw=request["raw"],
+            ignore_invalidation_bits=True,
             record_offset=start,
             record_count=count,
         )
@@ -61,7 +65,9 @@ class Server:
                 raise ValueError(f"group {number} claims {cycles} samples of {row} bytes")
             names = [channel.name for channel in group.channels]
             units = [str(mdf.get_channel_unit(group=number, index=k) or "").strip() for k in range(len(names))]
-            groups.append({"cycles": cycles, "master": mdf.masters_db.get(number), "names": names, "units": units})
+            master = mdf.masters_db.get(number)
+            kind = _TIME if master is None else int(getattr(group.channels[master], "sync_type", _TIME))
+            groups.append({"cycles": cycles, "master": master, "kind": kind, "names": names, "units": units})
         self._number += 1
         self._files[self._number] = mdf
         return {"file": self._number, "groups": groups}

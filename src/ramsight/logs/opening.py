@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ramsight.errors import DescriptionError, LogError
+from ramsight.errors import DescriptionError, LogError, MissingColumnError
 from ramsight.logs.align import Aligner, Array, Block, Switch
+from ramsight.logs.can_dbc import j1939_group
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.channels import (
     DC_CURRENT,
@@ -33,9 +34,11 @@ from ramsight.logs.frames import EXTENDED
 from ramsight.logs.frames_by_suffix import open_frames
 from ramsight.logs.lines import Advance
 from ramsight.logs.mapped import FURTHER, MEASURED, ChannelMap, Mapped, Referenced, standard_map, to_si_of
+from ramsight.logs.next_step import inspect_command
 from ramsight.logs.resample import Resampler
 from ramsight.logs.source import Source
-from ramsight.logs.source_by_suffix import CAN, CSV, open_source
+from ramsight.logs.source_by_suffix import CAN, open_source
+from ramsight.logs.source_can import CanSource
 from ramsight.units import FREEZING
 
 if TYPE_CHECKING:
@@ -117,13 +120,16 @@ def _check_standard(source: Source, names: list[str]) -> None:
         if name.endswith(CAN) or getattr(source, "has_frames", False):
             next(open_frames(source.path))  # a file that holds none lacks no map
             raise LogError(
-                "holds CAN frames; without a channel map their meaning is unknown: ramsight logs inspect",
+                "holds CAN frames; without a channel map their meaning is unknown:"
+                f" {inspect_command(source.file)} writes one",
                 file=source.file,
             ) from None
-        if name.endswith(CSV):
-            raise
-        text = str(error).removeprefix(f"{source.file}: ")
-        raise LogError(f"{text}; a channel map says which is which: ramsight logs inspect", file=source.file) from None
+        what_next = f"a channel map says which is which: {inspect_command(source.file)} writes one"
+        if isinstance(error, MissingColumnError):
+            raise MissingColumnError(
+                file=source.file, missing=error.missing, found=error.found, what_next=what_next
+            ) from None
+        raise
 
 
 def read_measured(
@@ -202,14 +208,24 @@ def _columns(
 
 def _frames_missed(source: Source, known: ChannelMap) -> str:
     """Which frames of a map never came, and which did: most often the node-ID in a map is another drive's."""
-    seen: dict[int, tuple[int, int]] = getattr(source, "seen", {})
-    missed = [f"{pdo.cob_id:X}h (can.pdo[{k}].cob_id)" for k, pdo in enumerate(known.pdos) if pdo.cob_id not in seen]
-    if not missed or not seen:
+    if not isinstance(source, CanSource):
         return ""
+    seen, wanted = source.seen, source.wanted
+    missed = [f"{pdo.cob_id:X}h (can.pdo[{k}].cob_id)" for k, pdo in enumerate(known.pdos) if pdo.cob_id not in seen]
+    of_pdos = {pdo.cob_id & ~EXTENDED for pdo in known.pdos}
+    of_dbc = sorted(key for key in wanted if key not in seen and key & ~EXTENDED not in of_pdos)
+    missed += [f"{key & ~EXTENDED:X}h (can.dbc)" for key in of_dbc]
+    if not missed or not seen:
+        return source.origins.passed
     there = [f"{key & ~EXTENDED:X}h" for key in list(seen)[:_LISTED]]
     more = f" and {len(seen) - _LISTED} more" if len(seen) > _LISTED else ""
     of_map = f"{known.file} names" if known.file else "the map names"
-    return f": {of_map} {', '.join(missed)}, the log has {', '.join(there)}{more}; is it the drive's node-ID?"
+    groups = {j1939_group(key & ~EXTENDED) for key in seen if key & EXTENDED}
+    same = any(key & EXTENDED and j1939_group(key & ~EXTENDED) in groups for key in of_dbc)
+    hint = "is it the drive's node-ID?" if known.pdos else "is it another machine's file?"
+    if same:
+        hint = "these are the same J1939 groups from other addresses: [can] j1939 = true reads them"
+    return f": {of_map} {', '.join(missed)}, the log has {', '.join(there)}{more}; {hint}"
 
 
 def _held_channels(known: ChannelMap, measured: Mapping[str, Mapped]) -> dict[str, tuple[str, Mapped]]:

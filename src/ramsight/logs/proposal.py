@@ -5,11 +5,14 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from ramsight.logs.can_origins import Origins
 from ramsight.logs.clock import Clock
+from ramsight.logs.frames import EXTENDED
 from ramsight.logs.guess import USUAL, is_share
 from ramsight.logs.inspect import Inspection
 from ramsight.logs.mapped import HOLD, Mapped
 from ramsight.logs.source_by_suffix import CAN
+from ramsight.logs.temperatures import celsius
 from ramsight.units import FREEZING
 
 _SPARSE = 0.1  # share of empty cells from which they are no samples, rather than faults
@@ -58,11 +61,15 @@ def _role_lines(found: Inspection, role: str) -> list[str]:
     if channel is None:
         lines = [f"[{role}]  # not found: name the channel", 'channel = ""', f'unit = "{USUAL[role]}"']
         if role == "temperature":
-            lines[0] = "[temperature]  # not found: name the channel, or live with a constant"
-            lines[1:] = ['constant = "40 degC"']
+            return [
+                "# [temperature]  # needed, and not found: name the channel,",
+                '# channel = "..."',
+                '# unit = "degC"',
+                '# constant = "45 degC"  # or, where nobody measures it, say what it is: one of the two',
+            ]
         return lines
     said = said or Mapped(channel.name)
-    unit = said.unit or channel.unit
+    unit = said.unit or (celsius(channel.unit) if role == "temperature" else channel.unit)
     note = "" if unit else "  # the file does not say: check it"
     lines = [f"[{role}]", f"channel = {_text(channel.name)}", f"unit = {_text(unit or USUAL[role])}{note}"]
     if said.rated is not None:
@@ -130,23 +137,45 @@ def _can_lines(found: Inspection, folder: Path | None) -> list[str]:
     if not known.is_can:
         if not found.frames and not found.file.lower().endswith(CAN):
             return []
-        nodes = [key for key in found.frames if 0x181 <= key <= 0x57F]
+        nodes = sorted({key & ~EXTENDED for key in found.frames if 0x181 <= key & ~EXTENDED <= 0x57F})
+        senders = sorted({key & 0x7F for key in nodes if key & 0x7F})
         return [
             "[can]  # say what the frames mean: a DBC file, or CANopen mappings",
             '# dbc = "drive.dbc"',
             "# [[can.pdo]]",
-            f"# cob_id = {hex(nodes[0]) if nodes else '0x181'}",
+            f"# cob_id = {hex(nodes[0]) if nodes else '0x181'}"
+            + (f"  # 0x180 and the drive's node, one of {', '.join(map(str, senders))}" if len(senders) > 1 else ""),
             '# objects = ["606Ch", "6077h"]  # mapped one after the other',
         ]
     lines = ["[can]"]
     names = [Path(os.path.relpath(path, folder or Path())).as_posix() for path in known.dbc]
     if names:
         lines.append(f"dbc = {_text(names[0]) if len(names) == 1 else '[' + ', '.join(map(_text, names)) + ']'}")
-    if known.bus is not None:
-        lines.append(f"bus = {known.bus}")
+    lines += _origin_lines(found)
     for pdo in known.pdos:
         objects = ", ".join(_text(one) for one in pdo.objects)
         lines += ["", "[[can.pdo]]", f"cob_id = {hex(pdo.cob_id)}", f"objects = [{objects}]"]
+    return lines
+
+
+def _origin_lines(found: Inspection) -> list[str]:
+    """Which bus and which J1939 addresses are read; a line to be filled in where several send the same."""
+    known, lines = found.known, []
+    origins = found.origins or Origins(found.file)
+    buses, sources = origins.buses, origins.sources
+    if known.bus is not None:
+        lines.append(f"bus = {known.bus}")
+    elif buses:
+        lines.append(f"# bus = {buses[0]}  # needed: which of {', '.join(map(str, buses))} is the drive's")
+    if known.sources:
+        named = ", ".join(f"0x{one:02X}" for one in known.sources)
+        lines.append(f"source = {named if len(known.sources) == 1 else f'[{named}]'}")
+    if sources:
+        named = ", ".join(f"0x{one:02X}" for one in sources)
+        read = ", ".join(f"0x{one:02X}" for one in (sources[0], *origins.others))
+        lines.append(f"# source = [{read}]  # needed: J1939 addresses; the drive is one of {named}")
+    if known.j1939 is not None:
+        lines.append(f"j1939 = {str(known.j1939).lower()}")
     return lines
 
 

@@ -18,6 +18,7 @@ from ramsight.logs.lines import Advance, file_name
 from ramsight.logs.mapped import ChannelMap
 from ramsight.optional import imported
 
+_DAY = 86400.0  # s
 _IN_BRACKETS = re.compile(r".*[\[(]([^\[\]()]*)[\])]\s*")
 _ENDINGS = {
     "rpm": "rpm", "nm": "N m", "c": "degC", "degc": "degC", "k": "K", "s": "s", "ms": "ms", "us": "us", "m": "m",
@@ -80,6 +81,10 @@ class Source(ABC):
         """The unit of a channel as the file states it, "" if it does not."""
         return next((one.unit for one in self.offered() if one.name == channel), "")
 
+    def notes(self, names: Sequence[str]) -> dict[str, str]:
+        """Why channels cannot be read as numbers over time, "" or nothing for those that can."""
+        return {}
+
     def check(self, channels: Sequence[str]) -> None:
         """Refuse channels that are not in the file."""
         names = dict.fromkeys(one.name for one in self.offered())
@@ -102,6 +107,8 @@ class TableSource(Source):
     clock_unit: str | None = None
     date: str | None = None
     """A column of dates beside a clock that is a time of day."""
+    _is_in_days = False
+    _begun: float | None = None
     is_clock_needed = True
     """Whether samples without a time are rejected."""
 
@@ -115,16 +122,26 @@ class TableSource(Source):
             raise LogError("a table needs a clock: the map has no [time] with channel and unit", file=self.file)
         self.check([self.clock])
         unit = self.clock_unit or self.unit_of(self.clock) or "s"
-        return self.clock, to_si_of(unit, "time", None, file=self.file, key=self.clock)[0]
+        second = to_si_of(unit, "time", None, file=self.file, key=self.clock)[0]
+        self._is_in_days = second == _DAY
+        return self.clock, second
+
+    def check_one_clock(self) -> None:
+        """Refuse a table in which columns have clocks of their own; by the look of its first rows."""
 
     @abstractmethod
-    def first_number(self, name: str) -> float:
-        """The first number of a column, NaN if its first rows have none; asked before `blocks`."""
+    def first_numbers(self, name: str) -> NDArray[np.float64]:
+        """The numbers in the first rows of a column, NaN where there is none; asked before `blocks`."""
 
     def as_block(
         self, first_row: int, time: NDArray[np.float64], columns: dict[str, NDArray[np.float64]]
     ) -> dict[str, Samples]:
-        """Rows of a table as samples of each channel."""
+        """Rows of a table as samples of each channel; days count from the first, as dates do."""
+        if self._is_in_days:
+            known = time[np.isfinite(time)]
+            if self._begun is None and known.size:
+                self._begun = float(known[0])
+            time = time - (self._begun or 0.0)
         order = np.arange(first_row, first_row + len(time), dtype=np.float64)
         block = {name: Samples(order, time, values) for name, values in columns.items()}
         if self.sparse:
@@ -142,7 +159,7 @@ def unit_in_name(name: str) -> str:
         ('permille', 'percent')
     """
     if match := _IN_BRACKETS.fullmatch(name):
-        return match[1].strip()
+        return "" if match[1].strip().isdigit() else match[1].strip()  # "Time (2)" is the second of its name
     small = name.lower()
     if match := _OBJECT.search(small):
         return _OBJECTS[match[1]]

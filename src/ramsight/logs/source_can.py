@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from ramsight.errors import LogError, UnknownNameError
 from ramsight.logs.align import Block, Samples
-from ramsight.logs.can_dbc import dbc_fields, j1939_group
+from ramsight.logs.can_dbc import dbc_fields, j1939_group, source_address
 from ramsight.logs.can_field import Field
+from ramsight.logs.can_origins import Origins
 from ramsight.logs.can_pdo import pdo_fields
 from ramsight.logs.falls import Falls
 from ramsight.logs.frames import EXTENDED
@@ -45,6 +46,8 @@ class CanSource(Source):
 
     Attributes:
         seen: frames by identifier after reading, bit 31 set for an extended one, with the longest one's bytes.
+        wanted: identifiers of the channels that were asked for, J1939 groups apart.
+        origins: from which buses and addresses the frames of each channel came.
     """
 
     has_clock_watched = True
@@ -53,10 +56,13 @@ class CanSource(Source):
         super().__init__(path, advance)
         check_file(path)
         self._bus = None if file_map is None else file_map.bus
+        self._sources = frozenset(() if file_map is None else file_map.sources)
+        self.origins = Origins(self.file)
+        self.wanted: frozenset[int] = frozenset()
         self._exact: dict[int, list[Field]] = {}
         self._groups: dict[int, list[Field]] = {}
         for dbc in () if file_map is None else file_map.dbc:
-            exact, groups = dbc_fields(dbc)
+            exact, groups = dbc_fields(dbc, file_map.j1939 if file_map is not None else None)
             _merge(self._exact, exact)
             _merge(self._groups, groups)
         if file_map is not None:
@@ -102,6 +108,7 @@ class CanSource(Source):
         wanted = {id(field) for field in fields.values()}
         exact = {key for key, of in self._exact.items() if any(id(field) in wanted for field in of)}
         groups = {key for key, of in self._groups.items() if any(id(field) in wanted for field in of)}
+        self.wanted = frozenset(exact)
         for frames in self.frames(exact, groups):
             block: dict[str, Samples] = {}
             for key, of_key in frames.items():
@@ -130,10 +137,19 @@ class CanSource(Source):
             tally = counted.setdefault(key, [0, 0])
             tally[0] += 1
             tally[1] = max(tally[1], len(data))
+            identifier = key
+            if key not in exact and key & ~EXTENDED in exact:  # of eight digits in the log, and yet of 11 bits
+                key = key & ~EXTENDED
             if key not in exact:
                 key = j1939_group(key & ~EXTENDED) if groups and key & EXTENDED else -1
                 if key not in groups:
                     continue
+                if self._sources and source_address(identifier) not in self._sources:
+                    self.origins.pass_over(key, source_address(identifier))
+                    continue
+                self.origins.take(key, bus, source_address(identifier))
+            else:
+                self.origins.take(key, bus, None)
             frames = found.get(key)
             if frames is None:
                 frames = found[key] = Frames([], [], [])

@@ -4,18 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ramsight.errors import DescriptionError, LogError
 from ramsight.logs.align import Block
 from ramsight.logs.csv_table import CsvTable
 from ramsight.logs.lines import Advance
 from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.rows import MISSING, number_of
+from ramsight.logs.since_first import SinceFirst
 from ramsight.logs.source import Offered, TableSource, unit_in_name
-from ramsight.logs.stamps import SinceFirst, is_stamp
+from ramsight.logs.stamps import is_stamp
+from ramsight.logs.two_clocks import are_two_clocks, is_clock_like
+from ramsight.units import parse
 
 
 class CsvSource(TableSource):
@@ -32,7 +38,9 @@ class CsvSource(TableSource):
 
     def blocks(self, channels: Sequence[str]) -> Iterator[Block]:
         """Some megabytes of rows at a time; cells without a number are NaN, dates and times count from the first."""
-        stamps, since = self.stamps(), SinceFirst()
+        self.check_one_clock()
+        stamps = self.stamps()
+        since = SinceFirst(" ".join(self.first_stamp(name) for name in stamps))
         clock, second = ("", 1.0) if stamps else self.clocked()
         self.check([*stamps, *channels])
         wanted = list(dict.fromkeys([*([clock] if clock else []), *channels]))
@@ -66,16 +74,47 @@ class CsvSource(TableSource):
         first = next((cell for cell in cells if cell), "")
         return first if is_stamp(first) else ""
 
-    def first_number(self, name: str) -> float:
-        """The first number of a column, NaN if its first rows have none; looked at before `blocks`."""
-        place = self.table.places[name][0]
-        for _, row in self._first_rows:
-            if len(row) > place:
-                try:
-                    return self._number(row[place])
-                except ValueError:
-                    continue
-        return math.nan
+    def check_one_clock(self) -> None:
+        """Refuse a table in which columns have clocks of their own; looked at before `blocks`."""
+        if self.clock is None or self.clock not in self.table.places:
+            return
+        if len(self.table.places[self.clock]) > 1:
+            raise LogError(
+                "is there more than once: a table has one clock; write all channels over one, or a file for each",
+                file=self.file,
+                line=self.table.first_row - 1,
+                column=self.clock,
+            )
+        clock = self._first_times(self.table.places[self.clock][0], self.clock_unit)
+        others = []
+        for place, name in enumerate(self.table.names):
+            unit = self.table.units[place] or unit_in_name(name)
+            if name in ("", self.clock) or not is_clock_like(name, unit):
+                continue
+            if are_two_clocks(clock, self._first_times(place, unit)):
+                others.append(name)
+        if others:
+            raise LogError(
+                f"the columns {', '.join(others[:_LISTED])} are clocks that go on otherwise than {self.clock}: a table"
+                " has one clock; write all channels over one, or a file for each",
+                file=self.file,
+            )
+
+    def _first_times(self, place: int, unit: str | None) -> NDArray[np.float64]:
+        """The first numbers of a column in seconds, NaN where it has none."""
+        try:
+            second = parse(f"1 {unit or 's'}", "s")
+        except DescriptionError:
+            second = math.nan
+        times = np.full(len(self._first_rows), math.nan)
+        for number, (_, row) in enumerate(self._first_rows):
+            with suppress(ValueError):
+                times[number] = self._number(row[place]) * second if len(row) > place else math.nan
+        return times
+
+    def first_numbers(self, name: str) -> NDArray[np.float64]:
+        """The numbers in the first rows of a column, NaN where there is none; looked at before `blocks`."""
+        return self._first_times(self.table.places[name][0], "s")
 
     def notes(self, names: Sequence[str]) -> dict[str, str]:
         """Why columns cannot be read as numbers, "" for those that can by the look of their first rows."""
@@ -83,8 +122,9 @@ class CsvSource(TableSource):
 
     @cached_property
     def _first_rows(self) -> list[tuple[int, list[str]]]:
-        """The first rows as text, taken before `blocks`: a table may have many columns that are all looked at."""
-        return self.table.first_cells(_LOOKED_AT)
+        """The first rows as text, but for the header once more; taken before `blocks` for all columns at once."""
+        rows = self.table.first_cells(_LOOKED_AT)
+        return [(line, row) for line, row in rows if [cell.strip() for cell in row] != self.table.names]
 
     def _note(self, place: int, *others: int) -> str:
         if others:
@@ -105,3 +145,4 @@ class CsvSource(TableSource):
 
 
 _LOOKED_AT = 200  # rows
+_LISTED = 6  # columns in a message

@@ -12,6 +12,7 @@ import numpy as np
 
 from ramsight.errors import LogError, warn_of_log
 from ramsight.logs.align import Block, Samples
+from ramsight.logs.falls import Falls
 from ramsight.logs.lines import Advance, first_line
 from ramsight.logs.packed import opened
 from ramsight.logs.source import Offered, Source, needs, unit_in_name
@@ -19,14 +20,21 @@ from ramsight.units.algebra import NANOSECONDS
 
 _AT_ONCE = 1 << 14  # messages
 _LARGEST = 1 << 28  # bytes of a record; a recorder's chunk has a few million
+_LISTED = 6  # topics in a message
+_FIRST_MESSAGES = 20  # of a topic, that are looked into where no schema says what it has
+_DEEPEST = 8  # objects in objects
 _NUMBERS = {"number", "integer", "boolean"}
 
 
 class McapSource(Source):
-    """An MCAP file with messages in JSON. A channel is a field, or ``TOPIC/FIELD`` where several topics have it.
+    """An MCAP file with messages in JSON.
 
-    A field that the schema has and a message has not is missing there.
+    A channel is a field (``OBJECT.FIELD`` in objects), ``TOPIC/FIELD`` where several topics have it.
+    A field that the schema has and a message has not is missing there. Messages came in the order of the file, those of
+    one time stamp together.
     """
+
+    has_clock_watched = True
 
     def __init__(self, path: str | Path, advance: Advance | None = None) -> None:
         super().__init__(path, advance)
@@ -37,8 +45,12 @@ class McapSource(Source):
         self._cut = errors.EndOfFile
         self._damage = (errors.McapError, packing.ZstdError, struct.error, OSError, ValueError, KeyError, MemoryError,
                         RuntimeError, AssertionError)  # fmt: skip
+        self._others: dict[str, str] = {}
         self._topics = self._find()
+        self._look_into_messages()
         self._places = _named(self._topics)
+        if not self._places:
+            raise LogError(self._why_nothing(), file=self.file)
 
     def offered(self) -> list[Offered]:
         """The fields of all topics that schemas declare as numbers."""
@@ -46,24 +58,47 @@ class McapSource(Source):
             Offered(name, unit or unit_in_name(field), topic)
             for name, (topic, field) in self._places.items()
             for unit in [self._topics[topic][field]]
-        ]
+        ] + [Offered(topic, note=f"not read: in {encoding}") for topic, encoding in self._others.items()]
+
+    def notes(self, names: Sequence[str]) -> dict[str, str]:
+        """Why topics are not read, for those whose messages are not in JSON."""
+        return {name: f"not read: its messages are in {self._others[name]}" for name in names if name in self._others}
+
+    def _why_nothing(self) -> str:
+        if not self._others:
+            return "has no messages with numbers in JSON"
+        listed = ", ".join(list(self._others)[:_LISTED])
+        encodings = ", ".join(sorted(set(self._others.values())))
+        more = f" and {len(self._others) - _LISTED} more" if len(self._others) > _LISTED else ""
+        return (
+            f"its topics {listed}{more} are in {encodings}, and messages in JSON are read: write them in JSON,"
+            " or the signals as CSV or Parquet"
+        )
 
     def blocks(self, channels: Sequence[str]) -> Iterator[Block]:
         """16 384 messages at a time, and those of the same time."""
         self.check(channels)
         wanted: dict[str, list[tuple[str, str]]] = {}
         for channel in channels:
+            if channel in self._others:
+                raise LogError(
+                    f"is in {self._others[channel]}; messages in JSON are read", file=self.file, column=channel
+                )
             topic, field = self._places[channel]
             wanted.setdefault(topic, []).append((channel, field))
         rows: dict[str, list[list[float]]] = {topic: [] for topic in wanted}
-        latest, count = 0, 0
+        last, place, count = -1, 0, 0
+        clock = Falls(self.file)
         for topic, stamp, message in self._messages(wanted):
-            if count >= _AT_ONCE and stamp > latest:
+            clock.take(stamp / NANOSECONDS)
+            if count >= _AT_ONCE and stamp != last:
                 yield _block(rows, wanted)
                 rows, count = {topic: [] for topic in wanted}, 0
-            latest, count = max(latest, stamp), count + 1
-            values = [_number(message.get(field)) for _, field in wanted[topic]]
-            rows[topic].append([latest / NANOSECONDS, stamp / NANOSECONDS, *values])
+            place += stamp != last  # messages of one time came together
+            last, count = stamp, count + 1
+            values = [_number(_field(message, field)) for _, field in wanted[topic]]
+            rows[topic].append([place, stamp / NANOSECONDS, *values])
+        clock.warn()
         yield _block(rows, wanted)
         if self.advance is not None:
             self.advance(1.0)
@@ -108,7 +143,20 @@ class McapSource(Source):
                 schemas[record.id] = self._fields(record.data)
             elif isinstance(record, self._known.Channel) and record.message_encoding == "json":
                 topics.setdefault(record.topic, {}).update(schemas.get(record.schema_id, {}))
+            elif isinstance(record, self._known.Channel):
+                self._others[record.topic] = record.message_encoding or "no encoding that is stated"
         return topics
+
+    def _look_into_messages(self) -> None:
+        """The fields of topics of which no schema says any, by their first messages."""
+        open_topics = {topic: 0 for topic, fields in self._topics.items() if not fields}
+        if not open_topics:
+            return
+        for topic, _, message in self._messages(open_topics):
+            self._topics[topic].update(dict.fromkeys(_numbers_in(message), ""))
+            open_topics[topic] += 1
+            if min(open_topics.values()) >= _FIRST_MESSAGES:
+                return
 
     def _declared(self) -> Iterator[Any]:
         """Schemas and channels: of the summary at the file's end, or of the whole file where it has none."""
@@ -125,14 +173,37 @@ class McapSource(Source):
 
     def _fields(self, data: bytes) -> dict[str, str]:
         try:
-            listed = json.loads(data)["properties"]
-            return {
-                str(name): str(one.get("unit", ""))
-                for name, one in listed.items()
-                if _NUMBERS & set(one["type"] if isinstance(one["type"], list) else [one["type"]])
-            }
-        except (ValueError, KeyError, TypeError, AttributeError):
+            return dict(_declared_numbers(json.loads(data)))
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
             return {}
+
+
+def _declared_numbers(schema: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, str]]:
+    """The numbers that a schema declares, with their units; those of objects in objects as ``OBJECT.FIELD``."""
+    for name, one in schema["properties"].items():
+        kinds = one.get("type", "object" if "properties" in one else "")
+        if _NUMBERS & set(kinds if isinstance(kinds, list) else [kinds]):
+            yield f"{before}{name}", str(one.get("unit", ""))
+        elif "properties" in one:
+            yield from _declared_numbers(one, f"{before}{name}.")
+
+
+def _numbers_in(message: Mapping[str, Any], before: str = "", deep: int = 0) -> Iterator[str]:
+    """The fields of a message that are numbers, those of objects in objects as ``OBJECT.FIELD``."""
+    for name, one in message.items():
+        if isinstance(one, (int, float)):
+            yield f"{before}{name}"
+        elif isinstance(one, dict) and deep < _DEEPEST:
+            yield from _numbers_in(one, f"{before}{name}.", deep + 1)
+
+
+def _field(message: Mapping[str, Any], field: str) -> object:
+    """What stands in a field, or in that of an object in the message; None if it is not there."""
+    if field in message:
+        return message[field]
+    first, _, rest = field.partition(".")
+    inner = message.get(first)
+    return _field(inner, rest) if rest and isinstance(inner, dict) else None
 
 
 def _named(topics: Mapping[str, Mapping[str, str]]) -> dict[str, tuple[str, str]]:

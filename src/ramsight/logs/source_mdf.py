@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.errors import LogError
+from ramsight.errors import LogError, warn_of_log
 from ramsight.logs.align import Block, Samples
+from ramsight.logs.arrival import Arrival, arrivals
+from ramsight.logs.falls import Falls
 from ramsight.logs.frames_mdf import frame_groups
 from ramsight.logs.lines import Advance
 from ramsight.logs.mdf_file import MdfFile
@@ -21,6 +23,8 @@ _AT_ONCE = 1 << 16  # samples of the busiest group
 
 class MdfSource(Source):
     """An MDF file. A channel is called by its name, or by ``GROUP/NAME`` where several groups have it."""
+
+    has_clock_watched = True
 
     def __init__(self, path: str | Path, advance: Advance | None = None) -> None:
         super().__init__(path, advance)
@@ -47,6 +51,12 @@ class MdfSource(Source):
             found.append(Offered(name, self._mdf.groups[group].units[index], f"group {group}"))
         return found
 
+    def notes(self, names: Sequence[str]) -> dict[str, str]:
+        """Why channels have no time, for those of groups whose master channel is none."""
+        groups = {name: self._places[name][0] for name in names}
+        reasons = {number: self._mdf.groups[number].timeless for number in set(groups.values())}
+        return {name: f"group {group}: {reasons[group]}" for name, group in groups.items() if reasons[group]}
+
     def blocks(self, channels: Sequence[str]) -> Iterator[Block]:
         """65 536 samples of the busiest group at a time, and those of the others that came before its next one."""
         self.check(channels)
@@ -54,7 +64,8 @@ class MdfSource(Source):
             return
         groups = sorted({self._places[channel][0] for channel in channels})
         times = {group: self._mdf.clock(group) for group in groups}
-        orders = {group: np.fmax.accumulate(time) for group, time in times.items()}  # a sample after a late one is late
+        came = arrivals(times)
+        orders = {group: one.order for group, one in came.items()}
         busiest = max(groups, key=lambda group: len(times[group]))
         total = max(len(times[busiest]), 1)
         before = dict.fromkeys(groups, 0)
@@ -73,6 +84,26 @@ class MdfSource(Source):
             if self.advance is not None:
                 self.advance((ends[busiest] - before[busiest]) / total)
             before = ends
+        self._warn(times, came)
+
+    def _warn(self, times: Mapping[int, NDArray[np.float64]], came: Mapping[int, Arrival]) -> None:
+        """Say of each group which time stamps stand beside the others, and of the file whether its clock was set."""
+        for group, one in came.items():
+            count = int(one.wild.sum())
+            if count:
+                first = int(np.argmax(one.wild))
+                what = "1 time stamp is" if count == 1 else f"{count} time stamps are"
+                more = "" if count == 1 else ", the first"
+                warn_of_log(
+                    f"{what} not between those before and after{more} in sample {first + 1}:"
+                    f" {times[group][first]:.9g} s; the rest of the group is read as it is",
+                    file=self.file,
+                    column=f"group {group}",
+                )
+        falls = Falls(self.file)
+        for before, after in max((one.falls for one in came.values()), key=len):
+            falls.count(before, after)
+        falls.warn()
 
     def _values(self, channel: str, group: int, index: int, rows: slice) -> NDArray[np.float64]:
         start, count = rows.start, rows.stop - rows.start

@@ -75,16 +75,15 @@ class ParquetSource(TableSource):
         except (self._arrow.ArrowException, OSError, ValueError, OverflowError, MemoryError) as error:
             raise LogError(f"is damaged after row {row}: {first_line(error)}", file=self.file) from None
 
-    def first_number(self, name: str) -> float:
-        """The first number of a column, NaN if there is none in the first rows."""
+    def first_numbers(self, name: str) -> NDArray[np.float64]:
+        """The numbers in the first rows of a column, NaN where there is none."""
         if not self._is_number(self._schema.field(name).type):
-            return np.nan
+            return np.empty(0)
         try:
             batch = next(self._opened.iter_batches(batch_size=_LOOKED_AT, columns=[name], use_threads=False), None)
         except (self._arrow.ArrowException, OSError, ValueError, OverflowError, MemoryError):
-            return np.nan  # `blocks` says it
-        values = np.empty(0) if batch is None else self._numbers(batch.column(0))
-        return float(next(iter(values[np.isfinite(values)]), np.nan))
+            return np.empty(0)  # `blocks` says it
+        return np.empty(0) if batch is None else self._numbers(batch.column(0))
 
     def _kind(self, kind: Any) -> str:
         types = self._arrow.types

@@ -6,6 +6,7 @@ import math
 import re
 from datetime import date
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 _DATE = r"(?:(\d{4})[-/.](\d{1,2})[-/.](\d{1,2})|(\d{1,2})([-/.])(\d{1,2})[-/.](\d{4}|\d{2}))"
 _TIME = r"(\d{1,3}):(\d{1,2})(?::(\d{1,2}))?(?:[.,](\d{1,9}))?\s*([AaPp][Mm])?\s*(Z|UTC|[+-]\d{2}:?\d{2})?"
 _STAMP = re.compile(rf"({_DATE})(?:[T ]\s*{_TIME})?|{_TIME}")
-_DAY = 86400.0
+_HOUR, _DAY = 3600.0, 86400.0
 
 
 def stamp_seconds(text: str) -> float:
@@ -86,32 +87,51 @@ def is_stamp(text: str) -> bool:
         return False
 
 
-class SinceFirst:
-    """Counts stamps from the first, over midnight where they have no date."""
+class Form(NamedTuple):
+    """How stamps are written, as far as it says what they mean.
 
-    def __init__(self) -> None:
-        self._first = self._last = math.nan
-        self._days = 0.0
+    Args:
+        periods: after which a clock without a date begins again [s].
+        is_order_open: whether the day or the month may come first.
+    """
 
-    def __call__(self, stamps: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Seconds since the first stamp of all.
+    periods: tuple[float, ...]
+    is_order_open: bool
 
-        Args:
-            stamps: as `stamp_seconds` gives them [s], shape (n,).
 
-        Example:
-            >>> SinceFirst()(np.array([86399.0, 1.0])).tolist()
-            [0.0, 2.0]
-        """
-        known = stamps[np.isfinite(stamps)]
-        if not known.size:
-            return stamps
-        if math.isnan(self._first):
-            self._first = self._last = float(known[0])
-        counted = stamps.copy()
-        if known.max() < 2.0 * _DAY:  # times of day: a fall of more than half a day is midnight
-            falls = np.diff(known, prepend=self._last) < -0.5 * _DAY
-            self._last = float(known[-1])
-            counted[np.isfinite(stamps)] += self._days + _DAY * np.cumsum(falls)
-            self._days += _DAY * float(falls.sum())
-        return counted - self._first
+def form_of(text: str) -> Form:
+    """How a stamp is written.
+
+    Example:
+        >>> form_of("59:59.98").periods, form_of("12:59:59").periods, form_of("06/05/2025 11:59 PM").is_order_open
+        ((3600.0,), (86400.0, 43200.0), True)
+    """
+    match = _STAMP.fullmatch(text.strip())
+    if match is None:
+        return Form((_DAY,), False)
+    found = match.groups()
+    if found[0] is not None:
+        return Form((), found[1] is None and found[5] in ("/", "-"))
+    _, _, seconds, _, half, _ = found[14:]
+    if seconds is None and half is None:
+        return Form((_HOUR,), False)
+    return Form((_DAY,) if half is not None else (_DAY, 0.5 * _DAY), False)
+
+
+def other_order(stamps: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Stamps [s] with day and month changed for each other, the same where the day is no month.
+
+    Example:
+        >>> other_order(np.array([stamp_seconds("06/05/2025")])) == stamp_seconds("05/06/2025")
+        array([ True])
+    """
+    days = np.floor(stamps / _DAY)
+    changed = {day: _other_day(int(day)) for day in np.unique(days)}
+    return np.asarray(stamps + _DAY * np.array([changed[day] - day for day in days]))
+
+
+def _other_day(day: int) -> int:
+    known = date.fromordinal(day + date(1970, 1, 1).toordinal())
+    if known.day > 12:
+        return day
+    return date(known.year, known.day, known.month).toordinal() - date(1970, 1, 1).toordinal()

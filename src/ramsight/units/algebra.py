@@ -36,6 +36,7 @@ tonne = 1000 * kilogram = t = ton
 pound = 0.45359237 * kilogram = lb
 minute = 60 * second = min
 hour = 3600 * second = h
+day = 24 * hour = d
 inch = 0.0254 * metre = in
 foot = 0.3048 * metre = ft
 turn = 6.283185307179586 * radian = rev = revolution
