@@ -46,6 +46,13 @@ from .plant_bench import UNITS
 from .sensor_bench import made, step_of
 
 BOOM = UNITS["mining-loader boom"]
+
+
+def named(value):
+    """A name of a test that is the same in every process."""
+    return " ".join(sorted(value)) if isinstance(value, (set, frozenset)) else str(value)
+
+
 NAN = math.nan
 H = 0.02
 
@@ -157,7 +164,7 @@ def test_the_first_sample_takes_no_time_and_is_known_at_once():
         ({"temperature": 323.1}, {"usable"}),
         ({"temperature": 323.2}, {"usable", "temperature_bad"}),
     ],
-    ids=str,
+    ids=named,
 )
 def test_each_input_is_checked_at_its_boundary(now, flags):
     assert true_of(checked(**now)[2]) == flags
@@ -794,7 +801,7 @@ def angled(angle=0.2, *, since=1.0, travel=0.0, last=0.1, step=0.004, known=True
         ({"angle": 3.15}, False),
         ({"since": 0.0, "step": 0.0, "last": 0.2, "known": False}, True),
     ],
-    ids=str,
+    ids=named,
 )
 def test_an_angle_is_used_once_piston_and_angle_have_moved(changed, used):
     after, found = angled(**changed)

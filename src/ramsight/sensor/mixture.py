@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from ramsight.expression import Flag, Real, Scalar, count, holds, scalar, within
+from ramsight.expression import Flag, Real, Scalar, all_of, count, holds, scalar, within
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.hypothesis import Hypothesis, Kind
-from ramsight.sensor.normal_tail import upper_tail
+from ramsight.sensor.normal_tail import upper_quantile
 from ramsight.sensor.quantity import Quantity, Row
-from ramsight.sensor.thresholds import BISECTIONS, CERTAIN, OTHERWISE, OUTSIDE, POSITION_STD_LEAST, RISK
+from ramsight.sensor.thresholds import OTHERWISE, OUTSIDE, RISK
 
 
 def largest_weight(hypotheses: Sequence[Hypothesis]) -> Scalar:
@@ -127,31 +127,28 @@ class Mixture:
     def band(self, width: Scalar, others: Scalar) -> Scalar:
         """Standard deviation of the position [m] whose 1.96-fold holds the truth in 95 of 100 cases.
 
-        That of the likeliest hypothesis, and so much more that the truth is outside by the other ones with no more than
-        `OTHERWISE`, the half width h for which
+        That of the likeliest hypothesis, and so much more that the truth is outside by any other one with no more than
+        `OTHERWISE`: where it has the probability w, its position is outside with
 
-            sum_h w_h P(|x_h - x| > h) = OTHERWISE.
+            P(|x_h - x| > band) = q = OTHERWISE / w,
 
-        Which hypothesis is true is one draw for a whole log: were it 5 %, five logs of a hundred would be wrong from
-        their first sample to the last.
+        so it counts the less the less likely it is, and not at all where q is 1. Which hypothesis is true is one draw
+        for a whole log: were it 5 %, five logs of a hundred would be wrong from their first sample to the last.
 
         Args:
             width: factor of the filters' standard deviations [1].
             others: variance of the position by what no hypothesis follows [m2].
         """
         deviations, largest = self._deviations(width, others), largest_weight(self.hypotheses)
-        least = most = TWO_SIDED_95 * of_likeliest(self.hypotheses, deviations)
-        parts = []
+        wide = TWO_SIDED_95 * of_likeliest(self.hypotheses, deviations)
         for p, h, std in zip(self._stated(), self.hypotheses, deviations, strict=True):
-            counted = ca.if_else(h.weight >= largest, 0.0, p)
-            parts.append((counted, h.mean[Quantity.POSITION], std))
-            most = ca.fmax(most, ca.fabs(h.mean[Quantity.POSITION]) + CERTAIN * std)
-        for _ in range(int(BISECTIONS)):
-            middle = ca.sqrt(least * most)
-            outside = sum(p * _outside(middle, offset, std) for p, offset, std in parts)
-            short = outside > OTHERWISE
-            least, most = ca.if_else(short, middle, least), ca.if_else(short, most, middle)
-        return most / TWO_SIDED_95
+            share = OTHERWISE / ca.fmax(p, OTHERWISE)
+            # Beside the likeliest one side of it counts, about the same position both do.
+            beside = ca.fabs(h.mean[Quantity.POSITION]) + upper_quantile(share) * std
+            reach = ca.fmax(beside, upper_quantile(0.5 * share) * std)
+            counts = all_of(h.weight < largest, p > OTHERWISE)
+            wide = ca.fmax(wide, ca.if_else(counts, reach, 0.0))
+        return wide / TWO_SIDED_95
 
     def bound(self, width: Scalar, others: Scalar) -> Scalar:
         """The error that no more than `RISK` of the samples exceed, whichever hypothesis is true [m].
@@ -175,9 +172,3 @@ class Mixture:
     def std(self, row: Row) -> Scalar:
         """Standard deviation, under the likeliest, of something with these derivatives."""
         return ca.sqrt(ca.fmax(self.likeliest(lambda h: h.covariance.variance(row)), 0.0))
-
-
-def _outside(limit: Real, offset: Scalar, std: Scalar) -> Scalar:
-    """Probability that a normal variable is farther from zero than a limit."""
-    std = ca.fmax(std, POSITION_STD_LEAST)
-    return upper_tail((limit - offset) / std) + upper_tail((limit + offset) / std)

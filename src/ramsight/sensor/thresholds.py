@@ -197,10 +197,7 @@ UNREACHABLE = Constant(1e9, "1", "a logarithm that no likelihood reaches")
 REFUTED = Constant(0.1, "1", "odds below which the hypothesis of a wrong position is restarted")
 OUTSIDE = Constant(0.05, "1", "share of the truth that a 95 % band misses")
 OTHERWISE = Constant(
-    0.01, "1", "probability of a truth outside a 95 % band by hypotheses other than the likeliest: one log of a hundred"
-)
-BISECTIONS = Constant(
-    9.0, "1", "halvings of the logarithm of a band's width; 1 % of a band that is a hundred times as wide"
+    0.01, "1", "probability that another hypothesis is true and the position outside a 95 % band: one log of a hundred"
 )
 RISK = Constant(1e-5, "1", "share of samples at which an error may exceed the bound, as stated")
 CERTAIN = Constant(
@@ -271,8 +268,8 @@ REST_TORQUE_SHARE = Constant(
     0.06, "1", "share of the torque at relief pressure: offset that no drive has when calibrated"
 )
 REST_SMOOTHING = Constant(0.5, "s", "averages the noise of 25 samples")
+PROBABILITY_LEAST = Constant(1e-30, "1", "keeps logarithms finite")
 VARIANCE_LEAST = Constant(1e-18, "1", "keeps quotients finite, in the square of whatever unit")
-POSITION_STD_LEAST = Constant(1e-9, "m", "keeps quotients finite where nothing is uncertain")
 TIME_LEAST = Constant(1e-6, "s", "keeps quotients finite where no time passed")
 VELOCITY_SMOOTHING = Constant(0.1, "s", "averages the noise of five samples")
 FASTEST_SHARE = Constant(
