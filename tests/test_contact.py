@@ -99,8 +99,9 @@ def test_pushing_begins_when_the_motor_goes_on_the_same_way_and_builds_up_torque
     assert (said["held"][np.flatnonzero(pushing) - 1] > 0.0).all()
     lifting = run["motor_speed"].values * unit.lift_sign > 1.0
     assert lifting[pushing].all()
-    grown = (said["expected"][pushing] - said["expected"][pushing][0]) * unit.lift_sign
-    assert grown[-1] > 0.05 * limits_of(unit).torque
+    begun, last = np.flatnonzero(pushing)[[0, -1]]
+    grown = (said["expected"][last] - said["expected"][begun - 1]) * unit.lift_sign
+    assert grown > 0.05 * limits_of(unit).torque
 
 
 @pytest.mark.parametrize("name", UNITS)
