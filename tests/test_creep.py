@@ -14,6 +14,8 @@ from ramsight.sensor.status import Status
 LOADER = machine.load("mining-loader").unit("boom")
 BOOM = build_unit("boom", LOADER)
 LOAD, LIFT, HOUR = 250e3, 10.0, 3600.0
+USUAL = BOOM.assumptions.replace({"machine.leaks_otherwise": 1e-6})
+"""A machine that surely leaks as described: the deviation is that of one hypothesis."""
 
 
 @pytest.fixture(scope="module")
@@ -36,25 +38,25 @@ def rested(lifted, sensor, kelvin=0.0, hours=1.0):
 
 
 def test_valves_that_may_leak_cost_certainty_by_the_hour(lifted):
-    sensor = kalman(BOOM)
+    sensor = kalman(BOOM, USUAL)
     before, after, _ = rested(lifted, sensor)
     flow = BOOM.assumptions.machine.closed_leakage * 46e-6 / float(BOOM.oil.viscosity(313.15))
     expected = flow * (LOAD / 25335e-6) / 250e5 / 25335e-6 * HOUR
-    assert after - before == pytest.approx(expected, rel=0.1)
+    assert after - before == pytest.approx(expected, rel=0.15), "a load that is not seen comes on top, by squares"
     _, day, status = rested(lifted, sensor, hours=8.0)
     assert day - before == pytest.approx(8.0 * expected, rel=0.1)
     assert status != Status.OK
 
 
 def test_a_machine_whose_valves_are_known_to_be_tight_stays_certain(lifted):
-    tight = kalman(BOOM, BOOM.assumptions.replace({"machine.closed_leakage": 0.0}))
+    tight = kalman(BOOM, USUAL.replace({"machine.closed_leakage": 0.0}))
     before, after, _ = rested(lifted, tight)
     assert after - before < 0.2e-3
 
 
 @pytest.mark.parametrize("kelvin", [-20.0, 20.0])
 def test_oil_that_changes_its_temperature_costs_what_is_not_known_of_its_expansion(lifted, kelvin):
-    tight = {"machine.closed_leakage": 0.0}
+    tight = {"machine.closed_leakage": 0.0, "machine.leaks_otherwise": 1e-6}
     described = build_unit("boom", LOADER.replace({"oil.thermal_expansion": "7e-4 1/K"}))
     grown = {}
     for name, unit in (("untold", BOOM), ("told", described)):
