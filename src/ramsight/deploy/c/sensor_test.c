@@ -85,15 +85,15 @@ static int slots_work(const ${p} *used) {
   static ${p} sensor, back;
   sensor = *used;
   if (kept(&sensor, 1) == kept(&sensor, 1) || kept(&sensor, 1) >= 0) return 0; /* two at first, then none */
-  if (${p}_resume(&back, slots[0], slots[1]) != ${P}_MOVED || back.is_referenced != 0) return 0;
+  if (${p}_resume(&back, slots[0], slots[1]) != ${P}_MOVED || back.position_known != 0) return 0;
   const int newest = rest(&sensor);
   if (newest < 0) /* a piston that the pump holds up does not rest while the motor stands */
-    return ${p}_resume(&back, slots[0], slots[1]) == ${P}_MOVED && back.is_referenced == 0;
+    return ${p}_resume(&back, slots[0], slots[1]) == ${P}_MOVED && back.position_known == 0;
   if (kept(&sensor, 0) >= 0) return 0;
   if (${p}_resume(&back, slots[0], slots[1]) != ${P}_RESUMED || !(fabs((double)(back.position - sensor.position)) < 1e-6)) return 0;
   if (sensor.referenced_since_power_up != 1 || back.referenced_since_power_up != 0) return 0;
   slots[newest][12] ^= 1u;
-  if (${p}_resume(&back, slots[0], slots[1]) != ${P}_OLDER || back.is_referenced != 0) return 0;
+  if (${p}_resume(&back, slots[0], slots[1]) != ${P}_OLDER || back.position_known != 0) return 0;
   slots[1 - newest][12] ^= 1u;
   return ${p}_resume(&back, slots[0], slots[1]) == ${P}_NOTHING;
 }
