@@ -1,6 +1,5 @@
 """The words of the field stand in the code; docs/nomenclature.md lists the old ones and what took their place."""
 
-import ast
 import re
 from pathlib import Path
 
@@ -20,19 +19,6 @@ OLD = {
     "dear": r"dear",
     "is no more": r"is no more",
 }
-NOT_YET = {"sensor"}
-"""Rooms whose words are still the old ones."""
-
-
-def imported_from_rooms_not_done(text):
-    """Names of such rooms: they are theirs to change."""
-    return {
-        alias.name
-        for node in ast.walk(ast.parse(text))
-        if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[1:2] != []
-        and node.module.split(".")[0] == "ramsight" and node.module.split(".")[1] in NOT_YET
-        for alias in node.names
-    }  # fmt: skip
 
 
 def found(text, pattern):
@@ -41,33 +27,21 @@ def found(text, pattern):
     return [f"{number}: {line.strip()}" for number, line in enumerate(text.splitlines(), 1) if whole.search(line)]
 
 
-FILES = sorted(
-    file
-    for file in SOURCE.rglob("*")
-    if file.suffix in SUFFIXES and file.relative_to(SOURCE).parts[0] not in NOT_YET and "__pycache__" not in file.parts
-)
+FILES = sorted(file for file in SOURCE.rglob("*") if file.suffix in SUFFIXES and "__pycache__" not in file.parts)
 
 
 @pytest.mark.parametrize("word", OLD)
 def test_the_old_words_are_gone(word):
     there = []
     for file in FILES:
-        text = file.read_text(encoding="utf-8")
-        for name in imported_from_rooms_not_done(text) if file.suffix == ".py" else ():
-            text = re.sub(rf"\b{name}\b", "", text)
-        there += [f"{file.relative_to(SOURCE)}:{line}" for line in found(text, OLD[word])]
+        lines = found(file.read_text(encoding="utf-8"), OLD[word])
+        there += [f"{file.relative_to(SOURCE)}:{line}" for line in lines]
     assert not there, "\n".join(there)
 
 
 def test_the_test_sees_words_and_parts_of_names():
     text = "it_is_told = 1\n# a DOUBT\nendear = 1\nlets_go, 'lets it go'\nbelieving(1)\n"
     assert [len(found(text, pattern)) for pattern in OLD.values()] == [1, 1, 0, 0, 1, 1, 0, 0]
-
-
-def test_rooms_that_are_done_are_taken_off_the_list():
-    for room in NOT_YET:
-        texts = [file.read_text(encoding="utf-8") for file in (SOURCE / room).rglob("*.py")]
-        assert any(found(text, pattern) for text in texts for pattern in OLD.values()), f"{room} has none left"
 
 
 def test_the_nomenclature_lists_every_old_word():

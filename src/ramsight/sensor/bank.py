@@ -419,8 +419,8 @@ class Bank:
         innovations = self.state.innovations + INNOVATION_GAIN * (newest - 1.0 - self.state.innovations)
         accepted = all_of(use, fits)
         # A reference is never an obstacle.
-        doubtful = ca.if_else(any_of(m.low, m.top), chance - weighed[0].likelihood, UNREACHABLE)
-        renewed = self._renewed(hypotheses, fits, kept[0], doubtful)
+        obstacle_odds = ca.if_else(any_of(m.low, m.top), chance - weighed[0].likelihood, UNREACHABLE)
+        renewed = self._renewed(hypotheses, fits, kept[0], obstacle_odds)
         together = self.together.reweighed(renewed, use, renewed)
         after = [choose(use, new, old) for new, old in zip(renewed, kept, strict=True)]
         moved = of_likeliest(after, [h.mean[Quantity.POSITION] for h in after])
@@ -475,7 +475,7 @@ class Bank:
         return ca.if_else(use, ca.if_else(fits, ca.fmax(wider, 1.0), width), width)
 
     def _renewed(
-        self, hypotheses: Sequence[Hypothesis], accepted: Flag, before: Hypothesis, doubtful: Scalar
+        self, hypotheses: Sequence[Hypothesis], accepted: Flag, before: Hypothesis, obstacle_odds: Scalar
     ) -> list[Hypothesis]:
         """After a reference: what was *wrong* and is likeliest becomes the first; *wrong* restarts.
 
@@ -486,7 +486,7 @@ class Bank:
             hypotheses: after it.
             accepted: whether the likeliest hypothesis used it.
             before: the first hypothesis before it.
-            doubtful: logarithm of the odds, by the first, that it was an obstacle.
+            obstacle_odds: logarithm of the odds, by the first, that it was an obstacle.
         """
         described, leaks, low, top, wrong = hypotheses
         surely = all_of(leads(hypotheses, Kind.LEAKS), described.weight < math.log(OUTSIDE))
@@ -497,13 +497,13 @@ class Bank:
         now = [first, leaks, low, top, wrong]
         refuted = all_of(wrong.weight < math.log(REFUTED), leads(now, Kind.DESCRIBED))
         restarts = any_of(found, all_of(accepted, refuted))
-        perhaps = all_of(doubtful < 0.0, doubtful > math.log(OUTSIDE))
+        perhaps = all_of(obstacle_odds < 0.0, obstacle_odds > math.log(OUTSIDE))
         # Of a position that was unknown there is nothing to go on with.
         perhaps = all_of(perhaps, before.position_variance < (0.5 * self._unknown) ** 2)
         goes_on = all_of(all_of(restarts, negated(found)), perhaps)
         prior = math.log(self.model.assumed.stops.wrong)
         unknown = self._unknown_position(first, prior)
-        again = choose(goes_on, before.with_weight(first.weight + doubtful), unknown)
+        again = choose(goes_on, before.with_weight(first.weight + obstacle_odds), unknown)
         return [first, leaks, low, top, choose(restarts, again, wrong)]
 
     def variance(self) -> Scalar:
