@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 import casadi as ca
 
 from ramsight.engine.typed_state import leaf
-from ramsight.expression import Flag, Real, Scalar, all_of, any_of, count, negated, scalar
+from ramsight.expression import Flag, Real, Scalar, all_of, any_of, count, holds, negated, scalar
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.covariance import Covariance
@@ -417,7 +417,8 @@ class Bank:
         normal = of_likeliest(hypotheses, [one.normal for one in weighed])
         newest = ca.fmin(normal, INNOVATION_MOST)
         innovations = self.state.innovations + INNOVATION_GAIN * (newest - 1.0 - self.state.innovations)
-        accepted = all_of(use, fits)
+        # Not a conjunction, which asks for both: what only a measurement needs is worked out in its samples alone.
+        accepted = holds(ca.if_else(use, count(fits), 0.0))
         # A reference is never an obstacle.
         obstacle_odds = ca.if_else(any_of(m.low, m.top), chance - weighed[0].likelihood, UNREACHABLE)
         renewed = self._renewed(hypotheses, fits, kept[0], obstacle_odds)
@@ -427,7 +428,7 @@ class Bank:
         centred = tuple(h.shifted(-moved) for h in after)
         state = BankState(
             hypotheses=centred,
-            innovations=ca.if_else(accepted, innovations, self.state.innovations),
+            innovations=ca.if_else(use, ca.if_else(fits, innovations, self.state.innovations), self.state.innovations),
             band_width=self._widened(ca.sqrt(newest), fits, use),
         )
         bank = replace(self, state=state, together=together.moved(centred))
