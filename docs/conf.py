@@ -56,7 +56,7 @@ nitpick_ignore_regex = [
     ("py:.*", r"(abc|ca|casadi|collections|enum|np|numpy|pathlib|pydantic|threading|typing|xarray)\..*"),
     ("py:.*", r"Advance|Compared|AnyMachine|AnyMap|AnyUnit|Array|ArrayLike|Loads|Figure|Path|BaseModel"),
     ("py:.*", r"ramsight\.(machine\.(catalogue\.Entry|linkage\.Linkage)|plant\.as_built\.U)"),
-    ("py:.*", r"ramsight\.(engine|plant\.(circuit|oil|linkage))\..*|CircuitModel"),
+    ("py:.*", r"ramsight\.(engine|plant\.(circuit|holding|oil|linkage))\..*|CircuitModel"),
     ("py:.*", r"Listener|ParameterFile|Persistence"),
     ("py:.*", r"Plan|ramsight\.study\.datasheet\.(study_plan|quantities|machine_tasks)\..*"),
 ]
