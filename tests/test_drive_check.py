@@ -470,7 +470,7 @@ def test_exported_c_takes_them_and_keeps_the_counter_in_a_double(tmp_path):
     described = LOADER.replace({f"units.boom.assumptions.{key}": value for key, value in keys.items()})
     done = write_sensor(described, "boom", tmp_path / "boom", compiler="")
     header = (tmp_path / "boom" / "ramsight_boom.h").read_text(encoding="utf-8")
-    assert "double shaft_angle; /* that the drive's counter says" in header
+    assert "double shaft_angle; /* that the drive's counter shows" in header
     assert "ramsight_boom_real dc_power; /*" in header
     assert "double intake_counter_angle;" in header
     for single in (False, True):
