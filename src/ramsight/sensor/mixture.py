@@ -10,7 +10,7 @@ import casadi as ca
 from ramsight.expression import Flag, Real, Scalar, all_of, count, holds, scalar, within
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.hypothesis import Hypothesis, Kind
-from ramsight.sensor.normal_tail import upper_quantile
+from ramsight.sensor.normal_tail import two_sided_quantile, upper_quantile
 from ramsight.sensor.quantity import Quantity, Row
 from ramsight.sensor.thresholds import OTHERWISE, OUTSIDE, RISK
 
@@ -145,7 +145,7 @@ class Mixture:
             share = OTHERWISE / ca.fmax(p, OTHERWISE)
             # Beside the likeliest one side of it counts, about the same position both do.
             beside = ca.fabs(h.mean[Quantity.POSITION]) + upper_quantile(share) * std
-            reach = ca.fmax(beside, upper_quantile(0.5 * share) * std)
+            reach = ca.fmax(beside, two_sided_quantile(share) * std)
             counts = all_of(h.weight < largest, p > OTHERWISE)
             wide = ca.fmax(wide, ca.if_else(counts, reach, 0.0))
         return wide / TWO_SIDED_95

@@ -22,7 +22,15 @@ def upper_quantile(probability: Scalar) -> Scalar:
         [0.0, 0.99, 1.97, -1.97]
     """
     tail = ca.fmin(probability, 1.0 - probability)
-    size = (ca.sqrt(_LINEAR**2 - 4.0 * _SQUARE * ca.log(2.0 * ca.fmax(tail, PROBABILITY_LEAST))) - _LINEAR) / (
-        2.0 * _SQUARE
-    )
+    size = two_sided_quantile(2.0 * ca.fmax(tail, PROBABILITY_LEAST))
     return ca.if_else(probability < 0.5, size, -size)
+
+
+def two_sided_quantile(probability: Scalar) -> Scalar:
+    """What the size of a standard normal variable exceeds with a probability above 0 and up to 1.
+
+    Example:
+        >>> [round(float(two_sided_quantile(ca.DM(p))), 2) for p in (1.0, 0.32, 0.05)]
+        [0.0, 0.99, 1.97]
+    """
+    return (ca.sqrt(_LINEAR**2 - 4.0 * _SQUARE * ca.log(probability)) - _LINEAR) / (2.0 * _SQUARE)
