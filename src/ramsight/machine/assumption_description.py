@@ -232,9 +232,11 @@ class AssumedStops(Part):
     obstacle: Annotated[
         float, quantity("%", "chance that a contact is with neither stop", least="0.0001 %", most="90 %")
     ] = 0.2
-    lies: Annotated[
-        float, quantity("%", "chance that a switch or an entered position is wrong", least="0.0001 %", most="90 %")
-    ] = 0.05
+    lies: Annotated[float, quantity("%", "chance that a switch is wrong", least="0.0001 %", most="90 %")] = 0.05
+    # Somebody reads a scale, and not always the one of this cylinder.
+    entered: Annotated[
+        float, quantity("%", "chance that an entered position is wrong", least="0.0001 %", most="50 %")
+    ] = 0.01
     wrong: Annotated[
         float,
         quantity("%", "chance that an estimated position is wrong, before a contact", least="0.0001 %", most="50 %"),
@@ -269,8 +271,21 @@ class AssumedLinkAngle(Part):
     ] = 0.0
 
 
+class AssumedIntegrity(Part):
+    """When a position is ok: a larger error than the limit is less likely than the risk."""
+
+    limit: Annotated[
+        float, quantity("%", "largest error that is accepted, over the stroke", least="0.01 %", most="50 %")
+    ] = 0.05
+    risk: Annotated[
+        float, quantity("%", "chance of a larger one while the status is ok", least="0.0001 %", most="20 %")
+    ] = 1e-3
+
+
 class Assumptions(Part):
     """What a sensor assumes, all of it together."""
+
+    integrity: Annotated[AssumedIntegrity, Field(description="when a position is ok")] = AssumedIntegrity()
 
     drive: Annotated[AssumedDrive, Field(description="what the drive's report is like")] = AssumedDrive()
     machine: Annotated[AssumedMachine, Field(description="how far the machine may be from its description")] = (

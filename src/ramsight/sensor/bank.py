@@ -27,6 +27,7 @@ from ramsight.engine.typed_state import leaf
 from ramsight.expression import Flag, Real, Scalar, all_of, any_of, count, holds, negated, scalar
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.closed_volume import TOLD, Told
 from ramsight.sensor.covariance import Covariance
 from ramsight.sensor.hypothesis import Hypothesis, Kind, choose
 from ramsight.sensor.machine_model import MachineModel
@@ -37,6 +38,9 @@ from ramsight.sensor.thresholds import (
     BEYOND_END,
     BEYOND_END_LEAST,
     CERTAIN,
+    EVENT_FRICTION_STD,
+    EVENT_GATE,
+    EVENT_SHARE_LEAST,
     INNOVATION_GAIN,
     INNOVATION_MOST,
     LOG_WEIGHT_LEAST,
@@ -122,6 +126,7 @@ def _prior_std(
         Quantity.COMPLIANCE: machine.compliance,
         Quantity.LAG: thermometer.lag_std,
         Quantity.EXPONENT: exponent,
+        Quantity.FRICTION: EVENT_FRICTION_STD,
         Quantity.LOW: low,
         Quantity.TOP: top,
     }
@@ -254,6 +259,9 @@ class Bank:
         for kind, h in zip(Kind, state.hypotheses, strict=True):
             least = unknown2 if kind == Kind.WRONG else ca.if_else(start.known, start.variance, unknown2)
             at_first = ca.if_else(start.first, least, 0.0)
+            if kind == Kind.WRONG:
+                entered = all_of(start.first, start.known, start.entered)
+                h = h.with_weight(ca.if_else(entered, math.log(model.assumed.stops.entered), h.weight))
             begun.append(h.with_covariance(h.covariance.at_least(Quantity.POSITION, at_first)))
         together = Mixture.of(begun, model.assumed.stops.wrong)
         return cls(replace(state, hypotheses=tuple(begun)), together, model, position, elapsed)
@@ -402,6 +410,25 @@ class Bank:
             found.append(h.corrected(*h.covariance.considered(torque.row, missing, variance, use)))
         return self._kept_unless(any_of(torque.leakage, torque.compliance), found, self.hypotheses)
 
+    def told(self, event: Told, around: Mapping[Quantity, Scalar]) -> Bank:
+        """After a stop or a start of the motor: leakage, compliance and friction; all else is considered.
+
+        Args:
+            event: that has ended.
+            around: the values that its torques were expected with.
+        """
+        found = []
+        for h in self.hypotheses:
+            for row, innovation, variance in zip(event.rows, event.innovations, event.variances, strict=True):
+                missing, known = innovation - h.along(row, around), h.covariance.variance(row)
+                fits = missing**2 < EVENT_GATE**2 * (known + variance)
+                # What all events have in common they do not tell, however many there are.
+                new = ca.fmax(1.0 - event.common**2 / known, EVENT_SHARE_LEAST)
+                use = dict.fromkeys((*TOLD, Quantity.FRICTION), fits)
+                h = h.corrected(*h.covariance.considered(row, missing, variance / new, use))
+            found.append(h)
+        return self._kept_unless(event.ends, found, self.hypotheses)
+
     def _kept_unless(self, condition: Flag, then: Sequence[Hypothesis], kept: Sequence[Hypothesis]) -> Bank:
         """All as it was unless a condition holds: what leads away from it is a branch that few samples take."""
         return self._with([choose(condition, new, old) for new, old in zip(then, kept, strict=True)])
@@ -518,6 +545,10 @@ class Bank:
         """
         return self.together.band(self.state.band_width, others)
 
+    def beyond(self, limit: Scalar, others: Scalar) -> Scalar:
+        """Probability that the error of the position is larger than a limit [m] (`Mixture.beyond`)."""
+        return self.together.beyond(limit, self.state.band_width, others)
+
     def bound(self, others: Scalar) -> Scalar:
         """The error that no more than `RISK` of the samples exceed [m], by references (`Mixture.bound`)."""
         return self.together.bound(self.state.band_width, others)
@@ -549,11 +580,13 @@ class StartOfPosition:
     Attributes:
         first: whether this is it.
         known: whether a position is known at all.
+        entered: whether somebody entered it.
         variance: of it [m2].
     """
 
     first: Flag
     known: Flag
+    entered: Flag
     variance: Scalar
 
 

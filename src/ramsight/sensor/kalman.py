@@ -46,6 +46,7 @@ from ramsight.sensor.quantity import FACTOR_OF, Quantity
 from ramsight.sensor.relief import Relief, relief_probability, relief_tolerance
 from ramsight.sensor.report import Outcome, ReportState, report
 from ramsight.sensor.sample import LINK_ANGLE, Raw, Sample
+from ramsight.sensor.thresholds import LOAD_KNOWN_SHARE
 from ramsight.sensor.update import Met, Stepped, Updated, UpdateState, measure, predict
 from ramsight.sensor.virtual_sensor import Section, VirtualSensor, close
 
@@ -237,13 +238,15 @@ class Pipe:
             warming=warming,
             position=state.position,
             known=state.position_known,
+            known_load=state.load.first_variance < (LOAD_KNOWN_SHARE * model.limits.load) ** 2,
         )
         after = replace(after, leakage=leakage_state, warming=warming_state, load=load, case=case, pressures=pressures)
         return stepped, after
 
     def _bank(self, state: KalmanState, sample: Sample) -> Bank:
         """The hypotheses at the beginning of a sample."""
-        start = StartOfPosition(negated(sample.started), state.position_known, state.position_variance)
+        entered = state.referenced_since_power_up
+        start = StartOfPosition(negated(sample.started), state.position_known, entered, state.position_variance)
         return Bank.begin(state.bank, self.model, state.position, sample.elapsed, start)
 
     def _meet(self, state: KalmanState, after: KalmanState, bank: Bank, at: Stepped) -> tuple[Met, KalmanState]:

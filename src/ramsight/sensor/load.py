@@ -225,6 +225,7 @@ def observe_load(
             expected=done.solution.torque,
             change=done.solution.torque - state.expected_torque,
             innovation=innovation.value,
+            missed=free.missed,
             noise=ca.sqrt(free.noise.variance),
             hidden=free.hidden,
             shows=ca.fmin(ca.fabs(free.torque_by_load) / model.travel_per_radian, 1.0),

@@ -35,7 +35,8 @@ class TorqueStep:
     Attributes:
         expected: after the correction [N m].
         change: of the expectation since the last sample [N m].
-        innovation: torque less what was expected before the correction [N m].
+        innovation: torque less what was expected before the correction, beyond what friction hides [N m].
+        missed: the same with all of it [N m].
         noise: standard deviation of the torque [N m].
         hidden: within which it shows nothing at standstill [N m]; 0 while the motor turns.
         shows: how much it shows of the load, 1 where virtual work holds, 0 where a valve carries it [1].
@@ -44,6 +45,7 @@ class TorqueStep:
     expected: Scalar
     change: Scalar
     innovation: Scalar
+    missed: Scalar
     noise: Scalar
     hidden: Scalar
     shows: Scalar

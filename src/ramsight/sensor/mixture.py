@@ -10,9 +10,9 @@ import casadi as ca
 from ramsight.expression import Flag, Real, Scalar, all_of, count, holds, scalar, within
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.hypothesis import Hypothesis, Kind
-from ramsight.sensor.normal_tail import two_sided_quantile, upper_quantile
+from ramsight.sensor.normal_tail import two_sided_quantile, upper_quantile, upper_tail
 from ramsight.sensor.quantity import Quantity, Row
-from ramsight.sensor.thresholds import OTHERWISE, OUTSIDE, RISK
+from ramsight.sensor.thresholds import OTHERWISE, OUTSIDE, RISK, STD_LEAST
 
 
 def largest_weight(hypotheses: Sequence[Hypothesis]) -> Scalar:
@@ -149,6 +149,20 @@ class Mixture:
             counts = all_of(h.weight < largest, p > OTHERWISE)
             wide = ca.fmax(wide, ca.if_else(counts, reach, 0.0))
         return wide / TWO_SIDED_95
+
+    def beyond(self, limit: Scalar, width: Scalar, others: Scalar) -> Scalar:
+        """Probability that the error of the position is larger than a limit, whichever hypothesis is true [1].
+
+        Args:
+            limit: of the error [m].
+            width: factor of the filters' standard deviations [1].
+            others: variance of the position by what no hypothesis follows [m2].
+        """
+        found = scalar(0.0)
+        for p, h, std in zip(self._stated(), self.hypotheses, self._deviations(width, others), strict=True):
+            off, wide = ca.fabs(h.mean[Quantity.POSITION]), ca.fmax(std, STD_LEAST)
+            found = found + p * (upper_tail((limit - off) / wide) + upper_tail((limit + off) / wide))
+        return found
 
     def bound(self, width: Scalar, others: Scalar) -> Scalar:
         """The error that no more than `RISK` of the samples exceed, whichever hypothesis is true [m].

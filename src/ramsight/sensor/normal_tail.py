@@ -14,6 +14,18 @@ from ramsight.sensor.thresholds import PROBABILITY_LEAST
 _LINEAR, _SQUARE = 1.0950 / math.sqrt(2.0), 0.7565 / 2.0
 
 
+def upper_tail(size: Scalar) -> Scalar:
+    """Probability that a standard normal variable exceeds a size.
+
+    Example:
+        >>> [round(float(upper_tail(ca.DM(x))), 3) for x in (0.0, 1.96, -1.96)]
+        [0.5, 0.025, 0.975]
+    """
+    way = ca.fabs(size)
+    tail = 0.5 * ca.exp(-way * (_LINEAR + _SQUARE * way))
+    return ca.if_else(size > 0.0, tail, 1.0 - tail)
+
+
 def upper_quantile(probability: Scalar) -> Scalar:
     """What a standard normal variable exceeds with a probability between 0 and 1.
 

@@ -22,6 +22,7 @@ class Quantity(StrEnum):
     COMPLIANCE = "compliance"
     LAG = "lag"
     EXPONENT = "exponent"
+    FRICTION = "friction"
     LOW = "low"
     TOP = "top"
     ANGLE_OFFSET = "angle_offset"
@@ -40,6 +41,7 @@ _UNIT = {
     Quantity.COMPLIANCE: "1",
     Quantity.LAG: "s",
     Quantity.EXPONENT: "1",
+    Quantity.FRICTION: "1",
     Quantity.LOW: "m",
     Quantity.TOP: "m",
     Quantity.ANGLE_OFFSET: "rad",

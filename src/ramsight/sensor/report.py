@@ -77,7 +77,8 @@ def report(
     seen = unseen.std**2 + others + updated.pending**2
     std, overall = bank.band(seen), ca.sqrt(ca.fmax(bank.variance(), 0.0) + seen)
     plausibility, implausible = implausible_torque(state.plausibility, sample, step, negated(contact.hold.held), model)
-    position = PositionEstimate(outcome.nominal, std, overall, outcome.known)
+    beyond = bank.beyond(model.assumed.integrity.limit * model.stroke, seen)
+    position = PositionEstimate(outcome.nominal, std, overall, beyond, outcome.known)
     status = status_of(at, updated, outcome.disputed, position, implausible, model)
     bound = ca.sqrt(bank.limited().bound(others + updated.pending**2) ** 2 + unseen.most**2)
     shown, astray = _shown(state, at, updated, outcome, model)

@@ -59,12 +59,14 @@ class PositionEstimate:
         value: [m], perhaps outside the stroke.
         std: whose 1.96-fold is the 95 % band [m].
         overall: standard deviation over all hypotheses by their probabilities [m].
+        beyond: probability that its error is larger than what is accepted.
         known: whether a position has ever been known.
     """
 
     value: Scalar
     std: Scalar
     overall: Scalar
+    beyond: Scalar
     known: Flag
 
 
@@ -112,7 +114,9 @@ def _conditions(
     beyond = ca.fmax(-position.value, position.value - stroke)
     outside = beyond > OUTSIDE_STROKE_STD * position.std + OUTSIDE_STROKE_LEAST
     return {
-        Status.REFERENCE_DUE: position.std > REFERENCE_DUE_SHARE * stroke,
+        Status.REFERENCE_DUE: any_of(
+            position.std > REFERENCE_DUE_SHARE * stroke, position.beyond > model.assumed.integrity.risk
+        ),
         Status.OUTSIDE_TEMPERATURE: outside_temperature(sample),
         Status.OUTSIDE_SPEED: ca.fabs(sample.motor_speed) > OVERSPEED_SHARE * model.max_speed,
         Status.TEMPERATURE_LOST: intake.temperature_bad,

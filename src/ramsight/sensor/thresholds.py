@@ -123,6 +123,9 @@ FRICTION_SPREAD = Constant(
 FIRST_LOAD_SHARE = Constant(
     0.3, "1", "of the relief load: standard deviation of a load that is uniform over 0 to 1 of it"
 )
+LOAD_KNOWN_SHARE = Constant(
+    0.03, "1", "of the relief load: standard deviation of a load that was observed, a tenth of one that was not"
+)
 SETTLED_SHARE = Constant(0.01, "1", "of the torque's noise: adds 0.005 % to it")
 NO_LOAD_GATE = Constant(
     4.0, "1", "standard deviations of the torque, 1 in 16000: a load that shows no more may be none"
@@ -229,6 +232,32 @@ UNSEEN_FLOW_SHARE = Constant(
 )
 LATE_LEAST = Constant(0.5, "1", "of a sample: a contact lies between two samples")
 
+# Stops and starts of the motor against a closed valve.
+EVENT_STANDING_STD = Constant(0.03, "1", "model error of a stop over leakage and compliance, from recorded logs")
+EVENT_MOVING_STD = Constant(0.05, "1", "the same of a start, whose compliance scatters by 3 to 5 %")
+EVENT_GAIN_STANDING = Constant(
+    0.2, "1", "share of the torque that friction at standstill may hide: 1/0.8 of a usual efficiency"
+)
+EVENT_GAIN_MOVING = Constant(0.03, "1", "of the pumps' hydromechanical efficiency, as catalogues round it")
+EVENT_OFFSET = Constant(
+    0.01, "1", "offset of the torque at standstill over that at relief pressure: one step of drives of 1 %"
+)
+EVENT_MODEL_STD = Constant(0.02, "1", "of a torque, new with each sample: kinks of the speed between two samples")
+EVENT_OFFSET_TIME = Constant(0.1, "s", "averages the noise of five samples; the oil's pressure is gone by then")
+EVENT_FOLLOWS = Constant(
+    0.5, "1", "share of the expected change of the torque: a valve that opens leaves a tenth, another compliance two thirds"
+)
+EVENT_NOISE = Constant(4.0, "1", "standard deviations of the torque, 1 in 16000")
+EVENT_FRICTION_STD = Constant(
+    0.03, "1", "of a torque, by the pumps' hydromechanical efficiency, as catalogues round it; all starts share it"
+)
+EVENT_SAMPLING = Constant(
+    20.0, "1/s2", "error that all events share, by the square of the sample's length: that of a decay of 60 ms, 1/12 T^2"
+)
+EVENT_SHARE_LEAST = Constant(1e-6, "1", "keeps quotients finite")
+EVENT_GATE = Constant(3.5, "1", "standard deviations beyond which an event is something else, 1 in 2000")
+INFORMATION_LEAST = Constant(1e-6, "1", "keeps quotients finite: a factor that is known to 1000")
+
 # Relief valves.
 RELIEF_RANGE = Constant(
     10.0 / 3.0,
@@ -270,6 +299,7 @@ REST_TORQUE_SHARE = Constant(
 REST_SMOOTHING = Constant(0.5, "s", "averages the noise of 25 samples")
 PROBABILITY_LEAST = Constant(1e-30, "1", "keeps logarithms finite")
 VARIANCE_LEAST = Constant(1e-18, "1", "keeps quotients finite, in the square of whatever unit")
+STD_LEAST = Constant(1e-9, "m", "keeps quotients finite where a position is exact")
 TIME_LEAST = Constant(1e-6, "s", "keeps quotients finite where no time passed")
 VELOCITY_SMOOTHING = Constant(0.1, "s", "averages the noise of five samples")
 FASTEST_SHARE = Constant(

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 import casadi as ca
 
 from ramsight.engine.typed_state import leaf
-from ramsight.expression import Flag, Real, Scalar, all_of, any_of, flag, negated
+from ramsight.expression import Flag, Real, Scalar, all_of, any_of, flag, negated, scalar
 from ramsight.plant.linkage.lever import Lever
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.bank import Bank, Measured, Measurement, TorqueEvidence
+from ramsight.sensor.closed_volume import EventState, follow_event
 from ramsight.sensor.contact import Contact
 from ramsight.sensor.delivery import one_sided
 from ramsight.sensor.drive_check import DriveChecks
@@ -61,6 +62,7 @@ class UpdateState:
         closed_for: how long a closed valve has kept the load from the pump [s].
         disputed: whether a reference was rejected and none has been accepted since.
         contradicted: by kind, whether inputs have contradicted each other since the last reference.
+        event: a stop or a start of the motor against a closed valve.
     """
 
     passed_relief: Scalar = leaf("m")
@@ -70,6 +72,7 @@ class UpdateState:
     closed_for: Scalar = leaf("s")
     disputed: Flag = leaf("1")
     contradicted: Mapping[str, Flag] = leaf("1", None)
+    event: EventState
 
     @classmethod
     def initial(cls, assumptions: Assumptions, measured: tuple[str, ...]) -> UpdateState:
@@ -84,7 +87,8 @@ class UpdateState:
             "torque": DC_POWER in measured or PRESSURES[0] in measured,
             "sign": assumptions.inertia.std > 0.0,
         }
-        return cls(contradicted={kind: flag(False) for kind, declared in kinds.items() if declared})
+        contradicted = {kind: flag(False) for kind, declared in kinds.items() if declared}
+        return cls(contradicted=contradicted, event=EventState.initial())
 
 
 @dataclass(frozen=True)
@@ -102,6 +106,7 @@ class Stepped:
         warming: of the oil [K/s].
         position: nominal, before the sample [m].
         known: whether a position was known before it.
+        known_load: whether the load has been observed once.
     """
 
     sample: Sample
@@ -115,6 +120,7 @@ class Stepped:
     warming: Scalar
     position: Scalar
     known: Flag
+    known_load: Flag
 
 
 @dataclass(frozen=True)
@@ -191,7 +197,8 @@ def measure(
     """
     closed_for, torque = _torque_evidence(state, at, met, model)
     link, measurement = _measurement(link, at, met, lever, model)
-    after, measured = bank.taught(torque).measured(measurement)
+    event, told = follow_event(state.event, at.sample, at.step, at.torque_by, _shut_in(at, met), model)
+    after, measured = bank.taught(torque).told(told, {**at.around, Quantity.FRICTION: scalar(0.0)}).measured(measurement)
     passed = ca.if_else(measured.accepted, 0.0, met.relief.passed_std + flow.passed)
     rejected = all_of(measured.rejected, at.sample.referenced)
     contradicted = _contradicted(state, at.checks, measured)
@@ -203,9 +210,17 @@ def measure(
         closed_for=closed_for,
         disputed=all_of(negated(measured.accepted), any_of(state.disputed, rejected)),
         contradicted=contradicted,
+        event=event,
     )
     fault_passed = any_of(flag(False), *contradicted.values()) if contradicted else flag(False)
     return new, link, Updated(after, measured, flow.pending, Relief(met.relief.probability, passed), fault_passed)
+
+
+def _shut_in(at: Stepped, met: Met) -> Flag:
+    """Whether what the torque shows may be that of the oil between the pump and a closed valve."""
+    step, relief = at.step, met.relief.probability
+    other = any_of(met.contact.hold.held, relief > 0.0, step.load.empty, at.sample.referenced)
+    return at.checks.unless_contradicted(all_of(negated(other), at.known_load))
 
 
 def _grows(at: Stepped, contact: Contact, passed: Scalar, model: MachineModel) -> Scalar:

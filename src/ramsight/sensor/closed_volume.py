@@ -1,0 +1,203 @@
+"""What every stop and every start of the motor shows of the machine: the oil between the pump and a closed valve.
+
+Behind a closed valve a volume is shut in. Its pressure rises by the angle that the motor turns and sinks by leakage,
+
+    d tau/dt = (w - k tau)/c        c compliance [rad/(N m)], k leakage [rad/s/(N m)]
+
+so the decay after a stop tells leakage over compliance, and the rise of a start both together. The circuit's balance
+has that equation. Here its innovations are summed over an event as a least-squares problem of leakage and compliance,
+and of what an event may be wrong by: gain, offset and delay of the torque, and the law of leakage. At the end of the
+event these are eliminated; what is left are two independent measurements of leakage and compliance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import casadi as ca
+
+from ramsight.engine.typed_state import chosen, leaf
+from ramsight.expression import Flag, Real, Scalar, all_of, any_of, negated, scalar
+from ramsight.sensor.load_step import LoadStep
+from ramsight.sensor.machine_model import MachineModel
+from ramsight.sensor.quantity import Quantity, Row
+from ramsight.sensor.sample import Sample
+from ramsight.sensor.thresholds import (
+    EVENT_FOLLOWS,
+    EVENT_GAIN_MOVING,
+    EVENT_GAIN_STANDING,
+    EVENT_MODEL_STD,
+    EVENT_MOVING_STD,
+    EVENT_NOISE,
+    EVENT_OFFSET,
+    EVENT_OFFSET_TIME,
+    EVENT_SAMPLING,
+    EVENT_STANDING_STD,
+    GAP_PERIOD,
+    INFORMATION_LEAST,
+    MOTOR_AT_REST,
+    SHORTEST_STEP,
+    SHOWN_SHARE,
+)
+
+TOLD = (Quantity.LEAKAGE, Quantity.COMPLIANCE)
+"""What an event tells."""
+_NUISANCES = (Quantity.EXPONENT, "gain", "offset", "delay")
+_NAMES: tuple[str, ...] = (*TOLD, *_NUISANCES)
+_INNOVATION = "innovation"
+_PAIRS = tuple((i, j) for k, i in enumerate(_NAMES) for j in _NAMES[k:])
+
+
+@dataclass(frozen=True, kw_only=True)
+class EventState:
+    """A stop or a start against a closed valve that goes on.
+
+    Attributes:
+        active: whether one does.
+        stands: whether the motor stands in it.
+        torque: at the last sample [N m].
+        offset: of the torque at the last standstill, as the other side's pressure makes it [N m].
+        last: derivatives and innovation of the last sample, over the standard deviation, until the next one shows that
+            the valve was still closed.
+        normal: sums of products of derivatives over the variance, by pair.
+        right: sums of products with the innovation.
+    """
+
+    active: Flag = leaf("1")
+    stands: Flag = leaf("1")
+    torque: Scalar = leaf("N m")
+    offset: Scalar = leaf("N m")
+    last: Mapping[str, Scalar] = leaf("1", None)
+    normal: Mapping[str, Scalar] = leaf("1", None)
+    right: Mapping[str, Scalar] = leaf("1", None)
+
+    @classmethod
+    def initial(cls) -> EventState:
+        """Before the first sample."""
+        pairs = {f"{i},{j}": scalar(0.0) for i, j in _PAIRS}
+        return cls(
+            last=dict.fromkeys((*_NAMES, _INNOVATION), scalar(0.0)),
+            normal=pairs,
+            right=dict.fromkeys(_NAMES, scalar(0.0)),
+        )
+
+
+@dataclass(frozen=True)
+class Told:
+    """What an event tells when it ends, as independent measurements.
+
+    Attributes:
+        ends: whether one ends at this sample.
+        stood: whether the motor stood in it.
+        common: error that all events share, however many there are [1].
+        rows: derivatives of each measurement.
+        innovations: of each.
+        variances: of each.
+    """
+
+    ends: Flag
+    stood: Flag
+    common: Scalar
+    rows: tuple[Row, ...]
+    innovations: tuple[Scalar, ...]
+    variances: tuple[Scalar, ...]
+
+
+def follow_event(
+    state: EventState, sample: Sample, step: LoadStep, torque_by: Row, closed: Flag, model: MachineModel
+) -> tuple[EventState, Told]:
+    """One sample of an event, and what the event before it tells if that has ended.
+
+    Args:
+        state: before the sample.
+        sample: with the speed that is used.
+        step: of the load observer.
+        torque_by: derivatives of the torque with respect to what the step was made with.
+        closed: whether a valve may keep the load from the pump, and nothing else is wrong.
+        model: of the machine.
+    """
+    noise = model.torque_std
+    stands = ca.fabs(sample.motor_speed) < MOTOR_AT_REST
+    felt = any_of(*(ca.fabs(torque_by[one]) > noise for one in TOLD))
+    # Where the valve opens, the piston takes the oil and the torque stays behind.
+    change = sample.motor_torque - state.torque
+    behind = ca.fabs(change - step.torque.change)
+    follows = behind < EVENT_FOLLOWS * ca.fabs(step.torque.change) + EVENT_NOISE * noise
+    active = all_of(closed, step.torque.shows < SHOWN_SHARE, felt, sample.elapsed > 0.0)
+    same = all_of(active, state.active, follows, stands == state.stands)
+    told = _told(state, all_of(state.active, negated(same)), sample.elapsed)
+    deviation = ca.sqrt(noise**2 + (EVENT_MODEL_STD * step.torque.expected) ** 2)
+    settling = sample.elapsed / (EVENT_OFFSET_TIME + sample.elapsed)
+    offset = state.offset + ca.if_else(stands, settling * (step.torque.missed - state.offset), 0.0)
+    row = {**_row(sample, step, torque_by, stands, offset, model), _INNOVATION: step.torque.missed}
+    kept, last = chosen(same, state, EventState.initial()), state.last
+    added = EventState(
+        active=active,
+        stands=stands,
+        torque=sample.motor_torque,
+        offset=offset,
+        last={one: ca.if_else(active, value / deviation, 0.0) for one, value in row.items()},
+        normal={f"{i},{j}": kept.normal[f"{i},{j}"] + ca.if_else(same, last[i] * last[j], 0.0) for i, j in _PAIRS},
+        right={i: value + ca.if_else(same, last[i] * last[_INNOVATION], 0.0) for i, value in kept.right.items()},
+    )
+    return added, told
+
+
+def _row(sample: Sample, step: LoadStep, torque_by: Row, stands: Flag, offset: Scalar, model: MachineModel) -> dict[str, Real]:
+    """Derivatives of the torque; those of nuisances by their own standard deviations."""
+    torque, assumed = step.torque, model.assumed
+    rate = torque.change / ca.fmax(sample.elapsed, SHORTEST_STEP)
+    return {
+        **{one: torque_by[one] for one in TOLD},
+        Quantity.EXPONENT: assumed.machine.leak_exponent * torque_by[Quantity.EXPONENT],
+        "gain": ca.if_else(stands, EVENT_GAIN_STANDING, EVENT_GAIN_MOVING) * torque.expected,
+        "offset": EVENT_OFFSET * model.relief_torque
+        + assumed.drive.standing
+        + ca.if_else(stands, 0.0, ca.fabs(offset)),
+        "delay": ca.sqrt(assumed.drive.delay**2 + sample.elapsed**2) * rate,
+    }
+
+
+def _told(state: EventState, ends: Flag, elapsed: Scalar) -> Told:
+    """The sums of an event as two independent measurements.
+
+    Nuisances, each with a prior of its own deviation, are eliminated one by one (Schur complements). What an event's
+    model may be wrong by adds its variance f^2 to what is left of the information A,
+
+        A' = (I + f^2 A)^-1 A = L D L',
+
+    and a row of L' is a measurement with the variance 1/D.
+    """
+    normal = {pair: state.normal[",".join(pair)] for pair in _PAIRS}
+    right = dict(state.right)
+    for k, one in reversed(list(enumerate(_NAMES))[len(TOLD) :]):
+        left = _NAMES[:k]
+        pivot = normal[one, one] + 1.0
+        by = {name: normal[name, one] / pivot for name in left}
+        right = {i: right[i] - by[i] * right[one] for i in left}
+        normal = {(i, j): normal[i, j] - by[i] * normal[j, one] for i, j in normal if one not in (i, j)}
+    leak, stiff = TOLD
+    a, b, c = normal[leak, leak], normal[leak, stiff], normal[stiff, stiff]
+    floor2 = ca.if_else(state.stands, EVENT_STANDING_STD, EVENT_MOVING_STD) ** 2
+    both = ca.fmax(a * c - b * b, 0.0)
+    # (I + f^2 A)^-1 of a matrix of two rows, in closed form.
+    scale = 1.0 + floor2 * (a + c) + floor2**2 * both
+    u, v = right[leak], right[stiff]
+    a, b, c = (a + floor2 * both) / scale, b / scale, (c + floor2 * both) / scale
+    u, v = (
+        ((1.0 + floor2 * normal[stiff, stiff]) * u - floor2 * normal[leak, stiff] * v) / scale,
+        ((1.0 + floor2 * normal[leak, leak]) * v - floor2 * normal[leak, stiff] * u) / scale,
+    )
+    first = ca.fmax(a, INFORMATION_LEAST)
+    second = ca.fmax(c - b * b / first, INFORMATION_LEAST)
+    # A torque that is too large by friction makes both factors too small by as much.
+    rows = ({leak: scalar(1.0), stiff: b / first}, {stiff: scalar(1.0)})
+    return Told(
+        ends=ends,
+        stood=state.stands,
+        common=EVENT_SAMPLING * ca.fmin(elapsed, GAP_PERIOD) ** 2,
+        rows=tuple({**row, Quantity.FRICTION: -sum(row.values())} for row in rows),
+        innovations=(u / first, (v - b / first * u) / second),
+        variances=(1.0 / first, 1.0 / second),
+    )
