@@ -46,7 +46,6 @@ from ramsight.sensor.thresholds import (
     LOG_WEIGHT_LEAST,
     OUTSIDE,
     OVERSHOOT_STD_SHARE,
-    REFUTED,
     UNREACHABLE,
 )
 
@@ -521,15 +520,13 @@ class Bank:
         known_leak, found = all_of(accepted, surely), all_of(accepted, leads(hypotheses, Kind.WRONG))
         first = choose(found, wrong, choose(known_leak, leaks, described))
         leaks = leaks.with_weight(ca.if_else(known_leak, LOG_WEIGHT_LEAST, leaks.weight))
-        # An end that is elsewhere than described explains a wrong position as well, so that refutes nothing.
-        now = [first, leaks, low, top, wrong]
-        refuted = all_of(wrong.weight < math.log(REFUTED), leads(now, Kind.DESCRIBED))
-        restarts = any_of(found, all_of(accepted, refuted))
+        prior = math.log(self.model.assumed.stops.wrong)
+        # What became wrong since is likelier by now than what was wrong before.
+        restarts = any_of(found, all_of(accepted, wrong.weight < prior))
         perhaps = all_of(obstacle_odds < 0.0, obstacle_odds > math.log(OUTSIDE))
         # Of a position that was unknown there is nothing to go on with.
         perhaps = all_of(perhaps, before.position_variance < (0.5 * self._unknown) ** 2)
         goes_on = all_of(all_of(restarts, negated(found)), perhaps)
-        prior = math.log(self.model.assumed.stops.wrong)
         unknown = self._unknown_position(first, prior)
         again = choose(goes_on, before.with_weight(first.weight + obstacle_odds), unknown)
         return [first, leaks, low, top, choose(restarts, again, wrong)]

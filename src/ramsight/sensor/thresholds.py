@@ -197,7 +197,6 @@ BAND_STEP = Constant(
     0.3, "1", "of the logarithm of the band's width, step of adaptive conformal inference: three misses double it"
 )
 UNREACHABLE = Constant(1e9, "1", "a logarithm that no likelihood reaches")
-REFUTED = Constant(0.1, "1", "odds below which the hypothesis of a wrong position is restarted")
 OUTSIDE = Constant(0.05, "1", "share of the truth that a 95 % band misses")
 OTHERWISE = Constant(
     0.01, "1", "probability that another hypothesis is true and the position outside a 95 % band: one log of a hundred"
