@@ -522,13 +522,13 @@ class Bank:
         leaks = leaks.with_weight(ca.if_else(known_leak, LOG_WEIGHT_LEAST, leaks.weight))
         prior = math.log(self.model.assumed.stops.wrong)
         # What became wrong since is likelier by now than what was wrong before.
-        restarts = any_of(found, all_of(accepted, wrong.weight < prior))
-        perhaps = all_of(obstacle_odds < 0.0, obstacle_odds > math.log(OUTSIDE))
-        # Of a position that was unknown there is nothing to go on with.
-        perhaps = all_of(perhaps, before.position_variance < (0.5 * self._unknown) ** 2)
-        goes_on = all_of(all_of(restarts, negated(found)), perhaps)
-        unknown = self._unknown_position(first, prior)
-        again = choose(goes_on, before.with_weight(first.weight + obstacle_odds), unknown)
+        was_known = before.position_variance < (0.5 * self._unknown) ** 2
+        restarts = any_of(found, all_of(accepted, any_of(wrong.weight < prior, negated(was_known))))
+        perhaps = all_of(restarts, negated(found), obstacle_odds < 0.0, obstacle_odds > math.log(OUTSIDE))
+        # A position that was unknown before an obstacle is unknown after it.
+        weight = first.weight + obstacle_odds
+        unknown = self._unknown_position(first, ca.if_else(perhaps, ca.fmax(weight, prior), prior))
+        again = choose(all_of(perhaps, was_known), before.with_weight(weight), unknown)
         return [first, leaks, low, top, choose(restarts, again, wrong)]
 
     def variance(self) -> Scalar:
