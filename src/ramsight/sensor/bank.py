@@ -437,7 +437,7 @@ class Bank:
         use, row = m.use, m.row(with_link=self._with_link)
         chance = ca.log(m.obstacle / self.model.stroke)  # of its density, were it anywhere in the stroke
         kept = _normalised(self.hypotheses)
-        weighed = [_weighed(h, m, row, chance, self.model) for h in self._restarted(kept, m, row)]
+        weighed = [_weighed(h, m, row, chance, self.model) for h in self._restarted(kept, m, row, chance)]
         hypotheses = _normalised([one.hypothesis for one in weighed])
         fits = flag_of_likeliest(hypotheses, [one.fits for one in weighed])
         normal = of_likeliest(hypotheses, [one.normal for one in weighed])
@@ -460,17 +460,18 @@ class Bank:
         bank = replace(self, state=state, together=together.moved(centred))
         return bank, Measured(accepted, all_of(use, negated(accepted)), moved)
 
-    def _restarted(self, hypotheses: Sequence[Hypothesis], m: Measurement, row: Row) -> list[Hypothesis]:
-        """With *wrong* restarted where that explains a measurement better than its own estimate.
+    def _restarted(
+        self, hypotheses: Sequence[Hypothesis], m: Measurement, row: Row, chance: Scalar
+    ) -> list[Hypothesis]:
+        """With *wrong* restarted where that explains a measurement better than its own estimate, or an obstacle.
 
         Since the last reference the position may have become wrong at any time. What *wrong* took for an end before
         that may have been an obstacle; it does not keep the position from being found again.
         """
         first, wrong, own = hypotheses[Kind.DESCRIBED], hypotheses[Kind.WRONG], m.variance + m.arrived
         innovation = m.place - m.nominal
-        before = wrong.weight + log_likelihood(
-            (innovation - wrong.mean[Quantity.POSITION]) ** 2, wrong.covariance.variance(row) + own
-        )
+        missing2, variance = (innovation - wrong.mean[Quantity.POSITION]) ** 2, wrong.covariance.variance(row) + own
+        before = wrong.weight + ca.fmax(log_likelihood(missing2, variance), chance)
         prior = math.log(self.model.assumed.stops.wrong)
         again = prior + log_likelihood((innovation - first.mean[Quantity.POSITION]) ** 2, self._unknown**2 + own)
         lost = all_of(m.use, again > before)
