@@ -40,6 +40,7 @@ from ramsight.sensor.thresholds import (
     CERTAIN,
     EVENT_FRICTION_STD,
     EVENT_GATE,
+    EVENT_RELEASE_STD,
     EVENT_SHARE_LEAST,
     INNOVATION_GAIN,
     INNOVATION_MOST,
@@ -126,6 +127,7 @@ def _prior_std(
         Quantity.LAG: thermometer.lag_std,
         Quantity.EXPONENT: exponent,
         Quantity.FRICTION: EVENT_FRICTION_STD,
+        Quantity.RELEASE: EVENT_RELEASE_STD,
         Quantity.LOW: low,
         Quantity.TOP: top,
     }
@@ -423,7 +425,7 @@ class Bank:
                 fits = missing**2 < EVENT_GATE**2 * (known + variance)
                 # What all events have in common they do not tell, however many there are.
                 new = ca.fmax(1.0 - event.common**2 / known, EVENT_SHARE_LEAST)
-                use = dict.fromkeys((*TOLD, Quantity.FRICTION), fits)
+                use = dict.fromkeys((*TOLD, Quantity.FRICTION, Quantity.RELEASE), fits)
                 h = h.corrected(*h.covariance.considered(row, missing, variance / new, use))
             found.append(h)
         return self._kept_unless(event.ends, found, self.hypotheses)

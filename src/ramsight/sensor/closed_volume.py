@@ -197,7 +197,7 @@ def _told(state: EventState, ends: Flag, elapsed: Scalar) -> Told:
         ends=ends,
         stood=state.stands,
         common=EVENT_SAMPLING * ca.fmin(elapsed, GAP_PERIOD) ** 2,
-        rows=tuple({**row, Quantity.FRICTION: -sum(row.values())} for row in rows),
+        rows=tuple({**row, Quantity.FRICTION: -sum(row.values()), Quantity.RELEASE: ca.if_else(state.stands, row.get(leak, 0.0), 0.0)} for row in rows),
         innovations=(u / first, (v - b / first * u) / second),
         variances=(1.0 / first, 1.0 / second),
     )

@@ -23,6 +23,7 @@ class Quantity(StrEnum):
     LAG = "lag"
     EXPONENT = "exponent"
     FRICTION = "friction"
+    RELEASE = "release"
     LOW = "low"
     TOP = "top"
     ANGLE_OFFSET = "angle_offset"
@@ -42,6 +43,7 @@ _UNIT = {
     Quantity.LAG: "s",
     Quantity.EXPONENT: "1",
     Quantity.FRICTION: "1",
+    Quantity.RELEASE: "1",
     Quantity.LOW: "m",
     Quantity.TOP: "m",
     Quantity.ANGLE_OFFSET: "rad",

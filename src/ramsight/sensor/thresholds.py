@@ -250,6 +250,9 @@ EVENT_NOISE = Constant(4.0, "1", "standard deviations of the torque, 1 in 16000"
 EVENT_FRICTION_STD = Constant(
     0.03, "1", "of a torque, by the pumps' hydromechanical efficiency, as catalogues round it; all starts share it"
 )
+EVENT_RELEASE_STD = Constant(
+    0.2, "1", "of the rate of decay of a torque at standstill, by drives that let go of it"
+)
 EVENT_SAMPLING = Constant(
     20.0, "1/s2", "error that all events share, by the square of the sample's length: that of a decay of 60 ms, 1/12 T^2"
 )
