@@ -69,7 +69,7 @@ class AssumedMachine(Part):
     ] = 0.1
     leak_walk: Annotated[
         float, quantity("%/sqrt(h)", "change of the leakage in time, std", least="0 %/sqrt(h)", most="100 %/sqrt(h)")
-    ] = 1.5e-4
+    ] = 1e-3
     displacement_walk: Annotated[
         float, quantity("%/sqrt(h)", "change of the displacement in time, std", least="0 %/sqrt(h)", most="3 %/sqrt(h)")
     ] = 1e-6
