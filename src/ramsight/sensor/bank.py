@@ -27,7 +27,7 @@ from ramsight.engine.typed_state import leaf
 from ramsight.expression import Flag, Real, Scalar, all_of, any_of, count, holds, negated, scalar
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.closed_volume import TOLD, Told
+from ramsight.sensor.closed_volume import SHARED, TOLD, Told
 from ramsight.sensor.covariance import Covariance
 from ramsight.sensor.hypothesis import Hypothesis, Kind, choose
 from ramsight.sensor.machine_model import MachineModel
@@ -40,7 +40,6 @@ from ramsight.sensor.thresholds import (
     CERTAIN,
     EVENT_FRICTION_STD,
     EVENT_GATE,
-    EVENT_RELEASE_STD,
     EVENT_SHARE_LEAST,
     INNOVATION_GAIN,
     INNOVATION_MOST,
@@ -127,7 +126,7 @@ def _prior_std(
         Quantity.LAG: thermometer.lag_std,
         Quantity.EXPONENT: exponent,
         Quantity.FRICTION: EVENT_FRICTION_STD,
-        Quantity.RELEASE: EVENT_RELEASE_STD,
+        Quantity.RELEASE: assumptions.drive.release,
         Quantity.LOW: low,
         Quantity.TOP: top,
     }
@@ -412,20 +411,20 @@ class Bank:
         return self._kept_unless(any_of(torque.leakage, torque.compliance), found, self.hypotheses)
 
     def told(self, event: Told, around: Mapping[Quantity, Scalar]) -> Bank:
-        """After a stop or a start of the motor: leakage, compliance and friction; all else is considered.
+        """After a stop or a start of the motor: leakage, compliance and what such events share; all else is considered.
 
         Args:
             event: that has ended.
             around: the values that its torques were expected with.
         """
-        found = []
+        found, around = [], {**around, **dict.fromkeys(SHARED, scalar(0.0))}
         for h in self.hypotheses:
             for row, innovation, variance in zip(event.rows, event.innovations, event.variances, strict=True):
                 missing, known = innovation - h.along(row, around), h.covariance.variance(row)
                 fits = missing**2 < EVENT_GATE**2 * (known + variance)
                 # What all events have in common they do not tell, however many there are.
                 new = ca.fmax(1.0 - event.common**2 / known, EVENT_SHARE_LEAST)
-                use = dict.fromkeys((*TOLD, Quantity.FRICTION, Quantity.RELEASE), fits)
+                use = dict.fromkeys((*TOLD, *SHARED), fits)
                 h = h.corrected(*h.covariance.considered(row, missing, variance / new, use))
             found.append(h)
         return self._kept_unless(event.ends, found, self.hypotheses)

@@ -43,6 +43,8 @@ from ramsight.sensor.thresholds import (
 
 TOLD = (Quantity.LEAKAGE, Quantity.COMPLIANCE)
 """What an event tells."""
+SHARED = (Quantity.FRICTION, Quantity.RELEASE)
+"""What it may be wrong by as all others are: friction of the pumps, and a drive that lets go of its torque."""
 _NUISANCES = (Quantity.EXPONENT, "gain", "offset", "delay")
 _NAMES: tuple[str, ...] = (*TOLD, *_NUISANCES)
 _INNOVATION = "innovation"
@@ -89,7 +91,6 @@ class Told:
 
     Attributes:
         ends: whether one ends at this sample.
-        stood: whether the motor stood in it.
         common: error that all events share, however many there are [1].
         rows: derivatives of each measurement.
         innovations: of each.
@@ -97,7 +98,6 @@ class Told:
     """
 
     ends: Flag
-    stood: Flag
     common: Scalar
     rows: tuple[Row, ...]
     innovations: tuple[Scalar, ...]
@@ -144,7 +144,9 @@ def follow_event(
     return added, told
 
 
-def _row(sample: Sample, step: LoadStep, torque_by: Row, stands: Flag, offset: Scalar, model: MachineModel) -> dict[str, Real]:
+def _row(
+    sample: Sample, step: LoadStep, torque_by: Row, stands: Flag, offset: Scalar, model: MachineModel
+) -> dict[str, Real]:
     """Derivatives of the torque; those of nuisances by their own standard deviations."""
     torque, assumed = step.torque, model.assumed
     rate = torque.change / ca.fmax(sample.elapsed, SHORTEST_STEP)
@@ -191,13 +193,21 @@ def _told(state: EventState, ends: Flag, elapsed: Scalar) -> Told:
     )
     first = ca.fmax(a, INFORMATION_LEAST)
     second = ca.fmax(c - b * b / first, INFORMATION_LEAST)
-    # A torque that is too large by friction makes both factors too small by as much.
-    rows = ({leak: scalar(1.0), stiff: b / first}, {stiff: scalar(1.0)})
+    stood = ca.if_else(state.stands, 1.0, 0.0)
     return Told(
         ends=ends,
-        stood=state.stands,
         common=EVENT_SAMPLING * ca.fmin(elapsed, GAP_PERIOD) ** 2,
-        rows=tuple({**row, Quantity.FRICTION: -sum(row.values()), Quantity.RELEASE: ca.if_else(state.stands, row.get(leak, 0.0), 0.0)} for row in rows),
+        rows=(_shared({leak: scalar(1.0), stiff: b / first}, stood), _shared({stiff: scalar(1.0)}, stood)),
         innovations=(u / first, (v - b / first * u) / second),
         variances=(1.0 / first, 1.0 / second),
     )
+
+
+def _shared(row: Row, stood: Scalar) -> dict[Quantity, Real]:
+    """The derivatives of a measurement with those of what all events share.
+
+    A torque that is too large by friction makes both factors too small by as much. A drive that lets go of its torque
+    at standstill looks like leakage.
+    """
+    by_leak: Real = row.get(Quantity.LEAKAGE, 0.0)
+    return {**row, Quantity.FRICTION: -sum(row.values()), Quantity.RELEASE: stood * by_leak}

@@ -244,17 +244,14 @@ EVENT_OFFSET = Constant(
 EVENT_MODEL_STD = Constant(0.02, "1", "of a torque, new with each sample: kinks of the speed between two samples")
 EVENT_OFFSET_TIME = Constant(0.1, "s", "averages the noise of five samples; the oil's pressure is gone by then")
 EVENT_FOLLOWS = Constant(
-    0.5, "1", "share of the expected change of the torque: a valve that opens leaves a tenth, another compliance two thirds"
+    0.5, "1", "share of the expected change of the torque: a valve that opens leaves a tenth, soft oil two thirds"
 )
 EVENT_NOISE = Constant(4.0, "1", "standard deviations of the torque, 1 in 16000")
 EVENT_FRICTION_STD = Constant(
     0.03, "1", "of a torque, by the pumps' hydromechanical efficiency, as catalogues round it; all starts share it"
 )
-EVENT_RELEASE_STD = Constant(
-    0.2, "1", "of the rate of decay of a torque at standstill, by drives that let go of it"
-)
 EVENT_SAMPLING = Constant(
-    20.0, "1/s2", "error that all events share, by the square of the sample's length: that of a decay of 60 ms, 1/12 T^2"
+    20.0, "1/s2", "error that all events share, by the square of the sample: 1/12 T^2 for a decay of T = 65 ms"
 )
 EVENT_SHARE_LEAST = Constant(1e-6, "1", "keeps quotients finite")
 EVENT_GATE = Constant(3.5, "1", "standard deviations beyond which an event is something else, 1 in 2000")

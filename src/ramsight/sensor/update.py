@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from ramsight.engine.typed_state import leaf
-from ramsight.expression import Flag, Real, Scalar, all_of, any_of, flag, negated, scalar
+from ramsight.expression import Flag, Real, Scalar, all_of, any_of, flag, negated
 from ramsight.plant.linkage.lever import Lever
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.bank import Bank, Measured, Measurement, TorqueEvidence
@@ -198,7 +198,7 @@ def measure(
     closed_for, torque = _torque_evidence(state, at, met, model)
     link, measurement = _measurement(link, at, met, lever, model)
     event, told = follow_event(state.event, at.sample, at.step, at.torque_by, _shut_in(at, met), model)
-    after, measured = bank.taught(torque).told(told, {**at.around, Quantity.FRICTION: scalar(0.0), Quantity.RELEASE: scalar(0.0)}).measured(measurement)
+    after, measured = bank.taught(torque).told(told, at.around).measured(measurement)
     passed = ca.if_else(measured.accepted, 0.0, met.relief.passed_std + flow.passed)
     rejected = all_of(measured.rejected, at.sample.referenced)
     contradicted = _contradicted(state, at.checks, measured)
