@@ -419,14 +419,12 @@ class Bank:
         """
         found, around = [], {**around, **dict.fromkeys(SHARED, scalar(0.0))}
         for h in self.hypotheses:
-            for row, innovation, variance in zip(event.rows, event.innovations, event.variances, strict=True):
-                missing, known = innovation - h.along(row, around), h.covariance.variance(row)
-                fits = missing**2 < EVENT_GATE**2 * (known + variance)
-                # What all events have in common they do not tell, however many there are.
-                new = ca.fmax(1.0 - event.common**2 / known, EVENT_SHARE_LEAST)
-                use = dict.fromkeys((*TOLD, *SHARED), fits)
-                h = h.corrected(*h.covariance.considered(row, missing, variance / new, use))
-            found.append(h)
+            missing, known = event.innovation - h.along(event.row, around), h.covariance.variance(event.row)
+            fits = missing**2 < EVENT_GATE**2 * (known + event.variance)
+            # What all events have in common they do not tell, however many there are.
+            new = ca.fmax(1.0 - event.common**2 / known, EVENT_SHARE_LEAST)
+            use = dict.fromkeys((*TOLD, *SHARED), fits)
+            found.append(h.corrected(*h.covariance.considered(event.row, missing, event.variance / new, use)))
         return self._kept_unless(event.ends, found, self.hypotheses)
 
     def _kept_unless(self, condition: Flag, then: Sequence[Hypothesis], kept: Sequence[Hypothesis]) -> Bank:

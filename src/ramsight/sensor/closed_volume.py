@@ -7,7 +7,7 @@ Behind a closed valve a volume is shut in. Its pressure rises by the angle that 
 so the decay after a stop tells leakage over compliance, and the rise of a start both together. The circuit's balance
 has that equation. Here its innovations are summed over an event as a least-squares problem of leakage and compliance,
 and of what an event may be wrong by: gain, offset and delay of the torque, and the law of leakage. At the end of the
-event these are eliminated; what is left are two independent measurements of leakage and compliance.
+event these are eliminated; what is left is a measurement of leakage and compliance together.
 """
 
 from __future__ import annotations
@@ -87,21 +87,21 @@ class EventState:
 
 @dataclass(frozen=True)
 class Told:
-    """What an event tells when it ends, as independent measurements.
+    """What an event tells when it ends, as a measurement of leakage and compliance together.
 
     Attributes:
         ends: whether one ends at this sample.
         common: error that all events share, however many there are [1].
-        rows: derivatives of each measurement.
-        innovations: of each.
-        variances: of each.
+        row: derivatives of the measurement.
+        innovation: of it.
+        variance: of it.
     """
 
     ends: Flag
     common: Scalar
-    rows: tuple[Row, ...]
-    innovations: tuple[Scalar, ...]
-    variances: tuple[Scalar, ...]
+    row: Row
+    innovation: Scalar
+    variance: Scalar
 
 
 def follow_event(
@@ -162,14 +162,15 @@ def _row(
 
 
 def _told(state: EventState, ends: Flag, elapsed: Scalar) -> Told:
-    """The sums of an event as two independent measurements.
+    """The sums of an event as one measurement.
 
     Nuisances, each with a prior of its own deviation, are eliminated one by one (Schur complements). What an event's
     model may be wrong by adds its variance f^2 to what is left of the information A,
 
-        A' = (I + f^2 A)^-1 A = L D L',
+        A' = (I + f^2 A)^-1 A = L D L'.
 
-    and a row of L' is a measurement with the variance 1/D.
+    An event tells one combination of the two: the first row of L' is a measurement with the variance 1/D_1, and the
+    other one has next to no information (a decay tells k/c alone).
     """
     normal = {pair: state.normal[",".join(pair)] for pair in _PAIRS}
     right = dict(state.right)
@@ -185,21 +186,15 @@ def _told(state: EventState, ends: Flag, elapsed: Scalar) -> Told:
     both = ca.fmax(a * c - b * b, 0.0)
     # (I + f^2 A)^-1 of a matrix of two rows, in closed form.
     scale = 1.0 + floor2 * (a + c) + floor2**2 * both
-    u, v = right[leak], right[stiff]
-    a, b, c = (a + floor2 * both) / scale, b / scale, (c + floor2 * both) / scale
-    u, v = (
-        ((1.0 + floor2 * normal[stiff, stiff]) * u - floor2 * normal[leak, stiff] * v) / scale,
-        ((1.0 + floor2 * normal[leak, leak]) * v - floor2 * normal[leak, stiff] * u) / scale,
-    )
-    first = ca.fmax(a, INFORMATION_LEAST)
-    second = ca.fmax(c - b * b / first, INFORMATION_LEAST)
-    stood = ca.if_else(state.stands, 1.0, 0.0)
+    right_leak = ((1.0 + floor2 * c) * right[leak] - floor2 * b * right[stiff]) / scale
+    known, crossed = ca.fmax((a + floor2 * both) / scale, INFORMATION_LEAST), b / scale
+    row = {leak: scalar(1.0), stiff: crossed / known}
     return Told(
         ends=ends,
         common=EVENT_SAMPLING * ca.fmin(elapsed, GAP_PERIOD) ** 2,
-        rows=(_shared({leak: scalar(1.0), stiff: b / first}, stood), _shared({stiff: scalar(1.0)}, stood)),
-        innovations=(u / first, (v - b / first * u) / second),
-        variances=(1.0 / first, 1.0 / second),
+        row=_shared(row, ca.if_else(state.stands, 1.0, 0.0)),
+        innovation=right_leak / known,
+        variance=1.0 / known,
     )
 
 

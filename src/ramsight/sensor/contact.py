@@ -505,7 +505,7 @@ def _standing(
     # A load that only grows takes some of the oil as well; it neither doubles nor comes near the relief valve's.
     changed = ca.fabs(delivered - seems) > RARE_LOAD_CHANGE * now.load_change_std * step.motion.give
     rare = any_of(now.relief > 0.0, changed)
-    evident = any_of(still(CONTACT_SLIP), any_of(rare, negated(now.known)))
+    evident = any_of(still(CONTACT_SLIP), rare)
     keeps = any_of(stands, negated(sample.elapsed > 0.0))
     by = {one: value + travel_by[one] for one, value in state.moved_by.items()}
     after = StandingState(
