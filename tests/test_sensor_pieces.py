@@ -212,7 +212,7 @@ def test_no_load_is_beyond_what_relief_valves_carry(bounded):
 WRONG = ("speed_wrong", "counter_wrong", "undecided", "torque_wrong", "sign_wrong")
 ASKED = (
     *(one.name for one in fields(Intake)), "innovation", "noise", "asked", "hidden", "held", "relief", "passed_std",
-    "std", "overall", "position", "disputed", "known", "fault_passed", *WRONG,
+    "std", "overall", "beyond", "position", "disputed", "known", "fault_passed", *WRONG,
 )  # fmt: skip
 FINE = dict.fromkeys(ASKED, 0.0) | {
     "known": 1.0,
@@ -239,7 +239,7 @@ def judged():
         at = made(Stepped_, sample=sample, intake=intake, checks=checks, step=step)
         relief = Relief(x["relief"], x["passed_std"])
         updated = made(Updated, relief=relief, fault_passed=x["fault_passed"])
-        position = PositionEstimate(x["position"], x["std"], x["overall"], x["known"])
+        position = PositionEstimate(x["position"], x["std"], x["overall"], x["beyond"], x["known"])
         return after, status_of(at, updated, x["disputed"], position, implausible, model)
 
     return fed(ASKED, PlausibilityState(), write)

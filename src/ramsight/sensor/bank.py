@@ -423,7 +423,7 @@ class Bank:
             fits = missing**2 < EVENT_GATE**2 * (known + event.variance)
             # What all events have in common they do not tell, however many there are.
             new = ca.fmax(1.0 - event.common**2 / known, EVENT_SHARE_LEAST)
-            use = dict.fromkeys((*TOLD, *SHARED), fits)
+            use = dict.fromkeys((Quantity.POSITION, *TOLD, *SHARED), fits)
             found.append(h.corrected(*h.covariance.considered(event.row, missing, event.variance / new, use)))
         return self._kept_unless(event.ends, found, self.hypotheses)
 
