@@ -39,13 +39,13 @@ class AssumedDrive(Part):
         float,
         quantity("N m", "torque that a slow motor may hold beside its pumps' friction", least="0 N m", most="1 kN m"),
     ] = 0.0
-    # A drive that lets go within 0.3 s speeds up a decay of 60 ms by 20 %.
+    # A drive that lets go within 0.2 s makes a decay of 60 ms faster by 30 %.
     release: Annotated[
         float,
         quantity(
             "%", "of a torque's decay at standstill, by a drive that lets go of it, std", least="0 %", most="200 %"
         ),
-    ] = 0.2
+    ] = 0.3
 
 
 class AssumedMachine(Part):
@@ -238,7 +238,7 @@ class AssumedStops(Part):
     ] = 0.1
     obstacle: Annotated[
         float, quantity("%", "chance that a contact is with neither stop", least="0.0001 %", most="90 %")
-    ] = 0.2
+    ] = 0.3
     lies: Annotated[float, quantity("%", "chance that a switch is wrong", least="0.0001 %", most="90 %")] = 0.05
     # Somebody reads a scale, and not always the one of this cylinder.
     entered: Annotated[
