@@ -46,6 +46,7 @@ from ramsight.sensor.thresholds import (
     LOG_WEIGHT_LEAST,
     OUTSIDE,
     OVERSHOOT_STD_SHARE,
+    PASSED_END,
     UNREACHABLE,
 )
 
@@ -64,11 +65,13 @@ class BankState:
         hypotheses: in the order of `Kind`.
         innovations: mean square of normalised innovations, less 1.
         band_width: of the band over what the filters say, by references.
+        at_end: whether the last contact was taken for one with an end.
     """
 
     hypotheses: tuple[Hypothesis, ...]
     innovations: Scalar = leaf("1")
     band_width: Scalar = leaf("1", 1.0)
+    at_end: Flag = leaf("1")
 
     @classmethod
     def initial(cls, assumptions: Assumptions, stroke: float, *, with_link: bool = False) -> BankState:
@@ -410,6 +413,15 @@ class Bank:
             found.append(h.corrected(*h.covariance.considered(torque.row, missing, variance, use)))
         return self._kept_unless(any_of(torque.leakage, torque.compliance), found, self.hypotheses)
 
+    def passed(self, what_held_it: Flag) -> Bank:
+        """After a piston went on through what had held it: no end lets it, so that a contact with one was none."""
+        was_none = all_of(what_held_it, self.state.at_end)
+        *others, wrong = self.hypotheses
+        changed = _normalised([*others, wrong.with_weight(wrong.weight + math.log(1.0 / PASSED_END))])
+        after = tuple(choose(was_none, new, old) for new, old in zip(changed, self.hypotheses, strict=True))
+        state = replace(self.state, hypotheses=after, at_end=all_of(self.state.at_end, negated(what_held_it)))
+        return replace(self, state=state, together=self.together.reweighed(after, was_none, changed))
+
     def told(self, event: Told, around: Mapping[Quantity, Scalar]) -> Bank:
         """After a stop or a start of the motor: leakage, compliance and what such events share; all else is considered.
 
@@ -444,6 +456,7 @@ class Bank:
         innovations = self.state.innovations + INNOVATION_GAIN * (newest - 1.0 - self.state.innovations)
         # Not a conjunction, which asks for both: what only a measurement needs is worked out in its samples alone.
         accepted = holds(ca.if_else(use, count(fits), 0.0))
+        contact = all_of(use, any_of(m.low, m.top))
         # A reference is never an obstacle.
         obstacle_odds = ca.if_else(any_of(m.low, m.top), chance - weighed[0].likelihood, UNREACHABLE)
         renewed = self._renewed(hypotheses, fits, kept[0], obstacle_odds)
@@ -455,6 +468,7 @@ class Bank:
             hypotheses=centred,
             innovations=ca.if_else(use, ca.if_else(fits, innovations, self.state.innovations), self.state.innovations),
             band_width=self._widened(ca.sqrt(newest), fits, use),
+            at_end=any_of(all_of(contact, accepted), all_of(negated(contact), self.state.at_end)),
         )
         bank = replace(self, state=state, together=together.moved(centred))
         return bank, Measured(accepted, all_of(use, negated(accepted)), moved)

@@ -224,6 +224,7 @@ class Hold:
         held: whether it is.
         leaves: whether it has just been released, or is pulled off an end.
         released: whether it has just been released.
+        passed: whether it went on the way it came: what held it was no end.
         stands: whether it may stand while the pump delivers, not yet surely.
         pushing: whether the motor pushes against what holds it.
         draws: whether the pump draws oil from what is still held.
@@ -236,6 +237,7 @@ class Hold:
     held: Flag
     leaves: Flag
     released: Flag
+    passed: Flag
     stands: Flag
     pushing: Flag
     draws: Flag
@@ -395,6 +397,7 @@ def look_for_contact(
         held=is_in(mode, HELD),
         leaves=leaves,
         released=grip.released,
+        passed=all_of(grip.released, turns, way == state.direction),
         stands=found.standing.stands,
         pushing=grip.pushing,
         draws=all_of(grip.back, is_in(mode, HELD)),

@@ -183,6 +183,7 @@ DECOMPRESSION_MOST = Constant(
 TORQUE_LEAST = Constant(1e-6, "N m", "keeps quotients finite")
 
 # Hypotheses.
+PASSED_END = Constant(0.05, "1", "chance that a piston on an end is taken for one that goes on: one release in twenty")
 LOG_WEIGHT_LEAST = Constant(
     -12.0, "1", "logarithm of the least weight, 6e-6: a hypothesis can come back within two contacts"
 )

@@ -1,0 +1,107 @@
+"""What stops and starts of the motor against a closed valve tell of leakage and compliance."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from ramsight import machine
+from ramsight.duty import DriveReport, lift_lower, report, simulate
+from ramsight.logs import read_drive_log
+from ramsight.plant.as_built import AsBuilt
+from ramsight.plant.ddh import build_ddh
+from ramsight.sensor.closed_volume import _INNOVATION, _NAMES, _NUISANCES, _PAIRS, TOLD, EventState, _told
+from ramsight.sensor.kalman import kalman
+from ramsight.sensor.quantity import Quantity
+from ramsight.sensor.thresholds import EVENT_MOVING_STD, EVENT_STANDING_STD
+
+
+@pytest.fixture(scope="module")
+def unit():
+    return build_ddh("boom", machine.load("mining-loader").unit("boom"))
+
+
+def summed(rows, innovations):
+    """The state after samples with these derivatives and innovations, each over its standard deviation."""
+    normal = {f"{i},{j}": ca.DM(float(rows[i] @ rows[j])) for i, j in _PAIRS}
+    right = {i: ca.DM(float(rows[i] @ innovations)) for i in _NAMES}
+    return EventState(
+        active=ca.DM(1), stands=ca.DM(1), torque=ca.DM(0), offset=ca.DM(0), last={}, normal=normal, right=right
+    )
+
+
+@pytest.mark.parametrize("stands", [0, 1])
+def test_an_event_is_the_least_squares_estimate_of_its_best_known_combination(stands):
+    """With nuisances as further unknowns of a prior of one, against numpy's solution of the whole problem."""
+    rng = np.random.default_rng(3)
+    rows = {one: rng.normal(size=40) for one in _NAMES}
+    rows[TOLD[1]] = -rows[TOLD[0]] + 0.05 * rng.normal(size=40)
+    innovations = 0.1 * rows[TOLD[0]] + 0.4 * rows["offset"] + 0.05 * rng.normal(size=40)
+    state = summed(rows, innovations)
+    state = EventState(**{**vars(state), "stands": ca.DM(stands)})
+    told = _told(state, ca.DM(1), ca.DM(0.0))
+    a = np.array([[rows[i] @ rows[j] for j in _NAMES] for i in _NAMES])
+    a += np.diag([0.0] * len(TOLD) + [1.0] * len(_NUISANCES))
+    covariance = np.linalg.inv(a)
+    estimate = covariance @ np.array([rows[i] @ innovations for i in _NAMES])
+    floor = (EVENT_STANDING_STD if stands else EVENT_MOVING_STD) ** 2
+    known = np.linalg.inv(covariance[:2, :2] + floor * np.eye(2))  # the model's error comes on top
+    assert float(told.variance) == pytest.approx(1.0 / known[0, 0], rel=1e-6)
+    assert float(told.row[TOLD[1]]) == pytest.approx(known[0, 1] / known[0, 0], rel=1e-6)
+    assert float(told.innovation) == pytest.approx(known[0] @ estimate[:2] / known[0, 0], rel=1e-6)
+
+
+def test_what_all_events_share_is_in_each_of_them():
+    """Friction makes both factors of a start too small; a drive that lets go of its torque is seen by stops alone."""
+    rng = np.random.default_rng(4)
+    rows = {one: rng.normal(size=20) for one in _NAMES}
+    for stands in (0.0, 1.0):
+        state = EventState(**{**vars(summed(rows, rows[TOLD[0]])), "stands": ca.DM(stands)})
+        row = {one: float(by) for one, by in _told(state, ca.DM(1), ca.DM(0.0)).row.items()}
+        assert row[Quantity.FRICTION] == pytest.approx(-(row[Quantity.LEAKAGE] + row[Quantity.COMPLIANCE]))
+        assert row[Quantity.RELEASE] == stands
+    assert _INNOVATION not in _NAMES
+
+
+@pytest.mark.parametrize("leak", [0.8, 1.25])
+def test_a_machine_that_leaks_otherwise_shows_it_without_a_reference(unit, leak):
+    built = AsBuilt(leak=leak).build(unit)
+    run = simulate(built, lift_lower(built, 350e3, 313.15, cycles=8))
+    sensor = kalman(unit)
+    sensor.start(float(run["position"][0]))
+    track = sensor.track(report(run, DriveReport(seed=1)))
+    factor, std = float(track["leak_factor"][-1]), float(track["leak_factor_std"][-1])
+    assert factor == pytest.approx(leak, abs=2.0 * std)
+    assert std < 0.6 * unit.assumptions.machine.leak
+    assert float(track["compliance_factor"][-1]) == pytest.approx(1.0, abs=0.15)
+
+
+@pytest.mark.parametrize("release", [0.05, 0.1, 0.3])
+def test_a_drive_that_lets_go_of_its_torque_is_no_leak(unit, trace, release):
+    """The reported torque sinks at standstill by a time constant of the drive's own [s]."""
+    case = trace("boom_441kN_40C_x20")
+    log = read_drive_log(case.log).copy(deep=True)
+    time, torque = log["time"].values, log["motor_torque"].values.copy()
+    stands = np.abs(log["motor_speed"].values) < 0.2
+    begun = 0.0
+    for k in range(len(time)):
+        begun = begun if stands[k] and k and stands[k - 1] else time[k]
+        torque[k] *= np.exp(-(time[k] - begun) / release) if stands[k] else 1.0
+    log["motor_torque"] = ("time", torque, log["motor_torque"].attrs)
+    sensor = kalman(unit)
+    sensor.start(None)
+    track = sensor.track(log)
+    for second in (30.0, 60.0, 120.0):
+        k = int(np.searchsorted(time, second))
+        off = abs(float(track["leak_factor"][k]) - 1.0)
+        assert off < 2.0 * float(track["leak_factor_std"][k])
+
+
+def test_a_valve_that_opens_early_is_no_soft_oil(unit, trace):
+    """A load that became lighter at rest: the torque stays behind from where its valve opens."""
+    case = trace("person_boom_datasheet")
+    sensor = kalman(unit)
+    sensor.start(None)
+    track = sensor.track(read_drive_log(case.log))
+    k = int(np.searchsorted(track["time"].values, 30.0))
+    assert float(track["leak_factor"][k]) == pytest.approx(1.0, abs=2.0 * float(track["leak_factor_std"][k]))
+    assert float(track["compliance_factor"][k]) < 1.15
