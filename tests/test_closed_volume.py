@@ -1,5 +1,7 @@
 """What stops and starts of the motor against a closed valve tell of leakage and compliance."""
 
+from pathlib import Path
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -13,6 +15,8 @@ from ramsight.sensor.closed_volume import _INNOVATION, _NAMES, _NUISANCES, _PAIR
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.thresholds import EVENT_MOVING_STD, EVENT_STANDING_STD
+
+TRACES = Path(__file__).parent / "traces"
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +68,7 @@ def test_what_all_events_share_is_in_each_of_them():
 
 @pytest.mark.parametrize("leak", [0.8, 1.25])
 def test_a_machine_that_leaks_otherwise_shows_it_without_a_reference(unit, leak):
-    built = AsBuilt(leak=leak).build(unit)
+    built = AsBuilt(leak=leak).apply(unit)
     run = simulate(built, lift_lower(built, 350e3, 313.15, cycles=8))
     sensor = kalman(unit)
     sensor.start(float(run["position"][0]))
@@ -96,12 +100,12 @@ def test_a_drive_that_lets_go_of_its_torque_is_no_leak(unit, trace, release):
         assert off < 2.0 * float(track["leak_factor_std"][k])
 
 
-def test_a_valve_that_opens_early_is_no_soft_oil(unit, trace):
+def test_a_valve_that_opens_early_is_no_soft_oil(unit):
     """A load that became lighter at rest: the torque stays behind from where its valve opens."""
-    case = trace("person_boom_datasheet")
+    log = TRACES / "person" / "person_boom_datasheet.csv.gz"
     sensor = kalman(unit)
     sensor.start(None)
-    track = sensor.track(read_drive_log(case.log))
+    track = sensor.track(read_drive_log(log))
     k = int(np.searchsorted(track["time"].values, 30.0))
     assert float(track["leak_factor"][k]) == pytest.approx(1.0, abs=2.0 * float(track["leak_factor_std"][k]))
     assert float(track["compliance_factor"][k]) < 1.15
