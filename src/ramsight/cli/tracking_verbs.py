@@ -146,7 +146,9 @@ def track(
         typer.echo(done.summary)
         if true is not None and done.track is not None:
             typer.echo(error_text(errors_of(done.track, true), done.track.sizes["time"]))
-        say_written(out, figure, state)
+        say_written(out, figure, None if done.is_contradicted else state)
+        if done.mistake:
+            typer.echo(f"likeliest mistake: {done.mistake}")
 
 
 def _check_files(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,11 +31,15 @@ class Pieces:
         summary: a few lines on the track.
         track: position [m], position_std [m] and status over time, or all that the sensor reports, if it was kept.
         log: motor_speed [rad/s], motor_torque [N m] and oil_temperature [K] over time, or all of it, if it was kept.
+        mistake: what is most likely wrong with the log, in a line; empty where it fits the machine.
+        is_contradicted: whether that is sure, so that the track is invalid, and no state of the sensor is kept.
     """
 
     summary: str
     track: xarray.Dataset | None
     log: xarray.Dataset | None
+    mistake: str = ""
+    is_contradicted: bool = False
 
 
 _TRACK = ("position", "position_std", "status")
@@ -53,6 +57,7 @@ def track_pieces(
     all_of_it: bool = False,
     more: tuple[str, ...] = (),
     available: Availability | None = None,
+    said_of: Callable[[xarray.Dataset], xarray.Dataset] = lambda tracked: tracked,
 ) -> Pieces:
     """Track a log piece by piece, and write the track.
 
@@ -66,6 +71,7 @@ def track_pieces(
         all_of_it: whether every variable of what is kept is kept.
         more: further variables that are kept of track and log, where they have them.
         available: counts how much of the time the position may be used, and is reported with the summary.
+        said_of: what is to be said of a piece of the track in its place, as of one that the whole log contradicts.
 
     Raises:
         OutputError: the file cannot be written; then there is none.
@@ -75,7 +81,7 @@ def track_pieces(
     table = (*_TRACK, *(name for name in _INTEGRITY if name in sensor.recursion.outputs))
     with nullcontext() if out is None else open_dataset(out, variables=table, words=words) as writer:
         for piece in pieces:
-            tracked = as_said(sensor.track(piece))
+            tracked = said_of(as_said(sensor.track(piece)))
             tally.append(tracked)
             if available is not None:
                 available.append(tracked)
