@@ -288,7 +288,7 @@ def follow(
         track_pieces, virtual, out=out, keep_track=keep_track, keep_log=keep_log, all_of_it=all_of_it,
         more=more, available=available,
     )  # fmt: skip
-    passed = None if isinstance(log, str | Path) else list[xarray.Dataset]()
+    passed: list[xarray.Dataset] | None = None if isinstance(log, str | Path) else []
     with ExitStack() as stack:
         bar = stack.enter_context(progress_bar(1.0, "tracking")) if progress else None
         pieces, file = _pieces(log, channel_map, bar.advance if bar else advance)

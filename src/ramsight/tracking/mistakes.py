@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from statistics import median
+from statistics import fmean, median
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,6 +30,9 @@ Reading = Callable[[Array, Array], tuple[Array, Array]]
 
 SPEED_UNITS = {"rpm": RPM, "deg/s": math.pi / 180.0, "rad/s": 1.0}
 """Units in which drives report a speed [rad/s]."""
+
+FACTORS = {"half": 0.5, "double": 2.0}
+"""By which a torque is reported wrongly most often: one of two motors, or both for one."""
 
 SURE = Constant(
     0.1, "1", "probability of the log as it was read, below which a mistake is named: it is nine times likelier"
@@ -100,6 +103,8 @@ class Explanations:
         for name, other in SPEED_UNITS.items():
             if name != self._now:
                 self._add(name, lambda speed, torque, factor=other / second: (speed * factor, torque))  # type: ignore[misc]
+        for name, factor in FACTORS.items():
+            self._add(name, lambda speed, torque, factor=factor: (speed, torque / factor))  # type: ignore[misc]
         self._add("swapped", lambda speed, torque: (torque * second, speed / second))
         self._add("reversed", lambda speed, torque: (-speed, -torque))
 
@@ -141,21 +146,20 @@ class Explanations:
                 "speed",
                 f"the speed is in {name} where it was read in {self._now}",
             )
-        for name, factor in (("half", 0.5), ("double", 2.0)):
-            yield _log(name) + evidence(asread, factor), "torque", _gain_text(factor)
-        gains = _gains()
-        scores = np.array([evidence(asread, float(gain)) for gain in gains])
-        best = int(scores.argmax())
-        mean = float(scores[best] + np.log(np.exp(scores - scores[best]).mean()))
+        for name, factor in FACTORS.items():
+            yield _log(name) + evidence(found[name]), "torque", _gain_text(factor)
+        gains = _gains(GAIN_LEAST, GAIN_MOST)
+        scores = [evidence(asread, gain) for gain in gains]
+        likeliest = gains[int(np.argmax(scores))]
         other = "this is the log of another machine than the described one"
-        yield _log("gain") + mean, "machine", f"{other}, or {_gain_text(float(gains[best]))}"
+        yield _log("gain") + _mean(scores), "machine", f"{other}, or {_gain_text(likeliest)}"
         yield _log("swapped") + evidence(found["swapped"]), "torque", "speed and torque are exchanged"
         yield (
             _log("reversed") + evidence(found["reversed"]),
             "torque",
             "the signs of speed and torque are both reversed (sign = -1 in the channel map)",
         )
-        yield _log("machine"), "machine", other
+        yield _log("machine") + _of_any_machine(asread), "machine", other
 
 
 def evidence(pressed: Pressed, gain: float = 1.0) -> float:
@@ -163,18 +167,18 @@ def evidence(pressed: Pressed, gain: float = 1.0) -> float:
 
     Args:
         pressed: what was found by that reading.
-        gain: by which the torque was reported too large [1].
+        gain: by which the torque was reported too large [1]; what leaks from end to end is not known then.
     """
     return (
         sum(_of_presses(pressed, way, gain) for way in pressed.sides)
-        + _of_visits(visits(pressed.presses, gain))
+        + (_of_visits(visits(pressed.presses)) if gain == 1.0 else 0.0)
         + _of_motion(pressed)
         + _of_limit(pressed.torque / gain, MOST_TORQUE)
         + math.log((AGAINST_LOAD if pressed.pushing / gain < -AGAINST else 1.0 - AGAINST_LOAD) / 0.5)
     )
 
 
-def visits(presses: list[Press], gain: float = 1.0) -> list[tuple[float, float]]:
+def visits(presses: list[Press]) -> list[tuple[float, float]]:
     """From one visit of an end to the next: how far the travel is from what it has to be, and from what it may be.
 
     Visits are plateaus at the torque at relief. From one end to the other the rod goes by the stroke, back to the same
@@ -182,7 +186,6 @@ def visits(presses: list[Press], gain: float = 1.0) -> list[tuple[float, float]]
 
     Args:
         presses: in order.
-        gain: by which the torque was reported too large [1].
 
     Returns:
         Differences and their standard deviations [strokes].
@@ -191,7 +194,7 @@ def visits(presses: list[Press], gain: float = 1.0) -> list[tuple[float, float]]
         >>> visits([Press(1, 1.0, 0.7, 0.0), Press(-1, 0.4, 0.6, 0.1), Press(-1, 0.98, -0.3, 0.2)])
         [(0.0, 0.064...)]
     """
-    stops = [one for one in presses if abs(one.level / gain - 1.0) <= STOP]
+    stops = [one for one in presses if abs(one.level - 1.0) <= STOP]
     found = []
     for a, b in pairwise(stops):
         due = 0.0 if a.way == b.way else float(b.way)
@@ -248,10 +251,22 @@ def _normal(value: float, std: float) -> float:
     return math.exp(-0.5 * (value / std) ** 2) / (std * math.sqrt(2.0 * math.pi))
 
 
-def _gains() -> Array:
-    """Factors by which a torque may be wrong, evenly over their logarithms."""
-    far = np.arange(GAIN_LEAST, GAIN_MOST, PRESS_STD)
-    return np.asarray(np.exp(np.concatenate([-far[::-1], far])))
+def _of_any_machine(pressed: Pressed) -> float:
+    """Of the plateaus of both ways, each at a torque at relief that nobody knows."""
+    gains = _gains(0.0, 0.5 * ARBITRARY)
+    return sum(_mean([_of_presses(pressed, way, gain) for gain in gains]) for way in pressed.sides)
+
+
+def _gains(least: float, most: float) -> list[float]:
+    """Factors by which a torque may be wrong, evenly over the logarithms between these, up and down."""
+    far = np.arange(least, most, PRESS_STD)
+    return [float(gain) for gain in np.exp(np.concatenate([-far[::-1], far]))]
+
+
+def _mean(scores: list[float]) -> float:
+    """Logarithm of the mean of what has these logarithms."""
+    highest = max(scores)
+    return highest + math.log(fmean(math.exp(score - highest) for score in scores))
 
 
 def _log(name: str) -> float:

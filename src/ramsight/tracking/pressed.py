@@ -29,9 +29,11 @@ STAYS = Constant(
     0.9, "1", "share of the samples after that, and of the level: a press lasts until the motor is stopped"
 )
 FREE = Constant(0.8, "1", "of that level, below which the rod still moved freely")
+STEADY = Constant(0.25, "1", "of that level, by which the torque of a free move changes while a level is sustained")
 LEAD = Constant(3.0, "1", "free angle before a press over the angle of its rise: a load that is lifted rises at once")
 TURNING = Constant(0.02, "1", "of the highest speed, from which on the motor turns")
 PEAK = Constant(0.995, "1", "quantile that is taken for the largest value: a few samples in a thousand may be wild")
+RARE = Constant(5.0, "1", "times that, up to which a torque is no wild sample: a stop may be met once in an hour")
 LONGEST_STEP = Constant(1.0, "s", "between samples; after a longer gap nothing is known of what happened meanwhile")
 MOST_TORQUE = Constant(1.2, "1", "of the torque at relief, that leakage is counted up to")
 
@@ -145,7 +147,7 @@ class Pressed:
         known = np.isfinite(time) & np.isfinite(speed) & np.isfinite(torque)
         if known.sum() < 2 or not self.sides:
             return
-        time, speed, torque = time[known], _tamed(speed[known]), _tamed(torque[known])
+        time, speed, torque = time[known], _tamed(speed[known]), _tamed(torque[known], RARE)
         steps = np.diff(time, prepend=time[0])
         steps = np.where((steps > 0.0) & (steps <= LONGEST_STEP), steps, 0.0)
         if not steps.any():
@@ -212,9 +214,9 @@ class Pressed:
         return found
 
 
-def _tamed(values: Array) -> Array:
-    """Values of which single wild samples are cut to what is usual."""
-    most = float(np.quantile(np.abs(values), PEAK))
+def _tamed(values: Array, times: float = 1.0) -> Array:
+    """Values of which single wild samples are cut to some times what is usual."""
+    most = times * float(np.quantile(np.abs(values), PEAK))
     return np.asarray(np.clip(values, -most, most))
 
 
@@ -240,7 +242,8 @@ def _press(torque: Array, turned: Array, samples: int) -> tuple[int, float] | No
     begins = int(np.argmax(least >= PLATEAU * level))
     if float((torque[begins:] >= STAYS * level).mean()) <= STAYS:
         return None
-    freely = np.flatnonzero(most[: max(begins - samples + 1, 0)] < FREE * level)
+    before = slice(0, max(begins - samples + 1, 0))
+    freely = np.flatnonzero((most[before] < FREE * level) & ((most - least)[before] < STEADY * level))
     if not freely.size:
         return None
     angle = np.cumsum(turned)
