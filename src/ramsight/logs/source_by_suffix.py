@@ -13,7 +13,7 @@ CSV = (".csv", ".csv.gz", ".txt", ".txt.gz", ".tsv", ".tsv.gz")
 PARQUET = (".parquet", ".pq")
 MDF = (".mf4", ".mdf")
 MCAP = (".mcap",)
-CAN = (".blf", ".asc", ".asc.gz", ".log", ".log.gz")
+CAN = (".blf", ".asc", ".asc.gz", ".log", ".log.gz", ".trc", ".trc.gz")
 READABLE = (*CSV, *PARQUET, *MDF, *MCAP, *CAN)
 
 
@@ -30,9 +30,11 @@ def open_source(path: str | Path, file_map: ChannelMap | None = None, advance: A
     """
     name = Path(path).name.lower()
     is_can = file_map is not None and file_map.is_can
-    if is_can and not name.endswith((*CAN, *MDF)):
-        raise LogError(f"its map is for CAN frames, which stand in {', '.join((*CAN, *MDF))}", file=file_name(path))
-    if name.endswith(CAN) or (is_can and name.endswith(MDF)):
+    is_frames = name.endswith(CAN) or (is_can and name.endswith(MDF)) or (name.endswith(CSV) and holds_frames(path))
+    if is_can and not is_frames:
+        known = ", ".join((*CAN, *MDF))
+        raise LogError(f"its map is for CAN frames, which stand in {known} and tables of frames", file=file_name(path))
+    if is_frames:
         from ramsight.logs.source_can import CanSource
 
         return CanSource(path, file_map, advance)
@@ -54,3 +56,14 @@ def open_source(path: str | Path, file_map: ChannelMap | None = None, advance: A
         return CsvSource(path, file_map, advance)
     check_file(path)
     raise LogError(f"unknown suffix of a log (known: {', '.join(READABLE)})", file=file_name(path))
+
+
+def holds_frames(path: str | Path) -> bool:
+    """Whether a table is one of CAN frames, a row a frame.
+
+    Args:
+        path: the file.
+    """
+    from ramsight.logs.frames_csv import frame_table
+
+    return frame_table(path) is not None
