@@ -16,6 +16,7 @@ from ramsight.logs.lines import Advance
 _DIRECTIONS = ("rx", "tx")
 _FRAMES = ("DT", "FD", "FB", "FE", "BI", "RR")  # types of rows that are frames, in versions 2
 _ERROR = "ER"
+_NEEDED, _LENGTHS = "OTID", "lL"  # columns: offset, type, identifier, data; length in bytes, or its code
 _STANDARD = 4  # digits of an identifier of 11 bits; one of 29 has 8
 
 
@@ -65,6 +66,8 @@ class _Trc:
             self._header(text.strip())
             return None
         if self._columns:
+            if not (set(_NEEDED) <= set(self._columns) and set(_LENGTHS) & set(self._columns)):
+                raise SaidError(f"the line ;$COLUMNS has to name {', '.join(_NEEDED)} and one of {', '.join(_LENGTHS)}")
             return self._by_columns(cells)
         if self._version not in _LAYOUTS:
             raise SaidError(f"version {self._version} needs a line ;$COLUMNS before it")

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import struct
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 
-from ramsight.errors import LogError
+from ramsight.errors import LogError, warn_of_log
 from ramsight.logs.lines import check_file, first_line
 from ramsight.logs.packed import opened
 from ramsight.logs.source import needs
@@ -29,14 +32,35 @@ class TdmsSource(GroupSource):
         check_file(self.path)
         nptdms: Any = needs("nptdms", "logs", self.file)
         try:
-            with opened(self.path) as stored, nptdms.TdmsFile.open(stored) as file:
+            with _quiet() as said, opened(self.path) as stored, nptdms.TdmsFile.open(stored) as file:
                 most = os.path.getsize(self.path)
                 groups = [one for group in file.groups() for one in _split(group, most)]
         except _DAMAGE as error:
             raise LogError(f"is no TDMS file, or a damaged one: {first_line(error)}", file=self.file) from None
+        if said:
+            warn_of_log(f"is read as far as it goes: {said[0]}", file=self.file)
         if not groups:
             raise LogError("has no channels with samples", file=self.file)
         return _from_first(groups)
+
+
+@contextmanager
+def _quiet() -> Iterator[list[str]]:
+    """What npTDMS would print of a damaged file on standard error, in a list."""
+    said: list[str] = []
+    loggers = [
+        logging.getLogger(name) for name in logging.root.manager.loggerDict if name.partition(".")[0] == "nptdms"
+    ]
+    before = [(one, one.handlers, one.propagate) for one in loggers]
+    handler = logging.Handler()
+    handler.emit = lambda record: said.append(record.getMessage())  # type: ignore[method-assign]
+    for one in loggers:
+        one.handlers, one.propagate = [handler], False
+    try:
+        yield said
+    finally:
+        for one, handlers, propagate in before:
+            one.handlers, one.propagate = handlers, propagate
 
 
 def _split(group: Any, most: int) -> list[Group]:

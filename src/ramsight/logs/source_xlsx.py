@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import datetime
 import zipfile
+import zlib
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -24,7 +25,7 @@ from ramsight.logs.source_csv import CsvSource
 
 _SEPARATOR = "\t"
 _DAMAGE = (zipfile.BadZipFile, ParseError, ValueError, KeyError, TypeError, IndexError, AttributeError, OSError,
-           EOFError, MemoryError, OverflowError, NotImplementedError, SyntaxError)  # fmt: skip
+           EOFError, zlib.error, MemoryError, OverflowError, NotImplementedError, SyntaxError)  # fmt: skip
 
 
 class XlsxSource(CsvSource):
