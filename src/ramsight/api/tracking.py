@@ -41,7 +41,7 @@ def read_log(path: str | Path, channel_map: AnyMap | None = None) -> xarray.Data
     r"""A drive log, whole, from a file of any kind that ramsight reads; `open_log` reads it piece by piece.
 
     Args:
-        path: CSV, Parquet, MF4, BLF, ASC or candump, by its suffix.
+        path: CSV, Parquet, MF4, MCAP, TDMS, MATLAB, Excel or CAN frames, by its suffix.
         channel_map: which of its channels are what, or the TOML file that states so; None for a table with the columns
             ``time_s``, ``motor_speed_rpm``, ``motor_torque_nm``, ``oil_temperature_c`` and perhaps ``reference_m``.
 

@@ -12,7 +12,10 @@ from ramsight.cli.common import DrivenUnit, Machine, say_written
 
 def compare(
     machine: Machine,
-    log: Annotated[Path, typer.Argument(help="Drive log: CSV, Parquet, MF4, BLF, ASC or candump, by its suffix.")],
+    log: Annotated[
+        Path,
+        typer.Argument(help="Drive log: CSV, Parquet, MF4, MCAP, TDMS, MATLAB, Excel or CAN frames, by its suffix."),
+    ],
     other: Annotated[Path, typer.Argument(help="What the real sensor says: time_s and position_m, .csv or .csv.gz.")],
     unit: DrivenUnit,
     tolerance: Annotated[str, typer.Option(help="Of the real sensor, by its data sheet and mounting.")] = "2 mm",

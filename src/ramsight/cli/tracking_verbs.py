@@ -12,7 +12,9 @@ from ramsight.cli.strictness import strictly
 
 
 def logs_inspect(
-    file: Annotated[Path, typer.Argument(help="The log: CSV, Parquet, MF4, BLF, ASC or candump, by its suffix.")],
+    file: Annotated[
+        Path, typer.Argument(help="The log: CSV, Parquet, MF4, MCAP, TDMS, MATLAB, Excel or CAN frames, by its suffix.")
+    ],
     dbc: Annotated[list[Path] | None, typer.Option(help="What CAN frames mean: a DBC file; may be repeated.")] = None,
     channel_map: Annotated[
         Path | None, typer.Option("--map", help="What is known already: the layout of a CSV file, PDOs, ...")
