@@ -235,3 +235,13 @@ def test_a_good_day_has_no_mistake_and_its_track_is_as_the_sensor_says(days):
         track = ramsight.track("mining-loader", days["boom"], unit="boom")
     assert "mistake" not in track.attrs
     assert (track["status"].values == Status.OK).any()
+
+
+def test_strict_is_for_every_verb_that_reads_a_log_and_has_no_verdict_of_its_own(tmp_path):
+    (tmp_path / "cut.csv").write_text("time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n0.0,1,2,40\n0.02,1,2")
+    for words in (["logs", "inspect", "cut.csv"], ["logs", "inspect", "cut.csv", "--strict"]):
+        done = command(*words, cwd=tmp_path)
+        assert "breaks off in this line" in done.stderr
+        assert done.returncode == ("--strict" in words)
+    for verb in ("track", "leaktest", "identify", "compare"):
+        assert "--strict" in command(verb, "--help", cwd=tmp_path).stdout

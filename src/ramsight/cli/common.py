@@ -13,6 +13,9 @@ SensedUnit = Annotated[str, typer.Option(help="The unit that the sensor is for, 
 DriveLog = Annotated[
     Path, typer.Argument(help="Drive log: CSV, Parquet, MF4, MCAP, TDMS, MATLAB, Excel or CAN frames, by its suffix.")
 ]
+Strict = Annotated[
+    bool, typer.Option("--strict", help="Exit with 1 if there was a warning, for batch jobs; files are written.")
+]
 ChannelMapFile = Annotated[
     Path | None,
     typer.Option("--map", help="Which of the log's channels are what: a TOML file of 'ramsight logs inspect'."),

@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import DrivenUnit, Machine, say_written
+from ramsight.cli.common import DrivenUnit, Machine, Strict, say_written
+from ramsight.cli.strictness import strictly
 
 
 def compare(
@@ -26,6 +27,7 @@ def compare(
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Both positions and the verdicts: .csv, .csv.gz, .parquet.")] = None,
     figure: Annotated[Path | None, typer.Option(help="A picture of it: .png, .svg or .pdf.")] = None,
+    strict: Strict = False,
 ) -> None:
     """Say whether a real position sensor and the virtual one agree, and which of them is wrong where they do not.
 
@@ -45,20 +47,21 @@ def compare(
     check_target(figure, (".png", ".svg", ".pdf"))
     read: dict[str, str | Path | None] = {"the machine": machine, "the log": log, "the other": other}
     check_apart(read | {"--map": channel_map}, {"--out": out, "--figure": figure})
-    found = compared(
-        machine,
-        log,
-        other,
-        unit=unit,
-        tolerance=tolerance,
-        time_to_alert=time_to_alert,
-        start=start,
-        channel_map=channel_map,
-        progress=True,
-    )
-    if out is not None:
-        write_compared(found.track, out)
-    if figure is not None:
-        compared_figure(found.track, f"{machine}, {unit}: {other.name}", figure)
-    typer.echo(found.text)
-    say_written(out, figure)
+    with strictly(is_strict=strict):
+        found = compared(
+            machine,
+            log,
+            other,
+            unit=unit,
+            tolerance=tolerance,
+            time_to_alert=time_to_alert,
+            start=start,
+            channel_map=channel_map,
+            progress=True,
+        )
+        if out is not None:
+            write_compared(found.track, out)
+        if figure is not None:
+            compared_figure(found.track, f"{machine}, {unit}: {other.name}", figure)
+        typer.echo(found.text)
+        say_written(out, figure)

@@ -192,7 +192,7 @@ def visits(presses: list[Press]) -> list[tuple[float, float]]:
 
     Example:
         >>> visits([Press(1, 1.0, 0.7, 0.0), Press(-1, 0.4, 0.6, 0.1), Press(-1, 0.98, -0.3, 0.2)])
-        [(0.0, 0.064...)]
+        [(0.0, 0.07071067811865475)]
     """
     stops = [one for one in presses if abs(one.level - 1.0) <= STOP]
     found = []

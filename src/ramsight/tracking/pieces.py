@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ramsight.output import open_dataset
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import BOUND, REFERENCED_NOW
+from ramsight.tracking.gaps import Gaps
 from ramsight.tracking.tally import Tally
 
 if TYPE_CHECKING:
@@ -64,8 +65,9 @@ def track_pieces(
     Args:
         sensor: started; goes on from piece to piece.
         pieces: of a drive log, in order, for example from `ramsight.logs.open_log`.
-        out: the track's file: NetCDF and MCAP hold all that the sensor reports, a table (CSV, Parquet, MF4) position,
-            its standard deviation, bound, status in words and whether a reference has come; None writes none.
+        out: the track's file, with rows where the log has none for long. NetCDF and MCAP hold all that the sensor
+            reports, a table (CSV, Parquet, MF4) position, its standard deviation, bound, status in words and whether a
+            reference has come; None writes none.
         keep_track: whether the track is kept, to compare it with the truth.
         keep_log: whether the log is kept, for a figure.
         all_of_it: whether every variable of what is kept is kept.
@@ -78,6 +80,7 @@ def track_pieces(
     """
     words = {"status": {int(status): status.text for status in Status}}
     tally, track, log = Tally(), *(_Kept(None if all_of_it else names, more) for names in (_TRACK, _LOG))
+    gaps = Gaps()
     table = (*_TRACK, *(name for name in _INTEGRITY if name in sensor.recursion.outputs))
     with nullcontext() if out is None else open_dataset(out, variables=table, words=words) as writer:
         for piece in pieces:
@@ -85,13 +88,15 @@ def track_pieces(
             tally.append(tracked)
             if available is not None:
                 available.append(tracked)
+            filled = gaps.filled(tracked)
             if writer is not None:
-                writer.append(tracked)
+                writer.append(filled)
             if keep_track:
                 track.append(tracked)
             if keep_log:
                 log.append(piece)
-    summary = tally.text if available is None else f"{tally.text}\n{available.text}"
+    lines = [tally.text, f"  {gaps.text}" if gaps.count else "", "" if available is None else available.text]
+    summary = "\n".join(filter(None, lines))
     return Pieces(summary, track.whole(), log.whole())
 
 
