@@ -235,14 +235,15 @@ def mcap(path, encoding, schema_encoding, schema, messages, name="drive"):
     return path
 
 
-def test_messages_of_ros_2(tmp_path):
+@pytest.mark.parametrize("name", ["demo_msgs/msg/Drive", "drive_state"])
+def test_messages_of_ros_2(tmp_path, name):
     pytest.importorskip("mcap_ros2")
     schema = b"float64 motor_speed_rpm\nfloat64 motor_torque_nm\nfloat64 oil_temperature_c\nstring note\n"
     messages = [
         (t, b"\x00\x01\x00\x00" + struct.pack("<ddd", *row) + struct.pack("<I", 3) + b"ok\0")
         for t, *row in zip(TIME, SPEED, TORQUE, OIL, strict=True)
     ]
-    file = mcap(tmp_path / "log.mcap", "cdr", "ros2msg", schema, messages, "demo_msgs/msg/Drive")
+    file = mcap(tmp_path / "log.mcap", "cdr", "ros2msg", schema, messages, name)
     assert {one.name for one in inspect_log(file).channels} == {
         "motor_speed_rpm", "motor_torque_nm", "oil_temperature_c"
     }  # fmt: skip

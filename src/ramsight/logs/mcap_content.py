@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from importlib import import_module
 from typing import Any
 
@@ -11,6 +12,7 @@ Content = dict[str, Any]
 Decoder = Callable[[bytes], Content]
 
 _FACTORIES = {"cdr": "mcap_ros2.decoder", "protobuf": "mcap_protobuf.decoder"}
+_ANY_NAME = "any_msgs/msg/Any"  # of a message, as ROS 2 spells them
 _DEEPEST = 8  # messages in messages
 DAMAGED = (ValueError, RecursionError)
 """What a decoder raises of a message that is damaged."""
@@ -40,10 +42,9 @@ class Contents:
 def _made(encoding: str, schema: Any) -> Decoder | None:
     if encoding not in _FACTORIES:
         return None
-    try:
-        read = import_module(_FACTORIES[encoding]).DecoderFactory().decoder_for(encoding, schema)
-    except Exception:  # it is not installed, or has errors of its own for schemas that it does not know
-        return None
+    read = _reader(encoding, schema)
+    if read is None and encoding == "cdr" and schema is not None:
+        read = _reader(encoding, replace(schema, name=_ANY_NAME))  # recorders of their own name schemas as they like
     if read is None:
         return None
 
@@ -54,6 +55,16 @@ def _made(encoding: str, schema: Any) -> Decoder | None:
             raise ValueError(str(error)) from None
 
     return decode
+
+
+def _reader(encoding: str, schema: Any) -> Callable[[bytes], Any] | None:
+    """The decoder of mcap for a schema; None without one."""
+    try:
+        made: Callable[[bytes], Any] | None
+        made = import_module(_FACTORIES[encoding]).DecoderFactory().decoder_for(encoding, schema)
+    except Exception:  # it is not installed, or has errors of its own for schemas that it does not know
+        return None
+    return made
 
 
 def _from_json(data: bytes) -> Content:
