@@ -16,6 +16,7 @@ from ramsight.sensor.status import is_invalid
 from ramsight.tracking import mistakes
 from ramsight.tracking.mistakes import Explanations, evidence, visits
 from ramsight.tracking.pressed import STAYS, Press, Pressed, pressing_sides
+from ramsight.tracking.watched import EXAMINED, Watch
 
 RPM = np.pi / 30.0
 DAYS = {("mining-loader", "boom"): "300 kN", ("mining-loader", "bucket"): "90 kN"}
@@ -245,3 +246,15 @@ def test_strict_is_for_every_verb_that_reads_a_log_and_has_no_verdict_of_its_own
         assert done.returncode == ("--strict" in words)
     for verb in ("track", "leaktest", "identify", "compare"):
         assert "--strict" in command(verb, "--help", cwd=tmp_path).stdout
+
+
+@pytest.mark.parametrize(("good", "is_found"), [(EXAMINED - 1, True), (EXAMINED, False)])
+def test_mistakes_are_looked_for_in_the_first_pieces(days, boom, good, is_found):
+    """Pieces without numbers take their place."""
+    day = WRONG["half"][0](days["boom"])
+    empty = day.isel(time=slice(0, 10)).where(False)
+    watch = Watch(boom, "day.csv")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", LogWarning)
+        assert len(list(watch.over([empty] * int(good) + [day]))) == good + 1
+    assert (watch.mistake is not None) == is_found

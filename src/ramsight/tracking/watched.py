@@ -20,7 +20,9 @@ from ramsight.tracking.plausible import MOVING, Seen, findings, noise, reportabl
 if TYPE_CHECKING:
     import xarray
 
-EXAMINED = Constant(20.0, "1", "pieces of a log that mistakes are looked for in: 7 h of samples every 20 ms")
+EXAMINED = Constant(
+    6.0, "1", "pieces of a log that mistakes are looked for in: 2 h of samples every 20 ms, at 0.1 s each"
+)
 _DRIVEN = ("speed", "torque")
 
 
