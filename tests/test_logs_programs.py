@@ -83,7 +83,8 @@ def mat(path, content, version):
         with h5py.File(path, "w", userblock_size=512) as file:
             for name, value in content.items():
                 for inner, one in (value if isinstance(value, dict) else {"": value}).items():
-                    data = file.create_dataset(f"{name}/{inner}" if inner else name, data=np.atleast_2d(one).T.T)
+                    path_in = f"{name}/{inner}" if inner else name
+                    data = file.create_dataset(path_in, data=np.atleast_2d(one), chunks=True, compression=3)
                     data.attrs["MATLAB_class"] = np.bytes_("double")
             text = file.create_dataset("comment", data=np.array([[72], [105]], dtype=np.uint16))
             text.attrs["MATLAB_class"] = np.bytes_("char")
@@ -117,6 +118,17 @@ def test_the_map_names_the_clock_of_a_matlab_file_and_columns_of_a_matrix(tmp_pa
 def test_a_matlab_file_without_vectors_says_what_to_write(tmp_path):
     with pytest.raises(LogError, match=r"has no vectors of numbers: .*write vectors"):
         inspect_log(mat(tmp_path / "log.mat", {"comment": "nothing"}, 5))
+
+
+def test_a_part_that_is_missing_in_a_matlab_file_is_no_row_of_zeros(tmp_path):
+    import h5py
+
+    with h5py.File(tmp_path / "log.mat", "w", userblock_size=512) as file:
+        file.create_dataset("t", data=np.atleast_2d(TIME))
+        part = file.create_dataset("n_rpm", (1, N), "f8", chunks=(1, N // 2))
+        part[0, : N // 2] = 1500.0
+    with pytest.raises(LogError, match="parts of n_rpm are missing"):
+        inspect_log(tmp_path / "log.mat")
 
 
 # ---- Excel

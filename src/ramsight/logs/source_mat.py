@@ -6,6 +6,7 @@ Vectors are channels, columns of matrices too (``name[2]``), those in structures
 
 from __future__ import annotations
 
+import math
 import zlib
 from collections.abc import Iterator
 from typing import Any
@@ -78,12 +79,29 @@ def _hdf5(path: Any) -> Iterator[tuple[str, Recorded]]:
     def take(name: str, one: Any) -> None:
         is_text = one.attrs.get("MATLAB_class", b"") == b"char"
         if isinstance(one, h5py.Dataset) and not name.startswith("#") and not is_text and one.dtype.kind in "iufb":
+            _check_stored(name, one)
             found.append((name.replace("/", "."), np.asarray(one[()]).T))  # MATLAB's order of indices
 
     with h5py.File(path, "r") as file:
         file.visititems(take)
     for name, value in found:
         yield from _columns(name, np.squeeze(value))
+
+
+def _check_stored(name: str, one: Any) -> None:
+    """Refuse a data set that is not stored whole: HDF5 gives zeros for what is missing; MATLAB leaves nothing out."""
+    if one.chunks is None:
+        is_whole = one.size == 0 or one.id.get_storage_size() > 0
+    else:
+        wanted = math.prod(-(-size // chunk) for size, chunk in zip(one.shape, one.chunks, strict=True))
+        stored = [one.id.get_chunk_info(number) for number in range(one.id.get_num_chunks())]
+        is_whole = len(stored) == wanted and not any(chunk.filter_mask for chunk in stored)
+        if one.compression == "gzip":  # HDF5 gives zeros of what cannot be unpacked, too
+            size = math.prod(one.chunks) * one.dtype.itemsize
+            whole = (zlib.decompress(one.id.read_direct_chunk(chunk.chunk_offset)[1]) for chunk in stored)
+            is_whole = is_whole and all(len(data) == size for data in whole)
+    if not is_whole:
+        raise ValueError(f"parts of {name} are missing")
 
 
 def _columns(name: str, value: Any) -> Iterator[tuple[str, Recorded]]:

@@ -31,6 +31,7 @@ Reading = Callable[[Array, Array], tuple[Array, Array]]
 SPEED_UNITS = {"rpm": RPM, "deg/s": math.pi / 180.0, "rad/s": 1.0}
 """Units in which drives report a speed [rad/s]."""
 
+_WORTH = math.log(0.05)  # a second explanation of another kind is named if it is no less likely than that share
 FACTORS = {"half": 0.5, "double": 2.0}
 """By which a torque is reported wrongly most often: one of two motors, or both for one."""
 
@@ -130,9 +131,10 @@ class Explanations:
         total = sum(math.exp(score - highest) for score, _, _ in scored)
         if math.exp(scored[0][0] - highest) / total >= SURE:
             return None
-        score, role, text = max(scored[1:])
-        probability = math.exp(score - highest) / total
-        return Mistake(role, f"{text}: {_evidence(asread, self._unit)}", probability, _of_motion(asread) > 0.0)
+        (score, role, text), *others = sorted(scored[1:], reverse=True)
+        also = next((other for next_score, kind, other in others if kind != role and next_score > score + _WORTH), "")
+        shown = f"{text}: {_evidence(asread, self._unit)}" + (f" (or, less likely: {also})" if also else "")
+        return Mistake(role, shown, math.exp(score - highest) / total, _of_motion(asread) > 0.0)
 
     def _scored(self) -> Iterator[tuple[float, str, str]]:
         """The logarithm of each explanation's probability but for a constant; the log as it was read first."""
