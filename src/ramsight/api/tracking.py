@@ -253,7 +253,7 @@ def follow(
         sensor: kind, or sensor file.
         start: [m]; None if unknown.
         start_std: its standard deviation [m].
-        state: file to resume from without a start, and to keep the state in.
+        state: file to resume from without a start, and to keep the state in; this call's alone until it returns.
         out: file of the track, written as it comes.
         keep_track: whether the track is kept.
         keep_log: whether the log is kept.
@@ -267,12 +267,15 @@ def follow(
     with ExitStack() as stack:
         bar = stack.enter_context(progress_bar(TABLE_RUNS, "calibrating the table")) if progress else None
         virtual = make_sensor(unit, sensor, advance=bar.advance if bar else None)
-    kept = None if state is None else StateFile(Path(state), virtual)
-    if kept is not None and start is None:
-        say(said(kept.resume(), kept.path))
-    else:
-        virtual.start(start, start_std)
+    kept = None if state is None else StateFile(Path(state), virtual, unit.name)
     with ExitStack() as stack:
+        if kept is not None:
+            stack.callback(kept.release)
+            kept.hold()
+        if kept is not None and start is None:
+            say(said(kept.resume(), kept.path))
+        else:
+            virtual.start(start, start_std)
         bar = stack.enter_context(progress_bar(1.0, "tracking")) if progress else None
         pieces, file = _pieces(log, channel_map, bar.advance if bar else advance)
         checked = watched(pieces, unit, file, channel_map)
@@ -280,8 +283,8 @@ def follow(
             virtual, checked, out, keep_track=keep_track, keep_log=keep_log, all_of_it=all_of_it,
             more=more, available=available,
         )  # fmt: skip
-    if kept is not None:
-        kept.save()
+        if kept is not None:
+            kept.save()
     return done
 
 

@@ -31,12 +31,14 @@ def encoder_for(
         unit: the unit it watches.
         channel_map: what the drive's frames mean.
         settings: who it is on the bus.
-        state: where sensor and parameters are kept over a power loss (the latter with ``.parameters`` after the name).
+        state: where sensor and parameters are kept over a power loss (the latter with ``.parameters`` after the name);
+            this encoder's alone, as long as it runs.
         aside: whether the state is saved by a thread of its own.
 
     Raises:
         DescriptionError: the map cannot be used.
         UnknownNameError: the map names a channel that is in no frame.
+        HeldError: another program has the file of the state.
     """
     sensor, listener = kalman(unit), Listener(channel_map)
     own = {base + settings.node_id for base in _OWN}
@@ -54,7 +56,8 @@ def encoder_for(
     compiled.step(0.0, 0.0, 0.0, math.nan)
     if listener.has_other:
         Comparison(1.0, 1.0, 1.0).step(0.0, 0.0, 0.0, 0, 0.0)
-    persistence = None if state is None else Persistence(state, sensor, aside=aside)
+    instance = f"{unit.name}, node {settings.node_id}, serial number {settings.serial}"
+    persistence = None if state is None else Persistence(state, sensor, aside=aside, instance=instance)
     parameters = None if state is None else ParameterFile(state.with_name(state.name + SUFFIX))
     return Encoder(sensor, unit, listener, settings, persistence=persistence, parameters=parameters)
 
