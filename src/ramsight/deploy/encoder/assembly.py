@@ -11,6 +11,7 @@ from ramsight.deploy.encoder.beside import ALERT, TOLERANCE
 from ramsight.deploy.encoder.encoder import Encoder, Settings
 from ramsight.deploy.encoder.listening import Listener
 from ramsight.deploy.encoder.parameters import SUFFIX, ParameterFile
+from ramsight.deploy.encoder.second_node import PERIOD
 from ramsight.deploy.encoder.state_on_disk import Persistence
 from ramsight.errors import DescriptionError
 from ramsight.logs.mapped import ChannelMap
@@ -63,7 +64,11 @@ def encoder_for(
 
 
 def overrides(
-    hold: bool, timeout: float | None, tolerance: float | None = None, alert: float | None = None
+    hold: bool,
+    timeout: float | None,
+    tolerance: float | None = None,
+    alert: float | None = None,
+    period: float | None = None,
 ) -> Mapping[tuple[int, int], int]:
     """What options set in the dictionary; None leaves it.
 
@@ -72,7 +77,8 @@ def overrides(
         timeout: of the drive [s].
         tolerance: of a real sensor [m].
         alert: for which it has to be apart from the virtual one [s].
+        period: between two frames of the drive [s].
     """
-    options = ((TIMEOUT, timeout, 1e3), (TOLERANCE, tolerance, 1e6), (ALERT, alert, 1e3))
+    options = ((TIMEOUT, timeout, 1e3), (TOLERANCE, tolerance, 1e6), (ALERT, alert, 1e3), (PERIOD, period, 1e4))
     chosen = {key: round(scale * value) for key, value, scale in options if value is not None}
     return {**chosen, HOLD: 0} if hold else chosen
