@@ -74,7 +74,7 @@ class Guard:
         if self.token is not None and not self._knows(headers.get("cookie", ""), query):
             return 401, "this studio needs the token that it printed when it began: open the address with ?token=..."
         length = headers.get("content-length", "0")
-        if not length.isdigit() or int(length) > self.largest:
+        if not (length.isascii() and length.isdigit() and len(length) < 20) or int(length) > self.largest:
             return 413, f"larger than {self.largest // 2**20} MiB"
         return None
 

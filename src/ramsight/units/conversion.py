@@ -72,6 +72,7 @@ _GAUGE = re.compile(r"(?P<unit>bar|mbar|psi|k?Pa|MPa)[ _]?\(?(?P<kind>[ga])(?:au
 _TIDY = str.maketrans(
     {"−": "-", "·": " ", "⋅": " ", "²": "2", "³": "3", "⁻": "-", "¹": "1", "μ": "µ", "\u00a0": " ", "\u202f": " "}
 )
+_TIDY_NUMBER = {letter: plain for letter, plain in _TIDY.items() if chr(letter) not in "¹²³"}  # no digits of a number
 _UNIT = re.compile(r"(?:1\s*+/)?(?:[\s*/()]|(?:[A-Za-zµ]++(?:\s*+(?:\^|\*\*))?-?[1-9]?))*+")
 _LONGEST_UNIT = 40
 _LONGEST_TEXT = 1000  # letters of a quantity; a double has up to 309 digits before its point
@@ -192,7 +193,7 @@ def parse(text: str | float, unit: str) -> float:
         return _finite(text, text, unit)
     if len(text) > _LONGEST_TEXT:
         raise DescriptionError(f"expected {name_of(unit)}", value=text)
-    tidy = text.translate(_TIDY).strip()
+    tidy = text.translate(_TIDY_NUMBER).strip()
     if not wanted.dimension and (ratio := _RATIO.fullmatch(tidy)):
         if float(ratio[2]) == 0:
             raise DescriptionError("a ratio cannot be over zero", value=text)
