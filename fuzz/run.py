@@ -14,7 +14,7 @@ from pathlib import Path
 
 from harness import CRASHED, HUNG, WRONG, Section, run
 
-MODULES = ["logs", "maps", "descriptions", "outputs", "states", "twins", "exported", "encoder"]
+MODULES = ["logs", "maps", "descriptions", "outputs", "states", "twins", "exported", "encoder", "second_node"]
 """Modules with sections; a new one is named here."""
 
 
