@@ -11,7 +11,7 @@ from bus import DRIVE, NODE
 from harness import READ, WRONG, Rng, Section
 from judge import FARTHEST, SIGMAS, WORK_DAY, Judge
 
-CASES = 60
+CASES = 120
 _RATED, _BEFORE, _LASTS, _AFTER, _TOLD = 80.0, 8.0, 3.0, 3.0, 0.2  # N m, s
 _RATES = (10.0, 50.0, 200.0, 1000.0)  # Hz
 
