@@ -26,6 +26,7 @@ from ramsight.duty.live_warming import LiveWarming
 from ramsight.duty.oil_warming import warmed
 from ramsight.errors import DescriptionError
 from ramsight.normal import TWO_SIDED_95
+from ramsight.sensor.status import Status
 from ramsight.studio import draft
 from ramsight.studio.energy import flows
 from ramsight.studio.guard import Guard
@@ -38,6 +39,7 @@ from ramsight.studio.uploaded_log import Asked, find_factors, find_leak, judge, 
 from ramsight.studio.visitors import Visitors
 
 TRACES = Path(__file__).parent / "traces"
+STARTED = (Status.OK, Status.REFERENCE_DUE)  # an entered position is due a reference until a contact agrees
 
 
 def run(rig, seconds):
@@ -119,7 +121,7 @@ def test_every_knob_changes_the_machine_or_what_is_reported_of_it_and_the_page_h
 def test_the_oil_warms_up_no_faster_than_oil_does_and_the_machine_with_it(press):
     press.turn(replace(press.knobs, oil_temperature=323.15))
     rows = run(press, 4.0)
-    assert rows[-1]["ram"].estimates["kalman"].status.validity == "ok"
+    assert rows[-1]["ram"].estimates["kalman"].status in STARTED
     assert press.oil["ram"].pumps == pytest.approx(313.15 + 0.5 * 4.0)
 
 
@@ -314,7 +316,7 @@ def test_declared_power_and_pressures_reach_the_sensor():
     rig = declaring("press", "ram", power="1 %", pressure="1 bar")
     rig.levers["ram"] = 0.4
     row = run(rig, 2.0)[-1]["ram"]
-    assert row.estimates["kalman"].status.validity == "ok"
+    assert row.estimates["kalman"].status in STARTED
     assert abs(row.estimates["kalman"].position - row.position) < 1e-3
     seen = rig._further["ram"].sample(row.position, row.motor_speed, row.motor_torque, (row.pressure_a, row.pressure_b))
     assert seen.keys() == {"dc_power", "pressure_a", "pressure_b"}
