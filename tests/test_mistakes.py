@@ -220,8 +220,8 @@ def test_a_track_in_python_says_it_too_of_pieces_as_well(days):
     log = WRONG["rad/s"][0](days["boom"])
     half = log.sizes["time"] // 2
     pieces = (log.isel(time=part) for part in (slice(None, half), slice(half, None)))
-    with pytest.warns(LogWarning, match="rad/s"):
-        track = ramsight.track("mining-loader", pieces, unit="boom", alarm_limit="10 mm")
+    with pytest.warns(LogWarning, match="rad/s"):  # without a start nothing is taken for a reference
+        track = ramsight.track("mining-loader", pieces, unit="boom", start="100 mm", alarm_limit="10 mm")
     assert "rad/s" in track.attrs["mistake"]
     said = track["status"].values != Status.NOT_REFERENCED
     assert is_invalid(track["status"].values[said]).all()
