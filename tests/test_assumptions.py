@@ -84,7 +84,7 @@ def same_graph(one, other):
 
 def test_every_number_of_the_assumptions_can_be_declared():
     assert {path.split(".")[0] for path in FIELDS} == {
-        "drive", "machine", "thermometer", "stops", "pressure", "shaft", "power", "inertia",
+        "integrity", "drive", "machine", "thermometer", "stops", "pressure", "shaft", "power", "inertia",
         "motor_temperature", "link_angle",
     }  # fmt: skip
     assert all(assumed.declared and not assumed.given for assumed in FIELDS.values())

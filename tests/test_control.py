@@ -237,7 +237,8 @@ def test_the_loop_is_the_run_that_its_commands_give(moved):
         assert np.abs(again[f"{name}_position"].values - run.records[name].position).max() < 5e-6
     assert abs(again.attrs["energy_residual"]) < 1e-3
     track = run.track("boom")
-    assert set(track["status"].values.tolist()) == {0}
+    # An entered position stays unconfirmed until the piston meets an end.
+    assert set(track["status"].values.tolist()) <= {int(Status.OK), int(Status.REFERENCE_DUE)}
     assert track.sizes["time"] == again.sizes["time"]
 
 
@@ -289,7 +290,7 @@ def test_a_leak_test_moves_no_rod_and_teaches_the_leakage_of_the_boom():
     run.go({"boom": 0.24, "bucket": 0.2})
     assert learned_factors(run.sensors["boom"])[0] == pytest.approx(1.2, rel=0.03)
     # The bucket's other chamber stays open to its pump: what its torque shows is never leakage alone.
-    assert learned_covariance(run.sensors["bucket"])[1, 1] > 0.1**2
+    assert learned_covariance(run.sensors["bucket"])[1, 1] > 0.05**2
 
 
 @pytest.mark.parametrize(

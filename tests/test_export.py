@@ -280,7 +280,7 @@ def test_what_is_resumed_is_what_was_kept(slots):
     assert slots.resume() == RESUMED
     after = slots.get()
     known = [name for name in slots.names if re.fullmatch(r"hypotheses_\d_(?!.*position).*", name)]
-    assert len(known) == 5 * (7 + 28 + 1)
+    assert len(known) == 5 * (9 + 45 + 1)
     assert [after[name] for name in known] == pytest.approx([before[name] for name in known], rel=1e-3)
     pressures = [name for name in slots.names if re.fullmatch(r"load_circuit_pressure_[a-z]+_[ab]", name)]
     assert pressures
@@ -406,7 +406,7 @@ def test_a_step_takes_two_pages_of_stack(tmp_path):
     found = footprint(COMPILER, done.folder, "ramsight_boom", single=False, optimised="-O2")
     assert found.stack < 8192
     assert found.state < 3072
-    assert found.code < 200 * 1024
+    assert found.code < 256 * 1024
 
 
 PARTS = ("Input check", "Balance", "Contacts", "Update", "Status")

@@ -22,7 +22,7 @@ from ramsight.sensor.hypothesis import Kind, covariance_of, state_of
 from ramsight.sensor.normal_tail import upper_quantile
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.sample import Raw, SampleState, plain_sample
-from ramsight.sensor.thresholds import OTHERWISE, RISK
+from ramsight.sensor.thresholds import OTHERWISE, PASSED_END, RISK
 from ramsight.sensor.virtual_sensor import Report, close
 
 from .sensor_bench import Stepped
@@ -39,7 +39,7 @@ INPUTS = (
     *(f"travel_by_{k}" for k in range(LEARNT)), "noise", "grows", "leak", "floor",
     "told", *(f"row_{k}" for k in range(LEARNT)), "surprise", "torque_variance", "inflation",
     "tells_leak", "tells_compliance",
-    "place", "low", "top", "variance", "arrived", "doubt", "use", "went_on",
+    "place", "low", "top", "variance", "arrived", "doubt", "use", "went_on", "went_through", "limit", "entered",
 )  # fmt: skip
 QUIET = dict.fromkeys(INPUTS, 0.0) | {"torque_variance": 1.0, "inflation": 1.0, "variance": 1e-6, "doubt": 0.2}
 N = TOP + 1
@@ -88,7 +88,7 @@ class Bank:
         state = symbols(first)
         intake, sample = plain_sample(state.intake, raw)
         x, known = state.inputs, state.position_known
-        start = StartOfPosition(ca.logic_not(state.intake.started), known, ca.SX(0.0), state.position_variance)
+        start = StartOfPosition(ca.logic_not(state.intake.started), known, x["entered"] > 0.0, state.position_variance)
         bank = State.begin(state.bank, Model(), state.position, sample.elapsed, start)
         around = bank.means()
         nominal = state.position + x["travel"]
@@ -103,7 +103,7 @@ class Bank:
         row = {one: x["told"] * x[f"row_{k}"] for k, one in enumerate(LEARNT_QUANTITIES)}
         bank = bank.taught(TorqueEvidence(
             row, around, x["surprise"], x["torque_variance"], x["inflation"], x["tells_leak"], x["tells_compliance"],
-        ))  # fmt: skip
+        )).passed(x["went_through"] > 0.0)  # fmt: skip
         bank, measured = bank.measured(Measurement(
             use=x["use"] > 0.0, place=x["place"], nominal=nominal, low=x["low"], top=x["top"],
             variance=x["variance"], arrived=x["arrived"], obstacle=x["doubt"], by_offset=0.0, seemed=seemed,
@@ -117,6 +117,7 @@ class Bank:
             "room_top": room[1],
             "total": ca.sqrt(bank.variance()),
             "bound": bank.bound(ca.SX(0.0)),
+            "beyond": bank.beyond(x["limit"], ca.SX(0.0)),
             "leak": bank.means()[Quantity.LEAKAGE],
             "exponent": bank.means()[Quantity.EXPONENT],
             "leak_std": bank.factor_std(Quantity.LEAKAGE),
@@ -541,7 +542,7 @@ def test_a_step_spreads_the_position_by_what_its_derivatives_say(bank):
     by = np.array([-1e-3, 2e-2, 3e-4, 1e-6, -2e-3])
     bank.go(travel=0.25, noise=4e-8, grows=0.0, **{f"travel_by_{k}": value for k, value in enumerate(by)})
     after, machine = bank.matrix("described"), Assumptions().machine
-    row = np.array([0.0, *by, 0.0, 0.0])
+    row = np.array([0.0, *by, 0.0, 0.0, 0.0, 0.0])
     step = np.eye(N)
     step[0] += row
     expected = step @ before @ step.T
@@ -713,7 +714,7 @@ def test_a_torque_tells_leakage_or_compliance_as_it_is_told_to(bank, told):
     before, means = bank.matrix("described"), bank.means("described")
     bank.go(**how, **{tells[k]: 1.0 for k in told})
     after, changed = bank.matrix("described"), bank.means("described") - means
-    row = np.array([0.0, 2.0, 0.5, -1.0, 0.0, 0.7, 0.0, 0.0])
+    row = np.array([0.0, 2.0, 0.5, -1.0, 0.0, 0.7, 0.0, 0.0, 0.0, 0.0])
     cross = before @ row
     total, gain = row @ cross + 0.01, np.zeros(N)
     gain[told] = cross[told] / total
@@ -779,6 +780,68 @@ def test_the_bound_holds_under_each_hypothesis_as_likely_as_it_is(bank, weights,
             std = math.sqrt(bank.matrix(name)[POSITION, POSITION])
             reach.append(abs(bank.means(name)[POSITION]) + std * math.sqrt(2.0 * math.log(share / RISK)))
     assert said["bound"] == pytest.approx(bank.value("band_width") * max(reach), rel=1e-9)
+
+
+@given(
+    st.lists(st.floats(-11.0, 0.0), min_size=5, max_size=5),
+    st.lists(st.floats(-0.1, 0.1), min_size=5, max_size=5),
+    st.floats(1e-3, 0.1),
+)
+@settings(max_examples=40, deadline=None)
+def test_an_error_beyond_a_limit_is_as_likely_as_all_hypotheses_have_it(bank, weights, places, limit):
+    """Against scipy's tails; those of the sensor are an approximation of one per cent."""
+    states = {f"{name}_weight": weight for name, weight in zip(NAMES, weights, strict=True)}
+    states |= {f"{name}_0": place for name, place in zip(NAMES, places, strict=True)}
+    bank.begin(0.3, std=1e-3, **states)
+    said = bank.go(limit=limit)
+    expected = 0.0
+    for name in NAMES:
+        share = max(said[f"p_{name}"] - (2.0 * Assumptions().stops.wrong if name == "wrong" else 0.0), 0.0)
+        std = bank.value("band_width") * math.sqrt(bank.matrix(name)[POSITION, POSITION])
+        mean = bank.means(name)[POSITION]
+        expected += share * (norm.sf(limit, mean, std) + norm.cdf(-limit, mean, std))
+    assert said["beyond"] == pytest.approx(expected, rel=0.03, abs=0.01)
+
+
+def test_a_first_contact_may_be_an_obstacle(bank):
+    """Then the position stays unknown, as likely as obstacles are over the density of an end anywhere in the stroke."""
+    bank.begin(std=None)
+    said = at(bank, 0.4 * STROKE, place=0.0, low=1.0, **CONTACT)
+    end = norm.pdf(0.4, 0.0, 0.5)  # over the stroke
+    odds = Assumptions().stops.obstacle / end
+    assert said["p_wrong"] / said["p_described"] == pytest.approx(odds, rel=0.05)
+    assert math.sqrt(bank.matrix("wrong")[POSITION, POSITION]) == pytest.approx(0.5 * STROKE, rel=1e-6)
+    assert math.sqrt(bank.matrix("described")[POSITION, POSITION]) < 2e-3
+
+
+def test_an_end_lets_no_piston_through(bank):
+    bank.begin(std=None)
+    before = at(bank, 0.4 * STROKE, place=0.0, low=1.0, **CONTACT)
+    after = bank.go(went_through=1.0)
+    odds = [said["p_wrong"] / said["p_described"] for said in (before, after)]
+    assert odds[1] == pytest.approx(odds[0] / PASSED_END, rel=1e-6)
+    again = bank.go(went_through=1.0)
+    assert again["p_wrong"] == pytest.approx(after["p_wrong"]), "a contact is one piece of evidence"
+
+
+def test_an_obstacle_that_lets_a_piston_through_tells_nothing(bank):
+    bank.begin(0.4 * STROKE)
+    before = bank.go(place=0.0, low=1.0, **CONTACT)
+    assert before["taken"] == 0.0
+    assert bank.go(went_through=1.0)["p_wrong"] == pytest.approx(before["p_wrong"])
+
+
+def test_an_entered_position_may_be_wrong(bank):
+    entered = Assumptions().stops.entered
+    bank.begin(0.3)
+    plain = bank.go()["p_wrong"]
+    bank._stepped.state = bank._sensor.initial.copy()
+    bank._time = 0.0
+    bank.set(position=0.3, position_known=1.0, position_variance=1e-6)
+    said = bank.go(entered=1.0)
+    described = 1.0 - 2.0 * Assumptions().stops.undeclared
+    assert said["p_wrong"] / said["p_described"] == pytest.approx(entered / described)
+    assert said["p_wrong"] > 5.0 * plain
 
 
 @pytest.mark.parametrize(("k", "bound"), list(enumerate(BOUNDS, LEAK)))

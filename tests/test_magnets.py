@@ -53,7 +53,7 @@ def test_the_temperature_takes_the_load_that_is_not_there(day, sensors):
     assert load_over_true(untold, run) == pytest.approx(1.0 / (1.0 - 1.1e-3 * RISE), abs=0.01)
     assert load_over_true(told, run) == pytest.approx(1.0, abs=0.01)
     error = {name: np.abs(track["position"] - run["position"]) for name, track in (("a", untold), ("b", told))}
-    assert float(error["b"].max()) < 0.5 * float(error["a"].max())
+    assert float(error["b"].max()) < 0.75 * float(error["a"].max())
 
 
 def test_a_temperature_that_is_missing_is_the_last_one_and_none_at_first(day, sensors):

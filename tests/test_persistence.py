@@ -2,6 +2,7 @@
 
 import hashlib
 import math
+from dataclasses import replace
 import os
 import re
 import signal
@@ -27,7 +28,9 @@ from .command import as_command, at_once
 
 @pytest.fixture(scope="module")
 def unit():
-    return build_ddh("boom", machine.load("mining-loader").unit("boom"))
+    """Whose entered positions are sure."""
+    boom = build_ddh("boom", machine.load("mining-loader").unit("boom"))
+    return replace(boom, assumptions=boom.assumptions.replace({"stops.entered": 1e-6}))
 
 
 @pytest.fixture
@@ -144,7 +147,7 @@ def test_what_was_learnt_outlives_a_lost_slot(tmp_path, sensor, unit):
 
 def test_states_that_know_the_machine_are_states(sensor):
     known = sensor.learned
-    assert len(known) == 5 * (7 + 28 + 1)  # of each hypothesis: what is not the position, its covariance, its weight
+    assert len(known) == 5 * (9 + 45 + 1)  # of each hypothesis: what is not the position, its covariance, its weight
     assert {"position", "hypotheses[0].position", "load.load", "intake.time"}.isdisjoint(known)
 
 

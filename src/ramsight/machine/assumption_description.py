@@ -39,12 +39,10 @@ class AssumedDrive(Part):
         float,
         quantity("N m", "torque that a slow motor may hold beside its pumps' friction", least="0 N m", most="1 kN m"),
     ] = 0.0
-    # A drive that lets go within 0.2 s makes a decay of 60 ms faster by 30 %.
+    # A drive that releases it within 0.2 s makes a decay of 60 ms faster by 30 %.
     release: Annotated[
         float,
-        quantity(
-            "%", "of a torque's decay at standstill, by a drive that lets go of it, std", least="0 %", most="200 %"
-        ),
+        quantity("%", "of a torque's decay at standstill, by a drive that releases it, std", least="0 %", most="200 %"),
     ] = 0.3
 
 

@@ -27,7 +27,7 @@ from ramsight.engine.typed_state import leaf
 from ramsight.expression import Flag, Real, Scalar, all_of, any_of, count, holds, negated, scalar
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.closed_volume import SHARED, TOLD, Told
+from ramsight.sensor.closed_volume import LEARNED, SHARED, Event
 from ramsight.sensor.covariance import Covariance
 from ramsight.sensor.hypothesis import Hypothesis, Kind, choose
 from ramsight.sensor.machine_model import MachineModel
@@ -418,11 +418,14 @@ class Bank:
         was_none = all_of(what_held_it, self.state.at_end)
         *others, wrong = self.hypotheses
         changed = _normalised([*others, wrong.with_weight(wrong.weight + math.log(1.0 / PASSED_END))])
-        after = tuple(choose(was_none, new, old) for new, old in zip(changed, self.hypotheses, strict=True))
+        after = tuple(
+            old.with_weight(ca.if_else(was_none, new.weight, old.weight))
+            for new, old in zip(changed, self.hypotheses, strict=True)
+        )
         state = replace(self.state, hypotheses=after, at_end=all_of(self.state.at_end, negated(what_held_it)))
         return replace(self, state=state, together=self.together.reweighed(after, was_none, changed))
 
-    def told(self, event: Told, around: Mapping[Quantity, Scalar]) -> Bank:
+    def learned(self, event: Event, around: Mapping[Quantity, Scalar]) -> Bank:
         """After a stop or a start of the motor: leakage, compliance and what such events share; all else is considered.
 
         Args:
@@ -433,10 +436,12 @@ class Bank:
         for h in self.hypotheses:
             missing, known = event.innovation - h.along(event.row, around), h.covariance.variance(event.row)
             fits = missing**2 < EVENT_GATE**2 * (known + event.variance)
-            # What all events have in common they do not tell, however many there are.
+            # What all events have in common is not learned, however many there are.
             new = ca.fmax(1.0 - event.common**2 / known, EVENT_SHARE_LEAST)
-            use = dict.fromkeys((Quantity.POSITION, *TOLD, *SHARED), fits)
-            found.append(h.corrected(*h.covariance.considered(event.row, missing, event.variance / new, use)))
+            corrected = (Quantity.POSITION, *LEARNED, *SHARED)
+            found.append(
+                h.corrected(*h.covariance.updated(event.row, missing, event.variance / new, fits, only=corrected))
+            )
         return self._kept_unless(event.ends, found, self.hypotheses)
 
     def _kept_unless(self, condition: Flag, then: Sequence[Hypothesis], kept: Sequence[Hypothesis]) -> Bank:

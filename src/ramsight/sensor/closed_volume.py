@@ -41,12 +41,12 @@ from ramsight.sensor.thresholds import (
     SHOWN_SHARE,
 )
 
-TOLD = (Quantity.LEAKAGE, Quantity.COMPLIANCE)
-"""What an event tells."""
+LEARNED = (Quantity.LEAKAGE, Quantity.COMPLIANCE)
+"""What an event shows."""
 SHARED = (Quantity.FRICTION, Quantity.RELEASE)
-"""What it may be wrong by as all others are: friction of the pumps, and a drive that lets go of its torque."""
+"""What it may be wrong by as all others are: friction of the pumps, and a drive that releases its torque."""
 _NUISANCES = (Quantity.EXPONENT, "gain", "offset", "delay")
-_NAMES: tuple[str, ...] = (*TOLD, *_NUISANCES)
+_NAMES: tuple[str, ...] = (*LEARNED, *_NUISANCES)
 _INNOVATION = "innovation"
 _PAIRS = tuple((i, j) for k, i in enumerate(_NAMES) for j in _NAMES[k:])
 
@@ -86,8 +86,8 @@ class EventState:
 
 
 @dataclass(frozen=True)
-class Told:
-    """What an event tells when it ends, as a measurement of leakage and compliance together.
+class Event:
+    """What an event shows when it ends, as a measurement of leakage and compliance together.
 
     Attributes:
         ends: whether one ends at this sample.
@@ -106,8 +106,8 @@ class Told:
 
 def follow_event(
     state: EventState, sample: Sample, step: LoadStep, torque_by: Row, closed: Flag, model: MachineModel
-) -> tuple[EventState, Told]:
-    """One sample of an event, and what the event before it tells if that has ended.
+) -> tuple[EventState, Event]:
+    """One sample of an event, and what the event before it shows if that has ended.
 
     Args:
         state: before the sample.
@@ -119,14 +119,14 @@ def follow_event(
     """
     noise = model.torque_std
     stands = ca.fabs(sample.motor_speed) < MOTOR_AT_REST
-    felt = any_of(*(ca.fabs(torque_by[one]) > noise for one in TOLD))
+    felt = any_of(*(ca.fabs(torque_by[one]) > noise for one in LEARNED))
     # Where the valve opens, the piston takes the oil and the torque stays behind.
     change = sample.motor_torque - state.torque
     behind = ca.fabs(change - step.torque.change)
     follows = behind < EVENT_FOLLOWS * ca.fabs(step.torque.change) + EVENT_NOISE * noise
     active = all_of(closed, step.torque.shows < SHOWN_SHARE, felt, sample.elapsed > 0.0)
     same = all_of(active, state.active, follows, stands == state.stands)
-    told = _told(state, all_of(state.active, negated(same)), sample.elapsed)
+    event = _event(state, all_of(state.active, negated(same)), sample.elapsed)
     deviation = ca.sqrt(noise**2 + (EVENT_MODEL_STD * step.torque.expected) ** 2)
     settling = sample.elapsed / (EVENT_OFFSET_TIME + sample.elapsed)
     offset = state.offset + ca.if_else(stands, settling * (step.torque.missed - state.offset), 0.0)
@@ -141,7 +141,7 @@ def follow_event(
         normal={f"{i},{j}": kept.normal[f"{i},{j}"] + ca.if_else(same, last[i] * last[j], 0.0) for i, j in _PAIRS},
         right={i: value + ca.if_else(same, last[i] * last[_INNOVATION], 0.0) for i, value in kept.right.items()},
     )
-    return added, told
+    return added, event
 
 
 def _row(
@@ -151,7 +151,7 @@ def _row(
     torque, assumed = step.torque, model.assumed
     rate = torque.change / ca.fmax(sample.elapsed, SHORTEST_STEP)
     return {
-        **{one: torque_by[one] for one in TOLD},
+        **{one: torque_by[one] for one in LEARNED},
         Quantity.EXPONENT: assumed.machine.leak_exponent * torque_by[Quantity.EXPONENT],
         "gain": ca.if_else(stands, EVENT_GAIN_STANDING, EVENT_GAIN_MOVING) * torque.expected,
         "offset": EVENT_OFFSET * model.relief_torque
@@ -161,7 +161,7 @@ def _row(
     }
 
 
-def _told(state: EventState, ends: Flag, elapsed: Scalar) -> Told:
+def _event(state: EventState, ends: Flag, elapsed: Scalar) -> Event:
     """The sums of an event as one measurement.
 
     Nuisances, each with a prior of its own deviation, are eliminated one by one (Schur complements). What an event's
@@ -174,13 +174,13 @@ def _told(state: EventState, ends: Flag, elapsed: Scalar) -> Told:
     """
     normal = {pair: state.normal[",".join(pair)] for pair in _PAIRS}
     right = dict(state.right)
-    for k, one in reversed(list(enumerate(_NAMES))[len(TOLD) :]):
+    for k, one in reversed(list(enumerate(_NAMES))[len(LEARNED) :]):
         left = _NAMES[:k]
         pivot = normal[one, one] + 1.0
         by = {name: normal[name, one] / pivot for name in left}
         right = {i: right[i] - by[i] * right[one] for i in left}
         normal = {(i, j): normal[i, j] - by[i] * normal[j, one] for i, j in normal if one not in (i, j)}
-    leak, stiff = TOLD
+    leak, stiff = LEARNED
     a, b, c = normal[leak, leak], normal[leak, stiff], normal[stiff, stiff]
     floor2 = ca.if_else(state.stands, EVENT_STANDING_STD, EVENT_MOVING_STD) ** 2
     both = ca.fmax(a * c - b * b, 0.0)
@@ -189,7 +189,7 @@ def _told(state: EventState, ends: Flag, elapsed: Scalar) -> Told:
     right_leak = ((1.0 + floor2 * c) * right[leak] - floor2 * b * right[stiff]) / scale
     known, crossed = ca.fmax((a + floor2 * both) / scale, INFORMATION_LEAST), b / scale
     row = {leak: scalar(1.0), stiff: crossed / known}
-    return Told(
+    return Event(
         ends=ends,
         common=EVENT_SAMPLING * ca.fmin(elapsed, GAP_PERIOD) ** 2,
         row=_shared(row, ca.if_else(state.stands, 1.0, 0.0)),
@@ -201,7 +201,7 @@ def _told(state: EventState, ends: Flag, elapsed: Scalar) -> Told:
 def _shared(row: Row, stood: Scalar) -> dict[Quantity, Real]:
     """The derivatives of a measurement with those of what all events share.
 
-    A torque that is too large by friction makes both factors too small by as much. A drive that lets go of its torque
+    A torque that is too large by friction makes both factors too small by as much. A drive that releases its torque
     at standstill looks like leakage.
     """
     by_leak: Real = row.get(Quantity.LEAKAGE, 0.0)

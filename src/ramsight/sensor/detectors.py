@@ -91,7 +91,8 @@ DETECTORS = (
         Status.REFERENCE_DUE,
         ALWAYS,
         "the position is known well enough",
-        f"standard deviation above {_percent(REFERENCE_DUE_SHARE)} of the stroke",
+        f"standard deviation above {_percent(REFERENCE_DUE_SHARE)} of the stroke, or an error above "
+        f"{_percent(_ASSUMED.integrity.limit)} of it likelier than {_percent(_ASSUMED.integrity.risk)}",
     ),
     Detector(
         Status.OUTSIDE_TEMPERATURE,

@@ -19,7 +19,7 @@ def upper_tail(size: Scalar) -> Scalar:
 
     Example:
         >>> [round(float(upper_tail(ca.DM(x))), 3) for x in (0.0, 1.96, -1.96)]
-        [0.5, 0.025, 0.975]
+        [0.5, 0.026, 0.974]
     """
     way = ca.fabs(size)
     tail = 0.5 * ca.exp(-way * (_LINEAR + _SQUARE * way))

@@ -197,8 +197,8 @@ def measure(
     """
     closed_for, torque = _torque_evidence(state, at, met, model)
     link, measurement = _measurement(link, at, met, lever, model)
-    event, told = follow_event(state.event, at.sample, at.step, at.torque_by, _shut_in(at, met), model)
-    taught = bank.taught(torque).told(told, at.around).passed(met.contact.hold.passed)
+    event, shown = follow_event(state.event, at.sample, at.step, at.torque_by, _shut_in(at, met), model)
+    taught = bank.taught(torque).learned(shown, at.around).passed(met.contact.hold.passed)
     after, measured = taught.measured(measurement)
     passed = ca.if_else(measured.accepted, 0.0, met.relief.passed_std + flow.passed)
     rejected = all_of(measured.rejected, at.sample.referenced)
