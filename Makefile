@@ -4,7 +4,7 @@
 #   make demo    a recorded work day: the sensor finds its position and learns; leaves demo/demo.png
 #   make bench   speed against C, scipy and CVODES: bench.json and its figures; the studio in Chromium: studio.json; needs gcc
 #   make study   what the docs quote of studies: study.json; takes some minutes, real oil needs data (RAMSIGHT_DATA=folder)
-#   make fuzz    damaged files, states and slots, hostile frames, killed writers: fuzz.json; takes a quarter to half an hour
+#   make fuzz    damaged files, states and slots, hostile frames, killed writers: fuzz.json; takes about an hour
 #   make mutants  small changes that break the code, each against its tests: mutants.json; takes some minutes
 #   make docs    docs/, examples/ with what they draw, and the Python reference as a site, read offline: build/site/index.html
 #   make pins    renew the pinned versions

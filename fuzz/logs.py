@@ -17,7 +17,7 @@ from mutate import mutated
 CASES = 5000
 _INSPECTED = 0.2  # share of the files that are looked into before they are tracked
 _DBC = ROOT / "tests" / "can" / "drive.dbc"
-_MAP = f"""
+CAN_MAP = f"""
 speed = {{ channel = "MotorSpeed" }}
 torque = {{ channel = "MotorTorque" }}
 temperature = {{ channel = "OilTemperature" }}
@@ -77,7 +77,7 @@ def _plain_mcap(content: bytes, path: Path) -> bytes:
     return path.read_bytes()
 
 
-def _frames(name: str, **options: Any) -> Callable[[Path], Prepared]:
+def frames(name: str, **options: Any) -> Callable[[Path], Prepared]:
     def prepare(folder: Path) -> Prepared:
         import cantools
 
@@ -89,17 +89,17 @@ def _frames(name: str, **options: Any) -> Callable[[Path], Prepared]:
         contents = []
         for more in ({}, options) if options else ({},):
             with can.Logger(str(folder / name), **more) as logger:
-                for message in _messages(judge, database, can):
+                for message in messages(judge, database, can):
                     logger(message)
             contents.append((folder / name).read_bytes())
-        (folder / "map.toml").write_text(_MAP)
+        (folder / "map.toml").write_text(CAN_MAP)
         first = next(open_frames(folder / name)).time
         return Prepared(judge, contents, name, folder / "map.toml", first)
 
     return prepare
 
 
-def _messages(judge: Judge, database: Any, can: Any) -> Any:
+def messages(judge: Judge, database: Any, can: Any) -> Any:
     log = judge.log
     speed, torque = log.motor_speed.values * 30 / np.pi, log.motor_torque.values
     for k, time in enumerate(log.time.values):
@@ -111,7 +111,7 @@ def _messages(judge: Judge, database: Any, can: Any) -> Any:
             yield can.Message(timestamp=1.7e9 + time, arbitration_id=number, data=data, is_extended_id=False)
 
 
-def _check(prepared: Prepared, rng: Rng, folder: Path) -> tuple[str, str]:
+def check(prepared: Prepared, rng: Rng, folder: Path) -> tuple[str, str]:
     from ramsight.errors import LogWarning, RamsightError
     from ramsight.logs import open_log
     from ramsight.logs.inspect import inspect_log
@@ -166,12 +166,12 @@ def _begun(path: Path, prepared: Prepared) -> float:
 
 
 SECTIONS = [
-    Section("log CSV", CASES, _tables("log.csv"), _check),
-    Section("log CSV.gz", CASES, _tables("log.csv.gz"), _check),
-    Section("log Parquet", CASES, _tables("log.parquet"), _check),
-    Section("log MF4", CASES, _tables("log.mf4"), _check),
-    Section("log MCAP", CASES, _tables("log.mcap"), _check),
-    Section("log BLF", CASES, _frames("log.blf", compression_level=0), _check),
-    Section("log ASC", CASES, _frames("log.asc"), _check),
-    Section("log candump", CASES, _frames("log.log"), _check),
+    Section("log CSV", CASES, _tables("log.csv"), check),
+    Section("log CSV.gz", CASES, _tables("log.csv.gz"), check),
+    Section("log Parquet", CASES, _tables("log.parquet"), check),
+    Section("log MF4", CASES, _tables("log.mf4"), check),
+    Section("log MCAP", CASES, _tables("log.mcap"), check),
+    Section("log BLF", CASES, frames("log.blf", compression_level=0), check),
+    Section("log ASC", CASES, frames("log.asc"), check),
+    Section("log candump", CASES, frames("log.log"), check),
 ]

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from harness import CRASHED, HUNG, WRONG, Section, run
 
-MODULES = ["logs", "maps", "descriptions", "outputs", "states", "exported", "encoder"]
+MODULES = ["logs", "programs", "maps", "descriptions", "outputs", "states", "exported", "encoder"]
 """Modules with sections; a new one is named here."""
 
 

@@ -76,6 +76,16 @@ def test_torque_and_load_beyond_their_limits_are_said_with_how_long():
     assert "600 kN, is more than the 500 kN" in by_load
 
 
+@pytest.mark.parametrize(("times", "is_said"), [(2.9, False), (3.1, True)])
+def test_a_torque_far_beyond_the_motors_is_said_however_short(times, is_said):
+    torque = np.zeros(1001)
+    torque[[100, 500]] = times * 90.0
+    said = run_cautions(run_of(torque, np.zeros(1001)), 90.0, 500e3)
+    assert bool(said) == is_said
+    if is_said:
+        assert "0.04 s of 20.0 s are beyond that" in said[0]
+
+
 def test_a_chamber_below_nothing_is_said_with_how_long():
     run = run_of(np.zeros(1001), np.zeros(1001))
     pressure = np.full(1001, 5e5)

@@ -6,6 +6,7 @@ import itertools
 import json
 import os
 import re
+import shutil
 import struct
 import subprocess
 import tempfile
@@ -157,6 +158,16 @@ def test_it_is_strict_c99_that_converts_nothing_unsaid_and_calls_libm_alone(tmp_
             "memcpy",
         }
         assert [line for line in symbols if re.search(r" [bBdDC] ", line)] == []  # no variable that lasts
+
+
+def test_it_compiles_as_cpp_too(tmp_path):
+    compiler = shutil.which("g++")
+    if compiler is None:
+        pytest.skip("there is no C++ compiler")
+    done = write_sensor(LOADER, "boom", tmp_path / "boom", compiler="")
+    file = done.folder / "ramsight_boom.c"
+    words = [compiler, "-x", "c++", "-std=c++11", "-fsyntax-only", str(file)]
+    subprocess.run(words, check=True, capture_output=True)
 
 
 def test_headers_of_two_units_live_in_one_program(tmp_path):

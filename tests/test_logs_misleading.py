@@ -671,10 +671,10 @@ def test_fields_of_objects_in_objects_are_channels(tmp_path, schema):
 
 def test_messages_that_are_not_read_are_named(tmp_path):
     messages = [(topic, t, bytes(12)) for t in TIME for topic in ("/speed", "/torque")]
-    file = mcap(tmp_path / "log.mcap", messages, b"float64 value", "cdr", "ros2msg")
+    file = mcap(tmp_path / "log.mcap", messages, b"float64 value", "flatbuffer", "flatbuffer")
     for attempt in (inspect_log, read_drive_log):
         with pytest.raises(
-            LogError, match=r"its topics /speed, /torque are in cdr, and messages in JSON are read: .*CSV"
+            LogError, match=r"its topics /speed, /torque are in flatbuffer, and messages in JSON are read, .*CSV"
         ):
             attempt(file)
 

@@ -14,7 +14,8 @@ from ramsight.logs import open_log, read_drive_log, write_drive_log
 from ramsight.logs.mapped import standard_map
 from ramsight.machine import load
 from ramsight.plant.ddh import build_ddh
-from ramsight.tracking.plausible import reportable, watched
+from ramsight.tracking.plausible import reportable
+from ramsight.tracking.watched import watched
 
 RPM = np.pi / 30.0
 

@@ -23,8 +23,8 @@ from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.opening import read_measured
 from ramsight.machine.description import Composed
 from ramsight.progress import progress as progress_bar
-from ramsight.tracking.plausible import watched
 from ramsight.tracking.true_position import known_position
+from ramsight.tracking.watched import watched
 
 if TYPE_CHECKING:
     import xarray

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import warnings
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,7 +14,7 @@ from ramsight.api.arguments import checked, truth_argument
 from ramsight.api.machines import AnyUnit, build
 from ramsight.calibration.sensors import TABLE_RUNS
 from ramsight.calibration.sensors import sensor_for as make_sensor
-from ramsight.errors import DescriptionError
+from ramsight.errors import DescriptionError, LogWarning
 from ramsight.logs import ChannelMap, open_log, read_drive_log
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.progress import progress as progress_bar
@@ -22,8 +25,8 @@ from ramsight.sensor.virtual_sensor import VirtualSensor
 from ramsight.tracking.availability import LONGEST_ALERT, TIME_TO_ALERT, Availability
 from ramsight.tracking.compared_track import judged
 from ramsight.tracking.pieces import Pieces, track_pieces
-from ramsight.tracking.plausible import watched
 from ramsight.tracking.true_position import known_position
+from ramsight.tracking.watched import Watch, contradicted
 from ramsight.units import argument, format_si
 
 if TYPE_CHECKING:
@@ -38,7 +41,7 @@ def read_log(path: str | Path, channel_map: AnyMap | None = None) -> xarray.Data
     r"""A drive log, whole, from a file of any kind that ramsight reads; `open_log` reads it piece by piece.
 
     Args:
-        path: CSV, Parquet, MF4, BLF, ASC or candump, by its suffix.
+        path: CSV, Parquet, MF4, MCAP, TDMS, MATLAB, Excel or CAN frames, by its suffix.
         channel_map: which of its channels are what, or the TOML file that states so; None for a table with the columns
             ``time_s``, ``motor_speed_rpm``, ``motor_torque_nm``, ``oil_temperature_c`` and perhaps ``reference_m``.
 
@@ -136,9 +139,10 @@ def track(
         `velocity` [m/s], `load` [N], `status` (numbers of `Status`), what else the sensor reports, and the log itself.
         With a truth also `true_position` [m] and `error` [m], NaN where either is unknown, and in the attributes
         `error_largest`, `error_p95` and `error_final`, magnitudes in m, over the `error_samples` samples whose status
-        is not invalid, and `invalid_largest` over the `invalid_samples` others. With an alarm limit, the attributes
-        `available`, the share of the samples whose bound is within it, `alerts`, how often it was not for longer than
-        the time to alert, and `longest_alert` [s].
+        is not invalid, and `invalid_largest` over the `invalid_samples` others. Where the log cannot be this machine's,
+        `mistake` says what is most likely wrong, and a position that was said is invalid if that is sure. With an alarm
+        limit, the attributes `available`, the share of the samples whose bound is within it, `alerts`, how often it was
+        not for longer than the time to alert, and `longest_alert` [s].
 
     Raises:
         DescriptionError: a quantity cannot be read or is outside the stroke; names argument, value and range.
@@ -178,6 +182,8 @@ def track(
     reported = {name: done.log[name] for name in (*REPORTED[1:], "reference") if name in done.log}
     whole = done.track.assign(reported)
     whole.attrs |= {"kind": "track", "unit": built.name}
+    if done.mistake:
+        whole.attrs["mistake"] = done.mistake
     if available is not None:
         found = {"available": available.share, "alerts": available.alerts, "longest_alert": available.longest}
         whole.attrs |= found
@@ -246,6 +252,8 @@ def follow(
 ) -> Pieces:
     """Make a sensor, start or resume it, track a log piece by piece, and keep the sensor's state.
 
+    Of a log that contradicts the machine no state is kept, and what its track says of the position is invalid.
+
     Args:
         unit: that the drive turns.
         log: a file, a log or its pieces; warned of what cannot be this machine's.
@@ -268,21 +276,45 @@ def follow(
         bar = stack.enter_context(progress_bar(TABLE_RUNS, "calibrating the table")) if progress else None
         virtual = make_sensor(unit, sensor, advance=bar.advance if bar else None)
     kept = None if state is None else StateFile(Path(state), virtual)
-    if kept is not None and start is None:
-        say(said(kept.resume(), kept.path))
-    else:
-        virtual.start(start, start_std)
+
+    def begin(say: Callable[[str], object]) -> None:
+        if kept is not None and start is None:
+            say(said(kept.resume(), kept.path))
+        else:
+            virtual.start(start, start_std)
+
+    begin(say)
+    passes = partial(
+        track_pieces, virtual, out=out, keep_track=keep_track, keep_log=keep_log, all_of_it=all_of_it,
+        more=more, available=available,
+    )  # fmt: skip
+    passed: list[xarray.Dataset] | None = None if isinstance(log, str | Path) else []
     with ExitStack() as stack:
         bar = stack.enter_context(progress_bar(1.0, "tracking")) if progress else None
         pieces, file = _pieces(log, channel_map, bar.advance if bar else advance)
-        checked = watched(pieces, unit, file, channel_map)
-        done = track_pieces(
-            virtual, checked, out, keep_track=keep_track, keep_log=keep_log, all_of_it=all_of_it,
-            more=more, available=available,
-        )  # fmt: skip
-    if kept is not None:
+        watch = Watch(unit, file, channel_map)
+        seen = watch.over(pieces if passed is None else _remembered(pieces, passed))
+        done = passes(pieces=seen)
+    if (mistake := watch.mistake) is not None:  # known at the end alone: the track is made again, and says it
+        begin(lambda text: None)
+        if available is not None:
+            available.clear()
+        again = _pieces(log, channel_map, None)[0] if passed is None else passed
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", LogWarning)
+            done = passes(pieces=again, said_of=lambda tracked: contradicted(tracked, mistake))
+        if kept is not None:
+            say(f"{kept.path}: left as it was, because the log contradicts the machine")
+    elif kept is not None:
         kept.save()
-    return done
+    return replace(done, mistake=watch.last_word, is_contradicted=watch.mistake is not None)
+
+
+def _remembered(pieces: Iterable[xarray.Dataset], passed: list[xarray.Dataset]) -> Iterator[xarray.Dataset]:
+    """The pieces as they come, kept for a second time."""
+    for piece in pieces:
+        passed.append(piece)
+        yield piece
 
 
 def _pieces(

@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import ChannelMapFile, DriveLog, DrivenUnit, Machine, SensedUnit, say_written
+from ramsight.cli.common import ChannelMapFile, DriveLog, DrivenUnit, Machine, SensedUnit, Strict, say_written
+from ramsight.cli.strictness import strictly
 
 
 def calibrate(
@@ -59,6 +60,7 @@ def leaktest(
     log: DriveLog,
     unit: DrivenUnit,
     channel_map: ChannelMapFile = None,
+    strict: Strict = False,
 ) -> None:
     """Measure a pump's leakage from a drive log, with no position reference.
 
@@ -71,7 +73,8 @@ def leaktest(
     from ramsight.api.calibrating import leak_test
     from ramsight.calibration.leakage import leak_test_summary
 
-    typer.echo(leak_test_summary(leak_test(machine, log, unit=unit, channel_map=channel_map)))
+    with strictly(is_strict=strict):
+        typer.echo(leak_test_summary(leak_test(machine, log, unit=unit, channel_map=channel_map)))
 
 
 def identify(
@@ -89,6 +92,7 @@ def identify(
     map_out: Annotated[
         Path | None, typer.Option(help="The map with the torque of a current as it was found: .toml.")
     ] = None,
+    strict: Strict = False,
 ) -> None:
     """Find how a machine differs from its data sheet, with a position sensor put on for a day.
 
@@ -116,13 +120,15 @@ def identify(
     from ramsight.machine.description import Composed
 
     if truth is None and channel_map is not None and isinstance(load_machine(machine).unit(unit), Composed):
-        _identify_values(machine, logs, unit, channel_map, out, map_out)
+        with strictly(is_strict=strict):
+            _identify_values(machine, logs, unit, channel_map, out, map_out)
         return
     if (truth is None and channel_map is None) or len(logs) != 1:
         raise typer.BadParameter("one log with --truth, or logs with a --map that names the measured position")
     if map_out is not None:
         raise typer.BadParameter("--map-out is for the values of a circuit of parts: a --map without --truth")
-    _identify_factors(machine, logs[0], unit, truth, channel_map, out)
+    with strictly(is_strict=strict):
+        _identify_factors(machine, logs[0], unit, truth, channel_map, out)
 
 
 def _identify_factors(

@@ -10,7 +10,12 @@ import typer
 Machine = Annotated[str, typer.Argument(help="A description file, or a catalogue name.")]
 DrivenUnit = Annotated[str, typer.Option(help="The unit that the drive turns, for example boom.")]
 SensedUnit = Annotated[str, typer.Option(help="The unit that the sensor is for, for example boom.")]
-DriveLog = Annotated[Path, typer.Argument(help="Drive log: CSV, Parquet, MF4, BLF, ASC or candump, by its suffix.")]
+DriveLog = Annotated[
+    Path, typer.Argument(help="Drive log: CSV, Parquet, MF4, MCAP, TDMS, MATLAB, Excel or CAN frames, by its suffix.")
+]
+Strict = Annotated[
+    bool, typer.Option("--strict", help="Exit with 1 if there was a warning, for batch jobs; files are written.")
+]
 ChannelMapFile = Annotated[
     Path | None,
     typer.Option("--map", help="Which of the log's channels are what: a TOML file of 'ramsight logs inspect'."),

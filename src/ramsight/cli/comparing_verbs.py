@@ -7,12 +7,16 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import DrivenUnit, Machine, say_written
+from ramsight.cli.common import DrivenUnit, Machine, Strict, say_written
+from ramsight.cli.strictness import strictly
 
 
 def compare(
     machine: Machine,
-    log: Annotated[Path, typer.Argument(help="Drive log: CSV, Parquet, MF4, BLF, ASC or candump, by its suffix.")],
+    log: Annotated[
+        Path,
+        typer.Argument(help="Drive log: CSV, Parquet, MF4, MCAP, TDMS, MATLAB, Excel or CAN frames, by its suffix."),
+    ],
     other: Annotated[Path, typer.Argument(help="What the real sensor says: time_s and position_m, .csv or .csv.gz.")],
     unit: DrivenUnit,
     tolerance: Annotated[str, typer.Option(help="Of the real sensor, by its data sheet and mounting.")] = "2 mm",
@@ -23,6 +27,7 @@ def compare(
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Both positions and the verdicts: .csv, .csv.gz, .parquet.")] = None,
     figure: Annotated[Path | None, typer.Option(help="A picture of it: .png, .svg or .pdf.")] = None,
+    strict: Strict = False,
 ) -> None:
     """Say whether a real position sensor and the virtual one agree, and which of them is wrong where they do not.
 
@@ -42,20 +47,21 @@ def compare(
     check_target(figure, (".png", ".svg", ".pdf"))
     read: dict[str, str | Path | None] = {"the machine": machine, "the log": log, "the other": other}
     check_apart(read | {"--map": channel_map}, {"--out": out, "--figure": figure})
-    found = compared(
-        machine,
-        log,
-        other,
-        unit=unit,
-        tolerance=tolerance,
-        time_to_alert=time_to_alert,
-        start=start,
-        channel_map=channel_map,
-        progress=True,
-    )
-    if out is not None:
-        write_compared(found.track, out)
-    if figure is not None:
-        compared_figure(found.track, f"{machine}, {unit}: {other.name}", figure)
-    typer.echo(found.text)
-    say_written(out, figure)
+    with strictly(is_strict=strict):
+        found = compared(
+            machine,
+            log,
+            other,
+            unit=unit,
+            tolerance=tolerance,
+            time_to_alert=time_to_alert,
+            start=start,
+            channel_map=channel_map,
+            progress=True,
+        )
+        if out is not None:
+            write_compared(found.track, out)
+        if figure is not None:
+            compared_figure(found.track, f"{machine}, {unit}: {other.name}", figure)
+        typer.echo(found.text)
+        say_written(out, figure)

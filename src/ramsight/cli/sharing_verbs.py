@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-_LOG = "log: CSV, Parquet, MF4, BLF, ASC, candump or MCAP, by its suffix."
+_LOG = "log: CSV, Parquet, MF4, MCAP, TDMS, MATLAB, Excel or CAN frames, by its suffix."
 
 
 def logs_shared(

@@ -7,17 +7,20 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import ChannelMapFile, DriveLog, DrivenUnit, Machine, option, say_written
+from ramsight.cli.common import ChannelMapFile, DriveLog, DrivenUnit, Machine, Strict, option, say_written
 from ramsight.cli.strictness import strictly
 
 
 def logs_inspect(
-    file: Annotated[Path, typer.Argument(help="The log: CSV, Parquet, MF4, BLF, ASC or candump, by its suffix.")],
+    file: Annotated[
+        Path, typer.Argument(help="The log: CSV, Parquet, MF4, MCAP, TDMS, MATLAB, Excel or CAN frames, by its suffix.")
+    ],
     dbc: Annotated[list[Path] | None, typer.Option(help="What CAN frames mean: a DBC file; may be repeated.")] = None,
     channel_map: Annotated[
         Path | None, typer.Option("--map", help="What is known already: the layout of a CSV file, PDOs, ...")
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Write the proposed channel map here: .toml.")] = None,
+    strict: Strict = False,
 ) -> None:
     """Show what is in a log, and propose which of its channels are speed, torque and oil temperature.
 
@@ -36,16 +39,17 @@ def logs_inspect(
 
     check_target(out, (".toml",))
     check_apart({"the log": file, "--map": channel_map}, {"--out": out})
-    with progress(1.0, "looking through") as bar:
-        found = inspect_log(file, channel_map, dbc=dbc or (), advance=bar.advance)
-    show(found)
-    text = map_text(found, None if out is None else out.parent)
-    if out is None:
-        typer.echo(f"\n{text}", nl=False)
-        return
-    with atomic_path(out) as draft:
-        draft.write_text(text, encoding="utf-8")
-    typer.echo(f"{out}: written; check it, signs above all")
+    with strictly(is_strict=strict):
+        with progress(1.0, "looking through") as bar:
+            found = inspect_log(file, channel_map, dbc=dbc or (), advance=bar.advance)
+        show(found)
+        text = map_text(found, None if out is None else out.parent)
+        if out is None:
+            typer.echo(f"\n{text}", nl=False)
+            return
+        with atomic_path(out) as draft:
+            draft.write_text(text, encoding="utf-8")
+        typer.echo(f"{out}: written; check it, signs above all")
 
 
 def track(
@@ -96,9 +100,7 @@ def track(
     time_to_alert: Annotated[
         str | None, typer.Option(help="For which that may be unsure before it is an alert [default: 0.2 s].")
     ] = None,
-    strict: Annotated[
-        bool, typer.Option("--strict", help="Exit with 1 if there was a warning, for batch jobs; files are written.")
-    ] = False,
+    strict: Strict = False,
 ) -> None:
     """Say where the piston was, from the log of a motor drive.
 
@@ -146,7 +148,9 @@ def track(
         typer.echo(done.summary)
         if true is not None and done.track is not None:
             typer.echo(error_text(errors_of(done.track, true), done.track.sizes["time"]))
-        say_written(out, figure, state)
+        say_written(out, figure, None if done.is_contradicted else state)
+        if done.mistake:
+            typer.echo(f"likeliest mistake: {done.mistake}")
 
 
 def _check_files(

@@ -7,6 +7,7 @@ import numpy as np
 from ramsight.duty.recorded import Recorded
 
 _LONG = 0.1  # s beyond a limit that are worth a word
+_FAR = 3.0  # times the motor's torque, not even for a moment: the overload of common servo motors, [M]
 _SHOWN = 1e-3  # share of the largest energy below which a line is left out
 
 
@@ -24,9 +25,9 @@ def run_cautions(run: Recorded, max_torque: float, load_at_relief: float) -> tup
     time, torque, load = run["time"].values, np.abs(run["motor_torque"].values), run["load"].values
     period = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
     found, beyond = [], period * float(np.count_nonzero(torque > max_torque))
-    if beyond > _LONG:
+    if beyond > _LONG or torque.max() > _FAR * max_torque:
         found.append(
-            f"the motor would need up to {torque.max():.1f} N m, it has {max_torque:g} N m: {beyond:.1f} s of "
+            f"the motor would need up to {torque.max():.1f} N m, it has {max_torque:g} N m: {beyond:.2g} s of "
             f"{time[-1]:.1f} s are beyond that, and a real drive would lag"
         )
     if load.max() > load_at_relief:

@@ -9,9 +9,12 @@ from ramsight.errors import LogError
 from ramsight.logs.frames import Frame
 from ramsight.logs.lines import Advance, file_name
 
+Reader = Callable[[str | Path, Advance | None], Iterator[Frame]]
+_LOOKED_AT = 1 << 10  # bytes
+
 
 def open_frames(path: str | Path, advance: Advance | None = None) -> Iterator[Frame]:
-    """The frames of a log, in order, by the file's suffix: BLF, ASC, candump or MDF.
+    """The frames of a log, in order, by the file's suffix: BLF, ASC, TRC, candump, BUSMASTER, MDF or a table.
 
     A file that breaks off is read as far as it goes, with a warning.
 
@@ -30,8 +33,8 @@ def open_frames(path: str | Path, advance: Advance | None = None) -> Iterator[Fr
     yield from frames
 
 
-def _reader(path: str | Path) -> Callable[[str | Path, Advance | None], Iterator[Frame]]:
-    name = Path(path).name.lower()
+def _reader(path: str | Path) -> Reader:
+    name = Path(path).name.lower().removesuffix(".gz")
     if name.endswith(".blf"):
         from ramsight.logs.frames_blf import blf_frames
 
@@ -40,6 +43,24 @@ def _reader(path: str | Path) -> Callable[[str | Path, Advance | None], Iterator
         from ramsight.logs.frames_mdf import mdf_frames
 
         return mdf_frames
-    from ramsight.logs.frames_text import asc_frames, candump_frames
+    if name.endswith(".trc"):
+        from ramsight.logs.frames_trc import trc_frames
 
-    return asc_frames if name.removesuffix(".gz").endswith(".asc") else candump_frames
+        return trc_frames
+    if name.endswith((".csv", ".txt", ".tsv")):
+        from ramsight.logs.frames_csv import csv_frames
+
+        return csv_frames
+    return _text_reader(path, name)
+
+
+def _text_reader(path: str | Path, name: str) -> Reader:
+    """Of a file of lines: ASC by its suffix; BUSMASTER and candump, which share theirs, by the first line."""
+    from ramsight.logs.frames_busmaster import BEGINS, busmaster_frames
+    from ramsight.logs.frames_text import asc_frames, candump_frames
+    from ramsight.logs.packed import Unpacked
+
+    if name.endswith(".asc"):
+        return asc_frames
+    first = next(iter(Unpacked(path, None, _LOOKED_AT)), b"").lstrip(b"\xef\xbb\xbf \r\n")
+    return busmaster_frames if first.startswith(BEGINS.encode()) else candump_frames

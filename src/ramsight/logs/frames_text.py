@@ -14,7 +14,7 @@ from ramsight.logs.stamps import stamp_seconds
 _KNOWN = re.compile(
     r"\s*(//|date\b|base\b|(no\s+)?internal\s+events|begin\s+trigger|end\s+trigger|\d+\.\d+\s|#|$)", re.I
 )
-_LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
+FD_LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
 _DIRECTIONS = ("rx", "tx", "txrq")
 _RAW_LENGTH = re.compile(r"_[9A-Fa-f]$")  # of a frame of 8 bytes that states more: candump -8
 _LENGTH = re.compile(r"\[(\d+)\]|\{([0-9A-Fa-f])\}")
@@ -35,7 +35,7 @@ def asc_frames(path: str | Path, advance: Advance | None = None) -> Iterator[Fra
         LogError: the file cannot be read, or a line is no frame though it begins as one; names the line.
     """
     reader, count = _Asc(), 0
-    for frame in _frames(path, advance, reader.frame):
+    for frame in text_frames(path, advance, reader.frame):
         count += 1
         yield frame
     if reader.strange and not count:
@@ -59,11 +59,20 @@ def candump_frames(path: str | Path, advance: Advance | None = None) -> Iterator
     Raises:
         LogError: the file cannot be read, or a line is no frame; names the line.
     """
-    yield from _frames(path, advance, _Candump().frame)
+    yield from text_frames(path, advance, _Candump().frame)
 
 
-def _frames(path: str | Path, advance: Advance | None, read: Callable[[str, int], Frame | None]) -> Iterator[Frame]:
-    """Frames line by line; a last line that breaks off is left out, with a warning."""
+def text_frames(path: str | Path, advance: Advance | None, read: Callable[[str, int], Frame | None]) -> Iterator[Frame]:
+    """Frames line by line; a last line that breaks off is left out, with a warning.
+
+    Args:
+        path: the file, compressed with gzip if its name ends in ``.gz``.
+        advance: is passed how much of the file has been read.
+        read: the frame in a line, by its text and number; None if there is none, a `ValueError` if it is damaged.
+
+    Raises:
+        LogError: the file cannot be read, or a line is no frame; names the line.
+    """
     file, line = file_name(path), 0
     for block in line_blocks(path, encoding="latin-1", advance=advance, blank=_BLANK):
         is_whole = block.endswith(b"\n")
@@ -75,13 +84,13 @@ def _frames(path: str | Path, advance: Advance | None, read: Callable[[str, int]
                 if not is_whole and line > 1:
                     cut_short(file, line)
                     return
-                hint = f": {error}" if isinstance(error, _SaidError) else ""
+                hint = f": {error}" if isinstance(error, SaidError) else ""
                 raise LogError(f"is no CAN frame: '{printable(text.strip())}'{hint}", file=file, line=line) from None
             if frame is not None:
                 yield frame
 
 
-class _SaidError(ValueError):
+class SaidError(ValueError):
     """A line that cannot be read, with the reason."""
 
 
@@ -124,7 +133,7 @@ class _Asc:
         is_data = cells[4].lower() == "d"
         if not is_data and cells[4].lower() != "r":
             raise ValueError
-        data = self._bytes(cells[6:], min(_LENGTHS[int(cells[5], self._base)], 8)) if is_data else None
+        data = self._bytes(cells[6:], min(FD_LENGTHS[int(cells[5], self._base)], 8)) if is_data else None
         return Frame(self._clock, self._key(cells[2]), int(cells[1]) - 1, data)
 
     def _header(self, cells: list[str]) -> None:
@@ -171,7 +180,7 @@ class _Candump:
             return None
         if not text.startswith("("):
             if re.match(r"\S+\s.*\[\d+\]", text):
-                raise _SaidError("it has no time stamp; record with candump -L")
+                raise SaidError("it has no time stamp; record with candump -L")
             raise ValueError
         stamp, _, rest = text[1:].partition(")")
         time = float(stamp) if re.fullmatch(r"\d+\.\d+", stamp) else stamp_seconds(stamp)
@@ -197,9 +206,9 @@ class _Candump:
         data = _RAW_LENGTH.sub("", data)
         if data.startswith("#"):
             int(data[1], 16)
-            content = _hexadecimal(data[2:])
+            content = hex_bytes(data[2:])
         elif data[:1].lower() != "r":
-            content = _hexadecimal(data)
+            content = hex_bytes(data)
         return self._frame(time, identifier, cells[0], content)
 
     def _on_screen(self, time: float, cells: list[str]) -> Frame | None:
@@ -207,7 +216,7 @@ class _Candump:
         self._falls += time <= self._last
         self._last = time
         if self._shown == _FIRST_DELTAS and self._falls > _FIRST_DELTAS // 5:
-            raise _SaidError("time stamps do not increase up to here (candump -td?); record with candump -L")
+            raise SaidError("time stamps do not increase up to here (candump -td?); record with candump -L")
         place = next((k for k, cell in enumerate(cells) if k > 1 and _LENGTH.fullmatch(cell)), 0)
         if not place:
             raise ValueError
@@ -217,7 +226,7 @@ class _Candump:
             return self._frame(time, cells[place - 1], cells[0], None)
         if len(data) < length:
             raise ValueError
-        return self._frame(time, cells[place - 1], cells[0], _hexadecimal("".join(data[:length])))
+        return self._frame(time, cells[place - 1], cells[0], hex_bytes("".join(data[:length])))
 
     def _frame(self, time: float, identifier: str, bus: str, data: bytes | None) -> Frame:
         key, wide = int(identifier, 16), len(identifier) > 3
@@ -228,7 +237,8 @@ class _Candump:
         return Frame(time, key | (EXTENDED if wide else 0), self._bus(bus), data)
 
 
-def _hexadecimal(text: str) -> bytes:
+def hex_bytes(text: str) -> bytes:
+    """Bytes of hexadecimal digits; a `ValueError` if they are none, or more than a frame has."""
     if len(text) > 128:
         raise ValueError
     return bytes.fromhex(text.replace(".", ""))

@@ -18,7 +18,7 @@ from ramsight.logs.guess import guess_form, guess_roles
 from ramsight.logs.lines import Advance
 from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.source import Offered, TableSource
-from ramsight.logs.source_by_suffix import CSV, open_source
+from ramsight.logs.source_by_suffix import is_table, open_source
 from ramsight.logs.source_can import CanSource
 from ramsight.logs.source_mdf import MdfSource
 from ramsight.logs.source_parquet import ParquetSource
@@ -121,7 +121,7 @@ def inspect_log(
     """
     known = load_map(channel_map) if isinstance(channel_map, str | Path) else channel_map or ChannelMap()
     known = replace(known, dbc=(*known.dbc, *dbc))
-    if Path(path).name.lower().endswith(CSV) and channel_map is None:
+    if channel_map is None and is_table(path):
         known = replace(known, form=guess_form(path))
     bad: dict[str, str] = {}
     while True:

@@ -37,7 +37,7 @@ from ramsight.logs.mapped import FURTHER, MEASURED, ChannelMap, Mapped, Referenc
 from ramsight.logs.next_step import inspect_command
 from ramsight.logs.resample import Resampler
 from ramsight.logs.source import Source
-from ramsight.logs.source_by_suffix import CAN, open_source
+from ramsight.logs.source_by_suffix import open_source
 from ramsight.logs.source_can import CanSource
 from ramsight.units import FREEZING
 
@@ -69,7 +69,7 @@ def open_log(
     one after the other states what it says of the whole.
 
     Args:
-        path: the file: CSV, Parquet, MF4, BLF, ASC or candump; docs/logs.md has them all.
+        path: the file: CSV, Parquet, MF4, MCAP, TDMS, MATLAB, Excel or CAN frames; docs/logs.md has them all.
         channel_map: which of its channels are what, or the file that states so; None for a table whose columns are
             called ``time_s``, ``motor_speed_rpm``, ``motor_torque_nm``, ``oil_temperature_c`` and perhaps
             ``reference_m``.
@@ -116,8 +116,7 @@ def _check_standard(source: Source, names: list[str]) -> None:
         clock = [] if not hasattr(source, "clock_unit") else [TIME]
         check_columns(names, [*clock, *(channel.column for channel in _DRIVE[:3])], source.file)
     except LogError as error:
-        name = Path(source.file).name.lower()
-        if name.endswith(CAN) or getattr(source, "has_frames", False):
+        if isinstance(source, CanSource) or getattr(source, "has_frames", False):
             next(open_frames(source.path))  # a file that holds none lacks no map
             raise LogError(
                 "holds CAN frames; without a channel map their meaning is unknown:"

@@ -1,4 +1,4 @@
-"""Logs in MCAP files (``.mcap``): messages in JSON, each topic with times of its own."""
+"""Logs in MCAP files (``.mcap``): messages in JSON, CDR or protobuf, each topic with times of its own."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ from ramsight.errors import LogError, warn_of_log
 from ramsight.logs.align import Block, Samples
 from ramsight.logs.falls import Falls
 from ramsight.logs.lines import Advance, first_line
+from ramsight.logs.mapped import ChannelMap
+from ramsight.logs.mcap_content import DAMAGED, Contents, Decoder
 from ramsight.logs.packed import opened
 from ramsight.logs.source import Offered, Source, needs, unit_in_name
 from ramsight.units.algebra import NANOSECONDS
@@ -27,7 +29,7 @@ _NUMBERS = {"number", "integer", "boolean"}
 
 
 class McapSource(Source):
-    """An MCAP file with messages in JSON.
+    """An MCAP file with messages in JSON, CDR (ROS 2) or protobuf.
 
     A channel is a field (``OBJECT.FIELD`` in objects), ``TOPIC/FIELD`` where several topics have it.
     A field that the schema has and a message has not is missing there. Messages came in the order of the file, those of
@@ -36,7 +38,7 @@ class McapSource(Source):
 
     has_clock_watched = True
 
-    def __init__(self, path: str | Path, advance: Advance | None = None) -> None:
+    def __init__(self, path: str | Path, file_map: ChannelMap | None = None, advance: Advance | None = None) -> None:
         super().__init__(path, advance)
         self._mcap: Any = needs("mcap.stream_reader", "logs", self.file)
         self._known: Any = needs("mcap.records", "logs", self.file)
@@ -45,6 +47,7 @@ class McapSource(Source):
         self._cut = errors.EndOfFile
         self._damage = (errors.McapError, packing.ZstdError, struct.error, OSError, ValueError, KeyError, MemoryError,
                         RuntimeError, AssertionError)  # fmt: skip
+        self._contents = Contents()
         self._others: dict[str, str] = {}
         self._topics = self._find()
         self._look_into_messages()
@@ -66,13 +69,14 @@ class McapSource(Source):
 
     def _why_nothing(self) -> str:
         if not self._others:
-            return "has no messages with numbers in JSON"
+            return "has no messages with numbers"
         listed = ", ".join(list(self._others)[:_LISTED])
         encodings = ", ".join(sorted(set(self._others.values())))
         more = f" and {len(self._others) - _LISTED} more" if len(self._others) > _LISTED else ""
         return (
-            f"its topics {listed}{more} are in {encodings}, and messages in JSON are read: write them in JSON,"
-            " or the signals as CSV or Parquet"
+            f"its topics {listed}{more} are in {encodings}, and messages in JSON are read, and with"
+            ' mcap-ros2-support and mcap-protobuf-support (pip install "ramsight[logs]") those of ROS 2 and protobuf:'
+            " write them so, or the signals as CSV or Parquet"
         )
 
     def blocks(self, channels: Sequence[str]) -> Iterator[Block]:
@@ -82,7 +86,9 @@ class McapSource(Source):
         for channel in channels:
             if channel in self._others:
                 raise LogError(
-                    f"is in {self._others[channel]}; messages in JSON are read", file=self.file, column=channel
+                    f"is in {self._others[channel]}; messages in JSON, CDR and protobuf are read",
+                    file=self.file,
+                    column=channel,
                 )
             topic, field = self._places[channel]
             wanted.setdefault(topic, []).append((channel, field))
@@ -105,18 +111,23 @@ class McapSource(Source):
 
     def _messages(self, wanted: Mapping[str, object]) -> Iterator[tuple[str, int, dict[str, Any]]]:
         """Topic, time [ns] and content of the messages of some topics, as they stand in the file."""
-        topics: dict[int, str] = {}
+        topics: dict[int, tuple[str, Decoder]] = {}
+        schemas: dict[int, Any] = {}
         for record in self._records():
-            if isinstance(record, self._known.Channel) and record.message_encoding == "json":
-                topics[record.id] = record.topic
-            elif isinstance(record, self._known.Message) and topics.get(record.channel_id) in wanted:
-                topic = topics[record.channel_id]
+            if isinstance(record, self._known.Schema):
+                schemas[record.id] = record
+            elif isinstance(record, self._known.Channel) and record.topic in wanted:
+                decoder = self._contents.decoder(record.message_encoding, schemas.get(record.schema_id))
+                if decoder is not None:
+                    topics[record.id] = record.topic, decoder
+            elif isinstance(record, self._known.Message) and record.channel_id in topics:
+                topic, decoder = topics[record.channel_id]
                 try:
-                    content = json.loads(record.data)
-                except ValueError as error:
+                    content = decoder(record.data)
+                except DAMAGED as error:
                     text = f"a message at {record.log_time / NANOSECONDS:g} s: {first_line(error)}"
                     raise LogError(text, file=self.file, column=topic) from None
-                yield topic, record.log_time, content if isinstance(content, dict) else {}
+                yield topic, record.log_time, content
 
     def _records(self) -> Iterator[Any]:
         """All records in their order; a file that breaks off ends with a warning."""
@@ -136,15 +147,19 @@ class McapSource(Source):
 
     def _find(self) -> dict[str, dict[str, str]]:
         """Fields with their units, by topic."""
-        schemas: dict[int, dict[str, str]] = {}
+        schemas: dict[int, Any] = {}
         topics: dict[str, dict[str, str]] = {}
         for record in self._declared():
-            if isinstance(record, self._known.Schema) and record.encoding == "jsonschema":
-                schemas[record.id] = self._fields(record.data)
-            elif isinstance(record, self._known.Channel) and record.message_encoding == "json":
-                topics.setdefault(record.topic, {}).update(schemas.get(record.schema_id, {}))
+            if isinstance(record, self._known.Schema):
+                schemas[record.id] = record
             elif isinstance(record, self._known.Channel):
-                self._others[record.topic] = record.message_encoding or "no encoding that is stated"
+                schema = schemas.get(record.schema_id)
+                if self._contents.decoder(record.message_encoding, schema) is None:
+                    self._others[record.topic] = record.message_encoding or "no encoding that is stated"
+                    continue
+                fields = topics.setdefault(record.topic, {})
+                if schema is not None and schema.encoding == "jsonschema":
+                    fields.update(self._fields(schema.data))
         return topics
 
     def _look_into_messages(self) -> None:

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.errors import LogError, warn_of_log
+from ramsight.errors import LogError
 from ramsight.logs.align import Block, Samples
-from ramsight.logs.arrival import Arrival, arrivals
-from ramsight.logs.falls import Falls
+from ramsight.logs.arrival import arrivals
+from ramsight.logs.clock_warnings import warn_of_clocks
 from ramsight.logs.frames_mdf import frame_groups
 from ramsight.logs.lines import Advance
+from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.mdf_file import MdfFile
 from ramsight.logs.source import Offered, Source
 
@@ -26,7 +27,7 @@ class MdfSource(Source):
 
     has_clock_watched = True
 
-    def __init__(self, path: str | Path, advance: Advance | None = None) -> None:
+    def __init__(self, path: str | Path, file_map: ChannelMap | None = None, advance: Advance | None = None) -> None:
         super().__init__(path, advance)
         self._mdf = MdfFile(path)
         self._places = self._find()
@@ -84,26 +85,7 @@ class MdfSource(Source):
             if self.advance is not None:
                 self.advance((ends[busiest] - before[busiest]) / total)
             before = ends
-        self._warn(times, came)
-
-    def _warn(self, times: Mapping[int, NDArray[np.float64]], came: Mapping[int, Arrival]) -> None:
-        """Say of each group which time stamps stand beside the others, and of the file whether its clock was set."""
-        for group, one in came.items():
-            count = int(one.wild.sum())
-            if count:
-                first = int(np.argmax(one.wild))
-                what = "1 time stamp is" if count == 1 else f"{count} time stamps are"
-                more = "" if count == 1 else ", the first"
-                warn_of_log(
-                    f"{what} not between those before and after{more} in sample {first + 1}:"
-                    f" {times[group][first]:.9g} s; the rest of the group is read as it is",
-                    file=self.file,
-                    column=f"group {group}",
-                )
-        falls = Falls(self.file)
-        for before, after in max((one.falls for one in came.values()), key=len):
-            falls.count(before, after)
-        falls.warn()
+        warn_of_clocks(self.file, times, came, {group: f"group {group}" for group in groups})
 
     def _values(self, channel: str, group: int, index: int, rows: slice) -> NDArray[np.float64]:
         start, count = rows.start, rows.stop - rows.start

@@ -86,7 +86,9 @@ class _LogsPage:
     def _inputs(self) -> None:
         machine = self.visit.machine
         ui.html("<h2>A drive log</h2>", sanitize=False)
-        ui.label("CSV, CSV.GZ, Parquet, MF4, BLF, ASC or candump: motor speed, motor torque and oil temperature.")
+        ui.label(
+            "CSV, Parquet, MF4, MCAP, TDMS, MATLAB, Excel or CAN frames: motor speed, motor torque and oil temperature."
+        )
         with ui.row().classes("items-start"):
             self._upload("log", "drop the log here")
             self._upload("truth", "true position, if known")

@@ -59,6 +59,7 @@ def serve(machine: str, *, host: str, port: int, show: bool) -> None:
         ) from None
     from starlette.middleware.gzip import GZipMiddleware
 
+    from ramsight.studio.markup import served_under
     from ramsight.studio.prepared import prepare
     from ramsight.studio.tabs import tabs
 
@@ -70,11 +71,14 @@ def serve(machine: str, *, host: str, port: int, show: bool) -> None:
 
     @ui.page("/", title=title)
     def page() -> None:
+        request = ui.context.client.request
+        prefix = f"{request.headers.get('X-Forwarded-Prefix', '')}{request.scope.get('root_path', '')}"
+        assets = served_under(prefix, "/studio-assets")
         ui.colors(primary=_INK)
         for name in ("uPlot.min.css", "studio.css"):
-            ui.add_head_html(f'<link rel="stylesheet" href="/studio-assets/{name}">')
+            ui.add_head_html(f'<link rel="stylesheet" href="{assets}/{name}">')
         for name in ("uPlot.iife.min.js", "studio.js", "flows.js", "space.js", "description.js", "energy.js"):
-            ui.add_head_html(f'<script src="/studio-assets/{name}"></script>')
+            ui.add_head_html(f'<script src="{assets}/{name}"></script>')
         ui.add_body_html(_FIRST)
         with ui.header().classes("items-center py-1"):
             ui.html('<h1 class="text-lg font-bold">ramsight studio</h1>', sanitize=False)

@@ -42,6 +42,10 @@ class Availability:
 
     def __init__(self, limit: float, time_to_alert: float = TIME_TO_ALERT) -> None:
         self.limit, self.time_to_alert = limit, time_to_alert
+        self.clear()
+
+    def clear(self) -> None:
+        """Count from the beginning."""
         self._samples, self._usable = 0, 0
         self._begun: float | None = None  # when it became unavailable
         self._alerted = False

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ramsight.output import open_dataset
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import BOUND, REFERENCED_NOW
+from ramsight.tracking.gaps import Gaps
 from ramsight.tracking.tally import Tally
 
 if TYPE_CHECKING:
@@ -31,11 +32,15 @@ class Pieces:
         summary: a few lines on the track.
         track: position [m], position_std [m] and status over time, or all that the sensor reports, if it was kept.
         log: motor_speed [rad/s], motor_torque [N m] and oil_temperature [K] over time, or all of it, if it was kept.
+        mistake: what is most likely wrong with the log, in a line; empty where it fits the machine.
+        is_contradicted: whether that is sure, so that the track is invalid, and no state of the sensor is kept.
     """
 
     summary: str
     track: xarray.Dataset | None
     log: xarray.Dataset | None
+    mistake: str = ""
+    is_contradicted: bool = False
 
 
 _TRACK = ("position", "position_std", "status")
@@ -53,39 +58,45 @@ def track_pieces(
     all_of_it: bool = False,
     more: tuple[str, ...] = (),
     available: Availability | None = None,
+    said_of: Callable[[xarray.Dataset], xarray.Dataset] = lambda tracked: tracked,
 ) -> Pieces:
     """Track a log piece by piece, and write the track.
 
     Args:
         sensor: started; goes on from piece to piece.
         pieces: of a drive log, in order, for example from `ramsight.logs.open_log`.
-        out: the track's file: NetCDF and MCAP hold all that the sensor reports, a table (CSV, Parquet, MF4) position,
-            its standard deviation, bound, status in words and whether a reference has come; None writes none.
+        out: the track's file, with rows where the log has none for long. NetCDF and MCAP hold all that the sensor
+            reports, a table (CSV, Parquet, MF4) position, its standard deviation, bound, status in words and whether a
+            reference has come; None writes none.
         keep_track: whether the track is kept, to compare it with the truth.
         keep_log: whether the log is kept, for a figure.
         all_of_it: whether every variable of what is kept is kept.
         more: further variables that are kept of track and log, where they have them.
         available: counts how much of the time the position may be used, and is reported with the summary.
+        said_of: what is to be said of a piece of the track in its place, as of one that the whole log contradicts.
 
     Raises:
         OutputError: the file cannot be written; then there is none.
     """
     words = {"status": {int(status): status.text for status in Status}}
     tally, track, log = Tally(), *(_Kept(None if all_of_it else names, more) for names in (_TRACK, _LOG))
+    gaps = Gaps()
     table = (*_TRACK, *(name for name in _INTEGRITY if name in sensor.recursion.outputs))
     with nullcontext() if out is None else open_dataset(out, variables=table, words=words) as writer:
         for piece in pieces:
-            tracked = as_said(sensor.track(piece))
+            tracked = said_of(as_said(sensor.track(piece)))
             tally.append(tracked)
             if available is not None:
                 available.append(tracked)
+            filled = gaps.filled(tracked)
             if writer is not None:
-                writer.append(tracked)
+                writer.append(filled)
             if keep_track:
                 track.append(tracked)
             if keep_log:
                 log.append(piece)
-    summary = tally.text if available is None else f"{tally.text}\n{available.text}"
+    lines = [tally.text, f"  {gaps.text}" if gaps.count else "", "" if available is None else available.text]
+    summary = "\n".join(filter(None, lines))
     return Pieces(summary, track.whole(), log.whole())
 
 

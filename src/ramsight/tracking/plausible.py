@@ -5,17 +5,13 @@ Nothing here refuses a log. What does not fit is said in a warning, with the uni
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.errors import warn_of_log
-from ramsight.logs.channel_map import load_map
-from ramsight.logs.lines import file_name
 from ramsight.logs.mapped import ChannelMap, standard_map
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
@@ -36,7 +32,7 @@ _TORQUES = {"percent of the rated torque": 4e2, "permille of the rated torque": 
 # than the one; what turns at all takes more than the other, by friction.
 _OVERTORQUE, _WEAK = 1.15, 0.02
 _HOT = 353.15  # K; oil of a healthy machine is colder on the average
-_MOVING = 0.02  # share of the highest speed
+MOVING = 0.02  # share of the highest speed, from which on the motor turns
 _MOVED = 2.0  # s of turning either way before signs are judged
 _AGAINST = 0.05  # share of the torque at relief pressure
 _STANDS = 1.0  # rad/s
@@ -96,33 +92,6 @@ def reportable(unit: HydraulicUnit, *, against_stops: bool = False) -> Limits:
     )
 
 
-def watched(
-    pieces: Iterable[xarray.Dataset],
-    unit: HydraulicUnit,
-    file: str | Path,
-    channel_map: ChannelMap | str | Path | None = None,
-) -> Iterator[xarray.Dataset]:
-    """The pieces of a drive log as they are; warns after the first, and at the end, of what cannot be this machine's.
-
-    Args:
-        pieces: of a drive log, in order.
-        unit: the unit that the drive turns.
-        file: the log, for the warnings.
-        channel_map: its channel map, for the names of its channels.
-    """
-    known = load_map(channel_map) if isinstance(channel_map, str | Path) else channel_map or standard_map([])
-    names = {role: one.channel for role, one in known.roles.items()}
-    names["time"] = known.time.channel if known.time is not None else "time"
-    spelled = {role: one.unit or "" for role, one in known.roles.items()}
-    seen, limits, said = Seen(), reportable(unit), set[str]()
-    for number, piece in enumerate(pieces):
-        seen.take(piece, _MOVING * unit.max_speed, limits.leaking)
-        if number == 0:
-            _warn(seen, limits, file_name(file), names, spelled, said)
-        yield piece
-    _warn(seen, limits, file_name(file), names, spelled, said)
-
-
 def implausible(
     log: xarray.Dataset, unit: HydraulicUnit, channel_map: ChannelMap | None = None
 ) -> tuple[tuple[str, str], ...]:
@@ -135,7 +104,7 @@ def implausible(
     """
     known = channel_map or standard_map([])
     seen, limits = Seen(), reportable(unit, against_stops=True)
-    seen.take(log, _MOVING * unit.max_speed, limits.leaking)
+    seen.take(log, MOVING * unit.max_speed, limits.leaking)
     return tuple(findings(seen, limits, {role: one.unit or "" for role, one in known.roles.items()}))
 
 
@@ -147,20 +116,8 @@ def noisy(log: xarray.Dataset, unit: HydraulicUnit) -> str:
         unit: the unit that the drive turns.
     """
     seen = Seen()
-    seen.take(log, _MOVING * unit.max_speed)
-    return _noise(seen, reportable(unit))
-
-
-def _warn(
-    seen: Seen, limits: Limits, file: str, names: Mapping[str, str], units: Mapping[str, str], said: set[str]
-) -> None:
-    found = list(findings(seen, limits, units))
-    if not (found or said) and (text := _noise(seen, limits)):  # in another unit it is another one
-        found = [("noise", text)]
-    for role, text in found:
-        if role not in said:
-            said.add(role)
-            warn_of_log(text, file=file, column=names.get("torque" if role == "noise" else role))
+    seen.take(log, MOVING * unit.max_speed)
+    return noise(seen, reportable(unit))
 
 
 @dataclass
@@ -310,7 +267,8 @@ def _torque(seen: Seen, limits: Limits, unit: str) -> str:
     return ""
 
 
-def _noise(seen: Seen, limits: Limits) -> str:
+def noise(seen: Seen, limits: Limits) -> str:
+    """What is to be said of a torque that scatters by more than the description assumes; empty if it does not."""
     scatter = float(np.median(seen.scatters)) if seen.scatters else 0.0
     if scatter <= _NOISY * limits.noise:
         return ""

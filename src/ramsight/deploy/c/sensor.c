@@ -50,8 +50,9 @@ ${initial}
 }
 
 int ${p}_start(${p} *s, real position, real std) {
-  static const ${p}_slots none;
-  const ${p}_slots slots = s->made == MADE ? s->slots : none;
+  ${p}_slots slots;
+  memset(&slots, 0, sizeof slots);
+  if (s->made == MADE) slots = s->slots;
   ${p}_init(s);
   s->slots = slots;
   if (!(position >= -SLACK && position <= STROKE + SLACK && std >= R(0.0) && std <= STROKE)) return 0;

@@ -1,0 +1,182 @@
+"""CAN frames in tables, a row a frame: SavvyCAN, Kvaser's and CSS Electronics' converters, python-can.
+
+What a column is goes by its name: no two of these programs agree on names, times and numbers, but each has its own
+header.
+"""
+
+from __future__ import annotations
+
+import base64
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ramsight.logs.frames import EXTENDED, Frame
+from ramsight.logs.frames_text import FD_LENGTHS, SaidError, hex_bytes, text_frames
+from ramsight.logs.header import split
+from ramsight.logs.lines import Advance
+from ramsight.logs.packed import Unpacked
+from ramsight.logs.stamps import stamp_seconds
+
+_NAMES = {
+    "time": ("time", "time stamp", "timestamp", "timestampepoch", "time[s]", "time (s)", "time [s]"),
+    "identifier": ("id", "identifier", "can id", "canid", "arbitration_id", "arbitration id", "message id"),
+    "bus": ("bus", "channel", "chan", "chn", "buschannel", "can channel"),
+    "extended": ("extended", "ide", "ext", "type"),
+    "remote": ("rtr", "remote"),
+    "error": ("error",),
+    "length": ("len", "length", "datalength", "data length"),
+    "code": ("dlc",),
+    "flags": ("flags", "flag", "flg"),
+    "data": ("data", "databytes", "data bytes", "payload"),
+}
+_BYTE = re.compile(r"(?:d|data|b|byte)[ _]?\[?(\d{1,2})\]?")
+_LOOKED_AT = 1 << 14  # bytes, in which the header stands
+_SEPARATORS = (";", ",", "\t")
+_FROM_ONE = ("chan", "channel", "chn", "buschannel")  # buses that are counted from 1
+_STAMP = re.compile(r"(\d*)T(\d{2})(\d{2})(\d{2})(\d{3})?")  # 09T164714231: day, hours, minutes, seconds, milliseconds
+_TRUE = ("true", "1", "x", "yes")
+_PYTHON_CAN = "arbitration_id"  # its data are in base 64
+
+
+@dataclass(frozen=True)
+class FrameTable:
+    """How a table of frames is laid out.
+
+    Args:
+        header_line: line with the names of the columns, from 1.
+        separator: between cells.
+        names: of the columns, in small letters.
+        places: of the columns by what they are.
+        bytes_at: places of the columns of single bytes, in order.
+    """
+
+    header_line: int
+    separator: str
+    names: tuple[str, ...]
+    places: dict[str, int]
+    bytes_at: tuple[int, ...]
+
+
+def frame_table(path: str | Path) -> FrameTable | None:
+    """The layout of a table of frames; None if the file is no such table.
+
+    Args:
+        path: the file, compressed with gzip if its name ends in ``.gz``.
+
+    Raises:
+        LogError: the file cannot be opened.
+    """
+    first = next(iter(Unpacked(path, None, _LOOKED_AT)), b"")
+    for number, line in enumerate(first.decode("latin-1").removeprefix("ï»¿").splitlines(), 1):
+        for separator in _SEPARATORS:
+            if separator in line and (found := _layout(number, line, separator)) is not None:
+                return found
+    return None
+
+
+def _layout(number: int, line: str, separator: str) -> FrameTable | None:
+    names = tuple(cell.strip(' "').lower() for cell in line.lstrip("#").split(separator))
+    places = {
+        what: names.index(name) for what, known in _NAMES.items() for name in known[::-1] if name in names
+    }  # the first of the known names that is there
+    singles = sorted((int(match[1]), place) for place, name in enumerate(names) if (match := _BYTE.fullmatch(name)))
+    has_data = len(singles) > 1 or "data" in places
+    is_frames = {"time", "identifier"} <= places.keys() and has_data
+    if not is_frames or not {"length", "code", "extended", "flags"} & places.keys():
+        return None
+    return FrameTable(number, separator, names, places, tuple(place for _, place in singles))
+
+
+def csv_frames(path: str | Path, advance: Advance | None = None) -> Iterator[Frame]:
+    """The frames of a table.
+
+    Args:
+        path: the file, compressed with gzip if its name ends in ``.gz``.
+        advance: is passed how much of the file has been read.
+
+    Raises:
+        LogError: the file cannot be read, or a line is no frame; names the line.
+    """
+    table = frame_table(path)
+    if table is not None:
+        yield from text_frames(path, advance, _Rows(table).frame)
+
+
+class _Rows:
+    """Reads rows of a table of frames."""
+
+    def __init__(self, table: FrameTable) -> None:
+        self._table = table
+        self._is_from_one = table.names[table.places["bus"]] in _FROM_ONE if "bus" in table.places else False
+        self._is_in_microseconds = table.names[table.places["time"]] == "time stamp" and bool(table.bytes_at)
+        self._is_base64 = _PYTHON_CAN in table.names
+
+    def frame(self, text: str, line: int) -> Frame | None:
+        """The frame in a line, if there is any."""
+        if line <= self._table.header_line or not text.strip() or text.startswith("#"):
+            return None
+        cells = [cell.strip() for cell in split(text, self._table.separator)]
+        time, key, bus = self._time(self._cell(cells, "time")), self._key(cells), self._bus(cells)
+        if self._is_true(cells, "remote") or self._is_true(cells, "error") or "r" in self._flags(cells):
+            return Frame(time, 0 if self._is_true(cells, "error") else key, bus, None)
+        return Frame(time, key, bus, self._data(cells))
+
+    def _cell(self, cells: Sequence[str], what: str) -> str:
+        place = self._table.places.get(what)
+        return "" if place is None else cells[place]
+
+    def _is_true(self, cells: Sequence[str], what: str) -> bool:
+        return self._cell(cells, what).lower() in _TRUE
+
+    def _flags(self, cells: Sequence[str]) -> str:
+        flags = self._cell(cells, "flags").lower()
+        return "" if flags.isdigit() else flags
+
+    def _time(self, text: str) -> float:
+        if match := _STAMP.fullmatch(text):
+            day, *clock = (int(part or 0) for part in match.groups())
+            return 86400.0 * (day % 100) + 3600.0 * clock[0] + 60.0 * clock[1] + clock[2] + clock[3] / 1e3
+        if ":" in text:
+            return stamp_seconds(text)
+        number = float(text)
+        return number / 1e6 if self._is_in_microseconds and text.isdigit() else number
+
+    def _key(self, cells: Sequence[str]) -> int:
+        text = self._cell(cells, "identifier").lower()
+        is_extended = "x" in self._flags(cells) or text.endswith("x") or self._is_true(cells, "extended")
+        key = int(text.removesuffix("x"), 16)
+        if "extended" not in self._table.places and "flags" not in self._table.places:
+            is_extended = is_extended or key >= 1 << 11
+        if not 0 <= key < (1 << 29 if is_extended else 1 << 11):
+            raise ValueError
+        return key | (EXTENDED if is_extended else 0)
+
+    def _bus(self, cells: Sequence[str]) -> int:
+        text = self._cell(cells, "bus")
+        return int(text) - self._is_from_one if text else 0
+
+    def _data(self, cells: Sequence[str]) -> bytes:
+        length = self._length(cells)
+        if self._table.bytes_at:
+            data = [cells[place] for place in self._table.bytes_at if place < len(cells) and cells[place]]
+            data += [cell for cell in cells[self._table.bytes_at[-1] + 1 :] if cell and length is not None]
+            if length is not None and len(data) < length:
+                raise ValueError
+            return bytes(int(cell, 16) for cell in data[:length])
+        text = self._cell(cells, "data")
+        found = base64.b64decode(text, validate=True) if self._is_base64 else hex_bytes(text.replace(" ", ""))
+        if length is not None and len(found) != length:
+            raise SaidError(f"it has {len(found)} bytes where {length} are stated")
+        return found
+
+    def _length(self, cells: Sequence[str]) -> int | None:
+        if text := self._cell(cells, "length"):
+            return int(text)
+        code = self._cell(cells, "code")
+        if not code:
+            return None
+        if self._is_base64:  # python-can's is a number of bytes
+            return int(code)
+        return FD_LENGTHS[int(code)] if "f" in self._flags(cells) else min(int(code), 8)

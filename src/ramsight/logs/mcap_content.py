@@ -1,0 +1,97 @@
+"""What stands in messages of MCAP files, as numbers by their names: JSON, CDR (ROS 2), protobuf; by mcap's decoders."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from importlib import import_module
+from typing import Any
+
+Content = dict[str, Any]
+Decoder = Callable[[bytes], Content]
+
+_FACTORIES = {"cdr": "mcap_ros2.decoder", "protobuf": "mcap_protobuf.decoder"}
+_ANY_NAME = "any_msgs/msg/Any"  # of a message, as ROS 2 spells them
+_DEEPEST = 8  # messages in messages
+DAMAGED = (ValueError, RecursionError)
+"""What a decoder raises of a message that is damaged."""
+
+
+class Contents:
+    """Decoders of messages, made once for each schema."""
+
+    def __init__(self) -> None:
+        self._made: dict[tuple[str, int], Decoder | None] = {}
+
+    def decoder(self, encoding: str, schema: Any) -> Decoder | None:
+        """What reads messages of an encoding; None where nothing that is installed does.
+
+        Args:
+            encoding: of the messages, as their channel states it.
+            schema: the record of their schema, None without one.
+        """
+        if encoding == "json":
+            return _from_json
+        key = (encoding, -1 if schema is None else schema.id)
+        if key not in self._made:
+            self._made[key] = _made(encoding, schema)
+        return self._made[key]
+
+
+def _made(encoding: str, schema: Any) -> Decoder | None:
+    if encoding not in _FACTORIES:
+        return None
+    read = _reader(encoding, schema)
+    if read is None and encoding == "cdr" and schema is not None:
+        read = _reader(encoding, replace(schema, name=_ANY_NAME))  # recorders of their own name schemas as they like
+    if read is None:
+        return None
+
+    def decode(data: bytes) -> Content:
+        try:
+            return _object(read(data), 0)
+        except Exception as error:  # decoders have errors of their own
+            raise ValueError(str(error)) from None
+
+    return decode
+
+
+def _reader(encoding: str, schema: Any) -> Callable[[bytes], Any] | None:
+    """The decoder of mcap for a schema; None without one."""
+    try:
+        made: Callable[[bytes], Any] | None
+        made = import_module(_FACTORIES[encoding]).DecoderFactory().decoder_for(encoding, schema)
+    except Exception:  # it is not installed, or has errors of its own for schemas that it does not know
+        return None
+    return made
+
+
+def _from_json(data: bytes) -> Content:
+    content = json.loads(data)
+    return content if isinstance(content, dict) else {}
+
+
+def _object(message: Any, deep: int) -> Content:
+    """The numbers of a message, and the messages in it as objects; text and lists are left out."""
+    if deep >= _DEEPEST:
+        return {}
+    found: Content = {}
+    for name in _fields(message):
+        value = getattr(message, name)
+        if isinstance(value, (bool, int, float)):
+            found[name] = value
+        elif _fields(value):
+            found[name] = _object(value, deep + 1)
+    return found
+
+
+def _fields(message: Any) -> tuple[str, ...]:
+    """The names of a message's fields, none of what is no message."""
+    descriptor = getattr(message, "DESCRIPTOR", None)
+    if descriptor is not None and hasattr(descriptor, "fields"):
+        return tuple(one.name for one in descriptor.fields)
+    if isinstance(message, (str, bytes, list, tuple, Mapping)) or message is None:
+        return ()
+    names = getattr(message, "__slots__", None) or getattr(message, "__dict__", {})
+    return tuple(str(name) for name in names if not str(name).startswith("_"))

@@ -1,0 +1,76 @@
+"""Stretches of a log without rows stay visible in the track."""
+
+import csv
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import xarray
+
+from ramsight import Status
+from ramsight.logs import read_drive_log, write_drive_log
+from ramsight.sensor.thresholds import BRIDGED_GAP
+from ramsight.tracking.gaps import Gaps
+
+
+def track(time):
+    count = len(time)
+    columns = {
+        "position": ("time", np.linspace(0.1, 0.2, count)),
+        "status": ("time", np.zeros(count, int)),
+        "referenced": ("time", np.ones(count, bool)),
+    }
+    return xarray.Dataset(columns, coords={"time": time})
+
+
+@pytest.mark.parametrize(("gap", "rows"), [(0.98 * BRIDGED_GAP, 0), (1.02 * BRIDGED_GAP, 2)])
+def test_a_gap_that_a_motor_can_start_and_stop_in_has_rows(gap, rows):
+    time = np.arange(10) * 0.02
+    time[5:] += gap - 0.02
+    filled = Gaps().filled(track(time))
+    lost = filled["status"].values == Status.INPUT_LOST
+    assert lost.sum() == rows
+    assert np.isnan(filled["position"].values[lost]).all()
+    assert filled["status"].dtype == int
+    assert filled["referenced"].dtype == bool
+    assert (np.diff(filled["time"].values) > 0.0).all()
+
+
+def test_a_log_with_a_slow_clock_has_no_gaps():
+    gaps = Gaps()
+    assert gaps.filled(track(np.arange(10.0))).sizes["time"] == 10
+    assert gaps.text == ""
+
+
+def test_a_gap_between_pieces_is_one_too_and_a_clock_that_goes_back_is_none():
+    gaps, time = Gaps(), np.arange(10) * 0.02
+    assert gaps.filled(track(time)).sizes["time"] == 10
+    assert gaps.filled(track(time + 60.0)).sizes["time"] == 12
+    assert gaps.filled(track(time)).sizes["time"] == 10
+    assert gaps.text == "no rows for 59.8 s from 0.2 s on"
+    gaps.filled(track(time + 10.0))
+    assert gaps.text.startswith("2 stretches without rows, the longest 59.8 s")
+
+
+def test_nothing_is_lost_of_a_track_with_several_gaps():
+    time = np.concatenate([np.arange(5) * 0.02 + 10.0 * k for k in range(4)])
+    given = track(time)
+    filled = Gaps().filled(given)
+    kept = filled.isel(time=filled["status"].values != Status.INPUT_LOST)
+    xarray.testing.assert_equal(kept, given)
+
+
+def test_the_track_of_a_log_with_a_pause_shows_it(trace, tmp_path):
+    log = read_drive_log(trace("boom_441kN_40C").log)
+    time = log["time"].values
+    write_drive_log(log.isel(time=(time < 6.0) | (time > 9.0)), tmp_path / "log.csv")
+    words = ["track", "mining-loader", "log.csv", "--unit", "boom", "--start", "100 mm", "--out", "track.csv"]
+    done = subprocess.run(
+        [sys.executable, "-m", "ramsight.cli", *words], capture_output=True, text=True, cwd=tmp_path, check=True
+    )
+    assert "no rows for 3.0 s from 6.0 s on" in done.stdout
+    with open(tmp_path / "track.csv", encoding="utf-8") as file:
+        rows = [row for row in csv.DictReader(file) if 5.99 < float(row["time_s"]) < 9.01]
+    assert [row["status"] for row in rows] == [f"{Status.INPUT_LOST.text}"] * 2
+    assert [row["position_m"] for row in rows] == ["", ""]
