@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 import re
+import resource
+import time
 from pathlib import Path
 
 from harness import READ, REFUSED, WRONG, Rng, Section
 from mutate import mutated
 
 CASES = 3000
+_LONGEST, _LARGEST, _LINE = 2.0, 300, 800  # s, MiB, letters
 _NUMBER = re.compile(r"(?<![\w.])[+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 _VALUES = [
     "0",
@@ -94,4 +97,50 @@ def _check(texts: list[str], rng: Rng, folder: Path) -> tuple[str, str]:
     return READ, ""
 
 
-SECTIONS = [Section("description", CASES, _prepare, _check)]
+def _repeated(rng: Rng, text: str) -> str:
+    """A text with something in it that is far too much: deep, wide, long, or a number that no machine has."""
+    many = int(10 ** rng.uniform(0.0, 5.0))
+    name, word = ("a", '"a"', "units", "u.v")[int(rng.integers(4))], "x" * many
+    values = ["1" * many, "0x" + "f" * many, "1_0" * many, f"1e{many}", f"1e-{many}", f"{many}.0", "-inf", "nan"]
+    values += [f'"{word}"', f'"{"1" * many} mm"', f'"1e-{many} m"', '"1e-300 m"', '"\u0661 m"', f'"1 {"m " * many}"']
+    values += [f'"1 ± {" " * many}"', "1979-05-27", "[" * many, "{a=" * many, f"[{'{},' * many}]", f"[{'1,' * many}]"]
+    chosen = values[int(rng.integers(len(values)))]
+    each = ("k{} = 1", "[units.u{}]", "[a.b.c{}.d.e.f.g]", "[[units.x]]", '[units.u{}]\ncircuit = "eha-double-rod"')
+    lines = ["\n".join(one.format(k) for k in range(many)) for one in each]
+    lines += [".".join([name] * many) + " = 1", f"[{'.'.join([name] * many)}]", f"{name}{many} = {chosen}"]
+    lines += [f'"{word}" = {chosen}', f'"""{word}', f"'{word}", f"#{word}"]
+    numbers = list(_NUMBER.finditer(text))
+    if rng.random() < 0.3 and numbers:
+        match = numbers[int(rng.integers(len(numbers)))]
+        return text[: match.start()] + chosen.strip('"') + text[match.end() :]
+    line = lines[int(rng.integers(len(lines)))]
+    return f"{line}\n{text}" if rng.random() < 0.5 else f"{text}\n{line}\n"
+
+
+def _hostile(texts: list[str], rng: Rng, folder: Path) -> tuple[str, str]:
+    """Refused in one line, or read, within two seconds and 300 MiB whatever it holds."""
+    from ramsight.errors import MISTAKES, RamsightError
+    from ramsight.machine import load
+
+    text = texts[int(rng.integers(len(texts)))] if rng.random() < 0.7 else "format = 1\n"
+    for _ in range(int(rng.integers(1, 3))):
+        text = _repeated(rng, text)
+    path = folder / "mine.toml"
+    path.write_text(text, encoding="utf-8")
+    begin, outcome, said = time.process_time(), READ, [""]
+    try:
+        load(str(path))
+    except RamsightError as error:
+        outcome, said = REFUSED, [str(one) for one in (error, *error.others)]
+    lasted, most = time.process_time() - begin, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss >> 10
+    if lasted > _LONGEST or most > _LARGEST:
+        return WRONG, f"{lasted:.1f} s, {most} MiB: {text[:60]!r}"
+    if len(said) > MISTAKES + 1 or any(len(one) > _LINE or not one.isprintable() for one in said):
+        return WRONG, f"{len(said)} lines of up to {max(map(len, said))} letters: {text[:60]!r}"
+    return outcome, said[0]
+
+
+SECTIONS = [
+    Section("description", CASES, _prepare, _check),
+    Section("hostile description", CASES, _prepare, _hostile),
+]

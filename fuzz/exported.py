@@ -22,7 +22,7 @@ from ramsight.deploy.compiler import STRICT, find_compiler, library
 
 CASES = 20_000
 _TRACKED = 500  # samples, 10 s
-_STATES_AT = 12
+_STATES_AT = 16
 _RESUMED, _OLDER = 1, 2
 
 _DRIVER = """
@@ -45,7 +45,7 @@ static void take(ramsight_boom *sensor, const double *row, ramsight_boom_outputs
 void follow(long count, const double *rows, double start, int *slots, unsigned char *bytes) {
   static ramsight_boom sensor;
   ramsight_boom_outputs out;
-  ramsight_boom_resume(&sensor, NULL, NULL);
+  ramsight_boom_resume(&sensor, 7, NULL, NULL);
   ramsight_boom_start(&sensor, (ramsight_boom_real)start, (ramsight_boom_real)1e-3);
   for (long k = 0; k < count; k++, rows += 4, bytes += RAMSIGHT_BOOM_BYTES) {
     take(&sensor, rows, &out);
@@ -58,7 +58,7 @@ int resume(const unsigned char *slot_0, const unsigned char *slot_1, long count,
   static ramsight_boom sensor;
   ramsight_boom_outputs out;
   memset(&sensor, 0x5A, sizeof sensor);
-  const int resumed = (int)ramsight_boom_resume(&sensor, slot_0, slot_1);
+  const int resumed = (int)ramsight_boom_resume(&sensor, 7, slot_0, slot_1);
   for (long k = 0; k < count; k++, rows += 4, said += 3) {
     take(&sensor, rows, &out);
     said[0] = (double)out.position;

@@ -14,7 +14,18 @@ from pathlib import Path
 
 from harness import CRASHED, HUNG, WRONG, Section, run
 
-MODULES = ["logs", "programs", "maps", "descriptions", "outputs", "states", "exported", "encoder"]
+MODULES = [
+    "logs",
+    "programs",
+    "maps",
+    "descriptions",
+    "outputs",
+    "states",
+    "twins",
+    "exported",
+    "encoder",
+    "second_node",
+]
 """Modules with sections; a new one is named here."""
 
 

@@ -13,6 +13,7 @@ from judge import START, WORK_DAY, Judge
 from slots import History, Pair
 
 CASES = 20_000
+_HEAD = 80  # bytes of a slot before its values
 _TRACKED = 500  # samples, 10 s
 
 
@@ -66,7 +67,7 @@ def _followed(judge: Judge, path: Path) -> tuple[list[bytes], list[int]]:
 
 def _sealed(slot: bytes, value: float, rng: Rng) -> bytes:
     content = bytearray(slot[:-32])
-    place = 64 + 8 * int(rng.integers((len(content) - 64) // 8))
+    place = _HEAD + 8 * int(rng.integers((len(content) - _HEAD) // 8))
     content[place : place + 8] = struct.pack("<d", value)
     return bytes(content) + hashlib.sha256(content).digest()
 

@@ -33,7 +33,21 @@ def usual_map() -> ChannelMap:
 
 
 def encoder(state: Path | None = None, channel_map: ChannelMap | None = None, **options: object) -> Encoder:
-    return encoder_for(boom(), channel_map or usual_map(), Settings(NODE, DRIVE, serial=4711, **options), state)
+    """An encoder; one of this process that had the same state file has lost its power."""
+    if state in _ON:
+        lose_power(_ON.pop(state))
+    device = encoder_for(boom(), channel_map or usual_map(), Settings(NODE, DRIVE, serial=4711, **options), state)
+    if state is not None:
+        _ON[state] = device
+    return device
+
+
+_ON: dict[Path, Encoder] = {}
+
+
+def lose_power(device: Encoder) -> None:
+    """What the system does when a program ends, however it does: its claim of the state file ends."""
+    device._saving._file._file.release()
 
 
 class Master(canopen.Network):

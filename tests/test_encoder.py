@@ -22,6 +22,9 @@ from ramsight.deploy.encoder.objects import BITS, ENTRIES, FORGET, LOAD, OBJECTS
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.logs import read_drive_log, read_truth
 from ramsight.logs.channel_map import load_map
+from ramsight.output import HeldError
+from ramsight.sensor.kalman import kalman
+from ramsight.sensor.persistence import StateFile
 from ramsight.sensor.status import Status
 
 from .encoder_bus import (
@@ -38,6 +41,7 @@ from .encoder_bus import (
     Master,
     boom,
     encoder,
+    lose_power,
     played,
     sample,
     usual_map,
@@ -618,9 +622,59 @@ def test_a_state_of_another_machine_is_as_good_as_damaged(tmp_path):
     bus.rest(0.2)
     write(bus, 0x6003, 10000)
     bucket = build_ddh("bucket", machine.load("mining-loader").unit("bucket"))
+    lose_power(bus.device)
     other = Master(encoder_for(bucket, usual_map(), Settings(NODE, DRIVE), tmp_path / "boom.state"))
     other.rest(0.1)
     assert other.alarms == PE | 1 << 12
+
+
+@pytest.mark.parametrize("settings", [Settings(9, DRIVE, 4711), Settings(NODE, DRIVE, 4712)])
+def test_the_state_of_a_twin_is_another_one(tmp_path, settings):
+    """The left and the right cylinder of a machine have the same numbers."""
+    bus = power_up(tmp_path / "boom.state")
+    bus.rest(0.2)
+    write(bus, 0x6003, 10000)
+    bus.rest(2.0)
+    lose_power(bus.device)
+    other = Master(encoder_for(boom(), usual_map(), settings, tmp_path / "boom.state"))
+    other.device.receive(0.0, sample(0, 20.0))
+    assert Fault.STATE_DAMAGED in other.device.faults
+    assert not other.device.valid
+
+
+def test_a_state_file_is_one_encoder_s_until_it_ends(tmp_path):
+    bus = power_up(tmp_path / "boom.state")
+    bus.rest(0.2)
+    twin = Settings(9, DRIVE)
+    with pytest.raises(HeldError, match=r"boom\.state: another program"):
+        encoder_for(boom(), usual_map(), twin, tmp_path / "boom.state")
+    write(bus, 0x6003, 10000)
+    bus.rest(2.0)
+    again = power_up(tmp_path / "boom.state")
+    again.rest(0.1)
+    assert (again.alarms, again.position) == (0, 10000), "whom it refused has changed nothing"
+    again.device.stop()
+    encoder_for(boom(), usual_map(), twin, tmp_path / "boom.state").stop()
+
+
+def test_a_program_that_comes_while_the_file_was_removed_is_not_overwritten(tmp_path, disk):
+    state = tmp_path / "boom.state"
+    bus = power_up(state)
+    bus.rest(0.2)
+    write(bus, 0x6003, 10000)
+    bus.rest(2.0)
+    disk.fails = True
+    bus.play([(bus.now + 0.02, sample(100, 20.0))])
+    assert not state.exists(), "removed, as it cannot say that the piston moves"
+    disk.fails = False
+    other = StateFile(state, kalman(boom()), "another cylinder")
+    other.save()
+    other.hold()
+    content = state.read_bytes()
+    bus.rest(5.0)
+    assert Fault.NOT_SAVED in bus.device.faults
+    assert state.read_bytes() == content
+    other.release()
 
 
 class Disk:

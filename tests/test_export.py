@@ -192,7 +192,7 @@ class Slots:
             r"^  (?:double|ramsight_boom_real) (\w+);$", header.split("} ramsight_boom_slots;")[1], re.M
         )
         self.sensor = (ctypes.c_double * (len(self.names) + 16))()
-        self.slots = [(ctypes.c_ubyte * (16 + 8 * len(self.names)))() for _ in range(2)]
+        self.slots = [(ctypes.c_ubyte * (20 + 8 * len(self.names)))() for _ in range(2)]
         self.c.ramsight_boom_init(self.sensor)
 
     def put(self, state):
@@ -219,8 +219,8 @@ class Slots:
             self.slots[place][:] = scratch
         return [] if place < 0 else [place]
 
-    def resume(self):
-        return self.c.ramsight_boom_resume(self.sensor, *self.slots)
+    def resume(self, instance=7):
+        return self.c.ramsight_boom_resume(self.sensor, instance, *self.slots)
 
 
 NOTHING, RESUMED, OLDER, MOVED = range(4)
@@ -322,6 +322,25 @@ def test_only_slots_that_were_saved_one_after_the_other_give_a_position(slots):
             assert slots.resume() == expected
 
 
+def test_slots_of_another_instance_are_as_good_as_erased(slots):
+    slots.resume(7)
+    slots.c.ramsight_boom_start(slots.sensor, 0.3, 1e-3)
+    slots.rest(0.0)
+    left = [bytes(slot) for slot in slots.slots]
+    for instance in (0, 6, 8, 7 << 8, 0xFFFFFFFF):
+        assert slots.resume(instance) == NOTHING
+        assert slots.get()["position_known"] == 0.0
+    slots.resume(8)
+    slots.c.ramsight_boom_start(slots.sensor, 0.6, 1e-3)
+    slots.rest(0.0)
+    right = [bytes(slot) for slot in slots.slots]
+    assert slots.resume(8) == RESUMED
+    for place in (0, 1):  # one slot of each
+        slots.slots[place][:], slots.slots[1 - place][:] = left[place], right[1 - place]
+        assert (slots.resume(7), slots.resume(8)) == (OLDER, OLDER)
+        assert slots.get()["position_known"] == 0.0
+
+
 @pytest.mark.parametrize("filler", [0x00, 0xFF])
 def test_an_erased_slot_takes_the_position_with_it(slots, filler):
     """A power loss between erasing and writing; the other slot may be stale."""
@@ -335,7 +354,7 @@ def test_an_erased_slot_takes_the_position_with_it(slots, filler):
         assert slots.get()["position_known"] == 0.0
         slots.slots[erased][:] = whole
     assert slots.resume() == RESUMED
-    assert slots.c.ramsight_boom_resume(slots.sensor, slots.slots[0], None) == OLDER
+    assert slots.c.ramsight_boom_resume(slots.sensor, 7, slots.slots[0], None) == OLDER
 
 
 def test_every_damaged_bit_is_noticed(slots):
@@ -367,7 +386,7 @@ def test_a_state_that_cannot_be_is_not_resumed_even_with_a_good_checksum(slots, 
     slots.rest(0.0)
     for place in (0, 1):
         slot = bytearray(slots.slots[place])
-        at = 12 + 8 * slots.names.index(name)
+        at = 16 + 8 * slots.names.index(name)
         slot[at : at + 8] = struct.pack("<d", value)
         slot[-4:] = struct.pack("<I", zlib.crc32(bytes(slot[:-4])))
         slots.slots[place][:] = bytes(slot)

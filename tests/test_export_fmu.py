@@ -88,6 +88,9 @@ class Instance:
                 real([self.place[name]], [value])
 
     def get(self, name):
+        if name in ("status", "verdict"):
+            whole = self.fmu.getInteger if self.fmi == 2 else self.fmu.getInt64
+            return whole([self.place[name]])[0]
         real = self.fmu.getReal if self.fmi == 2 else self.fmu.getFloat64
         return real([self.place[name]])[0]
 
@@ -346,6 +349,92 @@ def test_what_is_wrong_is_refused_and_logged(instances):
     assert "no Float64 variable with the value reference 9999" in one.said[-1]
 
 
+def outputs(one):
+    names = [v.name for v in one.description.modelVariables if v.causality == "output"]
+    return {name: one.get(name) for name in names}
+
+
+@pytest.mark.parametrize(("what", "fmi"), WRITTEN)
+def test_outputs_before_initialization_are_not_known_and_say_so(instances, what, fmi):
+    one = instances(what, fmi)
+    for again in (False, True):
+        for name, value in outputs(one).items():
+            if name == "status":
+                assert value == Status.NOT_REFERENCED
+            elif name == "verdict":
+                assert value == Verdict.UNCHECKED
+            else:
+                assert np.isnan(value), name
+        if not again:
+            one.begin()
+            one.step(0.0, 0.02)
+            one.fmu.reset()
+
+
+@pytest.mark.parametrize("fmi", FMI)
+def test_a_sensor_that_knows_no_start_has_no_position_while_it_is_initialized(instances, fmi):
+    one = instances("sensor", fmi)
+    if fmi == 2:
+        one.fmu.setupExperiment(startTime=0.0)
+    one.fmu.enterInitializationMode()
+    assert np.isnan(one.get("position"))
+    assert one.get("status") == Status.NOT_REFERENCED
+
+
+@pytest.mark.parametrize(("what", "fmi"), WRITTEN)
+@pytest.mark.parametrize("step", [-0.01, -1e-300, float("nan"), float("inf"), -float("inf")])
+def test_a_step_that_is_none_is_an_error(instances, what, fmi, step):
+    from fmpy.fmi1 import FMICallException
+
+    one = instances(what, fmi)
+    one.begin()
+    one.step(0.0, 0.02)
+    before = outputs(one)
+    for time, width in ((0.02, step), (float("nan"), 0.02), (float("inf"), 0.02), (1.7e308, 1.7e308)):
+        with pytest.raises(FMICallException):
+            one.step(time, width)
+        if fmi == 3:
+            assert "the step is negative" in one.said[-1] or "finite numbers" in one.said[-1]
+    assert outputs(one) == pytest.approx(before, nan_ok=True)
+    one.step(0.02, 0.02)
+
+
+@pytest.mark.parametrize(("what", "fmi"), WRITTEN)
+def test_calls_out_of_their_order_are_errors(instances, what, fmi):
+    from fmpy.fmi1 import FMICallException
+
+    one = instances(what, fmi)
+    start = {"startTime": 0.0} if fmi == 3 else {}
+    refused = [one.fmu.exitInitializationMode, lambda: one.step(0.0, 0.02), one.fmu.terminate]
+    for call in refused:
+        with pytest.raises(FMICallException):
+            call()
+    one.begin()
+    for call in (lambda: one.fmu.enterInitializationMode(**start), one.fmu.exitInitializationMode):
+        with pytest.raises(FMICallException):
+            call()
+        if fmi == 3:
+            assert "the instance is stepping, and has to be" in one.said[-1]
+    one.step(0.0, 0.02)
+    one.fmu.terminate()
+    for call in (lambda: one.step(0.02, 0.02), one.fmu.terminate, lambda: one.fmu.enterInitializationMode(**start)):
+        with pytest.raises(FMICallException):
+            call()
+    one.fmu.reset()
+    one.begin()
+    one.step(0.0, 0.02)
+
+
+@pytest.mark.parametrize("fmi", FMI)
+@pytest.mark.parametrize("start", [float("nan"), float("inf")])
+def test_a_start_time_that_is_none_is_an_error(instances, fmi, start):
+    from fmpy.fmi1 import FMICallException
+
+    one = instances("sensor", fmi)
+    with pytest.raises(FMICallException):
+        (one.fmu.setupExperiment if fmi == 2 else one.fmu.enterInitializationMode)(startTime=start)
+
+
 @pytest.mark.parametrize("fmi", FMI)
 @pytest.mark.parametrize(
     ("position", "std"), [(float("nan"), 1e-3), (float("inf"), 1e-3), (5.0, 1e-3), (-0.1, 1e-3), (0.2, float("nan"))]
@@ -397,7 +486,7 @@ def test_sanitizers_find_nothing_in_a_plants_run(fmus, tmp_path):
         " i->phase = STEPPING; for (int k = 0; k < 200; k++) { i->model.real[MOTOR_SPEED] = k;"
         " if (!advance(i, 0.01 * k, 0.01)) { puts(i->message); return 1; } }"
         ' printf("%.3f", i->model.real[FIRST_STATE]); (void)gettable; (void)settable; (void)keep; (void)give_back;'
-        " (void)begin_at; reset(i); destroy(i); return 0; }\n"
+        " (void)begin_at; (void)end; blank(i); destroy(i); return 0; }\n"
     )
     options = ["-std=c99", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
     run([find_compiler(), *options, "main.c", "model.c", "-o", "main", "-lm"], folder)

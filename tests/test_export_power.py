@@ -36,7 +36,7 @@ static void look(unsigned char slots[2][RAMSIGHT_BOOM_BYTES], const double *row,
   ramsight_boom again;
   ramsight_boom_inputs in;
   ramsight_boom_outputs said;
-  *out++ = (double)ramsight_boom_resume(&again, slots[0], slots[1]);
+  *out++ = (double)ramsight_boom_resume(&again, 7, slots[0], slots[1]);
   in.time = 0.0;
   in.motor_speed = 0;
   in.motor_torque = (ramsight_boom_real)row[2];
@@ -54,7 +54,7 @@ int power(long count, const double *rows, double start, int announced, double *o
   ramsight_boom_inputs in;
   ramsight_boom_outputs said;
   memset(slots, 0xFF, sizeof slots);
-  ramsight_boom_resume(&sensor, slots[0], slots[1]);
+  ramsight_boom_resume(&sensor, 7, slots[0], slots[1]);
   if (!ramsight_boom_start(&sensor, (ramsight_boom_real)start, (ramsight_boom_real)1e-3)) return 0;
   for (long k = 0; k < count; k++, rows += 5, out += 16) {
     in.time = rows[0];
@@ -213,8 +213,9 @@ void ramsight_boom_reference(ramsight_boom *s, ramsight_boom_real p) { (void)s; 
 int ramsight_boom_keep(ramsight_boom *s, int starts, unsigned char *bytes) {
   (void)s; (void)starts; (void)bytes; return -1;
 }
-ramsight_boom_resumed ramsight_boom_resume(ramsight_boom *s, const unsigned char *a, const unsigned char *b) {
-  (void)s; (void)a; (void)b; return RAMSIGHT_BOOM_NOTHING;
+ramsight_boom_resumed ramsight_boom_resume(ramsight_boom *s, uint32_t instance, const unsigned char *a,
+                                           const unsigned char *b) {
+  (void)s; (void)instance; (void)a; (void)b; return RAMSIGHT_BOOM_NOTHING;
 }
 void ramsight_boom_step(ramsight_boom *s, const ramsight_boom_inputs *in, ramsight_boom_outputs *out) {
   const double *row = golden_out[at++ % GOLDEN];

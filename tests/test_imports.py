@@ -43,7 +43,7 @@ STREET = [
     {"__main__"},
 ]
 PLACE = {room: place for place, rooms in enumerate(STREET) for room in rooms}
-FREE = {"_version", "constant", "errors", "expression", "intervals", "normal", "optional", "progress"}
+FREE = {"_version", "bounded_toml", "constant", "errors", "expression", "intervals", "normal", "optional", "progress"}
 """Modules that all others may use, and that use no room but each other."""
 DOOR = "__init__"
 """The package itself: anyone may ask it for the version, and it loads no room by itself."""

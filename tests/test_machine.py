@@ -76,9 +76,9 @@ CHANGES = [
         'bore = "127 mm" ',
         'bore = "2 m" ',
         "units.boom.cylinder.bore = '2 m': out of range",
-        "above 0 mm, at most 1 m",
+        "at least 1 mm, at most 1 m",
     ),
-    ('bore = "127 mm" ', 'bore = "0 mm" ', "units.boom.cylinder.bore = '0 mm': out of range", "above 0 mm"),
+    ('bore = "127 mm" ', 'bore = "0 mm" ', "units.boom.cylinder.bore = '0 mm': out of range", "at least 1 mm"),
     (
         'bore = "127 mm" ',
         "bore = 127 ",
@@ -102,7 +102,7 @@ CHANGES = [
         'bore = "127 mm" ',
         "",
         "units.boom.cylinder.bore: is missing: inner diameter of the barrel",
-        "above 0 mm",
+        "at least 1 mm",
     ),
     ('rod = "79.4 mm"', 'rod = "130 mm"', "cylinder.rod = '130 mm': the rod does not fit", "below 127 mm"),
     (
@@ -336,7 +336,7 @@ def test_the_json_schema_knows_unit_range_and_sources():
     schema = machine.json_schema()
     bore = schema["$defs"]["Cylinder"]["properties"]["bore"]
     assert bore["x-unit"] == "mm"
-    assert "above 0 mm" in bore["description"]
+    assert "at least 1 mm" in bore["description"]
     assert {"value", "source"} == set(bore["anyOf"][1]["properties"])
     assert "PGI100-2-008" in schema["$defs"]["DirectDriven"]["properties"]["pump_a"]["anyOf"][1]["enum"]
     assert "relief valve" in schema["$defs"]["PlacedRelief"]["properties"]["kind"]["const"]

@@ -1,7 +1,12 @@
 """A sensor's state over a power loss: the newest, an older one's knowledge, or none; never a wrong position."""
 
+import hashlib
 import math
+import os
 import re
+import signal
+import subprocess
+import sys
 from itertools import pairwise
 
 import numpy as np
@@ -9,10 +14,11 @@ import pytest
 
 from ramsight import machine
 from ramsight.logs import read_drive_log
+from ramsight.output import HeldError
 from ramsight.plant.ddh import build_ddh
 from ramsight.sensor.balance import balance
 from ramsight.sensor.kalman import kalman
-from ramsight.sensor.persistence import StateError, StateFile
+from ramsight.sensor.persistence import FORMAT, Resumed, StateError, StateFile
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import IS_REFERENCED, REFERENCED_NOW, StartError
 
@@ -257,6 +263,109 @@ def test_states_of_others_and_of_the_future_are_refused(tmp_path, sensor, unit):
         StateFile(path, sensor).resume()
     with pytest.raises(StateError, match="kalman"):
         StateFile(path, balance(unit))
+
+
+@pytest.mark.parametrize("saved", ["unit left", "", "unit right "])
+def test_a_state_of_a_cylinder_with_the_same_numbers_is_refused(tmp_path, sensor, unit, saved):
+    path = tmp_path / "boom.state"
+    StateFile(path, at(sensor, 0.1), saved).save()
+    with pytest.raises(StateError, match="another unit or node"):
+        StateFile(path, kalman(unit), "unit right").resume()
+
+
+def test_slots_of_two_files_are_no_pair(tmp_path, sensor, unit):
+    """Two files of one cylinder: the random number that is made with each tells their slots apart."""
+    contents = []
+    for name, position in (("one", 0.1), ("other", 0.5)):
+        for _ in range(3):
+            StateFile(tmp_path / name, at(sensor, position)).save()
+        contents.append((tmp_path / name).read_bytes())
+    half, mixed, other = len(contents[0]) // 2, tmp_path / "mixed", kalman(unit)
+    for one, two in (contents, reversed(contents)):
+        mixed.write_bytes(one[:half] + two[half:])
+        assert StateFile(mixed, other).resume().older
+        assert other.step(0.0, 0.0, 0.0, 313.15).status == Status.NOT_REFERENCED
+
+
+def test_a_file_that_was_exchanged_while_it_is_followed_is_written_as_a_new_one(tmp_path, sensor, unit):
+    path, twin, other = tmp_path / "boom.state", tmp_path / "twin.state", kalman(unit)
+    file = StateFile(path, at(sensor, 0.2))
+    file.save()
+    file.save()
+    StateFile(twin, at(other, 0.6)).save()
+    StateFile(twin, other).save()
+    path.write_bytes(twin.read_bytes())
+    file.save()
+    assert StateFile(path, other).resume() == Resumed(found=True, older=False)
+    assert other.step(0.0, 0.0, 0.0, 313.15).position == pytest.approx(0.2)
+
+
+def test_a_state_of_the_format_before_says_nothing_of_the_position(tmp_path, sensor, unit):
+    path, other = tmp_path / "boom.state", kalman(unit)
+    StateFile(path, at(sensor, 0.2)).save()
+    content = bytearray(path.read_bytes())
+    half = len(content) // 2
+    for start in (0, half):
+        content[start + 16] = FORMAT - 1
+        content[start + half - 32 : start + half] = hashlib.sha256(content[start : start + half - 32]).digest()
+    path.write_bytes(bytes(content))
+    assert not StateFile(path, other).resume().found
+
+
+def test_what_another_has_is_neither_read_nor_written_nor_removed(tmp_path, sensor, unit):
+    path, other = tmp_path / "boom.state", kalman(unit)
+    file = StateFile(path, at(sensor, 0.2))
+    file.hold()
+    file.save()
+    content = path.read_bytes()
+    link, hard = tmp_path / "link.state", tmp_path / "hard.state"
+    link.symlink_to(path)
+    os.link(path, hard)
+    for name in (path, link, hard):
+        late = StateFile(name, other)
+        for use in (late.hold, late.save, late.forget_position, late.resume):
+            with pytest.raises(HeldError, match=f"{name.name}: another program"):
+                use()
+        late.discard()
+    assert path.read_bytes() == content
+    file.release()
+    assert StateFile(link, other).resume().found
+
+
+@pytest.mark.slow
+def test_two_commands_do_not_share_a_state_file(tmp_path, trace):
+    """One is killed and the other goes on; one that is stopped still has the file."""
+    log = str(trace("boom_258kN_40C").log)
+    words = [sys.executable, "-m", "ramsight", "track", "mining-loader", "-", "--unit", "boom", "--state", "boom.state"]
+    holder = subprocess.Popen(
+        [sys.executable, "-c", HOLDER, str(tmp_path / "boom.state")], stdout=subprocess.PIPE, text=True
+    )
+    assert holder.stdout.readline() == "held\n"
+    words[5] = log
+    try:
+        for stopped in (False, True):
+            if stopped:
+                holder.send_signal(signal.SIGSTOP)
+            late = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
+            assert late.returncode == 2
+            assert late.stderr.strip() == (
+                f"error: boom.state: another program (process {holder.pid}) has it; end that, or give another file"
+            )
+    finally:
+        holder.kill()
+        holder.communicate()
+    late = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert late.returncode == 0, late.stderr
+
+
+HOLDER = """
+import sys, time
+from ramsight.output import Exclusive
+held = Exclusive(sys.argv[1])
+held.take()
+print("held", flush=True)
+time.sleep(600)
+"""
 
 
 @pytest.mark.slow

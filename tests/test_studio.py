@@ -35,6 +35,7 @@ from ramsight.studio.rig import Rig
 from ramsight.studio.session import Session
 from ramsight.studio.thinning import keep, kept, thinned
 from ramsight.studio.uploaded_log import Asked, find_factors, find_leak, judge, propose, references, track
+from ramsight.studio.visitors import Visitors
 
 TRACES = Path(__file__).parent / "traces"
 
@@ -512,6 +513,14 @@ def asked(guard, headers, *, kind="http", query="", path="/", body=b""):
     return sent
 
 
+def test_as_many_visitors_come_as_there_is_room_for():
+    room = Visitors(2)
+    assert [room.come() for _ in range(4)] == [True, True, False, False]
+    assert "(2)" in room.full
+    room.go()
+    assert [room.come(), room.come()] == [True, False]
+
+
 async def served(scope, receive, send):
     await receive()
     await send({"type": "http.response.start", "status": 200, "headers": []})
@@ -540,7 +549,23 @@ def test_this_machine_is_served_and_no_page_may_frame_it():
         ({**HERE, "origin": "http://evil.example"}, 403),
         ({**HERE, "origin": "null"}, 403),
         ({**HERE, "sec-fetch-site": "cross-site", "sec-fetch-mode": "no-cors"}, 403),
+        ({**HERE, "sec-fetch-site": "same-site", "sec-fetch-mode": "no-cors"}, 403),  # another port of this machine
+        *(
+            ({**HERE, "sec-fetch-site": site, "sec-fetch-mode": "navigate", "sec-fetch-dest": dest}, 403)
+            for site in ("cross-site", "same-site")
+            for dest in ("iframe", "frame", "embed", "object", "empty", "")
+        ),
+        ({**HERE, "sec-fetch-site": "cross-site", "sec-fetch-mode": "navigate"}, 403),
+        ({**HERE, "sec-fetch-site": "cross-site", "sec-fetch-mode": "navigate", "sec-fetch-dest": "document"}, 200),
+        ({**HERE, "sec-fetch-site": "same-origin", "sec-fetch-mode": "cors", "sec-fetch-dest": "empty"}, 200),
+        ({**HERE, "sec-fetch-site": "none", "sec-fetch-mode": "navigate", "sec-fetch-dest": "document"}, 200),
+        ({"host": "[::1"}, 421),
+        ({"host": "[nonsense]"}, 421),
+        ({**HERE, "origin": "http://["}, 403),
+        ({**HERE, "origin": "http://[::1"}, 403),
         ({**HERE, "content-length": "101"}, 413),
+        ({**HERE, "content-length": "\u00b2"}, 413),
+        ({**HERE, "content-length": "9" * 5000}, 413),
         ({**HERE, "content-length": "much"}, 413),
     ],
 )
@@ -570,6 +595,8 @@ def test_elsewhere_the_token_is_needed_once_and_kept_in_a_cookie_that_scripts_do
     assert "SameSite=Strict" in cookie
     assert status_of(asked(guard, {**there, "cookie": cookie.split(";")[0]})) == 200
     assert status_of(asked(guard, {**there, "cookie": "ramsight-token=wrong"})) == 401
+    for odd in ("a[]=1; ramsight-token=wrong", "=;;=", "ramsight-token", '"', "\x00=1"):
+        assert status_of(asked(guard, {**there, "cookie": odd})) == 401
 
 
 # -- descriptions

@@ -12,6 +12,7 @@ import socket
 import subprocess
 import sys
 import time
+import urllib.error
 import urllib.request
 from pathlib import Path
 
@@ -544,6 +545,32 @@ def test_axe_finds_nothing_serious_on_any_tab(page):
     page.locator("#study-stop").click()
     wait(page, lambda: "stopped" in page.locator("#study-said").inner_text())
     assert serious(page) == []
+
+
+def test_a_machine_starts_for_who_looks_and_there_is_room_for_so_many(browser):
+    with studio("mining-loader", "--visitors", "2") as (address, server):
+        for _ in range(30):
+            assert urllib.request.urlopen(address, timeout=10).status == 200
+        framed = urllib.request.Request(
+            address, headers={"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Mode": "navigate", "Sec-Fetch-Dest": "iframe"}
+        )
+        for _ in range(30):
+            with pytest.raises(urllib.error.HTTPError, match="403"):
+                urllib.request.urlopen(framed, timeout=10)
+        assert workers(server) == [], "no browser has shown anything"
+        pages = [browser.new_page() for _ in range(3)]
+        for one in pages:
+            one.goto(address)
+            one.locator("#full, .studio").first.wait_for(timeout=READY)
+        assert [one.locator("#full").count() for one in pages] == [0, 0, 1]
+        assert "--visitors" in pages[2].locator("#full").inner_text()
+        assert len(workers(server)) == 2
+        pages[0].close()
+        wait(pages[2], lambda: len(workers(server)) == 1)
+        pages[2].reload()
+        pages[2].locator(".studio").wait_for(timeout=READY)
+        for one in pages[1:]:
+            one.close()
 
 
 def test_files_of_the_server_cannot_be_read(loader):

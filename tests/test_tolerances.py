@@ -76,7 +76,7 @@ def test_a_description_keeps_tolerances_beside_its_values():
     read = machine.loads(text)
     assert read.unit("boom").cylinder.bore == 0.127
     bore = read.tolerances["units.boom.cylinder.bore"]
-    assert (bore.centre, bore.half, bore.distribution, bore.least) == (0.127, 1e-4, "normal", 0.0)
+    assert (bore.centre, bore.half, bore.distribution, bore.least) == (0.127, 1e-4, "normal", 1e-3)
     assert read.tolerances["units.boom.cylinder.rod"].half == pytest.approx(5e-5)
     assert read.source_of("units.boom.cylinder.bore") == "drawing 4711"
     again = machine.loads("\n".join(as_toml(read, read.sources)))

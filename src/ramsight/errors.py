@@ -9,7 +9,9 @@ import warnings
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 
-_LONGEST, _MOST = 120, 40  # letters of a value, and names of a list, that a message repeats
+_LONGEST, _MOST = 120, 40  # letters of a value, and names or mistakes of a list, that a message repeats
+MISTAKES = _MOST
+"""Of a file that are listed; nobody mends more at a time."""
 
 
 def short(text: str) -> str:
@@ -21,6 +23,16 @@ def short(text: str) -> str:
     """
     half = (_LONGEST - 1) // 2
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - half - 1]}…{text[-half:]}"
+
+
+def plain(text: str | None) -> str:
+    r"""A name that a message can repeat: on one line, cut in the middle if it is long.
+
+    Example:
+        >>> plain("a\nb")
+        'a\\nb'
+    """
+    return short("".join(c if c.isprintable() else ascii(c)[1:-1] for c in text or ""))
 
 
 class RamsightError(Exception):
@@ -58,7 +70,7 @@ class DescriptionError(RamsightError):
         allowed: str | None = None,
     ) -> None:
         self.message, self.file, self.key, self.value, self.allowed = message, file, key, value, allowed
-        place = ": ".join(part for part in (file, key) if part)
+        place = ": ".join(part for part in (file, plain(key)) if part)
         passed = short(repr(value)) if value is not None else ""
         head = " = ".join(part for part in (place, passed) if part)
         head = f"{head}: " if head else ""
@@ -66,21 +78,25 @@ class DescriptionError(RamsightError):
         super().__init__(f"{head}{message}{tail}")
 
 
-def first_of(errors: Sequence[RamsightError]) -> RamsightError:
+def first_of(errors: Sequence[RamsightError], further: int = 0) -> RamsightError:
     """The first of some errors, with the others beside it.
 
     Args:
-        errors: all that is wrong with a file, one at least.
+        errors: all that is wrong with a file, one at least; 40 of them are listed.
+        further: how many more there are.
 
     Example:
         >>> error = first_of([DescriptionError("is missing", key="bore"), DescriptionError("is missing", key="rod")])
         >>> str(error), [str(one) for one in error.others]
         ('bore: is missing (and 1 more)', ['rod: is missing'])
     """
-    for error in errors:
+    listed, rest = list(errors[:MISTAKES]), len(errors) - MISTAKES + further
+    for error in listed:
         error.others = ()
-    errors[0].others = tuple(errors[1:])
-    return errors[0]
+    if rest > 0:
+        listed.append(RamsightError(f"and {rest} more mistakes"))
+    listed[0].others = tuple(listed[1:])
+    return listed[0]
 
 
 class UnknownNameError(RamsightError):

@@ -261,7 +261,7 @@ def follow(
         sensor: kind, or sensor file.
         start: [m]; None if unknown.
         start_std: its standard deviation [m].
-        state: file to resume from without a start, and to keep the state in.
+        state: file to resume from without a start, and to keep the state in; this call's alone until it returns.
         out: file of the track, written as it comes.
         keep_track: whether the track is kept.
         keep_log: whether the log is kept.
@@ -275,7 +275,7 @@ def follow(
     with ExitStack() as stack:
         bar = stack.enter_context(progress_bar(TABLE_RUNS, "calibrating the table")) if progress else None
         virtual = make_sensor(unit, sensor, advance=bar.advance if bar else None)
-    kept = None if state is None else StateFile(Path(state), virtual)
+    kept = None if state is None else StateFile(Path(state), virtual, unit.name)
 
     def begin(say: Callable[[str], object]) -> None:
         if kept is not None and start is None:
@@ -283,30 +283,33 @@ def follow(
         else:
             virtual.start(start, start_std)
 
-    begin(say)
     passes = partial(
         track_pieces, virtual, out=out, keep_track=keep_track, keep_log=keep_log, all_of_it=all_of_it,
         more=more, available=available,
     )  # fmt: skip
     passed: list[xarray.Dataset] | None = None if isinstance(log, str | Path) else []
     with ExitStack() as stack:
+        if kept is not None:
+            stack.callback(kept.release)
+            kept.hold()
+        begin(say)
         bar = stack.enter_context(progress_bar(1.0, "tracking")) if progress else None
         pieces, file = _pieces(log, channel_map, bar.advance if bar else advance)
         watch = Watch(unit, file, channel_map)
         seen = watch.over(pieces if passed is None else _remembered(pieces, passed))
         done = passes(pieces=seen)
-    if (mistake := watch.mistake) is not None:  # known at the end alone: the track is made again, and says it
-        begin(lambda text: None)
-        if available is not None:
-            available.clear()
-        again = _pieces(log, channel_map, None)[0] if passed is None else passed
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", LogWarning)
-            done = passes(pieces=again, said_of=lambda tracked: contradicted(tracked, mistake))
-        if kept is not None:
-            say(f"{kept.path}: left as it was, because the log contradicts the machine")
-    elif kept is not None:
-        kept.save()
+        if (mistake := watch.mistake) is not None:  # known at the end alone: the track is made again, and says it
+            begin(lambda text: None)
+            if available is not None:
+                available.clear()
+            again = _pieces(log, channel_map, None)[0] if passed is None else passed
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", LogWarning)
+                done = passes(pieces=again, said_of=lambda tracked: contradicted(tracked, mistake))
+            if kept is not None:
+                say(f"{kept.path}: left as it was, because the log contradicts the machine")
+        elif kept is not None:
+            kept.save()
     return replace(done, mistake=watch.last_word, is_contradicted=watch.mistake is not None)
 
 

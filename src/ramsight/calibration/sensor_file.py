@@ -10,7 +10,6 @@ import hashlib
 import io
 import json
 import math
-import tomllib
 import zipfile
 import zlib
 from pathlib import Path
@@ -19,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight import bounded_toml
 from ramsight.errors import RamsightError
 from ramsight.output import atomic_path
 from ramsight.sensor.table import MovementTable
@@ -85,7 +85,7 @@ def load(path: str | Path) -> MovementTable:
         with zipfile.ZipFile(path) as packed:
             if sum(member.file_size for member in packed.infolist()) > _LARGEST:
                 raise SensorFileError(f"{shown}: is too large for a sensor file")
-            header = tomllib.loads(packed.read(_HEADER).decode())
+            header = bounded_toml.loads(packed.read(_HEADER).decode())
             _check_format(header, shown)
             arrays = {name: _read_array(packed.read(f"{name}.npy")) for name in _UNITS}
             numbers = {name: float(header["numbers"][name]["value"]) for name in _NUMBERS}

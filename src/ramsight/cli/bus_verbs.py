@@ -30,6 +30,10 @@ def encoder(
     state: Annotated[Path | None, typer.Option(help="Keep position and parameters here over a power loss.")] = None,
     hold: Annotated[bool, typer.Option("--hold", help="An invalid position is held; else 6004h is 7FFFFFFFh.")] = False,
     timeout: Annotated[str | None, typer.Option(help="So long without the drive is invalid [default: 100 ms].")] = None,
+    drive_period: Annotated[
+        str | None,
+        typer.Option(help="Between two frames of the drive; what comes more often is another node [default: learned]."),
+    ] = None,
     tolerance: Annotated[
         str | None, typer.Option(help="Of a real position sensor that the map names [default: 2 mm].")
     ] = None,
@@ -89,7 +93,10 @@ def encoder(
         if time_to_alert is None
         else parse_option(time_to_alert, "s", "--time-to-alert", least="0 s", most=longest)
     )
-    settings = Settings(node_id, drive_node, serial, overrides(hold, within, wrong, alert))
+    period = (
+        None if drive_period is None else parse_option(drive_period, "s", "--drive-period", least="0.1 ms", most="1 s")
+    )
+    settings = Settings(node_id, drive_node, serial, overrides(hold, within, wrong, alert, period))
     described = load_machine(machine)
     built = build_unit(unit, described.unit(unit), described.linkage)
     meanings = drive_map(drive_node, objects.split(","), rated) if channel_map is None else load_map(channel_map)

@@ -13,6 +13,7 @@ def studio(
         str, typer.Option(help="Address to listen at; any but this machine's own needs the token that is printed.")
     ] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="Port to listen at.", min=1, max=65535)] = 8080,
+    visitors: Annotated[int, typer.Option(help="Visitors at a time; each has a process.", min=1, max=1000)] = 8,
     show: Annotated[bool, typer.Option("--show/--no-show", help="Open a browser.")] = True,
 ) -> None:
     """Open a page on this machine with a machine that runs, its circuit, and what its sensors say.
@@ -25,4 +26,4 @@ def studio(
     """
     from ramsight.studio.web_server import serve
 
-    serve(machine, host=host, port=port, show=show)
+    serve(machine, host=host, port=port, show=show, visitors=visitors)

@@ -38,7 +38,7 @@ TIME = "time"
 samples would end a sample early or late at its limit."""
 ROW = ("time [s]", "motor speed [rad/s]", "motor torque [N m]", "oil temperature [K]", "reference [m]")
 """Columns of a row of samples; what else a sensor takes comes after them."""
-_SLOTS = "slots 2"
+_SLOTS = "slots 3"
 """How the bytes of a slot are laid out; part of its identity."""
 _OTHER_STATUSES = 4
 """Statuses among the golden samples in which floats may differ; doubles may in none."""
@@ -105,7 +105,7 @@ def sensor_source(
         statuses=indented(f"{macro}_{s.name} = {int(s)}, /* {s.text} */" for s in Status),
         outputs=indented(_outputs(sensor, prefix)),
         states=indented(f"{'double' if name in wide else f'{prefix}_real'} {name};" for name in states),
-        bytes=f"(16 + 8 * {wides} + (int)sizeof({prefix}_real) * {len(states) - wides})",
+        bytes=f"(20 + 8 * {wides} + (int)sizeof({prefix}_real) * {len(states) - wides})",
         **common,
     )
     body = template(

@@ -120,7 +120,7 @@ def footprint(compiler: str, folder: Path, prefix: str, *, single: bool, optimis
     options = [optimised, "-fstack-usage", f"-D{prefix.upper()}_FLOAT={int(single)}"]
     with _copied(folder) as work:
         step = _timed(compiler, work, prefix, options)
-        (stack,) = re.findall(rf":{prefix}_step\t(\d+)", (work / f"{prefix}.su").read_text(encoding="utf-8"))
+        (stack,) = re.findall(rf":{prefix}_step\t([0-9]+)", (work / f"{prefix}.su").read_text(encoding="utf-8"))
         state, saved = _numbers(compiler, work, prefix, [f"sizeof({prefix})", f"{prefix.upper()}_BYTES"], options)
         code = _code_bytes(work / f"{prefix}.o")
     return Footprint("float" if single else "double", optimised, code, int(stack), state, saved, step)
@@ -169,7 +169,7 @@ def _numbers(compiler: str, work: Path, name: str, asked: Sequence[str], options
 
 
 def _step_nanoseconds(said: str) -> int:
-    return int(re.findall(r"(\d+) ns a step", said)[0])
+    return int(re.findall(r"([0-9]+) ns a step", said)[0])
 
 
 def _code_bytes(file: Path) -> int:

@@ -20,6 +20,7 @@ from ramsight.engine.run import DEFAULT_RTOL
 from ramsight.plant.circuit import COMMANDED
 from ramsight.plant.oil import ATMOSPHERE
 from ramsight.plant.unit import HydraulicUnit, circuit, reach
+from ramsight.sensor.comparing import Verdict
 from ramsight.sensor.hypothesis import Kind, state_of
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.quantity import FACTOR_OF
@@ -109,6 +110,7 @@ def sensor_model(unit: HydraulicUnit, prefix: str, machine: str, behind: Behind 
         "sensor_model.c",
         p=prefix,
         P=prefix.upper(),
+        unchecked=int(Verdict.UNCHECKED),
         causality=_letters(variables),
         stroke=f"{unit.cylinder.stroke:g}",
         starts="\n".join(_starts(variables)),

@@ -12,7 +12,7 @@ _BITS = {
     "BOOLEAN": 1, "INT8": 8, "INT16": 16, "INT24": 24, "INT32": 32, "INT64": 64,
     "UINT8": 8, "UINT16": 16, "UINT24": 24, "UINT32": 32, "UINT64": 64, "REAL32": 32, "REAL64": 64,
 }  # fmt: skip
-_OBJECT = re.compile(r"(?:0x)?([0-9A-Fa-f]{4})h?(?:\s*[:.]\s*(?:0x)?([0-9A-Fa-f]{1,2})h?)?(?:\s+([A-Za-z]+\d*))?")
+_OBJECT = re.compile(r"(?:0x)?([0-9A-Fa-f]{4})h?(?:\s*[:.]\s*(?:0x)?([0-9A-Fa-f]{1,2})h?)?(?:\s+([A-Za-z]+[0-9]*))?")
 
 _KNOWN = {
     (0x6040, 0): ("UINT16", "", 1.0),  # controlword

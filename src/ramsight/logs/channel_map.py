@@ -7,11 +7,11 @@ writes a first one.
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from ramsight import bounded_toml
 from ramsight.errors import DescriptionError
 from ramsight.logs.channels import DC_POWER, POSITION
 from ramsight.logs.header import SEPARATORS, CsvForm
@@ -81,7 +81,8 @@ def load_map(path: str | Path) -> ChannelMap:
     try:
         if Path(path).is_fifo():
             raise DescriptionError("is not a regular file", file=file)
-        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        with open(path, "rb") as content:
+            table = bounded_toml.loads(content.read(bounded_toml.LARGEST + 1).decode("utf-8"))
     except (OSError, ValueError) as error:
         text = (error.strerror or str(error)) if isinstance(error, OSError) else str(error)
         said = text if isinstance(error, OSError) else f"is no TOML file: {text}"

@@ -36,10 +36,13 @@ class Decimals:
         self._open: dict[str, tuple[int, str, str]] = {}
         marks = {mark: re.escape(mark) for mark in _MARKS}
         self._decimal = {
-            mark: _cell(rf"\d*{m}(?:\d{{1,2}}|\d{{4,}})(?:[eE][+-]?\d+)?|(?:0\d*|\d{{4,}}){m}\d+", separator)
+            mark: _cell(
+                rf"[0-9]*{m}(?:[0-9]{{1,2}}|[0-9]{{4,}})(?:[eE][+-]?[0-9]+)?|(?:0[0-9]*|[0-9]{{4,}}){m}[0-9]+",
+                separator,
+            )
             for mark, m in marks.items()
         }
-        self._either = {mark: _cell(rf"[1-9]\d{{0,2}}(?:{m}\d{{3}})+", separator) for mark, m in marks.items()}
+        self._either = {mark: _cell(rf"[1-9][0-9]{{0,2}}(?:{m}[0-9]{{3}})+", separator) for mark, m in marks.items()}
 
     def check(self, body: bytes, first_line: int, wanted: Collection[str]) -> None:
         """Take lines of the file.

@@ -7,17 +7,18 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from ramsight.errors import LogError, warn_of_log
+from ramsight.logs.digits import decimal, is_digits, whole
 from ramsight.logs.frames import EXTENDED, Frame
 from ramsight.logs.lines import Advance, cut_short, file_name, line_blocks, printable
 from ramsight.logs.stamps import stamp_seconds
 
 _KNOWN = re.compile(
-    r"\s*(//|date\b|base\b|(no\s+)?internal\s+events|begin\s+trigger|end\s+trigger|\d+\.\d+\s|#|$)", re.I
+    r"\s*(//|date\b|base\b|(no\s+)?internal\s+events|begin\s+trigger|end\s+trigger|[0-9]+\.[0-9]+\s|#|$)", re.I
 )
 FD_LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
 _DIRECTIONS = ("rx", "tx", "txrq")
 _RAW_LENGTH = re.compile(r"_[9A-Fa-f]$")  # of a frame of 8 bytes that states more: candump -8
-_LENGTH = re.compile(r"\[(\d+)\]|\{([0-9A-Fa-f])\}")
+_LENGTH = re.compile(r"\[([0-9]+)\]|\{([0-9A-Fa-f])\}")
 _FIRST_DELTAS = 50
 _BLANK = b" \t\n\x0b\x0c"
 
@@ -109,23 +110,23 @@ class _Asc:
     def frame(self, text: str, line: int) -> Frame | None:
         """The frame in a line, if it is one."""
         cells = text.split()
-        if not cells or not cells[0][0].isdigit() or "." not in cells[0]:
+        if not cells or not is_digits(cells[0][0]) or "." not in cells[0]:
             self._header(cells)
             if _KNOWN.match(text) is None:
                 self.strange += 1
                 self.first_strange = self.first_strange or line
             return None
-        time = float(cells[0])
+        time = decimal(cells[0])
         self._clock = self._clock + time if self._is_relative else time
         if len(cells) < 3:
             raise ValueError
         if cells[1] == "CANFD":
-            is_frame = cells[2].isdigit() and len(cells) > 3 and cells[3].lower() in _DIRECTIONS
+            is_frame = is_digits(cells[2]) and len(cells) > 3 and cells[3].lower() in _DIRECTIONS
             return self._fd(cells) if is_frame else None  # the start of a measurement, statistics
-        if not cells[1].isdigit():
+        if not is_digits(cells[1]):
             return None
         if cells[2].lower().startswith("errorframe"):
-            return Frame(self._clock, 0, int(cells[1]) - 1, None)
+            return Frame(self._clock, 0, whole(cells[1]) - 1, None)
         if len(cells) < 4 or cells[3].lower() not in _DIRECTIONS:
             if len(cells) < 5 and re.fullmatch(r"[0-9A-Fa-f]+[xX]?", cells[2]):
                 raise ValueError
@@ -133,8 +134,8 @@ class _Asc:
         is_data = cells[4].lower() == "d"
         if not is_data and cells[4].lower() != "r":
             raise ValueError
-        data = self._bytes(cells[6:], min(FD_LENGTHS[int(cells[5], self._base)], 8)) if is_data else None
-        return Frame(self._clock, self._key(cells[2]), int(cells[1]) - 1, data)
+        data = self._bytes(cells[6:], min(FD_LENGTHS[whole(cells[5], self._base)], 8)) if is_data else None
+        return Frame(self._clock, self._key(cells[2]), whole(cells[1]) - 1, data)
 
     def _header(self, cells: list[str]) -> None:
         words = [cell.lower() for cell in cells]
@@ -143,19 +144,19 @@ class _Asc:
             self._is_relative = "relative" in words
 
     def _fd(self, cells: list[str]) -> Frame:
-        bus = int(cells[2]) - 1
+        bus = whole(cells[2]) - 1
         if cells[4].lower().startswith("errorframe"):
             return Frame(self._clock, 0, bus, None)
         first = (
-            5 if cells[5].isdigit() and len(cells[5]) == 1 else 6
+            5 if is_digits(cells[5]) and len(cells[5]) == 1 else 6
         )  # a name may stand before the switch of the bit rate
-        length = int(cells[first + 3])
+        length = whole(cells[first + 3])
         data = self._bytes(cells[first + 4 :], length) if length else None
         return Frame(self._clock, self._key(cells[4]), bus, data)
 
     def _key(self, text: str) -> int:
         wide = text[-1:] in "xX"
-        key = int(text[:-1] if wide else text, self._base)
+        key = whole(text[:-1] if wide else text, self._base)
         if not 0 <= key < (1 << 29 if wide else 1 << 11):
             raise ValueError
         return key | (EXTENDED if wide else 0)
@@ -163,7 +164,7 @@ class _Asc:
     def _bytes(self, cells: list[str], length: int) -> bytes:
         if len(cells) < length:
             raise ValueError
-        return bytes(int(cell, self._base) for cell in cells[:length])
+        return bytes(whole(cell, self._base) for cell in cells[:length])
 
 
 class _Candump:
@@ -179,11 +180,11 @@ class _Candump:
         if not text or text.startswith("#"):
             return None
         if not text.startswith("("):
-            if re.match(r"\S+\s.*\[\d+\]", text):
+            if re.match(r"\S+\s.*\[[0-9]+\]", text):
                 raise SaidError("it has no time stamp; record with candump -L")
             raise ValueError
         stamp, _, rest = text[1:].partition(")")
-        time = float(stamp) if re.fullmatch(r"\d+\.\d+", stamp) else stamp_seconds(stamp)
+        time = decimal(stamp) if re.fullmatch(r"[0-9]+\.[0-9]+", stamp) else stamp_seconds(stamp)
         cells = rest.split()
         if "#" in cells[1]:
             return self._logged(time, cells)
@@ -191,7 +192,7 @@ class _Candump:
 
     def _bus(self, name: str) -> int:
         if name not in self._buses:
-            digits = re.search(r"\d+$", name)
+            digits = re.search(r"[0-9]+$", name)
             number = int(digits[0]) if digits else len(self._buses)
             while number in self._buses.values():  # can0 and vcan0 are two
                 number += 1
@@ -205,7 +206,7 @@ class _Candump:
             return Frame(time, 0, self._bus(cells[0]), None)
         data = _RAW_LENGTH.sub("", data)
         if data.startswith("#"):
-            int(data[1], 16)
+            whole(data[1], 16)
             content = hex_bytes(data[2:])
         elif data[:1].lower() != "r":
             content = hex_bytes(data)
@@ -220,7 +221,7 @@ class _Candump:
         place = next((k for k, cell in enumerate(cells) if k > 1 and _LENGTH.fullmatch(cell)), 0)
         if not place:
             raise ValueError
-        length = int(cells[place][1:-1]) if cells[place][0] == "[" else min(int(cells[place][1:-1], 16), 8)
+        length = whole(cells[place][1:-1]) if cells[place][0] == "[" else min(whole(cells[place][1:-1], 16), 8)
         data = cells[place + 1 :]
         if data[:1] == ["remote"] or data[:1] == ["ERRORFRAME"]:
             return self._frame(time, cells[place - 1], cells[0], None)
@@ -229,7 +230,7 @@ class _Candump:
         return self._frame(time, cells[place - 1], cells[0], hex_bytes("".join(data[:length])))
 
     def _frame(self, time: float, identifier: str, bus: str, data: bytes | None) -> Frame:
-        key, wide = int(identifier, 16), len(identifier) > 3
+        key, wide = whole(identifier, 16), len(identifier) > 3
         if key & 0x20000000:  # an error frame
             return Frame(time, 0, self._bus(bus), None)
         if not 0 <= key < (1 << 29 if wide else 1 << 11) or not re.fullmatch(r"[0-9A-Fa-f]{1,8}", identifier):

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ramsight.errors import DescriptionError, LogError
+from ramsight.logs.digits import decimal
 from ramsight.logs.header import NEVER_FILLED, SEPARATORS, CsvForm, separator_of, split, units_row, whole_lines
 from ramsight.logs.lines import line_blocks
 from ramsight.logs.source import Offered
@@ -158,14 +159,14 @@ def _is_value(cell: str) -> bool:
 
 def _has_decimal_commas(rows: Sequence[str]) -> bool:
     """Whether cells in quotes are numbers with a decimal comma: one that cannot separate thousands."""
-    quoted = [cell for row in rows for cell in _cells(row, ",") if re.fullmatch(r"[+-]?\d+,\d+", cell)]
-    return any(not re.fullmatch(r"[+-]?[1-9]\d{0,2},\d{3}", cell) for cell in quoted)
+    quoted = [cell for row in rows for cell in _cells(row, ",") if re.fullmatch(r"[+-]?[0-9]+,[0-9]+", cell)]
+    return any(not re.fullmatch(r"[+-]?[1-9][0-9]{0,2},[0-9]{3}", cell) for cell in quoted)
 
 
 def is_number(cell: str) -> bool:
     """Whether a cell holds a number."""
     try:
-        float(cell)
+        decimal(cell)
     except ValueError:
         return False
     return True

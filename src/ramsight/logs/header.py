@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ramsight.errors import DescriptionError, LogError
+from ramsight.logs.digits import decimal
 from ramsight.units import parse
 
 SEPARATORS = {",": "comma", ";": "semicolon", "\t": "tab"}
@@ -128,7 +129,7 @@ def is_unit(text: str) -> bool:
 
 def _is_number(cell: str) -> bool:
     try:
-        float(cell.replace(",", "."))
+        decimal(cell.replace(",", "."))
     except ValueError:
         return False
     return True

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from difflib import get_close_matches
 from typing import Any
 
-from ramsight.errors import DescriptionError
+from ramsight.errors import DescriptionError, short
 from ramsight.units import parse
 
 
@@ -80,7 +80,7 @@ class Keys:
     def end(self) -> None:
         """Refuse keys that nobody took."""
         for key in self._left:
-            close = get_close_matches(key, self._known, n=1)
+            close = get_close_matches(short(key), self._known, n=1)
             hint = f"; did you mean {close[0]!r}?" if close else ""
             raise DescriptionError(
                 f"is not a key of a channel map{hint}",

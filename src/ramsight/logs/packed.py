@@ -13,6 +13,7 @@ from ramsight.errors import LogError
 Advance = Callable[[float], object]
 """Called with the share of a file that was read since the last call; the shares add up to 1."""
 
+_MOST, _TIMES = 1 << 30, 200  # bytes unpacked, times packed ones; logs are packed to a tenth, zeros to a thousandth
 _GZIP = 31  # zlib's window size for a gzip header and trailer
 
 
@@ -88,8 +89,9 @@ class Unpacked:
 
     def _members(self, stored: Iterator[bytes]) -> Iterator[bytes]:
         """What the members of a gzip file hold, one after the other; never more than `size` bytes at once."""
-        unpacking, number, begun = zlib.decompressobj(_GZIP), 0, False
+        unpacking, number, begun, total, packed = zlib.decompressobj(_GZIP), 0, False, 0, 0
         for data in stored:
+            packed += len(data)
             while data:
                 if not begun and number and not (data := data.lstrip(b"\0")):  # a tape's padding
                     break
@@ -101,6 +103,10 @@ class Unpacked:
                     unpacked = unpacking.decompress(data, self._size)
                 except zlib.error:
                     raise LogError("is a damaged gzip file", file=self._file) from None
+                total += len(unpacked)
+                if total > _MOST and total > _TIMES * packed:
+                    what = f"unpacks to more than {_MOST >> 30} GiB, over {_TIMES} times what it has: is it a log?"
+                    raise LogError(f"{what} Unpack it first", file=self._file)
                 if unpacked:
                     yield unpacked
                 data = unpacking.unconsumed_tail

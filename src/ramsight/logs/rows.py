@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.errors import LogError
+from ramsight.logs.digits import decimal
 from ramsight.logs.header import split
 from ramsight.logs.lines import printable
 from ramsight.logs.stamps import stamp_seconds
@@ -134,7 +135,7 @@ def _stamp(cells: Sequence[str], line: int, layout: Layout) -> float:
 MISSING = frozenset(("", "n/a", "na", "#n/a", "#nv", "null", "none", "-", "--", "---"))
 """What a cell without a number may say, in small letters."""
 
-_THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:([,.'  ])\d{3})+(?:[.,]\d+)?")
+_THOUSANDS = re.compile(r"[+-]?[0-9]{1,3}(?:([,.'  ])[0-9]{3})+(?:[.,][0-9]+)?")
 
 
 def number_of(text: str, *, is_decimal_comma: bool) -> float:
@@ -152,14 +153,12 @@ def number_of(text: str, *, is_decimal_comma: bool) -> float:
         12.5
     """
     try:
-        if "_" in text or not text.isascii():  # float() takes 1_000 and digits of every script
-            raise ValueError
-        return float(text.replace(",", ".") if is_decimal_comma else text)
+        return decimal(text.replace(",", ".") if is_decimal_comma else text)
     except ValueError:
         hint = ""
         if _THOUSANDS.fullmatch(text):
             hint = "; thousands separators are not read: write the log without them"
-        elif not is_decimal_comma and re.fullmatch(r"[+-]?\d+,\d+", text):
+        elif not is_decimal_comma and re.fullmatch(r"[+-]?[0-9]+,[0-9]+", text):
             hint = "; for decimal commas in quotes the channel map has [csv] decimal = ','"
         raise ValueError(f"is not a number: '{printable(text)}'{hint}") from None
 

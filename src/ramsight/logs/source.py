@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ramsight.errors import LogError, UnknownNameError
 from ramsight.logs.align import Block, Samples
+from ramsight.logs.digits import is_digits
 from ramsight.logs.lines import Advance, file_name
 from ramsight.logs.mapped import ChannelMap
 from ramsight.optional import imported
@@ -159,7 +160,7 @@ def unit_in_name(name: str) -> str:
         ('permille', 'percent')
     """
     if match := _IN_BRACKETS.fullmatch(name):
-        return "" if match[1].strip().isdigit() else match[1].strip()  # "Time (2)" is the second of its name
+        return "" if is_digits(match[1].strip()) else match[1].strip()  # "Time (2)" is the second of its name
     small = name.lower()
     if match := _OBJECT.search(small):
         return _OBJECTS[match[1]]

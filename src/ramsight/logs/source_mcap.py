@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import struct
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from ramsight.logs.align import Block, Samples
 from ramsight.logs.falls import Falls
 from ramsight.logs.lines import Advance, first_line
 from ramsight.logs.mapped import ChannelMap
+from ramsight.logs.mcap_chunk import unpacked_chunk
 from ramsight.logs.mcap_content import DAMAGED, Contents, Decoder
 from ramsight.logs.packed import opened
 from ramsight.logs.source import Offered, Source, needs, unit_in_name
@@ -124,8 +126,9 @@ class McapSource(Source):
                 topic, decoder = topics[record.channel_id]
                 try:
                     content = decoder(record.data)
-                except DAMAGED as error:
-                    text = f"a message at {record.log_time / NANOSECONDS:g} s: {first_line(error)}"
+                except (*DAMAGED, RecursionError) as error:
+                    told = "nested too deeply" if isinstance(error, RecursionError) else first_line(error)
+                    text = f"a message at {record.log_time / NANOSECONDS:g} s: {told}"
                     raise LogError(text, file=self.file, column=topic) from None
                 yield topic, record.log_time, content
 
@@ -133,9 +136,9 @@ class McapSource(Source):
         """All records in their order; a file that breaks off ends with a warning."""
         found = False
         with opened(self.path) as file:
-            reader = self._mcap.StreamReader(file, validate_crcs=True, record_size_limit=_LARGEST)
+            reader = self._mcap.StreamReader(file, emit_chunks=True, validate_crcs=True, record_size_limit=_LARGEST)
             try:
-                for record in reader.records:
+                for record in self._unpacked(reader.records):
                     found = found or isinstance(record, self._known.Message)
                     yield record
             except self._cut:
@@ -144,6 +147,16 @@ class McapSource(Source):
                 warn_of_log("the file breaks off; what is whole was read", file=self.file)
             except self._damage as error:
                 raise LogError(f"is no MCAP file, or a damaged one: {first_line(error)}", file=self.file) from None
+
+    def _unpacked(self, records: Iterator[Any]) -> Iterator[Any]:
+        """The records, and those in chunks, which say how much they hold and hold no more."""
+        for record in records:
+            if not isinstance(record, self._known.Chunk):
+                yield record
+                continue
+            data = unpacked_chunk(record.data, record.compression, record.uncompressed_size, _LARGEST)
+            plain = replace(record, compression="", data=data)
+            yield from self._mcap.breakup_chunk(plain, validate_crc=True)
 
     def _find(self) -> dict[str, dict[str, str]]:
         """Fields with their units, by topic."""

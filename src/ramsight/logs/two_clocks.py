@@ -13,7 +13,7 @@ from ramsight.logs.guess import guess_clock
 from ramsight.units import parse
 
 APART = Constant(0.02, "1", "of the time that passed: two clocks of one recorder differ by less, two rates by more")
-_NUMBER = re.compile(r"[ ._#-]*\(?\d*\)?(?=\s*(?:[\[(].*)?$)")
+_NUMBER = re.compile(r"[ ._#-]*\(?[0-9]*\)?(?=\s*(?:[\[(].*)?$)")
 
 
 def is_clock_like(name: str, unit: str) -> bool:

@@ -8,7 +8,7 @@ from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, Tag, ValidationError
 
-from ramsight.errors import DescriptionError, first_of
+from ramsight.errors import MISTAKES, DescriptionError, first_of, short
 from ramsight.machine.declare import declaration, explain, model_class
 from ramsight.units import name_of
 
@@ -36,7 +36,8 @@ def validate(
         problems = error.errors(include_url=False)
     # a misspelt key is both unknown and missing: the unknown one says more
     problems.sort(key=lambda problem: problem["type"] != "extra_forbidden")
-    raise first_of([_one_line(model, dict(problem), file, prefix) for problem in problems])
+    listed = [_one_line(model, dict(problem), file, prefix) for problem in problems[:MISTAKES]]
+    raise first_of(listed, further=len(problems) - len(listed))
 
 
 def _one_line(model: type[BaseModel], problem: dict[str, Any], file: str | None, prefix: str) -> DescriptionError:
@@ -48,7 +49,7 @@ def _one_line(model: type[BaseModel], problem: dict[str, Any], file: str | None,
     kind = problem["type"]
     if kind == "extra_forbidden":
         known = list(holder.model_fields) if holder else []
-        close = get_close_matches(location[-1], known, n=1)
+        close = get_close_matches(short(location[-1]), known, n=1)
         hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"
         message, value = f"unknown key; {hint}", None
     elif kind == "missing":

@@ -19,6 +19,10 @@ from ramsight.errors import DescriptionError
 FROM_FILE: Mapping[str, bool] = {"from_file": True}
 
 
+_SMALLEST = 1e-15
+"""Of the largest value allowed: less than the digits that a double has."""
+
+
 @dataclass(frozen=True)
 class Quantity:
     """The declaration of a physical parameter; stands in `Annotated[float, quantity(...)]`."""
@@ -34,7 +38,7 @@ class Quantity:
 
     @property
     def range(self) -> str:
-        """The allowed range in the units it was declared in, for example ``above 0 mm, at most 1 m``."""
+        """The allowed range in the units it was declared in, for example ``at least 1 mm, at most 1 m``."""
         words = (
             ("above", self.above),
             ("at least", self.least),
@@ -65,11 +69,20 @@ class Quantity:
             if bound is not None and not holds(number, units.parse(bound, self.unit)):
                 shown = units.format_si(number, self.unit, 6) if plain else value
                 raise DescriptionError("out of range", value=shown, allowed=self.range)
+        if 0.0 < abs(number) < self._smallest:
+            shown = units.format_si(number, self.unit, 6) if plain else value
+            raise DescriptionError("too small to be anything but 0", value=shown, allowed=self.range)
         if not self.whole:
             return number
         if number != round(number):
             raise DescriptionError("expected a whole number", value=value, allowed=self.range)
         return round(number)
+
+    @property
+    def _smallest(self) -> float:
+        """What a value other than 0 is at least [SI]; smaller ones lose all digits where they are added to others."""
+        ends = [units.parse(bound, self.unit) for bound in (self.above, self.least, self.below, self.most) if bound]
+        return _SMALLEST * max(map(abs, ends), default=0.0)
 
     def show(self, value: float, digits: int | None = None) -> str:
         """Write an SI value in the declared unit; teeth as ``28/41``, so that they come back exactly."""
@@ -115,6 +128,9 @@ def quantity(
     most: str | None = None,
 ) -> Quantity:
     """Declare a physical parameter.
+
+    Each has a least and a greatest value that physics gives: beyond them no such machine is, and a slip of a unit or a
+    hostile file would make laws divide by next to nothing.
 
     Args:
         unit: the unit it is shown in; any unit of the same dimension may be written.

@@ -19,6 +19,9 @@ COLUMNS = (
     "hydromechanical_efficiency",
 )
 _UNITS = ("bar", "rpm", "mm2/s", "1", "1")
+_LEAST, _MOST = (0.001, 0.01, 0.01, 0.001, 0.001), (1e4, 3e4, 1e5, 1.0, 1.0)
+_RANGES = tuple((to_si(low, unit), to_si(high, unit)) for low, high, unit in zip(_LEAST, _MOST, _UNITS, strict=True))
+_ALLOWED = "0.001 to 10000 bar, 0.01 to 30000 rpm, 0.01 to 100000 mm2/s, efficiencies 0.001 to 1"
 _KEY = "efficiency_table"
 
 
@@ -56,7 +59,10 @@ def read_efficiencies(text: str) -> Efficiencies:
         >>> table.pressure, table.volumetric
         ((10000000.0, 20000000.0), (((0.95, 0.9),),))
     """
-    lines = [line for line in csv.reader(io.StringIO(text.strip()), skipinitialspace=True) if line]
+    try:
+        lines = [line for line in csv.reader(io.StringIO(text.strip()), skipinitialspace=True) if line]
+    except csv.Error as error:
+        raise refuse(_KEY, text.strip()[:60], f"is no CSV text: {error}") from None
     if not lines or tuple(name.strip() for name in lines[0]) != COLUMNS:
         raise refuse(_KEY, text.strip()[:60], "the table needs a first line with its columns", ", ".join(COLUMNS))
     points: dict[tuple[float, float, float], tuple[float, float]] = {}
@@ -78,9 +84,11 @@ def read_efficiencies(text: str) -> Efficiencies:
 
 def _row(line: list[str], number: int) -> tuple[float, float, float, float, float]:
     try:
+        if not all(cell.isascii() for cell in line):  # float() takes digits of every script
+            raise ValueError
         values = [to_si(float(cell), unit) for cell, unit in zip(line, _UNITS, strict=True)]
     except ValueError:
         raise refuse(_KEY, f"line {number}", "is not five numbers", ", ".join(COLUMNS)) from None
-    if not all(math.isfinite(value) and value > 0.0 for value in values) or max(values[3:]) > 1.0:
-        raise refuse(_KEY, f"line {number}", "is out of range", "all above 0, efficiencies at most 1")
+    if not all(low <= value <= high for value, (low, high) in zip(values, _RANGES, strict=True)):
+        raise refuse(_KEY, f"line {number}", "is out of range", _ALLOWED)
     return values[0], values[1], values[2], values[3], values[4]

@@ -16,11 +16,15 @@ class Motor(Part):
 
     family: ClassVar[str] = "motor"
 
-    rated_torque: Annotated[float, quantity("N m", "torque that it gives for ever", above="0 N m", most="10000 N m")]
-    peak_torque: Annotated[float, quantity("N m", "torque that it gives for seconds", above="0 N m", most="20000 N m")]
+    rated_torque: Annotated[
+        float, quantity("N m", "torque that it gives for ever", least="0.001 N m", most="10000 N m")
+    ]
+    peak_torque: Annotated[
+        float, quantity("N m", "torque that it gives for seconds", least="0.001 N m", most="20000 N m")
+    ]
     max_speed: Annotated[float, quantity("rpm", "highest speed", least="1 rpm", most="30000 rpm")]
     moment_of_inertia: Annotated[
-        float, quantity("kg m2", "of the rotor alone", above="0 kg m2", most="100 kg m2")
+        float, quantity("kg m2", "of the rotor alone", least="1e-8 kg m2", most="100 kg m2")
     ]  # fmt: skip
 
 
@@ -29,12 +33,12 @@ class MotorController(Part):
 
     family: ClassVar[str] = "motor controller"
 
-    speed_step: Annotated[float, quantity("rpm", "step of the reported speed", above="0 rpm", most="100 rpm")]
-    torque_step: Annotated[float, quantity("N m", "step of the reported torque", above="0 N m", most="100 N m")]
+    speed_step: Annotated[float, quantity("rpm", "step of the reported speed", least="1e-6 rpm", most="100 rpm")]
+    torque_step: Annotated[float, quantity("N m", "step of the reported torque", least="1e-6 N m", most="100 N m")]
     torque_accuracy: Annotated[
-        float, quantity("%", "of the reported torque, over the motor's rated one", above="0 %", most="50 %")
+        float, quantity("%", "of the reported torque, over the motor's rated one", least="0.0001 %", most="50 %")
     ]
-    period: Annotated[float, quantity("ms", "between two reports", above="0 ms", most="10 s")]
+    period: Annotated[float, quantity("ms", "between two reports", least="0.01 ms", most="10 s")]
 
 
 class Battery(Part):
@@ -42,8 +46,8 @@ class Battery(Part):
 
     family: ClassVar[str] = "battery"
 
-    voltage: Annotated[float, quantity("V", "nominal voltage", above="0 V", most="2000 V")]
-    capacity: Annotated[float, quantity("A h", "nominal capacity", above="0 A h", most="10000 A h")]
+    voltage: Annotated[float, quantity("V", "nominal voltage", least="0.1 V", most="2000 V")]
+    capacity: Annotated[float, quantity("A h", "nominal capacity", least="0.001 A h", most="10000 A h")]
 
 
 class PressureSensor(Part):
@@ -51,8 +55,8 @@ class PressureSensor(Part):
 
     family: ClassVar[str] = "pressure sensor"
 
-    span: Annotated[float, quantity("bar", "measuring range", above="0 bar", most="10000 bar")]
-    accuracy: Annotated[float, quantity("%", "of the span, either way", above="0 %", most="20 %")]
+    span: Annotated[float, quantity("bar", "measuring range", least="0.001 bar", most="10000 bar")]
+    accuracy: Annotated[float, quantity("%", "of the span, either way", least="0.0001 %", most="20 %")]
 
 
 class Thermometer(Part):
@@ -60,7 +64,7 @@ class Thermometer(Part):
 
     family: ClassVar[str] = "temperature sensor"
 
-    accuracy: Annotated[float, quantity("delta_K", "either way", above="0 K", most="50 K")]
+    accuracy: Annotated[float, quantity("delta_K", "either way", least="0.0001 K", most="50 K")]
 
 
 class PositionSensor(Part):
@@ -68,9 +72,9 @@ class PositionSensor(Part):
 
     family: ClassVar[str] = "position sensor"
 
-    span: Annotated[float, quantity("mm", "measuring length", above="0 mm", most="100 m")]
-    accuracy: Annotated[float, quantity("%", "of the span, either way", above="0 %", most="20 %")]
-    step: Annotated[float, quantity("mm", "step of the reported length", above="0 mm", most="100 mm")]
+    span: Annotated[float, quantity("mm", "measuring length", least="1 mm", most="100 m")]
+    accuracy: Annotated[float, quantity("%", "of the span, either way", least="0.0001 %", most="20 %")]
+    step: Annotated[float, quantity("mm", "step of the reported length", least="1e-6 mm", most="100 mm")]
 
 
 ELECTRICS: tuple[type[Part], ...] = (Motor, MotorController, Battery, PressureSensor, Thermometer, PositionSensor)

@@ -13,14 +13,14 @@ from ramsight.machine.declare import count, quantity
 class Manifold(Part):
     """Block that carries pump and valves, one side alike the other."""
 
-    volume: Annotated[float, quantity("l", "oil in the manifold, per side", above="0 l", most="100 l")]
+    volume: Annotated[float, quantity("l", "oil in the manifold, per side", least="1e-4 l", most="100 l")]
 
 
 class Hose(Part):
     """Hose between manifold and cylinders, one side alike the other."""
 
-    volume: Annotated[float, quantity("l", "oil in the hose, per side", above="0 l", most="1000 l")]
-    length: Annotated[float, quantity("m", "length, for the resistance", above="0 m", most="100 m")]
+    volume: Annotated[float, quantity("l", "oil in the hose, per side", least="1e-4 l", most="1000 l")]
+    length: Annotated[float, quantity("m", "length, for the resistance", least="0.001 m", most="100 m")]
     diameter: Annotated[float, quantity("mm", "inner diameter, for the resistance", above="1 mm", most="200 mm")]
     effective_bulk_modulus: Annotated[
         float,

@@ -113,7 +113,7 @@ class LinkageCylinder(Part):
 
     base: Annotated[Attachment, Field(description="pin of the barrel")]
     rod: Annotated[Attachment, Field(description="pin of the rod")]
-    retracted_length: Annotated[float, quantity("m", "from pin to pin, fully retracted", above="0 m", most="100 m")]
+    retracted_length: Annotated[float, quantity("m", "from pin to pin, fully retracted", least="0.001 m", most="100 m")]
 
 
 class Payload(Attachment):

@@ -87,16 +87,16 @@ class Cylinder(Part):
     """Cylinders of the unit: `number` equal ones that move together; A is the piston side, B the rod side."""
 
     number: Annotated[int, count("cylinders that move together", least=1, most=16)]
-    bore: Annotated[float, quantity("mm", "inner diameter of the barrel", above="0 mm", most="1 m")]
-    rod: Annotated[float, quantity("mm", "diameter of the rod, smaller than the bore", above="0 mm", below="1 m")]
-    stroke: Annotated[float, quantity("mm", "travel from end to end", above="0 mm", most="20 m")]
+    bore: Annotated[float, quantity("mm", "inner diameter of the barrel", least="1 mm", most="1 m")]
+    rod: Annotated[float, quantity("mm", "diameter of the rod, smaller than the bore", least="1 mm", below="1 m")]
+    stroke: Annotated[float, quantity("mm", "travel from end to end", least="1 mm", most="20 m")]
     dead_volume_a: Annotated[
         float,
-        quantity("l", "oil in the A chambers, fully retracted, all cylinders together", above="0 l", most="100 l"),
+        quantity("l", "oil in the A chambers, fully retracted, all cylinders together", least="1e-4 l", most="100 l"),
     ]
     dead_volume_b: Annotated[
         float,
-        quantity("l", "oil in the B chambers, fully extended, all cylinders together", above="0 l", most="100 l"),
+        quantity("l", "oil in the B chambers, fully extended, all cylinders together", least="1e-4 l", most="100 l"),
     ]
     breakaway_friction: Annotated[
         float, quantity("kN", "force that starts a motion, per cylinder", least="0 kN", most="1000 kN")
@@ -119,7 +119,7 @@ class Cylinder(Part):
     ] = 0.0
     stribeck_velocity: Annotated[
         float,
-        quantity("mm/s", "velocity over which breakaway fades to Coulomb friction", above="0 mm/s", most="1 m/s"),
+        quantity("mm/s", "velocity over which breakaway fades to Coulomb friction", least="0.001 mm/s", most="1 m/s"),
     ] = 5e-3
     end_stop_stiffness: Annotated[
         float,
@@ -155,14 +155,14 @@ class Cylinder(Part):
     cushion_flow: Annotated[
         float,
         quantity(
-            "l/min", "through a cushion's needle valve at 100 bar, per cylinder", above="0 l/min", most="1000 l/min"
+            "l/min", "through a cushion's needle valve at 100 bar, per cylinder", least="0.001 l/min", most="1000 l/min"
         ),
     ] = 5e-5
 
     @model_validator(mode="after")
     def _holds_together(self) -> Self:
         for key, rod, least in (
-            ("rod", self.rod, "above 0 mm"),
+            ("rod", self.rod, "at least 1 mm"),
             ("rod_a", self.rod_a, "at least 0 mm"),
             ("cushion_plunger_a", self.cushion_plunger_a, "at least 0 mm"),
             ("cushion_plunger_b", self.cushion_plunger_b, "at least 0 mm"),
@@ -207,13 +207,13 @@ class Cylinder(Part):
 class Tank(Part):
     """Tank; in a closed circuit the pressure that it is charged to at rest."""
 
-    pressure: Annotated[float, quantity("bar", "absolute pressure", above="0 bar", most="50 bar")]
+    pressure: Annotated[float, quantity("bar", "absolute pressure", least="0.001 bar", most="50 bar")]
 
 
 class Load(Part):
     """What the cylinders move."""
 
-    mass: Annotated[float, quantity("kg", "mass that moves with the rods", above="0 kg", most="1e6 kg")]
+    mass: Annotated[float, quantity("kg", "mass that moves with the rods", least="0.001 kg", most="1e6 kg")]
     kind: Annotated[
         Literal["force", "passive"],
         Field(description="a force that also moves the rods, as a weight does, or one that only resists their motion"),

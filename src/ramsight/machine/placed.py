@@ -76,7 +76,7 @@ class PlacedVolume(Manifold):
 
     kind: Annotated[Literal["volume"], Field(description="kind of part")]
     node: Node
-    volume: Annotated[float, quantity("l", "oil in it", above="0 l", most="1000 l")]
+    volume: Annotated[float, quantity("l", "oil in it", least="1e-4 l", most="1000 l")]
 
 
 class PlacedOrifice(Part):
@@ -87,10 +87,10 @@ class PlacedOrifice(Part):
     outlet: Node
     rated_flow: Annotated[
         float,
-        quantity("l/min", "flow at which rated_pressure_drop is stated", above="0 l/min", most="10000 l/min"),
+        quantity("l/min", "flow at which rated_pressure_drop is stated", least="0.001 l/min", most="10000 l/min"),
     ]
     rated_pressure_drop: Annotated[
-        float, quantity("bar", "pressure drop at rated_flow", above="0 bar", most="1000 bar")
+        float, quantity("bar", "pressure drop at rated_flow", least="0.001 bar", most="1000 bar")
     ]
 
     @property
@@ -109,10 +109,10 @@ class PlacedDirectional(Part):
     port_b: Annotated[Node, Field(description="node that is fed at command -1")]
     rated_flow: Annotated[
         float,
-        quantity("l/min", "flow at which rated_pressure_drop is stated", above="0 l/min", most="10000 l/min"),
+        quantity("l/min", "flow at which rated_pressure_drop is stated", least="0.001 l/min", most="10000 l/min"),
     ]
     rated_pressure_drop: Annotated[
-        float, quantity("bar", "pressure drop of one open edge at rated_flow", above="0 bar", most="100 bar")
+        float, quantity("bar", "pressure drop of one open edge at rated_flow", least="0.001 bar", most="100 bar")
     ]
     overlap: Annotated[
         float,
@@ -153,7 +153,8 @@ class PlacedLoadSensingPump(PlacedPump):
         float, quantity("bar", "pressure rise where it delivers nothing", above="1 bar", most="1000 bar")
     ]
     band: Annotated[
-        float, quantity("bar", "below these within which it goes to full displacement", above="0 bar", most="100 bar")
+        float,
+        quantity("bar", "below these within which it goes to full displacement", least="0.001 bar", most="100 bar"),
     ]
     swivel_time: Annotated[
         float, quantity("ms", "until it has gone 95 % of a step, first order", above="1 ms", most="10 s")
@@ -167,7 +168,7 @@ class PlacedMetering(PlacedDirectional):
     load_line: Annotated[Node, Field(description="node of the sensing line")]
     sensing_flow: Annotated[
         float,
-        quantity("l/min", "through the sensing bore at rated_pressure_drop", above="0 l/min", most="100 l/min"),
+        quantity("l/min", "through the sensing bore at rated_pressure_drop", least="0.001 l/min", most="100 l/min"),
     ]
 
     @property
@@ -181,7 +182,7 @@ class PlacedAccumulator(Part):
 
     kind: Annotated[Literal["accumulator"], Field(description="kind of part")]
     node: Node
-    gas_volume: Annotated[float, quantity("l", "gas at its precharge", above="0 l", most="1000 l")]
+    gas_volume: Annotated[float, quantity("l", "gas at its precharge", least="1e-4 l", most="1000 l")]
     precharge: Annotated[float, quantity("bar", "absolute gas pressure without oil", above="0.1 bar", most="500 bar")]
     gas_exponent: Annotated[
         float, quantity("1", "polytropic exponent of the gas, 1 slow, 1.4 fast", least="1", most="1.67")

@@ -23,7 +23,7 @@ class Pump(Part):
     belt: Annotated[float, gearing("pump speed over motor speed, as a number or as teeth", above="0.01", most="100")]
     displacement: Annotated[
         float,
-        quantity("cm3/rev", "displacement of one chamber", above="0 cm3/rev", most="5000 cm3/rev"),
+        quantity("cm3/rev", "displacement of one chamber", least="0.001 cm3/rev", most="5000 cm3/rev"),
     ]
     volumetric_efficiency: Annotated[
         float, quantity("1", "volumetric efficiency at the nominal point", above="0.5", most="1")
@@ -153,18 +153,18 @@ class Drive(Part):
         quantity(
             "kg m2",
             "moment of inertia at the motor shaft, belt and pumps included",
-            above="0 kg m2",
+            least="1e-8 kg m2",
             most="10 kg m2",
         ),
     ]
     max_speed: Annotated[float, quantity("rpm", "highest motor speed", least="1 rpm", most="30000 rpm")]
-    max_torque: Annotated[float, quantity("N m", "highest motor torque", above="0 N m", most="10000 N m")]
+    max_torque: Annotated[float, quantity("N m", "highest motor torque", least="0.001 N m", most="10000 N m")]
     control: Annotated[
         Literal["ideal", "servo"], Field(description="speed as commanded, or a PI speed loop limited by max_torque")
     ] = "ideal"
     proportional_gain: Annotated[
         float,
-        quantity("N m s/rad", "of the speed loop, torque per speed", above="0 N m s/rad", most="10000 N m s/rad"),
+        quantity("N m s/rad", "of the speed loop, torque per speed", least="1e-6 N m s/rad", most="10000 N m s/rad"),
     ] = 0.8
     integral_gain: Annotated[
         float, quantity("N m/rad", "of the speed loop, torque per angle", least="0 N m/rad", most="1e6 N m/rad")

@@ -16,6 +16,7 @@ from ramsight.machine.description import FORMAT, IN_FULL, Composed, DirectDriven
 from ramsight.machine.parts import PARTS
 from ramsight.machine.placed import KINDS
 
+_MOST_UNITS = 100  # cylinders or groups of them; the largest machines of construction and mining have some dozen
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
 
 
@@ -92,6 +93,11 @@ def _machine(data: dict[str, Any], file: str) -> Machine:
     if data.get("format") is None:
         wrong["format"] = DescriptionError(f"is missing; write format = {FORMAT}", file=file, key="format")
     units = plain.get("units")
+    if isinstance(units, dict) and len(units) > _MOST_UNITS:
+        allowed = f"up to {_MOST_UNITS}"
+        raise DescriptionError(
+            "too many units for a machine", file=file, key="units", value=len(units), allowed=allowed
+        )
     if isinstance(units, dict):
         for name, unit in units.items():
             if not _NAME.fullmatch(name):

@@ -16,7 +16,8 @@ DISTRIBUTIONS = ("uniform", "normal", "triangular", "log-normal")
 CUT = 3.0
 
 _TEXT = re.compile(r"(?P<centre>[^±]*)±\s*(?P<half>.*?)\s*(?P<distribution>uniform|normal|triangular|log-normal)?\s*")
-_VALUE = re.compile(r"\s*[-+.\d][^±]*±[^±]*")
+_LONGEST = 200  # letters of a tolerance
+_VALUE = re.compile(r"\s*[-+.0-9][^±]*±[^±]*")
 
 
 @dataclass(frozen=True)
@@ -104,7 +105,7 @@ def read_spread(text: Any, declared: Quantity, centre: float | None) -> Spread:
         0.018
     """
     example = "'± 5 %', '± 0.02 normal'"
-    match = _TEXT.fullmatch(text.strip()) if isinstance(text, str) else None
+    match = _TEXT.fullmatch(text.strip()) if isinstance(text, str) and len(text) <= _LONGEST else None
     if match is None or not match["half"]:
         raise DescriptionError("is no tolerance", value=text, allowed=example)
     stated = match["centre"].strip()

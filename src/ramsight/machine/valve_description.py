@@ -24,10 +24,10 @@ class ReliefValve(Part):
     setting: Annotated[float, quantity("bar", "opening pressure above the tank's", least="1 bar", most="1000 bar")]
     rated_flow: Annotated[
         float,
-        quantity("l/min", "flow at which override_pressure is stated", above="0 l/min", most="10000 l/min"),
+        quantity("l/min", "flow at which override_pressure is stated", least="0.001 l/min", most="10000 l/min"),
     ]
     override_pressure: Annotated[
-        float, quantity("bar", "rise above the setting at rated_flow", above="0 bar", most="200 bar")
+        float, quantity("bar", "rise above the setting at rated_flow", least="0.001 bar", most="200 bar")
     ]
     closed_leakage: ClosedLeakage = 0.0
     pilot_leakage: Annotated[
@@ -55,10 +55,10 @@ class AnticavitationValve(Part):
     ]
     rated_flow: Annotated[
         float,
-        quantity("l/min", "flow at which rated_pressure_drop is stated", above="0 l/min", most="10000 l/min"),
+        quantity("l/min", "flow at which rated_pressure_drop is stated", least="0.001 l/min", most="10000 l/min"),
     ]
     rated_pressure_drop: Annotated[
-        float, quantity("bar", "pressure drop of the open valve at rated_flow", above="0 bar", most="100 bar")
+        float, quantity("bar", "pressure drop of the open valve at rated_flow", least="0.001 bar", most="100 bar")
     ]
     closed_leakage: ClosedLeakage = 0.0
 
@@ -76,17 +76,17 @@ class SafetyValve(Part):
     model: Model = None
     rated_flow: Annotated[
         float,
-        quantity("l/min", "flow at which rated_pressure_drop is stated", above="0 l/min", most="10000 l/min"),
+        quantity("l/min", "flow at which rated_pressure_drop is stated", least="0.001 l/min", most="10000 l/min"),
     ]
     rated_pressure_drop: Annotated[
-        float, quantity("bar", "pressure drop of the open valve at rated_flow", above="0 bar", most="100 bar")
+        float, quantity("bar", "pressure drop of the open valve at rated_flow", least="0.001 bar", most="100 bar")
     ]
     opening_speed: Annotated[
         float,
         quantity(
             "rad/s",
             "motor speed in the lowering direction above which it is held open",
-            above="0 rad/s",
+            least="0.001 rad/s",
             most="100 rad/s",
         ),
     ]

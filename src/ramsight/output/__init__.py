@@ -2,6 +2,7 @@
 
 `write_table` and `write_dataset` write what is there; `open_table` and `open_dataset` take a long result some rows
 after others. `atomic_path` is for files of any other kind, `whole_folder` for several that belong together.
+`Exclusive` keeps other programs from a file.
 `flush_folder` makes what was moved or removed last through a power loss.
 """
 
@@ -9,6 +10,7 @@ from ramsight.output.atomic import atomic_path, check_target
 from ramsight.output.cells import DECIMALS, Coded
 from ramsight.output.command_files import check_apart, check_state
 from ramsight.output.dataset import DATASET_FILES, DATASETS, column_name, open_dataset, write_dataset
+from ramsight.output.exclusive import Exclusive, HeldError
 from ramsight.output.flush import flush_folder
 from ramsight.output.folder import check_folder, whole_folder
 from ramsight.output.table_file import TABLE_FILES, TABLES, check_installed, open_table, write_table
@@ -20,6 +22,8 @@ __all__ = [
     "TABLES",
     "TABLE_FILES",
     "Coded",
+    "Exclusive",
+    "HeldError",
     "atomic_path",
     "check_apart",
     "check_folder",

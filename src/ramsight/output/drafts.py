@@ -11,7 +11,7 @@ import socket
 from contextlib import suppress
 from pathlib import Path
 
-_NAME = re.compile(r"\.([0-9a-f]{4})-(\d+)-[0-9a-f]{8}-(.+)", re.DOTALL)
+_NAME = re.compile(r"\.([0-9a-f]{4})-([0-9]+)-[0-9a-f]{8}-(.+)", re.DOTALL)
 
 
 def draft_of(target: Path) -> Path:

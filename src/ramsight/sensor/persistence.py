@@ -4,6 +4,10 @@ A save overwrites the older slot, so that the newer one is whole whatever happen
 first save on, and their numbers follow each other. A position is resumed only where that is so: a slot that is torn,
 erased or missing may have been the newer one, and then the piston may have moved since the other. Such a file gives
 what the sensor has learned of the machine, and no position.
+
+A file belongs to one cylinder. Its identity has an instance beside the machine's numbers, because two cylinders of a
+machine may have the same, and a random number that is made with the file, so that slots of two files are no pair. One
+program at a time may use it.
 """
 
 from __future__ import annotations
@@ -11,24 +15,42 @@ from __future__ import annotations
 import hashlib
 import os
 import struct
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from ramsight.errors import OutputError, RamsightError
-from ramsight.output import flush_folder
+from ramsight.output import Exclusive, HeldError, flush_folder
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import COAST_TIME
 from ramsight.sensor.virtual_sensor import IS_REFERENCED, REFERENCED_NOW, VARIANCE, VirtualSensor, impossible
 
-FORMAT = 3
+FORMAT = 4
 STARTED, CLOCKED, VELOCITY = "intake.started", "intake.clocked", "report.velocity"
 """States that a resumed sensor begins again with, and the one that shows how far a moving rod may have gone."""
 _MAGIC = b"ramsight state\n\0"
-_HEAD = struct.Struct("<16sHxxI32sQ")  # magic, format, number of values, identity, number of the save
+_HEAD = struct.Struct("<16sHxxI32sQ16s")  # magic, format, number of values, identity, number of the save, file
+_RANDOM = 16  # bytes
 _DIGEST = 32
-Slots = dict[int, tuple[int, dict[str, float]]]
+
+
+@dataclass(frozen=True)
+class Slot:
+    """A slot that is whole.
+
+    Attributes:
+        number: of the save.
+        made: random number of the file.
+        state: of the sensor.
+    """
+
+    number: int
+    made: bytes
+    state: dict[str, float]
+
+
+Slots = dict[int, Slot]
 
 
 class StateError(RamsightError):
@@ -55,8 +77,9 @@ class StateFile:
     call `forget_position`, before the piston moves; the encoder does (docs/encoder.md).
 
     Args:
-        path: the file; made by the first `save`.
+        path: the file; made by the first `save`, or by `hold`.
         sensor: whose state it is.
+        instance: which of several machines or cylinders with the same numbers it is, for example the unit's name.
 
     Raises:
         StateError: the sensor finds no position by itself, so there is nothing worth saving.
@@ -75,7 +98,7 @@ class StateFile:
         (True, 0.25)
     """
 
-    def __init__(self, path: str | Path, sensor: VirtualSensor) -> None:
+    def __init__(self, path: str | Path, sensor: VirtualSensor, instance: str = "") -> None:
         if IS_REFERENCED not in sensor.recursion.state:
             raise StateError(f"the {sensor.kind} sensor has no state worth saving; the kalman sensor has")
         self.path, self._sensor = Path(path), sensor
@@ -83,13 +106,41 @@ class StateFile:
         self._values = struct.Struct(f"<{len(self._names)}d")
         self._slot = _HEAD.size + self._values.size + _DIGEST
         identity = "\n".join((sensor.kind, *self._names, *sensor.recursion.parameters))
-        self._identity = hashlib.sha256(identity.encode() + sensor.parameters.tobytes()).digest()
+        which = hashlib.sha256(instance.encode()).digest()
+        self._identity = hashlib.sha256(identity.encode() + sensor.parameters.tobytes() + which).digest()
+        self._made = b""
+        self._exclusive, self._holds = Exclusive(self.path), False
+
+    def hold(self) -> None:
+        """Have the file alone until `release`, or until this program ends, however it does.
+
+        Raises:
+            HeldError: another program has it.
+            OutputError: the file cannot be made or locked; `save` tries that again.
+        """
+        self._holds = True
+        self._exclusive.take()
+
+    def release(self) -> None:
+        """Let other programs have the file."""
+        self._holds = False
+        self._exclusive.release()
+
+    @contextmanager
+    def _alone(self) -> Iterator[None]:
+        """Have the file while something is done with it."""
+        self._exclusive.take()
+        try:
+            yield
+        finally:
+            if not self._holds:
+                self._exclusive.release()
 
     def save(self) -> None:
         """Save the sensor's state; on return it is on the disk.
 
         Raises:
-            OutputError: the file cannot be written.
+            OutputError: the file cannot be written, or another program has it.
         """
         self._save(self._sensor.state)
 
@@ -97,15 +148,25 @@ class StateFile:
         """Save what the sensor has learned, but not where the piston is; on return that is on the disk.
 
         Raises:
-            OutputError: the file cannot be written.
+            OutputError: the file cannot be written, or another program has it.
         """
         self._save(forgotten(self._sensor, self._sensor.state))
 
     def discard(self) -> None:
-        """Remove a file that cannot be written, if that at least is possible: its content may no longer hold."""
+        """Remove a file that cannot be written, if that at least is possible: its content may no longer hold.
+
+        What another program has stays as it is.
+        """
+        try:
+            self._exclusive.take()
+        except HeldError:
+            return
+        except OutputError:
+            pass
         with suppress(OSError):
             self.path.unlink()
             flush_folder(self.path.parent)
+        self._exclusive.release()
 
     def resume(self) -> Resumed:
         """Give the sensor the newest state; without one it is not referenced.
@@ -114,26 +175,36 @@ class StateFile:
         damaged or missing, the other gives what was learned of the machine, and the sensor is not referenced.
 
         Raises:
-            StateError: the file was written by a newer version, or for another sensor or machine.
+            StateError: the file was written by a newer version, or for another sensor, machine or instance.
+            HeldError: another program has it.
         """
-        content = self._bytes()
+        content = self._content()
         slots = self._whole(content)
         self._sensor.start(None)
         if not slots:
             self._reject(content)
             return Resumed(found=False, older=False)
-        newest = max(slots, key=lambda place: slots[place][0])
+        newest = max(slots.values(), key=lambda slot: slot.number)
         older = not _complete(slots)
-        self._sensor.state = self._awake(slots[newest][1], older)
+        self._made = newest.made
+        self._sensor.state = self._awake(newest.state, older)
         return Resumed(found=True, older=older)
 
     def _save(self, state: Mapping[str, float]) -> None:
-        """Write a state into the older slot; where a slot is missing or damaged, into that one."""
+        """Write a state into the older slot; where a slot is missing, damaged or of another file, into that one."""
+        with self._alone():
+            self._write(state)
+
+    def _write(self, state: Mapping[str, float]) -> None:
         slots = self._whole(self._bytes())
-        number = max((number for number, _ in slots.values()), default=0)
+        if not self._made:
+            newest = max(slots.values(), key=lambda slot: slot.number, default=None)
+            self._made = os.urandom(_RANDOM) if newest is None else newest.made
+        slots = {place: slot for place, slot in slots.items() if slot.made == self._made}
+        number = max((slot.number for slot in slots.values()), default=0)
         writes: list[tuple[int, Mapping[str, float]]] = [(place, state) for place in (0, 1) if place not in slots]
         if not writes:
-            writes = [(min(slots, key=lambda place: slots[place][0]), state)]
+            writes = [(min(slots, key=lambda place: slots[place].number), state)]
         if len(writes) == 2:  # the first of all: until both slots are there, neither has a position
             writes[0] = (0, forgotten(self._sensor, state))
         try:
@@ -155,8 +226,20 @@ class StateFile:
 
     def _packed(self, number: int, state: Mapping[str, float]) -> bytes:
         values = self._values.pack(*(state[name] for name in self._names))
-        head = _HEAD.pack(_MAGIC, FORMAT, len(self._names), self._identity, number)
+        head = _HEAD.pack(_MAGIC, FORMAT, len(self._names), self._identity, number, self._made)
         return head + values + hashlib.sha256(head + values).digest()
+
+    def _content(self) -> bytes:
+        """The file as nobody writes it meanwhile; one that is not there is not made."""
+        if self._exclusive.is_held or not self.path.exists():
+            return self._bytes()
+        try:
+            with self._alone():
+                return self._bytes()
+        except HeldError:
+            raise
+        except OutputError:  # a file that cannot be locked cannot be read either, and that says why
+            return self._bytes()
 
     def _bytes(self) -> bytes:
         try:
@@ -176,12 +259,12 @@ class StateFile:
             slot = self._at(content, place)
             if len(slot) < self._slot or hashlib.sha256(slot[:-_DIGEST]).digest() != slot[-_DIGEST:]:
                 continue
-            magic, version, count, identity, number = _HEAD.unpack_from(slot)
+            magic, version, count, identity, number, made = _HEAD.unpack_from(slot)
             if (magic, version, count, identity) != (_MAGIC, FORMAT, len(self._names), self._identity):
                 continue
             state = dict(zip(self._names, self._values.unpack_from(slot, _HEAD.size), strict=True))
             if not impossible(self._sensor, state):
-                found[place] = (number, state)
+                found[place] = Slot(number, made, state)
         return found
 
     def _reject(self, content: bytes) -> None:
@@ -190,22 +273,25 @@ class StateFile:
             slot = content[start:]
             if len(slot) < _HEAD.size or not slot.startswith(_MAGIC):
                 continue
-            _, version, count, identity, _ = _HEAD.unpack_from(slot)
+            _, version, count, identity, *_ = _HEAD.unpack_from(slot)
             if version > FORMAT:
                 raise StateError(
                     f"{self.path}: format {version} is newer than this ramsight knows ({FORMAT}); update it"
                 )
+            if version < FORMAT:  # it had no instance: it says of no cylinder that it is this one's
+                continue
             end = _HEAD.size + 8 * count
             whole = hashlib.sha256(slot[:end]).digest() == slot[end : end + _DIGEST]
             if whole and (count != len(self._names) or identity != self._identity):
                 raise StateError(
-                    f"{self.path}: the state of another sensor or machine; delete it, or give another file"
+                    f"{self.path}: the state of another sensor or machine, or of another unit or node of it; "
+                    "delete it, or give another file"
                 )
 
 
 def _complete(slots: Slots) -> bool:
-    """Whether both slots are there and one was saved just after the other."""
-    return len(slots) == 2 and abs(slots[0][0] - slots[1][0]) == 1
+    """Whether both slots are there, of one file, and one was saved just after the other."""
+    return len(slots) == 2 and slots[0].made == slots[1].made and abs(slots[0].number - slots[1].number) == 1
 
 
 def forgotten(sensor: VirtualSensor, state: Mapping[str, float]) -> dict[str, float]:

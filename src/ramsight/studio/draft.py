@@ -8,7 +8,6 @@ from __future__ import annotations
 import io
 import json
 import re
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ from typing import Any
 
 from rich.console import Console
 
+from ramsight import bounded_toml
 from ramsight.api.abilities import abilities
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.machine import catalogue, loads
@@ -70,7 +70,7 @@ def read(text: str) -> Machine | Problem:
         >>> text = machine.template()
         >>> wrong = edited(text, machine.loads(text), "units.boom.cylinder.bore", "3 m")
         >>> read(wrong)
-        Problem(path='units.boom.cylinder.bore', words='out of range (allowed: above 0 mm, at most 1 m)')
+        Problem(path='units.boom.cylinder.bore', words='out of range (allowed: at least 1 mm, at most 1 m)')
     """
     try:
         return loads(text, NAMED)
@@ -95,7 +95,7 @@ def rows(text: str, machine: Machine) -> list[Row]:
         text: TOML that can be read, though what it says may be wrong.
         machine: the last one that could be used; it states which values there are.
     """
-    written = tomllib.loads(text)
+    written = bounded_toml.loads(text)
     return [_row(written, value, machine) for value in walk(machine) if value.path != "format"]
 
 
@@ -129,7 +129,7 @@ def edited(text: str, machine: Machine, path: str, value: str | None = None, sou
             loses its source. None leaves it.
         source: where it comes from; None leaves that.
     """
-    written = tomllib.loads(text)
+    written = bounded_toml.loads(text)
     *tables, name = path.split(".")
     table = written
     for one in tables:
@@ -210,8 +210,8 @@ def _typed(text: str, machine: Machine, path: str) -> Any:
     if value.declared is None and not isinstance(value.value, bool | int | float):
         return text
     try:
-        found = tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+        found = bounded_toml.loads(f"value = {text}")["value"]
+    except bounded_toml.TomlError:
         return text
     return found if isinstance(found, bool | int | float) else text
 

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Awaitable, Callable, MutableMapping
-from http.cookies import SimpleCookie
+from collections.abc import Awaitable, Callable, Mapping, MutableMapping
+from http.cookies import CookieError, SimpleCookie
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 _COOKIE = "ramsight-token"
+_OWN = (
+    "none",
+    "same-origin",
+)  # where a request comes from, by Sec-Fetch-Site; another port of this machine is another site
 _HEADERS = [
     (b"x-frame-options", b"DENY"),
     (b"x-content-type-options", b"nosniff"),
@@ -67,19 +71,22 @@ class Guard:
         if self.token is None and _name(host) not in LOOPBACK:
             return 421, "this studio answers to names of its own machine only"
         origin = headers.get("origin")
-        if origin is not None and urlsplit(origin).netloc != host:
+        if origin is not None and _place(origin) != host:
             return 403, "requests of other sites are refused"
-        if headers.get("sec-fetch-site") == "cross-site" and headers.get("sec-fetch-mode") != "navigate":
+        if headers.get("sec-fetch-site", "none") not in _OWN and not _opens(headers):
             return 403, "requests of other sites are refused"
         if self.token is not None and not self._knows(headers.get("cookie", ""), query):
             return 401, "this studio needs the token that it printed when it began: open the address with ?token=..."
         length = headers.get("content-length", "0")
-        if not length.isdigit() or int(length) > self.largest:
+        if not (length.isascii() and length.isdigit() and len(length) < 20) or int(length) > self.largest:
             return 413, f"larger than {self.largest // 2**20} MiB"
         return None
 
     def _knows(self, cookie: str, query: str) -> bool:
-        kept = SimpleCookie(cookie).get(_COOKIE)
+        try:
+            kept = SimpleCookie(cookie).get(_COOKIE)
+        except CookieError:
+            kept = None
         sent = [kept.value] if kept is not None else []
         sent += parse_qs(query).get("token", [])
         return any(secrets.compare_digest(one.encode(), str(self.token).encode()) for one in sent)
@@ -113,8 +120,24 @@ class Guard:
 
 
 def _name(host: str) -> str:
-    """The name of a Host header, without its port."""
-    return urlsplit(f"//{host}").hostname or ""
+    """The name of a Host header, without its port; "" of one that is none."""
+    try:
+        return urlsplit(f"//{host}").hostname or ""
+    except ValueError:
+        return ""
+
+
+def _place(origin: str) -> str | None:
+    """Host and port of an Origin header; None of one that is none."""
+    try:
+        return urlsplit(origin).netloc
+    except ValueError:
+        return None
+
+
+def _opens(headers: Mapping[str, str]) -> bool:
+    """Whether a request of another site opens a page, as a link does: no frame, script or picture in its own."""
+    return headers.get("sec-fetch-mode") == "navigate" and headers.get("sec-fetch-dest") == "document"
 
 
 async def _answer(send: Send, status: int, text: str, headers: list[tuple[bytes, bytes]] | None = None) -> None:

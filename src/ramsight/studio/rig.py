@@ -227,7 +227,7 @@ class Rig:
         for unit, sensors in self.sensors.items():
             if "kalman" not in sensors:
                 continue
-            state = StateFile(Path(self._saved.name) / f"{unit}.state", sensors["kalman"])
+            state = StateFile(Path(self._saved.name) / f"{unit}.state", sensors["kalman"], unit)
             if on:
                 state.save()
             else:

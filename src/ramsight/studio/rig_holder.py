@@ -23,12 +23,14 @@ class Running:
     Args:
         panel: where it is built.
         prepared: the machine that runs at first.
+        session: in which it does.
         naming: is passed the machine's name whenever another one runs.
     """
 
-    def __init__(self, panel: ui.tab_panel, prepared: Prepared, naming: Callable[[str], object]) -> None:
-        self._panel, self._naming = panel, naming
-        self._session = Session(prepared.described)
+    def __init__(
+        self, panel: ui.tab_panel, prepared: Prepared, session: Session, naming: Callable[[str], object]
+    ) -> None:
+        self._panel, self._naming, self._session = panel, naming, session
         self._show(prepared)
 
     async def another(self, machine: Machine) -> Problem | None:
@@ -48,7 +50,9 @@ class Running:
             return Problem("", str(error))
         if prepared is None:  # the server is going
             return Problem("", "the studio has ended")
-        session = Session(machine)
+        session = await run.io_bound(Session, machine)
+        if session is None:
+            return Problem("", "the studio has ended")
         while session.about is None and not session.over:
             await asyncio.sleep(_LOOK)
         if session.about is None:

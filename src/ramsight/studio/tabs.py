@@ -10,16 +10,18 @@ from ramsight.machine.description import Machine
 from ramsight.studio.draft import Problem
 from ramsight.studio.prepared import Prepared
 from ramsight.studio.rig_holder import Running
+from ramsight.studio.session import Session
 from ramsight.studio.visit import Visit
 
 Build = Callable[[Visit], None]
 
 
-def tabs(prepared: Prepared, naming: Callable[[str], object]) -> None:
+def tabs(prepared: Prepared, session: Session, naming: Callable[[str], object]) -> None:
     """Lay the tabs out for one visitor.
 
     Args:
         prepared: the machine that he begins with.
+        session: in which it runs.
         naming: is passed the name of the machine that runs.
     """
     visit = Visit(prepared.described)
@@ -30,7 +32,7 @@ def tabs(prepared: Prepared, naming: Callable[[str], object]) -> None:
         for name in _LATER:
             ui.tab(name)
     with ui.tab_panels(row, value="Live", keep_alive=True).classes("w-full bg-transparent"):
-        live = Running(ui.tab_panel("Live"), prepared, naming)
+        live = Running(ui.tab_panel("Live"), prepared, session, naming)
         for name, build in _LATER.items():
             with ui.tab_panel(name) as panel:
                 waiting[name] = panel, build

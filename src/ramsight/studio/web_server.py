@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import secrets
+from contextlib import suppress
 from pathlib import Path
 
 from ramsight.errors import DescriptionError
 from ramsight.machine import load
 from ramsight.studio.guard import LOOPBACK, Guard
+from ramsight.studio.visitors import MOST, Visitors
 
 ASSETS = Path(__file__).parent / "assets"
 LARGEST = 256 * 2**20  # bytes of an upload: ten hours at 100 Hz are some 150 MB of CSV
 _INK = "#1f4e79"  # of buttons and sliders; white on it has a contrast of 8.6 : 1
 _FREE = 16  # bytes of a token
+_SHOWN = 60.0  # s, within which a browser that shows a page asks for its socket
 _GONE = 5.0  # s, until a page that has gone away is abandoned, and its machine ended
 
 
@@ -37,7 +40,7 @@ def address(host: str, port: int, token: str | None) -> str:
     return f"http://{name}:{port}/" + (f"?token={token}" if token else "")
 
 
-def serve(machine: str, *, host: str, port: int, show: bool) -> None:
+def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOST) -> None:
     """Serve the studio until it is interrupted.
 
     Args:
@@ -45,6 +48,7 @@ def serve(machine: str, *, host: str, port: int, show: bool) -> None:
         host: address to listen at; any that is not this machine's own asks for a token.
         port: to listen at.
         show: whether to open a browser.
+        visitors: that are let in at a time.
 
     Raises:
         DescriptionError: the extra `studio` is not installed, or the machine cannot be used.
@@ -52,7 +56,7 @@ def serve(machine: str, *, host: str, port: int, show: bool) -> None:
     """
     described = load(machine)
     try:
-        from nicegui import app, ui
+        from nicegui import app, background_tasks, run, ui
     except ImportError:
         raise DescriptionError(
             "needs the extra studio: pip install 'ramsight[studio]'", key="ramsight studio"
@@ -61,17 +65,19 @@ def serve(machine: str, *, host: str, port: int, show: bool) -> None:
 
     from ramsight.studio.markup import served_under
     from ramsight.studio.prepared import prepare
+    from ramsight.studio.session import Session
     from ramsight.studio.tabs import tabs
 
     token = None if host in LOOPBACK else secrets.token_urlsafe(_FREE)
     app.add_middleware(Guard, token=token, largest=LARGEST)
     app.add_static_files("/studio-assets", ASSETS)
-    prepared = prepare(described)
+    prepared, room = prepare(described), Visitors(visitors)
     title = f"ramsight studio: {described.title or described.name}"
 
     @ui.page("/", title=title)
-    def page() -> None:
-        request = ui.context.client.request
+    async def page() -> None:
+        client = ui.context.client
+        request = client.request
         prefix = f"{request.headers.get('X-Forwarded-Prefix', '')}{request.scope.get('root_path', '')}"
         assets = served_under(prefix, "/studio-assets")
         ui.colors(primary=_INK)
@@ -83,7 +89,23 @@ def serve(machine: str, *, host: str, port: int, show: bool) -> None:
         with ui.header().classes("items-center py-1"):
             ui.html('<h1 class="text-lg font-bold">ramsight studio</h1>', sanitize=False)
             named = ui.label().props("id=machine-name")
-        tabs(prepared, named.set_text)
+        body = ui.column().classes("w-full gap-0")
+        with suppress(TimeoutError):
+            await client.connected(_SHOWN)
+        if client.is_deleted or not client.has_socket_connection:  # nobody looks: a page that runs no script
+            return
+        if not room.come():
+            with body:
+                ui.label(room.full).classes("p-4").props("id=full role=alert")
+            return
+        client.on_delete(room.go)
+        session = await run.io_bound(Session, prepared.described)  # a process takes a while to start
+        if session is None or client.is_deleted:  # the server goes, or he has gone meanwhile
+            if session is not None:
+                background_tasks.create(run.io_bound(session.close))
+            return
+        with body:
+            tabs(prepared, session, named.set_text)
 
     print(f"ramsight studio: {address(host, port, token)}", flush=True)
     ui.run(

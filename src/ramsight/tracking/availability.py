@@ -14,6 +14,7 @@ import numpy as np
 from ramsight.sensor.comparing import LONGEST_ALERT, TIME_TO_ALERT
 from ramsight.sensor.status import LEAST
 from ramsight.sensor.virtual_sensor import BOUND
+from ramsight.tracking.passed_time import PassedTime
 
 if TYPE_CHECKING:
     import xarray
@@ -49,6 +50,7 @@ class Availability:
         self._samples, self._usable = 0, 0
         self._begun: float | None = None  # when it became unavailable
         self._alerted = False
+        self._passed = PassedTime()
         self.alerts = 0
         self.longest = 0.0
 
@@ -58,7 +60,7 @@ class Availability:
         Args:
             tracked: with position_bound [m] and status over time [s]; without a bound nothing is available.
         """
-        time = tracked["time"].values
+        time = self._passed.append(tracked["time"].values)
         usable = tracked["status"].values < LEAST[1]
         usable &= tracked[BOUND].values <= self.limit if BOUND in tracked else False
         self._samples += len(time)

@@ -8,6 +8,7 @@ import numpy as np
 
 from ramsight.sensor.status import Status
 from ramsight.tracking.named_faults import FaultNames
+from ramsight.tracking.passed_time import PassedTime
 
 if TYPE_CHECKING:
     import xarray
@@ -18,7 +19,7 @@ class Tally:
 
     def __init__(self) -> None:
         self._samples, self._sensor = 0, ""
-        self._time: list[float] = []
+        self._passed = PassedTime()
         self._position: list[float] = []
         self._counts: dict[int, int] = {}
         self._faults = FaultNames()
@@ -27,7 +28,7 @@ class Tally:
         """Count the samples of a piece by their status."""
         time, position = tracked["time"].values, tracked["position"].values
         self._sensor, self._samples = tracked.attrs["sensor"], self._samples + len(time)
-        self._time = [*self._time[:1], float(time[0]), float(time[-1])]
+        self._passed.append(time)
         self._position = [*self._position[:1], float(position[0]), float(position[-1])]
         for code, count in zip(*np.unique(tracked["status"].values, return_counts=True), strict=True):
             self._counts[int(code)] = self._counts.get(int(code), 0) + int(count)
@@ -38,7 +39,7 @@ class Tally:
         """A line on the position, one on each status that is not ok, and one on each named fault of an input."""
         first, last = (_millimetres(self._position[k]) for k in (0, -1))
         lines = [
-            f"{self._sensor} sensor: {self._samples} samples over {self._time[-1] - self._time[0]:.1f} s, "
+            f"{self._sensor} sensor: {self._samples} samples over {self._passed.seconds:.1f} s, "
             f"position {first} at first, {last} at last"
         ]
         for code, count in sorted(self._counts.items()):

@@ -66,7 +66,10 @@ permille = 0.001
 """
 """Prefixes end in a dash; base units are a dimension in brackets; further names follow behind equals signs."""
 
-_TOKEN = re.compile(r"\s*(?:(?P<number>\d+\.?\d*(?:e[+-]?\d+)?)|(?P<name>[A-Za-zµ]+)|(?P<sign>\*\*\s*-?|[*/()]))")
+_DIGITS = frozenset("0123456789")  # str.isdigit knows those of other scripts, too
+_TOKEN = re.compile(
+    r"\s*(?:(?P<number>[0-9]+\.?[0-9]*(?:e[+-]?[0-9]+)?)|(?P<name>[A-Za-zµ]+)|(?P<sign>\*\*\s*-?|[*/()]))"
+)
 
 
 class Known(NamedTuple):
@@ -131,13 +134,13 @@ def _factor(tokens: list[str]) -> Known:
         found = _terms(tokens)
         if not tokens or tokens.pop() != ")":
             raise ValueError("a bracket is open")
-    elif token[:1].isdigit():
+    elif token[:1] in _DIGITS:
         found = Known(Fraction(token), Fraction(0), ())
     else:
         found = named(token)
     if tokens and tokens[-1].startswith("**"):
         sign = -1 if tokens.pop().endswith("-") else 1
-        if not tokens or not tokens[-1][:1].isdigit():
+        if not tokens or tokens[-1][:1] not in _DIGITS:
             raise ValueError("a power is missing")
         found = _times(Known(Fraction(1), Fraction(0), ()), found, sign * Fraction(tokens.pop()))
     return found

@@ -15,7 +15,7 @@ from functools import cache
 from numbers import Real
 from typing import NamedTuple
 
-from ramsight.errors import DescriptionError
+from ramsight.errors import DescriptionError, short
 from ramsight.units import algebra
 
 __all__ = ["FREEZING", "RPM", "argument", "format_si", "name_of", "parse", "to_si"]
@@ -60,10 +60,10 @@ _KNOWN = {
     "s": ("time", "20 ms"),
 }
 
-_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_QUANTITY = re.compile(rf"({_NUMBER})(?![.\d])\s*(.*)", re.DOTALL)
+_NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+_QUANTITY = re.compile(rf"({_NUMBER})(?![.0-9])\s*(.*)", re.DOTALL)
 _RATIO = re.compile(rf"({_NUMBER})\s*[/:]\s*({_NUMBER})")
-_COMMA = re.compile(r"[+-]?\d+,\d+")
+_COMMA = re.compile(r"[+-]?[0-9]+,[0-9]+")
 _PER_MINUTE = frozenset(
     {"1/min", "min-1", "min^-1", "1/minute", "r/min", "U/min", "RPM", "tr/min", "giri/min", "Umdr/min"}
 )
@@ -72,11 +72,13 @@ _GAUGE = re.compile(r"(?P<unit>bar|mbar|psi|k?Pa|MPa)[ _]?\(?(?P<kind>[ga])(?:au
 _TIDY = str.maketrans(
     {"−": "-", "·": " ", "⋅": " ", "²": "2", "³": "3", "⁻": "-", "¹": "1", "μ": "µ", "\u00a0": " ", "\u202f": " "}
 )
+_TIDY_NUMBER = {letter: plain for letter, plain in _TIDY.items() if chr(letter) not in "¹²³"}  # no digits of a number
 _UNIT = re.compile(r"(?:1\s*+/)?(?:[\s*/()]|(?:[A-Za-zµ]++(?:\s*+(?:\^|\*\*))?-?[1-9]?))*+")
 _LONGEST_UNIT = 40
+_LONGEST_TEXT = 1000  # letters of a quantity; a double has up to 309 digits before its point
 _ROUNDED = 1e-9  # share by which a number may pass the end of a range, which was written in another unit
 _ROOT = re.compile(r"\bsqrt\s*\(([^()]*)\)")
-_TOKEN = re.compile(r"([A-Za-zµ]+)\s*(?:\^|\*\*)?\s*(-?\d+)?")
+_TOKEN = re.compile(r"([A-Za-zµ]+)\s*(?:\^|\*\*)?\s*(-?[0-9]+)?")
 
 
 class _Unit(NamedTuple):
@@ -189,7 +191,9 @@ def parse(text: str | float, unit: str) -> float:
         if wanted.dimension:
             raise DescriptionError(f"a unit is missing; expected {name_of(unit)}", value=text)
         return _finite(text, text, unit)
-    tidy = text.translate(_TIDY).strip()
+    if len(text) > _LONGEST_TEXT:
+        raise DescriptionError(f"expected {name_of(unit)}", value=text)
+    tidy = text.translate(_TIDY_NUMBER).strip()
     if not wanted.dimension and (ratio := _RATIO.fullmatch(tidy)):
         if float(ratio[2]) == 0:
             raise DescriptionError("a ratio cannot be over zero", value=text)
@@ -209,11 +213,13 @@ def parse(text: str | float, unit: str) -> float:
             _refuse_gauge(text, match[1], passed)
     found = _unit(f"delta_{passed}" if unit.startswith("delta_") else passed)
     if found is None:
-        raise DescriptionError(f"{passed!r} is not a unit; expected {name_of(unit)}", value=text)
+        raise DescriptionError(f"{short(repr(passed))} is not a unit; expected {name_of(unit)}", value=text)
     if found.dimension != wanted.dimension:
-        raise DescriptionError(f"{passed or 'no unit'!r} does not fit; expected {name_of(unit)}", value=text)
-    _finite(float(match[1]), text, unit)
-    return _finite(float(Decimal(match[1]) * found.factor + found.offset), text, unit)
+        raise DescriptionError(f"{short(repr(passed or 'no unit'))} does not fit; expected {name_of(unit)}", value=text)
+    number = Decimal(
+        match[1] if _finite(float(match[1]), text, unit) else "0"
+    )  # decimals have no 1e-99999999999999999999
+    return _finite(float(number * found.factor + found.offset), text, unit)
 
 
 def _of_gauge(passed: str) -> tuple[str, bool] | None:

@@ -63,28 +63,27 @@ API fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean given, fmi2Real 
                                    fmi2Boolean ends, fmi2Real stop) {
   (void)ends;
   (void)stop;
-  begin_at(c, start, given, tolerance);
-  return fmi2OK;
+  return begin_at(c, start, given, tolerance) ? fmi2OK : wrong(c);
 }
 
 API fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
+  if (!only(c, INSTANTIATED, "enter initialization mode")) return wrong(c);
   ((Instance *)c)->phase = INITIALIZING;
   return fmi2OK;
 }
 
 API fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
-  if (!fresh(c)) return wrong(c);
+  if (!only(c, INITIALIZING, "exit initialization mode") || !fresh(c)) return wrong(c);
   ((Instance *)c)->phase = STEPPING;
   return fmi2OK;
 }
 
 API fmi2Status fmi2Terminate(fmi2Component c) {
-  ((Instance *)c)->phase = TERMINATED;
-  return fmi2OK;
+  return end(c) ? fmi2OK : wrong(c);
 }
 
 API fmi2Status fmi2Reset(fmi2Component c) {
-  reset(c);
+  blank(c);
   return fmi2OK;
 }
 

@@ -86,25 +86,24 @@ API fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean given, fm
                                            fmi3Boolean ends, fmi3Float64 stop) {
   (void)ends;
   (void)stop;
-  begin_at(c, start, given, tolerance);
+  if (!begin_at(c, start, given, tolerance)) return wrong(c);
   ((Instance *)c)->model.real[0] = start;
   ((Instance *)c)->phase = INITIALIZING;
   return fmi3OK;
 }
 
 API fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
-  if (!fresh(c)) return wrong(c);
+  if (!only(c, INITIALIZING, "exit initialization mode") || !fresh(c)) return wrong(c);
   ((Instance *)c)->phase = STEPPING;
   return fmi3OK;
 }
 
 API fmi3Status fmi3Terminate(fmi3Instance c) {
-  ((Instance *)c)->phase = TERMINATED;
-  return fmi3OK;
+  return end(c) ? fmi3OK : wrong(c);
 }
 
 API fmi3Status fmi3Reset(fmi3Instance c) {
-  reset(c);
+  blank(c);
   return fmi3OK;
 }
 

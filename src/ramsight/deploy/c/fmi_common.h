@@ -1,6 +1,7 @@
 /* An instance, whatever the FMI's version. Several live side by side; none shares anything with another. */
 #include "fmu.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,6 +19,18 @@ typedef struct {
 
 enum { INSTANTIATED, INITIALIZING, STEPPING, TERMINATED };
 
+/* Before it is initialized an instance knows no output, and says so. */
+static void blank(Instance *i) {
+  memset(&i->model, 0, sizeof i->model);
+  model_start(&i->model);
+  model_unknown(&i->model);
+  for (size_t k = HAS_TIME; k < REALS; k++)
+    if (causality[k] == 'o') i->model.real[k] = (double)NAN;
+  i->model.tolerance = TOLERANCE;
+  i->phase = INSTANTIATED;
+  i->time = 0.0;
+}
+
 static Instance *make(const char *name) {
   Instance *i = calloc(1, sizeof *i);
   if (i == NULL) return NULL;
@@ -27,8 +40,7 @@ static Instance *make(const char *name) {
     return NULL;
   }
   strcpy(i->name, name);
-  model_start(&i->model);
-  i->model.tolerance = TOLERANCE;
+  blank(i);
   return i;
 }
 
@@ -38,17 +50,29 @@ static void destroy(Instance *i) {
   free(i);
 }
 
-static void reset(Instance *i) {
-  memset(&i->model, 0, sizeof i->model);
-  model_start(&i->model);
-  i->model.tolerance = TOLERANCE;
-  i->phase = INSTANTIATED;
-  i->time = 0.0;
+/* Whether a call is one for this phase. */
+static int only(Instance *i, int phase, const char *call) {
+  static const char *const names[] = {"instantiated", "initializing", "stepping", "terminated"};
+  if (i->phase == phase) return 1;
+  snprintf(i->message, sizeof i->message, "%s: the instance is %s, and has to be %s", call, names[i->phase], names[phase]);
+  return 0;
 }
 
-static void begin_at(Instance *i, double time, int given, double tolerance) {
+static int begin_at(Instance *i, double time, int given, double tolerance) {
+  if (!only(i, INSTANTIATED, "a start time")) return 0;
+  if (!isfinite(time)) {
+    snprintf(i->message, sizeof i->message, "the start time is no finite number");
+    return 0;
+  }
   i->time = time;
   if (given && tolerance > 1e-12 && tolerance < 1e-2) i->model.tolerance = tolerance;
+  return 1;
+}
+
+static int end(Instance *i) {
+  if (i->phase != INITIALIZING && !only(i, STEPPING, "terminate")) return 0;
+  i->phase = TERMINATED;
+  return 1;
 }
 
 /* Outputs that are asked for while initializing follow from what was set until then. */
@@ -138,7 +162,11 @@ static const char *state_from_bytes(const void *bytes, size_t size, void **state
 }
 
 static int advance(Instance *i, double time, double step) {
-  const char *wrong = i->phase == STEPPING ? model_step(&i->model, time, step) : "the instance is not initialized";
+  const char *wrong = NULL;
+  if (i->phase != STEPPING) wrong = "the instance is not initialized";
+  else if (!isfinite(time) || !isfinite(step) || !isfinite(time + step)) wrong = "time and step have to be finite numbers";
+  else if (step < 0.0) wrong = "the step is negative";
+  else wrong = model_step(&i->model, time, step);
   if (wrong != NULL) {
     snprintf(i->message, sizeof i->message, "at %.6g s: %s", time, wrong);
     return 0;

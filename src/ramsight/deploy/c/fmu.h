@@ -22,6 +22,9 @@ extern const char *const causality;
 /* Start values. */
 void model_start(Model *model);
 
+/* What enumerations say before anything is known. */
+void model_unknown(Model *model);
+
 /* What follows from parameters and inputs at the start, outputs included; may be called again and again. Returns what is
  * wrong, or NULL. */
 const char *model_initialize(Model *model);

@@ -16,6 +16,8 @@ void model_start(Model *m) {
 ${starts}
 }
 
+void model_unknown(Model *m) { (void)m; }
+
 static void say(Model *m, const double *u, const double *slope) {
   double y[NY];
   outputs(m->memory.x, u, slope, m->memory.q, y);

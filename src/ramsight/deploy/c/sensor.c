@@ -118,11 +118,11 @@ ${texts}
 }
 
 /* A slot: identity of sensor, machine and precision; number of the save; whether the piston rests at its position; the
- * states; checksum. Little-endian. */
+ * instance; the states; checksum. Little-endian. */
 #define IDENTITY (UINT32_C(${identity}) ^ ${P}_FLOAT)
 #define RESTS UINT32_C(0x54534552)
 #define MOVES UINT32_C(0x45564F4D)
-#define STATES_AT 12
+#define STATES_AT 16
 #define SUM_AT (${P}_BYTES - 4)
 
 static uint32_t checksum(const unsigned char *bytes, size_t count) {
@@ -154,7 +154,7 @@ static uint64_t get(const unsigned char *at, int bytes) {
 
 static void pack(const ${p} *s, uint32_t phase, unsigned char *bytes) {
   const unsigned char *from = (const unsigned char *)s;
-  unsigned char *at = put(put(put(bytes, IDENTITY, 4), s->slots.saves, 4), phase, 4);
+  unsigned char *at = put(put(put(put(bytes, IDENTITY, 4), s->slots.saves, 4), phase, 4), s->slots.instance, 4);
   for (int k = 0; k < WIDES; k++, from += sizeof(wide)) {
     uint64_t bits;
     memcpy(&bits, from, sizeof bits);
@@ -192,10 +192,12 @@ ${variances}
   return known && since && s->position >= -stroke && s->position <= 2.0 * stroke;
 }
 
-/* Take a slot, if it is whole and of this sensor and machine. */
-static int unpack(${p} *s, const unsigned char *slot) {
+/* Take a slot, if it is whole and of this sensor, machine and instance. */
+static int unpack(${p} *s, uint32_t instance, const unsigned char *slot) {
   ${p}_init(s);
+  s->slots.instance = instance;
   if (slot == NULL || get(slot, 4) != IDENTITY || get(slot + SUM_AT, 4) != checksum(slot, SUM_AT)) return 0;
+  if (get(slot + 12, 4) != instance) return 0;
   const uint32_t phase = (uint32_t)get(slot + 8, 4);
   const unsigned char *from = slot + STATES_AT;
   unsigned char *to = (unsigned char *)s;
@@ -245,14 +247,15 @@ int ${p}_keep(${p} *s, int starts, unsigned char bytes[${P}_BYTES]) {
   return (int)(slots->saves & 1u);
 }
 
-${p}_resumed ${p}_resume(${p} *s, const unsigned char *slot_0, const unsigned char *slot_1) {
+${p}_resumed ${p}_resume(${p} *s, uint32_t instance, const unsigned char *slot_0, const unsigned char *slot_1) {
   ${p} other;
-  const int whole_0 = unpack(&other, slot_0);
+  const int whole_0 = unpack(&other, instance, slot_0);
   const uint32_t saves_0 = other.slots.saves;
-  const int whole_1 = unpack(s, slot_1);
+  const int whole_1 = unpack(s, instance, slot_1);
   const uint32_t ahead = s->slots.saves - saves_0; /* of slot 1 */
   if (!whole_0 && !whole_1) {
     ${p}_init(s);
+    s->slots.instance = instance;
     return ${P}_NOTHING;
   }
   if (whole_0 && (!whole_1 || (int32_t)ahead < 0)) *s = other;

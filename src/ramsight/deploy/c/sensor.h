@@ -8,7 +8,7 @@
  *   ${p}_inputs in;
  *   ${p}_outputs out;
  *   unsigned char bytes[${P}_BYTES];
- *   ${p}_resume(&sensor, slot_0, slot_1);   // at power-up: as it was before, if the position can be trusted
+ *   ${p}_resume(&sensor, 7, slot_0, slot_1); // at power-up: as it was before, if the position of cylinder 7 can be trusted
  *   if (somebody knows better)              // 100 mm, give or take 1 mm
  *     if (!${p}_start(&sensor, 0.1, 0.001)) ...;
  *   for (;;) {                              // every 1 ... 100 ms
@@ -72,6 +72,7 @@ typedef struct {
   uint32_t saves;      /* number of the newest */
   int whole;           /* how many of the two are known to be whole */
   int rests;           /* whether the newest says that the piston rests at its position */
+  uint32_t instance;   /* whose they are */
 } ${p}_slots;
 
 /* All that the sensor knows. To be read by nobody but a debugger; doubles stand first. */
@@ -115,15 +116,18 @@ const char *${p}_text(${p}_status status);
 int ${p}_keep(${p} *sensor, int starts, unsigned char bytes[${P}_BYTES]);
 
 typedef enum {
-  ${P}_NOTHING = 0, /* no whole slot of this sensor and machine: as init */
+  ${P}_NOTHING = 0, /* no whole slot of this sensor, machine and instance: as init */
   ${P}_RESUMED = 1, /* the position, and what was learned of the machine */
   ${P}_OLDER = 2,   /* a slot is damaged, erased or missing: what was learned of the machine, but no position */
   ${P}_MOVED = 3    /* the power went while the piston moved or its position was not known: the same */
 } ${p}_resumed;
 
 /* Begin with what the slots say (calls init first); either may be a null pointer, which counts as erased. Where slots
- * are kept call it at every power-up, so that the number of saves goes on. Only ${P}_RESUMED gives a position. */
-${p}_resumed ${p}_resume(${p} *sensor, const unsigned char *slot_0, const unsigned char *slot_1);
+ * are kept call it at every power-up, so that the number of saves goes on. `instance` is a number of this cylinder alone,
+ * among all whose slots could ever be mixed up with its own: a left and a right cylinder of the same numbers, two
+ * machines of a kind. Slots of another instance count as erased. Only ${P}_RESUMED gives a position. */
+${p}_resumed ${p}_resume(${p} *sensor, uint32_t instance, const unsigned char *slot_0,
+                                const unsigned char *slot_1);
 
 #ifdef __cplusplus
 }

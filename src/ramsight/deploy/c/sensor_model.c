@@ -10,6 +10,11 @@ void model_start(Model *m) {
 ${starts}
 }
 
+void model_unknown(Model *m) {
+  m->whole[0] = (int)${P}_NOT_REFERENCED;
+  m->whole[1] = ${unchecked}; /* where there is a comparison */
+}
+
 static void say(Model *m, const ${p}_outputs *out) {
 ${says}
   m->whole[0] = (int)out->status;
@@ -21,8 +26,8 @@ const char *model_initialize(Model *m) {
   ${p}_init(s);
   if (m->truth[START_KNOWN] && !${p}_start(s, m->real[START_POSITION], m->real[START_STD]))
     return "start_position and start_std have to be finite, and from 0 to the stroke (${stroke} m)";
-  out.position = s->position;
-  out.position_std = sqrt(s->${variance});
+  out.position = m->truth[START_KNOWN] ? s->position : (double)NAN;
+  out.position_std = m->truth[START_KNOWN] ? sqrt(s->${variance}) : (double)NAN;
   out.status = m->truth[START_KNOWN] ? ${P}_OK : ${P}_NOT_REFERENCED;
 ${factors}
 ${began}  say(m, &out);

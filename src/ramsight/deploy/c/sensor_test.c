@@ -54,6 +54,7 @@ ${further}    ${p}_reference(sensor, (${p}_real)sample[4]);
   return found;
 }
 
+#define INSTANCE UINT32_C(7)
 static unsigned char slots[2][${P}_BYTES];
 
 static int kept(${p} *sensor, int starts) {
@@ -84,18 +85,20 @@ ${resting}  for (int k = 0; k < 100; k++) {
 static int slots_work(const ${p} *used) {
   static ${p} sensor, back;
   sensor = *used;
+  sensor.slots.instance = INSTANCE;
   if (kept(&sensor, 1) == kept(&sensor, 1) || kept(&sensor, 1) >= 0) return 0; /* two at first, then none */
-  if (${p}_resume(&back, slots[0], slots[1]) != ${P}_MOVED || back.position_known != 0) return 0;
+  if (${p}_resume(&back, INSTANCE, slots[0], slots[1]) != ${P}_MOVED || back.position_known != 0) return 0;
   const int newest = rest(&sensor);
   if (newest < 0) /* a piston that the pump holds up does not rest while the motor stands */
-    return ${p}_resume(&back, slots[0], slots[1]) == ${P}_MOVED && back.position_known == 0;
+    return ${p}_resume(&back, INSTANCE, slots[0], slots[1]) == ${P}_MOVED && back.position_known == 0;
   if (kept(&sensor, 0) >= 0) return 0;
-  if (${p}_resume(&back, slots[0], slots[1]) != ${P}_RESUMED || !(fabs((double)(back.position - sensor.position)) < 1e-6)) return 0;
+  if (${p}_resume(&back, INSTANCE, slots[0], slots[1]) != ${P}_RESUMED || !(fabs((double)(back.position - sensor.position)) < 1e-6)) return 0;
   if (sensor.referenced_since_power_up != 1 || back.referenced_since_power_up != 0) return 0;
-  slots[newest][12] ^= 1u;
-  if (${p}_resume(&back, slots[0], slots[1]) != ${P}_OLDER || back.position_known != 0) return 0;
-  slots[1 - newest][12] ^= 1u;
-  return ${p}_resume(&back, slots[0], slots[1]) == ${P}_NOTHING;
+  if (${p}_resume(&back, INSTANCE + 1u, slots[0], slots[1]) != ${P}_NOTHING || back.position_known != 0) return 0;
+  slots[newest][16] ^= 1u;
+  if (${p}_resume(&back, INSTANCE, slots[0], slots[1]) != ${P}_OLDER || back.position_known != 0) return 0;
+  slots[1 - newest][16] ^= 1u;
+  return ${p}_resume(&back, INSTANCE, slots[0], slots[1]) == ${P}_NOTHING;
 }
 
 int main(void) {

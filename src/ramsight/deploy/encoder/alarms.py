@@ -55,6 +55,14 @@ class Fault(Enum):
         "F",
         "a real sensor is elsewhere, and this one says itself that it may be wrong",
     )
+    SECOND_NODE = (
+        POSITION_ERROR,
+        _INPUT,
+        0xFF08,
+        _BUS,
+        "F",
+        "another node with the drive's identifier; the position is forgotten",
+    )
     DRIVE_SILENT = (POSITION_ERROR, _INPUT, 0x8250, _BUS, "F", "drive silent for longer than object 2002h allows")
     DRIVE_GONE = (POSITION_ERROR, _INPUT, 0x8130, _BUS, "F", "the drive's heartbeat is missing (1016h)")
     SHORT = (0, 0, 0x8210, _BUS, "S", "a PDO of the drive is shorter than what is mapped")

@@ -11,6 +11,7 @@ from ramsight.deploy.encoder.beside import ALERT, TOLERANCE
 from ramsight.deploy.encoder.encoder import Encoder, Settings
 from ramsight.deploy.encoder.listening import Listener
 from ramsight.deploy.encoder.parameters import SUFFIX, ParameterFile
+from ramsight.deploy.encoder.second_node import PERIOD
 from ramsight.deploy.encoder.state_on_disk import Persistence
 from ramsight.errors import DescriptionError
 from ramsight.logs.mapped import ChannelMap
@@ -31,12 +32,14 @@ def encoder_for(
         unit: the unit it watches.
         channel_map: what the drive's frames mean.
         settings: who it is on the bus.
-        state: where sensor and parameters are kept over a power loss (the latter with ``.parameters`` after the name).
+        state: where sensor and parameters are kept over a power loss (the latter with ``.parameters`` after the name);
+            this encoder's alone, as long as it runs.
         aside: whether the state is saved by a thread of its own.
 
     Raises:
         DescriptionError: the map cannot be used.
         UnknownNameError: the map names a channel that is in no frame.
+        HeldError: another program has the file of the state.
     """
     sensor, listener = kalman(unit), Listener(channel_map)
     own = {base + settings.node_id for base in _OWN}
@@ -54,13 +57,18 @@ def encoder_for(
     compiled.step(0.0, 0.0, 0.0, math.nan)
     if listener.has_other:
         Comparison(1.0, 1.0, 1.0).step(0.0, 0.0, 0.0, 0, 0.0)
-    persistence = None if state is None else Persistence(state, sensor, aside=aside)
+    instance = f"{unit.name}, node {settings.node_id}, serial number {settings.serial}"
+    persistence = None if state is None else Persistence(state, sensor, aside=aside, instance=instance)
     parameters = None if state is None else ParameterFile(state.with_name(state.name + SUFFIX))
     return Encoder(sensor, unit, listener, settings, persistence=persistence, parameters=parameters)
 
 
 def overrides(
-    hold: bool, timeout: float | None, tolerance: float | None = None, alert: float | None = None
+    hold: bool,
+    timeout: float | None,
+    tolerance: float | None = None,
+    alert: float | None = None,
+    period: float | None = None,
 ) -> Mapping[tuple[int, int], int]:
     """What options set in the dictionary; None leaves it.
 
@@ -69,7 +77,8 @@ def overrides(
         timeout: of the drive [s].
         tolerance: of a real sensor [m].
         alert: for which it has to be apart from the virtual one [s].
+        period: between two frames of the drive [s].
     """
-    options = ((TIMEOUT, timeout, 1e3), (TOLERANCE, tolerance, 1e6), (ALERT, alert, 1e3))
+    options = ((TIMEOUT, timeout, 1e3), (TOLERANCE, tolerance, 1e6), (ALERT, alert, 1e3), (PERIOD, period, 1e4))
     chosen = {key: round(scale * value) for key, value, scale in options if value is not None}
     return {**chosen, HOLD: 0} if hold else chosen

@@ -30,6 +30,7 @@ from ramsight.deploy.encoder.published import Published
 from ramsight.deploy.encoder.saving import Saving
 from ramsight.deploy.encoder.scale import BY_6005, DOWNWARDS, Scale, whole
 from ramsight.deploy.encoder.schedule import HEARTBEAT, PDOS, Schedule
+from ramsight.deploy.encoder.second_node import PERIOD, SecondNode
 from ramsight.deploy.encoder.server import (
     BY_STATE,
     INVALID,
@@ -135,6 +136,7 @@ class Encoder:
         self._sample: Sample | None = None
         self._estimate: Estimate | None = None
         self._drive = Presence(self._node, settings.drive_node)
+        self._second = SecondNode(listener.periodic, unit.max_speed)
         self._stored = Stored(self._node, parameters, settings.overrides or {}, self._save_now, self._refusal)
         self._short = False
         self._faults: set[Fault] = set()
@@ -179,7 +181,8 @@ class Encoder:
     @property
     def due(self) -> float:
         """When `advance` has something to do next [s]."""
-        return min(self._schedule.due, self._drive.due, self._emergencies.due(self._faults), self._saving.due)
+        emergencies = self._emergencies.due(self._faults)
+        return min(self._schedule.due, self._drive.due, emergencies, self._saving.due, self._second.due)
 
     def stop(self) -> None:
         """Power down in order: a position at rest is saved."""
@@ -246,6 +249,7 @@ class Encoder:
         if self._saving.rests(now):
             self._save()
         changed = self._saving.check(now)
+        changed = self._second.check(now) or changed
         if self._drive.check(now) or changed:
             self._look()
         self._emergencies.tell(self._now, self._faults, self.status)
@@ -256,12 +260,21 @@ class Encoder:
     # ---- the drive ----------------------------------------------------------------------------------------------
 
     def _listen(self, frame: Frame) -> None:
-        whole_frame = self._listener.take(frame, self._clock.time(frame.time, self._now), self._now)
+        sent = self._clock.time(frame.time, self._now)
+        whole_frame = self._listener.take(frame, sent, self._now)
+        speed = self._listener.speed if whole_frame else math.nan
+        if self._second.take(frame.cob_id, sent, speed, period=1e-4 * self._node.get(*PERIOD)):
+            self._saving.forget()  # what it has said may have moved the position already
+            self._look()
         if self._short == whole_frame:
             self._short = not whole_frame
             self._look()
         sample = self._listener.sample(self._now) if whole_frame else None
-        if sample is not None:
+        if sample is None:
+            return
+        if self._second.is_there:  # nobody knows whose it is
+            self._drive.sampled(self._now)
+        else:
             self._step(sample)
 
     def _step(self, sample: Sample, *, preset: bool = False) -> None:
@@ -290,7 +303,9 @@ class Encoder:
         position, last = self._scale.metres(steps), self._sample
         if not 0.0 <= position <= self._unit.cylinder.stroke:
             refuse(INVALID)
-        if last is None or self._drive.lost or self._refused_one:  # whoever insists has to forget the position first
+        if (
+            last is None or self._drive.lost or self._second.is_there or self._refused_one
+        ):  # whoever insists has to forget the position first
             refuse(BY_STATE)
         assert last is not None
         sent, warmth = last.time + _JUST_AFTER, self._listener.temperature(self._now)
@@ -321,6 +336,7 @@ class Encoder:
             Fault.NOT_REFERENCED: not referenced,
             Fault.REFUSED: self._is_disputed,
             Fault.TEMPERATURE: math.isnan(self._listener.temperature(self._now)),
+            Fault.SECOND_NODE: self._second.is_there,
             Fault.DRIVE_SILENT: self._drive.silent,
             Fault.DRIVE_GONE: self._drive.gone,
             Fault.SHORT: self._short,

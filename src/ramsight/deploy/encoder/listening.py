@@ -159,6 +159,22 @@ class Listener:
         """The frames that it wants."""
         return frozenset(self._places)
 
+    @property
+    def periodic(self) -> frozenset[int]:
+        """Those of them that the drive sends period after period: with speed, torque, or what is measured beside."""
+        drive = [one for name, one in self.channels.items() if name != "temperature"]
+        return frozenset(
+            key
+            for key, places in self._places.items()
+            if any(taker is one for _, takers in places for taker in takers for one in drive)
+        )
+
+    @property
+    def speed(self) -> float:
+        """The newest speed [rad/s], if no sample has taken it yet; else NaN."""
+        speed = self.channels["speed"]
+        return speed.value if speed.fresh else math.nan
+
     def take(self, frame: Frame, sent: float, now: float) -> bool:
         """Take a frame.
 

@@ -163,6 +163,7 @@ OBJECTS: tuple[Object, ...] = (
     _var(0x2002, "Drive timeout", "UINT16", "rw", 100, "ms without speed or torque until the position is invalid",
          10, 10000),
     _var(0x2003, "Forget the position", "UINT32", "wo", None, "'forg': not referenced any more; factors stay"),
+    _var(0x2004, "Drive period", "UINT16", "rw", 0, "0.1 ms between two frames of the drive; 0: learned", 0, 10000),
     _var(0x2010, "Position standard deviation", "UINT32", "ro", None, "measuring steps", mappable=True),
     _var(0x2011, "Sensor status", "UINT8", "ro", None, "number of the sensor's status", mappable=True),
     _var(0x2012, "Sensor status text", "VISIBLE_STRING", "ro", None),

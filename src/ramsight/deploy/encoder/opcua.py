@@ -49,7 +49,7 @@ def address_of(words: str) -> tuple[str, int]:
         (('127.0.0.1', 4840), ('127.0.0.1', 4840))
     """
     host, _, port = words.strip().rpartition(":")
-    if not port.isdigit() or not 0 < int(port) < 1 << 16:
+    if not (port.isascii() and port.isdigit() and len(port) <= 5) or not 0 < int(port) < 1 << 16:
         raise DescriptionError("is no address", key="--opcua", value=words, allowed="a port, or '127.0.0.1:4840'")
     return host or "127.0.0.1", int(port)
 

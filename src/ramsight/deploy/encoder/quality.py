@@ -27,6 +27,7 @@ QUALITY = {
     Fault.APART: "BadSensorFailure",
     Fault.OTHER_WRONG: "UncertainSubNormal",
     Fault.VIRTUAL_WRONG: "BadSensorFailure",
+    Fault.SECOND_NODE: "BadConfigurationError",
     Fault.DRIVE_SILENT: STALE,
     Fault.DRIVE_GONE: STALE,
     Fault.SHORT: "UncertainSubNormal",

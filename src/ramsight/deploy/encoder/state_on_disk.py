@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ramsight.errors import OutputError
+from ramsight.output import HeldError
 from ramsight.sensor.persistence import StateError, StateFile, forgotten
 from ramsight.sensor.virtual_sensor import IS_REFERENCED, VirtualSensor
 
@@ -21,15 +22,27 @@ class Persistence:
         path: the file; made by `resume`.
         sensor: whose state it is; this one is resumed, and a copy of it is saved from.
         aside: whether saving is left to a thread, so that a slow disk delays nothing.
+        instance: which of several cylinders with the same numbers it is.
+
+    The file is this encoder's alone until `close`, or until its program ends.
+
+    Raises:
+        HeldError: another program has the file.
 
     Attributes:
         failure: why the last save failed; empty if it did not.
     """
 
-    def __init__(self, path: str | Path, sensor: VirtualSensor, *, aside: bool = False) -> None:
+    def __init__(self, path: str | Path, sensor: VirtualSensor, *, aside: bool = False, instance: str = "") -> None:
         self.path, self._sensor = Path(path), sensor
         self._copy = replace(sensor)
-        self._file = StateFile(path, self._copy)
+        self._file = StateFile(path, self._copy, instance)
+        try:
+            self._file.hold()
+        except HeldError:
+            raise
+        except OutputError:  # a disk that fails now is tried again with every save, and then that says so
+            pass
         self._lock, self._changed = threading.Lock(), threading.Condition()
         self._wanted: dict[str, float] | None = None
         self._waiting: dict[str, float] | None = None
@@ -45,7 +58,8 @@ class Persistence:
         except OSError:
             there = False
         try:
-            resumed = StateFile(self.path, self._sensor).resume()
+            resumed = self._file.resume()
+            self._sensor.state = self._copy.state
         except StateError:
             self._sensor.start(None)
             return False
@@ -92,6 +106,9 @@ class Persistence:
                 self._closed = True
                 self._changed.notify()
             self._thread.join(_PATIENCE)
+            if self._thread.is_alive():  # it may still write
+                return
+        self._file.release()
 
     def _save(self, state: dict[str, float]) -> bool:
         with self._lock:

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import re
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+from ramsight.bounded_toml import LARGEST, TomlError
+from ramsight.bounded_toml import loads as loads_toml
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.machine.spread import halves, has_spread
 
 __all__ = ["Entry", "circuit", "entries", "filled", "find", "has", "read"]
 
-_LARGEST = 1 << 24  # bytes of a description
 _ROOT = Path(__file__).parent
 _FOLDERS = ("circuits", "instruments", "machines", "oils", "pumps", "valves")
 
@@ -142,9 +141,11 @@ def read_toml(path: Path) -> dict[str, Any]:
     try:
         if path.exists() and not (path.is_file() or path.is_dir()):
             raise DescriptionError("is not a regular file", file=str(path))
-        if path.is_file() and path.stat().st_size > _LARGEST:
-            raise DescriptionError("is too large for a description", file=str(path), allowed="up to 16 MB")
-        text = path.read_bytes().decode("utf-8-sig")
+        with open(path, "rb") as file:
+            content = file.read(LARGEST + 1)
+        if len(content) > LARGEST:
+            raise DescriptionError("is too large for a description", file=str(path), allowed="up to 1 MiB")
+        text = content.decode("utf-8-sig")
     except FileNotFoundError:
         raise DescriptionError("no such file", file=str(path)) from None
     except IsADirectoryError:
@@ -160,15 +161,9 @@ def read_toml(path: Path) -> dict[str, Any]:
 def parse_toml(text: str, file: str) -> dict[str, Any]:
     """Parse TOML text; errors name `file` and the line."""
     try:
-        return tomllib.loads(text.replace("\r\n", "\n"))
-    except tomllib.TOMLDecodeError as error:
-        words = str(error)
-        match = re.fullmatch(r"(.*) \(at line (\d+), column (\d+)\)", words, re.DOTALL)
-        line = match[2] if match else str(text.count("\n") + 1)
-        words = match[1] if match else words.removesuffix(" (at end of document)")
-        raise DescriptionError(f"is not TOML: {words.strip()}", file=f"{file}, line {line}") from None
-    except RecursionError:
-        raise DescriptionError("is not TOML: nested too deeply", file=file) from None
+        return loads_toml(text)
+    except TomlError as error:
+        raise DescriptionError(f"is not TOML: {error}", file=f"{file}, line {error.line}") from None
 
 
 def split_tolerances(data: Mapping[str, Any], file: str, path: str = "") -> tuple[dict[str, Any], dict[str, str]]:
