@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+from ramsight.logs.digits import whole
 from ramsight.logs.frames import EXTENDED, Frame
 from ramsight.logs.frames_text import text_frames
 from ramsight.logs.lines import Advance
@@ -13,7 +14,7 @@ from ramsight.logs.lines import Advance
 BEGINS = "***"
 """What each line of a header begins with."""
 
-_CLOCK = re.compile(r"(\d{1,3}):(\d{1,2}):(\d{1,2}):(\d{4})")  # the last are tenths of a millisecond
+_CLOCK = re.compile(r"([0-9]{1,3}):([0-9]{1,2}):([0-9]{1,2}):([0-9]{4})")  # the last are tenths of a millisecond
 _DAY = 86400.0  # s
 _TYPES = {"s": False, "x": False, "sr": True, "xr": True}  # whether it is a remote frame
 
@@ -49,16 +50,16 @@ class _Busmaster:
         cells = text.split()
         if len(cells) < 6 or cells[1].lower() not in ("rx", "tx") or cells[4].lower() not in _TYPES:
             raise ValueError
-        time, length = self._time(cells[0]), int(cells[5])
-        key, is_extended = int(cells[3], self._base), cells[4].lower().startswith("x")
+        time, length = self._time(cells[0]), whole(cells[5])
+        key, is_extended = whole(cells[3], self._base), cells[4].lower().startswith("x")
         if not 0 <= key < (1 << 29 if is_extended else 1 << 11):
             raise ValueError
         key |= EXTENDED if is_extended else 0
         if _TYPES[cells[4].lower()]:
-            return Frame(time, key, int(cells[2]) - 1, None)
+            return Frame(time, key, whole(cells[2]) - 1, None)
         if len(cells) != 6 + length:
             raise ValueError
-        return Frame(time, key, int(cells[2]) - 1, bytes(int(cell, self._base) for cell in cells[6:]))
+        return Frame(time, key, whole(cells[2]) - 1, bytes(whole(cell, self._base) for cell in cells[6:]))
 
     def _header(self, text: str) -> None:
         if text in ("HEX", "DEC"):

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from ramsight.logs.digits import decimal, is_digits, whole
 from ramsight.logs.frames import EXTENDED, Frame
 from ramsight.logs.frames_text import FD_LENGTHS, SaidError, hex_bytes, text_frames
 from ramsight.logs.header import split
@@ -31,11 +32,11 @@ _NAMES = {
     "flags": ("flags", "flag", "flg"),
     "data": ("data", "databytes", "data bytes", "payload"),
 }
-_BYTE = re.compile(r"(?:d|data|b|byte)[ _]?\[?(\d{1,2})\]?")
+_BYTE = re.compile(r"(?:d|data|b|byte)[ _]?\[?([0-9]{1,2})\]?")
 _LOOKED_AT = 1 << 14  # bytes, in which the header stands
 _SEPARATORS = (";", ",", "\t")
 _FROM_ONE = ("chan", "channel", "chn", "buschannel")  # buses that are counted from 1
-_STAMP = re.compile(r"(\d*)T(\d{2})(\d{2})(\d{2})(\d{3})?")  # 09T164714231: day, hours, minutes, seconds, milliseconds
+_STAMP = re.compile(r"([0-9]*)T([0-9]{2})([0-9]{2})([0-9]{2})([0-9]{3})?")  # 09T164714231: day, h, min, s, ms
 _TRUE = ("true", "1", "x", "yes")
 _PYTHON_CAN = "arbitration_id"  # its data are in base 64
 
@@ -132,7 +133,7 @@ class _Rows:
 
     def _flags(self, cells: Sequence[str]) -> str:
         flags = self._cell(cells, "flags").lower()
-        return "" if flags.isdigit() else flags
+        return "" if is_digits(flags) else flags
 
     def _time(self, text: str) -> float:
         if match := _STAMP.fullmatch(text):
@@ -140,13 +141,13 @@ class _Rows:
             return 86400.0 * (day % 100) + 3600.0 * clock[0] + 60.0 * clock[1] + clock[2] + clock[3] / 1e3
         if ":" in text:
             return stamp_seconds(text)
-        number = float(text)
-        return number / 1e6 if self._is_in_microseconds and text.isdigit() else number
+        number = decimal(text)
+        return number / 1e6 if self._is_in_microseconds and is_digits(text) else number
 
     def _key(self, cells: Sequence[str]) -> int:
         text = self._cell(cells, "identifier").lower()
         is_extended = "x" in self._flags(cells) or text.endswith("x") or self._is_true(cells, "extended")
-        key = int(text.removesuffix("x"), 16)
+        key = whole(text.removesuffix("x"), 16)
         if "extended" not in self._table.places and "flags" not in self._table.places:
             is_extended = is_extended or key >= 1 << 11
         if not 0 <= key < (1 << 29 if is_extended else 1 << 11):
@@ -155,7 +156,7 @@ class _Rows:
 
     def _bus(self, cells: Sequence[str]) -> int:
         text = self._cell(cells, "bus")
-        return int(text) - self._is_from_one if text else 0
+        return whole(text) - self._is_from_one if text else 0
 
     def _data(self, cells: Sequence[str]) -> bytes:
         length = self._length(cells)
@@ -164,7 +165,7 @@ class _Rows:
             data += [cell for cell in cells[self._table.bytes_at[-1] + 1 :] if cell and length is not None]
             if length is not None and len(data) < length:
                 raise ValueError
-            return bytes(int(cell, 16) for cell in data[:length])
+            return bytes(whole(cell, 16) for cell in data[:length])
         text = self._cell(cells, "data")
         found = base64.b64decode(text, validate=True) if self._is_base64 else hex_bytes(text.replace(" ", ""))
         if length is not None and len(found) != length:
@@ -173,10 +174,10 @@ class _Rows:
 
     def _length(self, cells: Sequence[str]) -> int | None:
         if text := self._cell(cells, "length"):
-            return int(text)
+            return whole(text)
         code = self._cell(cells, "code")
         if not code:
             return None
         if self._is_base64:  # python-can's is a number of bytes
-            return int(code)
-        return FD_LENGTHS[int(code)] if "f" in self._flags(cells) else min(int(code), 8)
+            return whole(code)
+        return FD_LENGTHS[whole(code)] if "f" in self._flags(cells) else min(whole(code), 8)

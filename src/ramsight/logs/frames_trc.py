@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from ramsight.logs.digits import decimal, whole
 from ramsight.logs.frames import EXTENDED, Frame
 from ramsight.logs.frames_text import FD_LENGTHS, SaidError, hex_bytes, text_frames
 from ramsight.logs.lines import Advance
@@ -83,12 +84,12 @@ class _Trc:
     def _by_layout(self, cells: Sequence[str], layout: _Layout) -> Frame | None:
         if not cells[0].endswith(")"):
             raise ValueError
-        time = float(cells[1]) / 1e3
-        bus = 0 if layout.bus is None else int(cells[layout.bus]) - 1
+        time = decimal(cells[1]) / 1e3
+        bus = 0 if layout.bus is None else whole(cells[layout.bus]) - 1
         if layout.direction is not None and cells[layout.direction].lower() not in _DIRECTIONS:
-            int(cells[layout.identifier], 16)
+            whole(cells[layout.identifier], 16)
             return Frame(time, 0, bus, None)  # warnings and errors
-        identifier, length = cells[layout.identifier], int(cells[layout.length])
+        identifier, length = cells[layout.identifier], whole(cells[layout.length])
         data = cells[layout.length + 1 :]
         if layout.direction is None and identifier == "FFFFFFFF":
             return Frame(time, 0, bus, None)
@@ -98,25 +99,25 @@ class _Trc:
 
     def _by_columns(self, cells: Sequence[str]) -> Frame | None:
         place = {letter: number for number, letter in enumerate(self._columns)}
-        time, kind = float(cells[place["O"]]) / 1e3, cells[place["T"]]
+        time, kind = decimal(cells[place["O"]]) / 1e3, cells[place["T"]]
         if kind not in _FRAMES:
             if not (kind.isalpha() and kind.isupper()):
                 raise ValueError
             return Frame(time, 0, 0, None) if kind == _ERROR else None
-        bus = int(cells[place["B"]]) - 1 if "B" in place else 0
+        bus = whole(cells[place["B"]]) - 1 if "B" in place else 0
         key = _key(cells[place["I"]])
         if kind == "RR":
             return Frame(time, key, bus, None)
         data = cells[place["D"] :]
         if "l" in place:
-            return Frame(time, key, bus, _data(data, int(cells[place["l"]])))
-        code = int(cells[place["L"]])
+            return Frame(time, key, bus, _data(data, whole(cells[place["l"]])))
+        code = whole(cells[place["L"]])
         length = FD_LENGTHS[code] if kind != "DT" else min(code, 8)
         return Frame(time, key, bus, _data(data, code if len(data) == code else length))
 
 
 def _key(text: str) -> int:
-    key, is_extended = int(text, 16), len(text) > _STANDARD
+    key, is_extended = whole(text, 16), len(text) > _STANDARD
     if not 0 <= key < (1 << 29 if is_extended else 1 << 11):
         raise ValueError
     return key | (EXTENDED if is_extended else 0)

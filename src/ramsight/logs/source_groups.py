@@ -22,7 +22,7 @@ from ramsight.logs.source import Offered, Source, unit_in_name
 from ramsight.units import parse
 
 Array = NDArray[np.float64]
-_PLACE = re.compile(r"\[\d+\]$")  # column of a matrix
+_PLACE = re.compile(r"\[[0-9]+\]$")  # column of a matrix
 NO_CLOCK = "has no clock: no time of its own, and no channel of times as long as it"
 """Why channels of a group have no time."""
 

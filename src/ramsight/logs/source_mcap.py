@@ -126,9 +126,9 @@ class McapSource(Source):
                 topic, decoder = topics[record.channel_id]
                 try:
                     content = decoder(record.data)
-                except (*DAMAGED, RecursionError) as error:
-                    told = "nested too deeply" if isinstance(error, RecursionError) else first_line(error)
-                    text = f"a message at {record.log_time / NANOSECONDS:g} s: {told}"
+                except DAMAGED as error:
+                    reason = "nested too deeply" if isinstance(error, RecursionError) else first_line(error)
+                    text = f"a message at {record.log_time / NANOSECONDS:g} s: {reason}"
                     raise LogError(text, file=self.file, column=topic) from None
                 yield topic, record.log_time, content
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ramsight.errors import LogError
+from ramsight.logs.digits import decimal
 from ramsight.logs.header import split
 from ramsight.logs.lines import cut_short, line_blocks, printable
 from ramsight.logs.packed import Unpacked
@@ -116,7 +117,7 @@ def _number(cell: str, separator: str) -> float:
     """A number of a cell, NaN of an empty one."""
     if not cell:
         return math.nan
-    return float(cell if separator == "," else cell.replace(",", "."))
+    return decimal(cell if separator == "," else cell.replace(",", "."))
 
 
 def _is_number(cell: str, separator: str) -> bool:
