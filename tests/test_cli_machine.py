@@ -115,7 +115,7 @@ def test_all_that_is_wrong_is_said_at_once(tmp_path):
     for right, wrong in (
         ("format = 1 ", "# format = 1 "),
         ('bore = "127 mm" ', "# "),
-        ('rod = "79.4 mm" ', 'rodd = "79.4 mm" '),
+        ('rod = "79.4 mm"', 'rodd = "79.4 mm"'),
         ('"tellus-t-32"', '"tellus"'),
         ('max_torque = "90 N m" ', 'max_torque = "90" '),
         ('"PGI100-2-008"', '"PGI100-2-009"'),
