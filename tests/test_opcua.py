@@ -105,16 +105,31 @@ def _warm(bus):
     return Frame(0x80)
 
 
+def test_what_the_encoder_says_before_the_server_begins_is_served(port, monkeypatch):
+    monkeypatch.setattr("ramsight.deploy.encoder.opcua._OLD", 600.0)
+    device = encoder()
+    bus = Master(device)
+    bus.node.sdo[0x2100].raw = 400
+    bus.rest(0.2)
+    bus.node.sdo[0x6003].raw = 10000
+    server = OpcuaServer(device, "boom", port=port)
+    server.take()
+    with server:
+        assert values(port, "Position", "Status")[0][0] == pytest.approx(0.1, abs=1e-4)
+
+
 def test_what_the_encoder_has_not_said_lately_is_not_good(port, monkeypatch):
     device = encoder()
     bus = Master(device)
     bus.node.sdo[0x2100].raw = 400
     bus.rest(0.2)
     bus.node.sdo[0x6003].raw = 10000
-    monkeypatch.setattr("ramsight.deploy.encoder.opcua._OLD", 0.5)
+    old = "ramsight.deploy.encoder.opcua._OLD"
+    monkeypatch.setattr(old, 600.0)  # a busy computer may take long to connect
     with OpcuaServer(device, "boom", port=port) as server:
         server.take()
         wait_for(lambda: values(port, "Position")[0][1] == "Good")
+        monkeypatch.setattr(old, 0.5)
         wait_for(lambda: values(port, "Position", "Status")[1][1] == "BadNoCommunication")
         assert values(port, "Position")[0][1] == "BadNoCommunication"
 

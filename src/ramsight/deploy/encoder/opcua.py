@@ -135,10 +135,9 @@ class OpcuaServer:
         space = await server.register_namespace(NAMESPACE)
         place = await server.nodes.objects.add_object(space, self._name)
         found = {}
+        none = None, ua.VariantType.Null  # any type may be written over it
         for name, attribute, (code, shown), text in _NUMBERS:
-            node = await place.add_variable(
-                space, name, self._value(attribute), datatype=ua.NodeId(ua.ObjectIds.Double)
-            )
+            node = await place.add_variable(space, name, *none, datatype=ua.NodeId(ua.ObjectIds.Double))
             unit = ua.EUInformation(
                 _UNECE, int.from_bytes(code.encode(), "big"), ua.LocalizedText(shown), ua.LocalizedText(shown)
             )
@@ -146,8 +145,9 @@ class OpcuaServer:
             found[attribute] = (node, text)
         for name, attribute, kind, text in _WORDS:
             number = ua.NodeId(getattr(ua.ObjectIds, kind))
-            found[attribute] = (await place.add_variable(space, name, self._value(attribute), datatype=number), text)
-        for node, text in found.values():
+            found[attribute] = (await place.add_variable(space, name, *none, datatype=number), text)
+        for attribute, (node, text) in found.items():
+            await node.write_value(self._value(attribute))
             await node.write_attribute(ua.AttributeIds.Description, ua.DataValue(ua.LocalizedText(text)))
         return {attribute: node for attribute, (node, _) in found.items()}
 
