@@ -22,3 +22,18 @@ class Frame(NamedTuple):
     key: int
     bus: int
     data: bytes | None
+
+
+def frame_key(identifier: int, *, is_extended: bool) -> int:
+    """The key of an identifier of 29 or 11 bits.
+
+    Raises:
+        ValueError: the identifier has more bits.
+
+    Example:
+        >>> hex(frame_key(0x18FF0001, is_extended=True)), hex(frame_key(0x181, is_extended=False))
+        ('0x98ff0001', '0x181')
+    """
+    if not 0 <= identifier < (1 << 29 if is_extended else 1 << 11):
+        raise ValueError(identifier)
+    return identifier | (EXTENDED if is_extended else 0)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ramsight.logs.digits import whole
-from ramsight.logs.frames import EXTENDED, Frame
+from ramsight.logs.frames import Frame, frame_key
 from ramsight.logs.frames_text import text_frames
 from ramsight.logs.lines import Advance
 
@@ -51,10 +51,7 @@ class _Busmaster:
         if len(cells) < 6 or cells[1].lower() not in ("rx", "tx") or cells[4].lower() not in _TYPES:
             raise ValueError
         time, length = self._time(cells[0]), whole(cells[5])
-        key, is_extended = whole(cells[3], self._base), cells[4].lower().startswith("x")
-        if not 0 <= key < (1 << 29 if is_extended else 1 << 11):
-            raise ValueError
-        key |= EXTENDED if is_extended else 0
+        key = frame_key(whole(cells[3], self._base), is_extended=cells[4].lower().startswith("x"))
         if _TYPES[cells[4].lower()]:
             return Frame(time, key, whole(cells[2]) - 1, None)
         if len(cells) != 6 + length:

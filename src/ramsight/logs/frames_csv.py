@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ramsight.logs.digits import decimal, is_digits, whole
-from ramsight.logs.frames import EXTENDED, Frame
+from ramsight.logs.frames import Frame, frame_key
 from ramsight.logs.frames_text import FD_LENGTHS, SaidError, hex_bytes, text_frames
 from ramsight.logs.header import split
 from ramsight.logs.lines import Advance
@@ -150,9 +150,7 @@ class _Rows:
         key = whole(text.removesuffix("x"), 16)
         if "extended" not in self._table.places and "flags" not in self._table.places:
             is_extended = is_extended or key >= 1 << 11
-        if not 0 <= key < (1 << 29 if is_extended else 1 << 11):
-            raise ValueError
-        return key | (EXTENDED if is_extended else 0)
+        return frame_key(key, is_extended=is_extended)
 
     def _bus(self, cells: Sequence[str]) -> int:
         text = self._cell(cells, "bus")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ramsight.errors import LogError, warn_of_log
 from ramsight.logs.digits import decimal, is_digits, whole
-from ramsight.logs.frames import EXTENDED, Frame
+from ramsight.logs.frames import Frame, frame_key
 from ramsight.logs.lines import Advance, cut_short, file_name, line_blocks, printable
 from ramsight.logs.stamps import stamp_seconds
 
@@ -156,10 +156,7 @@ class _Asc:
 
     def _key(self, text: str) -> int:
         wide = text[-1:] in "xX"
-        key = whole(text[:-1] if wide else text, self._base)
-        if not 0 <= key < (1 << 29 if wide else 1 << 11):
-            raise ValueError
-        return key | (EXTENDED if wide else 0)
+        return frame_key(whole(text[:-1] if wide else text, self._base), is_extended=wide)
 
     def _bytes(self, cells: list[str], length: int) -> bytes:
         if len(cells) < length:
@@ -233,9 +230,9 @@ class _Candump:
         key, wide = whole(identifier, 16), len(identifier) > 3
         if key & 0x20000000:  # an error frame
             return Frame(time, 0, self._bus(bus), None)
-        if not 0 <= key < (1 << 29 if wide else 1 << 11) or not re.fullmatch(r"[0-9A-Fa-f]{1,8}", identifier):
+        if not re.fullmatch(r"[0-9A-Fa-f]{1,8}", identifier):
             raise ValueError
-        return Frame(time, key | (EXTENDED if wide else 0), self._bus(bus), data)
+        return Frame(time, frame_key(key, is_extended=wide), self._bus(bus), data)
 
 
 def hex_bytes(text: str) -> bytes:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ramsight.logs.digits import decimal, whole
-from ramsight.logs.frames import EXTENDED, Frame
+from ramsight.logs.frames import Frame, frame_key
 from ramsight.logs.frames_text import FD_LENGTHS, SaidError, hex_bytes, text_frames
 from ramsight.logs.lines import Advance
 
@@ -117,10 +117,7 @@ class _Trc:
 
 
 def _key(text: str) -> int:
-    key, is_extended = whole(text, 16), len(text) > _STANDARD
-    if not 0 <= key < (1 << 29 if is_extended else 1 << 11):
-        raise ValueError
-    return key | (EXTENDED if is_extended else 0)
+    return frame_key(whole(text, 16), is_extended=len(text) > _STANDARD)
 
 
 def _data(cells: Sequence[str], length: int) -> bytes:

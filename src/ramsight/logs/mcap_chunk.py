@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from importlib import import_module
+import importlib
 from typing import Any
 
 
@@ -25,11 +25,11 @@ def unpacked_chunk(data: bytes, compression: str, says: int, most: int) -> bytes
     if says > most:
         raise ValueError(f"a chunk of {says} bytes (allowed: up to {most})")
     if compression == "zstd":
-        zstandard: Any = import_module("zstandard")
+        zstandard: Any = importlib.import_module("zstandard")
         with zstandard.ZstdDecompressor().stream_reader(data) as stream:
             found: bytes = stream.read(says + 1)
     elif compression == "lz4":
-        found = import_module("lz4.frame").LZ4FrameDecompressor().decompress(data, max_length=says + 1)
+        found = importlib.import_module("lz4.frame").LZ4FrameDecompressor().decompress(data, max_length=says + 1)
     elif not compression:
         found = data
     else:

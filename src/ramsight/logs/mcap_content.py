@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from importlib import import_module
 from typing import Any
 
 Content = dict[str, Any]
@@ -61,7 +61,7 @@ def _reader(encoding: str, schema: Any) -> Callable[[bytes], Any] | None:
     """The decoder of mcap for a schema; None without one."""
     try:
         made: Callable[[bytes], Any] | None
-        made = import_module(_FACTORIES[encoding]).DecoderFactory().decoder_for(encoding, schema)
+        made = importlib.import_module(_FACTORIES[encoding]).DecoderFactory().decoder_for(encoding, schema)
     except Exception:  # it is not installed, or has errors of its own for schemas that it does not know
         return None
     return made
