@@ -502,11 +502,16 @@ def test_every_control_has_a_name_and_a_narrow_screen_is_wide_enough(page, tab):
 def serious(page):
     """What axe-core finds of the page as it is that keeps somebody out, and where; wide and narrow, light and dark."""
     wrong = []
+    page.add_style_tag(
+        content="*, *::before, *::after { transition: none !important }"
+    )  # no colour on its way to another
     for width in (400, 1500):
         page.set_viewport_size({"width": width, "height": 1000})
         for scheme in ("dark", "light"):
             page.emulate_media(color_scheme=scheme)
-            page.wait_for_timeout(300)  # colours fade
+            page.wait_for_function(
+                "dark => document.body.classList.contains('body--dark') === dark", arg=scheme == "dark"
+            )
             for one in axe.Axe().run(page).response["violations"]:
                 if one["impact"] in ("serious", "critical"):
                     places = [node["html"][:200] for node in one["nodes"]]
