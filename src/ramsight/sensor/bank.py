@@ -28,10 +28,12 @@ from ramsight.expression import Flag, Real, Scalar, all_of, any_of, count, holds
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.closed_volume import LEARNED, SHARED, Event
+from ramsight.sensor.contact import Hold
 from ramsight.sensor.covariance import Covariance
 from ramsight.sensor.hypothesis import Hypothesis, Kind, choose
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.mixture import Mixture, flag_of_likeliest, largest_weight, leads, of_likeliest
+from ramsight.sensor.pressing import odds_of_obstacle
 from ramsight.sensor.quantity import Quantity, Row
 from ramsight.sensor.thresholds import (
     BAND_STEP,
@@ -46,7 +48,8 @@ from ramsight.sensor.thresholds import (
     LOG_WEIGHT_LEAST,
     OUTSIDE,
     OVERSHOOT_STD_SHARE,
-    PASSED_END,
+    ROOM_LEAST,
+    ROOM_STEP,
     UNREACHABLE,
 )
 
@@ -65,13 +68,18 @@ class BankState:
         hypotheses: in the order of `Kind`.
         innovations: mean square of normalised innovations, less 1.
         band_width: of the band over what the filters say, by references.
-        at_end: whether the last contact was taken for one with an end.
+        by_obstacle: whether *wrong* is that the last contact, taken for an end, was with an obstacle.
+        below, above: how far below and above where it is now the piston has been since *wrong* lost its place [m].
+        room: share of the stroke in which it may be under *wrong* by that; 0 where nobody knows how it became wrong.
     """
 
     hypotheses: tuple[Hypothesis, ...]
     innovations: Scalar = leaf("1")
     band_width: Scalar = leaf("1", 1.0)
-    at_end: Flag = leaf("1")
+    by_obstacle: Flag = leaf("1")
+    below: Scalar = leaf("m")
+    above: Scalar = leaf("m")
+    room: Scalar = leaf("1")
 
     @classmethod
     def initial(cls, assumptions: Assumptions, stroke: float, *, with_link: bool = False) -> BankState:
@@ -335,6 +343,24 @@ class Bank:
             ]
         )
 
+    def roamed(self, travel: Scalar) -> Bank:
+        """After the piston moved: a way within the cylinder leaves few places where an unknown position may be.
+
+        Of the places of a stroke S that are as likely as each other, a way of R leaves the share 1 - R/S.
+
+        Args:
+            travel: of the piston [m].
+        """
+        state, stroke, wrong = self.state, self.model.stroke, self.hypotheses[Kind.WRONG]
+        below, above = ca.fmax(state.below + travel, 0.0), ca.fmax(state.above - travel, 0.0)
+        surely = ca.fmax(below + above - TWO_SIDED_95 * self.together.std({Quantity.POSITION: 1.0}), 0.0)
+        room = ca.fmax(1.0 - surely / stroke, ROOM_LEAST)
+        less = room < state.room - ROOM_STEP
+        unknown = wrong.position_variance > (0.5 * self._unknown) ** 2
+        bank = self._wrong_weighed(all_of(less, unknown), ca.log(room / state.room))
+        room = ca.if_else(less, room, state.room)
+        return replace(bank, state=replace(bank.state, below=below, above=above, room=room))
+
     def shifted(self, by: Real) -> Bank:
         """With a position that is another than the way gives, under each hypothesis, by so much [m]."""
         return self._with([h.shifted(by) for h in self.hypotheses])
@@ -413,17 +439,28 @@ class Bank:
             found.append(h.corrected(*h.covariance.considered(torque.row, missing, variance, use)))
         return self._kept_unless(any_of(torque.leakage, torque.compliance), found, self.hypotheses)
 
-    def passed(self, what_held_it: Flag) -> Bank:
-        """After a piston went on through what had held it: no end lets it, so that a contact with one was none."""
-        was_none = all_of(what_held_it, self.state.at_end)
+    def left(self, hold: Hold, noise: Scalar) -> Bank:
+        """After a piston has left what held it: how it did tells an end from an obstacle.
+
+        Args:
+            hold: of the piston.
+            noise: standard deviation of the torque [N m].
+        """
+        was = self.state.by_obstacle
+        tells = all_of(was, any_of(hold.went_on, hold.went_back))
+        bank = self._wrong_weighed(tells, odds_of_obstacle(hold.press, noise, hold.went_on))
+        return replace(bank, state=replace(bank.state, by_obstacle=all_of(was, negated(hold.released))))
+
+    def _wrong_weighed(self, tells: Flag, odds: Scalar) -> Bank:
+        """With *wrong* likelier by so much, logarithm of the odds, where something tells it."""
         *others, wrong = self.hypotheses
-        changed = _normalised([*others, wrong.with_weight(wrong.weight + math.log(1.0 / PASSED_END))])
+        changed = _normalised([*others, wrong.with_weight(wrong.weight + odds)])
         after = tuple(
-            old.with_weight(ca.if_else(was_none, new.weight, old.weight))
+            old.with_weight(ca.if_else(tells, new.weight, old.weight))
             for new, old in zip(changed, self.hypotheses, strict=True)
         )
-        state = replace(self.state, hypotheses=after, at_end=all_of(self.state.at_end, negated(what_held_it)))
-        return replace(self, state=state, together=self.together.reweighed(after, was_none, changed))
+        state = replace(self.state, hypotheses=after)
+        return replace(self, state=state, together=self.together.reweighed(after, tells, changed))
 
     def learned(self, event: Event, around: Mapping[Quantity, Scalar]) -> Bank:
         """After a stop or a start of the motor: leakage, compliance and what such events share; all else is considered.
@@ -461,10 +498,11 @@ class Bank:
         innovations = self.state.innovations + INNOVATION_GAIN * (newest - 1.0 - self.state.innovations)
         # Not a conjunction, which asks for both: what only a measurement needs is worked out in its samples alone.
         accepted = holds(ca.if_else(use, count(fits), 0.0))
-        contact = all_of(use, any_of(m.low, m.top))
         # A reference is never an obstacle.
-        obstacle_odds = ca.if_else(any_of(m.low, m.top), chance - weighed[0].likelihood, UNREACHABLE)
-        renewed = self._renewed(hypotheses, fits, kept[0], obstacle_odds)
+        obstacle = ca.if_else(any_of(m.low, m.top), chance, UNREACHABLE)
+        odds = [obstacle - weighed[kind].likelihood for kind in (Kind.DESCRIBED, Kind.WRONG)]
+        renewed, by_obstacle, lost = self._renewed(hypotheses, fits, kept[0], odds)
+        anew = all_of(use, lost)
         together = self.together.reweighed(renewed, use, renewed)
         after = [choose(use, new, old) for new, old in zip(renewed, kept, strict=True)]
         moved = of_likeliest(after, [h.mean[Quantity.POSITION] for h in after])
@@ -473,7 +511,10 @@ class Bank:
             hypotheses=centred,
             innovations=ca.if_else(use, ca.if_else(fits, innovations, self.state.innovations), self.state.innovations),
             band_width=self._widened(ca.sqrt(newest), fits, use),
-            at_end=any_of(all_of(contact, accepted), all_of(negated(contact), self.state.at_end)),
+            by_obstacle=any_of(all_of(use, by_obstacle), all_of(negated(use), self.state.by_obstacle)),
+            below=ca.if_else(anew, 0.0, self.state.below),
+            above=ca.if_else(anew, 0.0, self.state.above),
+            room=ca.if_else(anew, 1.0, self.state.room),
         )
         bank = replace(self, state=state, together=together.moved(centred))
         return bank, Measured(accepted, all_of(use, negated(accepted)), moved)
@@ -521,8 +562,8 @@ class Bank:
         return ca.if_else(use, ca.if_else(fits, ca.fmax(wider, 1.0), width), width)
 
     def _renewed(
-        self, hypotheses: Sequence[Hypothesis], accepted: Flag, before: Hypothesis, obstacle_odds: Scalar
-    ) -> list[Hypothesis]:
+        self, hypotheses: Sequence[Hypothesis], accepted: Flag, before: Hypothesis, obstacle_odds: Sequence[Scalar]
+    ) -> tuple[list[Hypothesis], Flag, Flag]:
         """After a reference: what was *wrong* and is likeliest becomes the first; *wrong* restarts.
 
         A machine that surely *leaks* otherwise becomes the first as well: its leakage is known by then, as any other's.
@@ -532,7 +573,10 @@ class Bank:
             hypotheses: after it.
             accepted: whether the likeliest hypothesis used it.
             before: the first hypothesis before it.
-            obstacle_odds: logarithm of the odds, by the first, that it was an obstacle.
+            obstacle_odds: logarithm of the odds, by the first and by *wrong*, that it was an obstacle.
+
+        Returns:
+            The hypotheses, whether *wrong* is by an obstacle now, and whether it has lost its place.
         """
         described, leaks, low, top, wrong = hypotheses
         surely = all_of(leads(hypotheses, Kind.LEAKS), described.weight < math.log(OUTSIDE))
@@ -543,12 +587,15 @@ class Bank:
         # What became wrong since is likelier by now than what was wrong before.
         was_known = before.position_variance < (0.5 * self._unknown) ** 2
         restarts = any_of(found, all_of(accepted, any_of(wrong.weight < prior, negated(was_known))))
-        perhaps = all_of(restarts, negated(found), obstacle_odds < 0.0, obstacle_odds > math.log(OUTSIDE))
+        odds = ca.if_else(found, obstacle_odds[1], obstacle_odds[0])
+        perhaps = all_of(restarts, odds < 0.0, odds > math.log(OUTSIDE))
         # A position that was unknown before an obstacle is unknown after it.
-        weight = first.weight + obstacle_odds
+        weight = first.weight + odds
         unknown = self._unknown_position(first, ca.if_else(perhaps, ca.fmax(weight, prior), prior))
-        again = choose(all_of(perhaps, was_known), before.with_weight(weight), unknown)
-        return [first, leaks, low, top, choose(restarts, again, wrong)]
+        goes_on = all_of(perhaps, was_known, negated(found))
+        again = choose(goes_on, before.with_weight(weight), unknown)
+        after = [first, leaks, low, top, choose(restarts, again, wrong)]
+        return after, perhaps, all_of(restarts, negated(goes_on))
 
     def variance(self) -> Scalar:
         """Of the position over all hypotheses, about the nominal one [m2] (`Mixture.variance`)."""

@@ -34,6 +34,7 @@ from ramsight.sensor.contact_release import Grip, Holding, ReleaseState, look_fo
 from ramsight.sensor.load_step import LoadStep
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.mode import HELD, Mode, is_in, next_mode
+from ramsight.sensor.pressing import PressState, Pushed, follow_press
 from ramsight.sensor.quantity import Quantity, Row
 from ramsight.sensor.sample import Sample
 from ramsight.sensor.thresholds import (
@@ -118,12 +119,14 @@ class ContactState:
         left_from: position from which the piston was released [m].
         leaves_way: in which the motor pulls it off, +1 for extension; 0 if it does not.
         held_at: position at which it was held [m].
+        went_on: whether it went on the way it came when it was released.
         gone: share of the stroke that it has moved since the last contact.
         came: way that it moved last, at most a hundredth or two of the stroke [m].
         standing: whether it stands while oil is delivered.
         settling: whether its load settles on something else.
         pending: a contact found at rest.
         release: of a held piston.
+        press: on what holds it.
     """
 
     mode: Scalar = leaf("1")
@@ -132,12 +135,14 @@ class ContactState:
     left_from: Scalar = leaf("m")
     leaves_way: Scalar = leaf("1")
     held_at: Scalar = leaf("m")
+    went_on: Flag = leaf("1")
     gone: Scalar = leaf("1", SEPARATE_CONTACTS)
     came: Scalar = leaf("m")
     standing: StandingState
     settling: SettlingState = field(default_factory=SettlingState)
     pending: PendingState = field(default_factory=PendingState)
     release: ReleaseState = field(default_factory=ReleaseState)
+    press: PressState = field(default_factory=PressState)
 
     @classmethod
     def initial(cls, stepping: tuple[Quantity, ...] = ()) -> ContactState:
@@ -180,7 +185,8 @@ class Estimated:
         known: whether a position is known at all.
         relief: how likely oil passes a relief valve, 0 to 1.
         relief_tolerance: share of a pressure by which such a valve may hold it lower than described [1].
-        compliance_std: standard deviation of the compliance [1].
+        compliance: factor of the compliance [1].
+        compliance_std: standard deviation of it [1].
         load_change_std: standard deviation of the change of a load at rest [N].
     """
 
@@ -189,7 +195,8 @@ class Estimated:
     known: Condition
     relief: Real
     relief_tolerance: Real
-    compliance_std: Real
+    compliance: Scalar
+    compliance_std: Scalar
     load_change_std: Real
 
 
@@ -224,7 +231,9 @@ class Hold:
         held: whether it is.
         leaves: whether it has just been released, or is pulled off an end.
         released: whether it has just been released.
-        passed: whether it went on the way it came: what held it was no end.
+        went_on: whether it has just gone on the way it came.
+        went_back: whether it has just gone back.
+        press: on what has held it.
         stands: whether it may stand while the pump delivers, not yet surely.
         pushing: whether the motor pushes against what holds it.
         draws: whether the pump draws oil from what is still held.
@@ -237,7 +246,9 @@ class Hold:
     held: Flag
     leaves: Flag
     released: Flag
-    passed: Flag
+    went_on: Flag
+    went_back: Flag
+    press: PressState
     stands: Flag
     pushing: Flag
     draws: Flag
@@ -361,15 +372,17 @@ def look_for_contact(
         compliance_std=ca.fmax(now.compliance_std, VOLUME_MODEL_STD),
     )
     release, grip = look_for_release(state.release, sample, step, holding, model)
+    pushed = Pushed(state.held, grip.pushing, grip.rise, grip.missing, now.compliance, now.compliance_std)
     mode = _mode(state, sample, step, now, grip, motor, holds, pulled, stays)
     leaves = any_of(grip.released, pulled)
-    separate, gone = _separate(state, contact, step, now, grip, model)
+    went_on = all_of(grip.released, turns, way == state.direction)
+    separate, gone = _separate(state, contact, step, now, grip, went_on, model)
     later = all_of(separate, negated(turns))
     pending, shows = _pending(state, sample, step, contact, later, grip)
     at_top = all_of(leaving, way < 0.0)
     otherwise = any_of(all_of(shows, state.direction > 0.0), all_of(negated(shows), way > 0.0))
     at_top = any_of(at_top, all_of(negated(leaving), otherwise))
-    stood_at, std, by, by_way = _stood_at(state, found, motor)
+    stood_at, std, by, by_way = _stood_at(state, found, motor, model)
     after = ContactState(
         mode=mode,
         turned=turns,
@@ -377,12 +390,14 @@ def look_for_contact(
         left_from=state.left_from,
         leaves_way=ca.if_else(grip.back, way, ca.if_else(leaves, 0.0, state.leaves_way)),
         held_at=state.held_at,
+        went_on=any_of(went_on, all_of(state.went_on, negated(any_of(contact, grip.released)))),
         gone=gone,
         came=found.came,
         standing=found.standing.state,
         settling=found.settling,
         pending=pending,
         release=release,
+        press=follow_press(state.press, pushed),
     )
     place = ContactPlace(
         found=contact,
@@ -397,7 +412,9 @@ def look_for_contact(
         held=is_in(mode, HELD),
         leaves=leaves,
         released=grip.released,
-        passed=all_of(grip.released, turns, way == state.direction),
+        went_on=went_on,
+        went_back=all_of(grip.released, turns, way != state.direction),
+        press=state.press,
         stands=found.standing.stands,
         pushing=grip.pushing,
         draws=all_of(grip.back, is_in(mode, HELD)),
@@ -534,14 +551,20 @@ def _settling(
     return position, SettlingState(empty=sinks, carried=carried, position=position)
 
 
-def _stood_at(state: ContactState, found: _Found, motor: _Motor) -> tuple[Scalar, Scalar, dict[Quantity, Scalar], Flag]:
+def _stood_at(
+    state: ContactState, found: _Found, motor: _Motor, model: MachineModel
+) -> tuple[Scalar, Scalar, dict[Quantity, Scalar], Flag]:
     """Where a piston stood [m], standard deviation of that [m], derivatives of its way since, whether it has one."""
     # Where it is again before it was away, it was held before; the stop that gave way meanwhile does so once more.
     again = ca.if_else(state.leaves, state.held_at, motor.before)
     # Where no oil gives it a force, nothing shows where it stands since.
     drained = any_of(found.sunk, is_in(state.mode, (Mode.EMPTY,)))
+    # Held again soon after it seemed to go on: whether it had moved meanwhile is unknown.
+    soon = ca.fabs(motor.before - state.held_at) < SEPARATE_CONTACTS * model.stroke
+    unmoved = all_of(state.went_on, soon, negated(state.leaves))
     stood_at = ca.if_else(drained, found.settled, ca.if_else(found.in_vain, found.standing.position, again))
-    std = ca.if_else(drained, SETTLING_STD_SHARE * (motor.before - found.settled), 0.0)
+    settling = SETTLING_STD_SHARE * (motor.before - found.settled)
+    std = ca.if_else(drained, settling, ca.if_else(unmoved, stood_at - state.held_at, 0.0))
     by_way = all_of(found.in_vain, negated(drained))
     return stood_at, std, {one: ca.if_else(by_way, by, 0.0) for one, by in found.standing.by.items()}, by_way
 
@@ -575,13 +598,19 @@ def _mode(
 
 
 def _separate(
-    state: ContactState, contact: Flag, step: LoadStep, now: Estimated, grip: Grip, model: MachineModel
+    state: ContactState,
+    contact: Flag,
+    step: LoadStep,
+    now: Estimated,
+    grip: Grip,
+    went_on: Flag,
+    model: MachineModel,
 ) -> tuple[Flag, Scalar]:
     """Whether a contact is another one than the last, and the share of the stroke moved since the last one.
 
     It is where the piston moved in between, where its position was unknown, and after one that turned out to be none.
     """
-    was_none = all_of(state.pending.waits, grip.released)
+    was_none = any_of(all_of(state.pending.waits, grip.released), went_on)
     gone = state.gone + ca.fabs(step.motion.travel) / model.stroke
     gone = ca.if_else(was_none, SEPARATE_CONTACTS, gone)
     separate = all_of(contact, any_of(gone >= SEPARATE_CONTACTS, negated(now.known)))

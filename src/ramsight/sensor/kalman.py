@@ -260,6 +260,7 @@ class Pipe:
             known=state.position_known,
             relief=probability,
             relief_tolerance=relief_tolerance(probability, machine.relief),
+            compliance=at.around[Quantity.COMPLIANCE],
             compliance_std=bank.factor_std(Quantity.COMPLIANCE),
             load_change_std=machine.unseen_load * model.relief_load,
         )

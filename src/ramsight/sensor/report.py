@@ -85,7 +85,7 @@ def report(
     velocity = _velocity(state, sample, step, contact)
     more: Outputs = {
         **model.balance.chambers(step.z),
-        BOUND: (bound + astray, "m"),
+        BOUND: (ca.fmin(bound + astray, model.stroke), "m"),
         REFERENCED_NOW: (count(outcome.referenced_now), "1"),
         **at.checks.more,
         **_learned(at, bank),

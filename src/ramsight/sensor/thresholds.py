@@ -184,6 +184,11 @@ TORQUE_LEAST = Constant(1e-6, "N m", "keeps quotients finite")
 
 # Hypotheses.
 PASSED_END = Constant(0.05, "1", "chance that a piston on an end is taken for one that goes on: one release in twenty")
+HELD_OBSTACLE = Constant(
+    0.05, "1", "share of the contacts with no stop through which a piston does not go on: stones; the others are loads"
+)
+ROOM_LEAST = Constant(0.05, "1", "share of the stroke left to an unknown position, as a 95 % band leaves of it")
+ROOM_STEP = Constant(0.01, "1", "share of the stroke by which that has to shrink before anything is weighed anew")
 LOG_WEIGHT_LEAST = Constant(
     -12.0, "1", "logarithm of the least weight, 6e-6: a hypothesis can come back within two contacts"
 )

@@ -198,7 +198,7 @@ def measure(
     closed_for, torque = _torque_evidence(state, at, met, model)
     link, measurement = _measurement(link, at, met, lever, model)
     event, shown = follow_event(state.event, at.sample, at.step, at.torque_by, _shut_in(at, met), model)
-    taught = bank.taught(torque).learned(shown, at.around).passed(met.contact.hold.passed)
+    taught = bank.taught(torque).learned(shown, at.around).left(met.contact.hold, at.step.torque.noise)
     after, measured = taught.measured(measurement)
     passed = ca.if_else(measured.accepted, 0.0, met.relief.passed_std + flow.passed)
     rejected = all_of(measured.rejected, at.sample.referenced)
@@ -341,7 +341,7 @@ def _time_update(bank: Bank, at: Stepped, grows: Scalar, model: MachineModel) ->
     hidden = ca.if_else(step.torque.hidden > 0.0, ca.fmin(hidden, 1.0), 0.0)
     grows = grows + ca.fabs(step.motion.free_travel) * hidden
     predicted = bank.predicted(step.motion.travel, at.travel_by, at.around, wrong, grows, leak)
-    return predicted.floored(drive.torque_gain)
+    return predicted.floored(drive.torque_gain).roamed(step.motion.travel)
 
 
 def _torque_evidence(state: UpdateState, at: Stepped, met: Met, model: MachineModel) -> tuple[Scalar, TorqueEvidence]:
