@@ -25,6 +25,7 @@ from ramsight.sensor.quantity import Quantity, Row
 from ramsight.sensor.sample import Sample
 from ramsight.sensor.thresholds import (
     EVENT_FOLLOWS,
+    EVENT_FRICTION_STD,
     EVENT_GAIN_MOVING,
     EVENT_GAIN_STANDING,
     EVENT_MODEL_STD,
@@ -43,8 +44,8 @@ from ramsight.sensor.thresholds import (
 
 LEARNED = (Quantity.LEAKAGE, Quantity.COMPLIANCE)
 """What an event shows."""
-SHARED = (Quantity.FRICTION, Quantity.RELEASE)
-"""What it may be wrong by as all others are: friction of the pumps, and a drive that releases its torque."""
+SHARED = (Quantity.RELEASE,)
+"""What it may be wrong by as all others are: a drive that releases its torque at standstill."""
 _NUISANCES = (Quantity.EXPONENT, "gain", "offset", "delay")
 _NAMES: tuple[str, ...] = (*LEARNED, *_NUISANCES)
 _INNOVATION = "innovation"
@@ -188,21 +189,14 @@ def _event(state: EventState, ends: Flag, elapsed: Scalar) -> Event:
     scale = 1.0 + floor2 * (a + c) + floor2**2 * both
     right_leak = ((1.0 + floor2 * c) * right[leak] - floor2 * b * right[stiff]) / scale
     known, crossed = ca.fmax((a + floor2 * both) / scale, INFORMATION_LEAST), b / scale
-    row = {leak: scalar(1.0), stiff: crossed / known}
+    row: dict[Quantity, Real] = {leak: scalar(1.0), stiff: crossed / known}
+    sampling = EVENT_SAMPLING * ca.fmin(elapsed, GAP_PERIOD) ** 2
+    # A torque that is too large by friction makes both factors too small by as much; at standstill it is a nuisance.
+    friction = ca.if_else(state.stands, 0.0, EVENT_FRICTION_STD * (1.0 + row[stiff]))
     return Event(
         ends=ends,
-        common=EVENT_SAMPLING * ca.fmin(elapsed, GAP_PERIOD) ** 2,
-        row=_shared(row, ca.if_else(state.stands, 1.0, 0.0)),
+        common=ca.sqrt(sampling**2 + friction**2),
+        row={**row, Quantity.RELEASE: ca.if_else(state.stands, row[leak], 0.0)},
         innovation=right_leak / known,
         variance=1.0 / known,
     )
-
-
-def _shared(row: Row, stood: Scalar) -> dict[Quantity, Real]:
-    """The derivatives of a measurement with those of what all events share.
-
-    A torque that is too large by friction makes both factors too small by as much. A drive that releases its torque
-    at standstill looks like leakage.
-    """
-    by_leak: Real = row.get(Quantity.LEAKAGE, 0.0)
-    return {**row, Quantity.FRICTION: -sum(row.values()), Quantity.RELEASE: stood * by_leak}

@@ -22,7 +22,6 @@ class Quantity(StrEnum):
     COMPLIANCE = "compliance"
     LAG = "lag"
     EXPONENT = "exponent"
-    FRICTION = "friction"
     RELEASE = "release"
     LOW = "low"
     TOP = "top"
@@ -42,7 +41,6 @@ _UNIT = {
     Quantity.COMPLIANCE: "1",
     Quantity.LAG: "s",
     Quantity.EXPONENT: "1",
-    Quantity.FRICTION: "1",
     Quantity.RELEASE: "1",
     Quantity.LOW: "m",
     Quantity.TOP: "m",
