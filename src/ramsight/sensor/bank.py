@@ -67,6 +67,7 @@ class BankState:
         hypotheses: in the order of `Kind`.
         innovations: mean square of normalised innovations, less 1.
         band_width: of the band over what the filters say, by references.
+        entered: whether *wrong* is that an entered start was wrong.
         by_obstacle: whether *wrong* is that the last contact, taken for an end, was with an obstacle.
         below, above: how far below and above where it is now the piston has been since *wrong* lost its place [m].
         room: share of the stroke in which it may be under *wrong* by that; 0 where nobody knows how it became wrong.
@@ -75,6 +76,7 @@ class BankState:
     hypotheses: tuple[Hypothesis, ...]
     innovations: Scalar = leaf("1")
     band_width: Scalar = leaf("1", 1.0)
+    entered: Flag = leaf("1")
     by_obstacle: Flag = leaf("1")
     below: Scalar = leaf("m")
     above: Scalar = leaf("m")
@@ -264,16 +266,22 @@ class Bank:
             start: what is known of the position at the first sample.
         """
         unknown2 = (0.5 * model.stroke) ** 2
+        entered = all_of(start.first, start.known, start.entered)
         begun = []
         for kind, h in zip(Kind, state.hypotheses, strict=True):
             least = unknown2 if kind == Kind.WRONG else ca.if_else(start.known, start.variance, unknown2)
             at_first = ca.if_else(start.first, least, 0.0)
             if kind == Kind.WRONG:
-                entered = all_of(start.first, start.known, start.entered)
                 h = h.with_weight(ca.if_else(entered, math.log(model.assumed.stops.entered), h.weight))
             begun.append(h.with_covariance(h.covariance.at_least(Quantity.POSITION, at_first)))
-        together = Mixture.of(begun, model.assumed.stops.wrong)
-        return cls(replace(state, hypotheses=tuple(begun)), together, model, position, elapsed)
+        state = replace(state, hypotheses=tuple(begun), entered=any_of(entered, state.entered))
+        together = Mixture.of(begun, cls._assumed(state, model))
+        return cls(state, together, model, position, elapsed)
+
+    @staticmethod
+    def _assumed(state: BankState, model: MachineModel) -> Scalar:
+        """Prior probability of *wrong* where that is an assumption and no finding."""
+        return ca.if_else(state.entered, 0.0, model.assumed.stops.wrong)
 
     @property
     def hypotheses(self) -> tuple[Hypothesis, ...]:
@@ -499,7 +507,7 @@ class Bank:
         # A reference is never an obstacle.
         obstacle = ca.if_else(any_of(m.low, m.top), chance, UNREACHABLE)
         odds = [obstacle - weighed[kind].likelihood for kind in (Kind.DESCRIBED, Kind.WRONG)]
-        renewed, by_obstacle, lost = self._renewed(hypotheses, fits, kept[0], odds)
+        renewed, restarts, by_obstacle, lost = self._renewed(hypotheses, fits, kept[0], odds)
         anew = all_of(use, lost)
         together = self.together.reweighed(renewed, use, renewed)
         after = [choose(use, new, old) for new, old in zip(renewed, kept, strict=True)]
@@ -509,12 +517,14 @@ class Bank:
             hypotheses=centred,
             innovations=ca.if_else(use, ca.if_else(fits, innovations, self.state.innovations), self.state.innovations),
             band_width=self._widened(ca.sqrt(newest), fits, use),
+            entered=all_of(self.state.entered, negated(all_of(use, restarts))),
             by_obstacle=any_of(all_of(use, by_obstacle), all_of(negated(use), self.state.by_obstacle)),
             below=ca.if_else(anew, 0.0, self.state.below),
             above=ca.if_else(anew, 0.0, self.state.above),
             room=ca.if_else(anew, 1.0, self.state.room),
         )
-        bank = replace(self, state=state, together=together.moved(centred))
+        together = replace(together.moved(centred), wrong=self._assumed(state, self.model))
+        bank = replace(self, state=state, together=together)
         return bank, Measured(accepted, all_of(use, negated(accepted)), moved)
 
     def _restarted(
@@ -561,7 +571,7 @@ class Bank:
 
     def _renewed(
         self, hypotheses: Sequence[Hypothesis], accepted: Flag, before: Hypothesis, obstacle_odds: Sequence[Scalar]
-    ) -> tuple[list[Hypothesis], Flag, Flag]:
+    ) -> tuple[list[Hypothesis], Flag, Flag, Flag]:
         """After a reference: what was *wrong* and is likeliest becomes the first; *wrong* restarts.
 
         A machine that surely *leaks* otherwise becomes the first as well: its leakage is known by then, as any other's.
@@ -574,7 +584,7 @@ class Bank:
             obstacle_odds: logarithm of the odds, by the first and by *wrong*, that it was an obstacle.
 
         Returns:
-            The hypotheses, whether *wrong* is by an obstacle now, and whether it has lost its place.
+            The hypotheses, whether *wrong* restarts, whether that is by an obstacle, and whether it has lost its place.
         """
         described, leaks, low, top, wrong = hypotheses
         surely = all_of(leads(hypotheses, Kind.LEAKS), described.weight < math.log(OUTSIDE))
@@ -593,7 +603,7 @@ class Bank:
         goes_on = all_of(perhaps, was_known, negated(found))
         again = choose(goes_on, before.with_weight(weight), unknown)
         after = [first, leaks, low, top, choose(restarts, again, wrong)]
-        return after, perhaps, all_of(restarts, negated(goes_on))
+        return after, restarts, perhaps, all_of(restarts, negated(goes_on))
 
     def variance(self) -> Scalar:
         """Of the position over all hypotheses, about the nominal one [m2] (`Mixture.variance`)."""

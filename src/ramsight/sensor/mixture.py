@@ -54,15 +54,15 @@ class Mixture:
     Attributes:
         hypotheses: all of them.
         shares: probability of each over that of the likeliest, when weights last changed.
-        wrong: prior probability that the position is wrong for a reason of no stated kind.
+        wrong: prior probability that the position is wrong for a reason of no stated kind; 0 while *wrong* has another.
     """
 
     hypotheses: Sequence[Hypothesis]
     shares: Sequence[Scalar]
-    wrong: float
+    wrong: Real
 
     @classmethod
-    def of(cls, hypotheses: Sequence[Hypothesis], wrong: float) -> Mixture:
+    def of(cls, hypotheses: Sequence[Hypothesis], wrong: Real) -> Mixture:
         """Of hypotheses as they are."""
         return cls(hypotheses, shares_of(hypotheses), wrong)
 
