@@ -141,6 +141,7 @@ def estimated(position, *, std=1e-3, relief=0.0, compliance=0.0, unseen=1e9, tol
         known=ca.SX(1.0),
         relief=ca.SX(1.0) * relief,
         relief_tolerance=tolerance,
+        compliance=ca.SX(1.0),
         compliance_std=ca.SX(1.0) * compliance,
         load_change_std=unseen,
     )

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import casadi as ca
 import numpy as np
@@ -20,26 +21,28 @@ from ramsight.sensor.covariance import Covariance
 from ramsight.sensor.hypothesis import BOUNDS as BOUNDS_OF
 from ramsight.sensor.hypothesis import Kind, covariance_of, state_of
 from ramsight.sensor.normal_tail import upper_quantile
+from ramsight.sensor.pressing import PressState
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.sample import Raw, SampleState, plain_sample
-from ramsight.sensor.thresholds import OTHERWISE, PASSED_END, RISK
+from ramsight.sensor.thresholds import HELD_OBSTACLE, OTHERWISE, PASSED_END, RISK
 from ramsight.sensor.virtual_sensor import Report, close
 
 from .sensor_bench import Stepped
 
 STROKE = 0.7
 QUANTITIES = tuple(Quantity)
-POSITION, LEAK, DISPLACEMENT, COMPLIANCE, LAG, EXPONENT, FRICTION, RELEASE, LOW, TOP = range(10)
+POSITION, LEAK, DISPLACEMENT, COMPLIANCE, LAG, EXPONENT, RELEASE, LOW, TOP = range(9)
 NAMES = tuple(kind.text for kind in Kind)
 BOUNDS = tuple(BOUNDS_OF.values())
-LEARNT = FRICTION - LEAK  # factors, lag and exponent
+LEARNT = RELEASE - LEAK  # factors, lag and exponent
 PERIOD = 0.02
 INPUTS = (
     "travel", "passes", "passed", "way", "back", *(f"seemed_{k}" for k in range(LEARNT)),
     *(f"travel_by_{k}" for k in range(LEARNT)), "noise", "grows", "leak", "floor",
     "told", *(f"row_{k}" for k in range(LEARNT)), "surprise", "torque_variance", "inflation",
     "tells_leak", "tells_compliance",
-    "place", "low", "top", "variance", "arrived", "doubt", "use", "went_on", "went_through", "limit", "entered",
+    "place", "low", "top", "variance", "arrived", "doubt", "use", "went_on", "goes_through", "goes_back", "limit",
+    "entered",
 )  # fmt: skip
 QUIET = dict.fromkeys(INPUTS, 0.0) | {"torque_variance": 1.0, "inflation": 1.0, "variance": 1e-6, "doubt": 0.2}
 N = TOP + 1
@@ -103,7 +106,11 @@ class Bank:
         row = {one: x["told"] * x[f"row_{k}"] for k, one in enumerate(LEARNT_QUANTITIES)}
         bank = bank.taught(TorqueEvidence(
             row, around, x["surprise"], x["torque_variance"], x["inflation"], x["tells_leak"], x["tells_compliance"],
-        )).passed(x["went_through"] > 0.0)  # fmt: skip
+        ))  # fmt: skip
+        through, back = x["goes_through"] > 0.0, x["goes_back"] > 0.0
+        press = PressState(compliance=ca.SX(1.0))
+        left = SimpleNamespace(went_on=through, went_back=back, released=through + back, press=press)
+        bank = bank.roamed(x["travel"]).left(left, ca.SX(1.0))
         bank, measured = bank.measured(Measurement(
             use=x["use"] > 0.0, place=x["place"], nominal=nominal, low=x["low"], top=x["top"],
             variance=x["variance"], arrived=x["arrived"], obstacle=x["doubt"], by_offset=0.0, seemed=seemed,
@@ -542,7 +549,7 @@ def test_a_step_spreads_the_position_by_what_its_derivatives_say(bank):
     by = np.array([-1e-3, 2e-2, 3e-4, 1e-6, -2e-3])
     bank.go(travel=0.25, noise=4e-8, grows=0.0, **{f"travel_by_{k}": value for k, value in enumerate(by)})
     after, machine = bank.matrix("described"), Assumptions().machine
-    row = np.array([0.0, *by, 0.0, 0.0, 0.0, 0.0])
+    row = np.array([0.0, *by, 0.0, 0.0, 0.0])
     step = np.eye(N)
     step[0] += row
     expected = step @ before @ step.T
@@ -714,7 +721,7 @@ def test_a_torque_tells_leakage_or_compliance_as_it_is_told_to(bank, told):
     before, means = bank.matrix("described"), bank.means("described")
     bank.go(**how, **{tells[k]: 1.0 for k in told})
     after, changed = bank.matrix("described"), bank.means("described") - means
-    row = np.array([0.0, 2.0, 0.5, -1.0, 0.0, 0.7, 0.0, 0.0, 0.0, 0.0])
+    row = np.array([0.0, 2.0, 0.5, -1.0, 0.0, 0.7, 0.0, 0.0, 0.0])
     cross = before @ row
     total, gain = row @ cross + 0.01, np.zeros(N)
     gain[told] = cross[told] / total
@@ -814,21 +821,50 @@ def test_a_first_contact_may_be_an_obstacle(bank):
     assert math.sqrt(bank.matrix("described")[POSITION, POSITION]) < 2e-3
 
 
-def test_an_end_lets_no_piston_through(bank):
+@pytest.mark.parametrize(
+    ("leaves", "factor"),
+    [("goes_through", 1.0 / (2.0 * PASSED_END)), ("goes_back", HELD_OBSTACLE / (1.0 + PASSED_END))],
+)
+def test_how_a_piston_leaves_what_held_it_tells_an_end_from_an_obstacle(bank, leaves, factor):
+    """By the way alone, for it was not pressed."""
     bank.begin(std=None)
     before = at(bank, 0.4 * STROKE, place=0.0, low=1.0, **CONTACT)
-    after = bank.go(went_through=1.0)
+    after = bank.go(**{leaves: 1.0})
     odds = [said["p_wrong"] / said["p_described"] for said in (before, after)]
-    assert odds[1] == pytest.approx(odds[0] / PASSED_END, rel=1e-6)
-    again = bank.go(went_through=1.0)
+    assert odds[1] == pytest.approx(odds[0] * factor, rel=1e-6)
+    again = bank.go(**{leaves: 1.0})
     assert again["p_wrong"] == pytest.approx(after["p_wrong"]), "a contact is one piece of evidence"
 
 
-def test_an_obstacle_that_lets_a_piston_through_tells_nothing(bank):
+@pytest.mark.parametrize("leaves", ["goes_through", "goes_back"])
+def test_an_obstacle_that_was_taken_for_one_tells_nothing(bank, leaves):
     bank.begin(0.4 * STROKE)
     before = bank.go(place=0.0, low=1.0, **CONTACT)
     assert before["taken"] == 0.0
-    assert bank.go(went_through=1.0)["p_wrong"] == pytest.approx(before["p_wrong"])
+    assert bank.go(**{leaves: 1.0})["p_wrong"] == pytest.approx(before["p_wrong"])
+
+
+@pytest.mark.parametrize("way", [0.1, 0.6])
+def test_a_way_from_a_first_contact_refutes_places_where_it_does_not_fit(bank, way):
+    """Of places that are as likely as each other a way of R leaves the share 1 - R/S."""
+    bank.begin(std=None)
+    before = at(bank, 0.4 * STROKE, place=0.0, low=1.0, **CONTACT)
+    for _ in range(50):
+        bank.go(travel=way * STROKE / 50.0)
+    after = bank.go(travel=-way * STROKE)
+    odds = [said["p_wrong"] / said["p_described"] for said in (before, after)]
+    assert odds[1] / odds[0] == pytest.approx(1.0 - way, abs=0.02)
+    assert bank.go(travel=way * STROKE)["p_wrong"] == pytest.approx(after["p_wrong"]), "there and back is no new way"
+
+
+def test_no_way_refutes_a_start_that_was_entered_wrongly(bank):
+    """Who mistypes is not as likely wrong by a metre as by a centimetre."""
+    bank.begin(0.1 * STROKE)
+    bank._stepped.state = bank._sensor.initial.copy()
+    bank._time = 0.0
+    bank.set(position=0.1 * STROKE, position_known=1.0, position_variance=1e-6)
+    before = bank.go(entered=1.0)["p_wrong"]
+    assert bank.go(travel=0.8 * STROKE)["p_wrong"] == pytest.approx(before)
 
 
 def test_an_entered_position_may_be_wrong(bank):

@@ -2,12 +2,12 @@
 
 import hashlib
 import math
-from dataclasses import replace
 import os
 import re
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np

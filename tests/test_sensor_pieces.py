@@ -502,7 +502,7 @@ def seen(x):
     return replace(step, torque=replace(step.torque, noise=ca.SX(0.5)))
 
 
-@pytest.fixture(scope="module", params=["position", "evidence", "found"])
+@pytest.fixture(scope="module", params=["position", "evidence", "found", "std"])
 def looking(request):
     """A watch whose step is set by hand, and what it finds of the contact."""
 
@@ -527,11 +527,20 @@ LEFT = {"mode": float(Mode.LEAVING), "held_at": 5e-3, "left_from": 2e-3, "came":
 
 def test_a_contact_before_the_piston_was_away_is_where_it_was_held_before(looking):
     asked, _ = looking
-    expected = {"position": 5e-3, "evidence": 0.0, "found": 1.0}[asked]
+    expected = {"position": 5e-3, "evidence": 0.0, "found": 1.0, "std": 0.0}[asked]
     assert looked(looking, -50.0, [(2, {"relief": 1.0})], gone=0.0, **LEFT) == expected
     away = LEFT | {"mode": float(Mode.MOVING)}
-    expected = {"position": 2e-3, "evidence": 1.0, "found": 1.0}[asked]
+    expected = {"position": 2e-3, "evidence": 1.0, "found": 1.0, "std": 0.0}[asked]
     assert looked(looking, -50.0, [(2, {"relief": 1.0})], gone=1.0, **away) == expected
+
+
+def test_a_piston_held_again_soon_after_it_went_on_may_not_have_moved(looking):
+    """It was held at 5 mm and seems to stand at 2 mm: 3 mm are its deviation there; far away it is another contact."""
+    asked, _ = looking
+    for held_at, std in ((5e-3, 3e-3), (2e-3 + 0.051 * Machine().stroke, 0.0)):
+        state = LEFT | {"mode": float(Mode.MOVING), "went_on": 1.0, "held_at": held_at}
+        expected = {"position": 2e-3, "evidence": 1.0, "found": 1.0, "std": std}[asked]
+        assert abs(looked(looking, -50.0, [(2, {"relief": 1.0})], gone=1.0, **state)) == pytest.approx(expected)
 
 
 def test_where_no_oil_gives_a_force_a_piston_stands_where_it_last_did(looking):
@@ -539,9 +548,9 @@ def test_where_no_oil_gives_a_force_a_piston_stands_where_it_last_did(looking):
     asked, _ = looking
     goes, in_vain = (20, {"travel": -1e-3, "free_travel": -1e-3}), (1, {"free_travel": -1e-2, "carried": 0.0})
     drained = (1, {"empty": 1.0, "carried": 0.0, "travel": -1e-3})
-    expected = {"position": 3e-3, "evidence": 1.0, "found": 1.0}
+    expected = {"position": 3e-3, "evidence": 1.0, "found": 1.0, "std": -0.1 * 1e-3}
     assert looked(looking, -50.0, [goes, drained, in_vain], gone=1.0) == pytest.approx(expected[asked])
-    expected["position"] = 2e-3
+    expected |= {"position": 2e-3, "std": 0.0}
     assert looked(looking, -50.0, [goes, in_vain], gone=1.0) == pytest.approx(expected[asked])
 
 

@@ -50,7 +50,7 @@ ALERTS = (Verdict.APART, Verdict.OTHER_WRONG, Verdict.VIRTUAL_WRONG)
 """Verdicts that one of the two is wrong."""
 _TEXT = {
     Verdict.AGREE: "both agree",
-    Verdict.UNCHECKED: "unchecked: the virtual sensor has no position",
+    Verdict.UNCHECKED: "unchecked: the virtual sensor has no position, or may be off by the whole stroke",
     Verdict.APART: "apart: one is wrong, and which is unknown",
     Verdict.OTHER_WRONG: "the other sensor is wrong",
     Verdict.VIRTUAL_WRONG: "the virtual sensor is wrong, and reports that it may be",
@@ -113,7 +113,8 @@ def compare(
     jumps = ca.if_else(shows, ca.if_else(elapsed > 0.0, decayed + count(jumped), state.jumps), state.jumps)
     impossible = any_of(any_of(state.impossible, jumped), any_of(negated(shows), outside))
     other_wrong = any_of(negated(shows), jumps > OTHER_JUMPS_MOST)
-    unchecked = sample["status"] >= float(Status.NOT_REFERENCED)
+    # Within a bound as wide as the stroke the other one may be anywhere.
+    unchecked = any_of(sample["status"] >= float(Status.NOT_REFERENCED), sample["bound"] >= stroke)
 
     allowed = sample["bound"] + tolerance
     starts = any_of(negated(state.anchored), ca.fabs(other - state.at) > tolerance)

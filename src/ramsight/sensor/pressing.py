@@ -1,7 +1,8 @@
 """What a piston that is pressed on something shows of it: an end gives way by the oil alone.
 
-While the motor pushes, the torque rises by what the oil is compressed. The rod of a cylinder that stands on its end does
-not move, so that the rise is the one expected; what stops a piston anywhere else gives way, and the torque stays behind.
+While the motor pushes, the torque rises by what the oil is compressed. The rod of a cylinder that stands on its end
+does not move, so that the rise is the one expected; what stops a piston anywhere else gives way, and the torque stays
+behind.
 
     missing ~ N(0, noise^2 + rise^2 (s_C^2 + s_M^2))    on an end; s_C of the compliance, s_M of the model
     missing ~ U(0, rise), convolved with the noise        on an obstacle: anything between rigid and yielding
@@ -26,8 +27,8 @@ class PressState:
     """The strongest press of a piston that is held.
 
     Attributes:
-        rise: largest rise of the expected torque while the motor pushed [N m].
-        missing: what the reported torque stayed behind then, by the compliance from before [N m].
+        rise: largest rise of the torque that the compliance from before makes one expect while the motor pushed [N m].
+        missing: what the reported torque stayed behind it then [N m].
         compliance: factor before the piston was held [1].
         compliance_std: standard deviation of it then [1].
     """
@@ -65,10 +66,11 @@ def follow_press(state: PressState, now: Pushed) -> PressState:
     What the contact itself has taught of the compliance does not count: a soft obstacle teaches a soft oil.
     """
     before = ca.if_else(now.held, state.compliance, now.compliance)
-    stronger = all_of(now.pushing, now.rise > state.rise)
-    missing = now.missing + now.rise * (now.compliance / before - 1.0)
+    rise = now.rise * now.compliance / before
+    missing = now.missing + rise - now.rise
+    stronger = all_of(now.pushing, rise > state.rise)
     return PressState(
-        rise=ca.if_else(now.held, ca.if_else(stronger, now.rise, state.rise), 0.0),
+        rise=ca.if_else(now.held, ca.if_else(stronger, rise, state.rise), 0.0),
         missing=ca.if_else(now.held, ca.if_else(stronger, missing, state.missing), 0.0),
         compliance=before,
         compliance_std=ca.if_else(now.held, state.compliance_std, now.compliance_std),

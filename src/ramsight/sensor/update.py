@@ -166,11 +166,11 @@ def predict(state: UpdateState, bank: Bank, at: Stepped, met: Met, model: Machin
     began = ca.if_else(contact.place.found, contact.place.position, met.nominal)
     passed = met.relief.passed_std + flow.passed
     confined = predicted.confined(began, met.relief.probability > 0.0, passed)
-    if not one_sided(model.balance):
-        return confined, flow
-    # The pump draws from the tank when its load rests on something else.
-    lifts = all_of(negated(contact.hold.held), at.sample.extending_speed * model.lift > MOTOR_TURNS)
-    return confined.turned_back(began, ca.if_else(lifts, model.lift, 0.0)), flow
+    speed = at.sample.extending_speed
+    free = all_of(negated(contact.hold.held), ca.fabs(speed) > MOTOR_TURNS)
+    if one_sided(model.balance):  # the pump draws from the tank when its load rests on something else
+        free = all_of(free, speed * model.lift > 0.0)
+    return confined.turned_back(began, ca.if_else(free, ca.sign(speed), 0.0)), flow
 
 
 def measure(
