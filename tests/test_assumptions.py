@@ -1,6 +1,7 @@
 """What a description declares of drive, machine, thermometer and stops reaches every sensor that is made of it."""
 
 import io
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -21,6 +22,7 @@ from ramsight.deploy.encoder import Settings, assembly, drive_map
 from ramsight.engine.cache import instructions
 from ramsight.errors import DescriptionError
 from ramsight.machine import Assumptions, catalogue
+from ramsight.normal import TWO_SIDED_95
 from ramsight.plant import linked
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.build import build_unit
@@ -242,27 +244,52 @@ def test_a_worn_machine_and_its_table_keep_to_their_unit():
     assert cache_file(declared) == cache_file(plain)
 
 
-def found_of(leak):
-    """What `identify` might say: the leakage alone is told."""
+def found_of(factor, reached=(0.1, 0.6), **told):
+    """What `identify` might say: the leakage alone is told, unless more is."""
     factors = {name: Estimate(1.0, 0.9, 1.1, identified=False) for name in WORDS}
     factors |= {name: Estimate(0.0, -0.1, 0.1, identified=False) for name in ("orifice", "efficiency")}
-    factors["leak"] = Estimate(leak, leak - 0.05, leak + 0.05, identified=True)
-    return Identification(
-        factors, Estimate(0.0, 0.0, 0.0, identified=False), 9, 3, 60.0, 1e-3, (1e5, 2e7), (300, 320), 5, 4
-    )
+    factors["leak"] = Estimate(factor, factor - 0.05, factor + 0.05, identified=True)
+    late = Estimate(0.0, 0.0, 0.0, identified=False)
+    return Identification(factors | told, late, 9, 3, 60.0, 1e-3, (1e5, 2e7), (300, 320), 5, 4, reached)
 
 
 @settings(max_examples=20)
 @given(share=st.floats(0.01, 0.99), leak=st.floats(0.7, 1.4))
-def test_a_tuned_description_keeps_what_is_declared_and_declares_no_more(share, leak):
+def test_a_tuned_description_keeps_what_is_declared_and_declares_what_was_measured(share, leak):
     declared = {path: written(path, share)[0] for path in ("drive.torque", "machine.leak_walk", "stops.reference")}
     before = load("boom", declared)
     new = tuned(before, "boom", found_of(leak), "day.csv", "rod.csv")
-    assert new.machine.unit("boom").pump_a != before.unit("boom").pump_a
+    if leak != 1.0:
+        assert new.machine.unit("boom").pump_a != before.unit("boom").pump_a
     again = machine.loads(new.text).unit("boom").assumptions
-    assert again == new.machine.unit("boom").assumptions == before.unit("boom").assumptions
-    assert {v.path for v in machine.walk(again) if v.given} == set(declared)
+    assert again == new.machine.unit("boom").assumptions
+    known = min(0.05 / TWO_SIDED_95 / leak, before.unit("boom").assumptions.machine.leak)
+    assert again.machine.leak == pytest.approx(known)
+    assert {v.path for v in machine.walk(again) if v.given} == {*declared, "machine.leak"}
     assert "[units.bucket.assumptions" not in new.text
+
+
+def test_a_thermometer_and_a_torque_that_are_off_count_in_how_well_a_factor_is_known():
+    """1 K and the torque's 1 %, beside the interval; each of 1.25 as the factor is of one."""
+    leak = Estimate(1.25, 1.25 - 0.05, 1.25 + 0.05, identified=True, per_kelvin=-0.04, per_torque=-0.01)
+    assumed = tuned(load("boom", {}), "boom", found_of(1.25, leak=leak), "a", "b").machine.unit("boom").assumptions
+    expected = math.hypot(0.05 / TWO_SIDED_95, 0.04, 100.0 * assumed.drive.torque_gain * 0.01) / 1.25
+    assert assumed.machine.leak == pytest.approx(expected)
+    assert assumed.machine.leaks_otherwise == Assumptions().machine.leaks_otherwise, "its law was not measured"
+    orifice = Estimate(0.1, 0.05, 0.15, identified=True)
+    both = tuned(load("boom", {}), "boom", found_of(1.25, leak=leak, orifice=orifice), "a", "b").machine
+    assert both.unit("boom").assumptions.machine.leaks_otherwise == 1e-3
+
+
+@pytest.mark.parametrize(
+    ("reached", "sure"),
+    [((0.0, 0.7), True), ((1.9e-3, 0.6981), True), ((2.1e-3, 0.7), False), ((0.0, 0.6979), False), ((0.1, 0.6), False)],
+)
+def test_ends_that_the_measured_position_reached_are_where_they_are_described(reached, sure):
+    new = tuned(load("boom", {}), "boom", found_of(1.1, reached), "a", "b")
+    undeclared = new.machine.unit("boom").assumptions.stops.undeclared
+    assert undeclared == (1e-4 if sure else Assumptions().stops.undeclared)
+    assert ("reached both ends" in new.text) == sure
 
 
 def test_a_source_stays_with_a_declared_value():

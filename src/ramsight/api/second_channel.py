@@ -15,6 +15,7 @@ from ramsight.errors import LogError
 from ramsight.intervals import true_intervals
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.limits import limits_of
+from ramsight.plant.unit import assuming
 from ramsight.sensor.comparing import (
     ALERTS,
     LONGEST_ALERT,
@@ -32,6 +33,9 @@ from ramsight.units import argument, format_si
 
 if TYPE_CHECKING:
     import xarray
+
+_BOTH_WRONG = 1e-6
+"""Chance that a start is wrong which was entered, and which another sensor shows as well."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +95,7 @@ def compare(
         unit: name of the unit, if the machine has several.
         tolerance: of the real sensor [m], above 0 and up to the stroke.
         time_to_alert: for which they have to be apart before one of them is reported as wrong [s], 0 to 1 min.
-        start: position at the first sample [m], as `ramsight.track`'s.
+        start: position at the first sample [m], as `ramsight.track`'s; two sensors agree on it, so it is not in doubt.
         channel_map: of a file.
         progress: show a bar on a terminal if it takes long.
 
@@ -115,6 +119,8 @@ def compare(
     limits, stroke = limits_of(built), float(built.cylinder.stroke)
     allowed = argument(tolerance, "m", "tolerance", least="0.001 mm", most=format_si(stroke, "mm"))
     alert = argument(time_to_alert, "s", "time_to_alert", least="0 s", most=f"{LONGEST_ALERT:g} s")
+    if start is not None:
+        built = assuming(built, {"stops.entered": _BOTH_WRONG})
     tracked = track(built, log, start, channel_map=channel_map, progress=progress)
     true = truth_of(other)
     time, known = tracked["time"].values, np.isfinite(true["time"].values)

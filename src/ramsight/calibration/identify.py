@@ -73,6 +73,7 @@ class Identification:
         pressure: 5 and 95 % of the holding chamber's pressure in the moves, above tank [Pa].
         temperature: lowest and highest oil temperature [K].
         lifts, lowers: how many moves are which.
+        reached: lowest and highest position that was measured [m].
     """
 
     factors: dict[str, Estimate]
@@ -85,6 +86,7 @@ class Identification:
     temperature: tuple[float, float]
     lifts: int
     lowers: int
+    reached: tuple[float, float]
 
     @property
     def deviation(self) -> Deviation:
@@ -209,4 +211,5 @@ def _result(
         temperature=(float(record.oil_temperature.min()), float(record.oil_temperature.max())),
         lifts=int(moves.lifting[runs].sum()),
         lowers=int((~moves.lifting[runs]).sum()),
+        reached=(float(np.nanmin(record.position)), float(np.nanmax(record.position))),
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -17,10 +18,20 @@ from ramsight.machine.description import Composed, DirectDriven, Unit
 from ramsight.machine.efficiencies import COLUMNS
 from ramsight.machine.parts import Hose, Pump
 from ramsight.machine.reading import loads
+from ramsight.normal import TWO_SIDED_95
 from ramsight.units import to_si
 
 if TYPE_CHECKING:
     from ramsight.machine.description import Machine
+
+_THERMOMETER = 1.0
+"""Error of the oil's temperature that another day may have [K]: class B of IEC 60751 has 0.5 K at 40 degC, and as much
+again is between the thermometer and the oil."""
+_MEASURED, _REACHED = 1e-3, 1e-4
+"""Chance that a machine leaks otherwise of which leakage and its law were measured, and that a piston stops elsewhere
+than at its ends that was measured at both."""
+_AT_END = 2e-3
+"""How near an end the measured position has to be [m]: twice what a usual position sensor is off."""
 
 
 def changes(machine: Machine, unit: str, found: Identification) -> dict[str, tuple[float | str, str]]:
@@ -28,7 +39,7 @@ def changes(machine: Machine, unit: str, found: Identification) -> dict[str, tup
 
     Leakage is written as the volumetric efficiency that the pump has left, wear like an orifice's as its flow at the
     nominal pressure, friction and bulk moduli in proportion; of a pump with a table the table's efficiencies change.
-    What the log does not tell is left alone.
+    What the log does not tell is left alone. How well a factor is known is what the sensor assumes from then on.
 
     Args:
         machine: the description.
@@ -63,7 +74,32 @@ def changes(machine: Machine, unit: str, found: Identification) -> dict[str, tup
         moduli.insert(0 if stiffness > 1.0 else len(moduli), ("oil.bulk_modulus", described.oil.bulk_modulus))
         for key, modulus in moduli:
             put(key, stiffness * modulus, "stiffness")
+    for key, known, name in _known(described, found):
+        put(f"assumptions.machine.{key}", known, name)
+    stops = described.assumptions.stops
+    low, high = found.reached
+    if low < stops.retracted + _AT_END and high > described.cylinder.stroke - stops.extended - _AT_END:
+        words = f"[identified] the measured position reached both ends, {1e3 * low:.1f} and {1e3 * high:.1f} mm"
+        result[f"{path}.assumptions.stops.undeclared"] = min(stops.undeclared, _REACHED), words
     return result
+
+
+def _known(unit: Unit, found: Identification) -> Iterator[tuple[str, float, str]]:
+    """Of the sensor's assumptions: key, standard deviation of what was found [1], and the factor that it rests on.
+
+    A thermometer or a torque that is off shifts what is found; on another day they may be off otherwise. No factor is
+    assumed to be known worse than before.
+    """
+    assumed = unit.assumptions
+    for key, name in (("leak", "leak"), ("displacement", "displacement"), ("compliance", "stiffness")):
+        factor, before = found.factors[name], getattr(assumed.machine, key)
+        if factor.identified:
+            own = (factor.high - factor.low) / (2.0 * TWO_SIDED_95)
+            torque = 100.0 * assumed.drive.torque_gain * factor.per_torque
+            std = math.hypot(own, _THERMOMETER * factor.per_kelvin, torque) / factor.value
+            yield key, min(std, before), name
+    if found.factors["leak"].identified and found.factors["orifice"].identified:
+        yield "leaks_otherwise", min(_MEASURED, assumed.machine.leaks_otherwise), "orifice"
 
 
 def _placed(unit: Unit, kind: type) -> dict[str, Any]:

@@ -125,7 +125,8 @@ def _changed(part: P, changes: Mapping[str, Any]) -> P:
             own[head] = _changed_in(there, inner)
         else:
             raise UnknownNameError("key", f"{head}.{next(iter(inner))}", fields)
-    return validate(type(part), {**dict(part), **own})
+    given = {name: value for name, value in part if name in part.model_fields_set}  # a default stays one
+    return validate(type(part), {**given, **own})
 
 
 def _changed_in(parts: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -162,3 +163,13 @@ def rest_pressures(unit: HydraulicUnit, nodes: Sequence[str], load: float) -> di
     for node in reach(unit.parts(), chamber, "joins"):
         pressure[node] = value
     return pressure
+
+
+def assuming(unit: HydraulicUnit, changes: Mapping[str, Any]) -> HydraulicUnit:
+    """The same unit, of which a sensor assumes something else.
+
+    Args:
+        unit: the unit, a dataclass.
+        changes: of its assumptions, as `Assumptions.replace` takes them.
+    """
+    return cast(HydraulicUnit, replace(cast(Any, unit), assumptions=unit.assumptions.replace(changes)))

@@ -391,8 +391,8 @@ class Bank:
     def turned_back(self, nominal: Scalar, way: Scalar) -> Bank:
         """With no hypothesis in which a piston is beyond an end that it leaves without having been pressed on it.
 
-        Oil that was drawn from the tank, or air in it, explains how far it seemed to be, by an unknown amount; half of it
-        is added to the standard deviation.
+        Oil that was drawn from the tank, or air in it, explains how far it seemed to be, by an unknown amount; half of
+        it is added to the standard deviation.
 
         Args:
             nominal: position after the step [m].
