@@ -64,5 +64,5 @@ def test_oil_that_changes_its_temperature_costs_what_is_not_known_of_its_expansi
         grown[name] = rested(lifted, sensor, kelvin)[1] - rested(lifted, sensor)[1]
     height = 0.2 + 0.5e-3 * 2.0 / 25335e-6 + 0.5e-3  # what was lifted comes on top
     whole = 6.8e-4 * abs(kelvin) * height
-    assert whole < grown["untold"] < 2.1 * whole
+    assert 0.95 * whole < grown["untold"] < 2.0 * whole
     assert 0.25 * grown["untold"] < grown["told"] < 0.45 * grown["untold"]

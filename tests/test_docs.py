@@ -332,7 +332,7 @@ def test_getting_started_runs_as_it_stands(monkeypatch, tmp_path, capsys):
     checked = "\n".join(line.rstrip() for line in capsys.readouterr().out.strip().splitlines())
     assert f"```text\n{checked}\n```" in page
     exec(program[0], {})
-    assert float(capsys.readouterr().out) == pytest.approx(0.0479, abs=2e-4)
+    assert float(capsys.readouterr().out) == pytest.approx(0.0472, abs=2e-4)
 
 
 def test_every_assumption_that_the_logs_know_can_be_varied(monkeypatch):

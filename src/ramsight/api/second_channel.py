@@ -95,7 +95,7 @@ def compare(
         unit: name of the unit, if the machine has several.
         tolerance: of the real sensor [m], above 0 and up to the stroke.
         time_to_alert: for which they have to be apart before one of them is reported as wrong [s], 0 to 1 min.
-        start: position at the first sample [m], as `ramsight.track`'s; two sensors agree on it, so it is not in doubt.
+        start: position at the first sample [m], as `ramsight.track`'s; two sensors agree on it.
         channel_map: of a file.
         progress: show a bar on a terminal if it takes long.
 

@@ -508,7 +508,7 @@ class Bank:
         obstacle = ca.if_else(any_of(m.low, m.top), chance, UNREACHABLE)
         odds = [obstacle - weighed[kind].likelihood for kind in (Kind.DESCRIBED, Kind.WRONG)]
         renewed, restarts, by_obstacle, lost = self._renewed(hypotheses, fits, kept[0], odds)
-        anew = all_of(use, lost)
+        unplaced = all_of(use, lost)
         together = self.together.reweighed(renewed, use, renewed)
         after = [choose(use, new, old) for new, old in zip(renewed, kept, strict=True)]
         moved = of_likeliest(after, [h.mean[Quantity.POSITION] for h in after])
@@ -519,9 +519,9 @@ class Bank:
             band_width=self._widened(ca.sqrt(newest), fits, use),
             entered=all_of(self.state.entered, negated(all_of(use, restarts))),
             by_obstacle=any_of(all_of(use, by_obstacle), all_of(negated(use), self.state.by_obstacle)),
-            below=ca.if_else(anew, 0.0, self.state.below),
-            above=ca.if_else(anew, 0.0, self.state.above),
-            room=ca.if_else(anew, 1.0, self.state.room),
+            below=ca.if_else(unplaced, 0.0, self.state.below),
+            above=ca.if_else(unplaced, 0.0, self.state.above),
+            room=ca.if_else(unplaced, 1.0, self.state.room),
         )
         together = replace(together.moved(centred), wrong=self._assumed(state, self.model))
         bank = replace(self, state=state, together=together)

@@ -188,7 +188,7 @@ HELD_OBSTACLE = Constant(
     0.05, "1", "share of the contacts with no stop through which a piston does not go on: stones; the others are loads"
 )
 ROOM_LEAST = Constant(0.05, "1", "share of the stroke left to an unknown position, as a 95 % band leaves of it")
-ROOM_STEP = Constant(0.01, "1", "share of the stroke by which that has to shrink before anything is weighed anew")
+ROOM_STEP = Constant(0.01, "1", "share of the stroke by which that has to shrink before it is weighed")
 LOG_WEIGHT_LEAST = Constant(
     -12.0, "1", "logarithm of the least weight, 6e-6: a hypothesis can come back within two contacts"
 )
