@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import ChannelMapFile, DriveLog, DrivenUnit, Machine, say_written
+from ramsight.cli.common import ChannelMapFile, DriveLog, DrivenUnit, Machine, Requirement, option, say_written
 
 
 def commission(
@@ -16,6 +16,7 @@ def commission(
     unit: DrivenUnit,
     truth: Annotated[Path | None, typer.Option(help="Its measured position, if there is one: .csv or .csv.gz.")] = None,
     channel_map: ChannelMapFile = None,
+    require: Requirement = None,
     out: Annotated[
         Path | None, typer.Option(help="The report to sign, one page that needs no other file: .html.")
     ] = None,
@@ -25,7 +26,8 @@ def commission(
     Looks, in this order, at the samples, at units and signs against what the machine can do, for a leak test and for
     visits to both end stops, at what the kalman sensor learned and how sure it is; and, where the position was measured
     (--truth), at its errors and at the data sheet against what is identified. Says of each check: passed, look twice
-    (with what to do), failed. Where units or signs are wrong the rest is not judged. Exit code 1 if one failed.
+    (with what to do), failed. Where units or signs are wrong the rest is not judged. Exit code 1 if one failed. What
+    the position is needed for (--require, or the unit's requirement) comes first: missed is failed.
 
     Rehearse it: ramsight simulate MACHINE --unit U --duty commissioning --log log.csv --truth position.csv
 
@@ -49,7 +51,9 @@ def commission(
     check_apart(read, {"--out": out})
     described = load_machine(machine)
     known = standard_map([]) if channel_map is None else load_map(channel_map)
-    done = commission_unit(described, log, truth, unit=unit, channel_map=channel_map, progress=True)
+    done = commission_unit(
+        described, log, truth, unit=unit, channel_map=channel_map, require=require, progress=True, named=option
+    )
     if out is not None:
         text = report_of(done, described, unit, log, truth, known)
         with atomic_path(out) as draft:

@@ -16,6 +16,13 @@ DriveLog = Annotated[
 Strict = Annotated[
     bool, typer.Option("--strict", help="Exit with 1 if there was a warning, for batch jobs; files are written.")
 ]
+Requirement = Annotated[
+    str | None,
+    typer.Option(
+        "--require",
+        help='Error that 95 % have to be within, "5 mm": the verdict is by that [default: requirement of the unit].',
+    ),
+]
 ChannelMapFile = Annotated[
     Path | None,
     typer.Option("--map", help="Which of the log's channels are what: a TOML file of 'ramsight logs inspect'."),

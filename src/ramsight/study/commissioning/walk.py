@@ -10,9 +10,11 @@ from ramsight.calibration.identify import EVALUATIONS, Identification, identify
 from ramsight.calibration.identify_record import IdentifyError
 from ramsight.calibration.leakage import LeakTest
 from ramsight.logs.mapped import ChannelMap
+from ramsight.machine.requirement_description import Requirement
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.study.commissioning import log_checks, sensor_checks
 from ramsight.study.commissioning.finding import Finding, Verdict
+from ramsight.study.commissioning.requirement_finding import requirement
 from ramsight.study.commissioning.sheet_checks import identified
 
 if TYPE_CHECKING:
@@ -75,6 +77,8 @@ def walk(
     truth: xarray.Dataset | None = None,
     channel_map: ChannelMap | None = None,
     advance: Callable[[float], object] = lambda count: None,
+    asked: Requirement | None = None,
+    mending: Callable[[], list[str]] = list,
 ) -> Commissioning:
     """Look at a log, check after check; where units or signs are wrong the rest is not judged.
 
@@ -86,6 +90,8 @@ def walk(
         truth: measured `position` [m] over time, if there is one.
         channel_map: with which the log was read.
         advance: is passed how many of `STEPS` are done.
+        asked: what the position is required for; None if that is not stated.
+        mending: what would make the error smaller, the most first; called where the requirement is missed.
     """
     first = [log_checks.samples(log), *log_checks.units_and_signs(log, unit, channel_map)]
     if any(finding.verdict is Verdict.FAILED for finding in first):
@@ -96,7 +102,8 @@ def walk(
     advance(1)
     track = track_of(log)
     stands = abs(float(good["motor_speed"].values[-1])) < _STANDING
-    found = [*first, leaks, sensor_checks.stops(track, unit), sensor_checks.learned(track)]
+    required = requirement(track, asked, unit.cylinder.stroke, mending)
+    found = [required, *first, leaks, sensor_checks.stops(track, unit), sensor_checks.learned(track)]
     found.append(sensor_checks.confidence(track, stands, unit.cylinder.stroke))
     advance(1)
     if truth is None:
@@ -116,4 +123,4 @@ def _sheet(
         return [
             Finding("data sheet", Verdict.LOOK_TWICE, str(error), "lift and lower several loads, some seconds each")
         ], None
-    return identified(unit, identification), identification
+    return identified(identification), identification
