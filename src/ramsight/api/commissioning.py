@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ramsight.api.arguments import checked, truth_argument
-from ramsight.api.machines import AnyUnit, build, load_machine
+from ramsight.api.machines import AnyUnit, build, description_of, load_machine
 from ramsight.api.requirements import requirement_of
 from ramsight.api.tracking import AnyMap, read_log, track
 from ramsight.errors import DescriptionError, SimulationError
@@ -51,9 +51,11 @@ def commission(
 ) -> Commissioning:
     """Judge a machine's commissioning from the log of its drive.
 
-    Looked at in order: samples; units and signs against what the machine can do; leak test; end stops; what the sensor
-    learned, and how sure it is; and, if the position was measured, the sensor's errors and the data sheet's. The rest
-    is not judged where units or signs are wrong.
+    Looked at in order: the requirement; samples; units and signs against what the machine can do; leak test; whether
+    travel, torque at relief and leak test contradict the description, and which value of it is likeliest wrong (of a
+    machine that is passed as a description, a name or a file); end stops; what the sensor learned, and how sure it is;
+    and, if the position was measured, the sensor's errors and the data sheet's. The rest is not judged where units or
+    signs are wrong.
 
     Args:
         machine: the unit as its data sheet has it, or what `build` makes one of.
@@ -103,7 +105,10 @@ def commission(
 
     with progress_bar(STEPS, "commissioning") as bar:
         advance = bar.advance if progress else lambda count: None
-        return walk(built, recorded, track_of, true, known, advance, asked, lambda: _mending(machine, built, asked))
+        return walk(
+            built, recorded, track_of, true, known, advance, asked,
+            lambda: _mending(machine, built, asked), description_of(machine, built.name),
+        )  # fmt: skip
 
 
 def _mending(machine: AnyUnit, built: HydraulicUnit, asked: Requirement | None) -> list[str]:

@@ -95,6 +95,18 @@ def build(machine: AnyUnit, unit: str | None = None) -> HydraulicUnit:
     return machine
 
 
+def description_of(machine: AnyUnit, unit: str) -> Unit | None:
+    """The description of a unit; None of one that is built already.
+
+    Args:
+        machine: as `build` takes it.
+        unit: name of the unit.
+    """
+    if isinstance(machine, str | Path | Machine):
+        return load_machine(machine).unit(unit)
+    return machine if isinstance(machine, Unit) else None
+
+
 def only_unit(machine: Machine) -> str:
     """The name of a machine's unit where it has only one.
 

@@ -29,12 +29,14 @@ class Visit:
         begins, ends: [s].
         position: in the end [m]; NaN where it is unknown.
         where: ``retracted``, ``extended`` or ``elsewhere``.
+        way: 1 of a rod that was driven out, -1 of one that was driven in.
     """
 
     begins: float
     ends: float
     position: float
     where: str
+    way: int
 
 
 def visits(track: xarray.Dataset, stroke: float) -> list[Visit]:
@@ -49,7 +51,10 @@ def visits(track: xarray.Dataset, stroke: float) -> list[Visit]:
     """
     time, mode, position, speed = (track[name].values for name in ("time", "mode", "position", "motor_speed"))
     found = []
-    for held, end, name in ((Mode.HELD_RETRACTING, 0.0, "retracted"), (Mode.HELD_EXTENDING, stroke, "extended")):
+    for held, end, name, way in (
+        (Mode.HELD_RETRACTING, 0.0, "retracted", -1),
+        (Mode.HELD_EXTENDING, stroke, "extended", 1),
+    ):
         last = -np.inf
         for first, after in true_intervals(mode == int(held)):
             begins, ends, at = float(time[first]), float(time[after - 1]), float(position[after - 1])
@@ -62,7 +67,7 @@ def visits(track: xarray.Dataset, stroke: float) -> list[Visit]:
             if where == "elsewhere" and not (np.abs(before) > TORQUE_STEADY_SPEED).any():
                 continue
             last = ends
-            found.append(Visit(begins, ends, at, where))
+            found.append(Visit(begins, ends, at, where, way))
     return sorted(found, key=lambda one: one.begins)
 
 
