@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -112,8 +113,8 @@ def identify(
     if known is None:
         raise IdentifyError(f"{name}: no position was measured: give a truth, or a map with measured.position")
     recorded = next(watched([recorded], built, name, channel_map))
-    with progress_bar(EVALUATIONS, "identifying") as bar:
-        return identify_built(built, recorded, known, advance=bar.advance if progress else None)
+    with progress_bar(EVALUATIONS, "identifying") if progress else nullcontext() as bar:
+        return identify_built(built, recorded, known, advance=bar.advance if bar is not None else None)
 
 
 def identify_values(
@@ -159,8 +160,8 @@ def identify_values(
     if not isinstance(parts, Composed):
         raise DescriptionError("values are found of circuits of parts; of this one, see identify", key=f"units.{name}")
     read = [run if isinstance(run, MeasuredRun) else _measured_run(run, channel_map) for run in runs]
-    with progress_bar(1.0, "identifying") as bar:
-        return fit_track(described, name, read, free_values(parts), advance=bar.advance if progress else None)
+    with progress_bar(1.0, "identifying") if progress else nullcontext() as bar:
+        return fit_track(described, name, read, free_values(parts), advance=bar.advance if bar is not None else None)
 
 
 def _recorded(log: str | Path | xarray.Dataset, channel_map: ChannelMap | str | Path | None) -> xarray.Dataset:

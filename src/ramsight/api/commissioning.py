@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
+from contextlib import nullcontext
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -103,8 +104,8 @@ def commission(
     def track_of(recorded_log: xarray.Dataset) -> xarray.Dataset:
         return track(built, recorded_log, truth=true)
 
-    with progress_bar(STEPS, "commissioning") as bar:
-        advance = bar.advance if progress else lambda count: None
+    with progress_bar(STEPS, "commissioning") if progress else nullcontext() as bar:
+        advance = bar.advance if bar is not None else lambda count: None
         return walk(
             built, recorded, track_of, true, known, advance, asked,
             lambda: _mending(machine, built, asked), description_of(machine, built.name),

@@ -107,13 +107,17 @@ def description_of(machine: AnyUnit, unit: str) -> Unit | None:
     return machine if isinstance(machine, Unit) else None
 
 
-def only_unit(machine: Machine) -> str:
+def only_unit(machine: Machine, named: str = "unit") -> str:
     """The name of a machine's unit where it has only one.
+
+    Args:
+        machine: the machine.
+        named: what errors call the argument that names one.
 
     Raises:
         DescriptionError: it has several.
     """
     if len(machine.units) > 1:
         names = ", ".join(machine.units)
-        raise DescriptionError(f"{machine.name} has several units: name one", key="unit", allowed=names)
+        raise DescriptionError(f"{machine.name} has several units: name one", key=named, allowed=names)
     return next(iter(machine.units))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -126,8 +127,8 @@ def recorded(
     if ambient is not None:
         air = argument(ambient, "K", named("ambient"), least="-60 degC", most="80 degC")
         return warm_run(unit, duty, ambient=air, sample_period=period, rtol=rtol, progress=progress)
-    with progress_bar(duty.duration, "simulating") as bar:
-        advance = bar.advance if progress else None
+    with progress_bar(duty.duration, "simulating") if progress else nullcontext() as bar:
+        advance = None if bar is None else bar.advance
         return labelled(unit, duty, ran(unit, duty, sample_period=period, rtol=rtol, advance=advance))
 
 

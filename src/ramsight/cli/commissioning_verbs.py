@@ -7,13 +7,23 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import ChannelMapFile, DriveLog, DrivenUnit, Machine, Requirement, option, say_written
+from ramsight.cli.common import (
+    ChannelMapFile,
+    DriveLog,
+    DrivenUnit,
+    Machine,
+    Requirement,
+    named_unit,
+    option,
+    say_verdicts,
+    say_written,
+)
 
 
 def commission(
     machine: Machine,
     log: DriveLog,
-    unit: DrivenUnit,
+    unit: DrivenUnit = None,
     truth: Annotated[Path | None, typer.Option(help="Its measured position, if there is one: .csv or .csv.gz.")] = None,
     channel_map: ChannelMapFile = None,
     require: Requirement = None,
@@ -33,6 +43,7 @@ def commission(
 
     Example: ramsight commission mining-loader log.csv --unit boom --truth position.csv --out report.html
     """
+    unit = named_unit(machine, unit)
     from ramsight.api.commissioning import commission as commission_unit
     from ramsight.api.commissioning import report_of
     from ramsight.api.machines import load_machine
@@ -58,7 +69,7 @@ def commission(
         text = report_of(done, described, unit, log, truth, known)
         with atomic_path(out) as draft:
             draft.write_text(text, encoding="utf-8")
-    typer.echo(done.text)
+    say_verdicts(done.text)
     say_written(out)
     if done.verdict is Verdict.FAILED:
         raise typer.Exit(1)

@@ -7,13 +7,13 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import Machine, Requirement, SensedUnit, option
+from ramsight.cli.common import Machine, Requirement, SensedUnit, named_unit, option
 
 
 def datasheet(
     machine: Machine,
-    unit: SensedUnit,
     out: Annotated[Path, typer.Option(help="Folder for the sheet and its runs; made if it is not there.")],
+    unit: SensedUnit = None,
     duty: Annotated[
         str, typer.Option(help="work-day, lift-lower, commissioning, or a table: time_s, motor_speed_rpm, load_kn.")
     ] = "work-day",
@@ -60,6 +60,7 @@ def datasheet(
 
     Example: ramsight datasheet mining-loader --unit boom --machines 1000 --out sheet
     """
+    unit = named_unit(machine, unit)
     from contextlib import nullcontext
 
     from ramsight.api.studying import Study

@@ -24,15 +24,14 @@ def check(
     """
     from ramsight.api.abilities import abilities
     from ramsight.machine import load
-    from ramsight.machine.tables import show
+    from ramsight.machine.tables import rows_of, show
     from ramsight.plant.machine_tables import machine_summary
 
     described = load(machine)
     show(machine_summary(described, unit))
     for name in described.units if unit is None else (unit,):
         typer.echo(f"\nwhat {name} can have")
-        for one in abilities(described, unit=name):
-            typer.echo(one.text)
+        show(rows_of((one.what, "yes" if one.can else "no", one.how) for one in abilities(described, unit=name)))
 
 
 def catalog_list(context: typer.Context) -> None:

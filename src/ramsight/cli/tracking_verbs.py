@@ -7,7 +7,17 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import ChannelMapFile, DriveLog, DrivenUnit, Machine, Requirement, Strict, option, say_written
+from ramsight.cli.common import (
+    ChannelMapFile,
+    DriveLog,
+    DrivenUnit,
+    Machine,
+    Requirement,
+    Strict,
+    named_unit,
+    option,
+    say_written,
+)
 from ramsight.cli.strictness import strictly
 
 
@@ -55,7 +65,7 @@ def logs_inspect(
 def track(
     machine: Machine,
     log: DriveLog,
-    unit: DrivenUnit,
+    unit: DrivenUnit = None,
     start: Annotated[
         str | None,
         typer.Option(
@@ -114,6 +124,7 @@ def track(
 
     Example: ramsight track mining-loader log.csv.gz --unit boom --start "100 mm" --out track.csv
     """
+    unit = named_unit(machine, unit)
     from ramsight.api.machines import build, load_machine
     from ramsight.api.requirements import achieved, requirement_of
     from ramsight.api.tracking import availability_of, follow, start_of

@@ -98,7 +98,7 @@ def judge(name: str, described: Unit, unit: HydraulicUnit, seen: Mapping[str, Ob
     if not names:
         return Judgement({}, None, 1.0)
     off = np.array([seen[one].value - base[one] for one in names])
-    weight = np.linalg.inv(_covariance(unit, names, seen))
+    weight: Array = np.asarray(np.linalg.inv(_covariance(unit, names, seen)), dtype=np.float64)
     candidates = list(_candidates(name, described, names, base))
     total = sum(PRIORS[path.rpartition(".")[2]] for path, _, _, _ in candidates)
     scores = [math.log(_PRIOR_AS_DESCRIBED) + _density(off, weight)]
