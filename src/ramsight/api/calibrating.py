@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ramsight.api.arguments import checked, truth_argument
+from ramsight.api.arguments import log_argument, truth_argument
 from ramsight.api.machines import AnyMachine, AnyUnit, build, load_machine, only_unit
 from ramsight.calibration.fit_track import FittedValues, MeasuredRun, fit_track
 from ramsight.calibration.free_values import free_values
@@ -166,7 +166,7 @@ def identify_values(
 
 def _recorded(log: str | Path | xarray.Dataset, channel_map: ChannelMap | str | Path | None) -> xarray.Dataset:
     """The log, without faults where it is a file."""
-    return read_drive_log(log, channel_map, strict=True) if isinstance(log, str | Path) else checked(log, "log")
+    return log_argument(log, channel_map, strict=True)  # type: ignore[no-any-return]
 
 
 def _measured_run(path: str | Path, channel_map: ChannelMap | str | Path | None) -> MeasuredRun:

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ramsight.api.arguments import checked, truth_argument
+from ramsight.api.arguments import AnyMap, log_argument, map_argument, truth_argument
 from ramsight.api.machines import AnyUnit, build, description_of, load_machine
 from ramsight.api.requirements import requirement_of
-from ramsight.api.tracking import AnyMap, read_log, track
+from ramsight.api.tracking import track
 from ramsight.errors import DescriptionError, SimulationError
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.mapped import ChannelMap, Mapped
@@ -95,8 +95,9 @@ def commission(
     """
     built = build(machine, unit)
     asked = requirement_of(built, require, named)
+    channel_map = map_argument(channel_map)
     known = load_map(channel_map) if isinstance(channel_map, str | Path) else channel_map
-    recorded = read_log(log, known) if isinstance(log, str | Path) else checked(log, "log")
+    recorded = log_argument(log, known)
     true = known_position(truth_argument(truth), log, known, built.cylinder.stroke)
     if true is not None:
         _check_common(recorded, true)

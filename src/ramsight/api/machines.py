@@ -34,7 +34,12 @@ def load_machine(name_or_path: AnyMachine) -> Machine:
         >>> sorted(ramsight.load_machine("mining-loader").units)
         ['boom', 'bucket']
     """
-    return name_or_path if isinstance(name_or_path, Machine) else load(name_or_path)
+    if isinstance(name_or_path, Machine):
+        return name_or_path
+    if not isinstance(name_or_path, str | Path):
+        allowed = "a description, its name or file; a built unit has none"
+        raise DescriptionError("is no machine", key="machine", value=type(name_or_path).__name__, allowed=allowed)
+    return load(name_or_path)
 
 
 def catalogue(kind: str | None = None) -> tuple[Entry, ...]:

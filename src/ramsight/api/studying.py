@@ -84,6 +84,9 @@ class Study:
     ) -> None:
         self.machine, self._named = load_machine(machine), named
         name = only_unit(self.machine) if unit is None else unit
+        if vary is not None and not isinstance(vary, Mapping):
+            allowed = "{'leakage': '± 10 %'}"
+            raise DescriptionError("are no tolerances by name", key=named("vary"), value=vary, allowed=allowed)
         self.requirement = requirement_of(build(self.machine, name), require, named)
         if isinstance(n, bool) or not (isinstance(n, int) and 1 <= n <= _MOST):
             raise DescriptionError("is out of range", key=named("n"), value=n, allowed=f"1 to {_MOST}")

@@ -305,7 +305,7 @@ class Machine(Part):
         try:
             return self.units[name]
         except KeyError:
-            raise UnknownNameError("unit", name, self.units, self.origin or None) from None
+            raise UnknownNameError("unit", str(name), self.units, self.origin or None) from None
 
     def source_of(self, path: str) -> str | None:
         """Return where a value comes from: its own source, or that of the nearest table around it.
