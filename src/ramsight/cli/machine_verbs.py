@@ -48,6 +48,34 @@ def catalog_list(context: typer.Context) -> None:
         show(catalogue_list())
 
 
+def catalog_check() -> None:
+    """Check the entries of one's own catalogue: unknown keys, values that cannot be, sources that are missing.
+
+    One's own entries are TOML files in ~/.config/ramsight/catalog, or in the folder that RAMSIGHT_CATALOG or
+    'ramsight --catalog DIR' names: kind, name, description, source and a table [values], as 'ramsight catalog show'
+    lists them; or whole machines. Exit code 1 if one cannot be used.
+
+    Example: ramsight --catalog parts catalog check
+    """
+    from ramsight.cli.common import coloured, say_error
+    from ramsight.machine.catalogue import entries, own_folder
+    from ramsight.machine.own_entries import check_own
+
+    found = check_own()
+    if not found:
+        typer.echo(f"{own_folder()}: no entries of one's own")
+    for one in found:
+        for text in one.errors:
+            say_error(text)
+        for text in one.cautions:
+            typer.echo(f"{coloured('look twice', 'yellow')}: {one.path}: {text}")
+        if not one.errors:
+            typer.echo(f"{one.path}: {one.what} can be used")
+    if any(one.errors for one in found):
+        raise typer.Exit(1)
+    entries()  # refuses a name that is there twice
+
+
 def catalog_show(
     name: Annotated[str, typer.Argument(help="A name that 'ramsight catalog' lists.")],
 ) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import os
 import re
 from collections.abc import Callable
 from typing import Annotated, Any
@@ -77,11 +78,18 @@ def ramsight(
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
     ] = False,
+    own: Annotated[
+        str | None, typer.Option("--catalog", help="Folder of your own parts [default: $RAMSIGHT_CATALOG].")
+    ] = None,
 ) -> None:
     """Where the piston of a hydraulic cylinder is, without a position sensor.
 
     A machine is a TOML file or a name in the catalogue. Begin with: ramsight demo
     """
+    if own is not None:
+        from ramsight.machine.catalogue import VARIABLE
+
+        os.environ[VARIABLE] = own
 
 
 SECTIONS: dict[str, tuple[Callable[..., Any], ...]] = {
@@ -107,6 +115,7 @@ for verbs in SECTIONS.values():
 catalog = group(invoke_without_command=True)
 offer(catalog, machine_verbs.catalog_list, alone=True)
 offer(catalog, machine_verbs.catalog_show, "show")
+offer(catalog, machine_verbs.catalog_check, "check")
 app.add_typer(catalog, name="catalog")
 
 logs = group(no_args_is_help=True, help="Look into drive logs, and send them.")

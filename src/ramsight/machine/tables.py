@@ -49,7 +49,10 @@ def catalogue_list() -> Table:
     for entry in catalogue.entries():
         if entry.kind != last:
             table.add_row(Text(entry.kind, style="bold"), "")
-        table.add_row(Text(f"  {entry.name}"), Text(entry.description))
+        table.add_row(
+            Text(f"  {entry.name}"),
+            Text(f"{entry.description} (own: {entry.path.name})" if entry.is_own else entry.description),
+        )
         last = entry.kind
     return table
 
