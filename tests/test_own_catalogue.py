@@ -159,11 +159,24 @@ def test_a_description_names_the_file_beside_it_and_needs_it_no_more_once_read(o
     assert (found.losses, found.efficiency_file) == ("table", "")
     assert read.source_of("units.lift.parts.pump.efficiency_table") == "[S: gear.csv]"
     assert machine.loads(machine.template(read)).unit("lift").parts["pump"] == found, "it holds the table itself"
+    drawn = at_once("check", file, "--figure", tmp_path / "pump.svg")
+    assert drawn.returncode == 0, drawn.stderr
+    assert (tmp_path / "pump.svg").read_text().count("<svg") == 1
+    assert "no pump with measured" in at_once("check", "press", "--figure", tmp_path / "none.svg").stderr
     run = ramsight.simulate(read, load="28 kN", hold="0.2 s")
     assert float(run["position"].max()) > 0.3
     (tmp_path / "gear.csv").unlink()
     with pytest.raises(DescriptionError, match=r"gear\.csv.*no such file"):
         machine.load(file)
+
+
+def test_an_entry_of_ones_own_has_its_map_beside_itself(own):
+    (own / "pumps" / "gear.csv").write_text(MAP)
+    (own / "pumps" / "gear.toml").write_text(PUMP + 'efficiency_file = "gear.csv"\n')
+    mast = machine.template(machine.load("forklift-mast")).replace('"PGI100-2-016"', '"gear-16"')
+    lines = [line for line in mast.splitlines() if not line.startswith(("displacement", "efficiency_file"))]
+    found = machine.loads("\n".join(lines)).unit("lift").parts["pump"]
+    assert (found.model, found.losses) == ("gear-16", "table")
 
 
 @pytest.mark.parametrize(

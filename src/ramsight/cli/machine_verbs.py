@@ -7,12 +7,15 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import Machine
+from ramsight.cli.common import Machine, named_unit, say_written
 
 
 def check(
     machine: Machine,
     unit: Annotated[str | None, typer.Option(help="Show this unit only, for example boom.")] = None,
+    figure: Annotated[
+        Path | None, typer.Option(help="A picture of its pumps' measured efficiencies: .png, .svg or .pdf.")
+    ] = None,
 ) -> None:
     """Check a machine description and show what follows from it.
 
@@ -25,13 +28,21 @@ def check(
     from ramsight.api.abilities import abilities
     from ramsight.machine import load
     from ramsight.machine.tables import rows_of, show
+    from ramsight.output import check_target
     from ramsight.plant.machine_tables import machine_summary
 
+    check_target(figure, (".png", ".svg", ".pdf"))
     described = load(machine)
     show(machine_summary(described, unit))
     for name in described.units if unit is None else (unit,):
         typer.echo(f"\nwhat {name} can have")
         show(rows_of((one.what, "yes" if one.can else "no", one.how) for one in abilities(described, unit=name)))
+    if figure is not None:
+        from ramsight.api.machines import build
+        from ramsight.calibration.pump_map_figure import pump_map_figure
+
+        pump_map_figure(build(described, named_unit(machine, unit)), figure)
+        say_written(figure)
 
 
 def catalog_list(context: typer.Context) -> None:

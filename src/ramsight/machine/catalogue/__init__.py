@@ -23,6 +23,7 @@ __all__ = ["Entry", "circuit", "entries", "filled", "find", "has", "own_files", 
 VARIABLE = "RAMSIGHT_CATALOG"
 """Environment variable that names the folder of one's own entries."""
 _SAID = {"kind": "machine", "name": "", "description": "", "source": ""}  # keys, and what they are if left out
+_FILES = {"efficiency_file"}
 _ROOT = Path(__file__).parent
 _FOLDERS = ("circuits", "instruments", "machines", "oils", "pumps", "valves")
 
@@ -154,6 +155,8 @@ def read(entry: Entry) -> tuple[dict[str, Any], dict[str, str]]:
         Values by key, as text with units, and sources by key.
     """
     values, sources = split_sources(read_toml(entry.path)["values"], str(entry.path))
+    for key in _FILES & values.keys():  # a file's name counts from the entry's own folder
+        values[key] = str(entry.path.parent / str(values[key]))
     return values, {key: sources.get(key, entry.source) for key in values}
 
 
