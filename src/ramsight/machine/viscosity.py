@@ -40,7 +40,7 @@ def viscosity_of(nu40: float, nu100: float, temperature: float) -> float:
 
     Example:
         >>> round(1e6 * viscosity_of(46e-6, 6.8e-6, 333.15), 1)
-        20.2
+        20.6
     """
     a, b = walther_constants(T40, nu40, T100, nu100)
     return float(MM2 * (10.0 ** (10.0 ** (a - b * math.log10(temperature))) - OFFSET))
