@@ -95,6 +95,16 @@ def test_without_a_position_bore_and_stroke_are_both_named(worked):
     assert {"cylinder.bore", "cylinder.stroke"} <= {found.path, *found.others}
 
 
+@pytest.mark.parametrize("is_measured", [False, True])
+def test_a_short_travel_may_be_an_obstacle_where_nobody_measured_it(worked, is_measured):
+    machine, log, run, track = worked["mining-loader"]
+    wrong, _ = with_wrong(machine, "boom", "cylinder.stroke", 1.15)
+    built = ramsight.build(wrong, "boom")
+    found, value = description(wrong.unit("boom"), built, log, track, None, run if is_measured else None)
+    assert value.path == "cylinder.stroke"
+    assert ("something stopped the rod" in found.remedy) is not is_measured
+
+
 def test_commissioning_fails_with_the_value_to_correct(worked):
     machine, log, run, _ = worked["mining-loader"]
     wrong, _ = with_wrong(machine, "boom", "cylinder.stroke", 0.95)

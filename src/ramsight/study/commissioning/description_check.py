@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import xarray
 
 CHECK = "description"
+_STROKE = "cylinder.stroke"
 _WEAR = "volumetric_efficiency"  # what a worn pump has less of
 
 
@@ -47,6 +48,7 @@ def description(
     shown = ", ".join(f"{name} {100 * off:+.1f} %" for name, off in found.off.items())
     if found.wrong is None:
         return Finding(CHECK, Verdict.PASSED, f"beside what is described: {shown}"), None
-    remedy = f"likeliest wrong value: {found.wrong.text}; check and correct it, then commission again"
+    stopped = ", or something stopped the rod before its end" if found.wrong.path == _STROKE and truth is None else ""
+    remedy = f"likeliest wrong value: {found.wrong.text}{stopped}; check and correct it, then commission again"
     worn = found.wrong.path.endswith(_WEAR)
     return Finding(CHECK, Verdict.LOOK_TWICE if worn else Verdict.FAILED, f"contradicted: {shown}", remedy), found.wrong
