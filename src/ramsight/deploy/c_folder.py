@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from ramsight.deploy.c_build import build_files
 from ramsight.deploy.c_compare import comparison_source
 from ramsight.deploy.c_sensor import (
     SensorSource,
@@ -86,8 +87,8 @@ def write_sensor(
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     done = write_sensor(machine.load("mining-loader"), "boom", f"{folder}/boom-c", compiler="")
         ...     sorted(done.files)  # doctest: +NORMALIZE_WHITESPACE
-        ['README.md', 'ramsight_boom.c', 'ramsight_boom.h', 'ramsight_boom_compare.c', 'ramsight_boom_compare.h',
-         'ramsight_boom_golden.h', 'ramsight_boom_test.c']
+        ['CMakeLists.txt', 'README.md', 'library.json', 'ramsight_boom.c', 'ramsight_boom.h', 'ramsight_boom_compare.c',
+         'ramsight_boom_compare.h', 'ramsight_boom_golden.h', 'ramsight_boom_test.c', 'zephyr/module.yml']
     """
     out = Path(out)
     check_folder(out)
@@ -100,8 +101,10 @@ def write_sensor(
     advance(1)
     driven = _control(control, built, prefix, machine.name).files if control else {}
     files = {**source.files, **comparison_source(built, prefix, machine.name), **driven}
+    files |= build_files(files, prefix, machine.name, unit)
     with whole_folder(out, _LAST) as draft:
         for name, text in files.items():
+            (draft / name).parent.mkdir(exist_ok=True)
             (draft / name).write_text(text, encoding="utf-8")
         found = find_compiler() if compiler is None else compiler
         measured = []

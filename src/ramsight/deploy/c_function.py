@@ -166,14 +166,14 @@ def array_function(name: str, function: ca.Function, dialect: Dialect, *, output
     Example:
         >>> x = ca.SX.sym("x", 2)
         >>> print(array_function("least", ca.Function("f", [x], [ca.fmin(x[0], x[1])], ["x"], ["y"]), PLAIN))
-        static void least(const real *restrict x, real *restrict y_) {
+        static void least(const real *RESTRICT x, real *RESTRICT y_) {
           const real r2 = x[1] < x[0] ? x[1] : x[0];
           y_[0] = r2;
         }
     """
     ins = function.name_in()
     outs = [out.removesuffix("_new") + outputs_end for out in function.name_out()]
-    arguments = [f"const real *restrict {n}" for n in ins] + [f"real *restrict {n}" for n in outs]
+    arguments = [f"const real *RESTRICT {n}" for n in ins] + [f"real *RESTRICT {n}" for n in outs]
     used: set[int] = set()
 
     def read(argument: int, k: int) -> Term:

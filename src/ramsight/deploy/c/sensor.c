@@ -5,8 +5,8 @@
 #include <stddef.h>
 #include <string.h>
 
-#if defined __FINITE_MATH_ONLY__ && __FINITE_MATH_ONLY__
-#error "NaN is a value that is missing: compile without -ffast-math and -ffinite-math-only"
+#if (defined __FINITE_MATH_ONLY__ && __FINITE_MATH_ONLY__) || defined _M_FP_FAST
+#error "NaN is a value that is missing: compile without -ffast-math, -ffinite-math-only and /fp:fast"
 #endif
 
 typedef ${p}_real real;
