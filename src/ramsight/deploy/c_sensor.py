@@ -15,6 +15,7 @@ from ramsight._version import __version__
 from ramsight.deploy.c_function import PLAIN, Term, as_kind, literal, number, statements
 from ramsight.deploy.c_sections import live_marks
 from ramsight.deploy.c_text import golden_table, headings, indented, template
+from ramsight.deploy.sensor_words import meaning
 from ramsight.engine.cache import hold, instructions
 from ramsight.engine.graph import graph_of
 from ramsight.engine.recursion import Recursion
@@ -43,23 +44,6 @@ _SLOTS = "slots 3"
 _OTHER_STATUSES = 4
 """Statuses among the golden samples in which floats may differ; doubles may in none."""
 _LAST_PART = "Status: which of the detectors has spoken; and what the sensor says"
-_MEANING = {
-    "position": "0 = retracted",
-    "position_std": "its standard deviation",
-    "velocity": "positive extends",
-    "load": "positive against lifting",
-    "pressure_a": "chamber on the piston's side, absolute",
-    "pressure_b": "chamber on the rod's side, absolute",
-    "leak_factor": "leakage over the data sheet's",
-    "displacement_factor": "displacement over the data sheet's",
-    "compliance_factor": "compliance over the data sheet's",
-    "mode": "what the piston is doing, a number of docs/kalman.md",
-    "position_bound": "error that one sample in 100000 exceeds",
-    "referenced_since_power_up": "whether a reference has come since the start, or since it was resumed",
-    "torque_over_pressures": "reported torque less what the pressures ask for, lately",
-    "speed_over_counter": "reported speed over the counter's, lately",
-    "torque_missing": "torque by the drive's power less the reported one, lately",
-}
 
 
 @dataclass(frozen=True)
@@ -195,7 +179,7 @@ def _outputs(sensor: VirtualSensor, prefix: str) -> Iterator[str]:
         if name == "status":
             yield f"{prefix}_status status;"
             continue
-        yield f"{prefix}_real {name}; /* [{sensor.units[name]}] {_meaning(name)} */"
+        yield f"{prefix}_real {name}; /* [{sensor.units[name]}] {meaning(name)} */"
 
 
 def unit_table(sensor: VirtualSensor) -> str:
@@ -213,13 +197,8 @@ def unit_table(sensor: VirtualSensor) -> str:
     rows += [(f"`in.{name}`", "1", "command, -1 to 1") for name in sensor.commands]
     rows += [(f"`in.{name}`", *MEASURED[name]) for name in sensor.optional]
     for name in sensor.recursion.outputs:
-        rows.append((f"`out.{name}`", sensor.units.get(name, ""), _meaning(name) if name != "status" else "see below"))
+        rows.append((f"`out.{name}`", sensor.units.get(name, ""), meaning(name) if name != "status" else "see below"))
     return "\n".join(f"| {name} | {unit} | {words} |" for name, unit, words in rows)
-
-
-def _meaning(name: str) -> str:
-    """What an output is, in words."""
-    return _MEANING.get(name, f"standard deviation of {name.removesuffix('_std')}")
 
 
 def _step(sensor: VirtualSensor, prefix: str) -> tuple[list[str], list[str], set[str]]:
