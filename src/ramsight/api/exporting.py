@@ -9,6 +9,7 @@ from ramsight.api.machines import AnyMachine, load_machine, only_unit
 from ramsight.deploy.c_folder import STEPS, WrittenSensor, write_sensor
 from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.fmu import WrittenFmu, write_fmu
+from ramsight.deploy.machine_parameters import write_parameters
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
@@ -22,6 +23,7 @@ def export_c(
     *,
     out: str | Path,
     single: bool = False,
+    parameters: bool = False,
     control: bool = False,
     speed: str | float | None = None,
     force: str | float | None = None,
@@ -38,6 +40,8 @@ def export_c(
         unit: name of the unit; may be left out where there is only one.
         out: the folder; made if it is not there, files of an earlier export are replaced.
         single: floats in place of doubles.
+        parameters: the machine's numbers are a table that the sensor is handed: one build for all machines of the kind
+            (`export_parameters`).
         control: the unit's position control too (docs/control.md); what follows is of it alone.
         speed: largest velocity [m/s]; by default half of what the motor could do.
         force: largest load against a motion that is pushed on [N]; by default none.
@@ -68,7 +72,7 @@ def export_c(
     with progress_bar(STEPS, "exporting") as bar:
         advance = bar.advance if progress else lambda count: None
         return write_sensor(
-            described, name, out, single=single, control=driving, compiler=compiler, advance=advance
+            described, name, out, single=single, tabled=parameters, control=driving, compiler=compiler, advance=advance
         )  # fmt: skip
 
 
@@ -79,6 +83,7 @@ def export_fmu(
     out: str | Path,
     what: str = "sensor",
     fmi: int = 2,
+    parameters: bool = False,
     speed: str | float | None = None,
     force: str | float | None = None,
     period: str | float | None = None,
@@ -95,6 +100,7 @@ def export_fmu(
         what: ``sensor``, ``control`` (with a position control), ``compare`` (with the comparison with a real sensor) or
             ``plant``.
         fmi: 2 or 3.
+        parameters: of a sensor alone, the machine's numbers are parameters of the FMU; a plant's always are.
         speed: of a control: largest velocity [m/s]; by default half of what the motor could do.
         force: of a control: largest load against a motion that is pushed on [N]; by default none.
         period: of a control's samples [s]; by default 20 ms.
@@ -119,7 +125,35 @@ def export_fmu(
     """
     described, name = _unit_of(machine, unit)
     driving = _driving(what == "control", speed, force, period, drive_delay, named) or ControlOptions()
-    return write_fmu(described, name, out, what=what, fmi=fmi, control=driving, compiler=compiler, named=named)
+    return write_fmu(
+        described, name, out, what=what, fmi=fmi, tabled=parameters, control=driving, compiler=compiler, named=named
+    )
+
+
+def export_parameters(machine: AnyMachine, unit: str | None = None, *, out: str | Path, what: str = "sensor") -> int:
+    """Write a machine's numbers for a sensor or plant that was exported of another machine of its kind.
+
+    Args:
+        machine: a machine, its name or file.
+        unit: name of the unit, the same as of the export; may be left out where there is only one.
+        out: the file: `.ssv` for an FMU, `.h` for C.
+        what: ``sensor`` (of an export with `parameters`) or ``plant``.
+
+    Returns:
+        How many numbers there are.
+
+    Raises:
+        DescriptionError: there is no such export, or the machine has several units and none is named.
+        OutputError: the file cannot be written.
+
+    Example:
+        >>> import ramsight, tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     ramsight.export_parameters("press", out=f"{folder}/press.ssv", what="plant") > 40
+        True
+    """
+    described, name = _unit_of(machine, unit)
+    return write_parameters(described, name, out, what=what)
 
 
 def _driving(

@@ -61,6 +61,7 @@ def write_sensor(
     out: str | Path,
     *,
     single: bool = False,
+    tabled: bool = False,
     control: ControlOptions | None = None,
     compiler: str | None = None,
     advance: Callable[[int], object] = lambda count: None,
@@ -72,6 +73,8 @@ def write_sensor(
         unit: name of its unit.
         out: the folder; made if it is not there. Files of an earlier export are replaced, others stay.
         single: reals are floats by default; the other precision is a macro away in either case.
+        tabled: the machine's numbers are a table that the sensor is handed; those of another machine by
+            `write_parameters`.
         control: write a position control beside the sensor, driving so.
         compiler: path of the C compiler that measures; by default the one that is found, "" for none.
         advance: called with 1 after each of `STEPS` parts of the work.
@@ -96,7 +99,7 @@ def write_sensor(
     if single:
         _check_floats(built)
     sensor, prefix = kalman(built), f"ramsight_{identifier_of(unit)}"
-    plain = sensor_source(sensor, built, prefix, machine.name, single=single)
+    plain = sensor_source(sensor, built, prefix, machine.name, single=single, tabled=tabled)
     source, samples = _with_rows(plain, sensor, built)
     advance(1)
     driven = _control(control, built, prefix, machine.name).files if control else {}

@@ -122,6 +122,25 @@ def statements(
     return titled(lines, sections) + known + copied + always + guarded
 
 
+def result_kinds(graph: Graph, read: Callable[[int, int], Term], dialect: Dialect) -> dict[tuple[int, int], str]:
+    """Kinds of a function's results, without the text of their statements.
+
+    Args:
+        graph: of the function.
+        read: as of `statements`.
+        dialect: the same.
+    """
+    terms: list[Term] = []
+    for node in graph.nodes:
+        if node.code == ca.OP_INPUT:
+            terms.append(read(*node.place))
+        elif node.code == ca.OP_CONST:
+            terms.append(dialect.constant(node.value))
+        else:
+            terms.append(Term("x", dialect.express(node.code, [terms[s] for s in node.sources]).kind))
+    return {place: terms[node].kind for place, node in graph.results}
+
+
 def _moved(graph: Graph, written: Mapping[tuple[int, int], tuple[int, int, bool]], kept: Mapping[int, int]) -> set[int]:
     """Inputs that are results elsewhere than where they stand: they may be written over before they are read."""
     values = {written[place][1] if place in written else node for place, node in graph.results}

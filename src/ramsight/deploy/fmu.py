@@ -50,6 +50,7 @@ def write_fmu(
     *,
     what: str = "sensor",
     fmi: int = 2,
+    tabled: bool = False,
     control: ControlOptions | None = None,
     compiler: str | None = None,
     named: Callable[[str], str] = str,
@@ -63,6 +64,7 @@ def write_fmu(
         what: ``sensor``, ``control`` (with a position control), ``compare`` (with the comparison with a real sensor) or
             ``plant``.
         fmi: 2 or 3.
+        tabled: of a sensor alone, the machine's numbers are parameters; a plant's always are.
         control: how a control drives.
         compiler: path of the C compiler; by default the one that is found. Without one the FMU has sources alone.
         named: what errors call an argument.
@@ -84,9 +86,11 @@ def write_fmu(
             raise DescriptionError(
                 "there is no such FMU", key=named(key), value=value, allowed=", ".join(map(str, known))
             )
+    if tabled and what != "sensor":
+        raise DescriptionError("is of a sensor alone", key=named("parameters"), value=what, allowed="sensor")
     out = Path(out)
     check_target(out, (".fmu",))
-    model = _model(machine, unit, what, control or ControlOptions())
+    model = _model(machine, unit, what, control or ControlOptions(), tabled)
     identifier = f"ramsight_{identifier_of(unit)}_{what}"
     files = _sources(model, fmi)
     token = _token(identifier, files)
@@ -115,7 +119,7 @@ def write_fmu(
     return WrittenFmu(out, len(model.variables), place)
 
 
-def _model(machine: Machine, unit: str, what: str, control: ControlOptions) -> FmuModel:
+def _model(machine: Machine, unit: str, what: str, control: ControlOptions, tabled: bool) -> FmuModel:
     from ramsight.plant.build import build_unit
 
     described = machine.unit(unit)
@@ -129,7 +133,7 @@ def _model(machine: Machine, unit: str, what: str, control: ControlOptions) -> F
         behind = control_behind(control.block(built), built, prefix, machine.name)
     elif what == "compare":
         behind = comparison_behind(built, prefix, machine.name)
-    return sensor_model(built, prefix, machine.name, behind)
+    return sensor_model(built, prefix, machine.name, behind, tabled=tabled)
 
 
 def _sources(model: FmuModel, fmi: int) -> dict[str, str]:

@@ -60,14 +60,17 @@ class FmuModel:
         return {sort: sorts[sort] for sort in ("real", "word", "truth")}
 
 
-def _memory(prefix: str, behind: Behind | None) -> str:
-    return f"typedef struct {{ {prefix} sensor;{f' {behind.member}' if behind else ''} }} Memory;"
+def _memory(prefix: str, behind: Behind | None, tabled: bool) -> str:
+    own = f" {prefix}_machine machine;" if tabled else ""
+    return f"typedef struct {{ {prefix} sensor;{own}{f' {behind.member}' if behind else ''} }} Memory;"
 
 
 _TIME = Variable("time", "real", "independent", "s", "time")
 
 
-def sensor_model(unit: HydraulicUnit, prefix: str, machine: str, behind: Behind | None = None) -> FmuModel:
+def sensor_model(
+    unit: HydraulicUnit, prefix: str, machine: str, behind: Behind | None = None, *, tabled: bool = False
+) -> FmuModel:
     """The `kalman` sensor of a unit, and what stands behind it.
 
     Args:
@@ -75,11 +78,14 @@ def sensor_model(unit: HydraulicUnit, prefix: str, machine: str, behind: Behind 
         prefix: of the C's names.
         machine: the machine's name, for comments.
         behind: a control or a comparison, if it has one.
+        tabled: the machine's numbers are parameters.
     """
     sensor = kalman(unit)
-    source = sensor_source(sensor, unit, prefix, machine, single=False)
+    source = sensor_source(sensor, unit, prefix, machine, single=False, tabled=tabled)
+    numbers = source.table.numbers if tabled and source.table else {}
     says = [name for name in sensor.recursion.outputs if name != "status"]
     stroke = float(unit.cylinder.stroke)
+    most = None if tabled else stroke
     variables = (
         _TIME,
         Variable("motor_speed", "real", "input", "rad/s", "motor speed, positive extends", 0.0),
@@ -97,13 +103,14 @@ def sensor_model(unit: HydraulicUnit, prefix: str, machine: str, behind: Behind 
             0.0,
             stroke,
         ),
-        Variable("start_std", "real", "parameter", "m", "its standard deviation", START_STD, None, 0.0, stroke),
+        Variable("start_std", "real", "parameter", "m", "its standard deviation", START_STD, None, 0.0, most),
         *(Variable(n, "real", "input", "1", "command, -1 to 1", COMMANDED, None, -1.0, 1.0) for n in sensor.commands),
         *(
             Variable(n, "real", "input", MEASURED[n][0], f"{n.replace('_', ' ')}, {NOTHING}", UNKNOWN)
             for n in sensor.optional
         ),
         *(behind.takes if behind else ()),
+        *(Variable(n, "real", "parameter", "", f"{n}, in SI units", value) for n, value in numbers.items()),
         *(Variable(n, "real", "output", _fmi_unit(sensor.units[n]), titled_meaning(n), **_chance(n)) for n in says),
         *(behind.says if behind else ()),
         Variable("status", "status", "output", "", "what the position is worth"),
@@ -111,21 +118,27 @@ def sensor_model(unit: HydraulicUnit, prefix: str, machine: str, behind: Behind 
         Variable("reference_known", "truth", "input", "", "whether the reference counts at this sample", 0.0),
         Variable("start_known", "truth", "parameter", "", "whether the position at the start is known", 0.0),
     )
-    first = 7 + len(sensor.further) + (len(behind.takes) if behind else 0)
-    macros = {name.upper(): k for k, name in enumerate(v.name for v in variables[:first]) if name != "time"}
+    own = 7 + len(sensor.further) + (len(behind.takes) if behind else 0)
+    first = own + len(numbers)
+    macros = {name.upper(): k for k, name in enumerate(v.name for v in variables[:own]) if name != "time"}
+    words = {"p": prefix, "first": own, "count": len(numbers) - 2}
     config = [
         f'#include "{prefix}.h"',
         *([f'#include "{behind.header}"'] if behind else []),
         *(f"#define {name} {k}" for name, k in macros.items()),
     ]
-    config += ["#define REFERENCE_KNOWN 0", "#define START_KNOWN 1", _memory(prefix, behind)]
+    config += ["#define REFERENCE_KNOWN 0", "#define START_KNOWN 1", _memory(prefix, behind, tabled)]
     model = template(
         "sensor_model.c",
         p=prefix,
         P=prefix.upper(),
         unchecked=int(Verdict.UNCHECKED),
         causality=_letters(variables),
-        stroke=f"{unit.cylinder.stroke:g}",
+        stroke="machine.stroke" if tabled else f"{stroke:g} m",
+        machine=template("fmu_machine.c", **words) if tabled else "",
+        again="  m->memory.sensor.machine = &m->memory.machine; /* of this instance, whoever kept the state */\n"
+        if tabled
+        else "",
         starts="\n".join(_starts(variables)),
         further="".join(f"  in.{name} = m->real[{name.upper()}];\n" for name in sensor.further),
         says="\n".join(f"  m->real[{first + k}] = out->{name};" for k, name in enumerate(says)),
