@@ -19,6 +19,7 @@ from ramsight.deploy.c_sensor import (
 from ramsight.deploy.c_text import template
 from ramsight.deploy.compiler import ControlFootprint, Footprint, control_footprint, find_compiler, footprint, version
 from ramsight.deploy.control_options import ControlOptions
+from ramsight.deploy.credentials import Export, credentials
 from ramsight.deploy.golden import SAMPLES, faulty_day
 from ramsight.engine.recursion import replay
 from ramsight.errors import DescriptionError
@@ -90,8 +91,9 @@ def write_sensor(
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     done = write_sensor(machine.load("mining-loader"), "boom", f"{folder}/boom-c", compiler="")
         ...     sorted(done.files)  # doctest: +NORMALIZE_WHITESPACE
-        ['CMakeLists.txt', 'README.md', 'library.json', 'ramsight_boom.c', 'ramsight_boom.h', 'ramsight_boom_compare.c',
-         'ramsight_boom_compare.h', 'ramsight_boom_golden.h', 'ramsight_boom_test.c', 'zephyr/module.yml']
+        ['CMakeLists.txt', 'README.md', 'card.srmd', 'description.toml', 'library.json', 'ramsight.json',
+         'ramsight_boom.c', 'ramsight_boom.h', 'ramsight_boom_compare.c', 'ramsight_boom_compare.h',
+         'ramsight_boom_golden.h', 'ramsight_boom_test.c', 'zephyr/module.yml']
     """
     out = Path(out)
     check_folder(out)
@@ -129,8 +131,16 @@ def write_sensor(
             measured=_table(measured, compiler),
             control=_about_control(prefix, driving) if control else "",
         )
-        (draft / _LAST).write_text(text, encoding="utf-8")
-    return WrittenSensor(out, (*files, _LAST), compiler, tuple(measured), driving)
+        options = [*(["--float"] if single else []), *(["--parameters"] if tabled else [])]
+        command = ("c", *options, *(("--control", *control.words) if control else ()))
+        passed = f"golden samples passed by {compiler}, builds {len(measured)}" if compiler else ""
+        own = credentials(
+            Export(machine, built, "control" if control else "sensor", command, passed),
+            {name: text.encode() for name, text in files.items()},
+        )
+        for name, said in {**own, _LAST: text}.items():
+            (draft / name).write_text(said, encoding="utf-8")
+    return WrittenSensor(out, (*files, *own, _LAST), compiler, tuple(measured), driving)
 
 
 def _check_floats(unit: HydraulicUnit) -> None:

@@ -16,12 +16,14 @@ from ramsight.deploy.c_sensor import identifier_of
 from ramsight.deploy.c_text import template
 from ramsight.deploy.compiler import STRICT, find_compiler, library
 from ramsight.deploy.control_options import ControlOptions
+from ramsight.deploy.credentials import Export, credentials
 from ramsight.deploy.fmu_behind import comparison_behind
 from ramsight.deploy.fmu_description import build_description, description_2, description_3
 from ramsight.deploy.fmu_model import FmuModel, config_text, plant_model, sensor_model
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
 from ramsight.output import atomic_path, check_target
+from ramsight.plant.unit import HydraulicUnit
 
 WHAT = ("sensor", "control", "compare", "plant")
 VERSIONS = (2, 3)
@@ -90,7 +92,10 @@ def write_fmu(
         raise DescriptionError("is of a sensor alone", key=named("parameters"), value=what, allowed="sensor")
     out = Path(out)
     check_target(out, (".fmu",))
-    model = _model(machine, unit, what, control or ControlOptions(), tabled)
+    from ramsight.plant.build import build_unit
+
+    built, driving = build_unit(unit, machine.unit(unit)), control or ControlOptions()
+    model = _model(machine, built, what, driving, tabled)
     identifier = f"ramsight_{identifier_of(unit)}_{what}"
     files = _sources(model, fmi)
     token = _token(identifier, files)
@@ -111,6 +116,10 @@ def write_fmu(
             content[f"binaries/{place}/{identifier}{'.dylib' if sys.platform == 'darwin' else '.so'}"] = (
                 binary.read_bytes()
             )
+    options = (f"--what {what}", f"--fmi {fmi}", *(["--parameters"] if tabled else []))
+    command = ("fmu", *options, *(driving.words if what == "control" else ()))
+    own = credentials(Export(machine, built, what, command), content)
+    content |= {f"resources/{name}": text.encode() for name, text in own.items()}
     with atomic_path(out) as draft, zipfile.ZipFile(draft, "w") as archive:
         for name in sorted(content, key=lambda name: (name != "modelDescription.xml", name)):
             entry = zipfile.ZipInfo(name, _DATE)
@@ -119,13 +128,10 @@ def write_fmu(
     return WrittenFmu(out, len(model.variables), place)
 
 
-def _model(machine: Machine, unit: str, what: str, control: ControlOptions, tabled: bool) -> FmuModel:
-    from ramsight.plant.build import build_unit
-
-    described = machine.unit(unit)
+def _model(machine: Machine, built: HydraulicUnit, what: str, control: ControlOptions, tabled: bool) -> FmuModel:
     if what == "plant":
-        return plant_model(build_unit(unit, described), machine.name)
-    built, prefix = build_unit(unit, described), f"ramsight_{identifier_of(unit)}"
+        return plant_model(built, machine.name)
+    prefix = f"ramsight_{identifier_of(built.name)}"
     behind = None
     if what == "control":
         from ramsight.deploy.fmu_control import control_behind
