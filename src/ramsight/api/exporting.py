@@ -10,6 +10,7 @@ from ramsight.deploy.c_folder import STEPS, WrittenSensor, write_sensor
 from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.fmu import WrittenFmu, write_fmu
 from ramsight.deploy.machine_parameters import write_parameters
+from ramsight.deploy.platforms import platforms_of
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
@@ -84,6 +85,7 @@ def export_fmu(
     what: str = "sensor",
     fmi: int = 2,
     parameters: bool = False,
+    platforms: str | None = None,
     speed: str | float | None = None,
     force: str | float | None = None,
     period: str | float | None = None,
@@ -101,6 +103,8 @@ def export_fmu(
             ``plant``.
         fmi: 2 or 3.
         parameters: of a sensor alone, the machine's numbers are parameters of the FMU; a plant's always are.
+        platforms: that it has binaries for, names with commas between (``linux64``, ``linux-aarch64``, ``win64``,
+            ``darwin64``, ``darwin-arm64``), ``all`` or ``none``, by the extra ``platforms``; by default this machine.
         speed: of a control: largest velocity [m/s]; by default half of what the motor could do.
         force: of a control: largest load against a motion that is pushed on [N]; by default none.
         period: of a control's samples [s]; by default 20 ms.
@@ -109,7 +113,7 @@ def export_fmu(
         named: what errors call an argument.
 
     Returns:
-        The file, its number of variables, and the platform of its binary.
+        The file, its number of variables, and the platforms of its binaries.
 
     Raises:
         DescriptionError: there is no such FMU, or the machine has several units and none is named.
@@ -126,8 +130,9 @@ def export_fmu(
     described, name = _unit_of(machine, unit)
     driving = _driving(what == "control", speed, force, period, drive_delay, named) or ControlOptions()
     return write_fmu(
-        described, name, out, what=what, fmi=fmi, tabled=parameters, control=driving, compiler=compiler, named=named
-    )
+        described, name, out, what=what, fmi=fmi, tabled=parameters, control=driving,
+        platforms=platforms_of(platforms), compiler=compiler, named=named,
+    )  # fmt: skip
 
 
 def export_parameters(machine: AnyMachine, unit: str | None = None, *, out: str | Path, what: str = "sensor") -> int:

@@ -72,6 +72,12 @@ def export_fmu(
         bool,
         typer.Option("--parameters", help="Of a sensor: the machine's numbers are parameters, for a kind of machines."),
     ] = False,
+    platforms: Annotated[
+        str | None,
+        typer.Option(
+            help="Binaries for linux64, linux-aarch64, win64, darwin64, darwin-arm64; all; none. Default: this machine."
+        ),
+    ] = None,
     speed: Speed = None,
     force: Force = None,
     period: Period = None,
@@ -90,8 +96,19 @@ def export_fmu(
 
     driving = {"speed": speed, "force": force, "period": period, "drive_delay": drive_delay}
     with progress(1.0, "exporting"):  # one step, whose progress is unknown
-        done = export_unit(machine, unit, out=out, what=what, fmi=fmi, parameters=parameters, **driving, named=option)
-    binary = f"sources and a binary for {done.binary}" if done.binary else "sources alone: no C compiler was found"
+        done = export_unit(
+            machine,
+            unit,
+            out=out,
+            what=what,
+            fmi=fmi,
+            parameters=parameters,
+            platforms=platforms,
+            **driving,
+            named=option,
+        )
+    lacking = "sources alone" if platforms else "sources alone: no C compiler was found"
+    binary = f"sources and a binary for {', '.join(done.binaries)}" if done.binaries else lacking
     typer.echo(f"{out}: written; FMI {fmi}.0 co-simulation, {done.variables} variables, {binary}")
 
 
