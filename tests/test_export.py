@@ -160,8 +160,11 @@ def test_it_is_strict_c99_that_converts_nothing_unsaid_and_calls_libm_alone(tmp_
 
 
 def test_headers_of_two_units_live_in_one_program(tmp_path):
-    for unit in ("boom", "bucket"):
-        write_sensor(LOADER, unit, tmp_path / "both", compiler="")
+    (tmp_path / "both").mkdir()
+    for name in ("boom", "bucket"):
+        unit, prefix = build_ddh(name, LOADER.unit(name)), f"ramsight_{name}"
+        for file, text in sensor_source(kalman(unit), unit, prefix, "loader", single=False).files.items():
+            (tmp_path / "both" / file).write_text(text)
     (tmp_path / "both" / "main.c").write_text(
         '#include "ramsight_boom.h"\n#include "ramsight_bucket.h"\n'
         "int main(void) { static ramsight_boom a; static ramsight_bucket b;"

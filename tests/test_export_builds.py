@@ -8,8 +8,8 @@ import pytest
 
 from ramsight import machine
 from ramsight.deploy.c_build import build_files
-from ramsight.deploy.c_folder import write_sensor
-from ramsight.deploy.compiler import CompilerError, find_compiler, run
+from ramsight.deploy.c_folder import STEPS, write_sensor
+from ramsight.deploy.compiler import CompilerError, ControlFootprint, Footprint, find_compiler, run
 from ramsight.deploy.control_options import ControlOptions
 
 COMPILER = find_compiler()
@@ -17,12 +17,32 @@ pytestmark = pytest.mark.skipif(COMPILER is None, reason="there is no C compiler
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wvla", "-Wconversion", "-Wdouble-promotion", "-Werror")
 
 
+class Counted:
+    """In place of the measuring of builds: keeps which were asked for."""
+
+    def __init__(self):
+        self.builds = []
+
+    def footprint(self, compiler, folder, prefix, *, single, optimised):
+        self.builds.append((single, optimised))
+        return Footprint("float" if single else "double", optimised, 1, 2, 3, 4, 1e-6)
+
+
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    """The loader's boom with its control; nothing is measured."""
-    out = tmp_path_factory.mktemp("exported") / "boom"
-    write_sensor(machine.load("mining-loader"), "boom", out, control=ControlOptions(), compiler="")
-    return out
+def exported(tmp_path_factory):
+    """The loader's boom with its control, and which builds were to be measured."""
+    out, counted = tmp_path_factory.mktemp("exported") / "boom", Counted()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("ramsight.deploy.c_folder.footprint", counted.footprint)
+        patch.setattr("ramsight.deploy.c_folder.control_footprint", lambda *of: ControlFootprint(1, 2, 1e-6))
+        write_sensor(machine.load("mining-loader"), "boom", out, control=ControlOptions(), measure=True)
+    return out, counted.builds
+
+
+@pytest.fixture
+def folder(exported):
+    """The folder that was written."""
+    return exported[0]
 
 
 def compiles_for_32_bits(folder):
@@ -94,3 +114,15 @@ def test_a_folder_without_tests_has_none_in_its_build():
     listed = build_files(["a.h", "a.c"], "a", "press", "ram")["CMakeLists.txt"]
     assert "foreach(name )" in listed
     assert "  a.c)" in listed
+
+
+def test_one_build_is_measured_unless_all_are_asked_for(exported, tmp_path, monkeypatch):
+    assert exported[1] == [(False, "-O2"), (False, "-Os"), (True, "-O2"), (True, "-Os")]
+    counted, steps = Counted(), []
+    monkeypatch.setattr("ramsight.deploy.c_folder.footprint", counted.footprint)
+    done = write_sensor(machine.load("mining-loader"), "boom", tmp_path / "one", single=True, advance=steps.append)
+    assert counted.builds == [(True, "-O2")]
+    assert sum(steps) == STEPS
+    assert [one.precision for one in done.footprints] == ["float"]
+    record = json.loads((tmp_path / "one" / "ramsight.json").read_text(encoding="utf-8"))
+    assert record["command"] == "ramsight export c description.toml --unit boom --float"

@@ -30,6 +30,7 @@ def export_c(
     force: str | float | None = None,
     period: str | float | None = None,
     drive_delay: str | float | DriveResponse | None = None,
+    measure: bool = False,
     compiler: str | None = None,
     progress: bool = False,
     named: Callable[[str], str] = str,
@@ -49,6 +50,7 @@ def export_c(
         period: of the control's samples [s]; by default 20 ms.
         drive_delay: by which the drive is late, with commands and with reports each [s], or all that is declared of it;
             by default it follows at once. The control stops a drive that does otherwise.
+        measure: compile and run it in both precisions, for speed and for size; by default once, as it is exported.
         compiler: path of the C compiler that measures it; by default the one that is found, "" for none.
         progress: show a bar on a terminal if it takes long.
         named: what errors call an argument.
@@ -73,7 +75,8 @@ def export_c(
     with progress_bar(STEPS, "exporting") as bar:
         advance = bar.advance if progress else lambda count: None
         return write_sensor(
-            described, name, out, single=single, tabled=parameters, control=driving, compiler=compiler, advance=advance
+            described, name, out, single=single, tabled=parameters, control=driving,
+            measure=measure, compiler=compiler, advance=advance,
         )  # fmt: skip
 
 

@@ -31,6 +31,10 @@ def export_c(
     force: Force = None,
     period: Period = None,
     drive_delay: Delay = None,
+    measure: Annotated[
+        bool,
+        typer.Option("--measure", help="Sizes and times in both precisions, for speed and for size; half a minute."),
+    ] = False,
 ) -> None:
     """Write the kalman sensor as C99 for an electronic control unit, and a position control if it is wanted.
 
@@ -46,7 +50,7 @@ def export_c(
     driving = {"speed": speed, "force": force, "period": period, "drive_delay": drive_delay}
     done = export_unit(
         machine, unit, out=out, single=single, parameters=parameters, control=control,
-        **driving, progress=True, named=option,
+        measure=measure, **driving, progress=True, named=option,
     )  # fmt: skip
     typer.echo(
         shown(done.footprints) if done.footprints else "no C compiler was found: nothing was compiled or measured"

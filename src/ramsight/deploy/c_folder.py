@@ -32,7 +32,7 @@ from ramsight.sensor.thresholds import START_STD
 from ramsight.sensor.virtual_sensor import VirtualSensor
 
 STEPS = 5
-"""How often `advance` is called with 1 while a sensor is written."""
+"""Sum of what `advance` is called with while a sensor is written."""
 _LAST = "README.md"  # moved last: where it is, the folder is whole
 _BUILDS = ((False, "-O2"), (False, "-Os"), (True, "-O2"), (True, "-Os"))
 
@@ -64,6 +64,7 @@ def write_sensor(
     single: bool = False,
     tabled: bool = False,
     control: ControlOptions | None = None,
+    measure: bool = False,
     compiler: str | None = None,
     advance: Callable[[int], object] = lambda count: None,
 ) -> WrittenSensor:
@@ -77,8 +78,9 @@ def write_sensor(
         tabled: the machine's numbers are a table that the sensor is handed; those of another machine by
             `write_parameters`.
         control: write a position control beside the sensor, driving so.
+        measure: compile and run it in both precisions, for speed and for size; by default once, as it is exported.
         compiler: path of the C compiler that measures; by default the one that is found, "" for none.
-        advance: called with 1 after each of `STEPS` parts of the work.
+        advance: called with the parts of the work, of `STEPS`, that are done.
 
     Raises:
         DescriptionError: no sensor knows the unit's circuit.
@@ -113,10 +115,11 @@ def write_sensor(
             (draft / name).write_text(text, encoding="utf-8")
         found = find_compiler() if compiler is None else compiler
         measured = []
-        for floats, level in _builds(built):
+        builds = tuple(_builds(built)) if measure else ((single, "-O2"),)
+        for floats, level in builds:
             if found:
                 measured.append(footprint(found, draft, prefix, single=floats, optimised=level))
-            advance(1)
+            advance((STEPS - 1) // len(builds))
         compiler = version(found) if found else None
         driving = control_footprint(found, draft, prefix) if found and control else None
         text = template(
