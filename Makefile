@@ -63,6 +63,7 @@ study: $(INSTALLED)
 	$(BIN)/python evaluation/run.py --out study.json
 	$(BIN)/python evaluation/bounds.py --out study.json
 	$(BIN)/python evaluation/pages.py
+	$(BIN)/python evaluation/expected.py
 
 fuzz: $(INSTALLED)
 	$(BIN)/python fuzz/run.py --out fuzz.json

@@ -41,10 +41,10 @@ def test_examples_in_docstrings_run(name):
     assert outcome.failed == 0
 
 
-def test_the_readmes_python_runs(tmp_path, monkeypatch):
+def test_the_page_of_python_runs(tmp_path, monkeypatch):
     (tmp_path / "tests").symlink_to(ROOT / "tests")
     monkeypatch.chdir(tmp_path)
-    plot, track, many = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), flags=re.DOTALL)
+    plot, track, many = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "python.md").read_text(), flags=re.DOTALL)
     assert len([line for line in plot.splitlines() if line]) == 3
     assert len([line for line in many.splitlines() if line]) <= 10
     exec(plot, {})
@@ -60,14 +60,36 @@ def test_the_readmes_python_runs(tmp_path, monkeypatch):
     assert (names["runs"]["outcome"] == "done").all()
 
 
-def test_the_readme_names_verbs_that_exist():
+def verbs_and_named(page):
     from ramsight.cli import app
 
     verbs = {command.name or command.callback.__name__ for command in app.registered_commands}
     verbs |= {group.name for group in app.registered_groups}
-    named = set(re.findall(r"^ramsight (\w+)", (ROOT / "README.md").read_text(), flags=re.MULTILINE))
-    assert named
-    assert named <= verbs
+    return verbs, set(re.findall(r"(?:^|`)ramsight (\w+)", (ROOT / page).read_text(), flags=re.MULTILINE))
+
+
+def test_the_readme_is_short_and_names_verbs_that_exist():
+    verbs, named = verbs_and_named("README.md")
+    assert {"demo", "track"} <= named <= verbs
+    text = (ROOT / "README.md").read_text()
+    assert len(text.splitlines()) <= 120
+    blocks = re.findall(r"```sh\n(.*?)```", text, flags=re.DOTALL)
+    assert sum(len(block.splitlines()) for block in blocks) <= 5
+
+
+def test_the_page_of_commands_has_every_verb():
+    verbs, named = verbs_and_named("docs/commands.md")
+    assert named == verbs
+
+
+@pytest.mark.parametrize("name", ["README.md", "docs/index.md"])
+def test_what_to_expect_is_what_sheets_and_studies_found(name, monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "evaluation")
+    expected = importlib.import_module("expected")
+    page = ROOT / name
+    assert page in expected.PAGES
+    for block, rows in expected.tables(page).items():
+        assert f"<!-- {block} -->\n\n" + "\n".join(rows) + f"\n\n<!-- end of {block} -->" in page.read_text(), block
 
 
 def test_the_performance_page_quotes_the_benchmark():

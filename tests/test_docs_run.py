@@ -19,7 +19,7 @@ TRACES = ROOT / "tests" / "traces"
 PAGES = ["README.md", *sorted(f"docs/{page.name}" for page in (ROOT / "docs").glob("*.md"))]
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```", flags=re.DOTALL | re.MULTILINE)
 
-OF_THE_SYSTEM = {"make", "source", "pip", "ip", "chrt", "cc", "cat", "cd"}
+OF_THE_SYSTEM = {"make", "python3", "source", "pip", "ip", "chrt", "cc", "cat", "cd"}
 """Commands that are not ramsight's; of `chrt` and its like what they start is looked at all the same."""
 ONLY_PARSED = {
     "encoder": "needs a bus",
@@ -36,7 +36,7 @@ ASKS_FOR = {
     "another-day.csv.gz": "boom_441kN_40C.csv.gz",
 }
 """Files that a page takes for granted: the reader's own."""
-MAKES_ITS_MACHINE = ("README.md", "docs/getting-started.md")
+MAKES_ITS_MACHINE = ("docs/commands.md", "docs/getting-started.md")
 OF_DAYS = {"docs/identify.md": {"position.csv": "boom_asbuilt1_workday_truth.csv.gz"}}
 
 
@@ -55,6 +55,11 @@ def blocks(page):
         if fence[1] in ("sh", "python", "toml"):
             follows = after is not None and after[1] == "text" and not text[fence.end() : after.start()].strip()
             yield Block(fence[1], fence[2], after[2] if follows else None)
+
+
+def describes_a_machine(block):
+    """Whether it is a whole description; other TOML is a part of one, or of a catalogue."""
+    return block.kind == "toml" and block.text.startswith("format = ")
 
 
 def commands(block):
@@ -78,7 +83,7 @@ def folder(tmp_path, monkeypatch):
 
                 (tmp_path / name).write_bytes(gzip.decompress((TRACES / trace).read_bytes()))
         if page not in MAKES_ITS_MACHINE:
-            (machine,) = [block for block in blocks("docs/getting-started.md") if block.kind == "toml"]
+            (machine,) = [block for block in blocks("docs/getting-started.md") if describes_a_machine(block)]
             (tmp_path / "my-machine.toml").write_text(machine.text, encoding="utf-8")
         monkeypatch.chdir(tmp_path)
         return tmp_path
@@ -123,7 +128,7 @@ def test_the_shell_blocks_of_a_page_run(page, folder):
         pytest.skip("has none")
     where = folder(page)
     for block in blocks(page):
-        if block.kind == "toml" and page in MAKES_ITS_MACHINE:
+        if describes_a_machine(block) and page in MAKES_ITS_MACHINE:
             (where / "my-machine.toml").write_text(block.text, encoding="utf-8")
         if block.kind != "sh":
             continue
@@ -137,7 +142,7 @@ def test_the_shell_blocks_of_a_page_run(page, folder):
             assert alike("".join(said), block.shown), ("".join(said), block.shown)
 
 
-RUN_BY_NAME = {"README.md", "docs/getting-started.md", "docs/control.md"}
+RUN_BY_NAME = {"docs/python.md", "docs/getting-started.md", "docs/control.md"}
 """Pages whose Python test_docs.py runs, and looks at what it leaves."""
 
 
