@@ -1,4 +1,4 @@
-"""Check a site that was built: every link and picture inside it is there, and nothing is fetched from elsewhere.
+"""Check a site that was built: links and pictures are there, nothing is fetched, pages have titles and no raw Markdown.
 
 python docs/check.py build/site
 """
@@ -15,20 +15,46 @@ from urllib.parse import unquote, urlsplit
 FOLLOWED = {"a"}
 #: relations of `<link>` that a browser fetches nothing for
 NOT_FETCHED = {"canonical", "author", "license", "next", "prev", "index", "search", "genindex"}
+#: elements whose text is shown as it stands, or not at all
+VERBATIM = {"pre", "code", "script", "style", "svg"}
+#: elements that begin a line
+BLOCKS = {"div", "dd", "dt", "h1", "h2", "h3", "li", "p", "td", "th"}
+#: Markdown that was not rendered: a link, a fence, bold text, the list item or heading of a line
+MARKDOWN = re.compile(r"\]\([\w./#-]+\)|```|\*\*\S[^*\n]*\*\*|^\s*(?:#{1,4} \S|- \[)", flags=re.MULTILINE)
 
 
 class Page(HTMLParser):
-    """What a page names, and the anchors it has."""
+    """What a page names, the anchors it has, its title, and its text outside of code."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
         self.anchors: set[str] = set()
         self.followed: set[str] = set()
         self.fetched: set[str] = set()
+        self.title = self.text = ""
+        self._inside: list[str] = []
         self.feed(text)
+
+    def handle_endtag(self, tag: str) -> None:
+        """Leave a title, or what is shown as it stands."""
+        if self._inside and self._inside[-1] == tag:
+            self._inside.pop()
+
+    def handle_data(self, data: str) -> None:
+        """Keep title and text."""
+        if self._inside and self._inside[0] in VERBATIM:
+            return
+        if self._inside:
+            self.title += data
+        else:
+            self.text += data
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         """Keep anchors and addresses."""
+        if tag in BLOCKS:
+            self.text += "\n"
+        if tag in VERBATIM or (tag == "title" and not self._inside):
+            self._inside.append(tag)
         given = {name: value or "" for name, value in attrs}
         self.anchors |= {given[key] for key in ("id", "name") if key in given}
         kept = tag in FOLLOWED or (tag == "link" and set(given.get("rel", "").split()) <= NOT_FETCHED)
@@ -42,12 +68,19 @@ def outside(address: str) -> bool:
     return bool(urlsplit(address).netloc) or urlsplit(address).scheme in {"http", "https"}
 
 
+def unfinished(page: Page) -> list[str]:
+    """What a reader would see of a page that was not rendered: no title, or Markdown."""
+    found = ["has no title"] if "<no title>" in page.title or not page.title.strip() else []
+    return found + [f"shows Markdown: {match.strip()[:60]}" for match in MARKDOWN.findall(page.text)]
+
+
 def faults(site: Path) -> list[str]:
     """What is wrong with a site, a line each."""
     pages = {file: Page(file.read_text(encoding="utf-8")) for file in sorted(site.rglob("*.html"))}
     found = []
     for file, page in pages.items():
         shown = file.relative_to(site)
+        found += [f"{shown}: {fault}" for fault in unfinished(page)]
         found += [f"{shown}: fetches {address}" for address in sorted(page.fetched) if outside(address)]
         for address in sorted(page.fetched | page.followed):
             parts = urlsplit(address)
@@ -71,7 +104,8 @@ def main() -> None:
     site = Path(sys.argv[1]).resolve()
     wrong = faults(site)
     pages = len(list(site.rglob("*.html")))
-    print("\n".join(wrong) or f"{site.name}: {pages} pages, every link inside them leads somewhere, nothing is fetched")
+    good = f"{site.name}: {pages} pages with titles, every link inside them leads somewhere, nothing is fetched"
+    print("\n".join(wrong) or good)
     sys.exit(bool(wrong))
 
 

@@ -58,6 +58,9 @@ nitpick_ignore_regex = [
     ("py:.*", r"ramsight\.(machine\.(catalogue\.Entry|linkage\.Linkage)|plant\.as_built\.U)"),
     ("py:.*", r"ramsight\.(engine|plant\.(circuit|holding|oil|linkage))\..*|CircuitModel"),
     ("py:.*", r"Listener|ParameterFile|Persistence"),
+    ("py:.*", r"Requirement|WrongValue|ramsight\.machine\.requirement_description\..*"),
+    ("py:.*", r"ramsight\.study\.datasheet\.sheet_requirement\..*"),
+    ("py:.*", r"ramsight\.api\.live_sensor\.Sensor"),
     ("py:.*", r"Plan|ramsight\.study\.datasheet\.(study_plan|quantities|machine_tasks)\..*"),
 ]
 
@@ -186,12 +189,14 @@ def write_list_of_pages(app, error) -> None:
     if error or app.builder.format != "html":
         return
     index = (Path(app.srcdir) / "index.md").read_text(encoding="utf-8")
-    (what,) = re.findall(r"^\*\*(.*?)\*\*", index, flags=re.MULTILINE)
-    lines = [f"# {project}", "", f"> {what}", ""]
+    what = re.findall(r"^\*\*(.*?)\*\*", index, flags=re.MULTILINE)[0]
+    lines, heading = [f"# {project}", "", f"> {what}", ""], ""
     for line in index.splitlines():
-        if heading := re.fullmatch(r"## (.*)", line):
-            lines += ["", f"## {heading[1]}", ""]
+        if line.startswith("## "):
+            heading = line
         elif page := re.fullmatch(r"- \[(.*?)\]\((.*?)\.\w+\): (.*)", adapted(line)):
+            lines += ["", heading, ""] if heading else []
+            heading = ""
             lines.append(f"- [{page[1]}]({page[2]}.html): {page[3]}")
     text = re.sub(r"\n{3,}", "\n\n", "\n".join(lines)) + "\n"
     (Path(app.outdir) / "llms.txt").write_text(text, encoding="utf-8")

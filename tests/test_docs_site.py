@@ -1,0 +1,59 @@
+"""docs/check.py sees pages without a title, Markdown that was not rendered, and links to nowhere."""
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+
+
+@pytest.fixture(scope="module")
+def check():
+    spec = importlib.util.spec_from_file_location("check", ROOT / "docs" / "check.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def page(title="Logs", body="<p>text</p>"):
+    return f"<html><head><title>{title}</title></head><body><h1>Logs</h1>{body}</body></html>"
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        (page(title="&lt;no title&gt; - ramsight"), "has no title"),
+        (page(title=" "), "has no title"),
+        ("<p>text</p>", "has no title"),
+        (page(body="<p>see [logs](logs.md)</p>"), "shows Markdown: ](logs.md)"),
+        (page(body="<p># Examples</p>"), "shows Markdown: # E"),
+        (page(body="<p>\n- [one](one.py): a</p>"), "shows Markdown: - ["),
+        (page(body="<p>it is **bold** here</p>"), "shows Markdown: **bold**"),
+        (page(body="<p>```sh</p>"), "shows Markdown: ```"),
+        (page(body="<a href='gone.html'>gone</a>"), "gone.html is not there"),
+        (page(body="<img src='https://example.org/a.png'>"), "fetches https://example.org/a.png"),
+    ],
+)
+def test_a_page_with_a_fault_is_seen(check, tmp_path, text, fault):
+    (tmp_path / "page.html").write_text(text, encoding="utf-8")
+    assert f"page.html: {fault}" in check.faults(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "<pre>**kwargs, [a](b.md)</pre><p>after</p>",
+        "<p><code># comment</code> and <em>**kwargs)\nVariables: **others</em></p>",
+        "<svg><title>&lt;no title&gt;</title></svg><script>a['b'](c); // # d</script>",
+    ],
+)
+def test_code_and_signatures_are_no_markdown(check, tmp_path, body):
+    (tmp_path / "page.html").write_text(page(body=body), encoding="utf-8")
+    assert check.faults(tmp_path) == []
+
+
+def test_the_header_of_the_gallery_is_found_before_the_list_of_examples():
+    """Sphinx-gallery takes the first of GALLERY_HEADER and README with .txt, then those with .md, then with .rst."""
+    header = ROOT / "examples" / "GALLERY_HEADER.txt"
+    assert header.read_text(encoding="utf-8").startswith("Examples\n========\n")
