@@ -75,6 +75,8 @@ def test_the_readme_is_short_and_names_verbs_that_exist():
     assert len(text.splitlines()) <= 120
     blocks = re.findall(r"```sh\n(.*?)```", text, flags=re.DOTALL)
     assert sum(len(block.splitlines()) for block in blocks) <= 5
+    (picture,) = re.findall(r'src="(.*?)"', text)
+    assert (ROOT / picture).is_file()
 
 
 def test_the_page_of_commands_has_every_verb():
