@@ -14,12 +14,13 @@ from scipy.stats import norm
 from ramsight.engine.typed_state import inlined, leaf, leaves, symbols
 from ramsight.plant.symbols import Parameters
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.bank import LEARNT as LEARNT_QUANTITIES
 from ramsight.sensor.bank import Bank as State
-from ramsight.sensor.bank import BankState, Measurement, StartOfPosition, TorqueEvidence
+from ramsight.sensor.bank_state import LEARNT as LEARNT_QUANTITIES
+from ramsight.sensor.bank_state import BankState, StartOfPosition
 from ramsight.sensor.covariance import Covariance
 from ramsight.sensor.hypothesis import BOUNDS as BOUNDS_OF
 from ramsight.sensor.hypothesis import Kind, covariance_of, state_of
+from ramsight.sensor.measurement import Measurement, TorqueEvidence
 from ramsight.sensor.normal_tail import upper_quantile
 from ramsight.sensor.pressing import PressState
 from ramsight.sensor.quantity import Quantity

@@ -23,16 +23,22 @@ from dataclasses import dataclass, replace
 
 import casadi as ca
 
-from ramsight.engine.typed_state import leaf
 from ramsight.expression import Flag, Real, Scalar, all_of, any_of, count, holds, negated, scalar
 from ramsight.normal import TWO_SIDED_95
-from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.bank_state import ENDS, BankState, StartOfPosition, stepping
 from ramsight.sensor.closed_volume import LEARNED, SHARED, Event
 from ramsight.sensor.contact import Hold
-from ramsight.sensor.covariance import Covariance
 from ramsight.sensor.hypothesis import Hypothesis, Kind, choose
 from ramsight.sensor.machine_model import MachineModel
-from ramsight.sensor.mixture import Mixture, flag_of_likeliest, largest_weight, leads, of_likeliest
+from ramsight.sensor.measurement import (
+    Measured,
+    Measurement,
+    TorqueEvidence,
+    log_likelihood,
+    normalised,
+    weighed,
+)
+from ramsight.sensor.mixture import Mixture, flag_of_likeliest, leads, of_likeliest
 from ramsight.sensor.pressing import odds_of_obstacle
 from ramsight.sensor.quantity import Quantity, Row
 from ramsight.sensor.thresholds import (
@@ -51,182 +57,6 @@ from ramsight.sensor.thresholds import (
     ROOM_STEP,
     UNREACHABLE,
 )
-
-LEARNT = (Quantity.LEAKAGE, Quantity.DISPLACEMENT, Quantity.COMPLIANCE, Quantity.LAG, Quantity.EXPONENT)
-"""What a step of the balance is made with on every machine."""
-
-ENDS = (Quantity.LOW, Quantity.TOP)
-"""Where the stroke ends. Under a hypothesis whose end is elsewhere the position is as uncertain as that place."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class BankState:
-    """The hypotheses and what references show of all of them.
-
-    Attributes:
-        hypotheses: in the order of `Kind`.
-        innovations: mean square of normalised innovations, less 1.
-        band_width: of the band over what the filters say, by references.
-        entered: whether *wrong* is that an entered start was wrong.
-        by_obstacle: whether *wrong* is that the last contact, taken for an end, was with an obstacle.
-        below, above: how far below and above where it is now the piston has been since *wrong* lost its place [m].
-        room: share of the stroke in which it may be under *wrong* by that; 0 where nobody knows how it became wrong.
-    """
-
-    hypotheses: tuple[Hypothesis, ...]
-    innovations: Scalar = leaf("1")
-    band_width: Scalar = leaf("1", 1.0)
-    entered: Flag = leaf("1")
-    by_obstacle: Flag = leaf("1")
-    below: Scalar = leaf("m")
-    above: Scalar = leaf("m")
-    room: Scalar = leaf("1")
-
-    @classmethod
-    def initial(cls, assumptions: Assumptions, stroke: float, *, with_link: bool = False) -> BankState:
-        """Before the first sample.
-
-        Args:
-            assumptions: of machine and stops.
-            stroke: of the cylinder [m].
-            with_link: whether the angle of the body that the cylinder turns is measured.
-        """
-        machine, stops = assumptions.machine, assumptions.stops
-        usual = (machine.leak, machine.leak_exponent)
-        other = (max(machine.leak, machine.other_leak), max(machine.leak_exponent, machine.other_exponent))
-        described, odds = 1.0 - 2.0 * stops.undeclared, machine.leaks_otherwise / (1.0 - machine.leaks_otherwise)
-        priors = {
-            Kind.DESCRIBED: (described, stops.std, stops.std, usual),
-            Kind.LEAKS: (described * odds, stops.std, stops.std, other),
-            Kind.LOW: (stops.undeclared, stops.elsewhere, stops.std, usual),
-            Kind.TOP: (stops.undeclared, stops.std, stops.elsewhere, usual),
-            Kind.WRONG: (stops.wrong, stops.std, stops.std, other),
-        }
-        found = []
-        for kind in Kind:
-            probability, low, top, (leak, exponent) = priors[kind]
-            std = _prior_std(assumptions, leak, exponent, low * stroke, top * stroke, with_link=with_link)
-            mean = {one: scalar(value) for one, value in _prior_mean(assumptions).items() if one in std}
-            weight = scalar(math.log(probability))
-            found.append(Hypothesis(mean=mean, covariance=Covariance.diagonal(std), weight=weight))
-        return cls(hypotheses=tuple(found))
-
-
-def stepping(assumptions: Assumptions) -> tuple[Quantity, ...]:
-    """The quantities that a step of the balance is made with."""
-    return (*LEARNT, *((Quantity.WARMER,) if assumptions.thermometer.offset > 0.0 else ()))
-
-
-def _prior_mean(assumptions: Assumptions) -> dict[Quantity, float]:
-    """Of each quantity."""
-    zero = dict.fromkeys(Quantity, 0.0)
-    factors = dict.fromkeys((Quantity.LEAKAGE, Quantity.DISPLACEMENT, Quantity.COMPLIANCE), 1.0)
-    ends = {Quantity.LOW: assumptions.stops.retracted, Quantity.TOP: -assumptions.stops.extended}
-    return {**zero, **factors, Quantity.LAG: assumptions.thermometer.lag, **ends}
-
-
-def _prior_std(
-    assumptions: Assumptions, leak: float, exponent: float, low: float, top: float, *, with_link: bool
-) -> dict[Quantity, float]:
-    """Of each quantity that there is."""
-    machine, thermometer = assumptions.machine, assumptions.thermometer
-    std = {
-        Quantity.POSITION: 0.0,
-        Quantity.LEAKAGE: leak,
-        Quantity.DISPLACEMENT: machine.displacement,
-        Quantity.COMPLIANCE: machine.compliance,
-        Quantity.LAG: thermometer.lag_std,
-        Quantity.EXPONENT: exponent,
-        Quantity.RELEASE: assumptions.drive.release,
-        Quantity.LOW: low,
-        Quantity.TOP: top,
-    }
-    if with_link:
-        std[Quantity.ANGLE_OFFSET] = assumptions.link_angle.offset
-    if thermometer.offset > 0.0:
-        std[Quantity.WARMER] = thermometer.offset
-    return std
-
-
-@dataclass(frozen=True)
-class TorqueEvidence:
-    """A torque that does not depend on the load: it tells leakage or compliance.
-
-    Attributes:
-        row: derivatives of the torque with respect to what the step was made with.
-        around: the values that it was expected with.
-        innovation: torque less the expected one [N m].
-        variance: of the torque [N2 m2].
-        inflation: of that variance, because errors of samples that follow each other are the same ones [1].
-        leakage: whether it tells the leakage.
-        compliance: whether it tells the compliance.
-    """
-
-    row: Row
-    around: Mapping[Quantity, Scalar]
-    innovation: Scalar
-    variance: Scalar
-    inflation: Scalar
-    leakage: Flag
-    compliance: Flag
-
-
-@dataclass(frozen=True)
-class Measurement:
-    """A contact, a reference or an angle.
-
-    Attributes:
-        use: whether there is one.
-        place: where it is by the description [m].
-        nominal: where the nominal position is at it [m].
-        low: whether it is a contact at the retracted end.
-        top: whether it is a contact at the extended end.
-        variance: of its own [m2].
-        arrived: variance of the nominal position just there [m2]; the piston is at the place all the same.
-        obstacle: probability that it is neither an end nor a reference.
-        by_offset: how the place follows the error of the link's angle [m/rad].
-        seemed: derivatives of the way that the piston only seemed to move since it came to that nominal position, with
-            respect to what the steps were made with.
-        around: the values that they were made with.
-        went_on: whether it moved that way all the same, after it had been there.
-    """
-
-    use: Flag
-    place: Scalar
-    nominal: Scalar
-    low: Flag
-    top: Flag
-    variance: Scalar
-    arrived: Scalar
-    obstacle: Scalar
-    by_offset: Real
-    seemed: Row
-    around: Mapping[Quantity, Scalar]
-    went_on: Flag
-
-    def row(self, *, with_link: bool) -> dict[Quantity, Real]:
-        """Its derivatives."""
-        found: dict[Quantity, Real] = {
-            Quantity.POSITION: 1.0,
-            Quantity.LOW: -count(self.low),
-            Quantity.TOP: -count(self.top),
-        }
-        return {**found, Quantity.ANGLE_OFFSET: self.by_offset} if with_link else found
-
-
-@dataclass(frozen=True)
-class Measured:
-    """What a measurement did.
-
-    Attributes:
-        accepted: whether the likeliest hypothesis used it.
-        rejected: whether it did not.
-        moved: by how much that moved the nominal position [m].
-    """
-
-    accepted: Flag
-    rejected: Flag
-    moved: Scalar
 
 
 @dataclass(frozen=True)
@@ -460,7 +290,7 @@ class Bank:
     def _wrong_weighed(self, tells: Flag, odds: Scalar) -> Bank:
         """With *wrong* likelier by so much, logarithm of the odds, where something tells it."""
         *others, wrong = self.hypotheses
-        changed = _normalised([*others, wrong.with_weight(wrong.weight + odds)])
+        changed = normalised([*others, wrong.with_weight(wrong.weight + odds)])
         after = tuple(
             old.with_weight(ca.if_else(tells, new.weight, old.weight))
             for new, old in zip(changed, self.hypotheses, strict=True)
@@ -495,18 +325,18 @@ class Bank:
         """After a contact, a reference or an angle."""
         use, row = m.use, m.row(with_link=self._with_link)
         chance = ca.log(m.obstacle / self.model.stroke)  # of its density, were it anywhere in the stroke
-        kept = _normalised(self.hypotheses)
-        weighed = [_weighed(h, m, row, chance, self.model) for h in self._restarted(kept, m, row, chance)]
-        hypotheses = _normalised([one.hypothesis for one in weighed])
-        fits = flag_of_likeliest(hypotheses, [one.fits for one in weighed])
-        normal = of_likeliest(hypotheses, [one.normal for one in weighed])
+        kept = normalised(self.hypotheses)
+        each = [weighed(h, m, row, chance, self.model) for h in self._restarted(kept, m, row, chance)]
+        hypotheses = normalised([one.hypothesis for one in each])
+        fits = flag_of_likeliest(hypotheses, [one.fits for one in each])
+        normal = of_likeliest(hypotheses, [one.normal for one in each])
         newest = ca.fmin(normal, INNOVATION_MOST)
         innovations = self.state.innovations + INNOVATION_GAIN * (newest - 1.0 - self.state.innovations)
         # Not a conjunction, which asks for both: what only a measurement needs is worked out in its samples alone.
         accepted = holds(ca.if_else(use, count(fits), 0.0))
         # A reference is never an obstacle.
         obstacle = ca.if_else(any_of(m.low, m.top), chance, UNREACHABLE)
-        odds = [obstacle - weighed[kind].likelihood for kind in (Kind.DESCRIBED, Kind.WRONG)]
+        odds = [obstacle - each[kind].likelihood for kind in (Kind.DESCRIBED, Kind.WRONG)]
         renewed, restarts, by_obstacle, lost = self._renewed(hypotheses, fits, kept[0], odds)
         unplaced = all_of(use, lost)
         together = self.together.reweighed(renewed, use, renewed)
@@ -642,94 +472,3 @@ class Bank:
         found = self.limited().hypotheses
         closed = tuple(h.with_covariance(h.covariance.closed()) for h in found)
         return replace(self.state, hypotheses=closed)
-
-
-@dataclass(frozen=True)
-class StartOfPosition:
-    """What is known of the position at the first sample.
-
-    Attributes:
-        first: whether this is it.
-        known: whether a position is known at all.
-        entered: whether somebody entered it.
-        variance: of it [m2].
-    """
-
-    first: Flag
-    known: Flag
-    entered: Flag
-    variance: Scalar
-
-
-@dataclass(frozen=True)
-class _Weighed:
-    """A hypothesis after a measurement.
-
-    Attributes:
-        hypothesis: corrected, with its new weight.
-        fits: whether the measurement is an end or a reference under it.
-        normal: its normalised innovation, squared.
-        likelihood: logarithm of it, were it that.
-    """
-
-    hypothesis: Hypothesis
-    fits: Flag
-    normal: Scalar
-    likelihood: Scalar
-
-
-def log_likelihood(innovation2: Scalar, variance: Real) -> Scalar:
-    """Logarithm of a normal density, by the square of the innovation."""
-    return -0.5 * (innovation2 / variance + ca.log(2.0 * math.pi * variance))
-
-
-def _normalised(hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """With the weight 0 for the likeliest, and none out of reach."""
-    largest = largest_weight(hypotheses)
-    return [h.with_weight(ca.fmax(h.weight - largest, LOG_WEIGHT_LEAST)) for h in hypotheses]
-
-
-def _weighed(h: Hypothesis, m: Measurement, row: Row, chance: Scalar, model: MachineModel) -> _Weighed:
-    """A hypothesis weighed and corrected by a measurement.
-
-    Args:
-        h: before it.
-        m: the measurement.
-        row: its derivatives.
-        chance: logarithm of the density of an obstacle.
-        model: of the machine.
-    """
-    h = _taken_back(h, m.seemed, m)
-    mean = h.mean
-    place = m.place + count(m.low) * mean[Quantity.LOW] + count(m.top) * mean[Quantity.TOP]
-    innovation = place - (m.nominal + mean[Quantity.POSITION])
-    if Quantity.ANGLE_OFFSET in mean:
-        innovation = innovation - m.by_offset * mean[Quantity.ANGLE_OFFSET]
-    own = m.variance + m.arrived
-    # Beyond the cylinder's ends there is neither an obstacle nor an end that is elsewhere.
-    beyond = _beyond(h, m.nominal, own, model.stroke)
-    elsewhere = chance - 0.5 * beyond
-    total = h.covariance.variance(row) + own
-    likelihood = log_likelihood(ca.fmax(innovation**2, beyond * total), total)
-    fits = likelihood > elsewhere
-    covariance = h.covariance.added(Quantity.POSITION, ca.if_else(fits, m.arrived, 0.0))
-    corrected = [one for one in mean if one != Quantity.COMPLIANCE]
-    after = h.corrected(*covariance.updated(row, innovation, m.variance, fits, only=corrected))
-    after = after.with_weight(h.weight + ca.fmax(likelihood, elsewhere))
-    went_on = {one: ca.if_else(m.went_on, -by, 0.0) for one, by in m.seemed.items()}
-    return _Weighed(_taken_back(after, went_on, m), fits, innovation**2 / total, likelihood)
-
-
-def _taken_back(h: Hypothesis, by: Row, m: Measurement) -> Hypothesis:
-    """Without a way that the piston only seemed to move: what it made unsure, and what it made known."""
-    if not by:
-        return h
-    covariance = h.covariance.predicted({one: -value for one, value in by.items()}, {})
-    return h.shifted(-h.along(by, m.around)).with_covariance(covariance)
-
-
-def _beyond(h: Hypothesis, nominal: Scalar, own: Scalar, stroke: Scalar) -> Scalar:
-    """How far a hypothesis is beyond the cylinder's ends, where no piston can be, squared and normalised [1]."""
-    position = nominal + h.mean[Quantity.POSITION]
-    outside = ca.fmax(ca.fmax(-position, position - stroke), 0.0)
-    return outside**2 / (h.position_variance + own)

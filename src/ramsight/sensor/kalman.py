@@ -27,7 +27,8 @@ from ramsight.plant.balance import FACTORS
 from ramsight.plant.linkage.lever import Lever
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.bank import Bank, BankState, StartOfPosition, stepping
+from ramsight.sensor.bank import Bank
+from ramsight.sensor.bank_state import BankState, StartOfPosition, stepping
 from ramsight.sensor.case_heat import CaseParameters, CaseState, heat_case, with_case
 from ramsight.sensor.contact import ContactState, Estimated, look_for_contact, moved
 from ramsight.sensor.drive_check import DriveChecks, DriveState, check_drive, declared_checks

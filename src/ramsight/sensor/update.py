@@ -15,7 +15,7 @@ from ramsight.engine.typed_state import leaf
 from ramsight.expression import Flag, Real, Scalar, all_of, any_of, flag, negated
 from ramsight.plant.linkage.lever import Lever
 from ramsight.sensor.assumptions import Assumptions
-from ramsight.sensor.bank import Bank, Measured, Measurement, TorqueEvidence
+from ramsight.sensor.bank import Bank
 from ramsight.sensor.closed_volume import EventState, follow_event
 from ramsight.sensor.contact import Contact
 from ramsight.sensor.delivery import one_sided
@@ -26,6 +26,7 @@ from ramsight.sensor.leakage import Leakage
 from ramsight.sensor.link_angle import LinkState, read_angle
 from ramsight.sensor.load_step import LoadStep
 from ramsight.sensor.machine_model import MachineModel
+from ramsight.sensor.measurement import Measured, Measurement, TorqueEvidence
 from ramsight.sensor.mode import Mode, is_in
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.relief import Relief, passed_share
