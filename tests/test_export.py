@@ -272,7 +272,7 @@ def test_what_is_resumed_is_what_was_kept(slots):
     assert slots.resume() == RESUMED
     after = slots.get()
     known = [name for name in slots.names if re.fullmatch(r"hypotheses_\d_(?!.*position).*", name)]
-    assert len(known) == 5 * (9 + 45 + 1)
+    assert len(known) == 5 * (8 + 36 + 1)
     assert [after[name] for name in known] == pytest.approx([before[name] for name in known], rel=1e-3)
     pressures = [name for name in slots.names if re.fullmatch(r"load_circuit_pressure_[a-z]+_[ab]", name)]
     assert pressures

@@ -147,7 +147,7 @@ def test_what_was_learnt_outlives_a_lost_slot(tmp_path, sensor, unit):
 
 def test_states_that_know_the_machine_are_states(sensor):
     known = sensor.learned
-    assert len(known) == 5 * (9 + 45 + 1)  # of each hypothesis: what is not the position, its covariance, its weight
+    assert len(known) == 5 * (8 + 36 + 1)  # of each hypothesis: what is not the position, its covariance, its weight
     assert {"position", "hypotheses[0].position", "load.load", "intake.time"}.isdisjoint(known)
 
 
