@@ -351,6 +351,7 @@ def test_getting_started_runs_as_it_stands(monkeypatch, tmp_path, capsys):
     (tmp_path / "my-machine.toml").write_text(description[0], encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.argv", ["ramsight", "check", "my-machine.toml"])
+    monkeypatch.delenv("COLUMNS", raising=False)  # a worker of the tests has it from its terminal
     with contextlib.suppress(SystemExit):
         main()
     checked = "\n".join(line.rstrip() for line in capsys.readouterr().out.strip().splitlines())

@@ -40,6 +40,12 @@ MAKES_ITS_MACHINE = ("docs/commands.md", "docs/getting-started.md")
 OF_DAYS = {"docs/identify.md": {"position.csv": "boom_asbuilt1_workday_truth.csv.gz"}}
 
 
+@pytest.fixture(autouse=True)
+def wide(monkeypatch):
+    """A page shows what goes into a pipe; a worker of the tests has the columns of its terminal."""
+    monkeypatch.delenv("COLUMNS", raising=False)
+
+
 @dataclass(frozen=True)
 class Block:
     kind: str
