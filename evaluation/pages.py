@@ -127,6 +127,21 @@ def recorded(found: dict[str, Any]) -> list[str]:
     return [*head, "|---|---|---|---|---|---|---|---|", *rows]
 
 
+def starts(found: dict[str, Any]) -> list[str]:
+    """The table of the logs with different starts."""
+    rows = [
+        "| log | start | 95 % [mm] | band | wrong and ok | beyond the bound | ok |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for log, kinds in found.items():
+        for start, row in kinds.items():
+            far = "–" if math.isnan(row["p95"]) else f"{1e3 * row['p95']:.2f}"
+            shares = [f"{100 * row['coverage']:.1f} %", f"{100 * row['wrong_and_ok']:.2f} %"]
+            shares += [f"{100 * row['beyond_bound']:.3f} %", f"{100 * row['ok']:.0f} %"]
+            rows.append(f"| {log} | {start} | {far} | " + " | ".join(shares) + " |")
+    return rows
+
+
 def structure(found: dict[str, Any]) -> list[str]:
     """The table of the machines with random structure."""
     head = ["| circuit | law | days judged | 95 % within: median, worst | worst ok | band | wrong and ok |"]
@@ -159,6 +174,7 @@ ELECTRICAL = ("motor_speed", "motor_torque", "shaft_angle", "dc_power")
 
 TABLES: dict[str, Callable[[Any], list[str]]] = {
     "recorded": recorded,
+    "starts": starts,
     "structure": structure,
     "work_days": work_days,
     "sensitivity": sensitivity,

@@ -25,6 +25,7 @@ import real_machine
 import real_oil
 import recorded
 import second_channel
+import starts
 import structure
 import tuned_sensor
 import undisturbed
@@ -36,6 +37,7 @@ from ramsight.progress import progress
 
 STUDIES = (
     "recorded",
+    "starts",
     "sensitivity",
     "structure",
     "real_oil",
@@ -73,6 +75,9 @@ def main() -> None:
     if "recorded" in given.only:
         with progress(1, "recorded logs") as bar:
             found["recorded"] = recorded.study(bar.advance)
+    if "starts" in given.only:
+        with progress(len(starts.names()), "starts") as bar:
+            found["starts"] = starts.study(bar.advance)
     if "sensitivity" in given.only:
         with progress(1 + len(recorded.variants()), "assumptions varied") as bar:
             found["sensitivity"] = recorded.sensitivity(bar.advance)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.status import Status
+from ramsight.sensor.virtual_sensor import BOUND
 from ramsight.tracking.position_errors import stop_visits, turning_for
 
 _WRONG, _LEAST = 4.0, 1e-3  # standard deviations and m from which a position that is reported as ok is wrong
@@ -26,10 +27,11 @@ class Judged:
     Attributes:
         median, p95, largest: of the errors while the motor turns, after the visits [m]; NaN if there were too few.
         ok_p95, ok_largest: of those said to be ok [m]; 0 if there are none.
-        coverage: share of all samples off the stops whose error is within the 95 % band [1].
+        coverage: share of the samples off the stops, where a position is known, whose error is within the 95 % band [1].
         wrong_and_ok: share of all samples that are ok and more than four standard deviations and 1 mm off [1].
         ok: share of all samples that are ok [1].
         std: median standard deviation while the motor turns [m].
+        beyond_bound: share of the samples with a position whose error is beyond its bound [1].
     """
 
     median: float
@@ -41,6 +43,7 @@ class Judged:
     wrong_and_ok: float
     ok: float
     std: float
+    beyond_bound: float
 
 
 def judge(
@@ -54,7 +57,7 @@ def judge(
     """Judge a track against the truth.
 
     Args:
-        track: with position, position_std and status over time.
+        track: with position, position_std, position_bound and status over time; NaN where no position is known.
         motor_speed: at the same times [rad/s].
         position: the true one at the same times [m].
         stroke: of the cylinder [m].
@@ -64,9 +67,10 @@ def judge(
     error, std = np.abs(track["position"].values - position), track["position_std"].values
     turns = turning_for(time, motor_speed) > _STARTS
     begins = _after(stop_visits(time, position, stroke, tolerance=_AT_STOP), after) if after else float(time[0])
-    counts = turns & (time >= begins)
+    known = np.isfinite(error)
+    counts = turns & known & (time >= begins)
     ok = status == Status.OK
-    off = (position > _AT_STOP) & (position < stroke - _AT_STOP)
+    off = known & (position > _AT_STOP) & (position < stroke - _AT_STOP)
     of = error[counts] if counts.any() else np.array([np.nan])
     said = error[counts & ok] if (counts & ok).any() else np.zeros(1)
     return Judged(
@@ -75,11 +79,17 @@ def judge(
         largest=float(of.max()),
         ok_p95=float(np.percentile(said, 95.0)),
         ok_largest=float(said.max()),
-        coverage=float((error <= TWO_SIDED_95 * std)[off].mean()),
+        coverage=_share((error <= TWO_SIDED_95 * std)[off]),
         wrong_and_ok=float(wrong_and_ok(error, std, status).mean()),
         ok=float(ok.mean()),
-        std=float(np.median(std[turns])) if turns.any() else float("nan"),
+        std=float(np.median(std[turns & known])) if (turns & known).any() else float("nan"),
+        beyond_bound=_share((error > track[BOUND].values)[known]),
     )
+
+
+def _share(which: NDArray[np.bool_]) -> float:
+    """Of samples for which something holds; NaN if there are none."""
+    return float(which.mean()) if which.size else float("nan")
 
 
 def wrong_and_ok(
