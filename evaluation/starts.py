@@ -1,4 +1,4 @@
-"""The self-calibrating sensor on recorded logs whose start it is told, not told, or told wrongly."""
+"""The self-calibrating sensor on recorded logs whose start is entered, unknown or wrong."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ramsight.tracking.judged_errors import judge
 
 FOLDER = TRACES / "unknown"
 STARTS: dict[str, float | None] = {"unknown": None, "exact": 0.0, "40 mm too far out": 0.04, "40 mm too far in": -0.04}
-"""What the sensor is told of the position at the first sample: nothing, or the true one and so much [m]."""
+"""The position that is entered for the first sample: none, or the true one and so much [m]."""
 
 
 def names() -> list[str]:
@@ -38,8 +38,8 @@ def study(advance: Callable[[int], object]) -> dict[str, dict[str, dict[str, Any
         stroke = float(units[unit].cylinder.stroke)
         found[name] = {}
         for start, off in STARTS.items():
-            told = None if off is None else float(np.clip(position[0] + off, 0.0, stroke))
-            sensors[unit].start(told)
+            entered = None if off is None else float(np.clip(position[0] + off, 0.0, stroke))
+            sensors[unit].start(entered)
             track = sensors[unit].track(log)
             found[name][start] = asdict(judge(track, log["motor_speed"].values, position, stroke))
         advance(1)

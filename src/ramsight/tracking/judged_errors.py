@@ -27,7 +27,7 @@ class Judged:
     Attributes:
         median, p95, largest: of the errors while the motor turns, after the visits [m]; NaN if there were too few.
         ok_p95, ok_largest: of those said to be ok [m]; 0 if there are none.
-        coverage: share of the samples off the stops, where a position is known, whose error is within the 95 % band [1].
+        coverage: share of the known samples off the stops whose error is within the 95 % band [1].
         wrong_and_ok: share of all samples that are ok and more than four standard deviations and 1 mm off [1].
         ok: share of all samples that are ok [1].
         std: median standard deviation while the motor turns [m].
