@@ -2,6 +2,7 @@
 
 import hashlib
 import re
+from dataclasses import replace
 from datetime import datetime
 
 import numpy as np
@@ -10,6 +11,8 @@ import xarray
 
 import ramsight
 from ramsight.api.commissioning import channels_of, sources_of
+from ramsight.calibration.identify import FACTORS, Estimate, Identification
+from ramsight.calibration.identify_report import summary
 from ramsight.duty.lift_lower import lift_lower
 from ramsight.errors import LogWarning
 from ramsight.logs import write_drive_log
@@ -44,13 +47,14 @@ def verdicts(done):
 def test_a_rehearsal_passes_with_and_without_a_measured_position(boom, rehearsed):
     log, run = rehearsed
     done = ramsight.commission(boom, log, run[["position"]])
-    assert done.verdict is Verdict.PASSED
-    assert done.reasons == ()
-    assert done.text.splitlines()[-1] == "boom: commissioned"
+    assert done.verdict is Verdict.LOOK_TWICE
+    assert [one.check for one in done.reasons] == ["sensor", "data sheet, friction factor"]
+    assert done.findings[0].check == "requirement", "it says on top that nothing is required"
+    assert done.text.splitlines()[-1] == "boom: commissioned with 2 reservations"
     assert done.leak_test.factor == pytest.approx(1.15, abs=0.03)
     assert done.identification.factors["displacement"].value == pytest.approx(0.998, abs=1e-3)
     blind = ramsight.commission(boom, log)
-    assert blind.verdict is Verdict.PASSED
+    assert [one.check for one in blind.reasons] == ["sensor"], "it ends far from an end stop"
     assert verdicts(blind)["data sheet"] is Verdict.OPEN
     assert "truth" not in verdicts(blind)
 
@@ -207,25 +211,39 @@ def test_a_rehearsal_of_a_machine_as_described_is_commissioned_at_its_ends(name,
     assert done.verdict is not Verdict.FAILED
 
 
-def test_a_factor_is_doubtful_where_its_whole_interval_is_beyond_what_is_expected():
-    from ramsight.calibration.identify import Estimate
+def identification(name, estimate, judged_by):
+    """What was identified of one factor."""
+    none = replace(estimate, identified=False)
+    factors = {one: estimate if one == name else none for one in FACTORS}
+    return Identification(factors, none, 9, 3, 90.0, 1e-5, (1e6, 2e6), (313.0, 314.0), 4, 5, {name: judged_by})
 
+
+def test_a_factor_is_doubtful_where_its_whole_interval_is_beyond_what_is_expected():
     def verdict(low, high, identified=True):
-        return sheet_checks._factor("leak", Estimate((low + high) / 2, low, high, identified), 1.0, 0.3).verdict
+        estimate = Estimate((low + high) / 2, low, high, identified)
+        return sheet_checks.identified(identification("leak", estimate, 0.3))[0].verdict
 
     assert verdict(1.2, 1.4) is Verdict.PASSED
     assert verdict(1.31, 1.4) is Verdict.LOOK_TWICE
     assert verdict(0.5, 0.69) is Verdict.LOOK_TWICE
     assert verdict(1.31, 1.4, identified=False) is Verdict.OPEN
+    assert verdict(0.71, 1.3) is Verdict.PASSED
+    assert verdict(0.69, 1.3) is Verdict.LOOK_TWICE, "wider than what it is judged by"
+
+
+def test_a_factor_that_a_log_does_not_determine_is_reported_so_by_identify_too():
+    wide = identification("friction", Estimate(0.98, -0.14, 2.10, identified=True), 0.5)
+    assert "friction factor: not determined by this log" in summary(wide)
+    narrow = identification("friction", Estimate(0.98, 0.7, 1.2, identified=True), 0.5)
+    assert "not determined" not in summary(narrow)
 
 
 def test_a_finding_says_what_its_interval_does_not_hold():
     """A thermometer that is 3 K off makes a leakage of 1.2 one of 1.08, which is told exactly and is not so."""
-    from ramsight.calibration.identify import Estimate
 
     def found(per_kelvin, per_torque):
         estimate = Estimate(1.0, 0.99, 1.01, identified=True, per_kelvin=per_kelvin, per_torque=per_torque)
-        return sheet_checks._factor("leak", estimate, 1.0, 0.3).found
+        return sheet_checks.identified(identification("leak", estimate, 0.3))[0].found
 
     assert found(-0.038, -0.011).endswith(
         "; -0.038 for each K that the oil is warmer than reported, -0.011 for each % that the torque is larger"

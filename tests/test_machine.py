@@ -127,7 +127,7 @@ CHANGES = [
         "a.toml: units.boom.pump_a: unknown pump 'PGI100-2-009'",
         "did you mean",
     ),
-    ('= "tellus-t-32"', '= "tellus"', "a.toml: units.boom.oil: unknown oil 'tellus'", "known: tellus-t-32"),
+    ('= "tellus-t-32"', '= "tellus"', "a.toml: units.boom.oil: unknown oil 'tellus'", "did you mean 'tellus-t-32'"),
     ('model = "PGI100-2-008"', "", "units.boom.pump_a", "or name a model of the catalogue"),
     (
         'effective_bulk_modulus = "0.6',

@@ -1,11 +1,12 @@
 """A bar is there after a second of work, whatever the work says of itself, and gone at the end."""
 
 import io
+import re
 import sys
 import time
 
 from ramsight import progress as module
-from ramsight.progress import progress
+from ramsight.progress import progress, spoken
 
 
 class Terminal(io.StringIO):
@@ -47,3 +48,54 @@ def test_nothing_appears_where_the_work_was_short_or_nobody_looks(monkeypatch):
     with progress(4, "digging"):
         time.sleep(0.1)
     assert pipe.getvalue() == ""
+
+
+class Closed(io.StringIO):
+    def write(self, text):
+        raise BrokenPipeError
+
+
+def piped(monkeypatch, stream=None):
+    """A pipe in the place of stderr, and little patience."""
+    monkeypatch.setattr(module, "EVERY", 0.05)
+    monkeypatch.setattr("sys.stderr", stream or io.StringIO())
+    return sys.stderr
+
+
+def test_a_pipe_gets_lines_with_the_share_done_and_the_time_left(monkeypatch):
+    pipe = piped(monkeypatch)
+    with spoken("ramsight dig"), progress(4, "digging") as bar:
+        assert seen(pipe, "digging: 0 s so far\n")
+        bar.advance(1)
+        assert seen(pipe, "digging: 25 % done, about ")
+    said = pipe.getvalue()
+    assert re.fullmatch(r"(digging: (0 s so far|25 % done, about \d+ s left)\n)+", said), said
+    time.sleep(0.15)
+    assert pipe.getvalue() == said, "nothing is said after the work"
+
+
+def test_work_that_says_nothing_of_itself_is_said_to_go_on(monkeypatch):
+    pipe = piped(monkeypatch)
+    with spoken("ramsight dig"):
+        assert seen(pipe, "ramsight dig: 0 s so far\n")
+
+
+def test_a_terminal_gets_no_lines_and_a_closed_pipe_does_not_end_the_work(monkeypatch):
+    terminal = looked_at(monkeypatch)
+    monkeypatch.setattr(module, "EVERY", 0.02)
+    with spoken("ramsight dig"):
+        time.sleep(0.1)
+    assert terminal.getvalue() == ""
+    piped(monkeypatch, Closed())
+    with spoken("ramsight dig"):
+        time.sleep(0.12)
+    with spoken("ramsight dig"):
+        time.sleep(0.12)
+
+
+def test_the_time_left_follows_from_the_share_done(monkeypatch):
+    clock = iter([0.0, 30.0])
+    monkeypatch.setattr(module.time, "monotonic", lambda: next(clock))
+    bar = module.Progress(8, "digging")
+    bar.done = 6.0
+    assert bar.line == "digging: 75 % done, about 10 s left"

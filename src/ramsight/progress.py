@@ -1,4 +1,4 @@
-"""A progress bar for work that takes long enough to want one."""
+"""How far long work has come: a bar on a terminal, a line every ten seconds through a pipe."""
 
 from __future__ import annotations
 
@@ -7,20 +7,24 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 if TYPE_CHECKING:
     import rich.progress
 
 PATIENCE = 1.0
 """Seconds of work before a bar appears."""
+EVERY = 10.0
+"""Seconds between two lines where there is no terminal."""
+
+_open: list[Progress] = []
 
 
 class Progress:
     """How far some work has come; made by `progress`.
 
-    The bar appears by itself after `PATIENCE`, whatever has been said of the work by then: what takes long is often the
-    first part of it.
+    The bar appears by itself after `PATIENCE`, the first line after `EVERY`, whatever has been said of the work by
+    then: what takes long is often the first part of it.
     """
 
     def __init__(self, total: float, text: str) -> None:
@@ -29,10 +33,10 @@ class Progress:
         self._bar: rich.progress.Progress | None = None
         self._task: rich.progress.TaskID | None = None
         self._opening = threading.Lock()
-        self._wanted = sys.stderr is not None and sys.stderr.isatty()
+        self._shown = sys.stderr is not None and sys.stderr.isatty()
         self._timer = threading.Timer(PATIENCE, self._open)
         self._timer.daemon = True
-        if self._wanted:
+        if self._shown:
             self._timer.start()
 
     def advance(self, amount: float = 1.0) -> None:
@@ -42,16 +46,24 @@ class Progress:
             amount: how much, in the units of the total.
         """
         self.done += amount
-        if self._bar is None and self._wanted and time.monotonic() - self._begun >= PATIENCE:
+        if self._bar is None and self._shown and time.monotonic() - self._begun >= PATIENCE:
             self._open()
         if self._bar is not None and self._task is not None:
             self._bar.update(self._task, completed=self.done)
+
+    @property
+    def line(self) -> str:
+        """How far it is, in a line: share done and time left where they are known, else the time so far."""
+        took, share = time.monotonic() - self._begun, self.done / self.total if self.total > 0.0 else 0.0
+        if not 0.0 < share <= 1.0:
+            return f"{self.text}: {took:.0f} s so far"
+        return f"{self.text}: {100 * share:.0f} % done, about {took * (1.0 / share - 1.0):.0f} s left"
 
     def close(self) -> None:
         """Take the bar away; it does not come back."""
         self._timer.cancel()
         with self._opening:
-            self._wanted = False
+            self._shown = False
             if self._bar is not None:
                 self._bar.stop()
                 self._bar = None
@@ -61,7 +73,7 @@ class Progress:
         import rich.progress
 
         with self._opening:
-            if not self._wanted or self._bar is not None:
+            if not self._shown or self._bar is not None:
                 return
             bar = rich.progress.Progress(console=rich.console.Console(stderr=True), transient=True)
             self._task = bar.add_task(self.text, total=self.total)
@@ -74,10 +86,10 @@ class Progress:
 def progress(total: float, text: str) -> Iterator[Progress]:
     """A progress bar on the terminal: on stderr, after a second of work, gone at the end.
 
-    Where stderr is no terminal, or the work is done within the second, nothing is printed.
+    Where stderr is no terminal, `spoken` says how far it is. Of work that is done within the second nothing is printed.
 
     Args:
-        total: the whole of the work, in any unit (runs, samples, seconds).
+        total: the whole of the work, in any unit (runs, samples, seconds); 0 if nobody knows.
         text: what the work is.
 
     Yields:
@@ -91,7 +103,43 @@ def progress(total: float, text: str) -> Iterator[Progress]:
         3.0
     """
     bar = Progress(total, text)
+    _open.append(bar)
     try:
         yield bar
     finally:
+        _open.remove(bar)
         bar.close()
+
+
+@contextmanager
+def spoken(text: str) -> Iterator[None]:
+    """Say every `EVERY` seconds on stderr how far the work is, where that is no terminal.
+
+    The innermost `progress` that is open is what is said; without one, that the work goes on.
+
+    Args:
+        text: what the work is called where nothing more is known of it.
+    """
+    stream, ended, begun = sys.stderr, threading.Event(), time.monotonic()
+    if stream is None or stream.isatty():
+        yield
+        return
+
+    def speak() -> None:
+        while not ended.wait(EVERY):
+            inner = _open[-1:]
+            _say(stream, inner[0].line if inner else f"{text}: {time.monotonic() - begun:.0f} s so far")
+
+    threading.Thread(target=speak, daemon=True).start()
+    try:
+        yield
+    finally:
+        ended.set()
+
+
+def _say(stream: TextIO, line: str) -> None:
+    """Print a line; a stream that is closed or full does not end the work."""
+    try:
+        print(line, file=stream, flush=True)
+    except (OSError, ValueError):
+        return

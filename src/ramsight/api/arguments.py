@@ -1,17 +1,91 @@
-"""Data sets that a caller gives: whether they have what is needed of them."""
+"""What a caller passes: files, Datasets and data frames as logs, paths, whole numbers; each refused in one line."""
 
 from __future__ import annotations
 
+import os
+import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ramsight.errors import DescriptionError, MissingColumnError
-from ramsight.logs import read_truth
+from ramsight.errors import DescriptionError, LogError, MissingColumnError
+from ramsight.logs import ChannelMap, read_drive_log, read_truth
+from ramsight.logs.source import needs
 from ramsight.sensor.sample import REPORTED
 
 if TYPE_CHECKING:
     import xarray
+
+AnyMap = ChannelMap | str | Path
+_FRAME = "DataFrame"
+_LOG = "a file, a Dataset over time, or a DataFrame"
+
+
+def log_argument(log: Any, channel_map: AnyMap | None = None, name: str = "log", *, strict: bool = False) -> Any:
+    """A drive log as an argument, whole: of a file, a Dataset, or a pandas or polars DataFrame.
+
+    Args:
+        log: what was passed. A DataFrame has the columns of a CSV log (``time_s``, ``motor_speed_rpm``, ...), or those
+            that the map names.
+        channel_map: of a file or a DataFrame.
+        name: of the argument, for messages.
+        strict: refuse a file with faults.
+
+    Returns:
+        A Dataset with `motor_speed` [rad/s], `motor_torque` [N m] and `oil_temperature` [K] over `time` [s].
+
+    Raises:
+        DescriptionError: it is none of these.
+        LogError: it cannot be read, or lacks a variable.
+    """
+    known = map_argument(channel_map)
+    if isinstance(log, str | os.PathLike):
+        return read_drive_log(Path(log), known, strict=strict)
+    if not is_frame(log):
+        return checked(log, name)
+    arrow, parquet = needs("pyarrow", "logs", _FRAME), needs("pyarrow.parquet", "logs", _FRAME)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / f"{_FRAME}.parquet"
+        parquet.write_table(_arrow_table(arrow, log), file)
+        return read_drive_log(file, known, strict=strict)
+
+
+def is_frame(passed: object) -> bool:
+    """Whether something is a DataFrame of any library that can hand its columns to Arrow."""
+    return hasattr(passed, "__dataframe__") or hasattr(passed, "__arrow_c_stream__")
+
+
+def map_argument(channel_map: Any) -> AnyMap | None:
+    """A channel map as an argument: a map, the file of one, or none.
+
+    Raises:
+        DescriptionError: it is none of these.
+    """
+    if channel_map is None or isinstance(channel_map, ChannelMap | str | Path):
+        return channel_map
+    raise DescriptionError("is no channel map", key="channel_map", value=channel_map, allowed="a TOML file, or a map")
+
+
+def path_argument(path: Any, name: str) -> Path:
+    """A path as an argument.
+
+    Raises:
+        DescriptionError: it is none.
+    """
+    if isinstance(path, str | os.PathLike):
+        return Path(path)
+    raise DescriptionError("is no path", key=name, value=path, allowed="text, or a pathlib.Path")
+
+
+def whole_argument(value: Any, name: str, least: int, most: int) -> int:
+    """A whole number as an argument.
+
+    Raises:
+        DescriptionError: it is none, or out of range.
+    """
+    if isinstance(value, bool) or not (isinstance(value, int) and least <= value <= most):
+        raise DescriptionError("is out of range", key=name, value=value, allowed=f"{least} to {most}")
+    return value
 
 
 def checked(passed: Any, name: str, needed: Iterable[str] = REPORTED) -> xarray.Dataset:
@@ -29,29 +103,60 @@ def checked(passed: Any, name: str, needed: Iterable[str] = REPORTED) -> xarray.
     import xarray
 
     if not isinstance(passed, xarray.Dataset):
-        allowed = "a file, or an xarray.Dataset over time"
-        raise DescriptionError("is no Dataset", key=name, value=passed, allowed=allowed)
+        raise DescriptionError("is no Dataset", key=name, value=passed, allowed=_LOG)
     missing = [one for one in needed if one not in passed.variables]
     if missing:
         raise MissingColumnError(file=name, missing=missing, found=[str(one) for one in passed.variables])
     return passed
 
 
-def truth_argument(truth: str | Path | xarray.Dataset | None) -> str | Path | xarray.Dataset | None:
-    """A true position as an argument: a file, which is read later, or a Dataset that has what is needed of it.
+def truth_argument(truth: Any) -> str | Path | xarray.Dataset | None:
+    """A true position as an argument: a file, which is read later, a DataFrame, or a Dataset.
+
+    A DataFrame has the columns ``time_s`` and ``position_m``.
 
     Raises:
-        DescriptionError: it is neither file nor Dataset.
+        DescriptionError: it is none of these.
         MissingColumnError: a variable is absent.
     """
-    return truth if truth is None or isinstance(truth, str | Path) else checked(truth, "truth", ("time", "position"))
+    if truth is None or isinstance(truth, str | Path):
+        return truth
+    if not is_frame(truth):
+        return checked(truth, "truth", ("time", "position"))
+    import numpy as np
+    import xarray
+
+    table = _arrow_table(needs("pyarrow", "logs", _FRAME), truth)
+    missing = [one for one in ("time_s", "position_m") if one not in table.column_names]
+    if missing:
+        raise MissingColumnError(file="truth", missing=missing, found=table.column_names)
+    try:
+        time, position = (np.asarray(table[one].to_numpy(), dtype=np.float64) for one in ("time_s", "position_m"))
+    except (TypeError, ValueError) as error:
+        raise LogError(f"holds what is no number: {error}", file="truth") from None
+    return xarray.Dataset({"position": ("time", position, {"units": "m"})}, coords={"time": time})
 
 
-def truth_of(truth: str | Path | xarray.Dataset) -> xarray.Dataset:
+def truth_of(truth: Any) -> xarray.Dataset:
     """The true position, from a file or as it is passed.
 
     Raises:
         LogError: the file cannot be read, or a variable is absent.
-        DescriptionError: it is neither file nor Dataset.
+        DescriptionError: it is neither file nor Dataset nor DataFrame.
     """
-    return read_truth(truth) if isinstance(truth, str | Path) else checked(truth, "truth", ("time", "position"))
+    known = truth_argument(truth)
+    return read_truth(known) if isinstance(known, str | Path) else checked(known, "truth", ("time", "position"))
+
+
+def _arrow_table(arrow: Any, frame: Any) -> Any:
+    """The columns of a DataFrame; its index too, where that has a name."""
+    try:
+        if hasattr(frame, "reset_index") and getattr(frame.index, "name", None) is not None:
+            frame = frame.reset_index()
+        if hasattr(frame, "__arrow_c_stream__"):
+            return arrow.table(frame)
+        from pyarrow.interchange import from_dataframe
+
+        return from_dataframe(frame)
+    except (arrow.ArrowException, TypeError, ValueError) as error:
+        raise LogError(f"cannot be read: {' '.join(str(error).split())}", file=_FRAME) from None

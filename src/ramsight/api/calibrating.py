@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ramsight.api.arguments import checked, truth_argument
+from ramsight.api.arguments import log_argument, truth_argument
 from ramsight.api.machines import AnyMachine, AnyUnit, build, load_machine, only_unit
 from ramsight.calibration.fit_track import FittedValues, MeasuredRun, fit_track
 from ramsight.calibration.free_values import free_values
@@ -112,8 +113,8 @@ def identify(
     if known is None:
         raise IdentifyError(f"{name}: no position was measured: give a truth, or a map with measured.position")
     recorded = next(watched([recorded], built, name, channel_map))
-    with progress_bar(EVALUATIONS, "identifying") as bar:
-        return identify_built(built, recorded, known, advance=bar.advance if progress else None)
+    with progress_bar(EVALUATIONS, "identifying") if progress else nullcontext() as bar:
+        return identify_built(built, recorded, known, advance=bar.advance if bar is not None else None)
 
 
 def identify_values(
@@ -159,13 +160,13 @@ def identify_values(
     if not isinstance(parts, Composed):
         raise DescriptionError("values are found of circuits of parts; of this one, see identify", key=f"units.{name}")
     read = [run if isinstance(run, MeasuredRun) else _measured_run(run, channel_map) for run in runs]
-    with progress_bar(1.0, "identifying") as bar:
-        return fit_track(described, name, read, free_values(parts), advance=bar.advance if progress else None)
+    with progress_bar(1.0, "identifying") if progress else nullcontext() as bar:
+        return fit_track(described, name, read, free_values(parts), advance=bar.advance if bar is not None else None)
 
 
 def _recorded(log: str | Path | xarray.Dataset, channel_map: ChannelMap | str | Path | None) -> xarray.Dataset:
     """The log, without faults where it is a file."""
-    return read_drive_log(log, channel_map, strict=True) if isinstance(log, str | Path) else checked(log, "log")
+    return log_argument(log, channel_map, strict=True)  # type: ignore[no-any-return]
 
 
 def _measured_run(path: str | Path, channel_map: ChannelMap | str | Path | None) -> MeasuredRun:

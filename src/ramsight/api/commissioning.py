@@ -3,22 +3,31 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
+from contextlib import nullcontext
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ramsight.api.arguments import checked, truth_argument
-from ramsight.api.machines import AnyUnit, build, load_machine
-from ramsight.api.tracking import AnyMap, read_log, track
+from ramsight.api.arguments import AnyMap, log_argument, map_argument, truth_argument
+from ramsight.api.machines import AnyUnit, build, description_of, load_machine
+from ramsight.api.requirements import requirement_of
+from ramsight.api.tracking import track
+from ramsight.errors import DescriptionError, SimulationError
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.mapped import ChannelMap, Mapped
 from ramsight.machine import catalogue
 from ramsight.machine.description import Machine
+from ramsight.machine.requirement_description import DAY, Requirement
+from ramsight.plant.unit import HydraulicUnit
 from ramsight.progress import progress as progress_bar
 from ramsight.study.commissioning.commissioning_page import Channel, commissioning_page
 from ramsight.study.commissioning.walk import STEPS, Commissioning, walk
+from ramsight.study.datasheet.mending import mending
+from ramsight.study.datasheet.studied_duties import Work
+from ramsight.study.datasheet.study_plan import plan
 from ramsight.tracking.position_errors import ComparisonError
 from ramsight.tracking.true_position import known_position
 from ramsight.units import format_si
@@ -26,6 +35,7 @@ from ramsight.units import format_si
 if TYPE_CHECKING:
     import xarray
 
+_DAY, _VISIT_EVERY = 360.0, 45.0  # s, of the work day whose sensitivities are looked at
 _RATED = {"torque": "N m", "speed": "rpm", "dc_current": "A"}  # units in which 100 % is shown
 
 
@@ -36,13 +46,17 @@ def commission(
     *,
     unit: str | None = None,
     channel_map: AnyMap | None = None,
+    require: float | str | Requirement | None = None,
     progress: bool = False,
+    named: Callable[[str], str] = str,
 ) -> Commissioning:
     """Judge a machine's commissioning from the log of its drive.
 
-    Looked at in order: samples; units and signs against what the machine can do; leak test; end stops; what the sensor
-    learned, and how sure it is; and, if the position was measured, the sensor's errors and the data sheet's. The rest
-    is not judged where units or signs are wrong.
+    Looked at in order: the requirement; samples; units and signs against what the machine can do; leak test; whether
+    travel, torque at relief and leak test contradict the description, and which value of it is likeliest wrong (of a
+    machine that is passed as a description, a name or a file); end stops; what the sensor learned, and how sure it is;
+    and, if the position was measured, the sensor's errors and the data sheet's. The rest is not judged where units or
+    signs are wrong.
 
     Args:
         machine: the unit as its data sheet has it, or what `build` makes one of.
@@ -53,7 +67,10 @@ def commission(
             log itself, if it does.
         unit: name of the unit, if the machine has several.
         channel_map: of a file, as `read_log`'s.
+        require: error that 95 % of the position's errors have to be within [m], or ``"5 mm"``; or a `Requirement`.
+            None: what the unit's description states. What misses it has failed.
         progress: show a bar on a terminal if it takes long.
+        named: what errors call an argument.
 
     Returns:
         `verdict`, `reasons`, the `findings` of all checks in order, each with `check`, `verdict`, `found` and `remedy`,
@@ -69,11 +86,18 @@ def commission(
         >>> run = ramsight.simulate(boom, "commissioning", as_built=ramsight.AsBuilt(leak=1.1))
         >>> done = ramsight.commission(boom, ramsight.drive_report(run))
         >>> done.verdict.value, round(done.leak_test.factor, 1)
-        ('passed', 1.1)
+        ('look twice', 1.1)
+        >>> [reason.check for reason in done.reasons]  # the log does not end at an end stop
+        ['sensor']
+        >>> required = ramsight.commission(boom, ramsight.drive_report(run), require="5 mm")
+        >>> required.verdict.value, required.reasons[0].check
+        ('failed', 'requirement')
     """
     built = build(machine, unit)
+    asked = requirement_of(built, require, named)
+    channel_map = map_argument(channel_map)
     known = load_map(channel_map) if isinstance(channel_map, str | Path) else channel_map
-    recorded = read_log(log, known) if isinstance(log, str | Path) else checked(log, "log")
+    recorded = log_argument(log, known)
     true = known_position(truth_argument(truth), log, known, built.cylinder.stroke)
     if true is not None:
         _check_common(recorded, true)
@@ -81,9 +105,27 @@ def commission(
     def track_of(recorded_log: xarray.Dataset) -> xarray.Dataset:
         return track(built, recorded_log, truth=true)
 
-    with progress_bar(STEPS, "commissioning") as bar:
-        advance = bar.advance if progress else lambda count: None
-        return walk(built, recorded, track_of, true, known, advance)
+    with progress_bar(STEPS, "commissioning") if progress else nullcontext() as bar:
+        advance = bar.advance if bar is not None else lambda count: None
+        return walk(
+            built, recorded, track_of, true, known, advance, asked,
+            lambda: _mending(machine, built, asked), description_of(machine, built.name),
+        )  # fmt: skip
+
+
+def _mending(machine: AnyUnit, built: HydraulicUnit, asked: Requirement | None) -> list[str]:
+    """What would make the error smaller, by the data sheet's sensitivities; nothing of a unit without a description."""
+    found = []
+    if built.lever is not None and built.assumptions.link_angle.std == 0.0:
+        found = ["an inclinometer on the body that the cylinder turns (assumptions.link_angle)"]
+    if not isinstance(machine, str | Path | Machine):
+        return found
+    every = _VISIT_EVERY if asked is None or asked.visit_every >= DAY else asked.visit_every
+    described = load_machine(machine)
+    try:
+        return [*mending(described, plan(described, built.name, Work("work-day", _DAY, every))), *found]
+    except (DescriptionError, SimulationError):
+        return found
 
 
 def report_of(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from ramsight.api.arguments import whole_argument
 from ramsight.api.machines import AnyUnit, build
 from ramsight.duty import Duty
 from ramsight.duty import lift_lower as cycles_of
@@ -13,6 +14,7 @@ from ramsight.duty.duty_file import read_duty
 from ramsight.duty.lift_lower import RAMP, SPEED, START, above_lowered_end
 from ramsight.duty.work_day import work_day
 from ramsight.errors import DescriptionError
+from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.units import argument, format_si
 
@@ -31,6 +33,7 @@ _TAKES = {
 
 DUTIES = tuple(_TAKES)
 _OF_A_FILE = {"start"}
+_LEAST_LOAD = 0.01  # of what the relief valve carries; a number of kN is no smaller
 
 
 def lift_lower(
@@ -172,6 +175,24 @@ def duty_for(
     return made(built, loads, kelvin, motor_speed=turning, start_position=begin)
 
 
+def check_loads(unit: HydraulicUnit, loads: Sequence[Quantity], named: str) -> None:
+    """Refuse a plain number that is a load in kN rather than in N: next to nothing, and a load in kN.
+
+    Args:
+        unit: that carries it.
+        loads: as they were passed; text has its unit.
+        named: what errors call it.
+
+    Raises:
+        DescriptionError: it is one.
+    """
+    carried = limits_of(unit).load
+    for one in loads:
+        if isinstance(one, int | float) and _LEAST_LOAD * carried <= 1e3 * abs(one) <= carried:
+            text = f"a plain number is in N, and that is next to nothing here: '{one:g} kN'?"
+            raise DescriptionError(text, key=named, value=one, allowed="'441 kN', or 441e3")
+
+
 def _check_taken(kind: str, passed: set[str], named: Callable[[str], str]) -> None:
     """Reject a duty that is not there, and arguments that it does not take."""
     if kind not in _TAKES and not Path(kind).is_file():
@@ -206,6 +227,7 @@ class _Reader:
         several = [load] if isinstance(load, str) or not isinstance(load, Sequence) else load
         if not several:
             raise DescriptionError("there is none", key=self._named("load"), allowed="'441 kN'")
+        check_loads(self.unit, several, self._named("load"))
         return tuple(self.read(one, "N", "load", "-10000 kN", "10000 kN") for one in several)
 
     def temperature(self, oil_temperature: Quantity) -> float:
@@ -224,6 +246,4 @@ class _Reader:
 
     def count(self, value: int, name: str, least: int, most: int) -> int:
         """A whole number within a range."""
-        if isinstance(value, bool) or not (isinstance(value, int) and least <= value <= most):
-            raise DescriptionError("is out of range", key=self._named(name), value=value, allowed=f"{least} to {most}")
-        return value
+        return whole_argument(value, self._named(name), least, most)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 
 from ramsight.api.machines import AnyMachine, load_machine, only_unit
@@ -65,8 +66,8 @@ def export_c(
     """
     described, name = _unit_of(machine, unit)
     driving = _driving(control, speed, force, period, drive_delay, named)
-    with progress_bar(STEPS, "exporting") as bar:
-        advance = bar.advance if progress else lambda count: None
+    with progress_bar(STEPS, "exporting") if progress else nullcontext() as bar:
+        advance = bar.advance if bar is not None else lambda count: None
         return write_sensor(
             described, name, out, single=single, control=driving, compiler=compiler, advance=advance
         )  # fmt: skip

@@ -34,7 +34,12 @@ def load_machine(name_or_path: AnyMachine) -> Machine:
         >>> sorted(ramsight.load_machine("mining-loader").units)
         ['boom', 'bucket']
     """
-    return name_or_path if isinstance(name_or_path, Machine) else load(name_or_path)
+    if isinstance(name_or_path, Machine):
+        return name_or_path
+    if not isinstance(name_or_path, str | Path):
+        allowed = "a description, its name or file; a built unit has none"
+        raise DescriptionError("is no machine", key="machine", value=type(name_or_path).__name__, allowed=allowed)
+    return load(name_or_path)
 
 
 def catalogue(kind: str | None = None) -> tuple[Entry, ...]:
@@ -95,13 +100,29 @@ def build(machine: AnyUnit, unit: str | None = None) -> HydraulicUnit:
     return machine
 
 
-def only_unit(machine: Machine) -> str:
+def description_of(machine: AnyUnit, unit: str) -> Unit | None:
+    """The description of a unit; None of one that is built already.
+
+    Args:
+        machine: as `build` takes it.
+        unit: name of the unit.
+    """
+    if isinstance(machine, str | Path | Machine):
+        return load_machine(machine).unit(unit)
+    return machine if isinstance(machine, Unit) else None
+
+
+def only_unit(machine: Machine, named: str = "unit") -> str:
     """The name of a machine's unit where it has only one.
+
+    Args:
+        machine: the machine.
+        named: what errors call the argument that names one.
 
     Raises:
         DescriptionError: it has several.
     """
     if len(machine.units) > 1:
         names = ", ".join(machine.units)
-        raise DescriptionError(f"{machine.name} has several units: name one", key="unit", allowed=names)
+        raise DescriptionError(f"{machine.name} has several units: name one", key=named, allowed=names)
     return next(iter(machine.units))

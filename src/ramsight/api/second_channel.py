@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ramsight.api.arguments import truth_of
+from ramsight.api.arguments import AnyMap, truth_of
 from ramsight.api.machines import AnyUnit, build
-from ramsight.api.tracking import AnyMap, Quantity, track
+from ramsight.api.tracking import Quantity, track
 from ramsight.errors import LogError
 from ramsight.intervals import true_intervals
 from ramsight.normal import TWO_SIDED_95

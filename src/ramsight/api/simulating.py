@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ramsight.api.arguments import checked
+from ramsight.api.arguments import checked, whole_argument
 from ramsight.api.duties import TEMPERATURE, Loads, Quantity, duty_for
 from ramsight.api.machines import AnyUnit, build
 from ramsight.duty import DriveReport, Duty, Magnets
@@ -96,6 +97,8 @@ def simulate(
         1.2
     """
     built = build(machine, unit)
+    if as_built is not None and not isinstance(as_built, AsBuilt):
+        raise DescriptionError("is no AsBuilt", key=named("as_built"), value=as_built, allowed="AsBuilt(leak=1.2)")
     made = built if as_built is None else as_built.apply(built)
     of_duty = {
         "load": load, "speed": speed, "ramp": ramp, "hold": hold, "start": start, "cycles": cycles,
@@ -122,12 +125,13 @@ def recorded(
     named: Callable[[str], str] = str,
 ) -> Recorded:
     """The same run before it is a Dataset, for whoever needs no more than its numbers; arguments as `simulate`."""
+    rtol = argument(rtol, "1", named("rtol"), least="1e-12", most="0.1")
     period = argument(sample_period, "s", named("sample_period"), least="0.1 ms", most="10 s")
     if ambient is not None:
         air = argument(ambient, "K", named("ambient"), least="-60 degC", most="80 degC")
         return warm_run(unit, duty, ambient=air, sample_period=period, rtol=rtol, progress=progress)
-    with progress_bar(duty.duration, "simulating") as bar:
-        advance = bar.advance if progress else None
+    with progress_bar(duty.duration, "simulating") if progress else nullcontext() as bar:
+        advance = None if bar is None else bar.advance
         return labelled(unit, duty, ran(unit, duty, sample_period=period, rtol=rtol, advance=advance))
 
 
@@ -228,6 +232,7 @@ def reported_how(
         if value is not None:
             si, least, most = _REPORTED[name]
             read[name] = argument(value, si, named(name), least=least, most=most)
+    whole_argument(seed, named("seed"), 0, 2**63)
     usual = DriveReport() if unit is None else usual_report(unit)
     how = replace(usual, magnets=magnets, seed=seed, **read)  # type: ignore[arg-type]
     return how if unit is None else declared_report(unit, seed, how)

@@ -8,14 +8,18 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ramsight.api.machines import AnyMachine, load_machine, only_unit
+from ramsight.api.machines import AnyMachine, build, load_machine, only_unit
+from ramsight.api.requirements import requirement_of
 from ramsight.errors import DescriptionError
+from ramsight.machine.requirement_description import DAY, Requirement
 from ramsight.progress import progress as progress_bar
 from ramsight.study.datasheet.budget import Budget, budget, check_base
 from ramsight.study.datasheet.goal import Way, way_to
+from ramsight.study.datasheet.mending import mending
 from ramsight.study.datasheet.recorded_check import held_against
 from ramsight.study.datasheet.run_tasks import run
 from ramsight.study.datasheet.sheet import Sheet, data_sheet
+from ramsight.study.datasheet.sheet_requirement import SheetRequirement, required
 from ramsight.study.datasheet.studied_duties import Work
 from ramsight.study.datasheet.study_plan import plan
 from ramsight.units import argument
@@ -25,6 +29,7 @@ if TYPE_CHECKING:
 
 Quantity = float | str
 _MOST = 10_000_000  # machines
+_VISIT_EVERY = 45.0  # s, of a work day
 
 
 class Study:
@@ -41,7 +46,9 @@ class Study:
         seed: decides everything; the same seed gives the same machines.
         method: ``sobol``, which can be extended, or ``latin-hypercube``.
         duration: after which a work day begins no further move [s], or ``"6 min"``.
-        visit_every: of a work day, time from one end stop to the next [s].
+        visit_every: of a work day, time from one end stop to the next [s]; None: what the unit's requirement states, or
+            45 s.
+        require: what the position is required for, as `commission` takes it.
         named: what errors call an argument.
 
     Raises:
@@ -71,19 +78,31 @@ class Study:
         seed: int = 0,
         method: str = "sobol",
         duration: Quantity = 360.0,
-        visit_every: Quantity = 45.0,
+        visit_every: Quantity | None = None,
+        require: Quantity | Requirement | None = None,
         named: Callable[[str], str] = str,
     ) -> None:
         self.machine, self._named = load_machine(machine), named
         name = only_unit(self.machine) if unit is None else unit
+        if vary is not None and not isinstance(vary, Mapping):
+            allowed = "{'leakage': '± 10 %'}"
+            raise DescriptionError("are no tolerances by name", key=named("vary"), value=vary, allowed=allowed)
+        self.requirement = requirement_of(build(self.machine, name), require, named)
         if isinstance(n, bool) or not (isinstance(n, int) and 1 <= n <= _MOST):
             raise DescriptionError("is out of range", key=named("n"), value=n, allowed=f"1 to {_MOST}")
         if isinstance(seed, bool) or not (isinstance(seed, int) and 0 <= seed < 2**63):
             raise DescriptionError("is out of range", key=named("seed"), value=seed, allowed=f"0 to {2**63 - 1}")
+        visits = self._visits() if visit_every is None else visit_every
         work = Work(
             str(duty),
             argument(duration, "s", named("duration"), least="10 s", most="24 h"),
-            argument(visit_every, "s", named("visit_every"), least="5 s", most="24 h"),
+            argument(
+                visits,
+                "s",
+                named("visit_every"),
+                least="5 s",
+                most="24 h",
+            ),
         )
         self.plan = plan(
             self.machine,
@@ -96,6 +115,11 @@ class Study:
             seed=seed,
             method=method,
         )
+
+    def _visits(self) -> float:
+        """Time from one reference to the next that a requirement states, or the usual one [s]."""
+        asked = self.requirement
+        return _VISIT_EVERY if asked is None or asked.visit_every >= DAY else asked.visit_every
 
     @property
     def quantities(self) -> dict[str, str]:
@@ -185,6 +209,22 @@ class Study:
         sheet = data_sheet(self.plan, found, budget)
         held = [held_against(sheet, self.plan.bench, Path(log), Path(truth)) for log, truth in recorded]
         return replace(sheet, recorded=tuple(held))
+
+    def required(self, sheet: Sheet) -> SheetRequirement | None:
+        """The sheet held against what the position is required for; None if that is not stated.
+
+        Args:
+            sheet: of `datasheet`.
+
+        Returns:
+            `is_met`, what is `missing`, what by the error budget would mend it (`mending`), and a `text`.
+        """
+        if self.requirement is None:
+            return None
+        judged = required(sheet, self.requirement, [])
+        if judged.is_met:
+            return judged
+        return replace(judged, mending=tuple(mending(self.machine, self.plan, sheet.budget)))
 
     def goal_of(self, goal: Quantity) -> float:
         """A goal as it is passed, in m.

@@ -8,20 +8,20 @@ from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from ramsight.api.arguments import checked, truth_argument
+from ramsight.api.arguments import AnyMap, checked, is_frame, log_argument, map_argument, path_argument, truth_argument
+from ramsight.api.live_sensor import Sensor
 from ramsight.api.machines import AnyUnit, build
 from ramsight.calibration.sensors import TABLE_RUNS
 from ramsight.calibration.sensors import sensor_for as make_sensor
 from ramsight.errors import DescriptionError, LogWarning
-from ramsight.logs import ChannelMap, open_log, read_drive_log
+from ramsight.logs import open_log
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.progress import progress as progress_bar
 from ramsight.sensor.persistence import StateFile, said
 from ramsight.sensor.sample import REPORTED
 from ramsight.sensor.thresholds import START_STD
-from ramsight.sensor.virtual_sensor import VirtualSensor
 from ramsight.tracking.availability import LONGEST_ALERT, TIME_TO_ALERT, Availability
 from ramsight.tracking.compared_track import judged
 from ramsight.tracking.pieces import Pieces, track_pieces
@@ -33,15 +33,15 @@ if TYPE_CHECKING:
     import xarray
 
 Quantity = float | str
-AnyMap = ChannelMap | str | Path
 _NO_FILE = "log"  # what messages call a log that is no file
 
 
-def read_log(path: str | Path, channel_map: AnyMap | None = None) -> xarray.Dataset:
+def read_log(path: Any, channel_map: AnyMap | None = None) -> xarray.Dataset:
     r"""A drive log, whole, from a file of any kind that ramsight reads; `open_log` reads it piece by piece.
 
     Args:
-        path: CSV, Parquet, MF4, MCAP, TDMS, MATLAB, Excel or CAN frames, by its suffix.
+        path: CSV, Parquet, MF4, MCAP, TDMS, MATLAB, Excel or CAN frames, by its suffix; or a pandas or polars DataFrame
+            with such columns.
         channel_map: which of its channels are what, or the TOML file that states so; None for a table with the columns
             ``time_s``, ``motor_speed_rpm``, ``motor_torque_nm``, ``oil_temperature_c`` and perhaps ``reference_m``.
 
@@ -64,10 +64,10 @@ def read_log(path: str | Path, channel_map: AnyMap | None = None) -> xarray.Data
         >>> round(float(log["motor_speed"][0]), 1), float(log["oil_temperature"][0])
         (157.1, 313.15)
     """
-    return read_drive_log(path, channel_map)
+    return log_argument(path, channel_map, "path")  # type: ignore[no-any-return]
 
 
-def sensor_for(machine: AnyUnit, kind: str = "kalman", *, unit: str | None = None) -> VirtualSensor:
+def sensor_for(machine: AnyUnit, kind: str | Path = "kalman", *, unit: str | None = None) -> Sensor:
     """A virtual sensor: `start` it, then give it samples (`step`) or a log (`track`).
 
     Args:
@@ -77,9 +77,9 @@ def sensor_for(machine: AnyUnit, kind: str = "kalman", *, unit: str | None = Non
         unit: name of the unit, if the machine has several.
 
     Returns:
-        The sensor. Its `start(position)` [m], `step(time, motor_speed, motor_torque, oil_temperature)` [s, rad/s, N m,
-        K] and `track(log)` take SI numbers, and `step` gives an `Estimate` (position and std [m], velocity [m/s],
-        load [N]); `start` raises `StartError` for a position outside the stroke.
+        The sensor. Its `start(position)` [m] and `step(time, motor_speed, motor_torque, oil_temperature)` [s, rad/s,
+        N m, K] take SI numbers or text with a unit, `track(log)` takes a log, and `step` gives an `Estimate` (position
+        and std [m], velocity [m/s], load [N]); `start` raises `StartError` for a position outside the stroke.
 
     Raises:
         UnknownNameError: no such machine, unit or sensor.
@@ -88,12 +88,17 @@ def sensor_for(machine: AnyUnit, kind: str = "kalman", *, unit: str | None = Non
     Example:
         >>> import ramsight
         >>> sensor = ramsight.sensor_for("mining-loader", unit="boom")
-        >>> sensor.start(position=0.1)  # m
+        >>> sensor.start(position="100 mm")
         >>> now = sensor.step(time=0.0, motor_speed=0.0, motor_torque=0.0, oil_temperature=313.15)
         >>> now.position, now.status is ramsight.Status.OK
         (0.1, True)
     """
-    return make_sensor(build(machine, unit), kind)
+    return Sensor.of(make_sensor(build(machine, unit), _kind(kind)))
+
+
+def _kind(kind: str | Path) -> str:
+    """A kind of sensor, or its file, as an argument."""
+    return str(path_argument(kind, "sensor"))
 
 
 def track(
@@ -118,7 +123,7 @@ def track(
 
     Args:
         machine: the unit that the drive turns, or what `build` makes one of.
-        log: a file (as `read_log` takes), a log, or its pieces in order.
+        log: a file or a DataFrame (as `read_log` takes), a log, or its pieces in order.
         start: piston position at the first sample [m], or ``"120 mm"``; None if unknown: the kalman sensor is
             not referenced until it meets an end stop or a reference, the others cannot work.
         truth: true position, to judge the track by: a file with ``time_s`` and ``position_m``, or a Dataset with
@@ -161,16 +166,17 @@ def track(
     """
     built = build(machine, unit)
     position, std = start_of(built, start, start_std)
+    channel_map = map_argument(channel_map)
     true = known_position(truth_argument(truth), log, channel_map, built.cylinder.stroke)
     available = availability_of(built, alarm_limit, time_to_alert)
     done = follow(
         built,
         log,
         channel_map,
-        sensor=sensor,
+        sensor=_kind(sensor),
         start=position,
         start_std=std,
-        state=state,
+        state=None if state is None else path_argument(state, "state"),
         keep_track=True,
         keep_log=True,
         all_of_it=True,
@@ -328,8 +334,12 @@ def _pieces(
     """The pieces of a log, and the file that warnings name."""
     import xarray
 
+    if is_frame(log) and not isinstance(log, xarray.Dataset):
+        return (log_argument(one, channel_map) for one in (log,)), _NO_FILE
     if isinstance(log, str | Path):
         return open_log(log, channel_map, advance=advance), log
+    if not isinstance(log, Iterable):
+        checked(log, _NO_FILE)
     pieces = log if isinstance(log, Iterable) and not isinstance(log, xarray.Dataset) else [log]
     return (checked(piece, _NO_FILE) for piece in pieces), _NO_FILE
 

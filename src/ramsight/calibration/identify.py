@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,6 +30,10 @@ Array = NDArray[np.float64]
 FACTORS = ("leak", "orifice", "displacement", "stiffness", "friction", "efficiency")
 EVALUATIONS = 160.0
 """About how often the circuit is run, for a progress bar."""
+UNUSUAL = 2.0
+"""Standard deviations that the sensor assumes, from which a machine is far from its description."""
+_FRICTION = 0.5  # of the data sheet's, from which friction is far from it
+_PUMPS = 0.02  # of efficiency, what pumps of one type differ by
 _ROUNDS = 2  # of the balance with the efficiency that friction gave; the first is near the last
 
 
@@ -73,6 +77,7 @@ class Identification:
         pressure: 5 and 95 % of the holding chamber's pressure in the moves, above tank [Pa].
         temperature: lowest and highest oil temperature [K].
         lifts, lowers: how many moves are which.
+        judged_by: half of the interval within which each factor is as described; a wider one says nothing.
     """
 
     factors: dict[str, Estimate]
@@ -85,6 +90,16 @@ class Identification:
     temperature: tuple[float, float]
     lifts: int
     lowers: int
+    judged_by: dict[str, float] = field(default_factory=dict)
+
+    def is_vague(self, name: str) -> bool:
+        """Whether the interval of a factor is wider than the one that it is judged by: the log does not tell it.
+
+        Args:
+            name: of `FACTORS`.
+        """
+        one = self.factors[name]
+        return one.identified and 0.5 * (one.high - one.low) > self.judged_by.get(name, math.inf)
 
     @property
     def deviation(self) -> Deviation:
@@ -98,6 +113,23 @@ class Identification:
             self.delay.value,
             value["efficiency"],
         )
+
+
+def judged_by(unit: HydraulicUnit) -> dict[str, float]:
+    """How far each factor may be from the data sheet's, by what the sensor assumes of the machine.
+
+    Args:
+        unit: as its data sheet has it.
+    """
+    assumed = unit.assumptions.machine
+    return {
+        "leak": UNUSUAL * assumed.leak,
+        "orifice": UNUSUAL * assumed.leak,
+        "displacement": UNUSUAL * assumed.displacement,
+        "stiffness": UNUSUAL * assumed.compliance,
+        "friction": _FRICTION,
+        "efficiency": _PUMPS,
+    }
 
 
 def identify(
@@ -209,4 +241,5 @@ def _result(
         temperature=(float(record.oil_temperature.min()), float(record.oil_temperature.max())),
         lifts=int(moves.lifting[runs].sum()),
         lowers=int((~moves.lifting[runs]).sum()),
+        judged_by=judged_by(circuit.unit),
     )

@@ -43,6 +43,12 @@ def summary(found: Identification) -> str:
             notes.append(_untold(name, estimate))
     if not found.factors["orifice"].identified:
         notes.append("  the leak factor counts all leakage at this log's pressures and temperatures as laminar")
+    notes += [
+        f"  {words}: not determined by this log, whose interval is wider "
+        f"than the ± {found.judged_by[name]:.2g} that it is judged by"
+        for name, words in WORDS.items()
+        if found.is_vague(name)
+    ]
     notes += _no_load(found.factors["friction"])
     table = [f"{a:<20} {b:>10}  {c:<21} {d:>8}  {e:>10}".rstrip() for a, b, c, d, e in rows]
     lines = [

@@ -8,15 +8,15 @@ from typing import Annotated, Any
 
 import typer
 
-from ramsight.cli.common import ChannelMapFile, DriveLog, DrivenUnit, Machine, say_written
+from ramsight.cli.common import ChannelMapFile, DriveLog, DrivenUnit, Machine, named_unit, say_written
 
 
 def encoder(
     machine: Machine,
-    unit: DrivenUnit,
     channel: Annotated[str, typer.Option(help="The bus: can0, 239.74.163.2, ...")],
     node_id: Annotated[int, typer.Option(help="The encoder's node-ID, 1 to 127.")],
     drive_node: Annotated[int, typer.Option(help="The drive's node-ID.")],
+    unit: DrivenUnit = None,
     interface: Annotated[
         str, typer.Option(help="python-can's name of the interface: socketcan, udp_multicast, virtual, ...")
     ] = "socketcan",
@@ -58,6 +58,7 @@ def encoder(
 
     Example: ramsight encoder mining-loader --unit boom --channel can0 --node-id 6 --drive-node 5 --rated-torque 80Nm
     """
+    unit = named_unit(machine, unit)
     from ramsight.logs.source import needs
     from ramsight.machine import load as load_machine
     from ramsight.output import atomic_path, check_apart, check_state, check_target

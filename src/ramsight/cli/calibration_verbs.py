@@ -7,14 +7,23 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import ChannelMapFile, DriveLog, DrivenUnit, Machine, SensedUnit, Strict, say_written
+from ramsight.cli.common import (
+    ChannelMapFile,
+    DriveLog,
+    DrivenUnit,
+    Machine,
+    SensedUnit,
+    Strict,
+    named_unit,
+    say_written,
+)
 from ramsight.cli.strictness import strictly
 
 
 def calibrate(
     machine: Machine,
-    unit: SensedUnit,
     out: Annotated[Path, typer.Option(help="The sensor file, for example boom.sensor.")],
+    unit: SensedUnit = None,
     speed: Annotated[str, typer.Option(help="Constant motor speed of the calibration.")] = "1500 rpm",
     loads: Annotated[int, typer.Option(min=8, max=1000, help="How many loads.")] = 40,
     figure: Annotated[Path | None, typer.Option(help="A picture of the table: .png, .svg or .pdf.")] = None,
@@ -26,6 +35,7 @@ def calibrate(
 
     Example: ramsight calibrate mining-loader --unit boom --out boom.sensor
     """
+    unit = named_unit(machine, unit)
     from ramsight.calibration.cached import calibrated
     from ramsight.calibration.movement import TEMPERATURES
     from ramsight.calibration.sensor_file import SUFFIX, save
@@ -58,7 +68,7 @@ def calibrate(
 def leaktest(
     machine: Machine,
     log: DriveLog,
-    unit: DrivenUnit,
+    unit: DrivenUnit = None,
     channel_map: ChannelMapFile = None,
     strict: Strict = False,
 ) -> None:
@@ -70,6 +80,7 @@ def leaktest(
 
     Example: ramsight leaktest mining-loader log.csv.gz --unit boom
     """
+    unit = named_unit(machine, unit)
     from ramsight.api.calibrating import leak_test
     from ramsight.calibration.leakage import leak_test_summary
 
@@ -80,7 +91,7 @@ def leaktest(
 def identify(
     machine: Machine,
     logs: Annotated[list[Path], typer.Argument(help="Drive log; several with a map that names a measured position.")],
-    unit: DrivenUnit,
+    unit: DrivenUnit = None,
     truth: Annotated[
         Path | None, typer.Option(help="Its measured position: time_s and position_m, .csv or .csv.gz.")
     ] = None,
@@ -116,6 +127,7 @@ def identify(
 
     Example: ramsight identify eha-valve-rig run*.csv.gz --unit axis --map rig.toml --out rig-tuned.toml
     """
+    unit = named_unit(machine, unit)
     from ramsight.machine import load as load_machine
     from ramsight.machine.description import Composed
 

@@ -2,19 +2,33 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 Machine = Annotated[str, typer.Argument(help="A description file, or a catalogue name.")]
-DrivenUnit = Annotated[str, typer.Option(help="The unit that the drive turns, for example boom.")]
-SensedUnit = Annotated[str, typer.Option(help="The unit that the sensor is for, for example boom.")]
+DrivenUnit = Annotated[
+    str | None, typer.Option("--unit", help="The unit that the drive turns; may be left out where there is one.")
+]
+SensedUnit = Annotated[
+    str | None, typer.Option("--unit", help="The unit that the sensor is for; may be left out where there is one.")
+]
 DriveLog = Annotated[
     Path, typer.Argument(help="Drive log: CSV, Parquet, MF4, MCAP, TDMS, MATLAB, Excel or CAN frames, by its suffix.")
 ]
+_VERDICTS = {"passed": "green", "look twice": "yellow", "failed": "red"}
 Strict = Annotated[
     bool, typer.Option("--strict", help="Exit with 1 if there was a warning, for batch jobs; files are written.")
+]
+Requirement = Annotated[
+    str | None,
+    typer.Option(
+        "--require",
+        help='Error that 95 % have to be within, "5 mm": the verdict is by that [default: requirement of the unit].',
+    ),
 ]
 ChannelMapFile = Annotated[
     Path | None,
@@ -30,6 +44,51 @@ def group(**options: Any) -> typer.Typer:
 def option(argument: str) -> str:
     """What messages call an argument of a function: ``--oil-temperature`` of ``oil_temperature``."""
     return f"--{argument.replace('_', '-')}"
+
+
+def coloured(word: str, colour: str) -> str:
+    """A word in a colour, for a terminal; `NO_COLOR` switches it off, and a pipe has none.
+
+    Args:
+        word: what is said.
+        colour: a name of Typer's: red, yellow, green.
+    """
+    return word if os.environ.get("NO_COLOR") else typer.style(word, fg=colour)
+
+
+def say_error(text: str) -> None:
+    """Say on standard error what a user can mend."""
+    typer.echo(f"{coloured('error', 'red')}: {text}", err=True)
+
+
+def say_verdicts(text: str) -> None:
+    """Print lines that begin with a verdict, its words in colour."""
+    for line in text.splitlines():
+        verdict = next((one for one in _VERDICTS if line.startswith(one)), "")
+        typer.echo(coloured(verdict, _VERDICTS[verdict]) + line[len(verdict) :] if verdict else line)
+
+
+def say_cautions(sentences: Iterable[str]) -> None:
+    """Print what is worth a second look, a line each."""
+    for sentence in sentences:
+        typer.echo(f"{coloured('look twice', 'yellow')}: {sentence}")
+
+
+def named_unit(machine: str, unit: str | None) -> str:
+    """The unit that is passed, or the only one of a machine.
+
+    Args:
+        machine: name or file.
+        unit: of ``--unit``; None where it was left out.
+
+    Raises:
+        DescriptionError: the machine has several units, and none is named.
+    """
+    if unit is not None:
+        return unit
+    from ramsight.api.machines import load_machine, only_unit
+
+    return only_unit(load_machine(machine), named=option("unit"))
 
 
 def say_written(*paths: Path | None) -> None:

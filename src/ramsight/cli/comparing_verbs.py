@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import DrivenUnit, Machine, Strict, say_written
+from ramsight.cli.common import DrivenUnit, Machine, Strict, named_unit, say_written
 from ramsight.cli.strictness import strictly
 
 
@@ -18,7 +18,7 @@ def compare(
         typer.Argument(help="Drive log: CSV, Parquet, MF4, MCAP, TDMS, MATLAB, Excel or CAN frames, by its suffix."),
     ],
     other: Annotated[Path, typer.Argument(help="What the real sensor says: time_s and position_m, .csv or .csv.gz.")],
-    unit: DrivenUnit,
+    unit: DrivenUnit = None,
     tolerance: Annotated[str, typer.Option(help="Of the real sensor, by its data sheet and mounting.")] = "2 mm",
     time_to_alert: Annotated[str, typer.Option(help="For which both have to be apart.")] = "0.2 s",
     start: Annotated[str | None, typer.Option(help='Piston position at the first sample: "100 mm".')] = None,
@@ -37,6 +37,7 @@ def compare(
 
     Example: ramsight compare mining-loader log.csv rod.csv --unit boom --tolerance "1 mm" --figure both.png
     """
+    unit = named_unit(machine, unit)
     from ramsight.api.second_channel import compare as compared
     from ramsight.output import check_apart, check_installed, check_target
     from ramsight.tracking.compared_figure import compared_figure, write_compared

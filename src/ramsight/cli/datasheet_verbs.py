@@ -7,13 +7,13 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import Machine, SensedUnit, option
+from ramsight.cli.common import Machine, Requirement, SensedUnit, named_unit, option
 
 
 def datasheet(
     machine: Machine,
-    unit: SensedUnit,
     out: Annotated[Path, typer.Option(help="Folder for the sheet and its runs; made if it is not there.")],
+    unit: SensedUnit = None,
     duty: Annotated[
         str, typer.Option(help="work-day, lift-lower, commissioning, or a table: time_s, motor_speed_rpm, load_kn.")
     ] = "work-day",
@@ -41,7 +41,11 @@ def datasheet(
         list[Path] | None, typer.Option(help="The true position of each such log, in the same order.")
     ] = None,
     duration: Annotated[str, typer.Option(help="Length of a work day.")] = "6 min",
-    visit_every: Annotated[str, typer.Option(help="Time between visits to an end stop, of a work day.")] = "45 s",
+    visit_every: Annotated[
+        str | None,
+        typer.Option(help="Time between visits to an end stop, of a work day [default: as required, or 45 s]."),
+    ] = None,
+    require: Requirement = None,
     method: Annotated[str, typer.Option(help="Design of the study: sobol or latin-hypercube.")] = "sobol",
     seed: Annotated[int, typer.Option(min=0, help="Seed of machines, duties and noise.")] = 0,
 ) -> None:
@@ -52,10 +56,11 @@ def datasheet(
     in the terms of IEC 61298-2, what it says of itself, and which tolerance costs how much.
 
     Writes sheet.html, sheet.json and assumed.toml. The runs are in Zarr stores beside them: a study that was stopped
-    goes on where it was, and one with more machines is extended.
+    goes on where it was, and one with more machines is extended. Exit code 1 if a requirement is missed.
 
     Example: ramsight datasheet mining-loader --unit boom --machines 1000 --out sheet
     """
+    unit = named_unit(machine, unit)
     from contextlib import nullcontext
 
     from ramsight.api.studying import Study
@@ -73,7 +78,8 @@ def datasheet(
     check_folder(out)
     study = Study(
         machine, duty, sensor, unit=unit, vary=_tolerances(vary or []), n=machines, seed=seed, method=method,
-        duration=duration, visit_every=visit_every, named=lambda name: option("machines" if name == "n" else name),
+        duration=duration, visit_every=visit_every, require=require,
+        named=lambda name: option("machines" if name == "n" else name),
     )  # fmt: skip
     check_base(budget, "--budget")
     wanted = None if goal is None else study.goal_of(goal)
@@ -84,11 +90,16 @@ def datasheet(
         way = None if wanted is None else study.way_to(wanted, client, progress=True)
     sheet = study.datasheet(found, split, list(zip(logs, truths, strict=True)))
     title = f"{study.machine.title or study.machine.name}, {unit}"
-    write_sheet(sheet, found, out, title, way)
+    judged = study.required(sheet)
+    write_sheet(sheet, found, out, title, way, judged)
     typer.echo(sheet.text)
     if way is not None:
         typer.echo(goal_text(way))
+    if judged is not None:
+        typer.echo(judged.text)
     typer.echo(f"{out}: {', '.join(FILES[:-1])} and {FILES[-1]} written")
+    if judged is not None and not judged.is_met:
+        raise typer.Exit(1)
 
 
 def _tolerances(passed: list[str]) -> dict[str, str]:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import Machine, SensedUnit, option
+from ramsight.cli.common import Machine, SensedUnit, named_unit, option
 
 Speed = Annotated[str | None, typer.Option(help="Of the control: largest velocity, for example '20 mm/s'.")]
 Force = Annotated[str | None, typer.Option(help="Of the control: largest load that is pushed against, '300 kN'.")]
@@ -20,8 +20,8 @@ Period = Annotated[str | None, typer.Option(help="Of the control: time between i
 
 def export_c(
     machine: Machine,
-    unit: SensedUnit,
     out: Annotated[Path, typer.Option(help="Directory for the C; made if it is not there.")],
+    unit: SensedUnit = None,
     single: Annotated[bool, typer.Option("--float", help="Floats in place of doubles.")] = False,
     control: Annotated[bool, typer.Option("--control", help="The unit's position control too.")] = False,
     speed: Speed = None,
@@ -37,6 +37,7 @@ def export_c(
 
     Example: ramsight export c mining-loader --unit boom --out boom-c
     """
+    unit = named_unit(machine, unit)
     from ramsight.api.exporting import export_c as export_unit
     from ramsight.deploy.c_folder import shown, shown_control
 
@@ -52,8 +53,8 @@ def export_c(
 
 def export_fmu(
     machine: Machine,
-    unit: Annotated[str, typer.Option(help="The unit, for example boom.")],
     out: Annotated[Path, typer.Option(help="The FMU: .fmu.")],
+    unit: SensedUnit = None,
     what: Annotated[
         str,
         typer.Option(
@@ -75,6 +76,7 @@ def export_fmu(
 
     Example: ramsight export fmu mining-loader --unit boom --what plant --fmi 3 --out boom.fmu
     """
+    unit = named_unit(machine, unit)
     from ramsight.api.exporting import export_fmu as export_unit
     from ramsight.progress import progress
 

@@ -7,12 +7,15 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import Machine
+from ramsight.cli.common import Machine, named_unit, say_written
 
 
 def check(
     machine: Machine,
     unit: Annotated[str | None, typer.Option(help="Show this unit only, for example boom.")] = None,
+    figure: Annotated[
+        Path | None, typer.Option(help="A picture of its pumps' measured efficiencies: .png, .svg or .pdf.")
+    ] = None,
 ) -> None:
     """Check a machine description and show what follows from it.
 
@@ -24,15 +27,22 @@ def check(
     """
     from ramsight.api.abilities import abilities
     from ramsight.machine import load
-    from ramsight.machine.tables import show
+    from ramsight.machine.tables import rows_of, show
+    from ramsight.output import check_target
     from ramsight.plant.machine_tables import machine_summary
 
+    check_target(figure, (".png", ".svg", ".pdf"))
     described = load(machine)
     show(machine_summary(described, unit))
     for name in described.units if unit is None else (unit,):
         typer.echo(f"\nwhat {name} can have")
-        for one in abilities(described, unit=name):
-            typer.echo(one.text)
+        show(rows_of((one.what, "yes" if one.can else "no", one.how) for one in abilities(described, unit=name)))
+    if figure is not None:
+        from ramsight.api.machines import build
+        from ramsight.calibration.pump_map_figure import pump_map_figure
+
+        pump_map_figure(build(described, named_unit(machine, unit)), figure)
+        say_written(figure)
 
 
 def catalog_list(context: typer.Context) -> None:
@@ -47,6 +57,34 @@ def catalog_list(context: typer.Context) -> None:
         from ramsight.machine.tables import catalogue_list, show
 
         show(catalogue_list())
+
+
+def catalog_check() -> None:
+    """Check the entries of one's own catalogue: unknown keys, values that cannot be, sources that are missing.
+
+    One's own entries are TOML files in ~/.config/ramsight/catalog, or in the folder that RAMSIGHT_CATALOG or
+    'ramsight --catalog DIR' names: kind, name, description, source and a table [values], as 'ramsight catalog show'
+    lists them; or whole machines. Exit code 1 if one cannot be used.
+
+    Example: ramsight --catalog parts catalog check
+    """
+    from ramsight.cli.common import coloured, say_error
+    from ramsight.machine.catalogue import entries, own_folder
+    from ramsight.machine.own_entries import check_own
+
+    found = check_own()
+    if not found:
+        typer.echo(f"{own_folder()}: no entries of one's own")
+    for one in found:
+        for text in one.errors:
+            say_error(text)
+        for text in one.cautions:
+            typer.echo(f"{coloured('look twice', 'yellow')}: {one.path}: {text}")
+        if not one.errors:
+            typer.echo(f"{one.path}: {one.what} can be used")
+    if any(one.errors for one in found):
+        raise typer.Exit(1)
+    entries()  # refuses a name that is there twice
 
 
 def catalog_show(

@@ -4,28 +4,36 @@ from __future__ import annotations
 
 import os
 import sys
+from contextlib import nullcontext
 from typing import Any
 
 import typer
 
+from ramsight.cli.common import coloured, say_error
 from ramsight.cli.verbs import app
 
 
 def main() -> None:
     """Run the command line: a line on standard error for each thing that a user can mend, and exit code 2."""
     from ramsight.errors import RamsightError
+    from ramsight.progress import spoken
 
     _say_warnings()
     _without_other_arrays()
     try:
-        app()
+        with nullcontext() if _SERVING & set(sys.argv[1:3]) else spoken(" ".join(["ramsight", *sys.argv[1:2]])):
+            app()
     except RamsightError as error:
         for one in (error, *error.others):
-            typer.echo(f"error: {' '.join(str(one).split())}", err=True)
+            say_error(" ".join(str(one).split()))
         sys.exit(2)
     except OSError as error:
-        typer.echo(f"error: {_cause(error)}{error.strerror or error}", err=True)
+        say_error(f"{_cause(error)}{error.strerror or error}")
         sys.exit(2)
+
+
+_SERVING = {"encoder", "replay", "studio"}
+"""Verbs that run until they are stopped."""
 
 
 OTHER_ARRAYS = ("dask", "pint")
@@ -56,7 +64,7 @@ def _say_warnings() -> None:
 
     def show(message: Warning | str, category: type[Warning], *rest: Any, **more: Any) -> None:
         if issubclass(category, shown):
-            typer.echo(f"warning: {' '.join(str(message).split())}", err=True)
+            typer.echo(f"{coloured('warning', 'yellow')}: {' '.join(str(message).split())}", err=True)
         else:
             usual(message, category, *rest, **more)
 

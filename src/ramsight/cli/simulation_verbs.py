@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ramsight.cli.common import Machine, option, say_written
+from ramsight.cli.common import DrivenUnit, Machine, named_unit, option, say_cautions, say_written
 
 if TYPE_CHECKING:
     from ramsight.duty import DriveReport
@@ -18,7 +18,7 @@ _TABLES = (".csv", ".csv.gz")
 
 def simulate(
     machine: Machine,
-    unit: Annotated[str, typer.Option(help="The unit that works, for example boom.")],
+    unit: DrivenUnit = None,
     load: Annotated[
         list[str] | None,
         typer.Option(
@@ -95,6 +95,7 @@ def simulate(
     Example: ramsight simulate mining-loader --unit boom --load "441 kN" --oil-temperature "40 degC" --out boom.nc
     Example: ramsight simulate mining-loader --unit boom --duty commissioning --leak 1.2 --log log.csv --truth truth.csv
     """
+    unit = named_unit(machine, unit)
     from ramsight.api.duties import duty_for
     from ramsight.api.machines import build, load_machine
     from ramsight.api.simulating import recorded, reported_how
@@ -133,8 +134,7 @@ def simulate(
     run = recorded(made, work, ambient=ambient, sample_period=sample_period, progress=True, named=option)
     _write(run, how, out, log, truth, figure)
     typer.echo(run_summary(run))
-    for sentence in run_cautions(run, described.unit(unit).drive.max_torque, derive(built).load_at_relief):
-        typer.echo(f"look twice: {sentence}")
+    say_cautions(run_cautions(run, described.unit(unit).drive.max_torque, derive(built).load_at_relief))
     say_written(out, log, truth, figure)
 
 

@@ -9,6 +9,8 @@ from typing import Any
 
 import typer
 
+from ramsight.cli.common import say_error
+
 WARNED = 1
 """Exit code of a verb that did its work, with warnings, where none are allowed."""
 
@@ -39,5 +41,5 @@ def strictly(*, is_strict: bool) -> Iterator[None]:
         warnings.showwarning = usual
     if is_strict and said:
         what = "1 warning" if said == 1 else f"{said} warnings"
-        typer.echo(f"error: {what}, and --strict takes a warning for an error; what was asked for is written", err=True)
+        say_error(f"{what}, and --strict takes a warning for an error; what was asked for is written")
         raise typer.Exit(WARNED)

@@ -7,7 +7,17 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import ChannelMapFile, DriveLog, DrivenUnit, Machine, Strict, option, say_written
+from ramsight.cli.common import (
+    ChannelMapFile,
+    DriveLog,
+    DrivenUnit,
+    Machine,
+    Requirement,
+    Strict,
+    named_unit,
+    option,
+    say_written,
+)
 from ramsight.cli.strictness import strictly
 
 
@@ -55,7 +65,7 @@ def logs_inspect(
 def track(
     machine: Machine,
     log: DriveLog,
-    unit: DrivenUnit,
+    unit: DrivenUnit = None,
     start: Annotated[
         str | None,
         typer.Option(
@@ -100,6 +110,7 @@ def track(
     time_to_alert: Annotated[
         str | None, typer.Option(help="For which that may be unsure before it is an alert [default: 0.2 s].")
     ] = None,
+    require: Requirement = None,
     strict: Strict = False,
 ) -> None:
     """Say where the piston was, from the log of a motor drive.
@@ -108,11 +119,14 @@ def track(
     empty, or the position that a switch knows at that instant. For any other log, and for CAN frames, a channel map
     states which channels are what: ramsight logs inspect proposes one. The track has time_s, position_m,
     position_std_m, position_bound_m (an error that one sample in 100 000 exceeds; all empty where the sensor does not
-    know it), status and whether a reference has come; as .nc also velocity, load, pressures and what it learned.
+    know it), status and whether a reference has come; as .nc also velocity, load, pressures and what it learned. With a
+    --truth and a requirement the exit code is 1 if that is missed.
 
     Example: ramsight track mining-loader log.csv.gz --unit boom --start "100 mm" --out track.csv
     """
+    unit = named_unit(machine, unit)
     from ramsight.api.machines import build, load_machine
+    from ramsight.api.requirements import achieved, requirement_of
     from ramsight.api.tracking import availability_of, follow, start_of
     from ramsight.tracking.availability import TIME_TO_ALERT
     from ramsight.tracking.compared_track import error_text, errors_of
@@ -123,6 +137,7 @@ def track(
     description = load_machine(machine)
     built = build(description, unit)
     position, std = start_of(built, start, start_std, named=option)
+    asked = requirement_of(built, require, option)
     waits = TIME_TO_ALERT if time_to_alert is None else time_to_alert
     available = availability_of(built, alarm_limit, waits, named=option)
     with strictly(is_strict=strict):
@@ -136,8 +151,9 @@ def track(
             start_std=std,
             state=state,
             out=out,
-            keep_track=true is not None or figure is not None,
-            keep_log=figure is not None,
+            keep_track=true is not None or figure is not None or asked is not None,
+            keep_log=figure is not None or asked is not None,
+            more=("mode", "reference"),
             available=available,
             progress=True,
             say=typer.echo,
@@ -148,9 +164,14 @@ def track(
         typer.echo(done.summary)
         if true is not None and done.track is not None:
             typer.echo(error_text(errors_of(done.track, true), done.track.sizes["time"]))
+        check = None if asked is None else achieved(done, true, asked, built)
+        if check is not None:
+            typer.echo(check.verdict)
         say_written(out, figure, None if done.is_contradicted else state)
         if done.mistake:
             typer.echo(f"likeliest mistake: {done.mistake}")
+        if check is not None and true is not None and not check.is_met:
+            raise typer.Exit(1)
 
 
 def _check_files(

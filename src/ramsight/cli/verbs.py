@@ -1,13 +1,15 @@
-"""All verbs and their names, in the order in which the help lists them."""
+"""All verbs and their names, in the sections in which the help lists them."""
 
 from __future__ import annotations
 
 import inspect
+import os
 import re
 from collections.abc import Callable
 from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from ramsight.cli import (
     bus_verbs,
@@ -27,7 +29,21 @@ from ramsight.cli import (
 )
 from ramsight.cli.common import group
 
-app = group(name="ramsight", no_args_is_help=True, pretty_exceptions_enable=False)
+
+class Sectioned(TyperGroup):
+    """The verbs in sections, by what they are for."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:  # noqa: D102 - as in Click
+        sections = {title: [verb.__name__ for verb in verbs] for title, verbs in SECTIONS.items()}
+        for name, title in GROUPS.items():
+            sections[title].append(name)
+        limit = formatter.width - 6 - max(map(len, self.commands))
+        for title, names in sections.items():
+            with formatter.section(title):
+                formatter.write_dl([(name, self.commands[name].get_short_help_str(limit)) for name in names])
+
+
+app = group(name="ramsight", cls=Sectioned, no_args_is_help=True, pretty_exceptions_enable=False)
 
 
 def offer(to: typer.Typer, verb: Callable[..., Any], name: str | None = None, *, alone: bool = False) -> None:
@@ -62,36 +78,44 @@ def ramsight(
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
     ] = False,
+    own: Annotated[
+        str | None, typer.Option("--catalog", help="Folder of your own parts [default: $RAMSIGHT_CATALOG].")
+    ] = None,
 ) -> None:
     """Where the piston of a hydraulic cylinder is, without a position sensor.
 
     A machine is a TOML file or a name in the catalogue. Begin with: ramsight demo
     """
+    if own is not None:
+        from ramsight.machine.catalogue import VARIABLE
+
+        os.environ[VARIABLE] = own
 
 
-for verb in (
-    demonstration_verbs.demo,
-    machine_verbs.check,
-    machine_verbs.new,
-    drawing_verbs.draw,
-    simulation_verbs.simulate,
-    tracking_verbs.track,
-    comparing_verbs.compare,
-    calibration_verbs.calibrate,
-    study_verbs.paper,
-    calibration_verbs.leaktest,
-    calibration_verbs.identify,
-    commissioning_verbs.commission,
-    study_verbs.loader,
-    studio_verbs.studio,
-    datasheet_verbs.datasheet,
-    bus_verbs.encoder,
-):
-    offer(app, verb)
+SECTIONS: dict[str, tuple[Callable[..., Any], ...]] = {
+    "Describe": (machine_verbs.new, machine_verbs.check, drawing_verbs.draw),
+    "Simulate and study": (simulation_verbs.simulate, datasheet_verbs.datasheet, study_verbs.loader, study_verbs.paper),
+    "Follow a log": (tracking_verbs.track, comparing_verbs.compare),
+    "Calibrate and commission": (
+        calibration_verbs.leaktest,
+        calibration_verbs.identify,
+        calibration_verbs.calibrate,
+        commissioning_verbs.commission,
+    ),
+    "Deploy": (bus_verbs.encoder,),
+    "Look on": (demonstration_verbs.demo, studio_verbs.studio),
+}
+"""Verbs by what they are for, as the help lists them; groups of verbs join theirs in `GROUPS`."""
+GROUPS = {"catalog": "Describe", "logs": "Follow a log", "export": "Deploy"}
+
+for verbs in SECTIONS.values():
+    for verb in verbs:
+        offer(app, verb)
 
 catalog = group(invoke_without_command=True)
 offer(catalog, machine_verbs.catalog_list, alone=True)
 offer(catalog, machine_verbs.catalog_show, "show")
+offer(catalog, machine_verbs.catalog_check, "check")
 app.add_typer(catalog, name="catalog")
 
 logs = group(no_args_is_help=True, help="Look into drive logs, and send them.")

@@ -6,6 +6,7 @@ which has the cases' temperature. Losses change with the temperature and it with
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -68,8 +69,8 @@ def warm_run(
     first = float(duty.oil_temperature(0.0))
     case = Profile([0.0], [first])
     for count in range(_ROUNDS):
-        with progress_bar(duty.duration, f"simulating, round {count + 1}") as bar:
-            advance = bar.advance if progress else None
+        with progress_bar(duty.duration, f"simulating, round {count + 1}") if progress else nullcontext() as bar:
+            advance = None if bar is None else bar.advance
             asked = replace(duty, oil_temperature=case)
             done = ran(unit, asked, sample_period=sample_period, rtol=rtol, advance=advance)
         time = done.trajectory.time

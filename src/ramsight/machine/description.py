@@ -31,6 +31,7 @@ from ramsight.machine.parts import (
     Tank,
 )
 from ramsight.machine.placed import AnyPlaced, PlacedHose, has_volume, nodes_of
+from ramsight.machine.requirement_description import Requirement
 from ramsight.machine.spread import Spread, read_spread
 from ramsight.machine.tolerances import Tolerances
 
@@ -61,6 +62,9 @@ class Unit(Part):
     tank: Tank
     load: Load
     heat: Annotated[Heat | None, Field(description="what the heat of its losses is kept in")] = None
+    requirement: Annotated[
+        Requirement | None, Field(description="what its position has to achieve; what is measured is judged by it")
+    ] = None
     assumptions: Annotated[Assumptions, Field(description="what a sensor assumes of it")] = Assumptions()
     tolerances: Annotated[Tolerances, Field(description="how far it may be from its description")] = Tolerances()
 
@@ -301,7 +305,7 @@ class Machine(Part):
         try:
             return self.units[name]
         except KeyError:
-            raise UnknownNameError("unit", name, self.units, self.origin or None) from None
+            raise UnknownNameError("unit", str(name), self.units, self.origin or None) from None
 
     def source_of(self, path: str) -> str | None:
         """Return where a value comes from: its own source, or that of the nearest table around it.

@@ -20,7 +20,9 @@ class Pump(Part):
     model: Model = None
     chambers: Annotated[int, count("chambers in a block", least=1, most=16)] = 1
     blocks: Annotated[int, count("parallel units", least=1, most=16)] = 1
-    belt: Annotated[float, gearing("pump speed over motor speed, as a number or as teeth", above="0.01", most="100")]
+    belt: Annotated[
+        float, gearing("pump speed over motor speed, as a number or as teeth", above="0.01", most="100")
+    ] = 1.0
     displacement: Annotated[
         float,
         quantity("cm3/rev", "displacement of one chamber", least="0.001 cm3/rev", most="5000 cm3/rev"),
@@ -101,6 +103,15 @@ class Pump(Part):
         Field(
             description="CSV text with the columns pressure_bar, speed_rpm, viscosity_mm2s, volumetric_efficiency, "
             "hydromechanical_efficiency: pump operation on a full grid"
+        ),
+    ] = ""
+
+    efficiency_file: Annotated[
+        str,
+        Field(
+            description="CSV file beside the description in the place of efficiency_table: pressure_bar, speed_rpm, "
+            "temperature_c or viscosity_mm2s, flow_l_min or volumetric_efficiency, torque_nm or "
+            "hydromechanical_efficiency"
         ),
     ] = ""
 

@@ -15,6 +15,7 @@ from ramsight.machine.declare import FROM_FILE
 from ramsight.machine.description import FORMAT, IN_FULL, Composed, DirectDriven, Machine, circuits
 from ramsight.machine.parts import PARTS
 from ramsight.machine.placed import KINDS
+from ramsight.machine.pump_map import KEY, with_map
 
 _MOST_UNITS = 100  # cylinders or groups of them; the largest machines of construction and mining have some dozen
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
@@ -41,13 +42,13 @@ def load(name_or_path: str | Path) -> Machine:
     """
     if isinstance(name_or_path, str) and catalogue.has("machine", name_or_path):
         entry = catalogue.find("machine", name_or_path)
-        return _machine(catalogue.read_toml(entry.path), entry.name)
+        return _machine(catalogue.read_toml(entry.path), entry.name, entry.path.parent)
     path = Path(name_or_path)
     looks_like_path = isinstance(name_or_path, Path) or path.suffix == ".toml" or len(path.parts) != 1
     if not looks_like_path and not path.exists():
         known = [entry.name for entry in catalogue.entries() if entry.kind == "machine"]
         raise UnknownNameError("machine file or catalogue name", str(name_or_path), known)
-    return _machine(catalogue.read_toml(path), str(path))
+    return _machine(catalogue.read_toml(path), str(path), path.parent)
 
 
 def loads(text: str, file: str = "description") -> Machine:
@@ -85,7 +86,7 @@ def from_catalogue(kind: str, name: str, **stated: Any) -> Part:
     return validate(PARTS[kind], {**values, **stated, "model": entry.name}, file=entry.name, context=FROM_FILE)
 
 
-def _machine(data: dict[str, Any], file: str) -> Machine:
+def _machine(data: dict[str, Any], file: str, folder: Path = Path()) -> Machine:
     _check_format(data, file)
     without, tolerances = catalogue.split_tolerances(data, file)
     plain, sources = catalogue.split_sources(without, file)
@@ -105,6 +106,7 @@ def _machine(data: dict[str, Any], file: str) -> Machine:
                 wrong[f"units.{name}"] = DescriptionError(text, file=file, key=f"units.{name}")
             elif isinstance(unit, dict):
                 units[name] = _resolve(unit, f"units.{name}", sources, file, wrong)
+                _read_maps(units[name], f"units.{name}", sources, file, folder, wrong)
     machine = _validated(plain, file, wrong)
     machine._sources = sources
     machine._origin, machine._tolerances = file, tolerances
@@ -169,6 +171,31 @@ def _resolve(
     if composed and isinstance(resolved.get("parts", {}), dict) and ("parts" in resolved or circuit != IN_FULL):
         resolved["parts"] = _parts(resolved, path, sources, file, wrong)
     return resolved
+
+
+def _read_maps(
+    unit: dict[str, Any],
+    path: str,
+    sources: dict[str, str],
+    file: str,
+    folder: Path,
+    wrong: dict[str, RamsightError],
+) -> None:
+    """Put tables of efficiencies in the place of the files that pumps name."""
+    parts = unit.get("parts")
+    places = [(unit, path), *([(parts, f"{path}.parts")] if isinstance(parts, dict) else [])]
+    for holder, at in places:
+        for key, part in holder.items():
+            if isinstance(part, dict) and part.get(KEY):
+                try:
+                    holder[key] = with_map(part, unit.get("oil"), folder)
+                except DescriptionError as error:
+                    key_of = error.key if error.file is not None else f"{at}.{key}.{error.key}"
+                    wrong[f"{at}.{key}"] = DescriptionError(
+                        error.message, file=error.file or file, key=key_of, value=error.value, allowed=error.allowed
+                    )
+                else:
+                    sources.setdefault(f"{at}.{key}.efficiency_table", f"[S: {part[KEY]}]")
 
 
 def _parts(

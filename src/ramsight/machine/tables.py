@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import os
+from collections.abc import Iterable, Iterator
 
 from rich.console import Console, Group, RenderableType
 from rich.table import Table
@@ -25,29 +26,48 @@ def show(what: RenderableType) -> None:
         what: the table.
     """
     console = Console(highlight=False)
-    if not console.is_terminal:
+    if not console.is_terminal and "COLUMNS" not in os.environ:
         console.width = _WIDE
     console.print(what)
 
 
 def table_of(headings: tuple[str, ...]) -> Table:
-    """An empty table with these headings."""
+    """An empty table with these headings; where it is wider than the terminal, cells wrap between words."""
     table = Table(box=None, pad_edge=False)
     table.show_header = any(headings)
     for number, heading in enumerate(headings):
-        table.add_column(heading, justify="right" if number and heading else "left", no_wrap=True)
+        table.add_column(heading, justify="right" if number and heading else "left", overflow="fold")
     return table
 
 
 def catalogue_list() -> Table:
-    """Everything in the catalogue, by kind."""
-    table = Table(box=None, pad_edge=False)
-    for heading in ("kind", "name", "description"):
-        table.add_column(heading, no_wrap=heading != "description")
+    """Everything in the catalogue, each kind below its name."""
+    table = Table(box=None, pad_edge=False, show_header=False)
+    table.add_column(no_wrap=True)
+    table.add_column()
     last = ""
     for entry in catalogue.entries():
-        table.add_row(entry.kind if entry.kind != last else "", entry.name, entry.description)
+        if entry.kind != last:
+            table.add_row(Text(entry.kind, style="bold"), "")
+        table.add_row(
+            Text(f"  {entry.name}"),
+            Text(f"{entry.description} (own: {entry.path.name})" if entry.is_own else entry.description),
+        )
         last = entry.kind
+    return table
+
+
+def rows_of(rows: Iterable[tuple[str, ...]]) -> Table:
+    """A table without headings, of which the last column alone wraps.
+
+    Args:
+        rows: cells of each.
+    """
+    table, cells = Table(box=None, pad_edge=False, show_header=False), [*rows]
+    for number in range(len(cells[0])):
+        table.add_column(no_wrap=number < len(cells[0]) - 1)
+    for row in cells:
+        table.add_row(*(Text(cell) for cell in row))
     return table
 
 

@@ -9,8 +9,18 @@ from ramsight.plant.hose import Hose
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.plant.valve import ReliefValve
+from ramsight.units import argument
 
 U = TypeVar("U", bound=HydraulicUnit)
+
+_RANGES = {
+    "leak": ("0.001", "1000"),
+    "displacement": ("0.5", "2"),
+    "stiffness": ("0.001", "1000"),
+    "friction": ("0", "1000"),
+    "relief": ("0.5", "1.5"),
+}
+"""Least and most of each factor: a slip of a sign or a unit is beyond them."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +47,15 @@ class AsBuilt:
     stiffness: float = 1.0
     friction: float = 1.0
     relief: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Read and check the factors.
+
+        Raises:
+            DescriptionError: one of them is no number, or no machine has it; names it, its value and the range.
+        """
+        for name, (least, most) in _RANGES.items():
+            object.__setattr__(self, name, argument(getattr(self, name), "1", name, least=least, most=most))
 
     def apply(self, unit: U) -> U:
         """The unit's parts with these factors.

@@ -29,7 +29,7 @@ def build_unit(name: str, unit: Unit, linkage: Linkage | None = None) -> DdhUnit
         ('a', ['pump', 'manifold_a'])
     """
     if isinstance(unit, DirectDriven):
-        return replace(build_ddh(name, unit), lever=lever(linkage, name))
+        return replace(build_ddh(name, unit), lever=lever(linkage, name), requirement=unit.requirement)
     if isinstance(unit, Composed):
-        return replace(build_composed(name, unit), lever=lever(linkage, name))
+        return replace(build_composed(name, unit), lever=lever(linkage, name), requirement=unit.requirement)
     raise TypeError(f"{type(unit).__name__} is no unit that can be built")

@@ -11,6 +11,7 @@ from ramsight.machine import placed
 from ramsight.machine.assumption_description import Assumptions
 from ramsight.machine.base import Part as Described
 from ramsight.machine.description import Composed
+from ramsight.machine.requirement_description import Requirement
 from ramsight.plant import described
 from ramsight.plant.accumulator import Accumulator
 from ramsight.plant.circuit import Part
@@ -40,6 +41,7 @@ class ComposedUnit:
         assumptions: what a sensor assumes of it; no law uses them.
         lever: what the angle of the body that the cylinder turns says of its position; None where it says nothing.
         heat: what the heat of its losses is kept in; None where that is not described.
+        requirement: what its position has to achieve; None where that is not described.
     """
 
     name: str
@@ -54,6 +56,7 @@ class ComposedUnit:
     assumptions: Assumptions = field(default=Assumptions(), repr=False)
     lever: Lever | None = field(default=None, repr=False)
     heat: HeatStores | None = field(default=None, repr=False)
+    requirement: Requirement | None = field(default=None, repr=False)
 
     def mapped(self, change: Callable[[Any], Any]) -> ComposedUnit:  # as in `HydraulicUnit`
         """The unit with every further part replaced by what `change` makes of it."""

@@ -15,6 +15,7 @@ from ramsight.errors import DescriptionError
 from ramsight.machine.assumption_description import Assumptions
 from ramsight.machine.description import DirectDriven, Unit
 from ramsight.machine.parts import Pump as PumpDescription
+from ramsight.machine.requirement_description import Requirement
 from ramsight.plant import described
 from ramsight.plant.circuit import TANK, Part
 from ramsight.plant.cylinder import Cylinder
@@ -57,6 +58,7 @@ class DdhUnit:
         assumptions: what a sensor assumes of it; no law uses them.
         lever: what the angle of the body that the cylinder turns says of its position; None where it says nothing.
         heat: what the heat of its losses is kept in; None where that is not described.
+        requirement: what its position has to achieve; None where that is not described.
     """
 
     name: str
@@ -73,6 +75,7 @@ class DdhUnit:
     assumptions: Assumptions = field(default=Assumptions(), repr=False)
     lever: Lever | None = field(default=None, repr=False)
     heat: HeatStores | None = field(default=None, repr=False)
+    requirement: Requirement | None = field(default=None, repr=False)
 
     @property
     def held(self) -> str:

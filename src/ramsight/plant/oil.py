@@ -8,10 +8,24 @@ from dataclasses import dataclass
 import casadi as ca
 
 from ramsight.expression import Real, Scalar
+from ramsight.machine.viscosity import MM2, OFFSET, T40, T100, walther_constants
 
-_OFFSET = 0.7  # mm2/s, the constant of the Walther equation for viscosities above 2 mm2/s
-_MM2 = 1e-6  # m2
-T40, T100 = 313.15, 373.15  # K, the temperatures at which data sheets give viscosity
+__all__ = [
+    "ATMOSPHERE",
+    "MINERAL_EXPANSION",
+    "T15",
+    "T40",
+    "T100",
+    "Oil",
+    "aerated_bulk_modulus",
+    "free_air",
+    "kinematic_viscosity",
+    "pressure_viscosity_factor",
+    "thermal_density",
+    "trapped_expansion",
+    "walther_constants",
+]
+
 T15 = 288.15  # K, the temperature at which they give density
 ATMOSPHERE = 101325.0
 """Pressure of the standard atmosphere [Pa], ISO 2533."""
@@ -36,26 +50,7 @@ def kinematic_viscosity(temperature: Real, walther_a: Real, walther_b: Real) -> 
     """
     ln10 = math.log(10.0)
     inner = ca.exp(ln10 * walther_a - walther_b * ca.log(temperature))
-    return _MM2 * (ca.exp(ln10 * inner) - _OFFSET)
-
-
-def walther_constants(t1: float, nu1: float, t2: float, nu2: float) -> tuple[float, float]:
-    """Constants (a, b) of the Walther equation from two points of a data sheet.
-
-    Args:
-        t1: first temperature [K].
-        nu1: kinematic viscosity there [m2/s].
-        t2: second temperature [K].
-        nu2: kinematic viscosity there [m2/s].
-
-    Example:
-        >>> a, b = walther_constants(313.15, 32e-6, 373.15, 6.1e-6)
-        >>> round(a, 3), round(b, 3)
-        (8.7, 3.414)
-    """
-    w1, w2 = (math.log10(math.log10(nu / _MM2 + _OFFSET)) for nu in (nu1, nu2))
-    b = (w1 - w2) / (math.log10(t2) - math.log10(t1))
-    return w1 + b * math.log10(t1), b
+    return MM2 * (ca.exp(ln10 * inner) - OFFSET)
 
 
 MINERAL_EXPANSION = 7e-4

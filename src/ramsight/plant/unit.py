@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.machine.assumption_description import Assumptions
+from ramsight.machine.requirement_description import Requirement
 from ramsight.plant.circuit import TANK, CircuitModel, Part, join
 from ramsight.plant.cylinder import Cylinder
 from ramsight.plant.drive import Drive
@@ -33,6 +34,7 @@ class HydraulicUnit(Protocol):
         assumptions: what a sensor assumes of it; no law uses them.
         lever: what the angle of the body that the cylinder turns says of its position; None where it says nothing.
         heat: what the heat of its losses is kept in; None where that is not described.
+        requirement: what its position has to achieve; None where that is not described.
     """
 
     @property
@@ -58,6 +60,8 @@ class HydraulicUnit(Protocol):
     def lever(self) -> Lever | None: ...  # noqa: D102
     @property
     def heat(self) -> HeatStores | None: ...  # noqa: D102
+    @property
+    def requirement(self) -> Requirement | None: ...  # noqa: D102
 
     def __hash__(self) -> int: ...
 

@@ -27,8 +27,8 @@ from ramsight.machine.description import Machine
 from ramsight.normal import TWO_SIDED_95
 from ramsight.studio.job import Say
 from ramsight.studio.thinning import keep
-from ramsight.study.commissioning.sensor_checks import visits
 from ramsight.tracking.compared_track import error_text, errors_of
+from ramsight.tracking.end_visits import visits
 from ramsight.tracking.figures import tracked_figure
 from ramsight.tracking.true_position import truth_in
 

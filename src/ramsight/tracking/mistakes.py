@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from statistics import fmean, median
+from statistics import median
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from ramsight.constant import Constant
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.tracking.pressed import Press, Pressed
+from ramsight.tracking.weighing import SURE, WORTH, log_mean, probabilities
 from ramsight.units import RPM
 
 if TYPE_CHECKING:
@@ -31,13 +32,9 @@ Reading = Callable[[Array, Array], tuple[Array, Array]]
 SPEED_UNITS = {"rpm": RPM, "deg/s": math.pi / 180.0, "rad/s": 1.0}
 """Units in which drives report a speed [rad/s]."""
 
-_WORTH = math.log(0.05)  # a second explanation of another kind is named if it is no less likely than that share
 FACTORS = {"half": 0.5, "double": 2.0}
 """By which a torque is reported wrongly most often: one of two motors, or both for one."""
 
-SURE = Constant(
-    0.1, "1", "probability of the log as it was read, below which a mistake is named: it is nine times likelier"
-)
 ARBITRARY = Constant(math.log(50.0**2), "1", "numbers that mean something else may be 50 times too small or too large")
 PRESS_STD = Constant(0.05, "1", "relative, of a torque at relief: override of the valve, scale of the drive")
 TRAVEL_STD = Constant(0.05, "1", "of a travel from end to end: oil that is compressed, stops that nobody declared")
@@ -127,14 +124,13 @@ class Explanations:
         if not asread.sides:
             return None
         scored = list(self._scored())
-        highest = max(score for score, _, _ in scored)
-        total = sum(math.exp(score - highest) for score, _, _ in scored)
-        if math.exp(scored[0][0] - highest) / total >= SURE:
+        chances = probabilities([score for score, _, _ in scored])
+        if chances[0] >= SURE:
             return None
         (score, role, text), *others = sorted(scored[1:], reverse=True)
-        also = next((other for next_score, kind, other in others if kind != role and next_score > score + _WORTH), "")
+        also = next((other for next_score, kind, other in others if kind != role and next_score > score + WORTH), "")
         shown = f"{text}: {_evidence(asread, self._unit)}" + (f" (or, less likely: {also})" if also else "")
-        return Mistake(role, shown, math.exp(score - highest) / total, _of_motion(asread) > 0.0)
+        return Mistake(role, shown, max(chances[1:]), _of_motion(asread) > 0.0)
 
     def _scored(self) -> Iterator[tuple[float, str, str]]:
         """The logarithm of each explanation's probability but for a constant; the log as it was read first."""
@@ -154,7 +150,7 @@ class Explanations:
         scores = [evidence(asread, gain) for gain in gains]
         likeliest = gains[int(np.argmax(scores))]
         other = "this is the log of another machine than the described one"
-        yield _log("gain") + _mean(scores), "machine", f"{other}, or {_gain_text(likeliest)}"
+        yield _log("gain") + log_mean(scores), "machine", f"{other}, or {_gain_text(likeliest)}"
         yield _log("swapped") + evidence(found["swapped"]), "torque", "speed and torque are exchanged"
         yield (
             _log("reversed") + evidence(found["reversed"]),
@@ -256,19 +252,13 @@ def _normal(value: float, std: float) -> float:
 def _of_any_machine(pressed: Pressed) -> float:
     """Of the plateaus of both ways, each at a torque at relief that nobody knows."""
     gains = _gains(0.0, 0.5 * ARBITRARY)
-    return sum(_mean([_of_presses(pressed, way, gain) for gain in gains]) for way in pressed.sides)
+    return sum(log_mean([_of_presses(pressed, way, gain) for gain in gains]) for way in pressed.sides)
 
 
 def _gains(least: float, most: float) -> list[float]:
     """Factors by which a torque may be wrong, evenly over the logarithms between these, up and down."""
     far = np.arange(least, most, PRESS_STD)
     return [float(gain) for gain in np.exp(np.concatenate([-far[::-1], far]))]
-
-
-def _mean(scores: list[float]) -> float:
-    """Logarithm of the mean of what has these logarithms."""
-    highest = max(scores)
-    return highest + math.log(fmean(math.exp(score - highest) for score in scores))
 
 
 def _log(name: str) -> float:

@@ -1,7 +1,12 @@
-"""The catalogue: oils, pumps, valves, circuits and whole machines as data files, each value with its source."""
+"""The catalogue: oils, pumps, valves, circuits and whole machines as data files, each value with its source.
+
+Entries of one's own stand beside ramsight's in the folder that ``RAMSIGHT_CATALOG`` names, or in
+``~/.config/ramsight/catalog`` (``$XDG_CONFIG_HOME``), in files of the same form, in folders as one likes.
+"""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -13,8 +18,12 @@ from ramsight.bounded_toml import loads as loads_toml
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.machine.spread import halves, has_spread
 
-__all__ = ["Entry", "circuit", "entries", "filled", "find", "has", "read"]
+__all__ = ["Entry", "circuit", "entries", "filled", "find", "has", "own_files", "own_folder", "read", "read_entry"]
 
+VARIABLE = "RAMSIGHT_CATALOG"
+"""Environment variable that names the folder of one's own entries."""
+_SAID = {"kind": "machine", "name": "", "description": "", "source": ""}  # keys, and what they are if left out
+_FILES = {"efficiency_file"}
 _ROOT = Path(__file__).parent
 _FOLDERS = ("circuits", "instruments", "machines", "oils", "pumps", "valves")
 
@@ -39,22 +48,78 @@ class Entry:
     source: str
     path: Path
 
+    @property
+    def is_own(self) -> bool:
+        """Whether it is not ramsight's."""
+        return _ROOT not in self.path.parents
 
-@cache
+
 def entries() -> tuple[Entry, ...]:
     """List everything in the catalogue, by kind and name.
 
+    Raises:
+        DescriptionError: an entry of one's own cannot be read, or has the name of another one.
+
     Example:
-        >>> [entry.name for entry in entries() if entry.kind == "oil"]
-        ['tellus-t-32']
+        >>> "tellus-t-32" in [entry.name for entry in entries() if entry.kind == "oil"]
+        True
     """
-    found = []
-    for folder in _FOLDERS:
-        for path in sorted((_ROOT / folder).glob("*.toml")):
-            data = read_toml(path)
-            kind = data.get("kind", "machine")
-            found.append(Entry(kind, data["name"], data["description"], data.get("source", ""), path))
+    own = own_files()
+    return _entries(tuple((path, path.stat().st_mtime_ns) for path in own)) if own else _entries(())
+
+
+def own_folder() -> Path:
+    """Folder of one's own entries; it need not exist unless ``RAMSIGHT_CATALOG`` names it.
+
+    Raises:
+        DescriptionError: ``RAMSIGHT_CATALOG`` names what is no folder.
+    """
+    named = os.environ.get(VARIABLE)
+    if named:
+        if not Path(named).is_dir():
+            raise DescriptionError("is no folder", key=VARIABLE, value=named)
+        return Path(named)
+    return Path(os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config") / "ramsight" / "catalog"
+
+
+def own_files() -> tuple[Path, ...]:
+    """Files of one's own entries."""
+    folder = own_folder()
+    return tuple(sorted(folder.rglob("*.toml"))) if folder.is_dir() else ()
+
+
+@cache
+def _entries(own: tuple[tuple[Path, int], ...]) -> tuple[Entry, ...]:
+    """Ramsight's entries, and one's own with the times of their last change."""
+    found = [read_entry(path) for folder in _FOLDERS for path in sorted((_ROOT / folder).glob("*.toml"))]
+    for path, _ in own:
+        entry = read_entry(path)
+        if other := next((one for one in found if _same(one, entry)), None):
+            where = other.path if other.is_own else "ramsight's catalogue"
+            raise DescriptionError(f"is the name of an entry of {where}", file=str(path), key="name", value=entry.name)
+        found.append(entry)
     return tuple(sorted(found, key=lambda entry: (entry.kind, entry.name)))
+
+
+def _same(one: Entry, other: Entry) -> bool:
+    return (one.kind, one.name.casefold()) == (other.kind, other.name.casefold())
+
+
+def read_entry(path: Path) -> Entry:
+    """What an entry's file says of it.
+
+    Args:
+        path: the data file.
+
+    Raises:
+        DescriptionError: it cannot be read, or has no name.
+    """
+    data = read_toml(path)
+    texts = {key: data.get(key, default) for key, default in _SAID.items()}
+    for key, text in texts.items():
+        if not isinstance(text, str) or (key == "name" and not text):
+            raise DescriptionError("has to be text", file=str(path), key=key, value=text or "nothing")
+    return Entry(texts["kind"], texts["name"], texts["description"], texts["source"], path)
 
 
 def has(kind: str, name: str) -> bool:
@@ -90,6 +155,8 @@ def read(entry: Entry) -> tuple[dict[str, Any], dict[str, str]]:
         Values by key, as text with units, and sources by key.
     """
     values, sources = split_sources(read_toml(entry.path)["values"], str(entry.path))
+    for key in _FILES & values.keys():  # a file's name counts from the entry's own folder
+        values[key] = str(entry.path.parent / str(values[key]))
     return values, {key: sources.get(key, entry.source) for key in values}
 
 

@@ -22,6 +22,8 @@ _SHORTEST = 60.0  # s; a unit cannot meet both ends and lift some loads in less
 _BAD = 0.01  # share of samples that may have no value, or no place in time
 _PERIOD = 0.1  # s; samples of a drive's log are no farther apart
 _GAP = 1.0  # s; a motor that turns moves a rod by centimetres meanwhile
+_UNITS = "units and signs"
+OF_TORQUE = f"{_UNITS} of torque"
 _UNUSUAL = 2.0  # standard deviations that the sensor assumes, from which a machine is far from its description
 
 
@@ -68,9 +70,9 @@ def units_and_signs(log: xarray.Dataset, unit: HydraulicUnit, channel_map: Chann
         return [Finding("noise of torque", Verdict.LOOK_TWICE, *scatters.rsplit(": ", 1))]
     if not wrong:
         found = "time, speed, torque and oil temperature are within what this machine can do, lifting takes more torque"
-        return [Finding("units and signs", Verdict.PASSED, f"{found} than lowering")]
+        return [Finding(_UNITS, Verdict.PASSED, f"{found} than lowering")]
     remedy = "correct the channel map (unit, sign, scale) and log or read it again"
-    return [Finding(f"units and signs of {role}", Verdict.FAILED, text, remedy) for role, text in wrong]
+    return [Finding(f"{_UNITS} of {role}", Verdict.FAILED, text, remedy) for role, text in wrong]
 
 
 def leakage(unit: HydraulicUnit, log: xarray.Dataset) -> tuple[Finding, LeakTest | None]:

@@ -6,29 +6,19 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ramsight.intervals import true_intervals
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.mode import Mode
 from ramsight.sensor.status import Status, is_invalid
-from ramsight.sensor.thresholds import TORQUE_STEADY_SPEED
 from ramsight.study.commissioning.finding import Finding, Verdict
+from ramsight.tracking.end_visits import visits
 
 if TYPE_CHECKING:
     import xarray
 
-_AT_END = 0.02  # share of the stroke within which a contact is one with the end
-_LONG = 0.2  # s that a contact lasts at least
-_APART = 5.0  # s between two visits
-_DRIVEN = 0.5  # s; oil that is pressed takes no longer to show a contact
 _UNSURE = 0.05  # share of the stroke; a band wider than that to either side says hardly where the rod is
 _INVALID = 0.01  # share of samples that may be invalid
-_HOLDS, _FAILS = (
-    0.9,
-    0.5,
-)  # shares of samples within that band: errors stay for a while, so 0.95 is not asked of one log
+_HOLDS, _FAILS = 0.95, 0.5  # shares of samples within that band
 _LEARNED = (("leak", "leakage"), ("displacement", "displacement"), ("compliance", "compliance"))
 
 
@@ -44,57 +34,6 @@ class Contacts:
     retracted: int
     extended: int
     elsewhere: int
-
-
-@dataclass(frozen=True)
-class Visit:
-    """One visit that the sensor saw.
-
-    Attributes:
-        begins, ends: [s].
-        position: in the end [m]; NaN where it is unknown.
-        where: ``retracted``, ``extended`` or ``elsewhere``.
-    """
-
-    begins: float
-    ends: float
-    position: float
-    where: str
-
-
-def visits(track: xarray.Dataset, stroke: float) -> list[Visit]:
-    """The visits to the ends that a track of the kalman sensor shows, in order.
-
-    Between the ends only a piston that the motor drives meets something: a load that is taken off while it stands is
-    nothing that was met.
-
-    Args:
-        track: with `mode`, `position` [m], NaN where it is unknown, and `motor_speed` [rad/s] over `time` [s].
-        stroke: of the cylinder [m].
-    """
-    time, mode, position, speed = (track[name].values for name in ("time", "mode", "position", "motor_speed"))
-    found = []
-    for held, end, name in ((Mode.HELD_RETRACTING, 0.0, "retracted"), (Mode.HELD_EXTENDING, stroke, "extended")):
-        last = -np.inf
-        for first, after in true_intervals(mode == int(held)):
-            begins, ends, at = float(time[first]), float(time[after - 1]), float(position[after - 1])
-            where = "elsewhere" if abs(at - end) >= _AT_END * stroke else name
-            # At an end with an empty chamber, noise looks like a contact release: until it is surely away, it is there.
-            stays = ends if where == "elsewhere" else float(time[_left(mode, after) - 1])
-            if stays - begins < _LONG or begins - last < _APART:
-                continue
-            before = speed[(time >= begins - _DRIVEN) & (time <= begins)]
-            if where == "elsewhere" and not (np.abs(before) > TORQUE_STEADY_SPEED).any():
-                continue
-            last = ends
-            found.append(Visit(begins, ends, at, where))
-    return sorted(found, key=lambda one: one.begins)
-
-
-def _left(mode: NDArray[np.int64], after: int) -> int:
-    """The first index from which a released piston is surely away."""
-    away = np.flatnonzero(mode[after:] != int(Mode.LEAVING))
-    return after + int(away[0]) if away.size else len(mode)
 
 
 def contacts(track: xarray.Dataset, stroke: float) -> Contacts:
@@ -152,6 +91,8 @@ def confidence(track: xarray.Dataset, motor_stands: bool, stroke: float) -> Find
         return Finding(
             "sensor", Verdict.LOOK_TWICE, f"{found}; {100 * invalid:.2g} % of the samples {why}", "find out why"
         )
+    if last is not Status.OK:
+        return Finding("sensor", Verdict.LOOK_TWICE, found, "end the log with a visit to an end stop")
     if not motor_stands:
         return Finding("sensor", Verdict.LOOK_TWICE, f"{found}; the motor turns at the end of the log", "end at rest")
     return Finding("sensor", Verdict.PASSED, found)

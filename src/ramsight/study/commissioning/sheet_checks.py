@@ -2,46 +2,35 @@
 
 from __future__ import annotations
 
-from ramsight.calibration.identify import Estimate, Identification
+from ramsight.calibration.identify import Identification
 from ramsight.calibration.identify_report import WORDS
 from ramsight.calibration.loss_uncertainty import dependence
-from ramsight.plant.unit import HydraulicUnit
 from ramsight.study.commissioning.finding import Finding, Verdict
 
-_UNUSUAL = 2.0  # standard deviations that the sensor assumes
-_FRICTION = 0.5  # of the data sheet's, from which friction is far from it
-_EFFICIENCY = 0.02  # what pumps of one type differ by
+_NOMINAL = {"leak": 1.0, "displacement": 1.0, "stiffness": 1.0, "friction": 1.0, "orifice": 0.0, "efficiency": 0.0}
 
 
-def identified(unit: HydraulicUnit, found: Identification) -> list[Finding]:
+def identified(found: Identification) -> list[Finding]:
     """A finding for each factor that the log tells.
 
     Args:
-        unit: as its data sheet has it.
         found: of the machine.
     """
-    assumed = unit.assumptions.machine
-    allowed = {
-        "leak": (1.0, _UNUSUAL * assumed.leak),
-        "orifice": (0.0, _UNUSUAL * assumed.leak),
-        "displacement": (1.0, _UNUSUAL * assumed.displacement),
-        "stiffness": (1.0, _UNUSUAL * assumed.compliance),
-        "friction": (1.0, _FRICTION),
-        "efficiency": (0.0, _EFFICIENCY),
-    }
-    return [_factor(name, found.factors[name], *allowed[name]) for name in WORDS]
+    return [_factor(name, found) for name in WORDS]
 
 
-def _factor(name: str, estimate: Estimate, nominal: float, allowed: float) -> Finding:
-    check = f"data sheet, {WORDS[name]}"
+def _factor(name: str, found: Identification) -> Finding:
+    check, estimate = f"data sheet, {WORDS[name]}", found.factors[name]
     if not estimate.identified:
         return Finding(check, Verdict.OPEN, "not identifiable from this log")
-    found = f"{estimate.value:.4f} ({estimate.low:.4f} to {estimate.high:.4f}), expected {nominal:g} ± {allowed:.2g}"
+    nominal, allowed = _NOMINAL[name], found.judged_by[name]
+    said = f"{estimate.value:.4f} ({estimate.low:.4f} to {estimate.high:.4f}), expected {nominal:g} ± {allowed:.2g}"
     follows = dependence(estimate.per_kelvin, estimate.per_torque)
-    found += f"; {follows}" if follows else ""
-    beyond = estimate.low > nominal + allowed or estimate.high < nominal - allowed
-    if beyond:
-        return Finding(
-            check, Verdict.LOOK_TWICE, found, "describe the machine as it is: ramsight identify --out tuned.toml"
-        )
-    return Finding(check, Verdict.PASSED, found)
+    said += f"; {follows}" if follows else ""
+    if estimate.low > nominal + allowed or estimate.high < nominal - allowed:
+        remedy = "describe the machine as it is: ramsight identify --out tuned.toml"
+        return Finding(check, Verdict.LOOK_TWICE, said, remedy)
+    if found.is_vague(name):
+        remedy = "not determined: its interval is wider than what it is judged by; lift and lower more loads"
+        return Finding(check, Verdict.LOOK_TWICE, said, remedy)
+    return Finding(check, Verdict.PASSED, said)

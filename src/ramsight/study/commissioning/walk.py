@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from ramsight.calibration.identify import EVALUATIONS, Identification, identify
 from ramsight.calibration.identify_record import IdentifyError
 from ramsight.calibration.leakage import LeakTest
+from ramsight.errors import LogWarning
 from ramsight.logs.mapped import ChannelMap
+from ramsight.machine.description import Unit
+from ramsight.machine.requirement_description import Requirement
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.study.commissioning import log_checks, sensor_checks
+from ramsight.study.commissioning.description_check import description
 from ramsight.study.commissioning.finding import Finding, Verdict
+from ramsight.study.commissioning.requirement_finding import requirement
 from ramsight.study.commissioning.sheet_checks import identified
+from ramsight.study.commissioning.wrong_values import WrongValue
 
 if TYPE_CHECKING:
     import xarray
@@ -22,7 +29,9 @@ STEPS = EVALUATIONS + 2
 """How often `advance` is called, at most."""
 
 _STANDING = 0.2  # rad/s; two steps of a drive that reports whole rpm
-_LATER = ("leak test", "end stops", "sensor", "data sheet")
+_LATER = ("leak test", "description", "end stops", "sensor", "data sheet")
+_FITS = 3.0  # standard deviations, within which a wrong value explains what contradicts the description
+_CORRECT = "correct the description first"
 
 
 @dataclass(frozen=True)
@@ -36,6 +45,7 @@ class Commissioning:
         track: what the kalman sensor made of it, with the error where the truth is known; None if it was not asked.
         leak_test: what the leak test said, if there was one.
         identification: what was identified, if the position was measured.
+        wrong_value: the value of the description that is likely wrong, if one is.
     """
 
     unit: str
@@ -44,6 +54,7 @@ class Commissioning:
     track: xarray.Dataset | None = None
     leak_test: LeakTest | None = None
     identification: Identification | None = None
+    wrong_value: WrongValue | None = None
 
     @property
     def verdict(self) -> Verdict:
@@ -75,6 +86,9 @@ def walk(
     truth: xarray.Dataset | None = None,
     channel_map: ChannelMap | None = None,
     advance: Callable[[float], object] = lambda count: None,
+    asked: Requirement | None = None,
+    mending: Callable[[], list[str]] = list,
+    described: Unit | None = None,
 ) -> Commissioning:
     """Look at a log, check after check; where units or signs are wrong the rest is not judged.
 
@@ -86,25 +100,63 @@ def walk(
         truth: measured `position` [m] over time, if there is one.
         channel_map: with which the log was read.
         advance: is passed how many of `STEPS` are done.
+        asked: what the position is required for; None if that is not stated.
+        described: the description that the unit was built of; None if there is none.
+        mending: what would make the error smaller, the most first; called where the requirement is missed.
     """
     first = [log_checks.samples(log), *log_checks.units_and_signs(log, unit, channel_map)]
-    if any(finding.verdict is Verdict.FAILED for finding in first):
+    failed = [finding for finding in first if finding.verdict is Verdict.FAILED]
+    if failed:
         why = "the log cannot be this machine's as it is read"
-        return Commissioning(unit.name, (*first, *(Finding(one, Verdict.OPEN, why) for one in _LATER)), log)
+        known, wrong = Finding("description", Verdict.OPEN, why), None
+        if [one.check for one in failed] == [log_checks.OF_TORQUE]:
+            known, wrong = _instead(unit, log, track_of, truth, described, known)
+        later = (known if one == "description" else Finding(one, Verdict.OPEN, why) for one in _LATER)
+        return Commissioning(unit.name, (*first, *later), log, wrong_value=wrong)
     good = log_checks.faultless(log)
     leaks, test = log_checks.leakage(unit, good)
     advance(1)
     track = track_of(log)
     stands = abs(float(good["motor_speed"].values[-1])) < _STANDING
-    found = [*first, leaks, sensor_checks.stops(track, unit), sensor_checks.learned(track)]
-    found.append(sensor_checks.confidence(track, stands, unit.cylinder.stroke))
+    known, wrong = description(described, unit, good, track, test, truth)
+    required = requirement(track, asked, unit.cylinder.stroke, list if wrong else mending)
+    stopped, learned = sensor_checks.stops(track, unit), sensor_checks.learned(track)
+    sure = sensor_checks.confidence(track, stands, unit.cylinder.stroke)
+    if wrong is not None:
+        learned = replace(learned, verdict=Verdict.OPEN, remedy=_CORRECT)
+        sure, required = (_of_a_wrong_description(one) for one in (sure, required))
+    found = [required, *first, leaks, known, stopped, learned, sure]
     advance(1)
-    if truth is None:
-        found.append(Finding("data sheet", Verdict.OPEN, "there is no measured position"))
-        return Commissioning(unit.name, tuple(found), log, track, test)
+    if truth is None or wrong is not None:
+        why = "there is no measured position" if truth is None else _CORRECT
+        found.append(Finding("data sheet", Verdict.OPEN, why))
+        return Commissioning(unit.name, tuple(found), log, track, test, wrong_value=wrong)
     found.append(sensor_checks.truth(track))
     sheet, identification = _sheet(unit, good, truth, advance)
     return Commissioning(unit.name, (*found, *sheet), log, track, test, identification)
+
+
+def _instead(
+    unit: HydraulicUnit,
+    log: xarray.Dataset,
+    track_of: Callable[[xarray.Dataset], xarray.Dataset],
+    truth: xarray.Dataset | None,
+    described: Unit | None,
+    otherwise: Finding,
+) -> tuple[Finding, WrongValue | None]:
+    """A wrong value of the description that explains a torque beyond what it allows, where one does."""
+    good = log_checks.faultless(log)
+    _, test = log_checks.leakage(unit, good)
+    with warnings.catch_warnings():  # what they say is a finding already
+        warnings.simplefilter("ignore", LogWarning)
+        track = track_of(good)
+    known, wrong = description(described, unit, good, track, test, truth)
+    return (known, wrong) if wrong is not None and wrong.misfit < _FITS else (otherwise, None)
+
+
+def _of_a_wrong_description(finding: Finding) -> Finding:
+    """A finding whose remedy is that of the description."""
+    return finding if finding.verdict in (Verdict.PASSED, Verdict.OPEN) else replace(finding, remedy=_CORRECT)
 
 
 def _sheet(
@@ -116,4 +168,4 @@ def _sheet(
         return [
             Finding("data sheet", Verdict.LOOK_TWICE, str(error), "lift and lower several loads, some seconds each")
         ], None
-    return identified(unit, identification), identification
+    return identified(identification), identification

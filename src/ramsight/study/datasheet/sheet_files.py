@@ -13,6 +13,7 @@ from ramsight.study.datasheet.goal import Trial, Way
 from ramsight.study.datasheet.sheet import Sheet
 from ramsight.study.datasheet.sheet_figures import figures
 from ramsight.study.datasheet.sheet_page import sheet_page, shown
+from ramsight.study.datasheet.sheet_requirement import SheetRequirement
 
 if TYPE_CHECKING:
     import xarray
@@ -20,7 +21,14 @@ if TYPE_CHECKING:
 FILES = ("sheet.html", "sheet.json", "assumed.toml")
 
 
-def write_sheet(sheet: Sheet, found: xarray.Dataset, out: Path, title: str, way: Way | None = None) -> None:
+def write_sheet(
+    sheet: Sheet,
+    found: xarray.Dataset,
+    out: Path,
+    title: str,
+    way: Way | None = None,
+    judged: SheetRequirement | None = None,
+) -> None:
     """Write a sheet into a folder; what else is there stays.
 
     Args:
@@ -29,12 +37,15 @@ def write_sheet(sheet: Sheet, found: xarray.Dataset, out: Path, title: str, way:
         out: the folder.
         title: of the machine and its unit.
         way: how a goal is reached, if one was asked for.
+        judged: the sheet held against a requirement, if there is one.
 
     Raises:
         OutputError: it cannot be written.
     """
-    page = sheet_page(sheet, title, figures(found, sheet.budget), [] if way is None else _goal(way))
+    sections = [*([] if judged is None else judged.html), *([] if way is None else _goal(way))]
+    page = sheet_page(sheet, title, figures(found, sheet.budget), sections)
     numbers = {} if way is None else {"goal": asdict(way)}
+    numbers |= {} if judged is None else {"requirement": judged.numbers}
     with whole_folder(out, last=FILES[0]) as draft:
         for name, text in zip(FILES, (page, sheet.to_json(numbers), sheet.to_toml()), strict=True):
             (draft / name).write_text(text, encoding="utf-8")

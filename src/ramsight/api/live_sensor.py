@@ -1,0 +1,98 @@
+"""A sensor as Python holds it: quantities as SI numbers, or as text with a unit."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from numbers import Real
+
+from ramsight.errors import DescriptionError, UnknownNameError
+from ramsight.sensor.thresholds import START_STD
+from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
+from ramsight.units import name_of, parse
+
+Quantity = float | str
+_INPUTS = (("time", "s"), ("motor_speed", "rad/s"), ("motor_torque", "N m"), ("oil_temperature", "K"))
+
+
+class Sensor(VirtualSensor):
+    """A `VirtualSensor` whose `start` and `step` take text with a unit, too, and say in one line what cannot be.
+
+    Example:
+        >>> import ramsight
+        >>> sensor = ramsight.sensor_for("mining-loader", unit="boom")
+        >>> sensor.start("100 mm", std="1 mm")
+        >>> now = sensor.step("0 s", motor_speed="0 rpm", motor_torque="0 N m", oil_temperature="40 degC")
+        >>> now.position
+        0.1
+    """
+
+    @classmethod
+    def of(cls, sensor: VirtualSensor) -> Sensor:
+        """The same sensor, with text read.
+
+        Args:
+            sensor: as a room below makes it.
+        """
+        return cls(**{one.name: getattr(sensor, one.name) for one in fields(sensor) if one.init})
+
+    def start(self, position: Quantity | None, std: Quantity = START_STD) -> None:
+        """Forget everything and begin again.
+
+        Args:
+            position: where the piston is, 0 to the stroke [m], or ``"120 mm"``; None if unknown, which only `kalman`
+                can work with.
+            std: standard deviation of that, 0 to the stroke [m].
+
+        Raises:
+            StartError: the position is not known, and this sensor cannot find it by itself; or position or standard
+                deviation cannot be. The sensor is then as it was.
+            DescriptionError: one of them is no length.
+        """
+        known = None if position is None else _read(position, "m", "position")
+        super().start(known, _read(std, "m", "std"))
+
+    def step(
+        self,
+        time: Quantity,
+        motor_speed: Quantity,
+        motor_torque: Quantity,
+        oil_temperature: Quantity,
+        reference: Quantity | None = None,
+        **others: float,
+    ) -> Estimate:
+        """Take one sample.
+
+        Args:
+            time: [s], increasing from sample to sample.
+            motor_speed: [rad/s], or ``"1500 rpm"``.
+            motor_torque: [N m].
+            oil_temperature: [K], or ``"40 degC"``.
+            reference: position known at this sample [m], from a switch or a stop; None or no finite number if none is.
+            others: commands to the circuit's commanded parts, -1 to 1, by their names in `commands`; one that is left
+                out, or NaN, is as before. And what is `optional`, in SI.
+
+        Raises:
+            DescriptionError: an input is no such quantity.
+            UnknownNameError: the sensor takes no such input.
+        """
+        for name in others:
+            if name not in self.further:
+                raise UnknownNameError("input", name, self.further)
+        at, speed, torque, oil = (
+            _read(value, unit, name)
+            for value, (name, unit) in zip((time, motor_speed, motor_torque, oil_temperature), _INPUTS, strict=True)
+        )
+        known = None if reference is None else _read(reference, "m", "reference")
+        return super().step(at, speed, torque, oil, known, **others)
+
+
+def _read(value: Quantity, unit: str, name: str) -> float:
+    """An input in SI; what a drive reports may be no finite number, which the sensor judges."""
+    if isinstance(value, str):
+        try:
+            return parse(value, unit)
+        except DescriptionError as error:
+            raise DescriptionError(error.message, key=name, value=value) from None
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise DescriptionError(f"expected {name_of(unit)}, or a number in {unit}", key=name, value=value)
+    return float(value)

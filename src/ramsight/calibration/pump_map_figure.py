@@ -1,0 +1,72 @@
+"""Measured efficiencies of a unit's pumps as a picture: the points, and what the laws make between them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ramsight.errors import DescriptionError
+from ramsight.plant.loss_table import LossTable
+from ramsight.plant.pump import Pump
+from ramsight.plant.unit import HydraulicUnit
+from ramsight.tracking.figures import STYLE, save
+from ramsight.units import RPM
+
+_FINE = 60  # points of a line
+_COLOURS = ("#2a6f97", "#c8401e", "#e9b44c", "#1f2a36", "#8a94a0", "#5a8f5a")
+
+
+def pump_map_figure(unit: HydraulicUnit, path: str | Path) -> None:
+    """Draw the tables of a unit's pumps and write the picture: points as measured, lines as the laws interpolate.
+
+    Args:
+        unit: the unit.
+        path: .png, .svg or .pdf.
+
+    Raises:
+        DescriptionError: no pump of the unit has a table.
+        OutputError: the picture cannot be written.
+    """
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    pumps = [part for part in unit.parts() if isinstance(part, Pump) and part.table is not None]
+    if not pumps:
+        allowed = 'losses = "table", or efficiency_file'
+        raise DescriptionError("has no pump with measured efficiencies to draw", key=unit.name, allowed=allowed)
+    with mpl.rc_context(STYLE):  # type: ignore[arg-type]
+        figure = Figure(figsize=(7.2, 2.9 * len(pumps)), layout="constrained")
+        for pump, pair in zip(pumps, figure.subplots(len(pumps), 2, squeeze=False), strict=True):
+            assert pump.table is not None
+            _draw(pair, pump.table, f"{unit.name}, {pump.name}")
+        save(figure, path)
+
+
+def _draw(pair: Any, table: LossTable, title: str) -> None:
+    """Both efficiencies over the pressure, a colour a speed, the thinnest and the thickest oil."""
+    pressure = np.linspace(0.02, 1.1, _FINE) * table.pressure[-1]
+    for axes, grid, name in zip(
+        pair, (table.volumetric, table.hydromechanical), ("volumetric", "hydro-mechanical"), strict=True
+    ):
+        for k in sorted({0, len(table.viscosity) - 1}):
+            for j, speed in enumerate(table.speed):
+                colour, line = _COLOURS[j % len(_COLOURS)], "-" if k == 0 else "--"
+                label = f"{speed / RPM:.0f} rpm" if k == 0 else None
+                axes.plot(1e-5 * np.array(table.pressure), grid[k][j], "o", ms=3, color=colour)
+                lines = [_efficiency(table, name, speed, float(rise), table.viscosity[k]) for rise in pressure]
+                axes.plot(1e-5 * pressure, lines, line, lw=1.2, color=colour, label=label)
+        axes.set_xlabel("pressure rise [bar]")
+        axes.set_ylabel(f"{name} efficiency")
+        axes.set_ylim(max(0.0, min(min(row) for page in grid for row in page) - 0.1), 1.01)
+    thin, thick = (1e6 * table.viscosity[k] for k in (0, -1))
+    pair[0].set_title(f"{title}: solid at {thin:.3g} mm²/s, dashed at {thick:.3g} mm²/s", loc="left", fontweight="bold")
+    pair[0].legend(loc="lower left", fontsize=7)
+
+
+def _efficiency(table: LossTable, name: str, speed: float, rise: float, viscosity: float) -> float:
+    """An efficiency of pump operation as the laws have it [1], of a displacement of 1."""
+    if name == "volumetric":
+        return 1.0 - float(table.leakage(1.0, speed, rise, viscosity)) / speed
+    return rise / (rise + float(table.friction(1.0, speed, rise, viscosity, threshold=0.01 * speed)))

@@ -1,0 +1,38 @@
+"""What a unit's position is needed for: the error that it may have."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from ramsight.machine.base import Part
+from ramsight.machine.declare import quantity
+
+DAY = 86400.0
+
+
+class Requirement(Part):
+    """What the position has to achieve; commissioning, data sheet and track are judged by it.
+
+    Example:
+        >>> Requirement(error=5e-3).text
+        'within 5 mm (95 %)'
+        >>> Requirement(error="5 mm", ok="80 %", visit_every="45 s").text
+        'within 5 mm (95 %) for 45 s after a reference, and ok for 80 % of the time'
+    """
+
+    error: Annotated[
+        float, quantity("mm", "that 95 % of the position's errors have to be within", least="0.1 mm", most="10 m")
+    ]
+    ok: Annotated[
+        float, quantity("%", "share of the time in which the status has to be ok", least="0 %", most="100 %")
+    ] = 0.0
+    visit_every: Annotated[
+        float, quantity("s", "time after a reference for which that is required", least="1 s", most="24 h")
+    ] = DAY
+
+    @property
+    def text(self) -> str:
+        """The requirement in words."""
+        after = "" if self.visit_every >= DAY else f" for {self.visit_every:g} s after a reference"
+        ok = "" if self.ok == 0.0 else f", and ok for {100 * self.ok:g} % of the time"
+        return f"within {1e3 * self.error:g} mm (95 %){after}{ok}"
