@@ -86,7 +86,7 @@ def footprints():
     """Bytes and time of a step, by build."""
     found = {}
     with tempfile.TemporaryDirectory() as folder:
-        done = write_sensor(machine.load("mining-loader"), "boom", Path(folder) / "boom")
+        done = write_sensor(machine.load("mining-loader"), "boom", Path(folder) / "boom", measure=True)
     for f in done.footprints:
         key = f"export_{f.precision}_{f.optimised.removeprefix('-')}"
         found[key] = {

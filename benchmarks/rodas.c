@@ -6,6 +6,7 @@
 #define CORNER 1e-3
 #if LANES
 #include <immintrin.h>
+#define RESTRICT restrict
 typedef double real __attribute__((vector_size(64)));
 typedef long long mask __attribute__((vector_size(64)));
 static inline real K(double x) { return (real){x, x, x, x, x, x, x, x}; }

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ramsight.api.commissioning import commission
     from ramsight.api.drawing import draw
     from ramsight.api.duties import duty_for, lift_lower
-    from ramsight.api.exporting import export_c, export_fmu
+    from ramsight.api.exporting import export_c, export_fmu, export_parameters
     from ramsight.api.machines import build, catalogue, load_machine
     from ramsight.api.plotting import plot
     from ramsight.api.second_channel import compare
@@ -86,6 +86,7 @@ __all__ = [
     "duty_for",
     "export_c",
     "export_fmu",
+    "export_parameters",
     "identify",
     "identify_values",
     "leak_test",
@@ -109,7 +110,7 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
         "api.shared_reports": ("check_shared",),
         "api.drawing": ("draw",),
         "api.duties": ("duty_for", "lift_lower"),
-        "api.exporting": ("export_c", "export_fmu"),
+        "api.exporting": ("export_c", "export_fmu", "export_parameters"),
         "api.machines": ("build", "catalogue", "load_machine"),
         "api.plotting": ("plot",),
         "api.simulating": ("drive_report", "simulate"),

@@ -10,6 +10,8 @@ from ramsight.api.machines import AnyMachine, load_machine, only_unit
 from ramsight.deploy.c_folder import STEPS, WrittenSensor, write_sensor
 from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.fmu import WrittenFmu, write_fmu
+from ramsight.deploy.machine_parameters import write_parameters
+from ramsight.deploy.platforms import platforms_of
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
@@ -23,11 +25,13 @@ def export_c(
     *,
     out: str | Path,
     single: bool = False,
+    parameters: bool = False,
     control: bool = False,
     speed: str | float | None = None,
     force: str | float | None = None,
     period: str | float | None = None,
     drive_delay: str | float | DriveResponse | None = None,
+    measure: bool = False,
     compiler: str | None = None,
     progress: bool = False,
     named: Callable[[str], str] = str,
@@ -39,12 +43,15 @@ def export_c(
         unit: name of the unit; may be left out where there is only one.
         out: the folder; made if it is not there, files of an earlier export are replaced.
         single: floats in place of doubles.
+        parameters: the machine's numbers are a table that the sensor is handed: one build for all machines of the kind
+            (`export_parameters`).
         control: the unit's position control too (docs/control.md); what follows is of it alone.
         speed: largest velocity [m/s]; by default half of what the motor could do.
         force: largest load against a motion that is pushed on [N]; by default none.
         period: of the control's samples [s]; by default 20 ms.
         drive_delay: by which the drive is late, with commands and with reports each [s], or all that is declared of it;
             by default it follows at once. The control stops a drive that does otherwise.
+        measure: compile and run it in both precisions, for speed and for size; by default once, as it is exported.
         compiler: path of the C compiler that measures it; by default the one that is found, "" for none.
         progress: show a bar on a terminal if it takes long.
         named: what errors call an argument.
@@ -69,7 +76,8 @@ def export_c(
     with progress_bar(STEPS, "exporting") if progress else nullcontext() as bar:
         advance = bar.advance if bar is not None else lambda count: None
         return write_sensor(
-            described, name, out, single=single, control=driving, compiler=compiler, advance=advance
+            described, name, out, single=single, tabled=parameters, control=driving,
+            measure=measure, compiler=compiler, advance=advance,
         )  # fmt: skip
 
 
@@ -80,6 +88,8 @@ def export_fmu(
     out: str | Path,
     what: str = "sensor",
     fmi: int = 2,
+    parameters: bool = False,
+    platforms: str | None = None,
     speed: str | float | None = None,
     force: str | float | None = None,
     period: str | float | None = None,
@@ -96,6 +106,9 @@ def export_fmu(
         what: ``sensor``, ``control`` (with a position control), ``compare`` (with the comparison with a real sensor) or
             ``plant``.
         fmi: 2 or 3.
+        parameters: of a sensor alone, the machine's numbers are parameters of the FMU; a plant's always are.
+        platforms: that it has binaries for, names with commas between (``linux64``, ``linux-aarch64``, ``win64``,
+            ``darwin64``, ``darwin-arm64``), ``all`` or ``none``, by the extra ``platforms``; by default this machine.
         speed: of a control: largest velocity [m/s]; by default half of what the motor could do.
         force: of a control: largest load against a motion that is pushed on [N]; by default none.
         period: of a control's samples [s]; by default 20 ms.
@@ -104,7 +117,7 @@ def export_fmu(
         named: what errors call an argument.
 
     Returns:
-        The file, its number of variables, and the platform of its binary.
+        The file, its number of variables, and the platforms of its binaries.
 
     Raises:
         DescriptionError: there is no such FMU, or the machine has several units and none is named.
@@ -120,7 +133,36 @@ def export_fmu(
     """
     described, name = _unit_of(machine, unit)
     driving = _driving(what == "control", speed, force, period, drive_delay, named) or ControlOptions()
-    return write_fmu(described, name, out, what=what, fmi=fmi, control=driving, compiler=compiler, named=named)
+    return write_fmu(
+        described, name, out, what=what, fmi=fmi, tabled=parameters, control=driving,
+        platforms=platforms_of(platforms), compiler=compiler, named=named,
+    )  # fmt: skip
+
+
+def export_parameters(machine: AnyMachine, unit: str | None = None, *, out: str | Path, what: str = "sensor") -> int:
+    """Write a machine's numbers for a sensor or plant that was exported of another machine of its kind.
+
+    Args:
+        machine: a machine, its name or file.
+        unit: name of the unit, the same as of the export; may be left out where there is only one.
+        out: the file: `.ssv` for an FMU, `.h` for C.
+        what: ``sensor`` (of an export with `parameters`) or ``plant``.
+
+    Returns:
+        How many numbers there are.
+
+    Raises:
+        DescriptionError: there is no such export, or the machine has several units and none is named.
+        OutputError: the file cannot be written.
+
+    Example:
+        >>> import ramsight, tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     ramsight.export_parameters("press", out=f"{folder}/press.ssv", what="plant") > 40
+        True
+    """
+    described, name = _unit_of(machine, unit)
+    return write_parameters(described, name, out, what=what)
 
 
 def _driving(

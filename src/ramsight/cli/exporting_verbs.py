@@ -23,11 +23,18 @@ def export_c(
     out: Annotated[Path, typer.Option(help="Directory for the C; made if it is not there.")],
     unit: SensedUnit = None,
     single: Annotated[bool, typer.Option("--float", help="Floats in place of doubles.")] = False,
+    parameters: Annotated[
+        bool, typer.Option("--parameters", help="Numbers of the machine as a table: one build for a kind of machines.")
+    ] = False,
     control: Annotated[bool, typer.Option("--control", help="The unit's position control too.")] = False,
     speed: Speed = None,
     force: Force = None,
     period: Period = None,
     drive_delay: Delay = None,
+    measure: Annotated[
+        bool,
+        typer.Option("--measure", help="Sizes and times in both precisions, for speed and for size; half a minute."),
+    ] = False,
 ) -> None:
     """Write the kalman sensor as C99 for an electronic control unit, and a position control if it is wanted.
 
@@ -42,7 +49,10 @@ def export_c(
     from ramsight.deploy.c_folder import shown, shown_control
 
     driving = {"speed": speed, "force": force, "period": period, "drive_delay": drive_delay}
-    done = export_unit(machine, unit, out=out, single=single, control=control, **driving, progress=True, named=option)
+    done = export_unit(
+        machine, unit, out=out, single=single, parameters=parameters, control=control,
+        measure=measure, **driving, progress=True, named=option,
+    )  # fmt: skip
     typer.echo(
         shown(done.footprints) if done.footprints else "no C compiler was found: nothing was compiled or measured"
     )
@@ -63,6 +73,16 @@ def export_fmu(
         ),
     ] = "sensor",
     fmi: Annotated[int, typer.Option(help="Version of the interface: 2 or 3.")] = 2,
+    parameters: Annotated[
+        bool,
+        typer.Option("--parameters", help="Of a sensor: the machine's numbers are parameters, for a kind of machines."),
+    ] = False,
+    platforms: Annotated[
+        str | None,
+        typer.Option(
+            help="Binaries for linux64, linux-aarch64, win64, darwin64, darwin-arm64; all; none. Default: this machine."
+        ),
+    ] = None,
     speed: Speed = None,
     force: Force = None,
     period: Period = None,
@@ -82,6 +102,36 @@ def export_fmu(
 
     driving = {"speed": speed, "force": force, "period": period, "drive_delay": drive_delay}
     with progress(1.0, "exporting"):  # one step, whose progress is unknown
-        done = export_unit(machine, unit, out=out, what=what, fmi=fmi, **driving, named=option)
-    binary = f"sources and a binary for {done.binary}" if done.binary else "sources alone: no C compiler was found"
+        done = export_unit(
+            machine,
+            unit,
+            out=out,
+            what=what,
+            fmi=fmi,
+            parameters=parameters,
+            platforms=platforms,
+            **driving,
+            named=option,
+        )
+    lacking = "sources alone" if platforms else "sources alone: no C compiler was found"
+    binary = f"sources and a binary for {', '.join(done.binaries)}" if done.binaries else lacking
     typer.echo(f"{out}: written; FMI {fmi}.0 co-simulation, {done.variables} variables, {binary}")
+
+
+def export_parameters(
+    machine: Machine,
+    unit: Annotated[str, typer.Option(help="The unit, the same as of the export.")],
+    out: Annotated[Path, typer.Option(help=".ssv for an FMU, .h for C.")],
+    what: Annotated[str, typer.Option(help="sensor (exported with --parameters) or plant.")] = "sensor",
+) -> None:
+    """Write the numbers of another machine of the kind, for an FMU or C that is built already.
+
+    A kind is one circuit with its options and assumptions: every number of the description may differ. Numbers of a
+    machine of another kind are refused by the sensor.
+
+    Example: ramsight export parameters left.toml --unit boom --out left.ssv
+    """
+    from ramsight.api.exporting import export_parameters as export_numbers
+
+    count = export_numbers(machine, unit, out=out, what=what)
+    typer.echo(f"{out}: {count} numbers of {what} written")

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from ramsight.deploy.c_build import build_files
 from ramsight.deploy.c_compare import comparison_source
 from ramsight.deploy.c_sensor import (
     SensorSource,
@@ -18,6 +19,7 @@ from ramsight.deploy.c_sensor import (
 from ramsight.deploy.c_text import template
 from ramsight.deploy.compiler import ControlFootprint, Footprint, control_footprint, find_compiler, footprint, version
 from ramsight.deploy.control_options import ControlOptions
+from ramsight.deploy.credentials import Export, credentials
 from ramsight.deploy.golden import SAMPLES, faulty_day
 from ramsight.engine.recursion import replay
 from ramsight.errors import DescriptionError
@@ -30,7 +32,7 @@ from ramsight.sensor.thresholds import START_STD
 from ramsight.sensor.virtual_sensor import VirtualSensor
 
 STEPS = 5
-"""How often `advance` is called with 1 while a sensor is written."""
+"""Sum of what `advance` is called with while a sensor is written."""
 _LAST = "README.md"  # moved last: where it is, the folder is whole
 _BUILDS = ((False, "-O2"), (False, "-Os"), (True, "-O2"), (True, "-Os"))
 
@@ -60,7 +62,9 @@ def write_sensor(
     out: str | Path,
     *,
     single: bool = False,
+    tabled: bool = False,
     control: ControlOptions | None = None,
+    measure: bool = False,
     compiler: str | None = None,
     advance: Callable[[int], object] = lambda count: None,
 ) -> WrittenSensor:
@@ -71,9 +75,12 @@ def write_sensor(
         unit: name of its unit.
         out: the folder; made if it is not there. Files of an earlier export are replaced, others stay.
         single: reals are floats by default; the other precision is a macro away in either case.
+        tabled: the machine's numbers are a table that the sensor is handed; those of another machine by
+            `write_parameters`.
         control: write a position control beside the sensor, driving so.
+        measure: compile and run it in both precisions, for speed and for size; by default once, as it is exported.
         compiler: path of the C compiler that measures; by default the one that is found, "" for none.
-        advance: called with 1 after each of `STEPS` parts of the work.
+        advance: called with the parts of the work, of `STEPS`, that are done.
 
     Raises:
         DescriptionError: no sensor knows the unit's circuit.
@@ -86,8 +93,9 @@ def write_sensor(
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     done = write_sensor(machine.load("mining-loader"), "boom", f"{folder}/boom-c", compiler="")
         ...     sorted(done.files)  # doctest: +NORMALIZE_WHITESPACE
-        ['README.md', 'ramsight_boom.c', 'ramsight_boom.h', 'ramsight_boom_compare.c', 'ramsight_boom_compare.h',
-         'ramsight_boom_golden.h', 'ramsight_boom_test.c']
+        ['CMakeLists.txt', 'README.md', 'card.srmd', 'description.toml', 'library.json', 'ramsight.json',
+         'ramsight_boom.c', 'ramsight_boom.h', 'ramsight_boom_compare.c', 'ramsight_boom_compare.h',
+         'ramsight_boom_golden.h', 'ramsight_boom_test.c', 'zephyr/module.yml']
     """
     out = Path(out)
     check_folder(out)
@@ -95,20 +103,23 @@ def write_sensor(
     if single:
         _check_floats(built)
     sensor, prefix = kalman(built), f"ramsight_{identifier_of(unit)}"
-    plain = sensor_source(sensor, built, prefix, machine.name, single=single)
+    plain = sensor_source(sensor, built, prefix, machine.name, single=single, tabled=tabled)
     source, samples = _with_rows(plain, sensor, built)
     advance(1)
     driven = _control(control, built, prefix, machine.name).files if control else {}
     files = {**source.files, **comparison_source(built, prefix, machine.name), **driven}
+    files |= build_files(files, prefix, machine.name, unit)
     with whole_folder(out, _LAST) as draft:
         for name, text in files.items():
+            (draft / name).parent.mkdir(exist_ok=True)
             (draft / name).write_text(text, encoding="utf-8")
         found = find_compiler() if compiler is None else compiler
         measured = []
-        for floats, level in _builds(built):
+        builds = tuple(_builds(built)) if measure else ((single, "-O2"),)
+        for floats, level in builds:
             if found:
                 measured.append(footprint(found, draft, prefix, single=floats, optimised=level))
-            advance(1)
+            advance((STEPS - 1) // len(builds))
         compiler = version(found) if found else None
         driving = control_footprint(found, draft, prefix) if found and control else None
         text = template(
@@ -123,8 +134,16 @@ def write_sensor(
             measured=_table(measured, compiler),
             control=_about_control(prefix, driving) if control else "",
         )
-        (draft / _LAST).write_text(text, encoding="utf-8")
-    return WrittenSensor(out, (*files, _LAST), compiler, tuple(measured), driving)
+        options = [*(["--float"] if single else []), *(["--parameters"] if tabled else [])]
+        command = ("c", *options, *(("--control", *control.words) if control else ()))
+        passed = f"golden samples passed by {compiler}, builds {len(measured)}" if compiler else ""
+        own = credentials(
+            Export(machine, built, "control" if control else "sensor", command, passed),
+            {name: text.encode() for name, text in files.items()},
+        )
+        for name, said in {**own, _LAST: text}.items():
+            (draft / name).write_text(said, encoding="utf-8")
+    return WrittenSensor(out, (*files, *own, _LAST), compiler, tuple(measured), driving)
 
 
 def _check_floats(unit: HydraulicUnit) -> None:

@@ -122,6 +122,25 @@ def statements(
     return titled(lines, sections) + known + copied + always + guarded
 
 
+def result_kinds(graph: Graph, read: Callable[[int, int], Term], dialect: Dialect) -> dict[tuple[int, int], str]:
+    """Kinds of a function's results, without the text of their statements.
+
+    Args:
+        graph: of the function.
+        read: as of `statements`.
+        dialect: the same.
+    """
+    terms: list[Term] = []
+    for node in graph.nodes:
+        if node.code == ca.OP_INPUT:
+            terms.append(read(*node.place))
+        elif node.code == ca.OP_CONST:
+            terms.append(dialect.constant(node.value))
+        else:
+            terms.append(Term("x", dialect.express(node.code, [terms[s] for s in node.sources]).kind))
+    return {place: terms[node].kind for place, node in graph.results}
+
+
 def _moved(graph: Graph, written: Mapping[tuple[int, int], tuple[int, int, bool]], kept: Mapping[int, int]) -> set[int]:
     """Inputs that are results elsewhere than where they stand: they may be written over before they are read."""
     values = {written[place][1] if place in written else node for place, node in graph.results}
@@ -166,14 +185,14 @@ def array_function(name: str, function: ca.Function, dialect: Dialect, *, output
     Example:
         >>> x = ca.SX.sym("x", 2)
         >>> print(array_function("least", ca.Function("f", [x], [ca.fmin(x[0], x[1])], ["x"], ["y"]), PLAIN))
-        static void least(const real *restrict x, real *restrict y_) {
+        static void least(const real *RESTRICT x, real *RESTRICT y_) {
           const real r2 = x[1] < x[0] ? x[1] : x[0];
           y_[0] = r2;
         }
     """
     ins = function.name_in()
     outs = [out.removesuffix("_new") + outputs_end for out in function.name_out()]
-    arguments = [f"const real *restrict {n}" for n in ins] + [f"real *restrict {n}" for n in outs]
+    arguments = [f"const real *RESTRICT {n}" for n in ins] + [f"real *RESTRICT {n}" for n in outs]
     used: set[int] = set()
 
     def read(argument: int, k: int) -> Term:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Container, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
@@ -12,12 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight._version import __version__
-from ramsight.deploy.c_function import PLAIN, Term, as_kind, literal, number, statements
+from ramsight.deploy import c_machine
+from ramsight.deploy.c_function import PLAIN, Term, as_kind, literal, number, result_kinds, statements
+from ramsight.deploy.c_machine import MachineTable
 from ramsight.deploy.c_sections import live_marks
 from ramsight.deploy.c_text import golden_table, headings, indented, template
+from ramsight.deploy.sensor_words import meaning
 from ramsight.engine.cache import hold, instructions
 from ramsight.engine.graph import graph_of
 from ramsight.engine.recursion import Recursion
+from ramsight.engine.typed_state import Leaf
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.persistence import CLOCKED, STARTED, VELOCITY
 from ramsight.sensor.sample import MEASURED, SHAFT_ANGLE
@@ -43,23 +47,6 @@ _SLOTS = "slots 3"
 _OTHER_STATUSES = 4
 """Statuses among the golden samples in which floats may differ; doubles may in none."""
 _LAST_PART = "Status: which of the detectors has spoken; and what the sensor says"
-_MEANING = {
-    "position": "0 = retracted",
-    "position_std": "its standard deviation",
-    "velocity": "positive extends",
-    "load": "positive against lifting",
-    "pressure_a": "chamber on the piston's side, absolute",
-    "pressure_b": "chamber on the rod's side, absolute",
-    "leak_factor": "leakage over the data sheet's",
-    "displacement_factor": "displacement over the data sheet's",
-    "compliance_factor": "compliance over the data sheet's",
-    "mode": "what the piston is doing, a number of docs/kalman.md",
-    "position_bound": "error that one sample in 100000 exceeds",
-    "referenced_since_power_up": "whether a reference has come since the start, or since it was resumed",
-    "torque_over_pressures": "reported torque less what the pressures ask for, lately",
-    "speed_over_counter": "reported speed over the counter's, lately",
-    "torque_missing": "torque by the drive's power less the reported one, lately",
-}
 
 
 @dataclass(frozen=True)
@@ -69,14 +56,16 @@ class SensorSource:
     Attributes:
         prefix: with which all its names begin, for example ``ramsight_boom``.
         files: text by file name.
+        table: its machine's numbers; None of what is no sensor.
     """
 
     prefix: str
     files: Mapping[str, str]
+    table: MachineTable | None = None
 
 
 def sensor_source(
-    sensor: VirtualSensor, unit: HydraulicUnit, prefix: str, machine: str, *, single: bool
+    sensor: VirtualSensor, unit: HydraulicUnit, prefix: str, machine: str, *, single: bool, tabled: bool = False
 ) -> SensorSource:
     """Header and body of a sensor.
 
@@ -86,14 +75,11 @@ def sensor_source(
         prefix: of all names.
         machine: the machine's name, for the comments.
         single: reals are floats by default.
+        tabled: the machine's numbers are a table that the sensor is handed, not constants.
     """
     recursion = sensor.recursion
-    step, constants, wide = _step(sensor, prefix)
-    declared = tuple(sorted(sensor.states, key=lambda one: one.name not in wide))
-    states = tuple(field_of(one.name) for one in declared)
-    wide = {field_of(name) for name in wide}
-    values = {field_of(name): v for name, v in zip(recursion.state, sensor.initial.tolist(), strict=True) if v}
-    identity = "\n".join((_SLOTS, sensor.kind, *states, *recursion.parameters)).encode() + sensor.parameters.tobytes()
+    step, table, wide, declared = _tabled_step(sensor, prefix)
+    states = tuple(table.start)
     wides, changing = len(wide), set(_repeated(sensor).values())
     macro = prefix.upper()
     common = headings(prefix, machine, f"Virtual position sensor of the {unit.name}")
@@ -105,23 +91,21 @@ def sensor_source(
         statuses=indented(f"{macro}_{s.name} = {int(s)}, /* {s.text} */" for s in Status),
         outputs=indented(_outputs(sensor, prefix)),
         states=indented(f"{'double' if name in wide else f'{prefix}_real'} {name};" for name in states),
+        machines=c_machine.declared(table, prefix) if tabled else "",
+        chosen=f"  const {prefix}_machine *machine;\n  uint32_t chosen; /* by `of` */\n" if tabled else "",
+        of=template("machine.h", **common) if tabled else "",
         bytes=f"(20 + 8 * {wides} + (int)sizeof({prefix}_real) * {len(states) - wides})",
         **common,
     )
     body = template(
         "sensor.c",
-        constants="\n".join(constants),
-        initial=indented(
-            f"s->{name} = {'' if name in wide else 'R'}({literal(values[name])});" for name in states if name in values
-        ),
+        **(_by_table(table, prefix, common) if tabled else _by_constants(table, wide)),
         further="".join(f"  const real u_{name} = in->{name};\n" for name in sensor.further if name not in changing),
         relative=indented(_relative(sensor)),
         step=indented(step),
         texts=indented((f'case {macro}_{s.name}: return "{s.text}";' for s in Status), 4),
-        identity=f"0x{zlib.crc32(identity):08X}",
         wides=wides,
         count=len(states),
-        stroke=repr(sensor.stroke),
         slack=START_SLACK,
         unknown=indented((f"out->{name} = (real)NAN;" for name in recursion.outputs if name != "status"), 4),
         turning=MOTOR_TURNS,
@@ -140,7 +124,7 @@ def sensor_source(
         clocked=field_of(CLOCKED),
         **common,
     )
-    return SensorSource(prefix, {f"{prefix}.h": header, f"{prefix}.c": body})
+    return SensorSource(prefix, {f"{prefix}.h": header, f"{prefix}.c": body}, table)
 
 
 def golden_source(
@@ -175,7 +159,8 @@ def golden_source(
     reads = reading(p, further, "in", "sample")
     resting = "".join(f"  in.{name} = ({type_of(name, p)})NAN;\n" for name in further)
     program = template("sensor_test.c", p=p, P=p.upper(), other=_OTHER_STATUSES, further=reads, resting=resting)
-    return SensorSource(p, {**source.files, f"{p}_golden.h": text, f"{p}_test.c": program})
+    files = {**source.files, f"{p}_golden.h": text, f"{p}_test.c": program}
+    return replace(source, files=files)
 
 
 def type_of(name: str, prefix: str) -> str:
@@ -195,7 +180,7 @@ def _outputs(sensor: VirtualSensor, prefix: str) -> Iterator[str]:
         if name == "status":
             yield f"{prefix}_status status;"
             continue
-        yield f"{prefix}_real {name}; /* [{sensor.units[name]}] {_meaning(name)} */"
+        yield f"{prefix}_real {name}; /* [{sensor.units[name]}] {meaning(name)} */"
 
 
 def unit_table(sensor: VirtualSensor) -> str:
@@ -213,17 +198,65 @@ def unit_table(sensor: VirtualSensor) -> str:
     rows += [(f"`in.{name}`", "1", "command, -1 to 1") for name in sensor.commands]
     rows += [(f"`in.{name}`", *MEASURED[name]) for name in sensor.optional]
     for name in sensor.recursion.outputs:
-        rows.append((f"`out.{name}`", sensor.units.get(name, ""), _meaning(name) if name != "status" else "see below"))
+        rows.append((f"`out.{name}`", sensor.units.get(name, ""), meaning(name) if name != "status" else "see below"))
     return "\n".join(f"| {name} | {unit} | {words} |" for name, unit, words in rows)
 
 
-def _meaning(name: str) -> str:
-    """What an output is, in words."""
-    return _MEANING.get(name, f"standard deviation of {name.removesuffix('_std')}")
+def machine_table(sensor: VirtualSensor, prefix: str) -> MachineTable:
+    """The numbers of a sensor's machine, as the C that `sensor_source` writes with `tabled` takes them.
+
+    Args:
+        sensor: the `kalman` sensor of the unit.
+        prefix: of the C's names.
+    """
+    return _tabled_step(sensor, prefix)[1]
 
 
-def _step(sensor: VirtualSensor, prefix: str) -> tuple[list[str], list[str], set[str]]:
-    """Statements of the step, definitions of the constants that they use, and the states that are doubles."""
+def _tabled_step(sensor: VirtualSensor, prefix: str) -> tuple[list[str], MachineTable, set[str], tuple[Leaf, ...]]:
+    """Statements of the step, the machine's numbers, fields that are doubles, and the states in the struct's order."""
+    recursion = sensor.recursion
+    step, constants, wide = _step(sensor, prefix)
+    declared = tuple(sorted(sensor.states, key=lambda one: one.name not in wide))
+    values = dict(zip(recursion.state, sensor.initial.tolist(), strict=True))
+    start = {field_of(one.name): float(values[one.name]) for one in declared}
+    identity = "\n".join((_SLOTS, sensor.kind, *start, *recursion.parameters)).encode() + sensor.parameters.tobytes()
+    kind = "\n".join((_SLOTS, *start, *constants, *step)).encode()
+    table = MachineTable(zlib.crc32(kind), zlib.crc32(identity), float(sensor.stroke), start, constants)
+    return step, table, {field_of(name) for name in wide}, declared
+
+
+def _by_constants(table: MachineTable, wide: Container[str]) -> dict[str, str]:
+    """How the body has its machine's numbers: as constants."""
+    return {
+        "constants": "\n".join(f"static const real {name} = R({literal(v)});" for name, v in table.constants.items()),
+        "initial": indented(
+            f"s->{name} = {'' if name in wide else 'R'}({literal(v)});" for name, v in table.start.items() if v
+        ),
+        "identity": f"UINT32_C(0x{table.identity:08X})",
+        "stroked": repr(table.stroke),
+        **dict.fromkeys(("begins", "keeps", "kept", "likewise", "beside"), ""),
+    }
+
+
+def _by_table(table: MachineTable, prefix: str, common: Mapping[str, object]) -> dict[str, str]:
+    """The same as a table that it is handed."""
+    defined = f"const {prefix}_machine {prefix}_described = {c_machine.initializer(table, prefix)};"
+    return {
+        "constants": "\n".join((defined, *(f"#define {name} (s->machine->{name})" for name in table.constants))),
+        "initial": template("machine_start.c"),
+        "identity": "s->machine->identity",
+        "stroked": "s->machine->stroke",
+        "begins": template("machine.c", **common),
+        "keeps": f"  const {prefix}_machine *const machine = machine_of(s);\n"
+        "  const uint32_t chosen = s->chosen == REFUSED ? REFUSED : CHOSEN;\n",
+        "kept": "  s->machine = machine;\n  s->chosen = chosen;\n",
+        "likewise": "  set_machine(to, machine_of(from));\n",
+        "beside": template("machine_resume.c", **common),
+    }
+
+
+def _step(sensor: VirtualSensor, prefix: str) -> tuple[list[str], dict[str, float], set[str]]:
+    """Statements of the step, the constants that they use, and the states that are doubles."""
     recursion = sensor.recursion
     step, prepare = _marked(recursion, [found for _, found in sensor.sections])
     titles = [*(title for title, _ in sensor.sections), _LAST_PART]
@@ -231,17 +264,15 @@ def _step(sensor: VirtualSensor, prefix: str) -> tuple[list[str], list[str], set
     extra = len(values) - len(recursion.parameters)
     names = [f"k_{k}" for k in range(extra)] + [f"k_{identifier_of(name)}" for name in recursion.parameters]
     wide = {one.name for one in sensor.states if one.exact}
-    while True:  # a sum of doubles is a double, and so is a state that it becomes
+    graph = graph_of(instructions(step))
+    scribe = _Scribe(sensor, prefix, names, frozenset(wide))
+    while (
+        more := scribe.sums(result_kinds(graph, scribe.read, PLAIN)) - wide
+    ):  # what a sum of doubles becomes is a double
+        wide |= more
         scribe = _Scribe(sensor, prefix, names, frozenset(wide))
-        lines = statements(step, scribe.read, scribe.write, PLAIN, titles, kept={0: 0})
-        if scribe.sums <= wide:
-            break
-        wide |= scribe.sums
-    constants = [
-        f"static const real {name} = R({literal(float(value))});"
-        for name, value in zip(names, values, strict=True)
-        if name in scribe.used
-    ]
+    lines = statements(step, scribe.read, scribe.write, PLAIN, titles, kept={0: 0})
+    constants = {n: float(value) for n, value in zip(names, values, strict=True) if n in scribe.used}
     return lines, constants, wide
 
 
@@ -302,7 +333,11 @@ class _Scribe:
         self._clocks = {one.name for one in sensor.states if one.exact == TIME}
         self._repeated = _repeated(sensor)
         self.used: set[str] = set()
-        self.sums: set[str] = set()
+
+    def sums(self, kinds: Mapping[tuple[int, int], str]) -> set[str]:
+        """States that become a double, by the kinds of the step's results."""
+        own = {self._recursion.state[k] for (argument, k), kind in kinds.items() if argument == 0 and kind == "wide"}
+        return own - self._clocks - self._repeated.keys()
 
     def read(self, argument: int, k: int) -> Term:
         if argument == 1:
@@ -327,8 +362,6 @@ class _Scribe:
             return f"if ({term.text} == 0) s->{field} = in->time;"
         if name in self._repeated:
             return f"if ({term.text} == 0) s->{field} = in->{self._repeated[name]};"
-        if term.kind == "wide":
-            self.sums.add(name)
         return f"s->{field} = {as_kind('wide', term) if name in self._wide else number(term)};"
 
 

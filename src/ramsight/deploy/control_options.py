@@ -30,6 +30,23 @@ class ControlOptions:
     period: float = SAMPLE_PERIOD
     drive: DriveResponse = IDEAL
 
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The options of `ramsight export` that say the same; what else is declared of a drive has none.
+
+        Example:
+            >>> ControlOptions(speed=0.02, period=0.01).words
+            ('--speed "0.02 m/s"', '--period "0.01 s"')
+        """
+        late = self.drive.command_delay if self.drive.command_delay == self.drive.report_delay else 0.0
+        said = (
+            ("speed", self.speed, "m/s", None),
+            ("force", self.force, "N", math.inf),
+            ("period", self.period, "s", SAMPLE_PERIOD),
+            ("drive-delay", late, "s", 0.0),
+        )
+        return tuple(f'--{name} "{value!r} {unit}"' for name, value, unit, usual in said if value != usual)
+
     def block(self, unit: HydraulicUnit) -> Block:
         """The control of a unit, as a graph."""
         from ramsight.control.block import position_block

@@ -8,7 +8,7 @@ import sys
 import tempfile
 import uuid
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,12 +16,15 @@ from ramsight.deploy.c_sensor import identifier_of
 from ramsight.deploy.c_text import template
 from ramsight.deploy.compiler import STRICT, find_compiler, library
 from ramsight.deploy.control_options import ControlOptions
+from ramsight.deploy.credentials import Export, credentials
 from ramsight.deploy.fmu_behind import comparison_behind
 from ramsight.deploy.fmu_description import build_description, description_2, description_3
 from ramsight.deploy.fmu_model import FmuModel, config_text, plant_model, sensor_model
+from ramsight.deploy.platforms import binaries
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
 from ramsight.output import atomic_path, check_target
+from ramsight.plant.unit import HydraulicUnit
 
 WHAT = ("sensor", "control", "compare", "plant")
 VERSIONS = (2, 3)
@@ -35,12 +38,12 @@ class WrittenFmu:
     Attributes:
         path: of the FMU.
         variables: how many it has.
-        binary: the platform of its binary, or None if there is none.
+        binaries: the platforms of its binaries; empty if there are none.
     """
 
     path: Path
     variables: int
-    binary: str | None
+    binaries: tuple[str, ...]
 
 
 def write_fmu(
@@ -50,7 +53,9 @@ def write_fmu(
     *,
     what: str = "sensor",
     fmi: int = 2,
+    tabled: bool = False,
     control: ControlOptions | None = None,
+    platforms: Sequence[str] | None = None,
     compiler: str | None = None,
     named: Callable[[str], str] = str,
 ) -> WrittenFmu:
@@ -63,30 +68,39 @@ def write_fmu(
         what: ``sensor``, ``control`` (with a position control), ``compare`` (with the comparison with a real sensor) or
             ``plant``.
         fmi: 2 or 3.
+        tabled: of a sensor alone, the machine's numbers are parameters; a plant's always are.
         control: how a control drives.
+        platforms: names of `PLATFORMS` that it has binaries for, by the package ziglang; by default that of this
+            machine, by its compiler.
         compiler: path of the C compiler; by default the one that is found. Without one the FMU has sources alone.
         named: what errors call an argument.
 
     Raises:
         DescriptionError: there is no such sensor or version.
         OutputError: the file cannot be written.
+        CompilerError: a compiler refuses the C, or ziglang is missing.
 
     Example:
         >>> import tempfile
         >>> from ramsight import machine
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     done = write_fmu(machine.load("mining-loader"), "boom", f"{folder}/boom.fmu", compiler="")
-        ...     done.path.name, done.variables, done.binary
-        ('boom.fmu', 30, None)
+        ...     done.path.name, done.variables, done.binaries
+        ('boom.fmu', 30, ())
     """
     for key, value, known in (("what", what, WHAT), ("fmi", fmi, VERSIONS)):
         if value not in known:
             raise DescriptionError(
                 "there is no such FMU", key=named(key), value=value, allowed=", ".join(map(str, known))
             )
+    if tabled and what != "sensor":
+        raise DescriptionError("is of a sensor alone", key=named("parameters"), value=what, allowed="sensor")
     out = Path(out)
     check_target(out, (".fmu",))
-    model = _model(machine, unit, what, control or ControlOptions())
+    from ramsight.plant.build import build_unit
+
+    built, driving = build_unit(unit, machine.unit(unit)), control or ControlOptions()
+    model = _model(machine, built, what, driving, tabled)
     identifier = f"ramsight_{identifier_of(unit)}_{what}"
     files = _sources(model, fmi)
     token = _token(identifier, files)
@@ -98,30 +112,38 @@ def write_fmu(
     else:
         content["modelDescription.xml"] = description_3(model, identifier, token).encode()
         content["sources/buildDescription.xml"] = build_description(identifier, compiled).encode()
-    found = find_compiler() if compiler is None else compiler
-    place = _platform(fmi) if found else None
-    if found and place is not None:
-        with tempfile.TemporaryDirectory() as folder:
-            binary = Path(folder) / "library"
-            library(found, files, binary, *STRICT, "-fvisibility=hidden")
-            content[f"binaries/{place}/{identifier}{'.dylib' if sys.platform == 'darwin' else '.so'}"] = (
-                binary.read_bytes()
-            )
+    built_for = (
+        binaries(files, identifier, fmi, platforms) if platforms is not None else _own(files, identifier, fmi, compiler)
+    )
+    content |= built_for
+    options = (f"--what {what}", f"--fmi {fmi}", *(["--parameters"] if tabled else []), *_asked(platforms))
+    command = ("fmu", *options, *(driving.words if what == "control" else ()))
+    own = credentials(Export(machine, built, what, command), content)
+    content |= {f"resources/{name}": text.encode() for name, text in own.items()}
     with atomic_path(out) as draft, zipfile.ZipFile(draft, "w") as archive:
         for name in sorted(content, key=lambda name: (name != "modelDescription.xml", name)):
             entry = zipfile.ZipInfo(name, _DATE)
             entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
             archive.writestr(entry, content[name])
-    return WrittenFmu(out, len(model.variables), place)
+    return WrittenFmu(out, len(model.variables), tuple(name.split("/")[1] for name in built_for))
 
 
-def _model(machine: Machine, unit: str, what: str, control: ControlOptions) -> FmuModel:
-    from ramsight.plant.build import build_unit
+def _own(files: dict[str, str], identifier: str, fmi: int, compiler: str | None) -> dict[str, bytes]:
+    """The library for this machine by its own compiler, by its place in the FMU; nothing where there is none."""
+    found, place = find_compiler() if compiler is None else compiler, _platform(fmi)
+    if not found or place is None:
+        return {}
+    with tempfile.TemporaryDirectory() as folder:
+        binary = Path(folder) / "library"
+        library(found, files, binary, *STRICT, "-fvisibility=hidden")
+        suffix = ".dylib" if sys.platform == "darwin" else ".so"
+        return {f"binaries/{place}/{identifier}{suffix}": binary.read_bytes()}
 
-    described = machine.unit(unit)
+
+def _model(machine: Machine, built: HydraulicUnit, what: str, control: ControlOptions, tabled: bool) -> FmuModel:
     if what == "plant":
-        return plant_model(build_unit(unit, described), machine.name)
-    built, prefix = build_unit(unit, described), f"ramsight_{identifier_of(unit)}"
+        return plant_model(built, machine.name)
+    prefix = f"ramsight_{identifier_of(built.name)}"
     behind = None
     if what == "control":
         from ramsight.deploy.fmu_control import control_behind
@@ -129,7 +151,11 @@ def _model(machine: Machine, unit: str, what: str, control: ControlOptions) -> F
         behind = control_behind(control.block(built), built, prefix, machine.name)
     elif what == "compare":
         behind = comparison_behind(built, prefix, machine.name)
-    return sensor_model(built, prefix, machine.name, behind)
+    return sensor_model(built, prefix, machine.name, behind, tabled=tabled)
+
+
+def _asked(platforms: Sequence[str] | None) -> list[str]:
+    return [] if platforms is None else [f"--platforms {','.join(platforms) or 'none'}"]
 
 
 def _sources(model: FmuModel, fmi: int) -> dict[str, str]:

@@ -46,8 +46,27 @@ class Behind:
 
 _COMPARED = (
     Variable("other_position", "real", "input", "m", f"position by the other sensor, {NOTHING}", UNKNOWN),
-    Variable("other_tolerance", "real", "parameter", "m", "of the other sensor, by data sheet and mounting", TOLERANCE),
-    Variable("time_to_alert", "real", "parameter", "s", "for which both have to be apart", TIME_TO_ALERT),
+    Variable(
+        "other_tolerance",
+        "real",
+        "parameter",
+        "m",
+        "of the other sensor, by data sheet and mounting",
+        TOLERANCE,
+        None,
+        0.0,
+    ),
+    Variable(
+        "time_to_alert",
+        "real",
+        "parameter",
+        "s",
+        "for which both have to be apart",
+        TIME_TO_ALERT,
+        None,
+        0.0,
+        LONGEST_ALERT,
+    ),
 )
 _VERDICT = Variable("verdict", "verdict", "output", "", "what both sensors say together")
 

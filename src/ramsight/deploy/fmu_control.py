@@ -11,7 +11,7 @@ from ramsight.plant.unit import HydraulicUnit
 
 _ASKED = "0: stop, 1: go to the target, 2: steer, 3: visit the end stop of lowering, 4: of lifting, 5: leak test"
 _ORDERS = (
-    Variable("ask", "real", "input", "", _ASKED, float(Ask.POSITION)),
+    Variable("ask", "real", "input", "", _ASKED, float(Ask.POSITION), None, 0.0, float(max(Ask))),
     Variable("target", "real", "input", "m", "where to; 1e10: nowhere", UNKNOWN),
     Variable("steering", "real", "input", "m/s", "velocity by hand, positive extends", 0.0),
     Variable("speed", "real", "input", "m/s", "largest velocity of a move or a visit", UNKNOWN),

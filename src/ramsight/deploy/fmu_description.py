@@ -8,25 +8,9 @@ from xml.sax.saxutils import quoteattr
 from ramsight._version import __version__
 from ramsight.deploy.c_function import literal
 from ramsight.deploy.fmu_model import FmuModel
+from ramsight.deploy.fmu_units import BASE, DISPLAY
 from ramsight.deploy.fmu_variable import ENUMERATIONS, Variable
 
-_BASE = {
-    "s": {"s": 1},
-    "m": {"m": 1},
-    "K": {"K": 1},
-    "m/s": {"m": 1, "s": -1},
-    "rad": {"rad": 1},
-    "rad/s": {"rad": 1, "s": -1},
-    "rad/s2": {"rad": 1, "s": -2},
-    "N": {"kg": 1, "m": 1, "s": -2},
-    "N/s": {"kg": 1, "m": 1, "s": -3},
-    "N.m": {"kg": 1, "m": 2, "s": -2},
-    "Pa": {"kg": 1, "m": -1, "s": -2},
-    "m3": {"m": 3},
-    "m3/s": {"m": 3, "s": -1},
-    "J": {"kg": 1, "m": 2, "s": -2},
-    "W": {"kg": 1, "m": 2, "s": -3},
-}
 _HEAD = '<?xml version="1.0" encoding="UTF-8"?>\n'
 TOOL = f"ramsight {__version__}"
 
@@ -36,11 +20,12 @@ def _attributes(**values: object) -> str:
 
 
 def _units(variables: Sequence[Variable]) -> str:
-    units = dict.fromkeys(v.unit for v in variables if v.unit)
     lines = []
-    for unit in units:
-        base = f"<BaseUnit{_attributes(**_BASE[unit])}/>" if unit in _BASE else ""
-        lines.append(f"    <Unit name={quoteattr(unit)}>{base}</Unit>")
+    for unit in dict.fromkeys(v.unit for v in variables if v.unit):
+        shown = DISPLAY.get(unit)
+        said = _attributes(name=shown.name, factor=repr(shown.factor), offset=shown.offset or None) if shown else ""
+        display = f"<DisplayUnit{said}/>" if shown else ""
+        lines.append(f"    <Unit name={quoteattr(unit)}><BaseUnit{_attributes(**BASE[unit])}/>{display}</Unit>")
     return "\n".join(["  <UnitDefinitions>", *lines, "  </UnitDefinitions>"])
 
 
@@ -68,6 +53,20 @@ def _initial(v: Variable) -> str | None:
     if v.causality in {"input", "independent"}:
         return None
     return "exact" if v.causality == "parameter" else "calculated"
+
+
+def _number(v: Variable) -> str:
+    """Attributes of a value: unit, range, usual size and start."""
+    shown = DISPLAY.get(v.unit)
+    ends = {name: None if end is None else literal(end) for name, end in (("min", v.least), ("max", v.most))}
+    return _attributes(
+        declaredType=_declared(v),
+        unit=v.unit,
+        displayUnit=shown.name if shown else None,
+        **ends,
+        nominal=v.nominal,
+        start=_start(v),
+    )
 
 
 def _start(v: Variable) -> str | None:
@@ -116,8 +115,7 @@ def description_2(model: FmuModel, identifier: str, token: str, sources: Sequenc
             variability=_variability(v, discrete),
             initial=_initial(v),
         )
-        value = _attributes(declaredType=_declared(v), unit=v.unit, start=_start(v))
-        lines.append(f"    <ScalarVariable{head}><{kind}{value}/></ScalarVariable>")
+        lines.append(f"    <ScalarVariable{head}><{kind}{_number(v)}/></ScalarVariable>")
     outputs = [k for k, v in enumerate(variables, 1) if v.causality == "output"]
     unknowns = [f'      <Unknown index="{k}"/>' for k in outputs]
     lines += ["  </ModelVariables>", "  <ModelStructure>", "    <Outputs>", *unknowns, "    </Outputs>"]
@@ -156,11 +154,8 @@ def description_3(model: FmuModel, identifier: str, token: str) -> str:
             causality=v.causality,
             variability=_variability(v, not model.linear),
             initial=_initial(v),
-            declaredType=_declared(v),
-            unit=v.unit,
-            start=_start(v),
         )
-        lines.append(f"    <{kind}{text}/>")
+        lines.append(f"    <{kind}{text}{_number(v)}/>")
     outputs = [k for k, v in enumerate(variables) if v.causality == "output"]
     lines += ["  </ModelVariables>", "  <ModelStructure>"]
     lines += [f'    <Output valueReference="{k}"/>' for k in outputs]

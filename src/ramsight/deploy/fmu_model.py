@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
@@ -13,7 +13,9 @@ from ramsight.deploy.c_function import PLAIN, array_function, literal
 from ramsight.deploy.c_sensor import field_of, sensor_source
 from ramsight.deploy.c_text import template
 from ramsight.deploy.fmu_behind import Behind
+from ramsight.deploy.fmu_units import parameter_unit, usual_sizes
 from ramsight.deploy.fmu_variable import NOTHING, PERIOD, UNKNOWN, Variable
+from ramsight.deploy.sensor_words import titled_meaning
 from ramsight.engine.equation import OdeModel
 from ramsight.engine.ode_module import pieces
 from ramsight.engine.run import DEFAULT_RTOL
@@ -26,7 +28,7 @@ from ramsight.sensor.kalman import kalman
 from ramsight.sensor.quantity import FACTOR_OF
 from ramsight.sensor.sample import MEASURED
 from ramsight.sensor.thresholds import START_STD
-from ramsight.sensor.virtual_sensor import VARIANCE
+from ramsight.sensor.virtual_sensor import REFERENCED_NOW, VARIANCE
 
 _T0 = 313.15  # K
 
@@ -58,14 +60,17 @@ class FmuModel:
         return {sort: sorts[sort] for sort in ("real", "word", "truth")}
 
 
-def _memory(prefix: str, behind: Behind | None) -> str:
-    return f"typedef struct {{ {prefix} sensor;{f' {behind.member}' if behind else ''} }} Memory;"
+def _memory(prefix: str, behind: Behind | None, tabled: bool) -> str:
+    own = f" {prefix}_machine machine;" if tabled else ""
+    return f"typedef struct {{ {prefix} sensor;{own}{f' {behind.member}' if behind else ''} }} Memory;"
 
 
 _TIME = Variable("time", "real", "independent", "s", "time")
 
 
-def sensor_model(unit: HydraulicUnit, prefix: str, machine: str, behind: Behind | None = None) -> FmuModel:
+def sensor_model(
+    unit: HydraulicUnit, prefix: str, machine: str, behind: Behind | None = None, *, tabled: bool = False
+) -> FmuModel:
     """The `kalman` sensor of a unit, and what stands behind it.
 
     Args:
@@ -73,46 +78,67 @@ def sensor_model(unit: HydraulicUnit, prefix: str, machine: str, behind: Behind 
         prefix: of the C's names.
         machine: the machine's name, for comments.
         behind: a control or a comparison, if it has one.
+        tabled: the machine's numbers are parameters.
     """
     sensor = kalman(unit)
-    source = sensor_source(sensor, unit, prefix, machine, single=False)
+    source = sensor_source(sensor, unit, prefix, machine, single=False, tabled=tabled)
+    numbers = source.table.numbers if tabled and source.table else {}
     says = [name for name in sensor.recursion.outputs if name != "status"]
+    stroke = float(unit.cylinder.stroke)
+    most = None if tabled else stroke
     variables = (
         _TIME,
         Variable("motor_speed", "real", "input", "rad/s", "motor speed, positive extends", 0.0),
         Variable("motor_torque", "real", "input", "N.m", "motor torque", 0.0),
         Variable("oil_temperature", "real", "input", "K", "oil temperature", _T0),
         Variable("reference", "real", "input", "m", "position that is known, where reference_known", 0.0),
-        Variable("start_position", "real", "parameter", "m", "position at the start, where start_known", 0.0),
-        Variable("start_std", "real", "parameter", "m", "its standard deviation", START_STD),
-        *(Variable(n, "real", "input", "1", "command, -1 to 1", COMMANDED) for n in sensor.commands),
+        Variable(
+            "start_position",
+            "real",
+            "parameter",
+            "m",
+            "position at the start, where start_known",
+            0.0,
+            None,
+            0.0,
+            stroke,
+        ),
+        Variable("start_std", "real", "parameter", "m", "its standard deviation", START_STD, None, 0.0, most),
+        *(Variable(n, "real", "input", "1", "command, -1 to 1", COMMANDED, None, -1.0, 1.0) for n in sensor.commands),
         *(
             Variable(n, "real", "input", MEASURED[n][0], f"{n.replace('_', ' ')}, {NOTHING}", UNKNOWN)
             for n in sensor.optional
         ),
         *(behind.takes if behind else ()),
-        *(Variable(n, "real", "output", _fmi_unit(sensor.units[n]), n.replace("_", " ")) for n in says),
+        *(Variable(n, "real", "parameter", "", f"{n}, in SI units", value) for n, value in numbers.items()),
+        *(Variable(n, "real", "output", _fmi_unit(sensor.units[n]), titled_meaning(n), **_chance(n)) for n in says),
         *(behind.says if behind else ()),
         Variable("status", "status", "output", "", "what the position is worth"),
         *(behind.words if behind else ()),
         Variable("reference_known", "truth", "input", "", "whether the reference counts at this sample", 0.0),
         Variable("start_known", "truth", "parameter", "", "whether the position at the start is known", 0.0),
     )
-    first = 7 + len(sensor.further) + (len(behind.takes) if behind else 0)
-    macros = {name.upper(): k for k, name in enumerate(v.name for v in variables[:first]) if name != "time"}
+    own = 7 + len(sensor.further) + (len(behind.takes) if behind else 0)
+    first = own + len(numbers)
+    macros = {name.upper(): k for k, name in enumerate(v.name for v in variables[:own]) if name != "time"}
+    words = {"p": prefix, "first": own, "count": len(numbers) - 2}
     config = [
         f'#include "{prefix}.h"',
         *([f'#include "{behind.header}"'] if behind else []),
         *(f"#define {name} {k}" for name, k in macros.items()),
     ]
-    config += ["#define REFERENCE_KNOWN 0", "#define START_KNOWN 1", _memory(prefix, behind)]
+    config += ["#define REFERENCE_KNOWN 0", "#define START_KNOWN 1", _memory(prefix, behind, tabled)]
     model = template(
         "sensor_model.c",
         p=prefix,
         P=prefix.upper(),
         unchecked=int(Verdict.UNCHECKED),
         causality=_letters(variables),
-        stroke=f"{unit.cylinder.stroke:g}",
+        stroke="machine.stroke" if tabled else f"{stroke:g} m",
+        machine=template("fmu_machine.c", **words) if tabled else "",
+        again="  m->memory.sensor.machine = &m->memory.machine; /* of this instance, whoever kept the state */\n"
+        if tabled
+        else "",
         starts="\n".join(_starts(variables)),
         further="".join(f"  in.{name} = m->real[{name.upper()}];\n" for name in sensor.further),
         says="\n".join(f"  m->real[{first + k}] = out->{name};" for k, name in enumerate(says)),
@@ -125,7 +151,7 @@ def sensor_model(unit: HydraulicUnit, prefix: str, machine: str, behind: Behind 
         variance=field_of(VARIANCE),
     )
     return FmuModel(
-        variables,
+        _sized(variables, unit),
         "\n".join(config),
         {**source.files, **(behind.files if behind else {}), "model.c": model},
         f"Virtual position sensor{behind.title if behind else ''} of the {unit.name} of {machine}",
@@ -147,6 +173,7 @@ def plant_model(unit: HydraulicUnit, machine: str) -> FmuModel:
     shown = [k for k, out in enumerate(ode.outputs) if not out.name.startswith(("capacity_", "volume_", "stored."))]
     functions = {name: f for name, f in functions.items() if name not in {"dense", "extremes"}}
     functions["rest"] = _rest(unit, ode)
+    stroke = float(unit.cylinder.stroke)
     kelvin = ode.parameters.index("oil_temperature")
     inputs = (
         Variable("motor_speed", "real", "input", "rad/s", "motor speed, positive extends", 0.0),
@@ -156,10 +183,10 @@ def plant_model(unit: HydraulicUnit, machine: str) -> FmuModel:
             "motor_acceleration", "real", "input", "rad/s2", "slope of motor_speed in the next step; 0 holds it", 0.0
         ),
         Variable("load_rate", "real", "input", "N/s", "slope of load in the next step; 0 holds it", 0.0),
-        Variable("start_position", "real", "parameter", "m", "position at the start", 0.5 * unit.cylinder.stroke),
+        Variable("start_position", "real", "parameter", "m", "position at the start", 0.5 * stroke, None, 0.0, stroke),
     )
     parameters = tuple(
-        Variable(name, "real", "parameter", "", f"{name}, in SI units", float(value))
+        _parameter(name, float(value))
         for name, value in zip(ode.parameters, model.values, strict=True)
         if name != "oil_temperature"
     )
@@ -193,7 +220,31 @@ def plant_model(unit: HydraulicUnit, machine: str) -> FmuModel:
     )
     files = {"model.c": text, "real.h": template("real.h"), "rodas4.h": template("rodas4.h")}
     description = f"Simulated {unit.name} of {machine}, with its own solver"
-    return FmuModel(variables, "\n".join(config), files, description, 0.01, linear=True)
+    return FmuModel(_sized(variables, unit), "\n".join(config), files, description, 0.01, linear=True)
+
+
+def _parameter(name: str, value: float) -> Variable:
+    """A number of the parts; what has a unit is a size, and not below 0."""
+    unit = parameter_unit(name)
+    return Variable(
+        name, "real", "parameter", unit, name if unit else f"{name}, in SI units", value, None, 0.0 if unit else None
+    )
+
+
+def _chance(name: str) -> dict[str, float]:
+    """Range of an output that is a probability, or a truth in reals."""
+    return {"least": 0.0, "most": 1.0} if name.endswith(("_probability", REFERENCED_NOW)) else {}
+
+
+def _sized(variables: Sequence[Variable], unit: HydraulicUnit) -> tuple[Variable, ...]:
+    """Variables with their usual sizes; a parameter's is its value."""
+    sizes = usual_sizes(unit)
+
+    def size(v: Variable) -> float | None:
+        uncertain = v.unit == "m" and v.name.endswith(("_std", "_bound"))
+        return None if v.causality == "parameter" else START_STD if uncertain else sizes.get(v.unit)
+
+    return tuple(replace(v, nominal=size(v)) for v in variables)
 
 
 def config_text(model: FmuModel, token: str) -> str:

@@ -28,6 +28,8 @@ class Variable:
         unit: SI unit; empty if it has none.
         text: what it is.
         start: value before anything is set; outputs have none.
+        nominal: a usual size; None where it is unknown.
+        least, most: range, where there is one.
     """
 
     name: str
@@ -36,6 +38,9 @@ class Variable:
     unit: str = ""
     text: str = ""
     start: float | None = None
+    nominal: float | None = None
+    least: float | None = None
+    most: float | None = None
 
     @property
     def enumeration(self) -> type[IntEnum] | None:

@@ -70,8 +70,10 @@ def whole_folder(out: Path, last: str) -> Iterator[Path]:
             draft.rename(out)
             return
         (out / last).unlink(missing_ok=True)
-        for file in sorted(draft.iterdir(), key=lambda file: file.name == last):
-            os.replace(file, out / file.name)
+        names = [file.relative_to(draft) for file in draft.rglob("*") if file.is_file()]
+        for name in sorted(names, key=lambda name: name == Path(last)):
+            (out / name).parent.mkdir(exist_ok=True, parents=True)
+            os.replace(draft / name, out / name)
     except OSError as error:
         raise OutputError(f"{one_line(out)}: cannot be written: {one_line(error.strerror or error)}") from error
     finally:

@@ -4,6 +4,10 @@
 #ifndef ${P}_COMPARE_H
 #define ${P}_COMPARE_H
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 typedef enum {
 ${verdicts}
 } ${p}_verdict;
@@ -19,5 +23,9 @@ void ${p}_compare_init(${p}_compare *c, double tolerance, double time_to_alert);
 /* time [s], increasing; position and position_bound [m] and status as the virtual sensor says them; other: position by
  * the other sensor [m], NaN where it shows none. */
 ${p}_verdict ${p}_compare_step(${p}_compare *c, double time, double position, double position_bound, int status, double other);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

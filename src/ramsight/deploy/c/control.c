@@ -3,8 +3,8 @@
 
 #include <string.h>
 
-#if defined __FINITE_MATH_ONLY__ && __FINITE_MATH_ONLY__
-#error "NaN is a target that is none: compile without -ffast-math and -ffinite-math-only"
+#if (defined __FINITE_MATH_ONLY__ && __FINITE_MATH_ONLY__) || defined _M_FP_FAST
+#error "NaN is a target that is none: compile without -ffast-math, -ffinite-math-only and /fp:fast"
 #endif
 
 ${real}
@@ -39,9 +39,9 @@ void ${p}_control_sense(${p}_control_inputs *order, const ${p} *sensor, const ${
 double ${p}_control_step(${p}_control *control, const ${p}_control_inputs *order) {
   const double u[] = {${inputs}};
   double out[4];
-  double new[${states}];
-  advance(control->x, u, new, out);
-  memcpy(control->x, new, sizeof new);
+  double next[${states}];
+  advance(control->x, u, next, out);
+  memcpy(control->x, next, sizeof next);
   control->activity = (${p}_activity)(int)out[1];
   control->reason = (${p}_reason)(int)out[2];
   control->reference = out[3] >= 0.0 ? out[3] : (double)NAN;

@@ -8,6 +8,10 @@
 #define API __attribute__((visibility("default")))
 #endif
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 typedef void (*Logger)(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2String, ...);
 
 static fmi2Status wrong(Instance *i) {
@@ -30,7 +34,7 @@ API const char *fmi2GetVersion(void) { return "2.0"; }
 API fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[]) {
   (void)n;
   (void)categories;
-  ((Instance *)c)->logging = on;
+  c->logging = on;
   return fmi2OK;
 }
 
@@ -68,13 +72,13 @@ API fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean given, fmi2Real 
 
 API fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
   if (!only(c, INSTANTIATED, "enter initialization mode")) return wrong(c);
-  ((Instance *)c)->phase = INITIALIZING;
+  c->phase = INITIALIZING;
   return fmi2OK;
 }
 
 API fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
   if (!only(c, INITIALIZING, "exit initialization mode") || !fresh(c)) return wrong(c);
-  ((Instance *)c)->phase = STEPPING;
+  c->phase = STEPPING;
   return fmi2OK;
 }
 
@@ -198,7 +202,7 @@ API fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Sta
 
 API fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value) {
   if (kind != fmi2LastSuccessfulTime) return missing(c, "that status");
-  *value = ((Instance *)c)->time;
+  *value = c->time;
   return fmi2OK;
 }
 
@@ -219,3 +223,7 @@ API fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, f
   (void)value;
   return missing(c, "a status as a string");
 }
+
+#ifdef __cplusplus
+}
+#endif

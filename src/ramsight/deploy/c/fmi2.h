@@ -4,7 +4,10 @@
 
 #include <stddef.h>
 
-typedef void *fmi2Component, *fmi2ComponentEnvironment, *fmi2FMUstate;
+/* Pointers to an instance and a state of it are void pointers in the standard, and passed as such. */
+typedef struct Instance *fmi2Component;
+typedef struct Kept *fmi2FMUstate;
+typedef void *fmi2ComponentEnvironment;
 typedef unsigned int fmi2ValueReference;
 typedef double fmi2Real;
 typedef int fmi2Integer, fmi2Boolean;

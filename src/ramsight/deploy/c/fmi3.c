@@ -8,6 +8,10 @@
 #define API __attribute__((visibility("default")))
 #endif
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 static fmi3Status wrong(Instance *i) {
   if (i->logging && i->logger != NULL)
     ((fmi3LogMessageCallback)i->logger)(i->environment, fmi3Error, "logStatusError", i->message);
@@ -27,7 +31,7 @@ API const char *fmi3GetVersion(void) { return "3.0"; }
 API fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n, const fmi3String categories[]) {
   (void)n;
   (void)categories;
-  ((Instance *)c)->logging = on;
+  c->logging = on;
   return fmi3OK;
 }
 
@@ -87,14 +91,14 @@ API fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean given, fm
   (void)ends;
   (void)stop;
   if (!begin_at(c, start, given, tolerance)) return wrong(c);
-  ((Instance *)c)->model.real[0] = start;
-  ((Instance *)c)->phase = INITIALIZING;
+  c->model.real[0] = start;
+  c->phase = INITIALIZING;
   return fmi3OK;
 }
 
 API fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
   if (!only(c, INITIALIZING, "exit initialization mode") || !fresh(c)) return wrong(c);
-  ((Instance *)c)->phase = STEPPING;
+  c->phase = STEPPING;
   return fmi3OK;
 }
 
@@ -246,3 +250,7 @@ REFUSED(GetNumberOfEventIndicators, size_t *a)
 REFUSED(GetNumberOfContinuousStates, size_t *a)
 REFUSED(GetOutputDerivatives, VRS, const fmi3Int32 *d, fmi3Float64 *e, size_t f)
 REFUSED(ActivateModelPartition, fmi3ValueReference a, fmi3Float64 b)
+
+#ifdef __cplusplus
+}
+#endif

@@ -6,7 +6,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
-typedef void *fmi3Instance, *fmi3InstanceEnvironment, *fmi3FMUState;
+/* Pointers to an instance and a state of it are void pointers in the standard, and passed as such. */
+typedef struct Instance *fmi3Instance;
+typedef struct Kept *fmi3FMUState;
+typedef void *fmi3InstanceEnvironment;
 typedef uint32_t fmi3ValueReference;
 typedef float fmi3Float32;
 typedef double fmi3Float64;

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-typedef struct {
+typedef struct Instance {
   Model model;
   char *name;
   void *environment;
@@ -32,14 +32,14 @@ static void blank(Instance *i) {
 }
 
 static Instance *make(const char *name) {
-  Instance *i = calloc(1, sizeof *i);
+  Instance *i = (Instance *)calloc(1, sizeof *i);
   if (i == NULL) return NULL;
-  i->name = calloc(1, strlen(name) + 1);
+  i->name = (char *)calloc(1, strlen(name) + 1);
   if (i->name == NULL) {
     free(i);
     return NULL;
   }
-  strcpy(i->name, name);
+  memcpy(i->name, name, strlen(name));
   blank(i);
   return i;
 }
@@ -106,7 +106,7 @@ static int gettable(Instance *i, size_t k, size_t first, size_t count, const cha
 }
 
 /* A kept state: the instance's model and where it is. */
-typedef struct {
+typedef struct Kept {
   char token[sizeof TOKEN];
   Model model;
   int phase;
@@ -128,34 +128,34 @@ static void give_back(Instance *i, const Kept *from) {
 }
 
 /* States as the interfaces hand them about. Each function gives what is missing, NULL where nothing is. */
-static const char *get_state(const Instance *i, void **state) {
-  if (*state == NULL) *state = malloc(sizeof(Kept));
+static const char *get_state(const Instance *i, Kept **state) {
+  if (*state == NULL) *state = (Kept *)malloc(sizeof(Kept));
   if (*state == NULL) return "memory for a state";
   keep(i, *state);
   return NULL;
 }
 
-static const char *set_state(Instance *i, const void *state) {
+static const char *set_state(Instance *i, const Kept *state) {
   if (state == NULL) return "a state that is none";
   give_back(i, state);
   return NULL;
 }
 
-static void free_state(void **state) {
+static void free_state(Kept **state) {
   if (state == NULL) return;
   free(*state);
   *state = NULL;
 }
 
-static const char *state_to_bytes(const void *state, void *bytes, size_t size) {
+static const char *state_to_bytes(const Kept *state, void *bytes, size_t size) {
   if (size < sizeof(Kept)) return "room for a state in so few bytes";
   memcpy(bytes, state, sizeof(Kept));
   return NULL;
 }
 
-static const char *state_from_bytes(const void *bytes, size_t size, void **state) {
+static const char *state_from_bytes(const void *bytes, size_t size, Kept **state) {
   if (size < sizeof(Kept) || memcmp(bytes, TOKEN, sizeof TOKEN) != 0) return "the state of another FMU";
-  if (*state == NULL) *state = malloc(sizeof(Kept));
+  if (*state == NULL) *state = (Kept *)malloc(sizeof(Kept));
   if (*state == NULL) return "memory for a state";
   memcpy(*state, bytes, sizeof(Kept));
   return NULL;

@@ -6,6 +6,10 @@
 
 #include <stddef.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 typedef struct {
   double real[REALS];
   int whole[WHOLES + 1]; /* enumerations; never an empty array */
@@ -31,5 +35,9 @@ const char *model_initialize(Model *model);
 
 /* Go on from `time` [s] by `step` [s]; returns what is wrong, or NULL. */
 const char *model_step(Model *model, double time, double step);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -2,6 +2,13 @@
 #include <math.h>
 typedef double real;
 typedef double wide;
+#if !defined __cplusplus
+#define RESTRICT restrict
+#elif defined __GNUC__ || defined _MSC_VER
+#define RESTRICT __restrict
+#else
+#define RESTRICT
+#endif
 #define R(x) (x)
 #define SQRT sqrt
 #define EXP exp

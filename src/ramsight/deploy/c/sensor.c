@@ -5,8 +5,8 @@
 #include <stddef.h>
 #include <string.h>
 
-#if defined __FINITE_MATH_ONLY__ && __FINITE_MATH_ONLY__
-#error "NaN is a value that is missing: compile without -ffast-math and -ffinite-math-only"
+#if (defined __FINITE_MATH_ONLY__ && __FINITE_MATH_ONLY__) || defined _M_FP_FAST
+#error "NaN is a value that is missing: compile without -ffast-math, -ffinite-math-only and /fp:fast"
 #endif
 
 typedef ${p}_real real;
@@ -35,15 +35,18 @@ typedef double wide;
 /* The machine. */
 ${constants}
 
-#define STROKE R(${stroke}) /* [m] */
+#define STROKE R(${stroked}) /* [m] */
 #define SLACK R(${slack})  /* by which a start may lie outside it [m] */
 #define MADE UINT32_C(0x52414D53)
+/* States stand first in the struct, doubles before reals. */
+#define WIDES ${wides}
+#define STATES ${count}
 
 static int is_number(real x) { return ABS(x) <= R(1e30); }
 
-void ${p}_init(${p} *s) {
-  memset(s, 0, sizeof *s);
-  s->reference = (real)NAN;
+${begins}void ${p}_init(${p} *s) {
+${keeps}  memset(s, 0, sizeof *s);
+${kept}  s->reference = (real)NAN;
   s->seen = s->position_said = s->position_std_said = (double)NAN;
   s->made = MADE;
 ${initial}
@@ -119,7 +122,7 @@ ${texts}
 
 /* A slot: identity of sensor, machine and precision; number of the save; whether the piston rests at its position; the
  * instance; the states; checksum. Little-endian. */
-#define IDENTITY (UINT32_C(${identity}) ^ ${P}_FLOAT)
+#define IDENTITY (${identity} ^ ${P}_FLOAT)
 #define RESTS UINT32_C(0x54534552)
 #define MOVES UINT32_C(0x45564F4D)
 #define STATES_AT 16
@@ -147,10 +150,6 @@ static uint64_t get(const unsigned char *at, int bytes) {
   while (bytes--) value = (value << 8) | at[bytes];
   return value;
 }
-
-/* Every state of the struct, doubles first, as bits. */
-#define WIDES ${wides}
-#define STATES ${count}
 
 static void pack(const ${p} *s, uint32_t phase, unsigned char *bytes) {
   const unsigned char *from = (const unsigned char *)s;
@@ -220,7 +219,7 @@ static int unpack(${p} *s, uint32_t instance, const unsigned char *slot) {
 
 /* What was learned of the machine, without a position. */
 static void learned(const ${p} *from, ${p} *to) {
-  ${p}_init(to);
+${likewise}  ${p}_init(to);
 ${learned}
   to->slots = from->slots;
 }
@@ -249,7 +248,7 @@ int ${p}_keep(${p} *s, int starts, unsigned char bytes[${P}_BYTES]) {
 
 ${p}_resumed ${p}_resume(${p} *s, uint32_t instance, const unsigned char *slot_0, const unsigned char *slot_1) {
   ${p} other;
-  const int whole_0 = unpack(&other, instance, slot_0);
+${beside}  const int whole_0 = unpack(&other, instance, slot_0);
   const uint32_t saves_0 = other.slots.saves;
   const int whole_1 = unpack(s, instance, slot_1);
   const uint32_t ahead = s->slots.saves - saves_0; /* of slot 1 */

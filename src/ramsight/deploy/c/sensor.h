@@ -75,7 +75,7 @@ typedef struct {
   uint32_t instance;   /* whose they are */
 } ${p}_slots;
 
-/* All that the sensor knows. To be read by nobody but a debugger; doubles stand first. */
+${machines}/* All that the sensor knows. To be read by nobody but a debugger; doubles stand first. */
 typedef struct {
 ${states}
   ${p}_real reference; /* taken by the next step [m]; NaN: none */
@@ -85,8 +85,8 @@ ${states}
   uint32_t missed;     /* samples that could not be, one after the other */
   uint32_t made;       /* by init */
   ${p}_slots slots;
-} ${p};
-
+${chosen}} ${p};
+${of}
 /* Make a sensor of a struct, before all else. Nobody knows where the piston is: it is not referenced until an end stop or
  * a reference. A struct that init, start or resume never saw has the status "invalid" at every step. */
 void ${p}_init(${p} *sensor);

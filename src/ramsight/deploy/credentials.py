@@ -1,0 +1,111 @@
+"""What an export says of itself: the description that it was made of, version, command, digests, and a card."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from xml.sax.saxutils import escape, quoteattr
+
+from ramsight._version import __version__
+from ramsight.machine.as_toml import as_toml
+from ramsight.machine.description import Machine
+from ramsight.plant.limits import limits_of
+from ramsight.plant.unit import HydraulicUnit
+
+DESCRIPTION = "description.toml"
+"""The machine; what `command` exports once more."""
+_TRACE = "http://ssp-standard.org/SSPTraceability1"
+_UNCHECKED = "none: no commissioning and no data sheet of this machine is attached"
+_CRITERIA = "as in Python: positions of a sensor within 1e-9 m and the same statuses, a plant's within 1e-6 m"
+_SENSOR = "Position of a hydraulic cylinder from the speed and torque of its pumps' motor; no safety function"
+_PURPOSE = {
+    "sensor": _SENSOR,
+    "control": f"{_SENSOR}; and a position control with it as the only feedback",
+    "compare": f"{_SENSOR}; held against a real sensor",
+    "plant": "Simulation of a hydraulic unit with its cylinder",
+}
+
+
+@dataclass(frozen=True)
+class Export:
+    """What was exported.
+
+    Attributes:
+        machine: the machine.
+        unit: its unit.
+        what: ``sensor``, ``control``, ``compare`` or ``plant``.
+        command: arguments of `ramsight export` behind the machine's file, for example ``fmu --fmi 3``.
+        verified: what was run to verify it, and how it went; empty if nothing was.
+    """
+
+    machine: Machine
+    unit: HydraulicUnit
+    what: str
+    command: Sequence[str]
+    verified: str = ""
+
+
+def credentials(export: Export, content: Mapping[str, bytes]) -> dict[str, str]:
+    """Description, record and card, text by file name; the same for the same export.
+
+    Args:
+        export: what was exported.
+        content: its files by name; the record has the SHA-256 of each, and of the description.
+    """
+    described = "\n".join(as_toml(export.machine, export.machine.sources)) + "\n"
+    kind, *options = export.command
+    every = {**content, DESCRIPTION: described.encode()}
+    record = {
+        "ramsight": __version__,
+        "machine": export.machine.name,
+        "unit": export.unit.name,
+        "what": export.what,
+        "command": " ".join(["ramsight export", kind, DESCRIPTION, "--unit", export.unit.name, *options]),
+        "sha256": {name: hashlib.sha256(every[name]).hexdigest() for name in sorted(every)},
+    }
+    return {
+        DESCRIPTION: described,
+        "ramsight.json": json.dumps(record, indent=2) + "\n",
+        "card.srmd": card(export, record["command"]),
+    }
+
+
+def card(export: Export, command: object) -> str:
+    """The attributes of MIC Core as Simulation Resource Meta Data 1.0; what ramsight does not know it says so."""
+    unit, limits, name = export.unit, limits_of(export.unit), f"{export.machine.name} {export.unit.name} {export.what}"
+    limitations = (
+        f"stroke {1e3 * unit.cylinder.stroke:.6g} mm; pressure up to {1e-5 * limits.pressure:.4g} bar; load up to "
+        f"{1e-3 * limits.load:.4g} kN; motor speed up to {30.0 / math.pi * limits.max_speed:.5g} rpm; "
+        "samples 1 to 100 ms apart"
+    )
+    entries = {
+        "administrative-data.model.name": name,
+        "administrative-data.model.identifier": name.replace(" ", "."),
+        "administrative-data.model.description": f"{_PURPOSE[export.what]}: {export.machine.title or name}",
+        "administrative-data.model.supplier": "not stated: whoever passes this file on",
+        "administrative-data.model.confidentiality-level": "1: internal",
+        "administrative-data.legal-restriction": "not stated",
+        "administrative-data.release": f"ramsight {__version__}",
+        "administrative-data.release.type": "export by command",
+        "purpose-objectives.model": _PURPOSE[export.what],
+        "subject-information.modelled-entity": f"unit {unit.name} of {export.machine.title or export.machine.name}",
+        "implementation.model.classification": "physical, lumped parameters, C99 source code",
+        "implementation.modeling-choice": f"{DESCRIPTION} has every value and, where stated, its source; {command}",
+        "implementation.model.limitations": limitations,
+        "implementation.software-hardware-environment-requirements": "a C99 or C++11 compiler with IEEE 754 and libm",
+        "verification-validation.verification-status": export.verified or "not run where it was exported",
+        "verification-validation.validation-status": _UNCHECKED,
+        "verification-validation.procedure-criteria": _CRITERIA,
+        "verification-validation.report": "ramsight.json has the digests of the files",
+    }
+    lines = [
+        f"    <stc:ClassificationEntry keyword={quoteattr(key)}>{escape(text)}</stc:ClassificationEntry>"
+        for key, text in entries.items()
+    ]
+    spaces = f'xmlns:srmd="{_TRACE}/SimulationResourceMetaData" xmlns:stc="{_TRACE}/SSPTraceabilityCommon"'
+    head = f'<srmd:SimulationResourceMetaData version="1.0" name={quoteattr(name)} {spaces}>'
+    body = ['  <stc:Classification type="org.mic-core.mic-core">', *lines, "  </stc:Classification>"]
+    return "\n".join(['<?xml version="1.0" encoding="UTF-8"?>', head, *body, "</srmd:SimulationResourceMetaData>", ""])

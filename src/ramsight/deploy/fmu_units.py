@@ -1,0 +1,131 @@
+"""Units of an FMU's variables: powers of base units, what an importer shows them in, and usual sizes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ramsight.plant.limits import limits_of
+from ramsight.plant.unit import HydraulicUnit
+
+
+@dataclass(frozen=True)
+class DisplayUnit:
+    """A unit in which values are shown: ``factor * value + offset``.
+
+    Attributes:
+        name: of it, as FMI has it.
+        factor: times the value in the SI unit.
+        offset: added to that.
+    """
+
+    name: str
+    factor: float
+    offset: float = 0.0
+
+
+BASE = {
+    "s": {"s": 1},
+    "m": {"m": 1},
+    "m2": {"m": 2},
+    "m3": {"m": 3},
+    "K": {"K": 1},
+    "kg": {"kg": 1},
+    "rad": {"rad": 1},
+    "m/s": {"m": 1, "s": -1},
+    "m2/s": {"m": 2, "s": -1},
+    "m3/s": {"m": 3, "s": -1},
+    "m3/rad": {"m": 3, "rad": -1},
+    "rad/s": {"rad": 1, "s": -1},
+    "rad/s2": {"rad": 1, "s": -2},
+    "kg/m3": {"kg": 1, "m": -3},
+    "kg.m2": {"kg": 1, "m": 2},
+    "N": {"kg": 1, "m": 1, "s": -2},
+    "N/s": {"kg": 1, "m": 1, "s": -3},
+    "N/m": {"kg": 1, "s": -2},
+    "N.s/m": {"kg": 1, "s": -1},
+    "N.m": {"kg": 1, "m": 2, "s": -2},
+    "Pa": {"kg": 1, "m": -1, "s": -2},
+    "J": {"kg": 1, "m": 2, "s": -2},
+    "W": {"kg": 1, "m": 2, "s": -3},
+}
+"""Powers of base units, by unit."""
+DISPLAY = {
+    "m": DisplayUnit("mm", 1e3),
+    "m2": DisplayUnit("cm2", 1e4),
+    "m3": DisplayUnit("l", 1e3),
+    "K": DisplayUnit("degC", 1.0, -273.15),
+    "rad": DisplayUnit("deg", 180.0 / math.pi),
+    "m/s": DisplayUnit("mm/s", 1e3),
+    "m2/s": DisplayUnit("mm2/s", 1e6),
+    "m3/s": DisplayUnit("l/min", 6e4),
+    "m3/rad": DisplayUnit("cm3/rev", 2e6 * math.pi),
+    "rad/s": DisplayUnit("rpm", 30.0 / math.pi),
+    "rad/s2": DisplayUnit("rpm/s", 30.0 / math.pi),
+    "N": DisplayUnit("kN", 1e-3),
+    "N/s": DisplayUnit("kN/s", 1e-3),
+    "N/m": DisplayUnit("kN/mm", 1e-6),
+    "N.s/m": DisplayUnit("kN.s/m", 1e-3),
+    "Pa": DisplayUnit("bar", 1e-5),
+    "W": DisplayUnit("kW", 1e-3),
+}
+"""What a quantity is usually shown in, by SI unit; of s, N.m, kg, kg/m3, kg.m2 and J that is the SI unit itself."""
+_PARAMETERS = {
+    "m": ("stroke", "length", "diameter"),
+    "m2": ("area_a", "area_b"),
+    "m3": ("dead_volume_a", "dead_volume_b", "volume"),
+    "m3/rad": ("displacement",),
+    "m2/s": ("nominal_viscosity",),
+    "m/s": ("stribeck_velocity",),
+    "rad/s": ("nominal_speed", "threshold_speed"),
+    "N": ("coulomb_friction", "breakaway_friction"),
+    "N.s/m": ("viscous_friction",),
+    "N/m": ("stop_stiffness",),
+    "N.m": ("no_load_torque",),
+    "Pa": (
+        "pressure", "bulk_modulus", "setting", "cracking_pressure", "nominal_pressure", "precharge", "cut_off",
+        "margin",
+    ),
+    "kg": ("mass",),
+    "kg/m3": ("density", "nominal_density"),
+    "kg.m2": ("inertia",),
+    "s": ("opening_time", "switching_time", "swivel_time"),
+}  # fmt: skip
+_UNIT_OF = {key: unit for unit, keys in _PARAMETERS.items() for key in keys}
+
+
+def parameter_unit(name: str) -> str:
+    """Unit of a parameter of a circuit's equation; none where its parts give the word several, as of conductances.
+
+    Example:
+        >>> parameter_unit("relief_a.setting"), parameter_unit("relief_a.conductance")
+        ('Pa', '')
+    """
+    return _UNIT_OF.get(name.rpartition(".")[2], "")
+
+
+def usual_sizes(unit: HydraulicUnit) -> dict[str, float]:
+    """Usual sizes of a unit's quantities, by SI unit, to three digits: what an importer scales by.
+
+    Example:
+        >>> from ramsight import machine
+        >>> from ramsight.plant.build import build_unit
+        >>> sizes = usual_sizes(build_unit("boom", machine.load("mining-loader").unit("boom")))
+        >>> sizes["Pa"], sizes["m"]
+        (21000000.0, 0.7)
+    """
+    limits = limits_of(unit)
+    velocity = abs(unit.travel_per_radian) * limits.max_speed
+    area = max(unit.cylinder.area(side) for side in "ab")
+    sizes = {
+        "m": unit.cylinder.stroke,
+        "m/s": velocity,
+        "m3/s": velocity * area,
+        "rad/s": limits.max_speed,
+        "Pa": limits.pressure,
+        "N": limits.load,
+        "N.m": limits.torque,
+        "W": limits.torque * limits.max_speed,
+        "K": 313.15,  # of warm oil, 40 degC
+    }
+    return {name: float(f"{size:.3g}") if name != "K" else size for name, size in sizes.items() if size > 0.0}
