@@ -57,6 +57,11 @@ def blocks(page):
             yield Block(fence[1], fence[2], after[2] if follows else None)
 
 
+def describes_a_machine(block):
+    """Whether it is a whole description; other TOML is a part of one, or of a catalogue."""
+    return block.kind == "toml" and block.text.startswith("format = ")
+
+
 def commands(block):
     """The commands of a shell block, lines joined, comments gone."""
     for line in block.text.replace("\\\n", " ").splitlines():
@@ -78,7 +83,7 @@ def folder(tmp_path, monkeypatch):
 
                 (tmp_path / name).write_bytes(gzip.decompress((TRACES / trace).read_bytes()))
         if page not in MAKES_ITS_MACHINE:
-            (machine,) = [block for block in blocks("docs/getting-started.md") if block.kind == "toml"]
+            (machine,) = [block for block in blocks("docs/getting-started.md") if describes_a_machine(block)]
             (tmp_path / "my-machine.toml").write_text(machine.text, encoding="utf-8")
         monkeypatch.chdir(tmp_path)
         return tmp_path
@@ -123,7 +128,7 @@ def test_the_shell_blocks_of_a_page_run(page, folder):
         pytest.skip("has none")
     where = folder(page)
     for block in blocks(page):
-        if block.kind == "toml" and page in MAKES_ITS_MACHINE:
+        if describes_a_machine(block) and page in MAKES_ITS_MACHINE:
             (where / "my-machine.toml").write_text(block.text, encoding="utf-8")
         if block.kind != "sh":
             continue

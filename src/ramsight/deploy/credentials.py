@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from xml.sax.saxutils import escape, quoteattr
@@ -14,6 +13,7 @@ from ramsight.machine.as_toml import as_toml
 from ramsight.machine.description import Machine
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
+from ramsight.units import RPM
 
 DESCRIPTION = "description.toml"
 """The machine; what `command` exports once more."""
@@ -78,7 +78,7 @@ def card(export: Export, command: object) -> str:
     unit, limits, name = export.unit, limits_of(export.unit), f"{export.machine.name} {export.unit.name} {export.what}"
     limitations = (
         f"stroke {1e3 * unit.cylinder.stroke:.6g} mm; pressure up to {1e-5 * limits.pressure:.4g} bar; load up to "
-        f"{1e-3 * limits.load:.4g} kN; motor speed up to {30.0 / math.pi * limits.max_speed:.5g} rpm; "
+        f"{1e-3 * limits.load:.4g} kN; motor speed up to {limits.max_speed / RPM:.5g} rpm; "
         "samples 1 to 100 ms apart"
     )
     entries = {

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
+from ramsight.units import FREEZING, RPM
 
 
 @dataclass(frozen=True)
@@ -54,14 +55,14 @@ DISPLAY = {
     "m": DisplayUnit("mm", 1e3),
     "m2": DisplayUnit("cm2", 1e4),
     "m3": DisplayUnit("l", 1e3),
-    "K": DisplayUnit("degC", 1.0, -273.15),
+    "K": DisplayUnit("degC", 1.0, -FREEZING),
     "rad": DisplayUnit("deg", 180.0 / math.pi),
     "m/s": DisplayUnit("mm/s", 1e3),
     "m2/s": DisplayUnit("mm2/s", 1e6),
     "m3/s": DisplayUnit("l/min", 6e4),
     "m3/rad": DisplayUnit("cm3/rev", 2e6 * math.pi),
-    "rad/s": DisplayUnit("rpm", 30.0 / math.pi),
-    "rad/s2": DisplayUnit("rpm/s", 30.0 / math.pi),
+    "rad/s": DisplayUnit("rpm", 1.0 / RPM),
+    "rad/s2": DisplayUnit("rpm/s", 1.0 / RPM),
     "N": DisplayUnit("kN", 1e-3),
     "N/s": DisplayUnit("kN/s", 1e-3),
     "N/m": DisplayUnit("kN/mm", 1e-6),
