@@ -58,6 +58,9 @@ nitpick_ignore_regex = [
     ("py:.*", r"ramsight\.(machine\.(catalogue\.Entry|linkage\.Linkage)|plant\.as_built\.U)"),
     ("py:.*", r"ramsight\.(engine|plant\.(circuit|holding|oil|linkage))\..*|CircuitModel"),
     ("py:.*", r"Listener|ParameterFile|Persistence"),
+    ("py:.*", r"Requirement|WrongValue|ramsight\.machine\.requirement_description\..*"),
+    ("py:.*", r"ramsight\.study\.datasheet\.sheet_requirement\..*"),
+    ("py:.*", r"ramsight\.api\.live_sensor\.Sensor"),
     ("py:.*", r"Plan|ramsight\.study\.datasheet\.(study_plan|quantities|machine_tasks)\..*"),
 ]
 
