@@ -20,7 +20,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
 VERSIONS = ("3.11", "3.12", "3.13")
-LARGEST_WHEEL = 1_350_000  # bytes; code alone: a larger one has something in it that does not belong there
+LARGEST_WHEEL = 1_550_000  # bytes; code alone: a larger one has something in it that does not belong there
 NEEDED = (
     "ramsight/py.typed",
     "ramsight/machine/catalogue/machines/mining-loader.toml",

@@ -50,3 +50,9 @@ def trace() -> Callable[[str], Trace]:
 def traces(trace: Callable[[str], Trace]) -> list[Trace]:
     """All recorded cases."""
     return [trace(name) for name in trace_names()]
+
+
+@pytest.fixture(autouse=True)
+def columns(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What goes into a pipe has no columns; a worker of the tests has those of its terminal."""
+    monkeypatch.delenv("COLUMNS", raising=False)

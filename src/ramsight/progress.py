@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, TextIO
 
@@ -109,6 +109,26 @@ def progress(total: float, text: str) -> Iterator[Progress]:
     finally:
         _open.remove(bar)
         bar.close()
+
+
+@contextmanager
+def advancing(total: float, text: str, *, shown: bool) -> Iterator[Callable[[float], object]]:
+    """What to call with each part of the work that is done: of a `progress`, or nothing where none is wanted.
+
+    Args:
+        total: as of `progress`.
+        text: what the work is.
+        shown: whether a bar is wanted.
+
+    Example:
+        >>> with advancing(3, "runs", shown=False) as advance:
+        ...     advance(1)
+    """
+    if not shown:
+        yield lambda amount: None
+        return
+    with progress(total, text) as bar:
+        yield bar.advance
 
 
 @contextmanager

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -23,7 +22,7 @@ from ramsight.logs.channel_map import load_map
 from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.opening import read_measured
 from ramsight.machine.description import Composed
-from ramsight.progress import progress as progress_bar
+from ramsight.progress import advancing
 from ramsight.tracking.true_position import known_position
 from ramsight.tracking.watched import watched
 
@@ -113,8 +112,8 @@ def identify(
     if known is None:
         raise IdentifyError(f"{name}: no position was measured: give a truth, or a map with measured.position")
     recorded = next(watched([recorded], built, name, channel_map))
-    with progress_bar(EVALUATIONS, "identifying") if progress else nullcontext() as bar:
-        return identify_built(built, recorded, known, advance=bar.advance if bar is not None else None)
+    with advancing(EVALUATIONS, "identifying", shown=progress) as advance:
+        return identify_built(built, recorded, known, advance=advance)
 
 
 def identify_values(
@@ -160,8 +159,8 @@ def identify_values(
     if not isinstance(parts, Composed):
         raise DescriptionError("values are found of circuits of parts; of this one, see identify", key=f"units.{name}")
     read = [run if isinstance(run, MeasuredRun) else _measured_run(run, channel_map) for run in runs]
-    with progress_bar(1.0, "identifying") if progress else nullcontext() as bar:
-        return fit_track(described, name, read, free_values(parts), advance=bar.advance if bar is not None else None)
+    with advancing(1.0, "identifying", shown=progress) as advance:
+        return fit_track(described, name, read, free_values(parts), advance=advance)
 
 
 def _recorded(log: str | Path | xarray.Dataset, channel_map: ChannelMap | str | Path | None) -> xarray.Dataset:

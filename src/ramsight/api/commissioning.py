@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from contextlib import nullcontext
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,7 +21,7 @@ from ramsight.machine import catalogue
 from ramsight.machine.description import Machine
 from ramsight.machine.requirement_description import DAY, Requirement
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.progress import progress as progress_bar
+from ramsight.progress import advancing
 from ramsight.study.commissioning.commissioning_page import Channel, commissioning_page
 from ramsight.study.commissioning.walk import STEPS, Commissioning, walk
 from ramsight.study.datasheet.mending import mending
@@ -105,8 +104,7 @@ def commission(
     def track_of(recorded_log: xarray.Dataset) -> xarray.Dataset:
         return track(built, recorded_log, truth=true)
 
-    with progress_bar(STEPS, "commissioning") if progress else nullcontext() as bar:
-        advance = bar.advance if bar is not None else lambda count: None
+    with advancing(STEPS, "commissioning", shown=progress) as advance:
         return walk(
             built, recorded, track_of, true, known, advance, asked,
             lambda: _mending(machine, built, asked), description_of(machine, built.name),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import nullcontext
 from pathlib import Path
 
 from ramsight.api.machines import AnyMachine, load_machine, only_unit
@@ -15,7 +14,7 @@ from ramsight.deploy.platforms import platforms_of
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
-from ramsight.progress import progress as progress_bar
+from ramsight.progress import advancing
 from ramsight.units import argument
 
 
@@ -73,8 +72,7 @@ def export_c(
     """
     described, name = _unit_of(machine, unit)
     driving = _driving(control, speed, force, period, drive_delay, named)
-    with progress_bar(STEPS, "exporting") if progress else nullcontext() as bar:
-        advance = bar.advance if bar is not None else lambda count: None
+    with advancing(STEPS, "exporting", shown=progress) as advance:
         return write_sensor(
             described, name, out, single=single, tabled=parameters, control=driving,
             measure=measure, compiler=compiler, advance=advance,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,7 +20,7 @@ from ramsight.engine.run import DEFAULT_RTOL
 from ramsight.errors import DescriptionError
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.progress import progress as progress_bar
+from ramsight.progress import advancing
 from ramsight.units import argument
 
 if TYPE_CHECKING:
@@ -130,8 +129,7 @@ def recorded(
     if ambient is not None:
         air = argument(ambient, "K", named("ambient"), least="-60 degC", most="80 degC")
         return warm_run(unit, duty, ambient=air, sample_period=period, rtol=rtol, progress=progress)
-    with progress_bar(duty.duration, "simulating") if progress else nullcontext() as bar:
-        advance = None if bar is None else bar.advance
+    with advancing(duty.duration, "simulating", shown=progress) as advance:
         return labelled(unit, duty, ran(unit, duty, sample_period=period, rtol=rtol, advance=advance))
 
 

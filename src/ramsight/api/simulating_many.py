@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence, Sized
-from contextlib import nullcontext
+from collections.abc import Iterable, Iterator, Sequence, Sized
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from ramsight.engine.run import DEFAULT_RTOL
 from ramsight.errors import DescriptionError
 from ramsight.plant.circuit import CircuitModel
 from ramsight.plant.unit import HydraulicUnit, circuit, initial_state
-from ramsight.progress import progress as progress_bar
+from ramsight.progress import advancing
 
 if TYPE_CHECKING:
     import xarray
@@ -83,8 +82,7 @@ def simulate_many(
     of_duties: list[Described] = []
     jobs = _jobs(units, models, duties, of_duties)
     total = len(duties) * len(units) if isinstance(duties, Sized) else 0
-    with progress_bar(total, "simulating") if progress and total else nullcontext() as bar:
-        advance: Callable[[int], object] | None = None if bar is None else bar.advance
+    with advancing(total, "simulating", shown=progress and bool(total)) as advance:
         found = list(batches(models[0].ode, jobs, rtol=rtol, threads=threads, advance=advance))
     if not found:
         raise DescriptionError("there is none", key="duties", allowed="one and more")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +11,7 @@ from ramsight.api.machines import AnyMachine, build, load_machine, only_unit
 from ramsight.api.requirements import requirement_of
 from ramsight.errors import DescriptionError
 from ramsight.machine.requirement_description import DAY, Requirement
-from ramsight.progress import progress as progress_bar
+from ramsight.progress import advancing
 from ramsight.study.datasheet.budget import Budget, budget, check_base
 from ramsight.study.datasheet.goal import Way, way_to
 from ramsight.study.datasheet.mending import mending
@@ -150,8 +149,7 @@ class Study:
                 is.
         """
         path = None if store is None else Path(store)
-        with progress_bar(self.plan.count, "machines") if progress else nullcontext() as bar:
-            advance = bar.advance if bar is not None else lambda machines: None
+        with advancing(self.plan.count, "machines", shown=progress) as advance:
             return run(self.plan, path, client=client, threads=threads, advance=advance)
 
     def budget(
@@ -171,8 +169,7 @@ class Study:
         """
         check_base(base, self._named("budget"))
         machines = base * (len(self.plan.quantities) + 2)
-        with progress_bar(machines, "error budget") if progress and base else nullcontext() as bar:
-            advance = bar.advance if bar is not None else lambda machines: None
+        with advancing(machines, "error budget", shown=progress and bool(base)) as advance:
             path = None if store is None else Path(store)
             return budget(self.plan, base, path, client=client, advance=advance)
 
@@ -249,6 +246,5 @@ class Study:
             DescriptionError: the goal cannot be read or is out of range.
         """
         wanted = self.goal_of(goal)
-        with progress_bar(0, "trying measures") if progress else nullcontext() as bar:
-            advance = bar.advance if bar is not None else lambda machines: None
+        with advancing(0, "trying measures", shown=progress) as advance:
             return way_to(wanted, self.machine, self.plan, client=client, advance=advance)

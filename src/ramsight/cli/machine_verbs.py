@@ -68,7 +68,7 @@ def catalog_check() -> None:
 
     Example: ramsight --catalog parts catalog check
     """
-    from ramsight.cli.common import coloured, say_error
+    from ramsight.cli.common import say_cautions, say_error
     from ramsight.machine.catalogue import entries, own_folder
     from ramsight.machine.own_entries import check_own
 
@@ -78,8 +78,7 @@ def catalog_check() -> None:
     for one in found:
         for text in one.errors:
             say_error(text)
-        for text in one.cautions:
-            typer.echo(f"{coloured('look twice', 'yellow')}: {one.path}: {text}")
+        say_cautions(f"{one.path}: {text}" for text in one.cautions)
         if not one.errors:
             typer.echo(f"{one.path}: {one.what} can be used")
     if any(one.errors for one in found):

@@ -63,7 +63,7 @@ def parameter_set(name: str, numbers: dict[str, float]) -> str:
     """Numbers as SSP's SystemStructureParameterValues 1.0.
 
     Example:
-        >>> print(parameter_set("press ram", {"cylinder.stroke": 0.5}).splitlines()[-4].strip())
+        >>> print(parameter_set("press ram", {"cylinder.stroke": 0.5}).splitlines()[-3].strip())
         <ssv:Parameter name="cylinder.stroke"><ssv:Real value="0.5"/></ssv:Parameter>
     """
     lines = [

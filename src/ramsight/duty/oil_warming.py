@@ -6,7 +6,6 @@ which has the cases' temperature. Losses change with the temperature and it with
 
 from __future__ import annotations
 
-from contextlib import nullcontext
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +18,7 @@ from ramsight.duty.simulate import SAMPLE_PERIOD, Ran, check_temperature, labell
 from ramsight.errors import SimulationError
 from ramsight.plant.heat import ROOM, HeatStores, case_losses, shared_out
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.progress import progress as progress_bar
+from ramsight.progress import advancing
 
 if TYPE_CHECKING:
     import xarray
@@ -69,8 +68,7 @@ def warm_run(
     first = float(duty.oil_temperature(0.0))
     case = Profile([0.0], [first])
     for count in range(_ROUNDS):
-        with progress_bar(duty.duration, f"simulating, round {count + 1}") if progress else nullcontext() as bar:
-            advance = None if bar is None else bar.advance
+        with advancing(duty.duration, f"simulating, round {count + 1}", shown=progress) as advance:
             asked = replace(duty, oil_temperature=case)
             done = ran(unit, asked, sample_period=sample_period, rtol=rtol, advance=advance)
         time = done.trajectory.time

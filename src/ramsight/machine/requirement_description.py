@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated
 
 from ramsight.machine.base import Part
@@ -36,3 +37,26 @@ class Requirement(Part):
         after = "" if self.visit_every >= DAY else f" for {self.visit_every:g} s after a reference"
         ok = "" if self.ok == 0.0 else f", and ok for {100 * self.ok:g} % of the time"
         return f"within {1e3 * self.error:g} mm (95 %){after}{ok}"
+
+    def missed(self, error: float, ok: float) -> tuple[str, ...]:
+        """What of it is missed, a phrase each.
+
+        Args:
+            error: that 95 % are within [m]; infinite or NaN where nobody knows a limit.
+            ok: share of the time in which the status is ok [1].
+
+        Example:
+            >>> Requirement(error="5 mm", ok="80 %").missed(7.25e-3, 0.6)
+            ('7.25 mm of 5 mm', 'ok for 60 % of 80 % of the time')
+        """
+        found = []
+        if not error <= self.error:
+            found.append(f"{shown_error(error)} of {shown_error(self.error)}")
+        if ok < self.ok:
+            found.append(f"ok for {100 * ok:.0f} % of {100 * self.ok:g} % of the time")
+        return tuple(found)
+
+
+def shown_error(error: float) -> str:
+    """An error in millimetres, as verdicts write it; one without a limit [m] in words."""
+    return "no known limit" if math.isinf(error) else f"{1e3 * error:.3g} mm"

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.machine.requirement_description import Requirement
+from ramsight.machine.requirement_description import Requirement, shown_error
 from ramsight.sensor.status import Status, is_invalid
 from ramsight.tracking.end_visits import visits
 
@@ -61,12 +61,7 @@ class RequirementCheck:
         """What of the requirement is missed, a phrase each."""
         if not self.samples:
             return ("the position was never known",)
-        found = []
-        if self.error > self.asked.error:
-            found.append(f"{_millimetres(self.error)} of {_millimetres(self.asked.error)}")
-        if self.ok < self.asked.ok:
-            found.append(f"ok for {100 * self.ok:.0f} % of {100 * self.asked.ok:g} % of the time")
-        return tuple(found)
+        return self.asked.missed(self.error, self.ok)
 
     @property
     def is_met(self) -> bool:
@@ -81,8 +76,8 @@ class RequirementCheck:
     @property
     def text(self) -> str:
         """What is achieved, in a line."""
-        said = f"by the sensor's own band 95 % within {_millimetres(self.stated)}"
-        true = "" if math.isnan(self.measured) else f"95 % of the errors within {_millimetres(self.measured)}, "
+        said = f"by the sensor's own band 95 % within {shown_error(self.stated)}"
+        true = "" if math.isnan(self.measured) else f"95 % of the errors within {shown_error(self.measured)}, "
         return f"{true}{said}, ok for {100 * self.ok:.0f} % of the time; required {self.asked.text}"
 
     @property
@@ -180,7 +175,3 @@ def _stated(std: Array) -> float:
         inside = float(((1.0 - 2.0 * ndtr(-middle / kinds)) * counts).sum()) / std.size
         low, high = (middle, high) if inside < SHARE else (low, middle)
     return high
-
-
-def _millimetres(length: float) -> str:
-    return f"{1e3 * length:.3g} mm" if math.isfinite(length) else "no known limit"

@@ -43,4 +43,5 @@ def probabilities(scores: Sequence[float]) -> list[float]:
     """
     highest = max(scores)
     weights = [math.exp(score - highest) for score in scores]
-    return [weight / sum(weights) for weight in weights]
+    total = sum(weights)
+    return [weight / total for weight in weights]

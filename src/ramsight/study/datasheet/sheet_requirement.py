@@ -29,12 +29,7 @@ class SheetRequirement:
     @property
     def missing(self) -> tuple[str, ...]:
         """What of the requirement is missed, a phrase each."""
-        found = []
-        if not self.error <= self.asked.error:
-            found.append(f"{1e3 * self.error:.3g} mm of {1e3 * self.asked.error:.3g} mm")
-        if self.ok < self.asked.ok:
-            found.append(f"ok for {100 * self.ok:.0f} % of {100 * self.asked.ok:g} % of the time")
-        return tuple(found)
+        return self.asked.missed(self.error, self.ok)
 
     @property
     def is_met(self) -> bool:
