@@ -16,7 +16,7 @@ from ramsight.control.trajectory import Limits
 from ramsight.control.tuning import Tuning
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.duty.live import LiveUnit, Reported
-from ramsight.machine.assumption_description import AssumedMachine, Assumptions
+from ramsight.machine.assumption_description import SURE_START, AssumedMachine, Assumptions
 from ramsight.plant.holding import Holding
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.status import Status
@@ -168,7 +168,7 @@ def test_nothing_is_on_its_way_to_a_rod_that_a_valve_holds():
 @pytest.mark.parametrize("delay", [0.0, 0.1, 0.2])
 def test_a_landing_is_as_near_with_a_drive_that_is_late(delay):
     drive = DriveResponse(command_delay=0.5 * delay, report_delay=0.5 * delay)
-    sure = BUCKET.assumptions.replace({"stops.entered": 1e-6, "machine.leak": 1e-3})  # no stop teaches anything
+    sure = BUCKET.assumptions.replace({**SURE_START, "machine.leak": 1e-3})  # no stop teaches anything
     loop = UnitLoop(BUCKET, BUCKET, 0.25, 70e3, LoopSettings(known=True, drive=drive, assumptions=sure))
     off, landings = [], 0
     for target in (0.35, 0.15, 0.3):

@@ -96,13 +96,16 @@ def test_pumps_that_leak_more_lose_more():
 def test_the_sensor_follows_a_machine_that_warms_its_pumps():
     duty = work_day(UNTOLD, (60e3, 400e3), 313.15, duration=1200.0, visit_every=120.0, seed=1)
     run = warmed(UNTOLD, replace(duty, oil_temperature=constant(288.15)), STORES)
-    log, found = report(run, DriveReport(seed=1)), {}
+    log, found, off = report(run, DriveReport(seed=1)), {}, {}
     for name, unit in (("told", TOLD), ("untold", UNTOLD)):
         sensor = kalman(unit)
         sensor.start(duty.start_position)
         track = sensor.track(log)
         found[name] = judge(track, log["motor_speed"].values, run["position"].values, 0.7, after=3)
-    assert found["told"].p95 < 0.4 * found["untold"].p95
+        off[name] = abs(float(track["leak_factor"][-1]) - 1.0)
+    # Who is not told takes the warmer oil for leakage, and stops teach that too.
+    assert off["told"] < 0.6 * off["untold"]
+    assert found["told"].p95 < found["untold"].p95
     assert found["told"].coverage > 0.93
 
 

@@ -7,14 +7,20 @@ import numpy as np
 import pytest
 
 from ramsight import machine
+from ramsight.closed_loop.learned import learned_covariance, learned_factors
+from ramsight.closed_loop.loop_settings import LoopSettings
+from ramsight.closed_loop.unit_loop import UnitLoop
 from ramsight.duty import DriveReport, lift_lower, report, simulate
 from ramsight.logs import read_drive_log
 from ramsight.plant.as_built import AsBuilt
+from ramsight.plant.build import build_unit
 from ramsight.plant.ddh import build_ddh
+from ramsight.plant.limits import limits_of
 from ramsight.sensor.closed_volume import _INNOVATION, _NAMES, _NUISANCES, _PAIRS, LEARNED, EventState, _event
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.quantity import Quantity
 from ramsight.sensor.thresholds import EVENT_FRICTION_STD, EVENT_MOVING_STD, EVENT_STANDING_STD
+from ramsight.units import RPM
 
 TRACES = Path(__file__).parent / "traces"
 
@@ -111,3 +117,18 @@ def test_a_valve_that_opens_early_is_no_soft_oil(unit):
     k = int(np.searchsorted(track["time"].values, 30.0))
     assert float(track["leak_factor"][k]) == pytest.approx(1.0, abs=2.0 * float(track["leak_factor_std"][k]))
     assert float(track["compliance_factor"][k]) < 1.15
+
+
+@pytest.mark.parametrize("seed", [1, 3])
+def test_a_speed_that_trembles_at_standstill_is_a_standstill(seed):
+    """Reports of 1 rpm either way break no stop into moves, whose torque would count as known to 3 %."""
+    lift = build_unit("lift", machine.load("forklift-mast").unit("lift"))
+    noisy = DriveReport(speed_step=RPM, speed_noise=RPM)
+    loop = UnitLoop(lift, lift, 0.5, 0.4 * limits_of(lift).load, LoopSettings(known=True, seed=seed, report=noisy))
+    for target in (0.9, 0.3, 1.0, 0.4):
+        loop.go({"lift": target})
+        loop.rest(1.0)
+    leak, _ = learned_factors(loop.sensors["lift"])
+    std = float(np.sqrt(learned_covariance(loop.sensors["lift"])[1, 1]))
+    assert std < 0.14, "stops taught something"
+    assert abs(leak - 1.0) < 1.5 * std

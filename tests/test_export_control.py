@@ -186,7 +186,7 @@ def test_the_fmu_of_a_control_moves_a_simulated_unit(tmp_path, fmi):
 
     path = write_fmu(machine.load("mining-loader"), "boom", tmp_path / "c.fmu", what="control", fmi=fmi).path
     assert validate_fmu(str(path)) == []
-    loop = UnitLoop(BOOM, BOOM, 0.3, 0.3 * limits_of(BOOM).load, LoopSettings(known=True))
+    loop = UnitLoop(BOOM, BOOM, 0.3, 0.3 * limits_of(BOOM).load, LoopSettings(known=True, assumptions=BOOM.assumptions))
     loop.send({"boom": 0.36})
     loop.rest(4.0)
     record = loop.records["boom"]

@@ -1,7 +1,5 @@
 """References that a loop takes by itself: when they are due, and only where they may be taken."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -15,8 +13,7 @@ from ramsight.sensor.virtual_sensor import Estimate
 
 from .plant_bench import UNITS
 
-_AXIS = UNITS["eha-test-bench axis"]
-AXIS = replace(_AXIS, assumptions=_AXIS.assumptions.replace({"stops.entered": 1e-6}))  # its start is sure
+AXIS = UNITS["eha-test-bench axis"]
 STROKE = AXIS.cylinder.stroke
 BOTH = {"axis": (Visit(lifted=False), Visit(lifted=True))}
 WORK = (0.3, 0.7, 0.4, 0.8, 0.2, 0.6, 0.5, 0.9, 0.1, 0.7, 0.3, 0.6)  # shares of the stroke

@@ -25,8 +25,7 @@ BOOM, RAM = UNITS["mining-loader boom"], UNITS["press ram"]
 
 def loop_of(unit, share=0.4, **setting):
     start, load = share * unit.cylinder.stroke, 0.3 * limits_of(unit).load
-    sure = unit.assumptions.replace({"stops.entered": 1e-6})  # what a start is wrong with slows a control
-    return UnitLoop(unit, unit, start, load, LoopSettings(known=True, **{"assumptions": sure, **setting}))
+    return UnitLoop(unit, unit, start, load, LoopSettings(known=True, **setting))
 
 
 def velocities(loop, unit, since):

@@ -13,6 +13,7 @@ from ramsight.api.machines import AnyUnit, build
 from ramsight.api.tracking import Quantity, track
 from ramsight.errors import LogError
 from ramsight.intervals import true_intervals
+from ramsight.machine.assumption_description import SURE_START
 from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import assuming
@@ -33,9 +34,6 @@ from ramsight.units import argument, format_si
 
 if TYPE_CHECKING:
     import xarray
-
-_BOTH_WRONG = 1e-6
-"""Chance that a start is wrong which was entered, and which another sensor shows as well."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +118,7 @@ def compare(
     allowed = argument(tolerance, "m", "tolerance", least="0.001 mm", most=format_si(stroke, "mm"))
     alert = argument(time_to_alert, "s", "time_to_alert", least="0 s", most=f"{LONGEST_ALERT:g} s")
     if start is not None:
-        built = assuming(built, {"stops.entered": _BOTH_WRONG})
+        built = assuming(built, SURE_START)
     tracked = track(built, log, start, channel_map=channel_map, progress=progress)
     true = truth_of(other)
     time, known = tracked["time"].values, np.isfinite(true["time"].values)

@@ -90,7 +90,7 @@ def sensor_for(machine: AnyUnit, kind: str | Path = "kalman", *, unit: str | Non
         >>> sensor = ramsight.sensor_for("mining-loader", unit="boom")
         >>> sensor.start(position="100 mm")
         >>> now = sensor.step(time=0.0, motor_speed=0.0, motor_torque=0.0, oil_temperature=313.15)
-        >>> now.position, now.status is ramsight.Status.OK
+        >>> now.position, now.status is ramsight.Status.REFERENCE_DUE  # an entered position may be wrong
         (0.1, True)
     """
     return Sensor.of(make_sensor(build(machine, unit), _kind(kind)))

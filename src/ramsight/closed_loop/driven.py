@@ -86,7 +86,7 @@ class DrivenUnits(ABC):
         }  # fmt: skip
         self._followed_speed = dict.fromkeys(self.units, 0.0)
         self._noise = np.random.default_rng([setting.seed, len(self.units)])
-        self.sensors: dict[str, VirtualSensor] = {unit.name: kalman(unit, setting.assumptions) for unit in sheet}
+        self.sensors: dict[str, VirtualSensor] = {unit.name: kalman(unit, setting.assumed_of(unit)) for unit in sheet}
         limits, declared = setting.limits or {}, setting.declared or setting.drive
         self.controls = {
             unit.name: PositionControl(unit, limits.get(unit.name), period=self.period, response=declared)

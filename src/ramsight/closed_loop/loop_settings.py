@@ -11,7 +11,9 @@ from ramsight.control.trajectory import Limits
 from ramsight.duty.drive_report import DriveReport
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.simulate import SAMPLE_PERIOD
+from ramsight.machine.assumption_description import SURE_START
 from ramsight.plant.oil import T40
+from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.assumptions import Assumptions
 
 USUAL = DriveReport()
@@ -31,12 +33,13 @@ class LoopSettings:
     """How a loop is set up; what all its units share.
 
     Args:
-        known: whether the sensors start with a known position; otherwise they have to be homed.
+        known: whether the sensors start with a known position, which is right; otherwise they have to be homed.
         oil_temperature: [K].
         temperature_offset: by which the thermometers read too much [K].
         feedback: where the controls take the position from.
         seed: of the drives' and the position sensors' noise.
-        assumptions: what the sensors assume of the machine; by default what each unit declares.
+        assumptions: what the sensors assume of the machine; by default what each unit declares, and that a known
+            position is not wrong.
         limits: by unit; by default `Limits.of`.
         period: of the samples [s].
         drive: how the drives follow their commands and report.
@@ -62,3 +65,9 @@ class LoopSettings:
     declared: DriveResponse | None = None
     report: DriveReport = USUAL
     referencing: Referencing | None = None
+
+    def assumed_of(self, unit: HydraulicUnit) -> Assumptions:
+        """What the sensor of a unit assumes."""
+        if self.assumptions is not None:
+            return self.assumptions
+        return unit.assumptions.replace(SURE_START) if self.known else unit.assumptions

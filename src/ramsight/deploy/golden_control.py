@@ -44,8 +44,12 @@ class Recording:
         self._asked: list[tuple[float, float, float, float]] = []
         self._references: dict[int, float] = {}
         setting = LoopSettings(
-            known=known, limits={unit.name: block.by.limits}, period=block.by.period, drive=block.response
-        )  # fmt: skip
+            known=known,
+            assumptions=unit.assumptions,
+            limits={unit.name: block.by.limits},
+            period=block.by.period,
+            drive=block.response,
+        )
         self.loop = UnitLoop(unit, unit, start * self._stroke, load * self.full, setting)
         self._note(Ask.POSITION)
 

@@ -8,6 +8,7 @@ better states so; what is not said stays as it is here. The ranges are those wit
 from __future__ import annotations
 
 import math
+from types import MappingProxyType
 from typing import Annotated
 
 from pydantic import Field
@@ -249,6 +250,10 @@ class AssumedStops(Part):
     reference: Annotated[
         float, quantity("mm", "of a switch or of a position entered by hand, std", least="0.01 mm", most="1 m")
     ] = 1e-3
+
+
+SURE_START = MappingProxyType({"stops.entered": 1e-6})
+"""Of a position at the start that cannot be wrong: a simulation's, or one that a second sensor shows."""
 
 
 class AssumedLinkAngle(Part):

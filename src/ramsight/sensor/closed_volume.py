@@ -37,7 +37,7 @@ from ramsight.sensor.thresholds import (
     EVENT_STANDING_STD,
     GAP_PERIOD,
     INFORMATION_LEAST,
-    MOTOR_AT_REST,
+    MOTOR_TURNS,
     SHORTEST_STEP,
     SHOWN_SHARE,
 )
@@ -119,7 +119,8 @@ def follow_event(
         model: of the machine.
     """
     noise = model.torque_std
-    stands = ca.fabs(sample.motor_speed) < MOTOR_AT_REST
+    # Slower, friction has either sign, as at standstill.
+    stands = ca.fabs(sample.motor_speed) < MOTOR_TURNS
     felt = any_of(*(ca.fabs(torque_by[one]) > noise for one in LEARNED))
     # Where the valve opens, the piston takes the oil and the torque stays behind.
     change = sample.motor_torque - state.torque
