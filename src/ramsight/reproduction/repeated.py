@@ -82,7 +82,8 @@ def _accumulates(found: Results, drift: dict[str, dict[str, dict[str, float]]]) 
         "A cumulative error was observed for repeated cycles.",
         f"The table drifts by {both(per_cycle['table'], 2)} per cycle, to {both(last, 0)} after {CYCLES}. On machines "
         f"that are their data sheets the balance drifts by {both(per_cycle['balance'], 3)} per cycle, the "
-        f"self-calibrating sensor without references by {both(per_cycle['kalman'], 3)}.",
+        f"self-calibrating sensor without references by {both(per_cycle['kalman'], 3)}: it learns leakage from the "
+        "stops of the motor to a few per cent, and a data sheet that is exact needs no learning.",
         Verdict.of(min(per_cycle["table"].values()) > 1.0),
     )
 
