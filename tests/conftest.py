@@ -1,4 +1,4 @@
-"""What the tests share: recorded traces, and settings of hypothesis."""
+"""What the tests share: recorded traces, graphs of sensors, and settings of hypothesis."""
 
 import json
 from collections.abc import Callable
@@ -8,6 +8,10 @@ from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
+
+from .shared_graphs import share_graphs
+
+share_graphs()  # before any other module takes the function that makes them
 
 TRACES = Path(__file__).parent / "traces"
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from functools import lru_cache
 
 import casadi as ca
 
@@ -84,6 +85,7 @@ class Block:
     response: DriveResponse
 
 
+@lru_cache(maxsize=16)
 def position_block(
     unit: HydraulicUnit,
     limits: Limits | None = None,
