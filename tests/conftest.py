@@ -1,4 +1,4 @@
-"""What the tests share: recorded traces, graphs of sensors, and settings of hypothesis."""
+"""What the tests share: recorded traces, what is made once a process, and settings of hypothesis."""
 
 import json
 from collections.abc import Callable
@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, settings
 
-from .shared_graphs import share_graphs
+from .made_once import share
 
-share_graphs()  # before any other module takes the function that makes them
+share()  # before any other module takes the functions that make them
 
 TRACES = Path(__file__).parent / "traces"
 
