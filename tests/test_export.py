@@ -166,7 +166,7 @@ def test_headers_of_two_units_live_in_one_program(tmp_path):
     (tmp_path / "both").mkdir()
     for name in ("boom", "bucket"):
         unit, prefix = build_ddh(name, LOADER.unit(name)), f"ramsight_{name}"
-        for file, text in sensor_source(kalman(unit), unit, prefix, "loader", single=False).files.items():
+        for file, text in sensor_source(kalman(unit), unit, prefix, "mining-loader", single=False).files.items():
             (tmp_path / "both" / file).write_text(text)
     (tmp_path / "both" / "main.c").write_text(
         '#include "ramsight_boom.h"\n#include "ramsight_bucket.h"\n'

@@ -42,8 +42,6 @@ def test_what_is_made_anew_is_the_same():
     c = sensor_source(shared, BOOM, "boom", "m", single=False)
     c.files["boom.c"] = ""
     assert sensor_source(kalman(BOOM), BOOM, "boom", "m", single=False).files["boom.c"]
-    floats = sensor_source(kalman(BOOM), BOOM, "boom", "m", single=True)
-    assert "#define BOOM_FLOAT 1" in floats.files["boom.h"]
     forget()
     anew = kalman(BOOM)
     assert anew.recursion is not shared.recursion
