@@ -120,7 +120,7 @@ def driver(request, boom, tmp_path_factory):
     """The C of the boom with the functions above."""
     source = sensor_source(kalman(boom), boom, "ramsight_boom", "mining-loader", single=request.param == "float")
     target = tmp_path_factory.mktemp("power") / "boom.so"
-    library(COMPILER, {**source.files, "driver.c": DRIVER}, target, *STRICT, "-O0")
+    library(COMPILER, {**source.files, "driver.c": DRIVER}, target, *STRICT)
     return ctypes.CDLL(str(target))
 
 
