@@ -1,5 +1,6 @@
-"""What the tests share: recorded traces, and settings of hypothesis."""
+"""What the tests share: recorded traces, what is made once a process, and settings of hypothesis."""
 
+import gc
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,11 +10,22 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, settings
 
+from .made_once import share
+
+share()  # before any other module takes the functions that make them
+
 TRACES = Path(__file__).parent / "traces"
 
 # Compiling takes seconds the first time, so examples have no deadline; the same examples run everywhere.
 settings.register_profile("ramsight", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("ramsight")
+
+
+def pytest_collection_finish():
+    """Graphs are many objects that stay: looking through all of them again and again for garbage takes a tenth."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(10_000, 20, 20)
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from functools import cache
 
 import casadi as ca
 import numpy as np
@@ -102,8 +103,34 @@ def sizes(unit):
     return np.array([kinds.get(name.split("_")[0], 1e5) for name in balance(unit).states])
 
 
+@cache
+def stepper(unit, iterations):
+    """A step whose speed does not change as a function of start, speed, load, parameters and time: for many of them."""
+    found = balance(unit)
+    z0, speed, load, h = ca.SX.sym("z0", len(found.states)), *(ca.SX.sym(name) for name in ("speed", "load", "h"))
+    p = ca.SX.sym("p", ca.DM(parameters(unit)).numel())
+    step = found.step(z0, speed, speed, 0.0, load, p, h, iterations=iterations)
+    return ca.Function("step", [z0, speed, load, p, h], [ca.densify(step.z)])
+
+
+def after(unit, z0, speed, load, h, iterations):
+    """States after such a step."""
+    p = ca.DM(parameters(unit))
+    return np.array(stepper(unit, iterations)(z0, speed, load, p, h))[:, 0]
+
+
 def moments(unit, seed=0, count=STATES):
     """States that a unit may be in, with a speed and a load: in a move under a load, and all pressures disturbed."""
+    for z, speed, load in moments_of(unit, seed, count):
+        yield z.copy(), speed, load
+
+
+@cache
+def moments_of(unit, seed, count):
+    return tuple(found_moments(unit, seed, count))
+
+
+def found_moments(unit, seed, count):
     rng = np.random.default_rng(seed)
     limits, found = limits_of(unit), balance(unit)
     for k in range(count):
@@ -111,7 +138,7 @@ def moments(unit, seed=0, count=STATES):
         z = found.at_rest(rng.uniform(0.1, 0.9) * unit.cylinder.stroke, load)
         speed = 0.0 if k % 4 == 3 else rng.uniform(-0.8, 0.8) * unit.max_speed
         for _ in range(3):
-            _, z = solved(unit, z, speed, load, iterations=10)
+            z = after(unit, z, speed, load, 0.02, 10)
         pressures = [i for i, name in enumerate(found.states) if name.startswith("pressure")]
         z[pressures] *= rng.uniform(0.99, 1.01, len(pressures))
         yield z, (0.0 if k % 4 == 2 else speed * rng.uniform(0.7, 1.3)), load
@@ -177,10 +204,9 @@ def test_three_iterations_a_step_follow_the_plant_through_a_move(unit, bare, lif
 
     z0 = balance(unit).at_rest(0.5 * unit.cylinder.stroke, load)
     exact = integrated(plant, speed, until, z0, load, rtol=1e-5, atol=1e-5 * sizes(unit))
-    z, p = z0, parameters(unit)
+    z = z0
     for k in range(round(until / h)):
-        mean = 0.5 * (speed(k * h) + speed(k * h + h))
-        z = np.array(ca.DM(balance(unit).step(z, mean, mean, 0.0, load, p, h, iterations=3).z))[:, 0]
+        z = after(unit, z, 0.5 * (speed(k * h) + speed(k * h + h)), load, h, 3)
     travel = exact.y[0, -1] - z0[0]
     assert abs(travel) > 0.5 * abs(top) * (until - ramp) * unit.travel_per_radian
     assert z[0] - z0[0] == pytest.approx(travel, rel=5e-3)
@@ -305,11 +331,21 @@ def smooth(unit):
 
 def calm(unit):
     """A state in a steady move under a load, and at rest with the valves closed."""
+    for z, speed, load in calm_of(unit):
+        yield z.copy(), speed, load
+
+
+@cache
+def calm_of(unit):
+    return tuple(found_calm(unit))
+
+
+def found_calm(unit):
     load = 0.4 * limits_of(unit).load
     for speed in (0.4 * unit.max_speed * unit.lift_sign, -0.4 * unit.max_speed * unit.lift_sign, 0.0):
         z = balance(unit).at_rest(0.5 * unit.cylinder.stroke, load)
         for _ in range(60):
-            _, z = solved(unit, z, speed, load, iterations=3)
+            z = after(unit, z, speed, load, 0.02, 3)
             z[0] = 0.5 * unit.cylinder.stroke
         yield z, speed, load
 

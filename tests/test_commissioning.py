@@ -361,7 +361,7 @@ def test_one_reservation_is_one(boom, rehearsed):
     log, _ = rehearsed
     found = (Finding("samples", Verdict.LOOK_TWICE, "few", "more"),)
     assert Commissioning("boom", found, log).text.endswith("commissioned with 1 reservation")
-    assert Commissioning("boom", found * 2, log).text.endswith("commissioned with 1 reservation")
+    assert Commissioning("boom", found * 2, log).text.endswith("commissioned with 2 reservations")
 
 
 def test_a_true_position_in_another_unit_is_refused_with_a_hint(boom, rehearsed):

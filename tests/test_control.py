@@ -12,6 +12,7 @@ from ramsight.closed_loop.loop import ClosedLoop
 from ramsight.closed_loop.loop_settings import Feedback, LoopSettings
 from ramsight.closed_loop.pacing import together
 from ramsight.control.activity import Activity
+from ramsight.control.block import position_block
 from ramsight.control.position import PositionControl
 from ramsight.control.sensing import Trust, may_home, trust
 from ramsight.control.thresholds import STOPPING_TIME
@@ -105,6 +106,18 @@ def test_a_trajectory_goes_on_as_fast_as_it_begins():
     back = stepped(limits, 0.2, 0.1, velocity=0.03)
     assert back.max() > 0.2
     assert np.abs(np.diff(back, 2)).max() / DT**2 <= limits.acceleration * 1.1 + 1e-9
+
+
+def test_controls_of_equal_units_share_their_graph_and_nothing_else():
+    block = position_block(BOOM)
+    assert position_block(replace(BOOM)) is block
+    others = position_block(BOOM, period=0.1), position_block(BUCKET), position_block(BOOM, response=DriveResponse(0.1))
+    assert all(other.recursion is not block.recursion for other in others)
+    one, other = PositionControl(BOOM), PositionControl(BOOM)
+    one.move_to(0.6)
+    one.step(Estimate(0.1, 1e-4, 0.0, 2e5, Status.OK), Reported(0.0, 0.0, 20.0, 313.15))
+    assert (one.activity, other.activity) == (Activity.MOVING, Activity.RESTING)
+    assert one.state != other.state
 
 
 def test_what_is_sent_together_is_on_one_way():

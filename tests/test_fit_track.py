@@ -26,6 +26,12 @@ def free_of(described, *keys):
     return tuple(one for one in free_values(described.unit("axis")) if one.key in keys)
 
 
+@pytest.fixture
+def few_draws(monkeypatch):
+    """Enough for what does not hang on how many there are."""
+    monkeypatch.setattr(fitting, "DRAWS", 4)
+
+
 @pytest.fixture(scope="module")
 def run():
     """A run of the rig, with its position."""
@@ -43,6 +49,7 @@ def test_a_value_goes_no_further_than_a_description_may(run):
     with_values(RIG, "axis", {give.key: give.at(float(far[0]))})
 
 
+@pytest.mark.usefixtures("few_draws")
 def test_no_interval_holds_what_cannot_be(run):
     bore = RIG.unit("axis").cylinder.bore
     narrow = RIG.replace({"units.axis.cylinder.rod": 0.98 * bore})
@@ -85,12 +92,15 @@ def test_values_are_found_within_their_intervals(softer):
 
 
 def test_draws_come_with_their_opposites(run):
-    """So that what no run tells stays where it was described."""
     model = fitting._Model(RIG, "axis", [run], free("oil.free_air", GIVE))
     draws = list(fitting._draws(model))
     assert len(draws) == fitting.DRAWS
     np.testing.assert_array_equal(np.sum(draws, axis=0), 0.0)
     assert np.std(draws) == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.usefixtures("few_draws")
+def test_what_no_run_tells_stays_where_it_was_described(run):
     silent = MeasuredRun("short", run.log.isel(time=slice(0, 20)), run.measured.isel(time=slice(0, 20)))
     found = fitting.fit_track(RIG, "axis", [silent], free("parts.valve.switching_time"))
     value, low, high = found.values["parts.valve.switching_time"]
@@ -114,6 +124,7 @@ def bent(softer):
     ]
 
 
+@pytest.mark.usefixtures("few_draws")
 def test_the_curve_of_a_position_sensor_is_told_from_a_hose_and_a_pump(bent):
     """It is the same both ways and under each load; the hose and the displacement are found in spite of it."""
     found = fitting.fit_track(RIG, "axis", bent, free(GIVE, "parts.pump.displacement"))

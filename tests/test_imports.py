@@ -265,6 +265,8 @@ def test_heavy_libraries_load_late(module):
 
 EXPORT = """
 import sys, tempfile, ramsight
+from tests.made_once import share
+share()
 with tempfile.TemporaryDirectory() as folder:
     ramsight.export_c("mining-loader", "boom", out=folder + "/c", compiler="")
     ramsight.export_fmu("mining-loader", "boom", out=folder + "/sensor.fmu", compiler="")
@@ -275,7 +277,8 @@ with tempfile.TemporaryDirectory() as folder:
 
 
 def test_an_exported_sensor_loads_nothing_of_the_control():
-    done = subprocess.run([sys.executable, "-c", EXPORT], check=True, capture_output=True, text=True)
+    root = Path(__file__).parents[1]
+    done = subprocess.run([sys.executable, "-c", EXPORT], check=True, capture_output=True, text=True, cwd=root)
     assert done.stdout.splitlines() == ["", "True"]
 
 

@@ -14,12 +14,13 @@ from ramsight.duty import DriveReport
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.live import Reported
 from ramsight.duty.live_drive import LiveDrive
+from ramsight.engine.recursion import replay
 from ramsight.plant.drive import ServoDrive
 from ramsight.units import RPM
 
 from .plant_bench import UNITS
 
-WARM = 313.15
+WARM, MISSED = 313.15, (0.0, np.nan, np.nan)
 HOW = DriveReport(seed=3)
 BOOM = UNITS["mining-loader boom"]
 SERVO = replace(BOOM, drive=ServoDrive("drive", 0.008, 0.8, 16.0, 50.0))
@@ -46,16 +47,35 @@ def commands(count, period, seed=0):
 
 
 def watched(response, period, asked, *, declared=None, does=lambda k, w: w, says=lambda k, r: r, unit=BOOM, how=HOW):
-    """What the watch says of a drive, sample by sample, given what the motor and the report make of it."""
-    watch = DriveWatch(unit, declared or response, period)
-    drive, said, speed = LiveDrive(response, period, how), [], 0.0
+    """What the watch says of a drive, sample by sample, given what the motor and the report make of it.
+
+    What the drive does hangs on the commands alone, so that the watch goes over all samples at once.
+    """
+    drive, rows, speed, until_now = LiveDrive(response, period, how), [], 0.0, 0.0
     for k, command in enumerate(asked):
         report = drive.report(period * k, speed, 20.0, WARM)
         changed = None if report is None else says(k, report)
-        said.append(watch.missed() if changed is None else watch.look(changed))
+        arrived = MISSED if changed is None else (1.0, changed.motor_speed, changed.motor_torque)
+        rows.append((*arrived, until_now, 0.0))
+        until_now, speed = command, drive.follow(does(k, command))
+    live = DriveWatch(unit, declared or response, period)._live
+    state = np.array([live.state[name] for name in live.recursion.state])
+    wrong = replay(live.recursion, np.array(rows), live.parameters, state)[:, :-1] != 0.0
+    verdicts = [*(Verdict[name.upper()] for name in live.recursion.outputs[:-1]), Verdict.OBEYS]
+    return [verdicts[k] for k in np.where(wrong.any(axis=1), wrong.argmax(axis=1), len(verdicts) - 1)]
+
+
+def test_a_sample_at_a_time_the_watch_says_what_it_says_of_all_of_them():
+    response, period = DRIVES["lost"]
+    asked = [*commands(300, period), *[100.0] * 60, *[0.0] * 40]
+    watch, drive, speed, said = DriveWatch(BOOM, response, period), LiveDrive(response, period, HOW), 0.0, []
+    for k, command in enumerate(asked):
+        report = drive.report(period * k, speed, 20.0, WARM)
+        said.append(watch.missed() if report is None else watch.look(report))
         watch.command(command)
-        speed = drive.follow(does(k, command))
-    return said
+        speed = drive.follow(0.0 if k >= 300 else command)
+    assert said == watched(response, period, asked, does=lambda k, w: 0.0 if k >= 300 else w)
+    assert {Verdict.OBEYS, Verdict.DISOBEYS} <= set(said)
 
 
 @pytest.mark.parametrize("name", DRIVES)

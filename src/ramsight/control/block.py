@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from functools import lru_cache
 
 import casadi as ca
 
@@ -110,6 +111,14 @@ def position_block(
         >>> len(block.recursion.state) < 100, block.recursion.outputs[:4]
         (True, ('motor_speed', 'activity', 'reason', 'reference'))
     """
+    return _made(unit, limits, tuning, period, response)
+
+
+@lru_cache(maxsize=16)
+def _made(
+    unit: HydraulicUnit, limits: Limits | None, tuning: Tuning | None, period: float, response: DriveResponse
+) -> Block:
+    """The block, once for equal arguments: it does not change, and takes a tenth of a second to make."""
     by, declared = Actuation.of(unit, limits, tuning, period, response), Declaration.of(unit, response, period)
     initial = ControlState(
         ActivityState(), LastOrder(), Sensed(), drive_watch.unwatched(declared), moving.at_power_up(by), Steering(),

@@ -1,0 +1,87 @@
+"""What takes seconds to make and is asked for by hundreds of tests is made once a process.
+
+These are the graphs of sensors, the C of them, and what is identified by a log. Each is kept by all that it is made of,
+and each caller has one that is its own, with its own state and parameters: only what cannot change is shared.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import lru_cache, wraps
+from hashlib import sha256
+
+import numpy as np
+
+from ramsight.calibration import identify as identification
+from ramsight.deploy import c_sensor
+from ramsight.sensor import kalman as pipe
+
+_GRAPHS, _SOURCES, _FOUND = 24, 12, 12  # that are kept; a graph takes about 10 MB
+_make, _write, _find = pipe.kalman, c_sensor.sensor_source, identification.identify
+_made = lru_cache(maxsize=_GRAPHS)(_make)
+
+
+@wraps(_make)
+def _kalman(unit, assumptions=None):
+    known = _made(unit, assumptions or unit.assumptions)
+    return replace(known, parameters=known.parameters.copy(), initial=known.initial.copy(), units=dict(known.units))
+
+
+class _Of:
+    """What something is made of, which may be no key by itself, by what tells it from others."""
+
+    def __init__(self, key, *parts):
+        self.key, self.parts = key, parts
+
+    def __eq__(self, other):
+        return self.key == other.key
+
+    def __hash__(self):
+        return hash(self.key)
+
+
+@lru_cache(maxsize=_SOURCES)
+def _written(of, unit, prefix, machine, **options):
+    return _write(*of.parts, unit, prefix, machine, **options)
+
+
+@wraps(_write)
+def _sensor_source(sensor, unit, prefix, machine, **options):
+    numbers = np.concatenate([sensor.parameters, sensor.initial]).tobytes()
+    found = _written(_Of((sensor.recursion, sensor.kind, numbers), sensor), unit, prefix, machine, **options)
+    return replace(found, files=dict(found.files))
+
+
+def _digest(data):
+    """Of all columns of a Dataset, of its time, and of what is said of it."""
+    text = sha256(repr(data.attrs).encode())
+    for name in sorted(map(str, data.variables)):
+        values = np.ascontiguousarray(data[name].values)
+        content = repr(values.tolist()).encode() if values.dtype.hasobject else values.tobytes()
+        text.update(f"{name} {values.dtype} {values.shape} ".encode() + content)
+    return text.hexdigest()
+
+
+@lru_cache(maxsize=_FOUND)
+def _found(unit, of):
+    steps = []
+    return _find(unit, *of.parts, advance=steps.append), steps
+
+
+@wraps(_find)
+def _identify(unit, log, truth, *, advance=None):
+    found, steps = _found(unit, _Of((_digest(log), _digest(truth)), log, truth))
+    for step in steps if advance else ():
+        advance(step)
+    own = {name: dict(value) for name, value in vars(found).items() if isinstance(value, Mapping)}
+    return replace(found, **own)
+
+
+def share():
+    """Let all that is imported from now on share them."""
+    pipe.kalman, c_sensor.sensor_source, identification.identify = _kalman, _sensor_source, _identify
+
+
+def forget():
+    """Make all of them anew from now on: for tests of what making them twice gives."""
+    for kept in (_made, _written, _found):
+        kept.cache_clear()
