@@ -35,7 +35,7 @@ from ramsight.studio.playing import DUTIES, ENDS
 from ramsight.studio.rig import Rig
 from ramsight.studio.session import Session
 from ramsight.studio.thinning import keep, kept, thinned
-from ramsight.studio.uploaded_log import Asked, find_factors, find_leak, judge, propose, references, track
+from ramsight.studio.uploaded_log import NOWHERE, Asked, find_factors, find_leak, judge, propose, references, track
 from ramsight.studio.visitors import Visitors
 
 TRACES = Path(__file__).parent / "traces"
@@ -799,6 +799,30 @@ def test_a_wrong_file_says_why_and_names_no_folder(tmp_path):
     damaged.write_bytes(gzip.compress(b"time_s\n" * 1000)[:40])
     (said,) = told(propose, str(damaged))["warnings"]
     assert said.startswith("b.csv.gz: only what stands before this is listed")
+
+
+def test_a_truth_that_cannot_be_read_is_named_without_the_visitor_s_folder(tmp_path):
+    for role in ("log", "truth"):
+        (tmp_path / role).mkdir()
+    log, truth = tmp_path / "log" / "day.csv", tmp_path / "truth" / "true.csv"
+    log.write_text(RESTING)
+    truth.write_text("time_s\n0.0\n")
+    said = told(track, Asked(machine.load("press"), "ram", str(log), str(truth)))["error"]
+    assert "true.csv" in said
+    assert str(tmp_path) not in said
+
+
+RESTING = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n" + "".join(
+    f"{0.02 * k:.2f},0,{5.0 + 0.1 * (k % 3)},40\n" for k in range(60)
+)
+
+
+def test_a_log_without_a_position_says_what_to_do_and_one_with_a_start_does_not(tmp_path):
+    log = tmp_path / "day.csv"
+    log.write_text(RESTING)
+    lost, known = (told(track, Asked(machine.load("press"), "ram", str(log), None, start)) for start in ("", "120 mm"))
+    assert lost["tracked"]["advice"] == NOWHERE
+    assert known["tracked"]["advice"] == ""
 
 
 def test_a_start_outside_the_stroke_is_refused():

@@ -92,7 +92,7 @@ def page(loader, browser):
     opened.on("pageerror", lambda error: wrong.append(str(error)))
     opened.on("console", lambda said: wrong.append(said.text) if said.type == "error" else None)
     opened.on("request", lambda r: None if r.url.startswith((address, "data:", "blob:")) else wrong.append(r.url))
-    opened.goto(address)
+    opened.goto(f"{address}?play=none")
     opened.get_by_text("runs", exact=True).wait_for(timeout=READY)
     yield opened
     context.close()
@@ -146,6 +146,85 @@ def test_the_lever_moves_the_boom_and_the_estimate_follows_within_the_band(page)
     picture(page, "studio-live.png")
     page.get_by_role("button", name="stop boom").click()
     wait(page, lambda: newest(page, "speed") == 0.0)
+
+
+SIZES = ((1400, 813), (1024, 768), (420, 800))
+
+
+def test_a_new_page_plays_a_scenario_and_says_of_every_sensor_where_it_is_without_scrolling(page, loader):
+    address, _ = loader
+    page.goto(address)
+    bar = page.locator("#bar")
+    bar.wait_for(timeout=READY)
+    assert page.locator("#bar .status.ok").count() == 0, "nothing is green before there is data"
+    words = page.locator("#story-words li")
+    wait(page, lambda: words.count() >= 1 and newest(page, "position") is not None, 90.0)
+    status = page.locator("#status-boom-kalman")
+    assert status.inner_text() == "not referenced"
+    assert "Move to an end stop" in page.locator("#remedy").inner_text()
+    assert page.locator("#status-boom-balance").inner_text() == "unchecked"
+    assert "unchecked" in page.locator("#status-boom-balance").get_attribute("class")
+    for scheme in ("light", "dark"):
+        page.emulate_media(color_scheme=scheme)
+        for width, height in SIZES:
+            page.set_viewport_size({"width": width, "height": height})
+            page.mouse.wheel(0, 3000)
+            page.wait_for_timeout(300)
+            box = bar.bounding_box()
+            assert box["y"] >= 0.0
+            assert box["y"] + box["height"] <= 0.5 * height, "the bar leaves room for what it is about"
+            assert page.locator("#remedy").bounding_box()["y"] < height
+            page.mouse.wheel(0, -3000)
+            picture(page, f"studio-story-{width}-{scheme}.png")
+    wait(page, lambda: words.count() >= 3, 120.0)  # it has found its position
+    assert "95 % band" in page.locator("#strip-position .u-legend").inner_text()
+
+
+@pytest.mark.parametrize("name", ["worn", "ground", "thermometer", "power", "second"])
+def test_a_card_plays_its_scenario_and_the_controls_show_what_it_sets(page, name):
+    page.get_by_role("button", name="scenarios", exact=True).click()
+    wait(page, lambda: newest(page, "position") is not None)
+    card = page.locator(f"[data-scenario={name}]")
+    card.click()
+    wait(page, lambda: page.locator("#story-words li").count() >= 1, 60.0)
+    assert card.get_attribute("aria-pressed") == "true"
+    assert page.locator("#story h2").inner_text() == card.locator("b").inner_text()
+    wait(page, lambda: newest(page, "time") > 1.0 and newest(page, "speed") != 0.0)
+    page.get_by_role("button", name="controls", exact=True).click()
+    if name == "worn":
+        leakage = page.get_by_role("slider", name="leakage [× data sheet]")
+        wait(page, lambda: leakage.get_attribute("aria-valuenow") == "1.6")
+    if name == "second":
+        wait(page, lambda: page.locator("#status-boom-second").inner_text().startswith("unchecked"))
+    page.get_by_role("button", name="lift boom").click()  # a hand at the lever ends it
+    page.get_by_role("button", name="scenarios", exact=True).click()
+    wait(page, lambda: "yours" in page.locator("#story h2").inner_text())
+
+
+SMALL = """() => {
+    const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT), found = [];
+    while (walker.nextNode()) {
+        const own = walker.currentNode.parentElement;
+        if (!walker.currentNode.textContent.trim() || /SCRIPT|STYLE/.test(own.tagName)) continue;
+        if (!own.checkVisibility({ visibilityProperty: true })) continue;
+        const scale = own.closest('svg') && own.getScreenCTM ? own.getScreenCTM().a : 1;
+        const size = scale * parseFloat(getComputedStyle(own).fontSize);
+        if (size < 10.9) found.push([size, walker.currentNode.textContent.slice(0, 40)]);
+    }
+    return found;
+}"""
+
+
+def test_no_text_is_smaller_than_11_px_and_the_circuit_is_enlarged_until_its_words_are_not_either(page):
+    wait(page, lambda: newest(page, "position") is not None)
+    for width, height in SIZES:
+        page.set_viewport_size({"width": width, "height": height})
+        page.wait_for_timeout(300)
+        assert page.evaluate(SMALL) == []
+    page.get_by_role("button", name="enlarge").click()
+    page.locator("[data-circuit=boom] text", has_text="hose_a").first.wait_for()
+    assert page.evaluate(SMALL) == []
+    page.get_by_role("button", name="back", exact=True).click()
 
 
 def test_keys_are_levers_as_long_as_they_are_down_and_time_goes_as_fast_as_life(page):
@@ -235,11 +314,12 @@ def test_dashes_go_as_the_oil_goes_stand_with_it_and_a_relief_valve_that_spits_s
 
 def test_oil_cools_in_cold_air_unless_it_is_held(page):
     wait(page, lambda: page.locator("#now-tank").inner_text() != "–")
-    air = page.get_by_role("slider", name="air around [°C]")
-    for name, key, value in (("air around [°C]", "PageDown", "-20"), ("times faster than life", "PageUp", "50")):
+    air = page.get_by_role("slider", name="ambient temperature [°C]")
+    for name, key, value in (("ambient temperature [°C]", "Home", "-20"), ("speed-up [× real time]", "End", "50")):
         slider = page.get_by_role("slider", name=name)
-        slider.locator("[tabindex]").focus()
-        wait(page, lambda s=slider, k=key, v=value: s.get_attribute("aria-valuenow") == v or page.keyboard.press(k))
+        slider.focus()
+        page.keyboard.press(key)
+        wait(page, lambda s=slider, v=value: s.get_attribute("aria-valuenow") == v)
     wait(page, lambda: float(page.locator("#now-tank").inner_text()) < 39.0, 60.0)
     page.get_by_role("switch", name="hold the oil there").click()
     wait(page, lambda: page.locator("#now-tank").inner_text() == "40.0", 60.0)
@@ -325,6 +405,21 @@ def test_a_rehearsed_commissioning_shows_its_references_and_gives_its_report(pag
     with page.expect_download() as coming:
         page.get_by_role("link", name="download report.html").click()
     assert b"<!doctype html>" in Path(coming.value.path()).read_bytes()[:40]
+
+
+def test_results_of_another_file_are_gone_at_once(page, tmp_path):
+    page.get_by_role("tab", name="Logs").click()
+    said, picture = page.locator("#log-said"), page.locator("#track-picture .uplot")
+    page.locator("#upload-log input[type=file]").set_input_files(TRACES / "boom_441kN_40C.csv.gz")
+    wait(page, lambda: "3 channels" in said.inner_text(), 60.0)
+    page.locator("#track").click()
+    picture.wait_for(timeout=READY)
+    assert "Enter above where the piston was" in page.locator("#log-advice").inner_text()  # no start was entered
+    page.get_by_role("link", name="download track.svg").wait_for(timeout=READY)
+    page.locator("#upload-truth input[type=file]").set_input_files(TRACES / "boom_441kN_40C_truth.csv.gz")
+    wait(page, lambda: picture.count() == 0)
+    wait(page, lambda: page.locator("#log-exports a").count() == 0)
+    assert page.locator("#log-advice").inner_text() == ""
 
 
 def test_a_wrong_file_says_why(page, tmp_path):
@@ -464,7 +559,7 @@ def test_a_second_visitor_has_a_machine_of_his_own_and_a_closed_tab_ends_its_pro
     before = {p.pid for p in workers(server)}
     context = browser.new_context()
     other = context.new_page()
-    other.goto(address)
+    other.goto(f"{address}?play=none")
     other.get_by_text("runs", exact=True).wait_for(timeout=READY)
     wait(other, lambda: newest(other, "position") is not None)
     mine = {p.pid for p in workers(server)} - before

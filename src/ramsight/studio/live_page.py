@@ -121,8 +121,11 @@ def _machine() -> tuple[Any, Any]:
 
 
 def _circuits(circuits: Mapping[str, str]) -> None:
-    with ui.element("section").classes("panel circuit"):
-        ui.html("<h2>The circuit</h2>", sanitize=False)
+    with ui.element("section").classes("panel circuit") as panel:
+        with ui.row().classes("w-full justify-between items-center"):
+            ui.html("<h2>The circuit</h2>", sanitize=False)
+            enlarge = ui.button("enlarge, with names and data").props("dense size=sm no-caps outline")
+        enlarge.on_click(lambda: _enlarge(panel, enlarge))
         ui.label(
             "lines: blue at the tank's pressure, red at the relief valves'; dashes go as the oil goes, faster where"
             " more flows; yellow: a valve passes oil; red: a relief valve opens"
@@ -137,6 +140,13 @@ def _circuits(circuits: Mapping[str, str]) -> None:
             ui.toggle(
                 units, value=units[0], on_change=lambda e: ui.run_javascript(f"studio.show({json.dumps(e.value)})")
             ).props("no-caps dense")
+
+
+def _enlarge(panel: ui.element, button: ui.button) -> None:
+    """Show the circuit as large as the window, where its words can be read, or as it was."""
+    large = "large" not in panel.classes
+    panel.classes(toggle="large")
+    button.set_text("back" if large else "enlarge, with names and data")
 
 
 def _energy(session: Session) -> None:

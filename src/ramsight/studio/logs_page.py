@@ -62,6 +62,7 @@ class _LogsPage:
             self._inputs()
         with ui.element("section").classes("panel"):
             ui.label("drag to look closer, double-click for all of it").classes("text-xs")
+            self.advice = ui.label().props("id=log-advice role=status").classes("advice")
             ui.element("div").props("id=track-picture").classes("w-full")
             ui.element("div").props("id=error-picture").classes("w-full")
             self.exports = ui.row().props("id=log-exports").classes("gap-4")
@@ -102,6 +103,7 @@ class _LogsPage:
         self.said = ui.label().props("id=log-said role=status").classes("whitespace-pre-wrap font-mono text-sm")
 
     def _another(self, machine: Machine) -> None:
+        self._forget()
         value = self.unit.value if self.unit.value in machine.units else next(iter(machine.units))
         self.unit.set_options(list(machine.units), value=value)
 
@@ -122,7 +124,11 @@ class _LogsPage:
         file = place / name
         await event.file.save(file)
         self.files[role] = file
+        await self._stop()
+        self._forget()
         if role == "log":
+            self.channels.clear()
+            self.map.set_value("")
             await self._propose(name)
         else:
             self._say(f"{name}: taken as the true position")
@@ -138,10 +144,25 @@ class _LogsPage:
         with self.channels:
             ui.table(rows=found["channels"], row_key="name").classes("w-full").props("dense flat")
 
+    def _forget(self) -> None:
+        """Take away what belongs to another file, or to another description of the machine."""
+        self.asked, self.columns, self.references = None, {}, []
+        self.bar.set_value(0.0)
+        self.advice.set_text("")
+        self.exports.clear()
+        self.found.clear()
+        self.judged.set_content("")
+        self.client.run_javascript("studio.forget()")
+
+    async def _stop(self) -> None:
+        """Stop whatever is still going on; what it has said and nobody has heard is dropped."""
+        job, self.job = self.job, None
+        if job is not None:
+            await run.io_bound(job.stop)
+
     async def _work(self, work: Callable[..., None], *arguments: Any) -> None:
         """Have something done; whatever is still going on is stopped."""
-        if self.job is not None:
-            await run.io_bound(self.job.stop)
+        await self._stop()
         self.job = await run.io_bound(Job, work, *arguments)
 
     async def _begin(self, work: Callable[[Say, Asked], None]) -> None:
@@ -150,17 +171,18 @@ class _LogsPage:
             self._say("drop a log first")
             return
         truth = self.files.get("truth")
-        self.asked = Asked(
+        asked = self.asked = Asked(
             self.visit.machine, self.unit.value, str(self.files["log"]), None if truth is None else str(truth),
             self.start.value or "", self.sensor.value, self.map.value if self.mapped.value else "",
         )  # fmt: skip
         self.bar.set_value(0.0)
         if work is track:
+            self._forget()
+            self.asked = asked
             self._say("tracking …")
-            self.exports.clear()
         else:
             self.judged.set_content("<p>worked out …</p>")
-        await self._work(work, self.asked)
+        await self._work(work, asked)
 
     async def _look(self) -> None:
         """Take what a process has sent."""
@@ -195,6 +217,7 @@ class _LogsPage:
         assert self.asked is not None
         self.bar.set_value(1.0)
         self._say(found["summary"])
+        self.advice.set_text(found["advice"])
         self._offer(TRACK)
         self.references = found["references"]
         self.found.clear()

@@ -106,7 +106,7 @@ _ENDS = Scenario(
         ),
         Scene(
             "The other end was where the stroke says. Both agree: the status is *ok*, and the band is a few"
-            " millimetres. The plain balance was given the true start; nothing corrects it.",
+            " millimetres. The plain balance was given the true start, and cannot check itself.",
             _closed,
         ),
         Scene(

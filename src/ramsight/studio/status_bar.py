@@ -17,7 +17,9 @@ def status_bar(units: list[str]) -> None:
     Args:
         units: of the machine.
     """
-    rows = "".join(_row(unit, kind, name) for unit in units for kind, name in _NAMES.items())
+    rows = "".join(
+        f'<div class="unit">{"".join(_row(unit, kind, name) for kind, name in _NAMES.items())}</div>' for unit in units
+    )
     numbers = (
         ("true", "now-true", "mm"), ("kalman", "now-kalman", "mm"), ("its error", "now-error", "mm"),
         ("balance's error", "now-balance-error", "mm"), ("time", "now-time", "s"), ("speed-up", "now-factor", "×"),

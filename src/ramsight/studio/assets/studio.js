@@ -71,6 +71,8 @@ window.studio = (() => {
     plots = strips().map((strip) => make(strip, document.getElementById(strip.id)));
     studio.laidOut = performance.now(); // ms since the page was asked for
     const fit = () => plots.forEach((p) => p.plot.setSize({ width: p.place.clientWidth, height: p.height }));
+    const head = document.querySelector(".q-header");
+    if (head) document.body.style.setProperty("--under-header", `${head.offsetHeight}px`);
     fitting = new ResizeObserver(fit);
     fitting.observe(document.getElementById("strips"));
   }
@@ -217,12 +219,19 @@ window.studio = (() => {
     return columns.time.length;
   }
 
+  // Of a track that belongs to another file nothing is left.
+  function forget() {
+    for (const name of Object.keys(seen)) delete seen[name];
+    for (const id of ["track-picture", "error-picture"]) (document.getElementById(id) ?? pictures[id])?.replaceChildren();
+  }
+
   // The file chooser that the uploader draws is an input in a button: leave the input alone to be reached, and name it.
   // Its other buttons are icons. A table that is wider than the page is scrolled with keys.
   const ICONS = { done_all: "remove all that is uploaded", clear_all: "remove all that waits", delete: "remove this file", clear: "remove this file", done: "remove this file" };
   function label() {
     for (const own of document.querySelectorAll(".q-slider[role=slider]")) { // the focus belongs to what has name and value
-      own.tabIndex = own.getAttribute("aria-disabled") === "true" ? -1 : 0;
+      const order = own.getAttribute("aria-disabled") === "true" ? -1 : 0;
+      if (own.getAttribute("tabindex") !== `${order}`) own.tabIndex = order; // a change that is none would be looked at again
       for (const inner of own.querySelectorAll("[tabindex='0']")) inner.tabIndex = -1;
     }
     for (const place of document.querySelectorAll(".q-uploader")) {
@@ -256,5 +265,5 @@ window.studio = (() => {
     }
   });
 
-  return { watch, isSeen, begin, show, frame, track, count: () => drawn, units, seen };
+  return { watch, isSeen, begin, show, frame, track, forget, count: () => drawn, units, seen };
 })();
