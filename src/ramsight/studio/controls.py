@@ -48,6 +48,7 @@ class Controls:
         self._levers: dict[str, ui.slider] = {}
         self._knobs: dict[str, ui.slider] = {}
         self._faults: dict[str, ui.switch] = {}
+        self._kinds: dict[str, ui.switch] = {}
         self._quiet = False
         self._build_levers()
         self._build_knobs()
@@ -66,6 +67,8 @@ class Controls:
             self._knobs[name].set_value(round((settings["knobs"][name] - offset) / factor, 4))
         for name, switch in self._faults.items():
             switch.set_value(name in settings["faults"])
+        for kind, switch in self._kinds.items():
+            switch.set_value(kind in settings["sensors"])
         for slider in self._levers.values() if levers else ():
             slider.set_value(0)
         self._duty.set_value(settings["duty"] or "")
@@ -156,7 +159,7 @@ class Controls:
     def _build_sensors(self) -> None:
         with _panel("Sensors"):
             for kind, words in KINDS.items():
-                switch = ui.switch(words, value=kind in SENSORS).props("dense").classes("w-full")
+                switch = self._kinds[kind] = ui.switch(words, value=kind in SENSORS).props("dense").classes("w-full")
                 switch.on_value_change(lambda e, kind=kind: self._say("sense", kind, bool(e.value)))
             refused = ui.label().props("role=status").classes("text-sm")
             refused.bind_text_from(self._session, "refused")

@@ -110,11 +110,15 @@ class _LogsPage:
     def _upload(self, role: str, words: str) -> None:
         async def take(event: Any) -> None:
             await self._take(role, event)
+            named.set_text(f"{role}: {self.files[role].name}")
+            place.reset()  # so that another file can be dropped at once
 
-        ui.upload(
-            label=words, on_upload=take, auto_upload=True, max_files=1, max_file_size=_LARGEST,
-            on_rejected=lambda: self._say(f"refused: a file of at most {_LARGEST // 2**20} MiB"),
-        ).props(f"id=upload-{role} flat bordered").classes("w-60")  # fmt: skip
+        with ui.column().classes("gap-1 w-60"):
+            place = ui.upload(
+                label=words, on_upload=take, auto_upload=True, max_file_size=_LARGEST,
+                on_rejected=lambda: self._say(f"refused: a file of at most {_LARGEST // 2**20} MiB"),
+            ).props(f"id=upload-{role} flat bordered").classes("w-full")  # fmt: skip
+            named = ui.label(f"{role}: none").classes("text-sm")
 
     async def _take(self, role: str, event: Any) -> None:
         """Keep an uploaded file under its own name, without whatever folder its name has in it."""

@@ -23,6 +23,7 @@ class StoryPanel:
 
     def __init__(self, play: Callable[[str], None]) -> None:
         self._shown: tuple[str, int] | None = None
+        self._awaited: str | None = None
         self._cards: dict[str, ui.element] = {}
         with ui.element("section").classes("panel story").props('id=story aria-label="the scenario that plays"'):
             self._title = ui.html("<h2>The levers are yours</h2>", sanitize=False)
@@ -40,7 +41,7 @@ class StoryPanel:
 
     def begins(self, name: str) -> None:
         """Say that a scenario is set up."""
-        self._shown = None
+        self._shown, self._awaited = None, name
         self._title.set_content(f"<h2>{escape(SCENARIOS[name].title)}</h2>")
         self._words.set_content("<p>The machine is set up …</p>")
         self._mark(name)
@@ -59,6 +60,9 @@ class StoryPanel:
         Returns:
             Whether it has gone on since the last call.
         """
+        if self._awaited is not None and (telling is None or telling["name"] != self._awaited):
+            return False  # of the machine as it was before
+        self._awaited = None
         now = None if telling is None else (telling["name"], len(telling["words"]))
         if now == self._shown:
             return False

@@ -136,6 +136,11 @@ class Storyteller:
         """How far it is: the fields of `Telling`."""
         return asdict(self._telling)
 
+    @property
+    def over(self) -> bool:
+        """Whether it has ended."""
+        return self._telling.over
+
     def look(self, rows: Mapping[str, Row]) -> None:
         """Go on to the next scene if this one is over.
 

@@ -45,7 +45,7 @@ class Frame:
         oil: temperatures of the oil in the pumps and in the tank [°C], by unit.
         begun: how often the machine has begun again.
         telling: how far the scenario is, as `storyteller.Telling`; None if none plays.
-        settings: what knobs, faults and duty cycle are now.
+        settings: what knobs, faults, duty cycle, speed-up and sensors are now.
     """
 
     columns: dict[str, Any] = field(default_factory=dict)
@@ -143,7 +143,7 @@ class _Clock:
                 case "sense":
                     self._sense(values[0], on=values[1])
                 case "play":
-                    self.rig.play(values[0])
+                    self._play(values[0])
                 case "hold oil":
                     self.rig.hold_oil(on=values[0])
                 case "account":
@@ -159,9 +159,14 @@ class _Clock:
     def _lever(self, unit: str, value: float) -> None:
         """Move a lever; a hand on it ends what plays."""
         if value != 0.0 and self.rig.duty is not None:
-            self.rig.play(None)
-            self.story = None
+            self._play(None)
         self.rig.levers[unit] = min(max(value, -1.0), 1.0)
+
+    def _play(self, duty: str | None) -> None:
+        """Play a duty cycle, or nothing; a scenario that has not ended does so without its words to the end."""
+        self.rig.play(duty)
+        if self.story is not None and not self.story.over:
+            self.story = None
 
     def _begin(self, name: str | None) -> None:
         """Play a scenario from its beginning, or begin again with nothing that plays; time stands meanwhile."""
@@ -204,7 +209,7 @@ class _Clock:
             frame.energy = {name: flows(self.rig.sheet[name], account) for name, account in self.rig.accounts.items()}
         frame.begun, frame.telling = self.restarts, None if self.story is None else self.story.telling
         frame.settings = {"knobs": asdict(self.rig.knobs), "faults": sorted(self.rig.faults), "duty": self.rig.duty}
-        frame.settings["speed"] = self.factor
+        frame.settings |= {"speed": self.factor, "sensors": list(self.rig.sensors[first])}
         self.rows = []
         return frame
 
