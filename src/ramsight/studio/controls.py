@@ -99,14 +99,13 @@ class Controls:
         buttons = {}
         with ui.row().classes("gap-1").props(f'role=group aria-label="{name}: buttons that stay pressed"'):
             for text, value in _LATCHED:
-                button = ui.button(text, on_click=lambda _, v=value: slider.set_value(v)).props("dense size=sm no-caps")
+                button = ui.button(text, on_click=lambda _, v=value: slider.set_value(v), color=None)
+                button.props("dense no-caps unelevated").classes("latch")
                 buttons[value] = button.props(f'aria-label="{text} {name}"')
 
         def moved(value: float) -> None:
             for held, button in buttons.items():
-                pressed = held == value
-                button.props(f"aria-pressed={'true' if pressed else 'false'}")
-                button.props(remove="outline") if pressed else button.props("outline")
+                button.props(f"aria-pressed={'true' if held == value else 'false'}")
             self._say("lever", name, self._signs[name] * (value or 0.0) / 100.0)
 
         slider.on_value_change(lambda e: moved(e.value))

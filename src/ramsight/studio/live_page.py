@@ -124,7 +124,8 @@ def _circuits(circuits: Mapping[str, str]) -> None:
     with ui.element("section").classes("panel circuit") as panel:
         with ui.row().classes("w-full justify-between items-center"):
             ui.html("<h2>The circuit</h2>", sanitize=False)
-            enlarge = ui.button("enlarge, with names and data").props("dense size=sm no-caps outline")
+            enlarge = ui.button("enlarge, with names and data", color=None)
+            enlarge.props("dense no-caps unelevated").classes("latch")
         enlarge.on_click(lambda: _enlarge(panel, enlarge))
         ui.label(
             "lines: blue at the tank's pressure, red at the relief valves'; dashes go as the oil goes, faster where"
