@@ -27,7 +27,8 @@ def status_bar(units: list[str]) -> None:
     now = "".join(f'<span>{words} <b id="{place}">–</b> {unit}</span>' for words, place, unit in numbers)
     ui.html(
         f'<div class="rows">{rows}</div>'
-        '<p class="meaning"><b id="meaning-of">–</b> <span id="meaning">No sensor has reported anything yet.</span>'
+        '<p class="meaning" tabindex="0" role="group" aria-label="what the status means">'
+        '<b id="meaning-of">–</b> <span id="meaning">No sensor has reported anything yet.</span>'
         ' <span id="remedy"></span></p>'
         f'<div class="now">{now}</div>',
         sanitize=False,
