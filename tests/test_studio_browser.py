@@ -190,8 +190,9 @@ def test_a_new_page_plays_a_scenario_and_says_of_every_sensor_where_it_is_withou
             assert page.locator("#remedy").bounding_box()["y"] < height
             assert page.evaluate(SMALL) == []
             page.mouse.wheel(0, -3000)
-            picture(page, f"studio-story-{width}-{scheme}.png")
     wait(page, lambda: words.count() >= 3, 120.0)  # it has found its position
+    page.set_viewport_size({"width": 1400, "height": 813})
+    picture(page, "studio-story.png")
     assert "95 % band" in page.locator("#strip-position .u-legend").inner_text()
     page.get_by_role("button", name="enlarge").click()
     page.locator("[data-circuit=boom] text", has_text="hose_a").first.wait_for()
@@ -377,6 +378,8 @@ def test_a_dropped_log_has_the_figures_of_the_verb(page):
     page.locator("#upload-log input[type=file]").set_input_files(TRACES / "boom_441kN_40C.csv.gz")
     wait(page, lambda: page.locator("#track-picture .uplot").count() == 0)  # results of another upload are gone
     wait(page, lambda: page.locator("#log-exports a").count() == 0)
+    page.get_by_role("button", name="remove the true position").click()
+    page.get_by_text("truth: none", exact=True).wait_for()
 
 
 def test_a_rehearsed_commissioning_shows_its_references_and_gives_its_report(page, tmp_path):

@@ -113,12 +113,22 @@ class _LogsPage:
             named.set_text(f"{role}: {self.files[role].name}")
             place.reset()  # so that another file can be dropped at once
 
+        async def remove() -> None:
+            if self.files.pop(role, None) is not None:
+                await self._stop()
+                self._forget()
+                named.set_text(f"{role}: none")
+
         with ui.column().classes("gap-1 w-60"):
             place = ui.upload(
                 label=words, on_upload=take, auto_upload=True, max_file_size=_LARGEST,
                 on_rejected=lambda: self._say(f"refused: a file of at most {_LARGEST // 2**20} MiB"),
             ).props(f"id=upload-{role} flat bordered").classes("w-full")  # fmt: skip
             named = ui.label(f"{role}: none").classes("text-sm")
+            if role == "truth":
+                ui.button("remove the true position", on_click=remove, color=None).props(
+                    "dense no-caps unelevated"
+                ).classes("latch")
 
     async def _take(self, role: str, event: Any) -> None:
         """Keep an uploaded file under its own name, without whatever folder its name has in it."""

@@ -157,8 +157,9 @@ window.studio = (() => {
     const mm = (v, digits = 1) => (v === null || v === undefined ? "–" : v.toFixed(digits));
     const set = (id, text) => { const place = document.getElementById(id); if (place) place.textContent = text; };
     set("now-true", mm(last.position[k]));
-    set("now-kalman", mm(last.kalman?.[k]));
-    set("now-error", mm(last.kalman_error?.[k], 2));
+    const lost = f.status[shown].kalman?.level === "not referenced"; // what it has then is no position
+    set("now-kalman", lost ? "–" : mm(last.kalman?.[k]));
+    set("now-error", lost ? "–" : mm(last.kalman_error?.[k], 2));
     set("now-balance-error", mm(last.balance_error?.[k], 2));
     set("now-time", f.columns.time.at(-1).toFixed(1));
     f.oil[shown].forEach((celsius, at) => set(["now-pumps", "now-tank"][at], celsius.toFixed(1)));
