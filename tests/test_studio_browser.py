@@ -232,6 +232,12 @@ def test_keys_are_levers_as_long_as_they_are_down_and_time_goes_as_fast_as_life(
     assert page.evaluate("studio.count()") - count > 10  # the benchmark counts them; here only that they come
     passed = time.monotonic() - begun
     assert newest(page, "time") - first == pytest.approx(passed, abs=1.0)  # as fast as life
+    slider = page.get_by_role("slider", name="leakage [× data sheet]")
+    slider.focus()
+    page.keyboard.down("ArrowRight")
+    wait(page, lambda: slider.get_attribute("aria-valuenow") != "1")
+    assert newest(page, "speed", "bucket") == 0.0  # a key on a slider is no lever
+    page.keyboard.up("ArrowRight")
 
 
 def test_a_fault_changes_the_status_and_goes_again(page):

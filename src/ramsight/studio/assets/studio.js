@@ -252,19 +252,18 @@ window.studio = (() => {
   }
   addEventListener("DOMContentLoaded", () => new MutationObserver(label).observe(document.body, { childList: true, subtree: true, attributeFilter: ["tabindex"] }));
 
-  // A slider has the focus as a whole; its keys go to the part that knows them. Home and End it does not know: pages do.
-  addEventListener("keydown", (event) => {
+  // A slider has the focus as a whole; its keys go to the part that knows them, and move no lever. Home and End it does
+  // not know: pages do.
+  function keyed(event) {
     const own = event.target.closest?.(".q-slider[role=slider]"), inner = own?.querySelector("[tabindex]");
-    if (!inner || !event.isTrusted) return;
-    const send = (keyCode) => inner.dispatchEvent(new KeyboardEvent("keydown", { keyCode, ctrlKey: event.ctrlKey, bubbles: true, cancelable: true }));
-    if (event.key === "Home" || event.key === "End") {
-      event.preventDefault();
-      for (let k = 0; k < PAGES; k++) send(event.key === "Home" ? PAGE_DOWN : PAGE_UP);
-    } else if (event.target === own && /^(Arrow|Page)/.test(event.key)) {
-      event.preventDefault();
-      send(event.keyCode);
-    }
-  });
+    if (!inner || !event.isTrusted || !/^(Arrow|Page|Home|End)/.test(event.key)) return;
+    event.preventDefault();
+    event.stopPropagation();
+    const send = (keyCode) => inner.dispatchEvent(new KeyboardEvent(event.type, { keyCode, ctrlKey: event.ctrlKey, cancelable: true }));
+    if (!["Home", "End"].includes(event.key)) send(event.keyCode);
+    else for (let k = 0; k < (event.type === "keydown" ? PAGES : 1); k++) send(event.key === "Home" ? PAGE_DOWN : PAGE_UP);
+  }
+  for (const kind of ["keydown", "keyup"]) addEventListener(kind, keyed, true);
 
   return { watch, isSeen, begin, show, frame, track, forget, count: () => drawn, units, seen };
 })();
