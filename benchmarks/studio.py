@@ -43,7 +43,7 @@ def serve(port: int) -> subprocess.Popen[str]:
 def opened(browser: Any, address: str) -> Any:
     """A page whose machine runs."""
     page = browser.new_context(viewport={"width": 1500, "height": 1500}).new_page()
-    page.goto(address, timeout=_PATIENCE)
+    page.goto(f"{address}?play=none", timeout=_PATIENCE)
     page.get_by_text("runs", exact=True).wait_for(timeout=_PATIENCE)
     page.wait_for_function("studio.units.boom && studio.units.boom.time.length > 0", timeout=_PATIENCE)
     return page

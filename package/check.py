@@ -32,7 +32,17 @@ NEEDED = (
     "ramsight/showcase/demo/workday.csv.gz",
     "ramsight/showcase/demo/workday_truth.csv.gz",
 )
-SDIST_TOO = ("pyproject.toml", "README.md", "LICENSE", "CHANGELOG.md", "Makefile", "tests/conftest.py", "docs/index.md")
+WHEEL_TOO = ("ramsight/studio/faq.md",)  # a copy of docs/faq.md
+SDIST_TOO = (
+    "pyproject.toml",
+    "README.md",
+    "LICENSE",
+    "CHANGELOG.md",
+    "Makefile",
+    "tests/conftest.py",
+    "docs/index.md",
+    "docs/faq.md",
+)
 
 
 def main(folder: Path) -> None:
@@ -56,6 +66,7 @@ def check_files(wheel: Path, sdist: Path) -> None:
     with tarfile.open(sdist) as archive:
         packed = {name.partition("/")[2] for name in archive.getnames()}
     missing = [name for name in NEEDED if name not in names or f"src/{name}" not in packed]
+    missing += [name for name in WHEEL_TOO if name not in names]
     missing += [name for name in SDIST_TOO if name not in packed]
     foreign = [name for name in names if not name.startswith("ramsight") or "__pycache__" in name]
     sources = {f"{path.relative_to(ROOT / 'src')}" for path in (ROOT / "src" / "ramsight").rglob("*.py")}

@@ -92,7 +92,7 @@ def page(loader, browser):
     opened.on("pageerror", lambda error: wrong.append(str(error)))
     opened.on("console", lambda said: wrong.append(said.text) if said.type == "error" else None)
     opened.on("request", lambda r: None if r.url.startswith((address, "data:", "blob:")) else wrong.append(r.url))
-    opened.goto(address)
+    opened.goto(f"{address}?play=none")
     opened.get_by_text("runs", exact=True).wait_for(timeout=READY)
     yield opened
     context.close()
@@ -141,11 +141,82 @@ def test_the_lever_moves_the_boom_and_the_estimate_follows_within_the_band(page)
     assert off == []
     shown = page.evaluate("['now-true', 'now-kalman'].map((one) => +document.getElementById(one).innerText)")
     assert abs(shown[0] - shown[1]) < 5.0
-    assert page.locator("#status-boom-kalman").inner_text() == "ok"
+    assert page.locator("#status-boom-kalman").inner_text() == "uncertain: reference due"  # no contact agrees yet
     assert page.locator("[data-circuit=boom] g.open").count() > 0
     picture(page, "studio-live.png")
     page.get_by_role("button", name="stop boom").click()
     wait(page, lambda: newest(page, "speed") == 0.0)
+
+
+SMALL = """() => {
+    const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT), found = [];
+    while (walker.nextNode()) {
+        const own = walker.currentNode.parentElement;
+        if (!walker.currentNode.textContent.trim() || /SCRIPT|STYLE/.test(own.tagName)) continue;
+        if (!own.checkVisibility({ visibilityProperty: true })) continue;
+        const scale = own.closest('svg') && own.getScreenCTM ? own.getScreenCTM().a : 1;
+        const size = scale * parseFloat(getComputedStyle(own).fontSize);
+        if (size < 10.9) found.push([size, walker.currentNode.textContent.slice(0, 40)]);
+    }
+    return found;
+}"""
+
+
+SIZES = ((1400, 813), (1024, 768), (420, 800))
+
+
+def test_a_new_page_plays_a_scenario_and_says_of_every_sensor_where_it_is_without_scrolling(page, loader):
+    address, _ = loader
+    page.goto(address)
+    bar = page.locator("#bar")
+    bar.wait_for(timeout=READY)
+    assert page.locator("#bar .status.ok").count() == 0, "nothing is green before there is data"
+    words = page.locator("#story-words li")
+    wait(page, lambda: words.count() >= 1 and newest(page, "position") is not None, 90.0)
+    status = page.locator("#status-boom-kalman")
+    assert status.inner_text() == "not referenced"
+    assert "Move to an end stop" in page.locator("#remedy").inner_text()
+    assert page.locator("#status-boom-balance").inner_text() == "unchecked"
+    assert "unchecked" in page.locator("#status-boom-balance").get_attribute("class")
+    for scheme in ("light", "dark"):
+        page.emulate_media(color_scheme=scheme)
+        for width, height in SIZES:
+            page.set_viewport_size({"width": width, "height": height})
+            page.mouse.wheel(0, 3000)
+            page.wait_for_timeout(300)
+            box = bar.bounding_box()
+            assert box["y"] >= 0.0
+            assert box["y"] + box["height"] <= 0.5 * height, "the bar leaves room for what it is about"
+            assert page.locator("#remedy").bounding_box()["y"] < height
+            assert page.evaluate(SMALL) == []
+            page.mouse.wheel(0, -3000)
+    wait(page, lambda: words.count() >= 3, 120.0)  # it has found its position
+    page.set_viewport_size({"width": 1400, "height": 813})
+    picture(page, "studio-story.png")
+    assert "95 % band" in page.locator("#strip-position .u-legend").inner_text()
+    page.get_by_role("button", name="enlarge").click()
+    page.locator("[data-circuit=boom] text", has_text="hose_a").first.wait_for()
+    assert page.evaluate(SMALL) == []
+
+
+def test_every_card_plays_its_scenario_and_the_controls_show_what_it_sets(page):
+    page.get_by_role("button", name="scenarios", exact=True).click()
+    wait(page, lambda: newest(page, "position") is not None)
+    for name in ("ground", "thermometer", "power", "second", "worn"):
+        card = page.locator(f"[data-scenario={name}]")
+        card.click()
+        wait(page, lambda: page.locator("#story-words li").count() >= 1, 60.0)
+        assert card.get_attribute("aria-pressed") == "true"
+        assert page.locator("#story h2").inner_text() == card.locator("b").inner_text()
+        wait(page, lambda: newest(page, "time") > 1.0 and newest(page, "speed") != 0.0)
+        transducer = page.locator("#status-boom-second")
+        assert transducer.is_visible() == (name == "second")
+    page.get_by_role("button", name="controls", exact=True).click()
+    leakage = page.get_by_role("slider", name="leakage [× data sheet]")
+    wait(page, lambda: leakage.get_attribute("aria-valuenow") == "1.6")
+    page.get_by_role("button", name="lift boom").click()  # a hand at the lever ends it
+    page.get_by_role("button", name="scenarios", exact=True).click()
+    wait(page, lambda: "yours" in page.locator("#story h2").inner_text())
 
 
 def test_keys_are_levers_as_long_as_they_are_down_and_time_goes_as_fast_as_life(page):
@@ -161,6 +232,12 @@ def test_keys_are_levers_as_long_as_they_are_down_and_time_goes_as_fast_as_life(
     assert page.evaluate("studio.count()") - count > 10  # the benchmark counts them; here only that they come
     passed = time.monotonic() - begun
     assert newest(page, "time") - first == pytest.approx(passed, abs=1.0)  # as fast as life
+    slider = page.get_by_role("slider", name="leakage [× data sheet]")
+    slider.focus()
+    page.keyboard.down("ArrowRight")
+    wait(page, lambda: slider.get_attribute("aria-valuenow") != "1")
+    assert newest(page, "speed", "bucket") == 0.0  # a key on a slider is no lever
+    page.keyboard.up("ArrowRight")
 
 
 def test_a_fault_changes_the_status_and_goes_again(page):
@@ -235,11 +312,12 @@ def test_dashes_go_as_the_oil_goes_stand_with_it_and_a_relief_valve_that_spits_s
 
 def test_oil_cools_in_cold_air_unless_it_is_held(page):
     wait(page, lambda: page.locator("#now-tank").inner_text() != "–")
-    air = page.get_by_role("slider", name="air around [°C]")
-    for name, key, value in (("air around [°C]", "PageDown", "-20"), ("times faster than life", "PageUp", "50")):
+    air = page.get_by_role("slider", name="ambient temperature [°C]")
+    for name, key, value in (("ambient temperature [°C]", "Home", "-20"), ("speed-up [× real time]", "End", "50")):
         slider = page.get_by_role("slider", name=name)
-        slider.locator("[tabindex]").focus()
-        wait(page, lambda s=slider, k=key, v=value: s.get_attribute("aria-valuenow") == v or page.keyboard.press(k))
+        slider.focus()
+        page.keyboard.press(key)
+        wait(page, lambda s=slider, v=value: s.get_attribute("aria-valuenow") == v)
     wait(page, lambda: float(page.locator("#now-tank").inner_text()) < 39.0, 60.0)
     page.get_by_role("switch", name="hold the oil there").click()
     wait(page, lambda: page.locator("#now-tank").inner_text() == "40.0", 60.0)
@@ -303,6 +381,11 @@ def test_a_dropped_log_has_the_figures_of_the_verb(page):
         assert Path(coming.value.path()).read_bytes().startswith(begins)
     page.get_by_role("button", name="leak test").click()
     wait(page, lambda: "no leak test" in said.inner_text(), 60.0)
+    page.locator("#upload-log input[type=file]").set_input_files(TRACES / "boom_441kN_40C.csv.gz")
+    wait(page, lambda: page.locator("#track-picture .uplot").count() == 0)  # results of another upload are gone
+    wait(page, lambda: page.locator("#log-exports a").count() == 0)
+    page.get_by_role("button", name="remove the true position").click()
+    page.get_by_text("truth: none", exact=True).wait_for()
 
 
 def test_a_rehearsed_commissioning_shows_its_references_and_gives_its_report(page, tmp_path):
@@ -464,7 +547,7 @@ def test_a_second_visitor_has_a_machine_of_his_own_and_a_closed_tab_ends_its_pro
     before = {p.pid for p in workers(server)}
     context = browser.new_context()
     other = context.new_page()
-    other.goto(address)
+    other.goto(f"{address}?play=none")
     other.get_by_text("runs", exact=True).wait_for(timeout=READY)
     wait(other, lambda: newest(other, "position") is not None)
     mine = {p.pid for p in workers(server)} - before

@@ -12,14 +12,16 @@ FAULTS = {
     "obstacle": "an obstacle, 20 mm further out",
 }
 """Faults that can be switched on, and what they are."""
-LIE = 0.02  # m, by which a switch that lies is off
+LIE = 0.02  # m, by which a faulty limit switch is off
+SECOND = "second"
+"""A real position sensor beside the virtual ones, where the page names sensors."""
 SENSORS = ("kalman", "balance")
 """Sensors that are on at first."""
 KINDS = {
-    "kalman": "kalman",
-    "balance": "balance",
-    "unreferenced": "kalman that is given no reference",
-    "table": "table (calibrated when it is switched on first)",
+    "kalman": "kalman, the self-calibrating sensor",
+    "balance": "balance, dead reckoning by the data sheet",
+    "unreferenced": "kalman without references",
+    "table": "table (calibrated when it is first switched on)",
 }
 """Sensors that can be on, and what they are."""
 

@@ -62,6 +62,7 @@ class _LogsPage:
             self._inputs()
         with ui.element("section").classes("panel"):
             ui.label("drag to look closer, double-click for all of it").classes("text-xs")
+            self.advice = ui.label().props("id=log-advice role=status").classes("advice")
             ui.element("div").props("id=track-picture").classes("w-full")
             ui.element("div").props("id=error-picture").classes("w-full")
             self.exports = ui.row().props("id=log-exports").classes("gap-4")
@@ -102,17 +103,32 @@ class _LogsPage:
         self.said = ui.label().props("id=log-said role=status").classes("whitespace-pre-wrap font-mono text-sm")
 
     def _another(self, machine: Machine) -> None:
+        self._forget()
         value = self.unit.value if self.unit.value in machine.units else next(iter(machine.units))
         self.unit.set_options(list(machine.units), value=value)
 
     def _upload(self, role: str, words: str) -> None:
         async def take(event: Any) -> None:
             await self._take(role, event)
+            named.set_text(f"{role}: {self.files[role].name}")
+            place.reset()  # so that another file can be dropped at once
 
-        ui.upload(
-            label=words, on_upload=take, auto_upload=True, max_files=1, max_file_size=_LARGEST,
-            on_rejected=lambda: self._say(f"refused: a file of at most {_LARGEST // 2**20} MiB"),
-        ).props(f"id=upload-{role} flat bordered").classes("w-60")  # fmt: skip
+        async def remove() -> None:
+            if self.files.pop(role, None) is not None:
+                await self._stop()
+                self._forget()
+                named.set_text(f"{role}: none")
+
+        with ui.column().classes("gap-1 w-60"):
+            place = ui.upload(
+                label=words, on_upload=take, auto_upload=True, max_file_size=_LARGEST,
+                on_rejected=lambda: self._say(f"refused: a file of at most {_LARGEST // 2**20} MiB"),
+            ).props(f"id=upload-{role} flat bordered").classes("w-full")  # fmt: skip
+            named = ui.label(f"{role}: none").classes("text-sm")
+            if role == "truth":
+                ui.button("remove the true position", on_click=remove, color=None).props(
+                    "dense no-caps unelevated"
+                ).classes("latch")
 
     async def _take(self, role: str, event: Any) -> None:
         """Keep an uploaded file under its own name, without whatever folder its name has in it."""
@@ -122,7 +138,11 @@ class _LogsPage:
         file = place / name
         await event.file.save(file)
         self.files[role] = file
+        await self._stop()
+        self._forget()
         if role == "log":
+            self.channels.clear()
+            self.map.set_value("")
             await self._propose(name)
         else:
             self._say(f"{name}: taken as the true position")
@@ -138,10 +158,25 @@ class _LogsPage:
         with self.channels:
             ui.table(rows=found["channels"], row_key="name").classes("w-full").props("dense flat")
 
+    def _forget(self) -> None:
+        """Take away what belongs to another file, or to another description of the machine."""
+        self.asked, self.columns, self.references = None, {}, []
+        self.bar.set_value(0.0)
+        self.advice.set_text("")
+        self.exports.clear()
+        self.found.clear()
+        self.judged.set_content("")
+        self.client.run_javascript("studio.forget()")
+
+    async def _stop(self) -> None:
+        """Stop whatever is still going on; what it has said and nobody has heard is dropped."""
+        job, self.job = self.job, None
+        if job is not None:
+            await run.io_bound(job.stop)
+
     async def _work(self, work: Callable[..., None], *arguments: Any) -> None:
         """Have something done; whatever is still going on is stopped."""
-        if self.job is not None:
-            await run.io_bound(self.job.stop)
+        await self._stop()
         self.job = await run.io_bound(Job, work, *arguments)
 
     async def _begin(self, work: Callable[[Say, Asked], None]) -> None:
@@ -150,17 +185,18 @@ class _LogsPage:
             self._say("drop a log first")
             return
         truth = self.files.get("truth")
-        self.asked = Asked(
+        asked = self.asked = Asked(
             self.visit.machine, self.unit.value, str(self.files["log"]), None if truth is None else str(truth),
             self.start.value or "", self.sensor.value, self.map.value if self.mapped.value else "",
         )  # fmt: skip
         self.bar.set_value(0.0)
         if work is track:
+            self._forget()
+            self.asked = asked
             self._say("tracking …")
-            self.exports.clear()
         else:
             self.judged.set_content("<p>worked out …</p>")
-        await self._work(work, self.asked)
+        await self._work(work, asked)
 
     async def _look(self) -> None:
         """Take what a process has sent."""
@@ -195,6 +231,7 @@ class _LogsPage:
         assert self.asked is not None
         self.bar.set_value(1.0)
         self._say(found["summary"])
+        self.advice.set_text(found["advice"])
         self._offer(TRACK)
         self.references = found["references"]
         self.found.clear()

@@ -7,19 +7,34 @@ from dataclasses import dataclass, field
 
 from ramsight.duty.lift_lower import SPEED
 
-DUTIES = {"lift and lower": "between a fifth and four fifths of the stroke", "paper": "1500 rpm, three loads in turn"}
-"""Duties that play, and what they are."""
+ENDS = "end to end"
+DUTIES = {
+    ENDS: "to both end stops, pressing on them",
+    "lift and lower": "between a fifth and four fifths of the stroke",
+    "paper": "1500 rpm, three loads in turn",
+}
+"""Duty cycles that play, and what they are."""
 _LOW, _HIGH = 0.2, 0.8  # of the stroke
 _REST = 2.0  # s, at either end
+_PRESS, _HARD = 2.0, 0.5  # s, for which a lever presses on an end, and how far it is out then
+_STANDS = 0.3  # s without progress, after which whoever holds a lever sees that the piston stands
+_PROGRESS = 1e-3  # of the stroke
+_STARTS = 1.0  # s more, in which a piston has to begin to move
 _LOADS = (0.25, 0.5, 0.75)  # of the largest, one a cycle of the paper's
 
 
 @dataclass
 class _Hand:
-    """What one lever is doing: where it moves to, +1 lifting, −1 lowering, and how long it still rests [s]."""
+    """What one lever is doing: where it moves to, +1 lifting, −1 lowering, and how long it still rests or presses [s].
+
+    Its `reached` is the share of the stroke at which the piston stood lately, for so long as `stood` [s].
+    """
 
     way: float = 1.0
     rests: float = 0.0
+    presses: float = 0.0
+    reached: float = -1.0
+    stood: float = 0.0
 
 
 @dataclass
@@ -64,6 +79,8 @@ class Playing:
 
     def _lever(self, unit: str, hand: _Hand, share: float, period: float) -> float:
         direction = hand.way * self.lift_signs[unit]
+        if self.name == ENDS:
+            return direction * self._to_the_end(hand, share, period)
         if hand.rests > 0.0:
             hand.rests -= period
         elif (share > _HIGH and direction > 0.0) or (share < _LOW and direction < 0.0):
@@ -75,3 +92,21 @@ class Playing:
             return 0.0
         size = min(SPEED / self.speeds[unit], 1.0) if self.name == "paper" else 1.0
         return size * hand.way * self.lift_signs[unit]
+
+    def _to_the_end(self, hand: _Hand, share: float, period: float) -> float:
+        """How far the lever is out: on until the piston stands, then pressing, then resting before it turns round."""
+        if hand.presses > 0.0:
+            hand.presses -= period
+            hand.rests = _REST
+            return _HARD
+        if hand.rests > 0.0:
+            hand.rests -= period
+            if hand.rests <= 0.0:
+                hand.way, hand.stood, hand.reached = -hand.way, -_STARTS, share
+            return 0.0
+        if abs(share - hand.reached) > _PROGRESS:
+            hand.reached, hand.stood = share, min(hand.stood, 0.0)
+        hand.stood += period
+        if hand.stood > _STANDS:
+            hand.presses = _PRESS
+        return 1.0

@@ -27,10 +27,10 @@ from ramsight.plant.directional import DirectionalValve
 from ramsight.plant.linked import LinkedMachine, build_linked
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.persistence import StateFile
-from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
 from ramsight.studio.knobs import FAULTS, KINDS, SENSORS, Knobs
 from ramsight.studio.playing import Playing
+from ramsight.studio.transducer import Compared, Transducer
 from ramsight.units import FREEZING
 
 _OBSTACLE = 0.02  # m beyond where the piston is, extending
@@ -52,7 +52,8 @@ class Row:
         position: the true one [m].
         motor_speed, motor_torque: the true ones [rad/s, N m].
         pressure_a, pressure_b: of the chambers [Pa].
-        estimates: of each sensor.
+        estimates: of each sensor that has reported; empty while the drive is without power.
+        second: what a real position sensor reports beside them; None without one, or without power.
     """
 
     time: float
@@ -62,6 +63,7 @@ class Row:
     pressure_a: float
     pressure_b: float
     estimates: Mapping[str, Estimate]
+    second: Compared | None = None
 
 
 class Rig:
@@ -103,7 +105,9 @@ class Rig:
         self._said: tuple[float, float, float] | None = None
         self._obstacles: dict[str, float] = {}
         self._playing: Playing | None = None
-        self._start_all()
+        self.second: dict[str, Transducer] = {}
+        self._compared: dict[str, Compared] = {}
+        self._begin()
 
     def _largest_load(self, machine: Machine) -> float:
         """Rated payload [kg], or the largest named load [N]."""
@@ -113,7 +117,26 @@ class Rig:
         loads = next(iter(machine.units.values())).load.loads
         return max(loads.values(), default=0.0)
 
-    def _start_all(self) -> None:
+    def begin(self, *, known: bool = True) -> None:
+        """Begin again: pistons, knobs and sensors as at first, no fault, nobody at the levers.
+
+        Args:
+            known: whether `kalman` is given the positions, as the other sensors are.
+        """
+        self.knobs, self.levers, self._playing = Knobs(), dict.fromkeys(self.sheet, 0.0), None
+        self._speeds = dict.fromkeys(self.sheet, 0.0)
+        if "power" in self.faults:
+            self._saved.cleanup()
+        self.faults.clear()
+        for kept in (self._references, self._frozen, self._obstacles, self.second, self._compared):
+            kept.clear()
+        self._said = None
+        self._begin()
+        if not known:
+            for sensors in self.sensors.values():
+                sensors["kalman"].start(None)
+
+    def _begin(self) -> None:
         begin = {name: _START * unit.cylinder.stroke for name, unit in self.sheet.items()}
         load, warm = self.knobs.load * self._largest, self.knobs.oil_temperature
         self._plant: LiveMachine | LiveUnit
@@ -135,9 +158,7 @@ class Rig:
             for sensor in sensors.values():
                 sensor.start(begin[name])
         self._at = dict(begin)
-        self._last = {
-            name: {kind: Estimate(begin[name], 0.0, 0.0, math.nan, Status.OK) for kind in SENSORS} for name in begin
-        }
+        self._last: dict[str, dict[str, Estimate]] = {name: {} for name in begin}
         self._apply(self.knobs)
 
     # -- what can be done to it
@@ -165,10 +186,14 @@ class Rig:
         self.holds_oil = on
         self._aim = self.knobs.oil_temperature if on else None
 
-    def start_sensors(self) -> None:
-        """Start all sensors again at the true positions: a value that is no number has ended the plain balance."""
+    def start_sensors(self, *kinds: str) -> None:
+        """Start sensors again at the true positions: a value that is no number has ended the plain balance.
+
+        Args:
+            kinds: of them; all if none is named.
+        """
         for name, sensors in self.sensors.items():
-            for sensor in sensors.values():
+            for sensor in (one for kind, one in sensors.items() if not kinds or kind in kinds):
                 sensor.start(min(max(self._at[name], 0.0), self.sheet[name].cylinder.stroke))
 
     def sense(self, kind: str, *, on: bool) -> None:
@@ -187,7 +212,15 @@ class Rig:
                 at = min(max(self._at[name], 0.0), unit.cylinder.stroke)
                 made[name].start(at)
                 self.sensors[name][kind] = made[name]
-                self._last[name][kind] = Estimate(at, 0.0, 0.0, math.nan, Status.OK)
+
+    def add_second(self, unit: str) -> None:
+        """Put a real position sensor on a unit; it is compared with `kalman`."""
+        self.second[unit] = Transducer(self.sheet[unit])
+
+    @property
+    def duty(self) -> str | None:
+        """The duty cycle that plays, or None."""
+        return None if self._playing is None else self._playing.name
 
     def play(self, name: str | None) -> None:
         """Play a duty of `playing.DUTIES` from now on; None leaves the levers to whoever holds them."""
@@ -217,8 +250,16 @@ class Rig:
         (self.faults.add if on else self.faults.discard)(name)
         self._frozen.clear()
         if name == "obstacle":
-            self._obstacles = {unit: at + _OBSTACLE for unit, at in self._at.items()} if on else {}
-            self._apply(self.knobs)
+            self.obstruct({unit: at + _OBSTACLE for unit, at in self._at.items()} if on else {})
+
+    def obstruct(self, places: Mapping[str, float]) -> None:
+        """Put obstacles in the way of extending pistons.
+
+        Args:
+            places: where they stand [m], by unit; none anywhere else.
+        """
+        self._obstacles = dict(places)
+        self._apply(self.knobs)
 
     def _power(self, *, on: bool) -> None:
         """Power goes, or comes back: the sensors that can save their state resume it, the others begin again."""
@@ -312,7 +353,9 @@ class Rig:
                         self.of(name, f"pressure_{self.sheet[name].cylinder.node_b}"))  # fmt: skip
             further = self._further[name].sample(now.position[name], *truth, chambers, self._magnets)
             self._sense(name, now.time, truth, now.position[name], commands[name] | further)
-            rows[name] = Row(now.time, now.position[name], *truth, *chambers, dict(self._last[name]))
+            silent = "power" in self.faults
+            said, second = ({}, None) if silent else (dict(self._last[name]), self._compared.get(name))
+            rows[name] = Row(now.time, now.position[name], *truth, *chambers, said, second)
         self._samples += 1
         if self._samples % _OIL_EVERY == 0:
             self._warm_up()
@@ -388,6 +431,9 @@ class Rig:
             values = said.motor_speed, said.motor_torque, said.oil_temperature
             passed = None if kind == "unreferenced" else reference
             self._last[name][kind] = sensor.step(said.time, *values, passed, **others)
+        if name in self.second and "kalman" in self._last[name]:
+            pair = self.sensors[name]["kalman"], self._last[name]["kalman"]
+            self._compared[name] = self.second[name].step(said.time, position, *pair)
 
 
 def _sensor(unit: HydraulicUnit, kind: str) -> VirtualSensor:

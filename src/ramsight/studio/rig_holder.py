@@ -25,13 +25,19 @@ class Running:
         prepared: the machine that runs at first.
         session: in which it does.
         naming: is passed the machine's name whenever another one runs.
+        scenario: that plays at first, or None.
     """
 
     def __init__(
-        self, panel: ui.tab_panel, prepared: Prepared, session: Session, naming: Callable[[str], object]
+        self,
+        panel: ui.tab_panel,
+        prepared: Prepared,
+        session: Session,
+        naming: Callable[[str], object],
+        scenario: str | None,
     ) -> None:
         self._panel, self._naming, self._session = panel, naming, session
-        self._show(prepared)
+        self._show(prepared, scenario)
 
     async def another(self, machine: Machine) -> Problem | None:
         """Let another machine run; the one before runs until that one is ready, and goes on if it cannot.
@@ -64,11 +70,11 @@ class Running:
         before, self._session = self._session, session
         await run.io_bound(before.close)
         self._panel.clear()
-        self._show(prepared)
+        self._show(prepared, None)  # whoever has described a machine moves it himself
         return None
 
-    def _show(self, prepared: Prepared) -> None:
+    def _show(self, prepared: Prepared, scenario: str | None) -> None:
         described = prepared.described
         self._naming(described.title or described.name)
         with self._panel:
-            live_page(prepared, self._session)
+            live_page(prepared, self._session, scenario)

@@ -16,13 +16,14 @@ from ramsight.studio.visit import Visit
 Build = Callable[[Visit], None]
 
 
-def tabs(prepared: Prepared, session: Session, naming: Callable[[str], object]) -> None:
+def tabs(prepared: Prepared, session: Session, naming: Callable[[str], object], scenario: str | None) -> None:
     """Lay the tabs out for one visitor.
 
     Args:
         prepared: the machine that he begins with.
         session: in which it runs.
         naming: is passed the name of the machine that runs.
+        scenario: that plays at first; None for a machine that stands.
     """
     visit = Visit(prepared.described)
     ui.context.client.on_delete(lambda: background_tasks.create(run.io_bound(visit.end)))
@@ -32,7 +33,7 @@ def tabs(prepared: Prepared, session: Session, naming: Callable[[str], object]) 
         for name in _LATER:
             ui.tab(name)
     with ui.tab_panels(row, value="Live", keep_alive=True).classes("w-full bg-transparent"):
-        live = Running(ui.tab_panel("Live"), prepared, session, naming)
+        live = Running(ui.tab_panel("Live"), prepared, session, naming, scenario)
         for name, build in _LATER.items():
             with ui.tab_panel(name) as panel:
                 waiting[name] = panel, build

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -25,6 +26,7 @@ from ramsight.logs.mapped import standard_map
 from ramsight.logs.proposal import map_text
 from ramsight.machine.description import Machine
 from ramsight.normal import TWO_SIDED_95
+from ramsight.sensor.status import Status
 from ramsight.studio.job import Say
 from ramsight.studio.thinning import keep
 from ramsight.tracking.compared_track import error_text, errors_of
@@ -37,6 +39,13 @@ if TYPE_CHECKING:
 
 VIEW, TRACK, REPORT = "view", "track.csv", "report.html"
 """What is written into a log's folder: columns for the eye, the track, the commissioning's report."""
+NOWHERE = (
+    "The sensor has had no position in this log. Enter above where the piston was at first (for example 120 mm) and"
+    " track again; or use a log that presses on an end stop for a second, or one with a channel of references. If the"
+    " log has pressed on an end, the description may be wrong: let the report below judge it, and track with the"
+    " description that it recommends."
+)
+"""What to do about a log in which a sensor was never referenced."""
 FIGURES = ("track.png", "track.svg")
 _DRAWN = 20_000  # samples of a figure; of more every nth is drawn
 _STEP = 0.01  # share of a log, from one word on how far it is to the next
@@ -81,7 +90,7 @@ class Asked:
 def propose(say: Say, file: str) -> None:
     """Look through a log; says ``proposed``: its `channels` and the `map` that is proposed; or ``error``."""
     folder = Path(file).parent
-    with _answering(folder, say):
+    with _answering(folder, say) as tell:
         seen = inspect_log(file)
         channels = [
             {
@@ -94,63 +103,66 @@ def propose(say: Say, file: str) -> None:
             }
             for one in seen.channels
         ]
-        say("proposed", {"channels": channels, "map": map_text(seen).replace(f"{folder}/", "")})
+        tell("proposed", {"channels": channels, "map": map_text(seen)})
 
 
 def track(say: Say, asked: Asked) -> None:
     """Track a log as `ramsight track` does.
 
     Says ``progress`` (a share), and in the end ``tracked``: `summary`, what the verb prints, `samples`, and
-    `references` that were found; or ``error``. Writes the view, the track and its figures.
+    `references` that were found, and `advice` where the sensor has had no position; or ``error``. Writes the view, the
+    track and its figures.
     """
-    with _answering(asked.folder, say):
+    with _answering(asked.folder, say) as tell:
         unit = build(asked.machine, asked.unit)
         position, std = start_of(unit, asked.start or None, "1 mm")
         known, channel_map = _truth(asked), asked.channel_map
         done = follow(
             unit, asked.file, channel_map, sensor=asked.sensor, start=position, start_std=std,
-            out=asked.folder / TRACK, keep_track=True, keep_log=True, more=("mode", "reference"), advance=_shares(say),
+            out=asked.folder / TRACK, keep_track=True, keep_log=True, more=("mode", "reference"), advance=_shares(tell),
         )  # fmt: skip
         if done.track is None or done.log is None:
-            say("error", "the log has no samples")
+            tell("error", "the log has no samples")
             return
         lines = [done.summary]
         if known is not None:
             lines.append(error_text(errors_of(done.track, known), done.track.sizes["time"]))
+        nowhere = bool((done.track["status"].values == int(Status.NOT_REFERENCED)).all())
         keep(asked.folder / VIEW, columns_of(done.track, known))
         found = references(done.log, done.track, known, unit.cylinder.stroke)
-        say("tracked", {"summary": "\n".join(lines), "samples": done.track.sizes["time"], "references": found})
+        said = {"summary": "\n".join(lines), "samples": done.track.sizes["time"], "references": found}
+        tell("tracked", said | {"advice": NOWHERE if nowhere else ""})
         _draw(asked, done.log, done.track, known)
-        say("drawn", list(FIGURES))
+        tell("drawn", list(FIGURES))
 
 
 def find_leak(say: Say, asked: Asked) -> None:
     """Look for a leak test in a log; says ``leak test``, as the verb prints it, or ``error``."""
-    with _answering(asked.folder, say):
+    with _answering(asked.folder, say) as tell:
         log = read_log(asked.file, asked.channel_map)
-        say("leak test", leak_test_summary(leak_test(asked.machine, log, unit=asked.unit)))
+        tell("leak test", leak_test_summary(leak_test(asked.machine, log, unit=asked.unit)))
 
 
 def find_factors(say: Say, asked: Asked) -> None:
     """Identify the machine by a log and its true position; says ``factors``, as the verb prints them, or ``error``."""
-    with _answering(asked.folder, say):
+    with _answering(asked.folder, say) as tell:
         known = _truth(asked)
         if known is None:
-            say("error", "identified factors need the true position")
+            tell("error", "identified factors need the true position")
             return
         log = read_log(asked.file, asked.channel_map)
-        say("factors", identified_summary(identify(asked.machine, log, known, unit=asked.unit)))
+        tell("factors", identified_summary(identify(asked.machine, log, known, unit=asked.unit)))
 
 
 def judge(say: Say, asked: Asked) -> None:
     """Judge a log as a commissioning; says ``report``, as the verb prints it, and writes the page; or ``error``."""
-    with _answering(asked.folder, say):
+    with _answering(asked.folder, say) as tell:
         channel_map = asked.channel_map
         mapped = standard_map([]) if channel_map is None else load_map(channel_map)
         done = commission(asked.machine, asked.file, _truth(asked), unit=asked.unit, channel_map=channel_map)
         page = report_of(done, asked.machine, asked.unit, asked.file, asked.truth, mapped)
         (asked.folder / REPORT).write_text(page, encoding="utf-8")
-        say("report", done.text)
+        tell("report", done.text)
 
 
 def columns_of(found: xarray.Dataset, known: xarray.Dataset | None) -> dict[str, Any]:
@@ -228,16 +240,29 @@ def _plain(value: float) -> float | None:
 
 
 @contextmanager
-def _answering(folder: Path, say: Callable[[str, Any], None]) -> Iterator[None]:
-    """Say what was warned of in the end, or the error, in words that name no folder."""
+def _answering(folder: Path, say: Say) -> Iterator[Say]:
+    """Say results, what was warned of in the end, or the error, in words that name no folder of the server.
+
+    Args:
+        folder: of the log; the other files lie in folders beside it.
+        say: what takes the words.
+    """
 
     def plain(text: object) -> str:
-        return str(text).replace(f"{folder}/", "")
+        words = str(text).replace(f"{folder}/", "")
+        return re.sub(rf"{re.escape(str(folder.parent))}/(?:[\w-]+/)?", "", words)
+
+    def tell(what: str, value: Any) -> None:
+        if isinstance(value, str):
+            value = plain(value)
+        elif isinstance(value, dict):
+            value = {key: plain(one) if isinstance(one, str) else one for key, one in value.items()}
+        say(what, value)
 
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always", LogWarning)
         try:
-            yield
+            yield tell
         except RamsightError as error:
-            say("error", plain(error))
+            tell("error", str(error))
     say("warnings", [plain(one.message) for one in said if issubclass(one.category, LogWarning)])

@@ -19,6 +19,7 @@ _SHOWN = 60.0  # s, within which a browser that shows a page asks for its socket
 _GONE = 5.0  # s, until a page that has gone away is abandoned, and its machine ended
 
 
+_SCRIPTS = ("uPlot.iife.min.js", "studio.js", "flows.js", "status.js", "space.js", "description.js", "energy.js")
 _FIRST = (
     f'<div id="first" style="position:absolute;inset:0;padding:8px 16px;font:600 18px sans-serif;color:{_INK};'
     'background:#f3f5f7">ramsight studio is being laid out …</div>'
@@ -65,6 +66,7 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
 
     from ramsight.studio.markup import served_under
     from ramsight.studio.prepared import prepare
+    from ramsight.studio.scenarios import FIRST, NOTHING
     from ramsight.studio.session import Session
     from ramsight.studio.tabs import tabs
 
@@ -78,12 +80,13 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
     async def page() -> None:
         client = ui.context.client
         request = client.request
+        asked = request.query_params.get("play", FIRST)
         prefix = f"{request.headers.get('X-Forwarded-Prefix', '')}{request.scope.get('root_path', '')}"
         assets = served_under(prefix, "/studio-assets")
         ui.colors(primary=_INK)
         for name in ("uPlot.min.css", "studio.css"):
             ui.add_head_html(f'<link rel="stylesheet" href="{assets}/{name}">')
-        for name in ("uPlot.iife.min.js", "studio.js", "flows.js", "space.js", "description.js", "energy.js"):
+        for name in _SCRIPTS:
             ui.add_head_html(f'<script src="{assets}/{name}"></script>')
         ui.add_body_html(_FIRST)
         with ui.header().classes("items-center py-1"):
@@ -105,7 +108,7 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
                 background_tasks.create(run.io_bound(session.close))
             return
         with body:
-            tabs(prepared, session, named.set_text)
+            tabs(prepared, session, named.set_text, None if asked == NOTHING else asked)
 
     print(f"ramsight studio: {address(host, port, token)}", flush=True)
     ui.run(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -16,8 +16,11 @@ from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.virtual_sensor import Estimate
 from ramsight.studio.draft import Problem, problem
 from ramsight.studio.energy import flows
-from ramsight.studio.knobs import LIE
+from ramsight.studio.knobs import LIE, SECOND
 from ramsight.studio.rig import Rig, Row
+from ramsight.studio.said import LEVELS, of_estimate, of_verdict
+from ramsight.studio.scenarios import SCENARIOS
+from ramsight.studio.storyteller import Storyteller
 from ramsight.units import FREEZING, RPM
 
 _FRAME = 0.04  # s, from one frame to the next
@@ -35,20 +38,26 @@ class Frame:
     Attributes:
         columns: by unit and name, in the units that people read; `time` is common.
         circuit: by unit: pressures of nodes [bar], openings of valves [1] and flows of parts [l/min] now.
-        status: by unit and sensor, in words.
+        status: by unit and sensor, the fields of `said.Said`.
         factor: times faster than life that it really runs.
         energy: by unit, as `energy.flows`; empty in most frames.
         load: on the unit [N], or what the mechanism carries [kg].
         oil: temperatures of the oil in the pumps and in the tank [°C], by unit.
+        begun: how often the machine has begun again.
+        telling: how far the scenario is, as `storyteller.Telling`; None if none plays.
+        settings: what knobs, faults, duty cycle, speed-up and sensors are now.
     """
 
     columns: dict[str, Any] = field(default_factory=dict)
     circuit: dict[str, dict[str, float]] = field(default_factory=dict)
-    status: dict[str, dict[str, str]] = field(default_factory=dict)
+    status: dict[str, dict[str, dict[str, str]]] = field(default_factory=dict)
     factor: float = 0.0
     energy: dict[str, Any] = field(default_factory=dict)
     load: float = 0.0
     oil: dict[str, list[float]] = field(default_factory=dict)
+    begun: int = 0
+    telling: dict[str, Any] | None = None
+    settings: dict[str, Any] = field(default_factory=dict)
 
 
 def run(pipe: Connection, machine: Machine | str) -> None:
@@ -89,7 +98,8 @@ class _Clock:
         self.rig, self.pipe, self.factor = rig, pipe, 1.0
         self.begun, self.steps, self.sent, self.accounted = time.perf_counter(), 0, 0.0, 0.0
         self.rows: list[dict[str, Row]] = []
-        self.ran = 0.0
+        self.ran, self.restarts = 0.0, 0
+        self.story: Storyteller | None = None
 
     def go_on(self) -> None:
         """Run until a stop is requested."""
@@ -103,6 +113,8 @@ class _Clock:
             for _ in range(due):
                 self.rows.append(self.rig.step())
                 self.steps += 1
+                if self.story is not None:
+                    self.story.look(self.rows[-1])
                 if time.perf_counter() > until:
                     break
             if self.rows and now - self.sent >= _FRAME:
@@ -119,7 +131,9 @@ class _Clock:
             what, *values = self.pipe.recv()
             match what:
                 case "lever":
-                    self.rig.levers[values[0]] = min(max(float(values[1]), -1.0), 1.0)
+                    self._lever(values[0], float(values[1]))
+                case "scenario":
+                    self._begin(values[0])
                 case "knobs":
                     self.rig.turn(replace(self.rig.knobs, **values[0]))
                 case "fault":
@@ -129,7 +143,7 @@ class _Clock:
                 case "sense":
                     self._sense(values[0], on=values[1])
                 case "play":
-                    self.rig.play(values[0])
+                    self._play(values[0])
                 case "hold oil":
                     self.rig.hold_oil(on=values[0])
                 case "account":
@@ -137,11 +151,36 @@ class _Clock:
                 case "start":
                     self.rig.start_sensors()
                 case "factor":
-                    self.factor = min(max(float(values[0]), 0.0), FASTEST)
-                    self._from_now(time.perf_counter())
+                    self._set_factor(float(values[0]))
                 case "stop":
                     return False
         return True
+
+    def _lever(self, unit: str, value: float) -> None:
+        """Move a lever; a hand on it ends what plays."""
+        if value != 0.0 and self.rig.duty is not None:
+            self._play(None)
+        self.rig.levers[unit] = min(max(value, -1.0), 1.0)
+
+    def _play(self, duty: str | None) -> None:
+        """Play a duty cycle, or nothing; a scenario that has not ended does so without its words to the end."""
+        self.rig.play(duty)
+        if self.story is not None and not self.story.over:
+            self.story = None
+
+    def _begin(self, name: str | None) -> None:
+        """Play a scenario from its beginning, or begin again with nothing that plays; time stands meanwhile."""
+        if name is None:
+            self.story = None
+            self.rig.begin()
+        else:
+            self.story = Storyteller(self.rig, name, SCENARIOS[name])
+        self.rows, self.restarts = [], self.restarts + 1
+        self._set_factor(1.0 if name is None else SCENARIOS[name].pace)
+
+    def _set_factor(self, factor: float) -> None:
+        self.factor = min(max(factor, 0.0), FASTEST)
+        self._from_now(time.perf_counter())
 
     def _sense(self, kind: str, *, on: bool) -> None:
         """Switch a sensor; time stands while it is made."""
@@ -159,7 +198,7 @@ class _Clock:
         for name in self.rig.sheet:
             frame.columns[name] = _columns([row[name] for row in kept])
             frame.circuit[name] = self._circuit(name)
-            frame.status[name] = {kind: said.status.text for kind, said in last[name].estimates.items()}
+            frame.status[name] = _said(self.rig, name, last[name])
         first = next(iter(self.rig.sheet))
         frame.columns["time"] = [round(row[first].time, 3) for row in kept]
         self.ran += _SMOOTH * (len(self.rows) * self.rig.period / max(now - self.sent, _FRAME) - self.ran)
@@ -168,6 +207,9 @@ class _Clock:
         if now - self.accounted >= _ENERGY:
             self.accounted = now
             frame.energy = {name: flows(self.rig.sheet[name], account) for name, account in self.rig.accounts.items()}
+        frame.begun, frame.telling = self.restarts, None if self.story is None else self.story.telling
+        frame.settings = {"knobs": asdict(self.rig.knobs), "faults": sorted(self.rig.faults), "duty": self.rig.duty}
+        frame.settings |= {"speed": self.factor, "sensors": list(self.rig.sensors[first])}
         self.rows = []
         return frame
 
@@ -187,6 +229,14 @@ class _Clock:
         return found
 
 
+def _said(rig: Rig, name: str, row: Row) -> dict[str, dict[str, str]]:
+    """What is said of a unit's sensors, by kind; `SECOND` is the real one beside them."""
+    found = {kind: asdict(of_estimate(row.estimates.get(kind))) for kind in rig.sensors[name]}
+    if name in rig.second:
+        found[SECOND] = asdict(of_verdict(None if row.second is None else row.second.verdict))
+    return found
+
+
 def _columns(rows: list[Row]) -> Mapping[str, list[float | None]]:
     """What the strips show of a unit: mm, rpm, N m and bar."""
     found: dict[str, list[float | None]] = {
@@ -196,14 +246,21 @@ def _columns(rows: list[Row]) -> Mapping[str, list[float | None]]:
         "pressure_a": [_number(row.pressure_a / 1e5, 1) for row in rows],
         "pressure_b": [_number(row.pressure_b / 1e5, 1) for row in rows],
     }
-    for kind in rows[0].estimates:
-        said: list[Estimate] = [row.estimates[kind] for row in rows]
-        found[kind] = [_number(1e3 * one.position) for one in said]
+    for kind in {kind: None for row in rows for kind in row.estimates}:
+        said: list[Estimate | None] = [row.estimates.get(kind) for row in rows]
+        both = list(zip(said, rows, strict=True))
+        found[kind] = [None if one is None else _number(1e3 * one.position) for one in said]
         found[f"{kind}_error"] = [
-            _number(1e3 * (one.position - row.position)) for one, row in zip(said, rows, strict=True)
+            None if one is None else _number(1e3 * (one.position - row.position)) for one, row in both
         ]
-        found[f"{kind}_band"] = [_number(1e3 * TWO_SIDED_95 * one.std) for one in said]
-        found[f"{kind}_status"] = [float(one.status) for one in said]
+        found[f"{kind}_band"] = [None if one is None else _number(1e3 * TWO_SIDED_95 * one.std) for one in said]
+        found[f"{kind}_level"] = [LEVELS.index(of_estimate(one).level) for one in said]
+    if any(row.second for row in rows):
+        shown = [None if row.second is None else row.second.position for row in rows]
+        found[SECOND] = [None if at is None else _number(1e3 * at) for at in shown]
+        found[f"{SECOND}_error"] = [
+            None if at is None else _number(1e3 * (at - row.position)) for at, row in zip(shown, rows, strict=True)
+        ]
     return found
 
 

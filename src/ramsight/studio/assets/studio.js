@@ -2,9 +2,15 @@
 "use strict";
 window.studio = (() => {
   const KEEP = 1500; // points of a strip
-  const SENSORS = ["kalman", "balance", "unreferenced", "table"];
+  const PAGE_UP = 33, PAGE_DOWN = 34; // as browsers number keys
+  const PAGES = 50; // keys at most from one end of a slider to the other, ten of its steps each
+  const SENSORS = ["kalman", "balance", "unreferenced", "table", "second"];
+  const DASHES = { balance: [9, 4], unreferenced: [3, 3], table: [10, 3, 2, 3], second: [2, 5] }; // as in studio.css: lines differ without colour, too
+  let on = ["kalman", "balance"]; // sensors that the strips show
+  const NAMES = { second: "transducer" };
+  const MARKERS = { width: 2, dash: (plot, k) => (plot.series[k].dash ? "dashed" : "solid") }; // of the legends: lines as they are drawn
   const units = {};
-  let shown = "", plots = [], drawn = 0, waiting = false, highest = 250, fitting = null;
+  let shown = "", plots = [], drawn = 0, waiting = false, highest = 250, fitting = null, begun = 0, help = {};
 
   // What is not on the screen is not drawn, until it comes there.
   const visible = new WeakMap();
@@ -17,25 +23,24 @@ window.studio = (() => {
   const isSeen = (place) => visible.get(place) !== false;
 
   const css = (name) => getComputedStyle(document.body).getPropertyValue(name).trim();
+  const sensor = (one) => series(NAMES[one] ?? one, "--" + one, { dash: DASHES[one], width: one === "kalman" ? 2 : 1.6 });
   const series = (label, colour, more = {}) => ({ label, stroke: css(colour), width: 1.5, spanGaps: false, points: { show: false }, ...more });
 
   function strips() {
-    const band = { width: 0, fill: undefined };
+    const lanes = on.filter((one) => one !== "second"); // what has a status of its own
+    const band = [series("95 % band", "--kalman", { width: 0, fill: undefined, class: "area" }), series("", "--kalman", { width: 0, class: "nameless" })];
+    const edges = (first) => [{ series: [first, first + 1], fill: css("--band") }];
     return [
-      { id: "strip-position", title: "position [mm]", height: 170,
-        names: ["position", ...SENSORS, "high", "low"],
-        series: [series("true", "--true"), ...SENSORS.map((one) => series(one, "--" + one)), series("band +", "--kalman", band), series("band −", "--kalman", band)],
-        bands: [{ series: [6, 7], fill: css("--band") }] },
-      { id: "strip-error", title: "error [mm]", height: 150,
-        names: [...SENSORS.map((one) => one + "_error"), "plus", "minus"],
-        series: [...SENSORS.map((one) => series(one, "--" + one)), series("band +", "--kalman", band), series("band −", "--kalman", band)],
-        bands: [{ series: [5, 6], fill: css("--band") }] },
+      { id: "strip-position", title: "position [mm]", height: 170, names: ["position", ...on, "high", "low"],
+        series: [series("true", "--true"), ...on.map(sensor), ...band], bands: edges(on.length + 2) },
+      { id: "strip-error", title: "error [mm]", height: 150, names: [...on.map((one) => one + "_error"), "plus", "minus"],
+        series: [...on.map(sensor), ...band], bands: edges(on.length + 1) },
       { id: "strip-drive", title: "motor speed [rpm], torque [N m]", height: 150, names: ["speed", "torque"],
-        series: [series("speed", "--true"), series("torque", "--kalman", { scale: "torque" })], second: "torque" },
+        series: [series("speed", "--true"), series("torque", "--kalman", { scale: "torque", dash: [6, 3] })], second: "torque" },
       { id: "strip-pressure", title: "chambers [bar]", height: 140, names: ["pressure_a", "pressure_b"],
-        series: [series("A", "--kalman"), series("B", "--true")] },
-      { id: "strip-status", title: "status: 0 ok, 1 uncertain, 2 not referenced, 3 invalid", height: 110, names: SENSORS.map((one) => one + "_validity"),
-        series: SENSORS.map((one) => series(one, "--" + one)), range: [-0.2, 3.2] },
+        series: [series("A", "--kalman"), series("B", "--true", { dash: [6, 3] })] },
+      { id: "strip-status", title: "status, a lane for each sensor", height: 110, names: lanes.map((one) => one + "_level"),
+        series: lanes.map((one) => series(one, "--" + one, { width: 0 })), range: [0, lanes.length], lanes },
     ];
   }
 
@@ -44,16 +49,19 @@ window.studio = (() => {
     watch(place);
     const axis = (more = {}) => ({ stroke: css("--ink"), grid: { stroke: css("--grid"), width: 1 }, ticks: { stroke: css("--grid"), width: 1 }, font: "12px sans-serif", size: 52, ...more });
     const axes = [axis({ size: 28, values: (_, all) => all.map((v) => v + " s") }), axis()];
+    if (strip.lanes) Object.assign(axes[1], { splits: strip.lanes.map((_, k) => k + 0.5), values: () => strip.lanes.map((one) => one.replace("unreferenced", "no ref.")), size: 64, grid: { show: false } });
     if (strip.second) axes.push(axis({ scale: strip.second, side: 1, grid: { show: false } }));
     const options = {
       title: strip.title, width: place.clientWidth || 500, height: strip.height, series: [{ label: "time [s]" }, ...strip.series], axes,
-      bands: strip.bands || [], legend: { live: false }, cursor: { drag: { x: false, y: false } },
+      bands: strip.bands || [], legend: { live: false, show: !strip.lanes, markers: MARKERS }, hooks: strip.lanes ? { draw: [studio.lanes] } : {}, cursor: { drag: { x: false, y: false } },
       scales: { x: { time: false }, ...(strip.range ? { y: { range: strip.range } } : {}) },
     };
     return { names: strip.names, plot: new uPlot(options, [[], ...strip.series.map(() => [])], place), place, height: strip.height };
   }
 
-  function begin(names, highestPressure, lines) {
+  function begin(names, highestPressure, lines, words) {
+    help = words;
+    begun = 0;
     for (const name of Object.keys(units)) delete units[name];
     fitting?.disconnect();
     highest = highestPressure;
@@ -63,6 +71,8 @@ window.studio = (() => {
     plots = strips().map((strip) => make(strip, document.getElementById(strip.id)));
     studio.laidOut = performance.now(); // ms since the page was asked for
     const fit = () => plots.forEach((p) => p.plot.setSize({ width: p.place.clientWidth, height: p.height }));
+    const head = document.querySelector(".q-header");
+    if (head) document.body.style.setProperty("--under-header", `${head.offsetHeight}px`);
     fitting = new ResizeObserver(fit);
     fitting.observe(document.getElementById("strips"));
   }
@@ -85,14 +95,13 @@ window.studio = (() => {
     const kept = units[unit];
     const more = { ...columns };
     for (const one of SENSORS)  // of a sensor that is off nothing is shown
-      for (const name of ["", "_error", "_band", "_status"]) more[one + name] ??= time.map(() => null);
+      for (const name of ["", "_error", "_band", "_level"]) more[one + name] ??= time.map(() => null);
     columns = more;
     const sum = (a, b, sign) => a.map((v, k) => (v === null || b[k] === null ? null : v + sign * b[k]));
     more.high = sum(columns.kalman, columns.kalman_band, 1);
     more.low = sum(columns.kalman, columns.kalman_band, -1);
     more.plus = columns.kalman_band;
     more.minus = columns.kalman_band.map((v) => (v === null ? null : -v));
-    for (const one of SENSORS) more[one + "_validity"] = columns[one + "_status"].map((v) => (v === null ? null : Math.floor(v / 10)));
     for (const [name, values] of Object.entries({ ...more, time })) {
       const row = (kept[name] ??= []);
       row.push(...values);
@@ -133,29 +142,24 @@ window.studio = (() => {
   }
 
   function frame(f) {
+    if (f.begun !== begun) for (const kept of Object.values(units)) for (const row of Object.values(kept)) row.length = 0;
+    begun = f.begun;
+    const now = SENSORS.filter((one) => one in f.status[shown]);
+    if (now.join() !== on.join()) {
+      on = now;
+      plots = strips().map((strip, k) => make(strip, plots[k].place));
+    }
     for (const unit of Object.keys(units)) take(unit, f.columns.time, f.columns[unit]);
     paint(shown, f.circuit[shown]);
     studio.moved(f);
-    for (const [unit, said] of Object.entries(f.status)) {
-      for (const one of SENSORS) {
-        const row = document.getElementById(`status-${unit}-${one}`)?.closest("[data-kind]");
-        if (row) row.hidden = !(one in said);
-      }
-      for (const [sensor, text] of Object.entries(said)) {
-        const place = document.getElementById(`status-${unit}-${sensor}`);
-        if (place && place.textContent !== text) {
-          place.textContent = text;
-          place.className = "status " + text.split(":")[0].replace(" ", "-");
-        }
-      }
-    }
+    studio.says_of(f, help);
     const last = f.columns[shown], k = last.position.length - 1;
     const mm = (v, digits = 1) => (v === null || v === undefined ? "–" : v.toFixed(digits));
     const set = (id, text) => { const place = document.getElementById(id); if (place) place.textContent = text; };
     set("now-true", mm(last.position[k]));
-    set("now-kalman", mm(last.kalman?.[k]));
-    set("now-error", mm(last.kalman_error?.[k], 2));
-    set("now-band", mm(last.kalman_band?.[k], 2));
+    const lost = f.status[shown].kalman?.level === "not referenced"; // what it has then is no position
+    set("now-kalman", lost ? "–" : mm(last.kalman?.[k]));
+    set("now-error", lost ? "–" : mm(last.kalman_error?.[k], 2));
     set("now-balance-error", mm(last.balance_error?.[k], 2));
     set("now-time", f.columns.time.at(-1).toFixed(1));
     f.oil[shown].forEach((celsius, at) => set(["now-pumps", "now-tank"][at], celsius.toFixed(1)));
@@ -216,10 +220,21 @@ window.studio = (() => {
     return columns.time.length;
   }
 
+  // Of a track that belongs to another file nothing is left.
+  function forget() {
+    for (const name of Object.keys(seen)) delete seen[name];
+    for (const id of ["track-picture", "error-picture"]) (document.getElementById(id) ?? pictures[id])?.replaceChildren();
+  }
+
   // The file chooser that the uploader draws is an input in a button: leave the input alone to be reached, and name it.
   // Its other buttons are icons. A table that is wider than the page is scrolled with keys.
   const ICONS = { done_all: "remove all that is uploaded", clear_all: "remove all that waits", delete: "remove this file", clear: "remove this file", done: "remove this file" };
   function label() {
+    for (const own of document.querySelectorAll(".q-slider[role=slider]")) { // the focus belongs to what has name and value
+      const order = own.getAttribute("aria-disabled") === "true" ? -1 : 0;
+      if (own.getAttribute("tabindex") !== `${order}`) own.tabIndex = order; // a change that is none would be looked at again
+      for (const inner of own.querySelectorAll("[tabindex='0']")) inner.tabIndex = -1;
+    }
     for (const place of document.querySelectorAll(".q-uploader")) {
       const words = place.querySelector(".q-uploader__title")?.textContent || "file";
       for (const input of place.querySelectorAll("input[type=file]")) {
@@ -235,7 +250,20 @@ window.studio = (() => {
     for (const bar of document.querySelectorAll(".q-loading-bar:not([aria-label])")) bar.setAttribute("aria-label", "the page loads");
     for (const place of document.querySelectorAll(".q-table__middle.scroll:not([tabindex])")) place.tabIndex = 0;
   }
-  addEventListener("DOMContentLoaded", () => new MutationObserver(label).observe(document.body, { childList: true, subtree: true }));
+  addEventListener("DOMContentLoaded", () => new MutationObserver(label).observe(document.body, { childList: true, subtree: true, attributeFilter: ["tabindex"] }));
 
-  return { watch, isSeen, begin, show, frame, track, count: () => drawn, units, seen };
+  // A slider has the focus as a whole; its keys go to the part that knows them, and move no lever. Home and End it does
+  // not know: pages do.
+  function keyed(event) {
+    const own = event.target.closest?.(".q-slider[role=slider]"), inner = own?.querySelector("[tabindex]");
+    if (!inner || !event.isTrusted || !/^(Arrow|Page|Home|End)/.test(event.key)) return;
+    event.preventDefault();
+    event.stopPropagation();
+    const send = (keyCode) => inner.dispatchEvent(new KeyboardEvent(event.type, { keyCode, ctrlKey: event.ctrlKey, cancelable: true }));
+    if (!["Home", "End"].includes(event.key)) send(event.keyCode);
+    else for (let k = 0; k < (event.type === "keydown" ? PAGES : 1); k++) send(event.key === "Home" ? PAGE_DOWN : PAGE_UP);
+  }
+  for (const kind of ["keydown", "keyup"]) addEventListener(kind, keyed, true);
+
+  return { watch, isSeen, begin, show, frame, track, forget, count: () => drawn, units, seen };
 })();

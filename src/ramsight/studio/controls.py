@@ -1,0 +1,185 @@
+"""What a visitor does to the machine that runs: levers, knobs, faults, references and sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+from nicegui import ui
+
+from ramsight.studio.knobs import FAULTS, KINDS, LIE, SENSORS
+from ramsight.studio.playing import DUTIES
+from ramsight.studio.session import Session
+from ramsight.studio.worker import FASTEST
+from ramsight.units import FREEZING
+
+KNOBS = (
+    ("load", "load", "% of the largest", 0.0, 120.0, 50.0, 5.0, 0.01, 0.0),
+    ("oil_temperature", "oil temperature, brought to", "°C", 0.0, 80.0, 40.0, 1.0, 1.0, FREEZING),
+    ("ambient", "ambient temperature", "°C", -20.0, 50.0, 20.0, 1.0, 1.0, FREEZING),
+    ("leak", "leakage", "× data sheet", 0.5, 3.0, 1.0, 0.05, 1.0, 0.0),
+    ("displacement", "displacement", "× data sheet", 0.97, 1.03, 1.0, 0.001, 1.0, 0.0),
+    ("stiffness", "stiffness", "× data sheet", 0.5, 1.5, 1.0, 0.05, 1.0, 0.0),
+    ("friction", "friction", "× data sheet", 0.5, 3.0, 1.0, 0.05, 1.0, 0.0),
+    ("torque_gain", "reported torque", "× true", 0.9, 1.1, 1.0, 0.01, 1.0, 0.0),
+    ("magnets", "motor temperature rise", "K", 0.0, 100.0, 0.0, 5.0, 1.0, 0.0),
+    ("torque_step", "resolution of the torque", "N m", 0.0, 2.0, 0.0, 0.1, 1.0, 0.0),
+    ("report_delay", "delay of the report", "ms", 0.0, 100.0, 0.0, 10.0, 1e-3, 0.0),
+    ("temperature_offset", "thermometer offset", "K", -10.0, 10.0, 0.0, 0.5, 1.0, 0.0),
+)
+"""Name, words, unit, least, most, first value, step, and factor and offset to SI of what can be turned."""
+KEYS = (("ArrowUp", "ArrowDown"), ("ArrowRight", "ArrowLeft"))
+"""Keys that move the first unit and the second one, lifting and lowering."""
+_LATCHED = (("lower", -100.0), ("stop", 0.0), ("lift", 100.0))
+
+
+class Controls:
+    """The panels, and how they follow what a scenario sets.
+
+    Args:
+        session: the machine that is controlled.
+        units: its units.
+        signs: lift signs, by unit.
+    """
+
+    def __init__(self, session: Session, units: list[str], signs: Mapping[str, float]) -> None:
+        self._session, self._units, self._signs = session, units, signs
+        self._levers: dict[str, ui.slider] = {}
+        self._knobs: dict[str, ui.slider] = {}
+        self._faults: dict[str, ui.switch] = {}
+        self._kinds: dict[str, ui.switch] = {}
+        self._quiet = False
+        self._build_levers()
+        self._build_knobs()
+        self._build_faults()
+        self._build_sensors()
+
+    def follow(self, settings: Mapping[str, Any], *, levers: bool) -> None:
+        """Show what the machine is set to, without setting it again.
+
+        Args:
+            settings: of a `worker.Frame`.
+            levers: whether the levers are in the middle again.
+        """
+        self._quiet = True
+        for name, _, _, _, _, _, _, factor, offset in KNOBS:
+            self._knobs[name].set_value(round((settings["knobs"][name] - offset) / factor, 4))
+        for name, switch in self._faults.items():
+            switch.set_value(name in settings["faults"])
+        for kind, switch in self._kinds.items():
+            switch.set_value(kind in settings["sensors"])
+        for slider in self._levers.values() if levers else ():
+            slider.set_value(0)
+        self._duty.set_value(settings["duty"] or "")
+        self._speed.set_value(settings["speed"])
+        self._hold.set_value(False)
+        self._quiet = False
+
+    def _say(self, *command: Any) -> None:
+        if not self._quiet:
+            self._session.say(*command)
+
+    def _build_levers(self) -> None:
+        with _panel("Levers"):
+            for name, keys in zip(self._units, KEYS * len(self._units), strict=False):
+                self._lever(name, [key.removeprefix("Arrow").lower() for key in keys])
+            ui.label("duty cycle").classes("text-sm")
+            duties = {"": "none", **{name: f"{name}: {words}" for name, words in DUTIES.items()}}
+            self._duty = ui.select(duties, value="", on_change=lambda e: self._say("play", e.value or None))
+            self._duty.props('dense aria-label="duty cycle"').classes("w-full")
+            ui.keyboard(on_key=self._key, ignore=["input", "select", "textarea"])
+            self._speed = _slider("speed-up", "× real time", 0.0, FASTEST, 1.0, 1.0)
+            self._speed.on_value_change(lambda e: self._say("factor", e.value))
+
+    def _lever(self, name: str, keys: list[str]) -> None:
+        slider = _slider(f"lever of {name}", "%", -100.0, 100.0, 0.0, 5.0)
+        self._levers[name] = slider
+        ui.label(f"key {keys[0]} lifts, key {keys[1]} lowers, while it is pressed").classes("text-xs")
+        buttons = {}
+        with ui.row().classes("gap-1").props(f'role=group aria-label="{name}: buttons that stay pressed"'):
+            for text, value in _LATCHED:
+                button = ui.button(text, on_click=lambda _, v=value: slider.set_value(v), color=None)
+                button.props("dense no-caps unelevated").classes("latch")
+                buttons[value] = button.props(f'aria-label="{text} {name}"')
+
+        def moved(value: float) -> None:
+            for held, button in buttons.items():
+                button.props(f"aria-pressed={'true' if held == value else 'false'}")
+            self._say("lever", name, self._signs[name] * (value or 0.0) / 100.0)
+
+        slider.on_value_change(lambda e: moved(e.value))
+        self._quiet = True
+        moved(0.0)
+        self._quiet = False
+
+    def _key(self, event: Any) -> None:
+        """Arrow keys are levers: as long as one is down the machine moves."""
+        for slider, (lift, lower) in zip(self._levers.values(), KEYS, strict=False):
+            if event.key.name in (lift, lower) and not event.action.repeat:
+                slider.set_value(0 if event.action.keyup else 100 if event.key.name == lift else -100)
+
+    def _build_knobs(self) -> None:
+        with _panel("What the sensor does not know"):
+            for name, words, unit, least, most, first, step, factor, offset in KNOBS:
+                slider = self._knobs[name] = _slider(words, unit, least, most, first, step)
+                slider.on_value_change(
+                    lambda e, name=name, factor=factor, offset=offset: self._say(
+                        "knobs", {name: e.value * factor + offset}
+                    )
+                )
+                if name == "ambient":
+                    self._oil(slider)
+
+    def _oil(self, ambient: ui.slider) -> None:
+        """How warm the oil is, and a switch that keeps it so; while it does, the air has nothing to say."""
+        shown = ", ".join(f'in the {place} <b id="now-{place}">–</b> °C' for place in ("pumps", "tank"))
+        ui.html(f'<span class="text-sm">oil {shown}</span>', sanitize=False)
+        self._hold = ui.switch("hold the oil there, whatever is lost in it").props("dense").classes("w-full")
+
+        def turned(e: Any) -> None:
+            self._say("hold oil", bool(e.value))
+            ambient.set_enabled(not e.value)
+
+        self._hold.on_value_change(turned)
+
+    def _build_faults(self) -> None:
+        with _panel("Faults and references"):
+            for name, words in FAULTS.items():
+                switch = ui.switch(words, on_change=lambda e, name=name: self._say("fault", name, bool(e.value)))
+                self._faults[name] = switch.props("dense").classes("w-full")
+            _button("reset the sensors", lambda: self._say("start")).tooltip("they start at the true positions")
+            for name in self._units:
+                with ui.row().classes("gap-1 mt-1"):
+                    _button(f"{name}: reference", partial(self._say, "refer", name, False))
+                    words = f"{name}: faulty limit switch, {1e3 * LIE:g} mm off"
+                    _button(words, partial(self._say, "refer", name, True))
+
+    def _build_sensors(self) -> None:
+        with _panel("Sensors"):
+            for kind, words in KINDS.items():
+                switch = self._kinds[kind] = ui.switch(words, value=kind in SENSORS).props("dense").classes("w-full")
+                switch.on_value_change(lambda e, kind=kind: self._say("sense", kind, bool(e.value)))
+            refused = ui.label().props("role=status").classes("text-sm")
+            refused.bind_text_from(self._session, "refused")
+
+
+def _panel(title: str) -> ui.element:
+    section = ui.element("section").classes("panel")
+    with section:
+        ui.html(f"<h2>{title}</h2>", sanitize=False)
+    return section
+
+
+def _button(words: str, done: Callable[[], None]) -> ui.button:
+    return ui.button(words, on_click=done).props("dense size=sm no-caps")
+
+
+def _slider(words: str, unit: str, least: float, most: float, first: float, step: float) -> ui.slider:
+    """A slider with its words, unit and value above it."""
+    with ui.row().classes("w-full justify-between text-sm gap-1"):
+        ui.label(f"{words} [{unit}]")
+        shown = ui.label(f"{first:g}").classes("value")
+    slider = ui.slider(min=least, max=most, step=step, value=first).props(f'dense aria-label="{words} [{unit}]"')
+    slider.on_value_change(lambda e: shown.set_text(f"{e.value:g}"))
+    return slider

@@ -1,0 +1,51 @@
+"""A real position sensor beside the virtual ones: it may slip, and the two are compared sample by sample."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ramsight.plant.unit import HydraulicUnit
+from ramsight.sensor.comparing import TOLERANCE, Comparison, Verdict
+from ramsight.sensor.virtual_sensor import BOUND, Estimate, VirtualSensor
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One sample.
+
+    Attributes:
+        position: that the real sensor reports [m].
+        verdict: of the comparison with `kalman`.
+    """
+
+    position: float
+    verdict: Verdict
+
+
+class Transducer:
+    """A position sensor on one rod, with a magnet that may slip.
+
+    Args:
+        unit: its unit.
+
+    Attributes:
+        slipped: by which it reads too much [m].
+    """
+
+    def __init__(self, unit: HydraulicUnit) -> None:
+        self.slipped = 0.0
+        fastest = float(unit.travel_per_radian) * unit.max_speed
+        self._pair = Comparison(float(unit.cylinder.stroke), fastest, TOLERANCE)
+
+    def step(self, time: float, position: float, sensor: VirtualSensor, said: Estimate) -> Compared:
+        """One sample.
+
+        Args:
+            time: [s].
+            position: the true one [m].
+            sensor: the virtual one.
+            said: what it reports at this sample.
+        """
+        shown = position + self.slipped
+        verdict = self._pair.step(time, said.position, sensor.says(BOUND), int(said.status), shown)
+        return Compared(shown, verdict)
