@@ -9,7 +9,7 @@ from pathlib import Path
 _PACKAGED = Path(__file__).parent / "faq.md"  # where a wheel has it
 _IN_TREE = Path(__file__).parents[3] / "docs" / "faq.md"
 _ENTRY = re.compile(r"^### (?P<words>[^\n]+)\n\n(?P<meaning>.+?)\n\n(?P<rest>.*?)(?=^##|\Z)", re.MULTILINE | re.DOTALL)
-_CODE = re.compile(r"^`[A-Z_]+`, \d+\. ")
+_CODE = re.compile(r"^`[A-Z_]+`, [0-9]+\. ")
 _BULLET = re.compile(r"^- \*\*(.+?):\*\* (.+?)(?=^- |\Z)", re.MULTILINE | re.DOTALL)
 _TABLES = ("Verdicts of compare", "Words of the studio")
 _ROW = re.compile(r"^\| (.+?) \| (.+?) \| (.+?) \|$", re.MULTILINE)
