@@ -253,7 +253,7 @@ class AssumedStops(Part):
 
 
 SURE_START = MappingProxyType({"stops.entered": 1e-6})
-"""Of a position at the start that cannot be wrong: a simulation's, or one that a second sensor shows."""
+"""What is assumed of a position at the start that cannot be wrong, as in a simulation or beside a second sensor."""
 
 
 class AssumedLinkAngle(Part):
