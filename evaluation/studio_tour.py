@@ -29,7 +29,7 @@ def record(address: str) -> list[Image.Image]:
     with sync_playwright() as p:
         browser = p.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox", "--disable-gpu"])
         page = browser.new_page(viewport=SIZE)
-        page.goto(address)
+        page.goto(f"{address}?play=none")
         page.get_by_text("runs", exact=True).wait_for(timeout=120_000)
 
         def watch(count: int) -> None:
