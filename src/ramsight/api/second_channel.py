@@ -15,7 +15,6 @@ from ramsight.errors import LogError
 from ramsight.intervals import true_intervals
 from ramsight.machine.assumption_description import SURE_START
 from ramsight.normal import TWO_SIDED_95
-from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import assuming
 from ramsight.sensor.comparing import (
     ALERTS,
@@ -114,7 +113,7 @@ def compare(
         []
     """
     built = build(machine, unit)
-    limits, stroke = limits_of(built), float(built.cylinder.stroke)
+    stroke = float(built.cylinder.stroke)
     allowed = argument(tolerance, "m", "tolerance", least="0.001 mm", most=format_si(stroke, "mm"))
     alert = argument(time_to_alert, "s", "time_to_alert", least="0 s", most=f"{LONGEST_ALERT:g} s")
     if start is not None:
@@ -131,7 +130,7 @@ def compare(
     real = np.interp(time, when, np.where(np.isfinite(where), where, 0.0))
     gone = np.interp(time, when, (~np.isfinite(where)).astype(float)) > 0.0
     real = np.where(gone, np.nan, real)
-    pair = Comparison(stroke, float(built.travel_per_radian) * limits.max_speed, allowed, alert)
+    pair = Comparison.of(built, allowed, alert)
     position, status = np.nan_to_num(tracked["position"].values), tracked["status"].values.astype(np.int64)
     said = verdicts(pair, time, position, tracked[BOUND].values, status, real)
     good = (status == Status.OK) & np.isfinite(real) & (said == Verdict.AGREE)

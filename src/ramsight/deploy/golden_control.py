@@ -45,7 +45,7 @@ class Recording:
         self._references: dict[int, float] = {}
         setting = LoopSettings(
             known=known,
-            assumptions=unit.assumptions,
+            assumptions=unit.assumptions,  # as the exported sensor has them
             limits={unit.name: block.by.limits},
             period=block.by.period,
             drive=block.response,

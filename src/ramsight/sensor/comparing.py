@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from ramsight.engine.recursion import Recursion, replay
 from ramsight.engine.typed_state import column, initial_values, leaf, leaves, symbols
 from ramsight.expression import Flag, Scalar, all_of, any_of, count, flag, negated, scalar_symbol
+from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import MEASURABLE_LIMIT, MEMORY_TIME, OTHER_FASTEST, OTHER_JUMPS_MOST
 
@@ -178,6 +179,12 @@ class Comparison:
     tolerance: float
     time_to_alert: float = TIME_TO_ALERT
     _kept: Array = field(default_factory=lambda: initial_values(ComparisonState()), init=False, repr=False)
+
+    @classmethod
+    def of(cls, unit: HydraulicUnit, tolerance: float, time_to_alert: float = TIME_TO_ALERT) -> Comparison:
+        """Of two sensors of a unit's piston, with a tolerance [m] and a time to alert [s]."""
+        fastest = float(unit.travel_per_radian) * float(unit.max_speed)
+        return cls(float(unit.cylinder.stroke), fastest, tolerance, time_to_alert)
 
     def step(self, time: float, position: float, bound: float, status: int, other: float) -> Verdict:
         """One sample.

@@ -34,8 +34,7 @@ class Transducer:
 
     def __init__(self, unit: HydraulicUnit) -> None:
         self.slipped = 0.0
-        fastest = float(unit.travel_per_radian) * unit.max_speed
-        self._pair = Comparison(float(unit.cylinder.stroke), fastest, TOLERANCE)
+        self._pair = Comparison.of(unit, TOLERANCE)
 
     def step(self, time: float, position: float, sensor: VirtualSensor, said: Estimate) -> Compared:
         """One sample.

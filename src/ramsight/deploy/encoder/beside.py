@@ -7,7 +7,6 @@ import math
 from ramsight.deploy.encoder.alarms import Fault
 from ramsight.deploy.encoder.listening import Listener, Sample
 from ramsight.deploy.encoder.server import Node
-from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.comparing import Comparison, Verdict
 from ramsight.sensor.virtual_sensor import Estimate
@@ -37,8 +36,7 @@ class Beside:
 
     def __init__(self, listener: Listener, unit: HydraulicUnit, node: Node) -> None:
         self._listener, self._node = listener, node
-        fastest = float(unit.travel_per_radian) * limits_of(unit).max_speed
-        self._pair = Comparison(float(unit.cylinder.stroke), fastest, self._tolerance)
+        self._pair = Comparison.of(unit, self._tolerance)
         self._verdict = Verdict.UNCHECKED
         self.position = math.nan
 
