@@ -1,12 +1,15 @@
 # A fresh machine needs Python 3.11 or newer, pip and make; everything else is fetched into .venv at pinned versions.
-#   make test    the tests, minutes   make lint    style and types
+#   make test    the tests, minutes   make lint    style, types, what bandit finds
 #   make test-slow  the other tests: every circuit, hostile frames, what the pages show, compilers with sanitizers
 #   make demo    a recorded work day: the sensor finds its position and learns; leaves demo/demo.png
 #   make bench   speed against C, scipy and CVODES: bench.json and its figures; the studio in Chromium: studio.json; needs gcc
 #   make study   what the docs quote of studies: study.json; takes some minutes, real oil needs data (RAMSIGHT_DATA=folder)
 #   make fuzz    damaged files, states and slots, hostile frames, killed writers: fuzz.json; takes about an hour
+#   make analyse  exported C by gcc's analyzer, and by clang-tidy and cppcheck where they are installed
+#   make audit   known vulnerabilities of the pinned packages, where their database can be had
 #   make mutants  small changes that break the code, each against its tests: mutants.json; takes some minutes
 #   make docs    docs/, examples/ with what they draw, and the Python reference as a site, read offline: build/site/index.html
+#   make site    the same, whether or not something has changed
 #   make pins    renew the pinned versions
 #   make package the wheel and the sdist, checked, installed without extras and tried on every Python that is here; minutes
 #   make clean   away with everything that is made
@@ -21,9 +24,11 @@ DOCS_PINS := requirements/docs.txt
 DOCS_INSTALLED := $(VENV)/docs.stamp
 SITE := build/site
 PYTEST_ARGS ?= -n 2 --dist loadfile
+# Hundreds of processes load what the first one has compiled: a quarter of what a command's start takes.
+export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-slow lint bench study fuzz mutants docs package pins clean
+.PHONY: help demo test test-slow lint bench study fuzz analyse audit mutants docs site package pins clean
 
 help:
 	@sed -n 's/^#   make/make/p' $(firstword $(MAKEFILE_LIST))
@@ -48,11 +53,13 @@ test-slow: $(INSTALLED)
 lint: $(INSTALLED)
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
+	$(BIN)/bandit -q -r src -c pyproject.toml
 	$(BIN)/mypy
 	env MYPYPATH=src $(BIN)/mypy --strict examples/typed.py
 
 bench: $(INSTALLED)
 	$(BIN)/python benchmarks/run.py --out bench.json
+	$(BIN)/python benchmarks/starts.py --out bench.json
 	$(BIN)/python benchmarks/exported.py --out bench.json
 	$(BIN)/python benchmarks/cortex.py --out bench.json
 	$(BIN)/python benchmarks/studies.py --out bench.json
@@ -69,6 +76,16 @@ fuzz: $(INSTALLED)
 	$(BIN)/python fuzz/run.py --out fuzz.json
 	$(BIN)/python fuzz/page.py
 
+analyse: $(INSTALLED)
+	$(BIN)/pytest -n 0 -m slow tests/test_export_analysis.py
+
+# In an environment of its own: what looks through the pins is none of them.
+AUDIT := $(VENV)/audit
+audit:
+	test -x $(AUDIT)/bin/pip-audit || $(PYTHON) -m venv $(AUDIT)
+	$(AUDIT)/bin/python -m pip install --quiet --disable-pip-version-check pip-audit || true
+	$(PYTHON) package/audit.py $(AUDIT)/bin/pip-audit $(PINS) $(DOCS_PINS)
+
 mutants: $(INSTALLED)
 	$(BIN)/python evaluation/mutants.py --out mutants.json
 
@@ -76,11 +93,15 @@ $(DOCS_INSTALLED): $(INSTALLED) $(DOCS_PINS)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r $(DOCS_PINS)
 	touch $@
 
-# Every page again, so that every warning shows.
+# Where a file of the project has changed every page again, so that every warning shows; else the site is as it would be.
 docs: $(DOCS_INSTALLED)
+	$(BIN)/python docs/built.py $(SITE) || $(MAKE) --no-print-directory site
+	$(BIN)/python docs/check.py $(SITE)
+
+site: $(DOCS_INSTALLED)
 	rm -rf $(SITE) docs/gallery
 	$(BIN)/python -m sphinx -q -W --keep-going -n -E -b html -d build/doctrees docs $(SITE)
-	$(BIN)/python docs/check.py $(SITE)
+	$(BIN)/python docs/built.py $(SITE) --done
 
 package: $(INSTALLED)
 	rm -rf dist

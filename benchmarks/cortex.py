@@ -18,7 +18,7 @@ from pathlib import Path
 
 from ramsight import machine
 from ramsight.deploy.c_folder import write_sensor
-from ramsight.deploy.compiler import run, version
+from ramsight.deploy.compiler import bodies, compile_files, run, version
 
 HERE = Path(__file__).parent / "cortex"
 GCC, SIZE, QEMU = "arm-none-eabi-gcc", "arm-none-eabi-size", "qemu-system-arm"
@@ -49,15 +49,15 @@ def measured(core: Core, folder: Path) -> dict[str, int]:
     """Bytes of code, stack and state, and instructions of a step, on one processor."""
     common = [*core.options, "-mthumb", "-std=c99", LEVEL, f"-D{PREFIX.upper()}_FLOAT={int(core.single)}"]
     common += ["-ffunction-sections", "-fdata-sections"]
-    run([GCC, *common, "-c", f"{PREFIX}.c", "-o", "sensor.o"], folder)
-    code = sum(map(int, run([SIZE, "sensor.o"], folder).splitlines()[1].split()[:2]))
+    objects = compile_files([GCC, *common], bodies(folder, PREFIX), folder)
+    code = sum(sum(map(int, line.split()[:2])) for line in run([SIZE, *objects], folder).splitlines()[1:])
     board = [str(HERE / "start.c"), "-T", str(HERE / "mps2.ld"), "-nostartfiles", "-Wl,--gc-sections"]
     libraries = ["-Wl,--start-group", "-lm", "-lc", "-lgcc", "-lrdimon", "-Wl,--end-group"]
     compiler = [GCC, *core.options, "-mthumb"]
     start = [run([*compiler, f"-print-file-name={name}"], folder).strip() for name in _START_FILES]
 
     def emulated(*sources: str) -> str:
-        run([GCC, *common, *board, *start, "sensor.o", *sources, *libraries, "-o", "image.elf"], folder)
+        run([GCC, *common, *board, *start, *objects, *sources, *libraries, "-o", "image.elf"], folder)
         semihosting = ["-semihosting-config", "enable=on,target=native", "-icount", "shift=0,sleep=off"]
         return run([QEMU, "-M", core.board, "-nographic", *semihosting, "-kernel", "image.elf"], folder)
 
@@ -117,7 +117,7 @@ def main() -> None:
         return
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name) / "sensor"
-        write_sensor(machine.load("mining-loader"), UNIT, folder, compiler="")
+        write_sensor(machine.load_machine("mining-loader"), UNIT, folder, compiler="")
         found = {core.name: measured(core, folder) for core in CORES}
     results = json.loads(options.out.read_text()) if options.out.exists() else {}
     results |= {"cortex_compiler": version(GCC), "cortex_emulator": version(QEMU), "cortex": found}

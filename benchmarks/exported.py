@@ -58,7 +58,7 @@ def agreement(days):
         "double_fma": {"options": ("-march=native", "-ffp-contract=fast")},
     }
     for name in ("boom", "bucket"):
-        unit = build_ddh(name, machine.load("mining-loader").unit(name))
+        unit = build_ddh(name, machine.load_machine("mining-loader").unit(name))
         sensor = kalman(unit)
         source = sensor_source(sensor, unit, f"ramsight_{name}", "mining-loader", single=False)
         compiled = {key: CompiledSensor(source, sensor, compiler, **more) for key, more in builds.items()}
@@ -86,7 +86,7 @@ def footprints():
     """Bytes and time of a step, by build."""
     found = {}
     with tempfile.TemporaryDirectory() as folder:
-        done = write_sensor(machine.load("mining-loader"), "boom", Path(folder) / "boom", measure=True)
+        done = write_sensor(machine.load_machine("mining-loader"), "boom", Path(folder) / "boom", measure=True)
     for f in done.footprints:
         key = f"export_{f.precision}_{f.optimised.removeprefix('-')}"
         found[key] = {

@@ -33,7 +33,7 @@ from ramsight.engine.batch import Job, batches
 from ramsight.engine.cache import WIDTH
 from ramsight.engine.recursion import replay, replay_many
 from ramsight.engine.run import DEFAULT_RTOL, integrate, outputs
-from ramsight.logs.drive_log import write_drive_log
+from ramsight.logs.drive_log import write_log
 from ramsight.plant import linked
 from ramsight.plant.ddh import build_ddh
 from ramsight.plant.unit import circuit, initial_state
@@ -42,7 +42,7 @@ from ramsight.sensor.kalman import kalman
 LIMIT = 1e-6  # m, what every engine has to keep
 RUNS = 1024
 CORES = len(os.sched_getaffinity(0))
-UNIT = build_ddh("boom", machine.load("mining-loader").unit("boom"))
+UNIT = build_ddh("boom", machine.load_machine("mining-loader").unit("boom"))
 MODEL = circuit(UNIT)
 ODE = MODEL.ode
 POSITION = ODE.state_index("position")
@@ -246,7 +246,7 @@ def many(count):
 
 def loader(results, quick):
     """Both units of the loader and its mechanism over one loading cycle: simulated seconds per second of one core."""
-    whole = linked.build_linked(machine.load("mining-loader"))
+    whole = linked.build_linked(machine.load_machine("mining-loader"))
     model, duty = linked.linked_model(whole), loading_cycle(whole)
     segments, state = duty.segments(whole.mechanism.cylinders, model), starting(whole, model, duty)
     times = np.append(np.arange(0.0, duty.duration - 1e-9, 0.1), duty.duration)
@@ -300,7 +300,7 @@ def track_start(results, quick):
     log = report(simulate(UNIT, duty), DriveReport(seed=1)).sel(time=slice(0.0, 60.0))
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "minute.csv"
-        write_drive_log(log, file)
+        write_log(log, file)
         command = [sys.executable, "-m", "ramsight", "track", "mining-loader", str(file), "--unit", "boom"]
         run = partial(subprocess.run, command, check=True, capture_output=True)
         run()

@@ -37,7 +37,7 @@ MACHINES, QUICK = 6 * TASK, 2 * TASK
 
 
 def study(count):
-    return plan(machine.load("mining-loader"), "boom", Work(), count=count)
+    return plan(machine.load_machine("mining-loader"), "boom", Work(), count=count)
 
 
 def warm(spec):

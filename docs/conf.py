@@ -54,10 +54,10 @@ maximum_signature_line_length = 100
 nitpicky = True
 nitpick_ignore_regex = [
     ("py:.*", r"(abc|ca|casadi|collections|enum|np|numpy|pathlib|pydantic|threading|typing|xarray)\..*"),
-    ("py:.*", r"Advance|Compared|AnyMachine|AnyMap|AnyUnit|Array|ArrayLike|Loads|Figure|Path|BaseModel"),
+    ("py:.*", r"Advance|Compared|AnyMachine|AnyMap|AnyUnit|Vary|Array|ArrayLike|Loads|Figure|Path|BaseModel"),
     ("py:.*", r"ramsight\.(machine\.(catalogue\.Entry|linkage\.Linkage)|plant\.as_built\.U)"),
     ("py:.*", r"ramsight\.(engine|plant\.(circuit|holding|oil|linkage))\..*|CircuitModel"),
-    ("py:.*", r"Listener|ParameterFile|Persistence"),
+    ("py:.*", r"Listener|ParameterFile|Persistence|Samples|VirtualSensor|ramsight\.logs\.mapped\.Sequence"),
     ("py:.*", r"Requirement|WrongValue|ramsight\.machine\.requirement_description\..*"),
     ("py:.*", r"ramsight\.study\.datasheet\.sheet_requirement\..*"),
     ("py:.*", r"ramsight\.api\.live_sensor\.Sensor"),
@@ -126,21 +126,21 @@ def documented() -> dict[int, str]:
 
 
 def list_the_package(app, docname: str, source: list[str]) -> None:
-    """Add what `ramsight` itself offers: a line where a room's page has it, else what its docstring says."""
+    """Say of each name of `ramsight` what it is: a line where a room's page has it, else all of its docstring."""
     if docname != "api/ramsight":
         return
-    there, lines, own = documented(), [], []
-    for name in getattr(ramsight, "__all__", ["casadi_model"]):
+    there = documented()
+
+    def described(line: re.Match[str]) -> str:
+        name = line[1]
         member = getattr(ramsight, name)
-        if id(member) in there:
-            first = (inspect.getdoc(member) or "").partition("\n\n")[0].replace("\n", " ")
-            lines.append(f"* :py:obj:`ramsight.{name} <{there[id(member)]}>`: {first}")
-        elif inspect.ismodule(member):
-            lines.append(f"* :py:mod:`{member.__name__}`")
-        elif callable(member):
+        if id(member) not in there:
             kind = "class" if inspect.isclass(member) else "function"
-            own += [f".. auto{kind}:: ramsight.{name}", ""]
-    source[0] += "\n".join(["", "```{eval-rst}", *lines, "", *own, "```", ""])
+            return f"```{{eval-rst}}\n.. auto{kind}:: ramsight.{name}\n```\n"
+        first = (inspect.getdoc(member) or "").partition("\n\n")[0].replace("\n", " ")
+        return f"```{{eval-rst}}\n* :py:obj:`ramsight.{name} <{there[id(member)]}>`: {first}\n```\n"
+
+    source[0] = re.sub(r"^- `(\w+)`$", described, source[0], flags=re.MULTILINE)
 
 
 def adapt_links(app, docname: str, source: list[str]) -> None:

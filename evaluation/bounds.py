@@ -17,7 +17,7 @@ from typing import Any
 import ramsight
 from ramsight import machine as machines_of
 from ramsight.machine import Machine
-from ramsight.output import atomic_path
+from ramsight.output import write_text
 
 ROOT = Path(__file__).parents[1]
 AXES = {
@@ -50,7 +50,7 @@ def study(runs: Path, machines: int) -> dict[str, Any]:
 
 def _one(machine: Machine, unit: str, count: int, store: Path) -> dict[str, Any]:
     """The figures of a unit."""
-    one = ramsight.Study(machine, unit=unit, n=count)
+    one = ramsight.Study(machine, unit=unit, machines=count)
     sheet = one.datasheet(one.run(store, progress=True))
     figures = {"drawn": sheet.machines, "hours": sheet.hours, "wrong_and_ok": sheet.ok_but_wrong}
     return figures | asdict(sheet.bound)
@@ -86,8 +86,7 @@ def main() -> None:
     given = parser.parse_args()
     found = json.loads(given.out.read_text()) if given.out.exists() else {}
     found["bounds"] = study(given.runs, given.machines)
-    with atomic_path(given.out) as draft:
-        draft.write_text(json.dumps(found, indent=2) + "\n")
+    write_text(json.dumps(found, indent=2) + "\n", given.out)
     print("\n".join(table(found["bounds"])))
 
 

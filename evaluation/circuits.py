@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ramsight import machine
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.unit import HydraulicUnit
 
 CIRCUITS = {
@@ -18,4 +18,4 @@ CIRCUITS = {
 
 def catalogued(name: str, unit: str) -> HydraulicUnit:
     """A unit of the catalogue as its data sheet has it."""
-    return build_unit(unit, machine.load(name).unit(unit))
+    return build(machine.load_machine(name).unit(unit), unit)

@@ -383,7 +383,7 @@ def loader(drive: Drive, seeds: int) -> dict[str, Any]:
     Targets and noise go by the seed alone, whatever the drive. All targets count together; `groups` has the p95 of
     those of every `LOADER_GROUP` seeds, which says how much of a difference is chance.
     """
-    sheet: LinkedMachine = build_linked(machine.load("mining-loader"))
+    sheet: LinkedMachine = build_linked(machine.load_machine("mining-loader"))
     how = {"drive": drive.response, "report": drive.report}
     found = [arrivals(sheet, sheet, references=1, seed=seed, assumptions=KNOWN, **how) for seed in range(seeds)]
     groups = [found[k : k + LOADER_GROUP] for k in range(0, seeds, LOADER_GROUP)]

@@ -20,10 +20,10 @@ from ramsight.duty.oil_warming import warmed
 from ramsight.duty.profile import constant
 from ramsight.duty.work_day import work_day
 from ramsight.plant.as_built import AsBuilt
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.ddh import DdhUnit
 
-LOADER = machine.load("mining-loader").unit("boom")
+LOADER = machine.load_machine("mining-loader").unit("boom")
 HIGH, HALF, WARM, HOUR = 441e3, 258e3, 313.15, 3600.0  # N, N, K, s
 SPEED = 157.0  # rad/s
 _DAY = 2400.0  # s
@@ -54,7 +54,7 @@ class Effect:
 
 def boom(changes: Changes | None = None) -> DdhUnit:
     """The boom with values of its description changed."""
-    built = build_unit("boom", LOADER.replace(changes or {}))
+    built = build(LOADER.replace(changes or {}), "boom")
     assert isinstance(built, DdhUnit)
     return built
 

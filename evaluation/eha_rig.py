@@ -1,13 +1,14 @@
-"""ramsight on a real actuator: identified on some runs, judged on others.
+"""ramsight on a real actuator: identified on the runs of one day, judged on those of others.
 
-    python evaluation/eha_rig.py --fit FOLDER --judge FOLDER --out FILE.json
+    python evaluation/eha_rig.py --fit NAME=FOLDER --judge NAME=FOLDER [NAME=FOLDER ...] --out FILE.json
 
 The runs are those of a laboratory actuator (public repository ivliev123/Electro-Hydraulic-Actuator), a file each, with
 the columns that `rig.toml` names. From the runs in the first folder the values of `eha-valve-rig` are found as
-`ramsight identify` finds them; every run in the second folder is tracked with them from its first position, from the
+`ramsight identify` finds them; every run in the other folders is tracked with them from its first position, from the
 shaft's angle, the motor's current and the valve's command alone, and once more with the chambers' pressures. The rig's
 position sensor has a curve of its own, which is identified with the rest; the track is given in that sensor's readings
-and held against what it read (`all`, `runs`), and, for comparison, as it is (`all_without_curve`).
+and held against what it read (`all`, `runs`), and, for comparison, as it is (`all_without_curve`). The file is a table:
+what was identified on NAME, judged on each NAME; further calls with other names add to it.
 """
 
 from __future__ import annotations
@@ -24,15 +25,16 @@ import numpy as np
 import ramsight
 from ramsight.calibration.fit_report import motor_with
 from ramsight.calibration.fit_track import FittedValues, MeasuredRun
-from ramsight.logs import read_drive_log
+from ramsight.logs import read_log
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.opening import read_measured
 from ramsight.normal import TWO_SIDED_95
-from ramsight.output import atomic_path
+from ramsight.output import write_text
 from ramsight.progress import progress
 from ramsight.sensor.sample import PRESSURES
 from ramsight.sensor.status import Status
+from ramsight.tracking.credible import credible_run
 
 HERE = Path(__file__).parent
 MAP = HERE / "rig.toml"
@@ -41,42 +43,58 @@ SIGNALS = {"angle_current": False, "angle_current_pressure": True}
 START_STD = "0.1 mm"
 _STILL = 0.5e-3  # m/s; slower, the piston stands
 _RESTS, _MOVES = 0.5, 2e-3  # s and m; shorter rests and moves are none
-_JUMP = 2e-3  # m; from one sample to the next only a glitch of the position's sensor goes so far
 
 
 def main() -> None:
     """Fit, judge, write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--fit", type=Path, required=True, help="folder with the runs to identify from")
-    parser.add_argument("--judge", type=Path, required=True, help="folder with the runs to judge")
+    parser.add_argument("--fit", type=named, required=True, help="NAME=FOLDER with the runs to identify from")
+    parser.add_argument("--judge", type=named, required=True, nargs="+", help="NAME=FOLDER with runs to judge")
     parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--figures", type=Path, default=None, help="folder for figures of the judged runs")
+    parser.add_argument(
+        "--figures", type=named, default=[], nargs="+", help="NAME=FILE.png for figures of those judged"
+    )
     given = parser.parse_args()
     known = load_map(MAP)
-    found = ramsight.identify_values(MACHINE, runs_in(given.fit, known), unit=UNIT, progress=True)
+    fit_name, fit_folder = given.fit
+    found = ramsight.identify_values(MACHINE, runs_in(fit_folder, known), unit=UNIT, progress=True)
     tuned = with_found(known, found)
-    recorded = runs_in(given.judge, tuned)
-    result: dict[str, Any] = {"date": date.today().isoformat(), "machine": MACHINE, "fit": described(found, tuned)}
-    result |= {"runs": {}, "all": {}, "all_without_curve": {}}
-    drawn = {}
+    result = {"date": date.today().isoformat(), "machine": MACHINE, "fit": described(found, tuned), "judged": {}}
+    for name, folder in given.judge:
+        result["judged"][name], drawn = judged(found, runs_in(folder, tuned), tuned, name)
+        for file in (file for figure, file in given.figures if figure == name):
+            from eha_rig_figure import draw
+
+            draw(drawn, file)
+    table = json.loads(given.out.read_text(encoding="utf-8")) if given.out.exists() else {}
+    write_text(json.dumps(table | {fit_name: result}, indent=1) + "\n", given.out)
+    print(json.dumps({name: one["all"] for name, one in result["judged"].items()}, indent=1))
+
+
+def named(text: str) -> tuple[str, Path]:
+    """A folder with its name: ``NAME=FOLDER``, or the folder's own."""
+    name, equals, folder = text.rpartition("=")
+    return (name if equals else Path(folder).name), Path(folder)
+
+
+def judged(
+    found: FittedValues, recorded: list[MeasuredRun], tuned: ChannelMap, title: str
+) -> tuple[dict[str, Any], list[tuple[MeasuredRun, Any]]]:
+    """Figures of tracks along runs, for each set of signals; the runs and the tracks of the first set for a figure."""
+    result: dict[str, Any] = {"runs": {}, "all": {}, "all_without_curve": {}}
+    drawn: list[tuple[MeasuredRun, Any]] = []
     for name, pressures in SIGNALS.items():
-        judged = [given_pressures(run, pressures) for run in recorded]
-        with progress(len(judged), f"judging, {name.replace('_', ' ')}") as bar:
-            tracks = [(tracked(found, run, bar.advance), run) for run in judged]
+        given = [given_pressures(run, pressures) for run in recorded]
+        with progress(len(given), f"judging {title}, {name.replace('_', ' ')}") as bar:
+            tracks = [(tracked(found, run, bar.advance), run) for run in given]
         read = [as_read(track, run, tuned) for track, run in tracks]
-        drawn[name] = [(run, track) for track, run in read]
+        drawn = drawn or [(run, track) for track, run in read]
         rows = {run.name: errors(track, run) for track, run in read}
         plain = [errors(track, unbent(run, tuned)) for track, run in tracks]
         result["all"][name], result["all_without_curve"][name] = overall(list(rows.values())), overall(plain)
         for run_name, row in rows.items():
             result["runs"].setdefault(run_name, {})[name] = row
-    with atomic_path(given.out) as draft:
-        draft.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
-    if given.figures is not None:
-        from eha_rig_figure import draw
-
-        draw(drawn, given.figures)
-    print(json.dumps(result["all"], indent=1))
+    return result, drawn
 
 
 def given_pressures(run: MeasuredRun, pressures: bool) -> MeasuredRun:
@@ -103,27 +121,18 @@ def described(fitted: FittedValues, tuned: ChannelMap) -> dict[str, Any]:
 
 
 def runs_in(folder: Path, known: ChannelMap) -> list[MeasuredRun]:
-    """All runs of a folder, glitches of the position's sensor taken out."""
+    """All runs of a folder."""
     files = sorted(file for file in folder.iterdir() if file.name.endswith((".csv", ".csv.gz")))
     if not files:
         raise SystemExit(f"{folder}: there are no runs")
-    return [
-        MeasuredRun(file.name, read_drive_log(file, known), cleaned(read_measured(file, known)), known.linearity)
-        for file in files
-    ]
+    return [run_of(file, known) for file in files]
 
 
-def cleaned(measured: Any) -> Any:
-    """The measured position without glitches: what comes after a jump that no piston makes, until it is back."""
-    result = measured.copy(deep=True)
-    position = result["position"].values
-    last = position[np.isfinite(position)][0]
-    for k, value in enumerate(position):
-        if np.isfinite(value) and abs(value - last) > _JUMP:
-            position[k] = np.nan
-        elif np.isfinite(value):
-            last = value
-    return result
+def run_of(file: Path, known: ChannelMap) -> MeasuredRun:
+    """A run, without what of its position and pressures the rig cannot have."""
+    log, measured = read_log(file, known), read_measured(file, known)
+    unit = ramsight.build(MACHINE, unit=UNIT)
+    return MeasuredRun(file.name, log, credible_run(log, measured, unit, file.name), known.linearity)
 
 
 def with_found(known: ChannelMap, fitted: FittedValues) -> ChannelMap:

@@ -8,39 +8,39 @@ from typing import Any
 import matplotlib.pyplot as plt
 
 from ramsight.normal import TWO_SIDED_95
+from ramsight.output import atomic_path
 
 COLUMNS = 4
 _TRUE, _SAID, _BAND = "#222222", "#1f6fb2", "#a9cbe8"
 
 
-def draw(tracks: dict[str, list[tuple[Any, Any]]], folder: Path) -> None:
-    """One figure for each set of signals, `eha-rig-angle-current.png` and so on.
+def draw(runs: list[tuple[Any, Any]], file: Path) -> None:
+    """A figure of judged runs.
 
     Args:
-        tracks: runs and their tracks, by the name of the signals.
-        folder: where the figures go.
+        runs: and their tracks.
+        file: where the figure goes.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, runs in tracks.items():
-        rows = -(-len(runs) // COLUMNS)
-        figure, axes = plt.subplots(
-            2 * rows, COLUMNS, figsize=(3.4 * COLUMNS, 3.4 * rows), sharex=True, squeeze=False,
-            height_ratios=[2, 3] * rows, layout="constrained",
-        )  # fmt: skip
-        for place, (run, track) in enumerate(runs):
-            row, column = 2 * (place // COLUMNS), place % COLUMNS
-            _run(axes[row, column], axes[row + 1, column], run, track)
-            if column == 0:
-                axes[row, 0].set_ylabel("position [mm]")
-                axes[row + 1, 0].set_ylabel("error [mm]")
-        for empty in range(len(runs), rows * COLUMNS):
-            for k in (0, 1):
-                axes[2 * (empty // COLUMNS) + k, empty % COLUMNS].set_axis_off()
-        for axis in axes[-1]:
-            axis.set_xlabel("time [s]")
-        axes[0, 0].legend(loc="upper right", fontsize=7, frameon=False)
-        figure.savefig(folder / f"eha-rig-{name.replace('_', '-')}.png", dpi=110)
-        plt.close(figure)
+    rows = -(-len(runs) // COLUMNS)
+    figure, axes = plt.subplots(
+        2 * rows, COLUMNS, figsize=(3.4 * COLUMNS, 3.4 * rows), sharex=True, squeeze=False,
+        height_ratios=[2, 3] * rows, layout="constrained",
+    )  # fmt: skip
+    for place, (run, track) in enumerate(runs):
+        row, column = 2 * (place // COLUMNS), place % COLUMNS
+        _run(axes[row, column], axes[row + 1, column], run, track)
+        if column == 0:
+            axes[row, 0].set_ylabel("position [mm]")
+            axes[row + 1, 0].set_ylabel("error [mm]")
+    for empty in range(len(runs), rows * COLUMNS):
+        for k in (0, 1):
+            axes[2 * (empty // COLUMNS) + k, empty % COLUMNS].set_axis_off()
+    for axis in axes[-1]:
+        axis.set_xlabel("time [s]")
+    axes[0, 0].legend(loc="upper right", fontsize=7, frameon=False)
+    with atomic_path(file) as draft:
+        figure.savefig(draft, dpi=110)
+    plt.close(figure)
 
 
 def _run(above: Any, below: Any, run: Any, track: Any) -> None:

@@ -33,7 +33,7 @@ from ramsight import machine
 from ramsight.deploy.encoder import Frame, Settings, drive_map, encoder_for
 from ramsight.deploy.encoder.played_drive import PlayedDrive, played_map
 from ramsight.deploy.encoder.runner import frame_of, message_of, serve
-from ramsight.logs import read_drive_log, read_truth
+from ramsight.logs import read_log, read_truth
 from ramsight.plant.ddh import build_ddh
 
 ROOT = Path(__file__).parent.parent
@@ -47,7 +47,7 @@ class PlayedMachine:
     """The drive and the thermometer, in real time: they stand, and work when told to."""
 
     def __init__(self, bus: Any) -> None:
-        drive = PlayedDrive(read_drive_log(f"{TRACE}.csv.gz"), DRIVE, RATED, warm_node=WARM)
+        drive = PlayedDrive(read_log(f"{TRACE}.csv.gz"), DRIVE, RATED, warm_node=WARM)
         self._bus, self._frames = bus, [(at, frame) for at, frame in drive.frames() if frame.cob_id == 0x180 + DRIVE]
         self.at, self.works, self.warm, self.alive = 0, False, True, True
         self.last = 0.0
@@ -248,7 +248,7 @@ def jitter(times: list[float], period: float) -> dict[str, float]:
 
 def on_virtual(seconds: float) -> dict[str, Any]:
     """The same on a bus inside one process, where drive, encoder and client share an interpreter."""
-    unit = build_ddh("boom", machine.load("mining-loader").unit("boom"))
+    unit = build_ddh("boom", machine.load_machine("mining-loader").unit("boom"))
     device = encoder_for(unit, drive_map(DRIVE, rated_torque=RATED), Settings(NODE, DRIVE))
     buses = [can.Bus(interface="virtual", channel="study") for _ in range(3)]
     stop = threading.Event()

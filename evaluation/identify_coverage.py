@@ -21,7 +21,7 @@ from ramsight.calibration.identify_replay import orifice_at_one
 from ramsight.duty import DriveReport, Duty, report, simulate
 from ramsight.duty.profile import Profile
 from ramsight.plant.as_built import AsBuilt
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.limits import limits_of
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit
@@ -57,13 +57,13 @@ _SENSOR_NOISE = 20e-6  # m of a usual stroke, standard deviation of the temporar
 
 def machine_of(name: str) -> machine.Machine:
     """The machine that a unit belongs to, as its data sheet has it."""
-    return machine.load(UNITS[name][0]).replace(CHANGES.get(name, {}))
+    return machine.load_machine(UNITS[name][0]).replace(CHANGES.get(name, {}))
 
 
 def unit_of(name: str) -> HydraulicUnit:
     """A unit as its data sheet has it."""
     unit = UNITS[name][1]
-    return build_unit(unit, machine_of(name).unit(unit))
+    return build(machine_of(name).unit(unit), unit)
 
 
 def deviating(unit: Any, factors: dict[str, float]) -> Any:

@@ -17,7 +17,7 @@ from real_machine import figures
 from ramsight import machine
 from ramsight.duty import DriveReport, report, simulate
 from ramsight.duty.work_day import work_day
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
 from ramsight.tracking.judged_errors import Judged, judge
@@ -42,11 +42,11 @@ def runs(days: int) -> int:
 
 def drawn(unit: str, seed: int) -> HydraulicUnit:
     """A machine of those in service: each value that has a spread drawn from it."""
-    service = machine.load(SERVICE)
+    service = machine.load_machine(SERVICE)
     begins, random = f"units.{unit}.", np.random.default_rng(seed)
     spreads = {p.removeprefix(begins): s for p, s in service.tolerances.items() if p.startswith(begins)}
     values = {path: float(random.uniform(*spread.ends)) for path, spread in sorted(spreads.items())}
-    return build_unit(unit, service.unit(unit).replace(values))
+    return build(service.unit(unit).replace(values), unit)
 
 
 def day(unit: str, kind: str, seed: int, *, duration: float = _DAY) -> Judged:

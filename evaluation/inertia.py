@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import work_days
 
-from ramsight.output import atomic_path
+from ramsight.output import write_text
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
@@ -129,6 +129,5 @@ if __name__ == "__main__":
     parser.add_argument("--days", type=int, default=220)
     asked = parser.parse_args()
     result = measure(asked.days)
-    with atomic_path(asked.out) as draft:
-        draft.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    write_text(json.dumps(result, indent=1) + "\n", asked.out)
     print("\n".join([*table(result), sentence(result)]))

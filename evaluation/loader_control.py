@@ -34,7 +34,7 @@ TARGETS = 30
 _INSIDE = (0.08, 0.92)  # shares of the strokes
 _HOLDABLE = 0.8  # share of the load at relief pressure that targets may ask for
 KNOWN = Assumptions(machine=AssumedMachine(leak=0.03))
-"""Of a machine whose leakage was measured, by `leaktest` or `identify`, and found to be its data sheet's."""
+"""Of a machine whose leakage was measured, by `leak-test` or `identify`, and found to be its data sheet's."""
 DEVIATIONS = tuple(product((0.8, 1.2), (-3.0, 3.0)))  # leakage over the data sheet's, thermometers' error [K]
 
 
@@ -339,7 +339,7 @@ def study(advance: Callable[[float], object] = lambda _: None, seeds: int = SHEE
         advance: called with 1 after each of `runs(seeds)` runs.
         seeds: how many machines that are their data sheets.
     """
-    sheet = build_linked(machine.load("mining-loader"))
+    sheet = build_linked(machine.load_machine("mining-loader"))
     found: dict[str, object] = {}
     for feedback in Feedback:
         passed: list[Arrival] = []

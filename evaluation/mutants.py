@@ -23,7 +23,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from ramsight.output import atomic_path
+from ramsight.output import write_text
 
 ROOT = Path(__file__).parent.parent
 TABLE = Path(__file__).with_suffix(".toml")
@@ -140,8 +140,7 @@ def main() -> None:
     survivors = [row for row in rows if row["outcome"] == "survived"]
     print(f"{len(rows) - len(survivors)} killed, {len(survivors)} survived")
     if asked.out is not None:
-        with atomic_path(asked.out) as draft:
-            draft.write_text(json.dumps({"mutants": rows}, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        write_text(json.dumps({"mutants": rows}, indent=1, ensure_ascii=False) + "\n", asked.out)
     if any(not row.get("reason") for row in survivors):
         raise SystemExit("a mutant survived without a reason")
 

@@ -11,9 +11,11 @@ from typing import Any
 
 import after_faults
 import bounds
+import commissioned
 import drive_control
 import effects
 import in_service
+import leak_learning
 import loader_control
 import loop_response
 import named_faults
@@ -26,7 +28,7 @@ import unit_control
 from ramsight.closed_loop import thresholds as loop_thresholds
 from ramsight.constant import constant_table
 from ramsight.control import thresholds as control_thresholds
-from ramsight.output import atomic_path
+from ramsight.output import write_text
 from ramsight.sensor import thresholds as sensor_thresholds
 from ramsight.sensor.detectors import detector_table
 from ramsight.sensor.redundancy import redundancy_table
@@ -38,6 +40,7 @@ PAGE, CONTROL_PAGE, PLANT_PAGE, VALIDATION_PAGE, INTEGRITY_PAGE, SAFETY_PAGE, LO
     ROOT / "docs" / f"{name}.md"
     for name in ("kalman", "control", "plant", "validation", "integrity", "safety", "loader", "identify")
 )
+COMMISSIONING_PAGE = ROOT / "docs" / "commissioning.md"
 THRESHOLDS_PAGE = ROOT / "docs" / "thresholds.md"
 THRESHOLDS = {
     "sensor_thresholds": sensor_thresholds,
@@ -176,6 +179,7 @@ TABLES: dict[str, Callable[[Any], list[str]]] = {
     "recorded": recorded,
     "starts": starts,
     "structure": structure,
+    "leak_learning": leak_learning.table,
     "work_days": work_days,
     "sensitivity": sensitivity,
     "faults": faults,
@@ -210,8 +214,7 @@ def put(page: Path, tables: dict[str, list[str]]) -> None:
     for name, rows in tables.items():
         marked = re.compile(rf"(<!-- {name} -->\n).*?(<!-- end of {name} -->)", flags=re.DOTALL)
         text = marked.sub(lambda match, rows=rows: f"{match[1]}\n" + "\n".join(rows) + f"\n\n{match[2]}", text)
-    with atomic_path(page) as draft:
-        draft.write_text(text)
+    write_text(text, page)
 
 
 def main() -> None:
@@ -222,6 +225,7 @@ def main() -> None:
     put(VALIDATION_PAGE, real | {"in_service": in_service.table(found["in_service"])})
     identify = {"identify": identified(found["identify"]), "tuned_sensor": tuned_sensor.table(found["tuned_sensor"])}
     put(IDENTIFY_PAGE, identify)
+    put(COMMISSIONING_PAGE, {"commissioned": commissioned.table(found["commissioned"])})
     put(PLANT_PAGE, {"effects": effects.table(found["effects"])})
     integrity = {"by_signals": by_signals(found["faults"]), "bounds": bounds.table(found["bounds"])}
     integrity |= {"noticed": noticed(found["faults"]), "beyond_bound": beyond_bound(found["faults"])}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 from pathlib import Path
 
-from ramsight.output import atomic_path
+from ramsight.output import write_text
 from ramsight.reproduction import Chapter, Study, reproduce
 from ramsight.reproduction.coverage import coverage_rows
 from ramsight.reproduction.figure_style import draw
@@ -70,11 +70,12 @@ all) and one `.npy` file per array. In Python:
 
 ```python
 from ramsight import machine
-from ramsight.calibration import calibrated, load, save
+from ramsight.calibration.cached import calibrated
+from ramsight.calibration.sensor_file import load, save
 from ramsight.plant.ddh import build_ddh
 from ramsight.sensor.table import table
 
-boom = build_ddh("boom", machine.load("mining-loader").unit("boom"))
+boom = build_ddh("boom", machine.load_machine("mining-loader").unit("boom"))
 save(calibrated(boom), "boom.sensor")
 sensor = table(load("boom.sensor"))
 sensor.start(0.1)
@@ -122,8 +123,7 @@ def main() -> None:
         if picture.name in SHOWN:
             draw(picture, FIGURES)
             (FIGURES / f"{picture.name}.svg").unlink()
-    with atomic_path(PAGE) as draft:
-        draft.write_text(text(study), encoding="utf-8")
+    write_text(text(study), PAGE)
 
 
 if __name__ == "__main__":

@@ -24,7 +24,7 @@ from ramsight.duty.oil_warming import warmed
 from ramsight.duty.profile import constant
 from ramsight.duty.work_day import work_day
 from ramsight.plant.as_built import AsBuilt
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.heat import HeatStores
 from ramsight.plant.oil import kinematic_viscosity
 from ramsight.plant.unit import HydraulicUnit
@@ -208,12 +208,12 @@ HEATED = tuple("own_heat" if key == "gap_oil" else key for key in TOGETHER)
 
 def unit_with(changes: Mapping[str, Any]) -> HydraulicUnit:
     """The loader's boom with values of its description changed, and as built."""
-    loader = machine.load("mining-loader")
+    loader = machine.load_machine("mining-loader")
     unit = loader.unit(UNIT)
     described = {key: value for key, value in changes.items() if "." in key or key in type(unit).model_fields}
     as_built = {key: value for key, value in changes.items() if key not in described}
     unit = unit.replace(described)
-    return AsBuilt(**as_built).apply(build_unit(UNIT, unit, loader.linkage))
+    return AsBuilt(**as_built).apply(build(unit, UNIT))
 
 
 def _peaked(duty: Duty) -> Duty:

@@ -12,9 +12,9 @@ import numpy as np
 import xarray
 
 from ramsight import machine
-from ramsight.logs import read_drive_log, read_truth
+from ramsight.logs import read_log, read_truth
 from ramsight.machine import walk
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.kalman import kalman
 from ramsight.tracking.judged_errors import Judged, judge
@@ -32,7 +32,7 @@ def logs() -> dict[str, tuple[str, xarray.Dataset, np.ndarray, float]]:
     for folder in (TRACES, TRACES / "person"):
         for case in json.loads((folder / "cases.json").read_text()):
             name = case["name"]
-            log = read_drive_log(folder / f"{name}.csv.gz")
+            log = read_log(folder / f"{name}.csv.gz")
             truth = read_truth(folder / f"{name}_truth.csv.gz")
             position = np.interp(log["time"], truth["time"], truth["position"])
             found[name] = (case["unit"], log, position, float(truth["position"][0]))
@@ -41,8 +41,8 @@ def logs() -> dict[str, tuple[str, xarray.Dataset, np.ndarray, float]]:
 
 def judged(assumptions: Assumptions | None = None, only: tuple[str, ...] = ("",)) -> dict[str, Judged]:
     """Every recorded log judged, with other assumptions perhaps."""
-    loader = machine.load("mining-loader")
-    units = {name: build_unit(name, loader.unit(name)) for name in ("boom", "bucket")}
+    loader = machine.load_machine("mining-loader")
+    units = {name: build(loader.unit(name), name) for name in ("boom", "bucket")}
     sensors = {name: kalman(unit, assumptions) for name, unit in units.items()}
     found = {}
     for name, (unit, log, position, start) in logs().items():

@@ -14,7 +14,7 @@ import sys
 from html import escape
 from pathlib import Path
 
-from ramsight.output import atomic_path
+from ramsight.output import write_text
 
 ROOT = Path(__file__).parent.parent
 SOURCE = ROOT / "src" / "ramsight"
@@ -102,8 +102,7 @@ def drawn(rooms: dict[str, str], found: set[tuple[str, str]]) -> str:
 def main() -> None:
     """Write the drawing."""
     rooms = listed()
-    with atomic_path(Path(sys.argv[1])) as draft:
-        draft.write_text(drawn(rooms, edges(list(rooms))), encoding="utf-8")
+    write_text(drawn(rooms, edges(list(rooms))), Path(sys.argv[1]))
 
 
 if __name__ == "__main__":

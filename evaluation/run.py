@@ -9,14 +9,19 @@ from __future__ import annotations
 import argparse
 import json
 import os
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import after_faults
+import commissioned
 import drive_control
 import effects
 import faults
 import identify_coverage
 import in_service
+import leak_learning
 import loader_control
 import loop_response
 import named_faults
@@ -32,32 +37,111 @@ import undisturbed
 import unit_control
 import work_days
 
-from ramsight.output import atomic_path
+from ramsight.output import write_text
 from ramsight.progress import progress
 
-STUDIES = (
-    "recorded",
-    "starts",
-    "sensitivity",
-    "structure",
-    "real_oil",
-    "identify",
-    "tuned_sensor",
-    "work_days",
-    "faults",
-    "after_faults",
-    "named_faults",
-    "undisturbed",
-    "second_channel",
-    "loader_control",
-    "unit_control",
-    "drive_control",
-    "loop_response",
-    "real_machine",
-    "in_service",
-    "quadrants",
-    "effects",
-)
+_OIL = "uci_hydraulic"  # folder of the real-oil study's data
+Advance = Callable[[int], object]
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study that is run.
+
+    Attributes:
+        what: it does, in words beside a bar.
+        steps: how many it has, by what was asked for.
+        run: it; is passed what was asked for, and what is called with 1 after each step.
+    """
+
+    what: str
+    steps: Callable[[argparse.Namespace], int]
+    run: Callable[[argparse.Namespace, Advance], Any]
+
+
+STUDIES = {
+    "recorded": Study("recorded logs", lambda given: 1, lambda given, advance: recorded.study(advance)),
+    "starts": Study("starts", lambda given: len(starts.names()), lambda given, advance: starts.study(advance)),
+    "sensitivity": Study(
+        "assumptions varied",
+        lambda given: 1 + len(recorded.variants()),
+        lambda given, advance: recorded.sensitivity(advance),
+    ),
+    "structure": Study(
+        "machines drawn",
+        lambda given: given.machines * len(structure.CIRCUITS) * len(structure.LAWS),
+        lambda given, advance: structure.study(given.machines, advance),
+    ),
+    "real_oil": Study("real oil", lambda given: 1, lambda given, advance: real_oil.study(given.data / _OIL)),
+    "identify": Study(
+        "identifying",
+        lambda given: given.seeds * len(identify_coverage.UNITS),
+        lambda given, advance: identify_coverage.coverage(given.seeds, advance),
+    ),
+    "tuned_sensor": Study(
+        "days of tuned sensors",
+        lambda given: tuned_sensor.runs(given.machines),
+        lambda given, advance: tuned_sensor.study(given.machines, advance),
+    ),
+    "commissioned": Study(
+        "machines commissioned", lambda given: commissioned.runs(), lambda given, advance: commissioned.study(advance)
+    ),
+    "leak_learning": Study(
+        "leakages learned", lambda given: leak_learning.runs(), lambda given, advance: leak_learning.study(advance)
+    ),
+    "work_days": Study(
+        "work days", lambda given: 2 * given.days, lambda given, advance: work_days.study(given.days, advance)
+    ),
+    "faults": Study("faults", lambda given: given.seeds, lambda given, advance: faults.study(given.seeds, advance)),
+    "after_faults": Study(
+        "after faults",
+        lambda given: given.seeds * len(after_faults.SIGNALS),
+        lambda given, advance: after_faults.study(given.seeds, advance),
+    ),
+    "named_faults": Study(
+        "naming faults", lambda given: given.seeds, lambda given, advance: named_faults.study(given.seeds, advance)
+    ),
+    "undisturbed": Study(
+        "days without a fault",
+        lambda given: 2 * given.days,
+        lambda given, advance: undisturbed.study(given.days, advance),
+    ),
+    "second_channel": Study(
+        "a second channel", lambda given: given.seeds, lambda given, advance: second_channel.study(given.seeds, advance)
+    ),
+    "loader_control": Study(
+        "driving the loader", lambda given: loader_control.runs(), lambda given, advance: loader_control.study(advance)
+    ),
+    "unit_control": Study(
+        "driving every circuit", lambda given: unit_control.runs(), lambda given, advance: unit_control.study(advance)
+    ),
+    "drive_control": Study(
+        "driving with every drive",
+        lambda given: drive_control.runs(),
+        lambda given, advance: drive_control.study(advance),
+    ),
+    "loop_response": Study(
+        "the loop's response", lambda given: loop_response.runs(), lambda given, advance: loop_response.study(advance)
+    ),
+    "real_machine": Study(
+        "days of real machines",
+        lambda given: real_machine.runs(real_machine.DAYS),
+        lambda given, advance: real_machine.study(real_machine.DAYS, advance),
+    ),
+    "in_service": Study(
+        "days of loaders in service",
+        lambda given: in_service.runs(in_service.DAYS),
+        lambda given, advance: in_service.study(in_service.DAYS, advance),
+    ),
+    "quadrants": Study(
+        "moves in four quadrants", lambda given: quadrants.runs(), lambda given, advance: quadrants.study(advance)
+    ),
+    "effects": Study(
+        "effects of a real machine",
+        lambda given: len(effects.EFFECTS),
+        lambda given, advance: effects.study(advance),
+    ),
+}
 
 
 def main() -> None:
@@ -68,77 +152,21 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=40)
     parser.add_argument("--days", type=int, default=500, help="work days of each unit")
     parser.add_argument("--machines", type=int, default=10, help="machines of each circuit and law")
-    parser.add_argument("--only", choices=STUDIES, nargs="*", default=STUDIES, help="leave the others as they are")
+    parser.add_argument(
+        "--only", choices=STUDIES, nargs="*", default=list(STUDIES), help="leave the others as they are"
+    )
     given = parser.parse_args()
-    data = given.data or Path(os.environ.get("RAMSIGHT_DATA", Path(__file__).parents[2] / "shared" / "data"))
+    given.data = given.data or Path(os.environ.get("RAMSIGHT_DATA", Path(__file__).parents[2] / "shared" / "data"))
     found = json.loads(given.out.read_text()) if given.out.exists() else {}
-    if "recorded" in given.only:
-        with progress(1, "recorded logs") as bar:
-            found["recorded"] = recorded.study(bar.advance)
-    if "starts" in given.only:
-        with progress(len(starts.names()), "starts") as bar:
-            found["starts"] = starts.study(bar.advance)
-    if "sensitivity" in given.only:
-        with progress(1 + len(recorded.variants()), "assumptions varied") as bar:
-            found["sensitivity"] = recorded.sensitivity(bar.advance)
-    if "structure" in given.only:
-        with progress(given.machines * len(structure.CIRCUITS) * len(structure.LAWS), "machines drawn") as bar:
-            found["structure"] = structure.study(given.machines, bar.advance)
-    if "real_oil" in given.only:
-        if (data / "uci_hydraulic" / "FS1.csv.gz").exists():
-            found["real_oil"] = real_oil.study(data / "uci_hydraulic")
-        else:
-            print(f"{data}: no uci_hydraulic here; the real-oil study is left out")
-    if "identify" in given.only:
-        with progress(given.seeds * len(identify_coverage.UNITS), "identifying") as bar:
-            found["identify"] = identify_coverage.coverage(given.seeds, bar.advance)
-    if "tuned_sensor" in given.only:
-        with progress(tuned_sensor.runs(given.machines), "days of tuned sensors") as bar:
-            found["tuned_sensor"] = tuned_sensor.study(given.machines, bar.advance)
-    if "work_days" in given.only:
-        with progress(2 * given.days, "work days") as bar:
-            found["work_days"] = work_days.study(given.days, bar.advance)
-    if "faults" in given.only:
-        with progress(given.seeds, "faults") as bar:
-            found["faults"] = faults.study(given.seeds, bar.advance)
-    if "after_faults" in given.only:
-        with progress(given.seeds * len(after_faults.SIGNALS), "after faults") as bar:
-            found["after_faults"] = after_faults.study(given.seeds, bar.advance)
-    if "named_faults" in given.only:
-        with progress(given.seeds, "naming faults") as bar:
-            found["named_faults"] = named_faults.study(given.seeds, bar.advance)
-    if "undisturbed" in given.only:
-        with progress(2 * given.days, "days without a fault") as bar:
-            found["undisturbed"] = undisturbed.study(given.days, bar.advance)
-    if "second_channel" in given.only:
-        with progress(given.seeds, "a second channel") as bar:
-            found["second_channel"] = second_channel.study(given.seeds, bar.advance)
-    if "loader_control" in given.only:
-        with progress(loader_control.runs(), "driving the loader") as bar:
-            found["loader_control"] = loader_control.study(bar.advance)
-    if "unit_control" in given.only:
-        with progress(unit_control.runs(), "driving every circuit") as bar:
-            found["unit_control"] = unit_control.study(bar.advance)
-    if "drive_control" in given.only:
-        with progress(drive_control.runs(), "driving with every drive") as bar:
-            found["drive_control"] = drive_control.study(bar.advance)
-    if "loop_response" in given.only:
-        with progress(loop_response.runs(), "the loop's response") as bar:
-            found["loop_response"] = loop_response.study(bar.advance)
-    if "real_machine" in given.only:
-        with progress(real_machine.runs(real_machine.DAYS), "days of real machines") as bar:
-            found["real_machine"] = real_machine.study(real_machine.DAYS, bar.advance)
-    if "in_service" in given.only:
-        with progress(in_service.runs(in_service.DAYS), "days of loaders in service") as bar:
-            found["in_service"] = in_service.study(in_service.DAYS, bar.advance)
-    if "quadrants" in given.only:
-        with progress(quadrants.runs(), "moves in four quadrants") as bar:
-            found["quadrants"] = quadrants.study(bar.advance)
-    if "effects" in given.only:
-        with progress(len(effects.EFFECTS), "effects of a real machine") as bar:
-            found["effects"] = effects.study(bar.advance)
-    with atomic_path(given.out) as draft:
-        draft.write_text(json.dumps(found, indent=2) + "\n")
+    for name, study in STUDIES.items():
+        if name not in given.only:
+            continue
+        if name == "real_oil" and not (given.data / _OIL / "FS1.csv.gz").exists():
+            print(f"{given.data}: no {_OIL} here; the real-oil study is left out")
+            continue
+        with progress(study.steps(given), study.what) as bar:
+            found[name] = study.run(given, bar.advance)
+    write_text(json.dumps(found, indent=2) + "\n", given.out)
     print(json.dumps(found, indent=2))
 
 

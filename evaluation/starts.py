@@ -10,8 +10,8 @@ import numpy as np
 from recorded import TRACES
 
 from ramsight import machine
-from ramsight.logs import read_drive_log, read_truth
-from ramsight.plant.build import build_unit
+from ramsight.logs import read_log, read_truth
+from ramsight.plant.build import build
 from ramsight.sensor.kalman import kalman
 from ramsight.tracking.judged_errors import judge
 
@@ -27,13 +27,13 @@ def names() -> list[str]:
 
 def study(advance: Callable[[int], object]) -> dict[str, dict[str, dict[str, Any]]]:
     """The figures of each log and start."""
-    loader = machine.load("mining-loader")
-    units = {name: build_unit(name, loader.unit(name)) for name in ("boom", "bucket")}
+    loader = machine.load_machine("mining-loader")
+    units = {name: build(loader.unit(name), name) for name in ("boom", "bucket")}
     sensors = {name: kalman(unit) for name, unit in units.items()}
     found: dict[str, dict[str, dict[str, Any]]] = {}
     for name in names():
         unit = name.partition("_")[0]
-        log, truth = read_drive_log(FOLDER / f"{name}.csv.gz"), read_truth(FOLDER / f"{name}_truth.csv.gz")
+        log, truth = read_log(FOLDER / f"{name}.csv.gz"), read_truth(FOLDER / f"{name}_truth.csv.gz")
         position = np.interp(log["time"], truth["time"], truth["position"])
         stroke = float(units[unit].cylinder.stroke)
         found[name] = {}

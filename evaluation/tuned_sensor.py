@@ -13,11 +13,13 @@ import numpy as np
 import xarray
 from identify_coverage import UNITS, deviating, drawn, machine_of, unit_of, worked
 
-from ramsight.calibration.identify_tuned import tuned
+from ramsight.calibration.identify import AS_DESCRIBED
+from ramsight.calibration.knowledge import of_identification
+from ramsight.calibration.tuned import tuned
 from ramsight.duty import Duty, report, simulate
 from ramsight.duty.drive_report import declared_report
 from ramsight.duty.work_day import work_day
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
@@ -27,7 +29,6 @@ KINDS = ("as described", "drawn")
 _FIRST_SEED = 2000  # others than those of the coverage
 _LOADS = (0.15, 0.6)  # share of the load at relief pressure
 _DAY = 240.0  # s
-_AS_DESCRIBED = {"leak": 1.0, "orifice": 0.0, "displacement": 1.0, "stiffness": 1.0, "friction": 1.0}
 _ALIKE = 0.5e-3  # m; what chance moves the error of a day by
 
 
@@ -54,12 +55,14 @@ def error(unit: HydraulicUnit, duty: Duty, run: xarray.Dataset, log: xarray.Data
 
 def one(name: str, kind: str, seed: int) -> dict[str, float]:
     """A machine's errors on its day by the data sheet's sensor and by the tuned one [m], and its stiffness."""
-    true = _AS_DESCRIBED if kind == "as described" else drawn(seed)
+    true = AS_DESCRIBED if kind == "as described" else drawn(seed)
     sheet: Any = unit_of(name)
     made = deviating(sheet, true)
     found = worked(sheet, made, seed, leak_factor=true["leak"] + true["orifice"])
     unit = UNITS[name][1]
-    better = build_unit(unit, tuned(machine_of(name), unit, found, "log", "position").machine.unit(unit))
+    described = machine_of(name)
+    known = of_identification(found, described.unit(unit))
+    better = build(tuned(described, unit, known, "the study").machine.unit(unit), unit)
     work = day(sheet, made, seed)
     return {"untuned": error(sheet, *work), "tuned": error(better, *work)}
 

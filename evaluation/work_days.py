@@ -46,7 +46,7 @@ class Day:
 
 def data_sheets() -> dict[str, DdhUnit]:
     """The loader's units."""
-    loader = machine.load("mining-loader")
+    loader = machine.load_machine("mining-loader")
     return {name: build_ddh(name, loader.unit(name)) for name in LOADS}
 
 

@@ -1,8 +1,8 @@
 """The sensor as C
 ===============
 
-A microcontroller has no Python. The sensor's step is exported as C99 that needs nothing but libm: two files that go
-into a firmware's build. Here a loop as such a firmware has it is compiled with gcc, fed with a drive's log and held
+A microcontroller has no Python. The sensor's step is exported as C99 that needs nothing but libm: some files that
+go into a firmware's build. Here a loop as such a firmware has it is compiled with gcc, fed with a drive's log and held
 against Python. What the same files take of a Cortex-M stands in the documentation of the export.
 """
 
@@ -52,7 +52,7 @@ with tempfile.TemporaryDirectory() as name:
     folder = Path(name) / "boom-c"
     ramsight.export_c("mining-loader", "boom", out=folder, single=True, compiler="")
     (folder / "main.c").write_text(FIRMWARE, encoding="utf-8")
-    sources = ["main.c", "ramsight_boom.c"]
+    sources = ["main.c", "ramsight_boom.c", *sorted(file.name for file in folder.glob("ramsight_boom_step_*.c"))]
     command = ["gcc", "-std=c99", "-Os", "-Wall", "-Werror", *sources, "-o", "firmware", "-lm"]
     subprocess.run(command, cwd=folder, check=True)
     size = subprocess.run(["size", "firmware"], cwd=folder, check=True, capture_output=True, text=True)

@@ -13,12 +13,12 @@ from ramsight.closed_loop.loop_settings import LoopSettings
 from ramsight.closed_loop.unit_loop import UnitLoop
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.plant.as_built import AsBuilt
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 
 # %%
 # The press as its data sheet has it is all that sensor and control know. The one that runs leaks 15 % more, and its
 # drive is late: 40 ms until it follows, 20 ms until it reports.
-sheet = build_unit("ram", machine.load("press").unit("ram"))
+sheet = build(machine.load_machine("press").unit("ram"), "ram")
 real = AsBuilt(leak=1.15, friction=1.2).apply(sheet)
 drive = DriveResponse(command_delay=0.04, report_delay=0.02)
 loop = UnitLoop(real, sheet, start_position=0.03, load=100e3, setting=LoopSettings(drive=drive))

@@ -15,7 +15,7 @@ from ramsight.duty.faults import Fault, inject
 
 # %%
 # Two descriptions of the same boom. The second one declares the counter (6064h of a drive), and how exact it is.
-plain = machine.load("mining-loader").unit("boom")
+plain = machine.load_machine("mining-loader").unit("boom")
 with_counter = plain.replace({"assumptions.shaft.std": "0.05 deg"})
 units = {"plain": ramsight.build(plain, "boom"), "with counter": ramsight.build(with_counter, "boom")}
 

@@ -13,7 +13,7 @@ from ramsight import casadi_model, machine
 
 SPEED, LOAD, STEP, SPAN = 100.0, 10e3, 2.0, 0.1  # rad/s, N, rad/s, s
 
-plant = casadi_model(machine.load("eha-test-bench").unit("axis"))
+plant = casadi_model(machine.load_machine("eha-test-bench").unit("axis"))
 x, u = ca.SX.sym("x", len(plant.states)), ca.SX.sym("u", len(plant.inputs))
 rate = plant(x=x, u=u, slope=0, p=plant.p0)["dx"]
 jacobians = ca.Function("jacobians", [x, u], [ca.jacobian(rate, x), ca.jacobian(rate, u)])

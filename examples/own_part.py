@@ -12,7 +12,7 @@ import matplotlib.pyplot as plt
 
 from ramsight import machine
 from ramsight.duty import lift_lower, simulate
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.circuit import TANK, Circuit
 
 
@@ -35,7 +35,7 @@ class Throttle:
 # %%
 # The boom of a loader, sound and scratched. The new part is compiled into the equations like any other, and the
 # audit of energy closes with it: what the throttle turns into heat is counted under its name.
-boom = build_unit("boom", machine.load("mining-loader").unit("boom"))
+boom = build(machine.load_machine("mining-loader").unit("boom"), "boom")
 leaking = replace(boom, extra=(Throttle("scratch", "chamber_a", 1e-12),))
 duty = lift_lower(boom, load=300e3, oil_temperature=313.15)
 sound, scratched = simulate(boom, duty), simulate(leaking, duty)

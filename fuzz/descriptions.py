@@ -34,13 +34,13 @@ _LINES = ["[units.boom]", "circuit = 'eha-double-rod'", "name = 7", "[[units]]",
 
 
 def _prepare(folder: Path) -> list[str]:
-    from ramsight.machine import catalogue, load, template
+    from ramsight.machine import catalogue, load_machine, template
 
     names = [name for name in ("mining-loader", "forklift-mast", "press") if name in str(catalogue.__dict__) or True]
     texts = []
     for name in names:
         try:
-            texts.append(template(load(name), name="mine"))
+            texts.append(template(load_machine(name), name="mine"))
         except Exception:  # not every version has them all
             continue
     return texts
@@ -73,14 +73,14 @@ def _damaged(text: str, rng: Rng) -> bytes:
 
 def _check(texts: list[str], rng: Rng, folder: Path) -> tuple[str, str]:
     from ramsight.errors import RamsightError
-    from ramsight.machine import load
+    from ramsight.machine import load_machine
     from ramsight.plant.ddh import build_ddh
     from ramsight.plant.machine_tables import machine_summary
 
     path = folder / "mine.toml"
     path.write_bytes(_damaged(texts[int(rng.integers(len(texts)))], rng))
     try:
-        described = load(str(path))
+        described = load_machine(str(path))
         machine_summary(described, None)
         for name in described.units:
             if described.unit(name).circuit != "ddh":
@@ -120,7 +120,7 @@ def _repeated(rng: Rng, text: str) -> str:
 def _hostile(texts: list[str], rng: Rng, folder: Path) -> tuple[str, str]:
     """Refused in one line, or read, within two seconds and 300 MiB whatever it holds."""
     from ramsight.errors import MISTAKES, RamsightError
-    from ramsight.machine import load
+    from ramsight.machine import load_machine
 
     text = texts[int(rng.integers(len(texts)))] if rng.random() < 0.7 else "format = 1\n"
     for _ in range(int(rng.integers(1, 3))):
@@ -129,7 +129,7 @@ def _hostile(texts: list[str], rng: Rng, folder: Path) -> tuple[str, str]:
     path.write_text(text, encoding="utf-8")
     begin, outcome, said = time.process_time(), READ, [""]
     try:
-        load(str(path))
+        load_machine(str(path))
     except RamsightError as error:
         outcome, said = REFUSED, [str(one) for one in (error, *error.others)]
     lasted, most = time.process_time() - begin, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss >> 10

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 PATIENCE = 20.0
-"""Seconds after which a case hangs."""
+"""Seconds after which a case hangs, if its section says nothing else."""
 
 MEMORY = 4 << 30
 """Bytes of address space that a case may add."""
@@ -43,12 +43,14 @@ class Section:
         prepare: what all cases share, made in the process that tries them.
         check: tries one: what was prepared, its random numbers and a folder; says the outcome and what to tell of it.
             A case that tries many things, one after the other, says how many had which outcome.
+        patience: seconds after which a case hangs.
     """
 
     name: str
     cases: int
     prepare: Callable[[Path], Any]
     check: Check
+    patience: float = PATIENCE
 
 
 @dataclass
@@ -95,10 +97,10 @@ def _watch(section: Section, worker: Any, ours: Any, tally: Tally, done: int, ca
     is_ready = False
     while done < cases:
         try:
-            if not ours.poll(PATIENCE if is_ready else 600.0):
+            if not ours.poll(section.patience if is_ready else 600.0):
                 worker.kill()
                 worker.join()
-                tally.add(done, HUNG, f"no answer within {PATIENCE:g} s", PATIENCE)
+                tally.add(done, HUNG, f"no answer within {section.patience:g} s", section.patience)
                 return done + 1
             report = ours.recv()
         except EOFError:

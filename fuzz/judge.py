@@ -25,13 +25,13 @@ class Judge:
 
     def __init__(self, trace: Path = TRACE) -> None:
         from ramsight.calibration.sensors import sensor_for
-        from ramsight.logs import read_drive_log, read_truth
-        from ramsight.machine import load
+        from ramsight.logs import read_log, read_truth
+        from ramsight.machine import load_machine
         from ramsight.plant.ddh import build_ddh
 
-        self.unit = build_ddh("boom", load("mining-loader").unit("boom"))
+        self.unit = build_ddh("boom", load_machine("mining-loader").unit("boom"))
         self.sensor = sensor_for(self.unit, "kalman")
-        self.log = read_drive_log(f"{trace}.csv.gz")
+        self.log = read_log(f"{trace}.csv.gz")
         columns = [self.log[name].values for name in ("time", "motor_speed", "motor_torque", "oil_temperature")]
         self._rows = np.column_stack([*columns, np.zeros((len(columns[0]), 2))])  # no sample is a reference
         truth = read_truth(f"{trace}_truth.csv.gz")

@@ -37,12 +37,14 @@ class Prepared:
     first_time: float | None = None
 
 
-def _tables(name: str) -> Callable[[Path], Prepared]:
+def tables(name: str) -> Callable[[Path], Prepared]:
+    """Prepares a log as a table of some format."""
+
     def prepare(folder: Path) -> Prepared:
-        from ramsight.logs import write_drive_log
+        from ramsight.logs import write_log
 
         judge = Judge()
-        write_drive_log(judge.log, folder / name)
+        write_log(judge.log, folder / name)
         contents = [(folder / name).read_bytes()]
         if name.endswith(".mf4"):
             from asammdf import MDF
@@ -166,11 +168,11 @@ def _begun(path: Path, prepared: Prepared) -> float:
 
 
 SECTIONS = [
-    Section("log CSV", CASES, _tables("log.csv"), check),
-    Section("log CSV.gz", CASES, _tables("log.csv.gz"), check),
-    Section("log Parquet", CASES, _tables("log.parquet"), check),
-    Section("log MF4", CASES, _tables("log.mf4"), check),
-    Section("log MCAP", CASES, _tables("log.mcap"), check),
+    Section("log CSV", CASES, tables("log.csv"), check),
+    Section("log CSV.gz", CASES, tables("log.csv.gz"), check),
+    Section("log Parquet", CASES, tables("log.parquet"), check),
+    Section("log MF4", CASES, tables("log.mf4"), check),
+    Section("log MCAP", CASES, tables("log.mcap"), check),
     Section("log BLF", CASES, frames("log.blf", compression_level=0), check),
     Section("log ASC", CASES, frames("log.asc"), check),
     Section("log candump", CASES, frames("log.log"), check),

@@ -86,18 +86,18 @@ def _checked(use: Callable[[Path], Any], name: str) -> Callable[[Any, Rng, Path]
 
 
 def _read_frames(folder: Path) -> None:
-    from ramsight.logs import read_drive_log
+    from ramsight.logs import read_log
     from ramsight.logs.inspect import inspect_log
     from ramsight.logs.proposal import map_text
 
-    read_drive_log(folder / "log.blf", folder / "map.toml")
+    read_log(folder / "log.blf", folder / "map.toml")
     map_text(inspect_log(folder / "log.blf", folder / "map.toml"))
 
 
 def _read_mapped(folder: Path) -> None:
-    from ramsight.logs import read_drive_log
+    from ramsight.logs import read_log
 
-    read_drive_log(folder / "log.csv", folder / "map.toml")
+    read_log(folder / "log.csv", folder / "map.toml")
 
 
 def _read_truth(folder: Path) -> None:

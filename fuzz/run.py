@@ -25,6 +25,13 @@ MODULES = [
     "exported",
     "encoder",
     "second_node",
+    "stale",
+    "growing",
+    "long_day",
+    "network",
+    "restarts",
+    "studio",
+    "covariance",
 ]
 """Modules with sections; a new one is named here."""
 

@@ -2,6 +2,7 @@
 
 import gc
 import json
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +12,10 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from .made_once import share
+
+# Optimizing machine code takes three quarters of making it, and most of it runs for less long than that; commands that
+# tests start have this too. `test_optimized.py` compares with what users have.
+os.environ["RAMSIGHT_OPTIMIZE"] = "no"
 
 share()  # before any other module takes the functions that make them
 

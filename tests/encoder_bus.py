@@ -25,7 +25,7 @@ PE, WATCHDOG, NOT_REFERENCED, DUE, COLD = 1, 1 << 2, 1 << 5, 1 << 12, 1 << 14
 
 @cache
 def boom() -> DdhUnit:
-    return build_ddh("boom", machine.load("mining-loader").unit("boom"))
+    return build_ddh("boom", machine.load_machine("mining-loader").unit("boom"))
 
 
 def usual_map() -> ChannelMap:

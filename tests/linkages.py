@@ -107,8 +107,8 @@ def described(text: str) -> Linkage:
 
 
 DESCRIPTIONS = {
-    "loader": machine.load("mining-loader").linkage,
-    "forklift": machine.load("forklift-mast").linkage,
+    "loader": machine.load_machine("mining-loader").linkage,
+    "forklift": machine.load_machine("forklift-mast").linkage,
     "excavator": described(EXCAVATOR),
     "crane": described(CRANE),
 }

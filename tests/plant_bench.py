@@ -13,7 +13,7 @@ import numpy as np
 import ramsight.plant
 from ramsight import machine
 from ramsight.plant.accumulator import Accumulator
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.circuit import TANK, join
 from ramsight.plant.cylinder import Cylinder
 from ramsight.plant.directional import DirectionalValve
@@ -129,17 +129,17 @@ PARTS = {
     "servo drive": ServoDrive("drive", 0.008, 0.8, 16.0, 90.0),
 }
 UNITS = {
-    f"{name} {unit}": build_unit(unit, described)
+    f"{name} {unit}": build(described, unit)
     for name in ("mining-loader", "eha-test-bench", "eha-single-rod", "press", "forklift-mast")
-    for unit, described in machine.load(name).units.items()
+    for unit, described in machine.load_machine(name).units.items()
 }
 #: whole circuits, with all options of the oil, obey the same balances
 WHOLE = {
     **UNITS,
     # A motor that turns one way and a load that only resists: what other tests ask of units does not hold for it.
     # And a pump that goes to its margin by itself as long as it turns.
-    "loader-valve-controlled boom": build_unit("boom", machine.load("loader-valve-controlled").unit("boom")),
-    "eha-valve-rig axis": build_unit("axis", machine.load("eha-valve-rig").unit("axis")),
+    "loader-valve-controlled boom": build(machine.load_machine("loader-valve-controlled").unit("boom"), "boom"),
+    "eha-valve-rig axis": build(machine.load_machine("eha-valve-rig").unit("axis"), "axis"),
     "loader with every option of the oil": replace(UNITS["mining-loader boom"], oil=FULL_OIL),
     "loader with every option of the oil, compressed in its pumps": replace(
         UNITS["mining-loader boom"].mapped(

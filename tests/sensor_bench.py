@@ -189,7 +189,7 @@ def load_observer(unit, factors=None, *, watches=False, assumptions=None, std=2e
         release = Release(hold.released, hold.held, hold.shown)
         unheld, load, came = release_load(state.unheld, load, before, release, step.motion.give, model)
         more |= {"found": place.found, "evidence": place.evidence, "place": place.position, "at_top": place.at_top}
-        more |= {name: getattr(hold, name) for name in ("held", "released", "stands", "pushing")}
+        more |= {name: getattr(hold, name) for name in ("held", "released", "stands", "pushing", "went")}
     after = Observed(
         position=position + came, intake=intake, load=load, warming=warming, unheld=unheld, contact=contact_state
     )

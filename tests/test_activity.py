@@ -27,13 +27,13 @@ from ramsight.control.position import PositionControl
 from ramsight.control.thresholds import STOPPING_TIME
 from ramsight.duty.live import Reported
 from ramsight.expression import flag, scalar
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.sensor.status import Status
 from ramsight.sensor.virtual_sensor import Estimate
 
 from .control_bench import number, numbers
 
-BOOM = build_unit("boom", machine.load("mining-loader").unit("boom"))
+BOOM = build(machine.load_machine("mining-loader").unit("boom"), "boom")
 DT, WARM = 0.02, 313.15
 PAGE = Path(__file__).parent.parent / "docs" / "control.md"
 

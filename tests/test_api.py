@@ -1,5 +1,7 @@
 """What `import ramsight` offers: names, quantities with units, tracks with their errors, many runs."""
 
+import inspect
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -47,6 +49,34 @@ def test_dir_shows_the_public_names_and_each_is_there():
         assert name == "__version__" or found.__doc__
     with pytest.raises(AttributeError, match="no attribute 'sensr'"):
         _ = ramsight.sensr
+
+
+def test_the_reference_groups_every_name_once():
+    page = (TRACES.parent.parent / "docs" / "api" / "ramsight.md").read_text(encoding="utf-8")
+    listed = re.findall(r"^- `(\w+)`$", page, flags=re.MULTILINE)
+    assert sorted(listed) == sorted({*ramsight.__all__} - {"__version__"})
+    sections = re.findall(r"^## (\w+)", page, flags=re.MULTILINE)
+    assert sections == ["Describe", "Simulate", "Sense", "Calibrate", "Control", "Deploy", "Study", "What"]
+
+
+def test_no_public_function_takes_what_only_the_command_line_needs():
+    public = [getattr(ramsight, name) for name in ramsight.__all__ if name != "__version__"]
+    public = [one for one in public if not (inspect.isclass(one) and issubclass(one, Exception))]
+    taken = {one.__qualname__: set(inspect.signature(one).parameters) & {"named", "say"} for one in public}
+    assert not any(taken.values())
+
+
+def test_one_thing_has_one_name():
+    from ramsight import logs, machine, plant
+    from ramsight.plant import build as home
+
+    assert ramsight.build is home.build
+    assert ramsight.load_machine is machine.load_machine
+    assert ramsight.read_log is logs.read_log
+    assert ramsight.open_log is logs.open_log
+    assert not hasattr(home, "build_unit")
+    assert not hasattr(machine, "load")
+    assert not hasattr(plant, "build_unit")
 
 
 def test_a_type_checker_sees_the_same_names():
@@ -199,10 +229,126 @@ def test_many_runs_are_the_runs_one_by_one(boom):
     assert runs["position_final"].attrs["units"] == "m"
 
 
+@pytest.fixture(scope="module")
+def sweep(boom):
+    """Three machines through two duties, one of which goes over the relief valve."""
+    duties = [ramsight.lift_lower(boom, load, start=start) for load, start in (("300 kN", 0.1), ("700 kN", 0.2))]
+    vary = {"leak": [1.0, 1.5, 1.0], "relief": [1.0, 1.0, 0.9], "cylinder.bore": ["127 mm", "127 mm", 0.13]}
+    kept = ["energy", "power", "torque", "pressure", "relief"]
+    runs = ramsight.simulate_many("mining-loader", duties, unit="boom", vary=vary, keep=kept, threads=2)
+    return duties, runs
+
+
+def test_figures_of_many_runs_are_those_of_the_runs_one_by_one(sweep):
+    duties, runs = sweep
+    assert dict(runs.sizes) == {"machine": 3, "duty": 2}
+    described = ramsight.load_machine("mining-loader").unit("boom")
+    for row, factors, bore in ((1, {"leak": 1.5}, 0.127), (2, {"relief": 0.9}, 0.13)):
+        built = ramsight.build(described.replace({"cylinder.bore": bore}), "boom")
+        for column, duty in enumerate(duties):
+            alone = ramsight.simulate(built, duty, as_built=ramsight.AsBuilt(**factors))
+            one = runs.isel(machine=row, duty=column)
+            power = alone["motor_torque"] * alone["motor_speed"]
+            relief = sum(alone.attrs[f"energy.relief_{side}.throttling"] for side in "ab")
+            for name, expected in {
+                "motor_torque_most": alone["motor_torque"].max(), "motor_torque_least": alone["motor_torque"].min(),
+                "motor_power_most": power.max(), "motor_power_least": power.min(),
+                "energy.shaft_given": alone.attrs["energy.shaft_given"],
+                "energy.shaft_taken": alone.attrs["energy.shaft_taken"],
+                "relief_share": relief / alone.attrs["energy.shaft_given"],
+            }.items():  # fmt: skip
+                assert float(one[name]) == pytest.approx(float(expected), rel=1e-3, abs=1e-4), name
+            assert float(one["pressure_most"]) >= float(alone["pressure_a"].max()) * (1.0 - 1e-9)
+    assert (runs["relief_share"].isel(duty=1) > 0.1).all()
+    assert (runs["relief_share"].isel(duty=0) < 1e-3).all()
+
+
+def test_what_was_varied_are_coordinates(sweep):
+    _, runs = sweep
+    assert runs["leak"].values.tolist() == [1.0, 1.5, 1.0]
+    assert runs["cylinder.bore"].values.tolist() == [0.127, 0.127, 0.13]
+    assert runs["cylinder.bore"].attrs["units"] == "m"
+    assert runs["leak"].dims == runs["relief"].dims == ("machine",)
+    assert runs["load"].values.tolist() == [300e3, 700e3]
+    audited = [name for name in runs if str(name).startswith(("energy.", "volume."))]
+    assert audited == ["energy.shaft_given", "energy.shaft_taken"], "integrals of the audit stay inside"
+    figure = ramsight.plot(runs)
+    assert len(figure.axes) == 5 * 5, "five figures over leak, relief, bore, load and start"
+    assert [axes.get_ylabel().split("\n")[0] for axes in figure.axes[::5]] == [
+        "motor torque", "motor power", "energy shaft given", "relief share", "pressure",
+    ]  # fmt: skip
+    (dots,) = figure.axes[7].lines  # power over the bore
+    np.testing.assert_allclose(np.sort(dots.get_ydata()), np.sort(runs["motor_power_most"].values.ravel()) / 1e3)
+    assert set(np.round(dots.get_xdata(), 6)) == {127.0, 130.0}
+    with pytest.raises(ramsight.DescriptionError, match="nothing that differs"):
+        ramsight.plot(runs.isel(machine=[0], duty=[0]))
+
+
+def test_a_coordinate_of_ones_own_is_drawn_as_it_is(sweep):
+    _, runs = sweep
+    figure = ramsight.plot(runs.assign_coords(mine=("machine", [1.0, 2.0, 4.0])))
+    assert "mine\n[1]" in [axes.get_xlabel() for axes in figure.axes]
+
+
+def test_a_data_frame_that_is_no_log_is_called_so_and_not_by_a_file_that_is_gone():
+    pandas = pytest.importorskip("pandas")
+    whole = {"time_s": [0.0], "motor_speed_rpm": [0.0], "motor_torque_nm": [1.0], "oil_temperature_c": [40.0]}
+    frame = pandas.DataFrame(whole)
+    for less, words in (
+        (frame.drop(columns="time_s"), "DataFrame: missing column time_s; found .*; channel_map says which is which$"),
+        (frame.iloc[:0], "^DataFrame: has no samples"),
+    ):
+        with pytest.raises(ramsight.LogError, match=words) as refused:
+            ramsight.read_log(less)
+        assert "parquet" not in str(refused.value)
+        assert refused.value.file == "DataFrame"
+
+
+def test_a_value_of_several_lines_is_one_line_of_an_error(run):
+    with pytest.raises(ramsight.DescriptionError, match="is no log") as refused:
+        ramsight.read_log(run)
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"keep": ["heat"]}, "unknown figure to keep 'heat'.*energy"),
+        ({"vary": {}}, "vary: needs a list of each value"),
+        ({"vary": {"leak": [1.0], "friction": [1.0, 1.1]}}, "equally long"),
+        ({"vary": {"leak": "1.0"}}, "vary: needs a list"),
+        ({"vary": {"leek": [1.0]}}, "unknown value to vary 'leek'; did you mean 'leak'"),
+        ({"vary": {"leak": [-1.0]}}, "leak = '-1': is out of range"),
+        ({"vary": {"cylinder.bore": ["5 kg"]}}, "vary.cylinder.bore = '5 kg'"),
+        ({"vary": {"circuit": ["ddh"]}}, "unknown value to vary 'circuit'"),
+        ({"vary": {"leak": [1.0]}, "machines": ["mining-loader", "mining-loader"]}, "varies one machine"),
+        ({"sample_period": "1 h"}, "sample_period"),
+        ({"vary": {"leak": 1.2}}, "vary: needs a list"),
+        ({"vary": ["leak"]}, "vary: needs a list"),
+        ({"vary": {3: [1.2]}}, "vary: needs a list"),
+        ({"keep": None}, "keep: are no names"),
+        ({"keep": [["power"]]}, "unknown figure to keep"),
+        ({"threads": 0}, "threads = 0: is out of range"),
+        ({"rtol": float("nan")}, "rtol = 'nan': is out of range"),
+    ],
+)
+def test_a_sweep_that_cannot_be_says_why(boom, given, words):
+    machines = given.pop("machines", "mining-loader")
+    with pytest.raises(ramsight.RamsightError, match=words):
+        ramsight.simulate_many(machines, ramsight.lift_lower(boom, "129 kN"), unit="boom", **given)
+
+
+def test_a_built_unit_has_no_description_to_vary(boom):
+    with pytest.raises(ramsight.UnknownNameError, match=r"cylinder\.bore"):
+        ramsight.simulate_many(boom, ramsight.lift_lower(boom, "129 kN"), vary={"cylinder.bore": [0.12]})
+
+
 def test_many_runs_refuse_what_cannot_be_run(boom):
     duty = ramsight.lift_lower(boom, "129 kN")
     with pytest.raises(ramsight.DescriptionError, match="duties: there is none"):
         ramsight.simulate_many(boom, [])
+    with pytest.raises(ramsight.DescriptionError, match="duties: are no duties"):
+        ramsight.simulate_many(boom, None)
     with pytest.raises(ramsight.DescriptionError, match="machines: there is none"):
         ramsight.simulate_many([], [duty])
     with pytest.raises(ramsight.DescriptionError, match="duties = '129 kN'"):

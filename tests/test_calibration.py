@@ -16,7 +16,7 @@ FEW = {"temperatures": np.array([303.15, 313.15]), "loads": 8}
 
 @pytest.fixture(scope="module")
 def units():
-    loader = machine.load("mining-loader")
+    loader = machine.load_machine("mining-loader")
     return {name: build_ddh(name, loader.unit(name)) for name in loader.units}
 
 

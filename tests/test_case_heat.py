@@ -17,7 +17,7 @@ from ramsight.duty.work_day import work_day
 from ramsight.engine.typed_state import column, symbols
 from ramsight.errors import DescriptionError
 from ramsight.plant.balance import balance
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.heat import HeatStores
 from ramsight.plant.symbols import Parameters
 from ramsight.sensor.case_heat import CaseParameters, CaseState, heat_case
@@ -28,9 +28,9 @@ from .plant_bench import UNITS
 
 STORES = HeatStores(case=4200.0, case_to_tank=300.0)
 HEAT = '\n[units.boom.heat]\ncase = "4.2 kJ/K"\ncase_to_tank = "300 W/K"\n\n[units.boom.load]'
-BOOM = machine.load("mining-loader").unit("boom")
-TOLD = build_unit("boom", BOOM.replace({"heat": {"case": 4200.0, "case_to_tank": 300.0}}))
-UNTOLD = build_unit("boom", BOOM)
+BOOM = machine.load_machine("mining-loader").unit("boom")
+TOLD = build(BOOM.replace({"heat": {"case": 4200.0, "case_to_tank": 300.0}}), "boom")
+UNTOLD = build(BOOM, "boom")
 
 
 def stepped(heat, tank, elapsed, *, gap=0.0):

@@ -77,14 +77,14 @@ def test_a_minimal_description_has_one_unit_and_fits_on_a_page(circuit, tmp_path
     done = at_once("new", file, "--circuit", circuit, "--unit", "hoist", "--minimal")
     assert done.returncode == 0, done.stderr
     assert len(file.read_text(encoding="utf-8").splitlines()) < 80
-    written = machine.load(file)
+    written = machine.load_machine(file)
     like, name = example_of(circuit)
     assert list(written.units) == ["hoist"]
     hoist, given = dict(written.unit("hoist")), dict(like.unit(name))  # what a sensor assumes has defaults
     assert {key for key in given if hoist[key] != given[key]} <= {"assumptions"}
     full = tmp_path / "full.toml"
     assert at_once("new", full, "--circuit", circuit).returncode == 0
-    assert machine.load(full).unit(name) == like.unit(name)
+    assert machine.load_machine(full).unit(name) == like.unit(name)
     assert "assumptions" in full.read_text(encoding="utf-8")
     assert "what hoist can have" in at_once("check", file).stdout
 
@@ -111,7 +111,7 @@ def test_what_is_marked_as_yours_is_what_a_description_cannot_do_without(circuit
 def test_all_that_is_wrong_is_said_at_once(tmp_path):
     from ramsight import machine
 
-    text = machine.template(machine.load("mining-loader"))
+    text = machine.template(machine.load_machine("mining-loader"))
     for right, wrong in (
         ("format = 1 ", "# format = 1 "),
         ('bore = "127 mm" ', "# "),

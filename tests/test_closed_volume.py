@@ -1,25 +1,44 @@
 """What stops and starts of the motor against a closed valve tell of leakage and compliance."""
 
+import math
 from pathlib import Path
 
 import casadi as ca
 import numpy as np
 import pytest
+from scipy.stats import t as student
 
 from ramsight import machine
 from ramsight.closed_loop.learned import learned_covariance, learned_factors
 from ramsight.closed_loop.loop_settings import LoopSettings
 from ramsight.closed_loop.unit_loop import UnitLoop
 from ramsight.duty import DriveReport, lift_lower, report, simulate
-from ramsight.logs import read_drive_log
+from ramsight.logs import read_log
 from ramsight.plant.as_built import AsBuilt
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.ddh import build_ddh
 from ramsight.plant.limits import limits_of
-from ramsight.sensor.closed_volume import _INNOVATION, _NAMES, _NUISANCES, _PAIRS, LEARNED, EventState, _event
+from ramsight.sensor.closed_volume import (
+    _INNOVATION,
+    _NAMES,
+    _NUISANCES,
+    _PAIRS,
+    LEARNED,
+    Event,
+    EventState,
+    _event,
+    weight_of,
+)
 from ramsight.sensor.kalman import kalman
+from ramsight.sensor.mode import Mode
 from ramsight.sensor.quantity import Quantity
-from ramsight.sensor.thresholds import EVENT_FRICTION_STD, EVENT_MOVING_STD, EVENT_STANDING_STD
+from ramsight.sensor.thresholds import (
+    EVENT_COUNTS,
+    EVENT_FREEDOM,
+    EVENT_FRICTION_STD,
+    EVENT_MOVING_STD,
+    EVENT_STANDING_STD,
+)
 from ramsight.units import RPM
 
 TRACES = Path(__file__).parent / "traces"
@@ -27,7 +46,7 @@ TRACES = Path(__file__).parent / "traces"
 
 @pytest.fixture(scope="module")
 def unit():
-    return build_ddh("boom", machine.load("mining-loader").unit("boom"))
+    return build_ddh("boom", machine.load_machine("mining-loader").unit("boom"))
 
 
 def summed(rows, innovations):
@@ -91,7 +110,7 @@ def test_a_machine_that_leaks_otherwise_shows_it_without_a_reference(unit, leak)
 def test_a_drive_that_releases_its_torque_is_no_leak(unit, trace, release, most):
     """The reported torque sinks at standstill by a time constant of the drive's own [s]."""
     case = trace("boom_441kN_40C_x20")
-    log = read_drive_log(case.log).copy(deep=True)
+    log = read_log(case.log).copy(deep=True)
     time, torque = log["time"].values, log["motor_torque"].values.copy()
     stands = np.abs(log["motor_speed"].values) < 0.2
     begun = 0.0
@@ -113,7 +132,7 @@ def test_a_valve_that_opens_early_is_no_soft_oil(unit):
     log = TRACES / "person" / "person_boom_datasheet.csv.gz"
     sensor = kalman(unit)
     sensor.start(None)
-    track = sensor.track(read_drive_log(log))
+    track = sensor.track(read_log(log))
     k = int(np.searchsorted(track["time"].values, 30.0))
     assert float(track["leak_factor"][k]) == pytest.approx(1.0, abs=2.0 * float(track["leak_factor_std"][k]))
     assert float(track["compliance_factor"][k]) < 1.15
@@ -122,7 +141,7 @@ def test_a_valve_that_opens_early_is_no_soft_oil(unit):
 @pytest.mark.parametrize("seed", [1, 3])
 def test_a_speed_that_trembles_at_standstill_is_a_standstill(seed):
     """Reports of 1 rpm either way break no stop into moves, whose torque would count as known to 3 %."""
-    lift = build_unit("lift", machine.load("forklift-mast").unit("lift"))
+    lift = build(machine.load_machine("forklift-mast").unit("lift"), "lift")
     noisy = DriveReport(speed_step=RPM, speed_noise=RPM)
     loop = UnitLoop(lift, lift, 0.5, 0.4 * limits_of(lift).load, LoopSettings(known=True, seed=seed, report=noisy))
     for target in (0.9, 0.3, 1.0, 0.4):
@@ -132,3 +151,45 @@ def test_a_speed_that_trembles_at_standstill_is_a_standstill(seed):
     std = float(np.sqrt(learned_covariance(loop.sensors["lift"])[1, 1]))
     assert std < 0.14, "stops taught something"
     assert abs(leak - 1.0) < 1.5 * std
+
+
+def event_of(missing, std=0.05, common=0.0):
+    """An event that is off by so much of what it should be."""
+    return Event(ca.DM(1), ca.DM(common), {}, ca.DM(missing), ca.DM(std**2))
+
+
+@pytest.mark.parametrize("off", [0.0, 0.05, 0.2, 1.0])
+def test_an_event_weighs_hypotheses_by_a_power_of_students_likelihood(off):
+    for known in (0.01, 0.3):
+        scale = np.hypot(0.05, known)
+        expected = student.logpdf(off, EVENT_FREEDOM, scale=scale) - student.logpdf(0.0, EVENT_FREEDOM, scale=1.0)
+        found = float(weight_of(event_of(off), ca.DM(off), ca.DM(known**2)))
+        assert found == pytest.approx(EVENT_COUNTS * expected)
+
+
+def test_one_event_makes_a_sure_leakage_unlikely_and_never_impossible():
+    """Twenty deviations off against an event that another hypothesis expects: odds of some tens to one, no more."""
+    sure, wide = (float(weight_of(event_of(1.0), ca.DM(1.0), ca.DM(known**2))) for known in (0.0, 0.6))
+    assert math.log(3.0) < wide - sure < math.log(100.0)
+
+
+def test_what_all_events_share_refutes_no_hypothesis():
+    apart = float(weight_of(event_of(0.1, std=0.01), ca.DM(0.1), ca.DM(0.0)))
+    shared = float(weight_of(event_of(0.1, std=0.01, common=0.1), ca.DM(0.1), ca.DM(0.0)))
+    assert apart < shared - 1.0
+
+
+def test_stops_and_starts_tell_a_wrong_start_from_a_machine_that_leaks_more():
+    """Entered 30 mm too high, the first contact is explained by leakage, and leakage is what the motor's stops tell."""
+    unit = build_ddh("boom", machine.load_machine("mining-loader").unit("boom"))
+    sensor = kalman(unit, unit.assumptions.replace({"stops.undeclared": 1e-4}))
+    log = read_log(TRACES / "unknown" / "boom_nominal.csv.gz").sel(time=slice(0.0, 268.0))
+    sensor.start(0.13)
+    track = sensor.track(log)
+    held = np.isin(track["mode"].values, (Mode.HELD_RETRACTING, Mode.HELD_EXTENDING))
+    left = int(np.argmax(held)) + int(np.argmin(held[int(np.argmax(held)) :]))
+    after, later = (float(track.wrong_probability.values[k]) for k in (left, -1))
+    assert track.described_probability.values[left] > 0.5
+    assert track.leak_factor.values[left] > 1.15, "the first contact is explained by leakage"
+    assert later > 4.0 * after
+    assert not (track.status.values[: int(np.argmax(held))] == 0).any()

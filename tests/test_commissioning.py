@@ -15,7 +15,7 @@ from ramsight.calibration.identify import FACTORS, Estimate, Identification
 from ramsight.calibration.identify_report import summary
 from ramsight.duty.lift_lower import lift_lower
 from ramsight.errors import LogWarning
-from ramsight.logs import write_drive_log
+from ramsight.logs import write_log
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.mapped import standard_map
 from ramsight.sensor.mode import Mode
@@ -263,7 +263,7 @@ def test_the_worst_finding_is_the_verdict():
 
 def test_the_verb_writes_one_page_to_sign_and_its_exit_code_tells(boom, rehearsed, tmp_path):
     log, _ = rehearsed
-    write_drive_log(log, tmp_path / "log.csv.gz")
+    write_log(log, tmp_path / "log.csv.gz")
     of = ("--unit", "boom", "--out", "report.html")
     done = as_command("commission", "mining-loader", "log.csv.gz", *of, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
@@ -274,7 +274,7 @@ def test_the_verb_writes_one_page_to_sign_and_its_exit_code_tells(boom, rehearse
     assert "url(" not in page
     for words in ("Signature", "motor_speed_rpm", "leak test", "Track"):
         assert words in page
-    write_drive_log(log.assign(motor_torque=-log["motor_torque"]), tmp_path / "log.csv.gz")
+    write_log(log.assign(motor_torque=-log["motor_torque"]), tmp_path / "log.csv.gz")
     refused = at_once("commission", "mining-loader", "log.csv.gz", *of, cwd=tmp_path)
     assert refused.returncode == 1
     assert "boom: not commissioned" in refused.stdout
@@ -283,7 +283,7 @@ def test_the_verb_writes_one_page_to_sign_and_its_exit_code_tells(boom, rehearse
 
 def test_the_page_names_when_by_what_and_of_which_files(boom, rehearsed, tmp_path):
     log, _ = rehearsed
-    write_drive_log(log.assign(motor_torque=(log["motor_torque"] - 0.5) / 0.002 / 80.0), tmp_path / "own.csv")
+    write_log(log.assign(motor_torque=(log["motor_torque"] - 0.5) / 0.002 / 80.0), tmp_path / "own.csv")
     (tmp_path / "map.toml").write_text(
         'time = { channel = "time_s", unit = "s" }\nspeed = { channel = "motor_speed_rpm", unit = "rpm" }\n'
         'torque = { channel = "motor_torque_nm", unit = "permille", rated = "80 N m", scale = 2, offset = 6.25 }\n'
@@ -389,3 +389,33 @@ def test_the_measured_position_that_a_map_names_is_the_truth(boom, rehearsed, tm
     done = ramsight.commission(boom, tmp_path / "own.csv", channel_map=tmp_path / "map.toml")
     assert "truth" in verdicts(done)
     assert done.identification is not None
+
+
+def test_the_machine_as_it_was_found_is_written_and_a_leak_test_writes_its_leakage(rehearsed, tmp_path):
+    write_log(rehearsed[0], tmp_path / "log.csv")
+    of = ("mining-loader", "log.csv", "--unit", "boom")
+    refused = at_once("commission", *of, "--tuned", "boom.json", cwd=tmp_path)
+    assert refused.returncode == 2
+    assert ".toml" in refused.stderr
+    done = at_once("commission", *of, "--tuned", "boom.toml", cwd=tmp_path)
+    assert "boom.toml: written" in done.stdout, done.stderr
+    tested = at_once("leak-test", *of, "--out", "tested.toml", cwd=tmp_path)
+    assert "tested.toml: written" in tested.stdout, tested.stderr
+    plain = ramsight.load_machine("mining-loader").unit("boom")
+    for name in ("boom.toml", "tested.toml"):
+        found = ramsight.load_machine(tmp_path / name).unit("boom")
+        assert 1.0 - found.pump_a.volumetric_efficiency == pytest.approx(0.115, abs=0.005)
+        assert found.assumptions.machine.leak < 0.4 * plain.assumptions.machine.leak
+        assert found.assumptions.machine.leaks_otherwise == 1e-3
+
+
+def test_a_commissioning_that_failed_writes_no_machine(boom, tmp_path):
+    run = ramsight.simulate(boom, lift_lower(boom, [129e3], 313.15))
+    done = ramsight.commission("mining-loader", ramsight.drive_report(run), unit="boom", tuned=tmp_path / "boom.toml")
+    assert done.verdict is Verdict.FAILED
+    assert not (tmp_path / "boom.toml").exists()
+
+
+def test_a_built_unit_has_no_description_to_be_tuned(boom, rehearsed, tmp_path):
+    with pytest.raises(ramsight.DescriptionError, match="a built unit has none"):
+        ramsight.commission(boom, rehearsed[0], tuned=tmp_path / "boom.toml")

@@ -17,8 +17,8 @@ from ramsight.cli import app
 from ramsight.deploy.c_compare import comparison_source
 from ramsight.deploy.compiler import find_compiler
 from ramsight.errors import DescriptionError, LogError
-from ramsight.logs import write_drive_log
-from ramsight.plant.build import build_unit
+from ramsight.logs import write_log
+from ramsight.plant.build import build
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.comparing import Comparison, Verdict, drift_of, verdicts
 from ramsight.sensor.status import Status
@@ -138,7 +138,7 @@ def test_what_cannot_be_is_refused(recorded):
 
 def test_the_command_line_compares(tmp_path, recorded):
     _, run, log = recorded
-    write_drive_log(log, tmp_path / "log.csv")
+    write_log(log, tmp_path / "log.csv")
     rows = "".join(f"{t:.3f},{x:.6f}\n" for t, x in zip(run["time"].values, run["position"].values, strict=True))
     (tmp_path / "rod.csv").write_text(f"time_s,position_m\n{rows}")
     words = ["compare", "mining-loader", str(tmp_path / "log.csv"), str(tmp_path / "rod.csv"), "--unit", "boom"]
@@ -166,7 +166,7 @@ int step(double time, double position, double bound, int status, double other) {
 
 @pytest.mark.skipif(find_compiler() is None, reason="no C compiler here")
 def test_the_comparison_in_c_says_the_same(tmp_path):
-    boom = build_unit("boom", machine.load("mining-loader").unit("boom"))
+    boom = build(machine.load_machine("mining-loader").unit("boom"), "boom")
     for name, text in comparison_source(boom, "ramsight_boom", "mining-loader").items():
         (tmp_path / name).write_text(text)
     (tmp_path / "shim.c").write_text(SHIM)

@@ -2,13 +2,16 @@
 
 from dataclasses import replace
 from functools import lru_cache
+from types import SimpleNamespace
 
+import casadi as ca
 import numpy as np
 import pytest
 
 from ramsight.duty import report
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.limits import limits_of
+from ramsight.sensor.contact_release import way_gone
 from ramsight.sensor.mode import Mode
 
 from .plant_bench import UNITS
@@ -336,3 +339,28 @@ def test_a_machine_that_gives_half_as_much_again_finds_its_ends_unless_that_is_t
         delays[compliance] = run["time"].values[np.argmax(said)] - stands_from(run, unit) if said.any() else np.inf
     assert 0.0 <= delays[0.25] < 0.5
     assert delays[0.25] < delays[0.0]
+
+
+def test_a_piston_goes_no_farther_unseen_than_its_torque_stays_behind():
+    """Of a pump that delivers 10 mm in vain, 2 N m at a give of 1 mm/kN and 0.5 mm/rad: 4 mm, and the noise's share."""
+    model = SimpleNamespace(travel_per_radian=ca.DM(5e-4))
+    step = SimpleNamespace(torque=SimpleNamespace(noise=ca.DM(0.05)), motion=SimpleNamespace(give=ca.DM(1e-6)))
+
+    def gone(pushed, behind):
+        return float(way_gone(ca.DM(pushed), ca.DM(behind), step, model))
+
+    assert gone(10e-3, 2.0) == pytest.approx(4.1e-3)
+    assert gone(-10e-3, 2.0) == gone(10e-3, 2.0)
+    assert gone(1e-3, 2.0) == 1e-3, "no farther than the pump delivers"
+    assert gone(10e-3, -3.0) == pytest.approx(0.1e-3), "a torque that is ahead hides its noise alone"
+
+
+@pytest.mark.parametrize("name", LOADER)
+@pytest.mark.parametrize("end", ["up", "down"])
+def test_what_leaves_a_stop_is_known_to_two_millimetres(name, end):
+    unit = UNITS[name]
+    run, _ = into_a_stop(name, end)
+    observer = observers(name, watches=True)
+    begin(observer, float(run["position"][0]))
+    said = observer.track(report(run, quiet(unit, seed=1, share=0.003)))
+    assert said["went"].max() < 4e-3

@@ -27,7 +27,7 @@ from ramsight.sensor.virtual_sensor import Estimate
 
 from .control_bench import Way
 
-LOADER = build_linked(machine.load("mining-loader"))
+LOADER = build_linked(machine.load_machine("mining-loader"))
 BOOM, BUCKET = LOADER.units
 START = {"boom": 0.2, "bucket": 0.25}
 DT = 0.02

@@ -7,12 +7,12 @@ import xarray
 from ramsight import machine
 from ramsight.duty import Duty, Profile, report, simulate
 from ramsight.duty.profile import constant
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 
-LOADER = machine.load("mining-loader").unit("boom")
-BOOM = build_unit("boom", LOADER)
+LOADER = machine.load_machine("mining-loader").unit("boom")
+BOOM = build(LOADER, "boom")
 LOAD, LIFT, HOUR = 250e3, 10.0, 3600.0
 USUAL = BOOM.assumptions.replace({"machine.leaks_otherwise": 1e-6})
 """A machine that surely leaks as described: the deviation is that of one hypothesis."""
@@ -57,7 +57,7 @@ def test_a_machine_whose_valves_are_known_to_be_tight_stays_certain(lifted):
 @pytest.mark.parametrize("kelvin", [-20.0, 20.0])
 def test_oil_that_changes_its_temperature_costs_what_is_not_known_of_its_expansion(lifted, kelvin):
     tight = {"machine.closed_leakage": 0.0, "machine.leaks_otherwise": 1e-6}
-    described = build_unit("boom", LOADER.replace({"oil.thermal_expansion": "7e-4 1/K"}))
+    described = build(LOADER.replace({"oil.thermal_expansion": "7e-4 1/K"}), "boom")
     grown = {}
     for name, unit in (("untold", BOOM), ("told", described)):
         sensor = kalman(unit, unit.assumptions.replace(tight))

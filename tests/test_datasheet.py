@@ -20,7 +20,7 @@ import ramsight
 from ramsight import machine
 from ramsight.cli import app
 from ramsight.errors import DescriptionError, OutputError, RamsightError
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.circuit import parameter_values
 from ramsight.plant.unit import circuit
 from ramsight.sensor.detectors import CONTRADICTIONS
@@ -56,7 +56,7 @@ def small_tasks(monkeypatch):
 
 @pytest.fixture(scope="module")
 def study():
-    return ramsight.Study("mining-loader", "lift-lower", unit="boom", n=COUNT)
+    return ramsight.Study("mining-loader", "lift-lower", unit="boom", machines=COUNT)
 
 
 @pytest.fixture(scope="module")
@@ -71,9 +71,9 @@ def found(study):
 
 @pytest.mark.parametrize("entry", [one.name for one in ramsight.catalogue("machine")])
 def test_parameters_of_another_machine_are_those_of_its_own_equation(entry):
-    described = machine.load(entry)
+    described = machine.load_machine(entry)
     for name, unit in described.units.items():
-        nominal = ready(build_unit(name, unit))
+        nominal = ready(build(unit, name))
         drawn = draw(
             unit, name, nominal, {"leakage": 1.3, "volumes": 0.9, "viscosity": 1.1, "stop": 1e-3, "area": 1.01}
         )
@@ -83,8 +83,8 @@ def test_parameters_of_another_machine_are_those_of_its_own_equation(entry):
 
 
 def test_what_is_drawn_is_what_is_simulated():
-    unit = machine.load("mining-loader").unit("boom")
-    sheet = ready(build_unit("boom", unit))
+    unit = machine.load_machine("mining-loader").unit("boom")
+    sheet = ready(build(unit, "boom"))
     factors = {"displacement": 1.01, "pump_friction": 1.2, "relief": 0.9, "valves": 1.1, "mass": 1.5, "viscosity": 1.2}
     made = draw(unit, "boom", sheet, {**factors, "stop": 2e-3, "hose.volume": 1e-3}).unit
     assert made.a.pump.displacement == pytest.approx(1.01 * sheet.a.pump.displacement)
@@ -99,8 +99,8 @@ def test_what_is_drawn_is_what_is_simulated():
 
 
 def test_a_drive_reports_what_it_was_drawn_as():
-    unit = machine.load("mining-loader").unit("boom")
-    sheet = ready(build_unit("boom", unit))
+    unit = machine.load_machine("mining-loader").unit("boom")
+    sheet = ready(build(unit, "boom"))
     drawn = {
         "torque_gain": 1.02,
         "torque_offset": 0.01,
@@ -121,8 +121,8 @@ def test_a_drive_reports_what_it_was_drawn_as():
 
 def test_a_small_machine_has_a_small_drive():
     for name, unit, share in (("mining-loader", "boom", 1.0), ("eha-valve-rig", "axis", 0.1)):
-        described = machine.load(name).unit(unit)
-        made = draw(described, unit, ready(build_unit(unit, described)), {})
+        described = machine.load_machine(name).unit(unit)
+        made = draw(described, unit, ready(build(described, unit)), {})
         time = 0.02 * np.arange(5000)
         _, torque, _ = made.reported(time, time, 0.0 * time, 300.0 + 0.0 * time, seed=1)
         assert np.std(torque) == pytest.approx(0.5 * share, rel=0.05)
@@ -309,7 +309,7 @@ def write(group, layout, rows, found):
         os.kill(os.getpid(), signal.SIGKILL)
     kept(group, layout, rows, found)
 store._write = write
-ramsight.Study("mining-loader", "lift-lower", unit="boom", n=5).run(sys.argv[1], threads=1)
+ramsight.Study("mining-loader", "lift-lower", unit="boom", machines=5).run(sys.argv[1], threads=1)
 """
 
 
@@ -329,7 +329,7 @@ def test_a_study_that_was_killed_goes_on_and_gives_the_same_to_the_last_bit(stud
 
 
 def test_a_finished_study_is_extended_and_gives_what_the_longer_one_gives(study, found, tmp_path):
-    shorter = ramsight.Study("mining-loader", "lift-lower", unit="boom", n=3)
+    shorter = ramsight.Study("mining-loader", "lift-lower", unit="boom", machines=3)
     first = shorter.run(tmp_path / "store", threads=1)
     assert first.sizes["machine"] == 3
     assert study.run(tmp_path / "store", threads=1).identical(found)
@@ -341,7 +341,7 @@ def test_a_finished_study_is_extended_and_gives_what_the_longer_one_gives(study,
 )
 def test_a_store_of_another_study_is_refused(study, tmp_path, other, words):
     store.Store(tmp_path / "store", study.plan.layout, COUNT)
-    another = ramsight.Study("mining-loader", "lift-lower", unit="boom", n=COUNT, **other)
+    another = ramsight.Study("mining-loader", "lift-lower", unit="boom", machines=COUNT, **other)
     with pytest.raises(store.StoreError, match=f"another study, with another {words}"):
         another.run(tmp_path / "store")
 
@@ -538,7 +538,7 @@ def test_the_verb_names_its_options(more, words, tmp_path):
         ({"vary": {"leakage": "10 %"}}, "leakage = '10 %': is no tolerance"),
         ({"vary": {"leak": "± 1 %"}}, "leakage"),
         ({"duty": "dig"}, "no such duty"),
-        ({"n": 0}, "n = 0: is out of range"),
+        ({"machines": 0}, "machines = 0: is out of range"),
         ({"seed": -1}, "seed"),
         ({"method": "grid"}, "latin-hypercube"),
         ({"duration": "1 s"}, "duration"),
@@ -557,16 +557,16 @@ def test_base_points_are_a_power_of_two(study):
 
 
 def test_a_sensor_of_an_angle_is_not_in_a_data_sheet_yet():
-    loader = machine.load("mining-loader").replace({"units.boom.assumptions.link_angle.std": 0.003})
+    loader = machine.load_machine("mining-loader").replace({"units.boom.assumptions.link_angle.std": 0.003})
     with pytest.raises(DescriptionError, match=r"link_angle\.std = 0.003: .* without its mechanism"):
-        ramsight.Study(loader, unit="boom", n=2)
+        ramsight.Study(loader, unit="boom", machines=2)
 
 
 @pytest.mark.slow
 def test_what_a_drive_declares_beside_is_reported_to_the_sensor():
     declared = {"shaft.std": math.radians(0.05), "power.std": 0.005, "pressure.std": 1e5, "pressure.lag": 0.1}
     changes = {f"units.boom.assumptions.{key}": value for key, value in declared.items()}
-    study = ramsight.Study(machine.load("mining-loader").replace(changes), unit="boom", n=1)
+    study = ramsight.Study(machine.load_machine("mining-loader").replace(changes), unit="boom", machines=1)
     (run,) = runs(study.plan.bench, study.plan.order(range(1)), range(1))
     names = study.plan.bench.virtual.recursion.inputs
     of = {name: run.inputs[:, names.index(name)] for name in ("shaft_angle", "dc_power", "pressure_a", "pressure_b")}

@@ -13,7 +13,7 @@ from ramsight.duty import DriveReport, report, simulate
 from ramsight.duty.one_way import one_way
 from ramsight.duty.profile import Duty, Profile, constant
 from ramsight.errors import DescriptionError, LogError, UnknownNameError
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.directional import DirectionalValve
 from ramsight.sensor.balance import balance
 from ramsight.sensor.kalman import kalman
@@ -21,8 +21,8 @@ from ramsight.sensor.mode import HELD
 
 from .golden import golden
 
-RIG = machine.load("eha-valve-rig")
-UNIT = build_unit("axis", RIG.unit("axis"))
+RIG = machine.load_machine("eha-valve-rig")
+UNIT = build(RIG.unit("axis"), "axis")
 FAST = 900.0 * 2.0 * np.pi / 60.0
 LOAD = 6e3
 

@@ -44,7 +44,9 @@ def test_examples_in_docstrings_run(name):
 def test_the_page_of_python_runs(tmp_path, monkeypatch):
     (tmp_path / "tests").symlink_to(ROOT / "tests")
     monkeypatch.chdir(tmp_path)
-    plot, track, many = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "python.md").read_text(), flags=re.DOTALL)
+    plot, track, many, sweep = re.findall(
+        r"```python\n(.*?)```", (ROOT / "docs" / "python.md").read_text(), flags=re.DOTALL
+    )
     assert len([line for line in plot.splitlines() if line]) == 3
     assert len([line for line in many.splitlines() if line]) <= 10
     exec(plot, {})
@@ -59,6 +61,10 @@ def test_the_page_of_python_runs(tmp_path, monkeypatch):
     exec(many.replace("size=1000", "size=40"), names)  # a thousand run in examples/monte_carlo.py
     assert names["runs"].sizes == {"duty": 40}
     assert (names["runs"]["outcome"] == "done").all()
+    assert len([line for line in sweep.splitlines() if line]) <= 15
+    exec(sweep.replace("size=500", "size=20"), names)
+    assert names["sweep"].sizes == {"machine": 20, "duty": 1}
+    assert (tmp_path / "sweep.png").stat().st_size > 10_000
 
 
 def verbs_and_named(page):
@@ -66,7 +72,7 @@ def verbs_and_named(page):
 
     verbs = {command.name or command.callback.__name__ for command in app.registered_commands}
     verbs |= {group.name for group in app.registered_groups}
-    return verbs, set(re.findall(r"(?:^|`)ramsight (\w+)", (ROOT / page).read_text(), flags=re.MULTILINE))
+    return verbs, set(re.findall(r"(?:^|`)ramsight (\w[\w-]*)", (ROOT / page).read_text(), flags=re.MULTILINE))
 
 
 def test_the_readme_is_short_and_names_verbs_that_exist():
@@ -110,6 +116,10 @@ def test_the_performance_page_quotes_the_benchmark():
     ]
     if "track_start_s" in found:
         quoted.append(f"| {found['track_start_s']:.1f} |")
+    quoted += [
+        f"| {found[f'{name}_first_processor_s']:.1f} | {found[f'{name}_processor_s']:.2f} |"
+        for name in ("track", "simulate", "help", "export_c", "export_fmu")
+    ]
     if "loader_realtime_factor" in found:
         quoted.append(f"| {found['loader_realtime_factor']:.0f} |")
     if "loader_error_m" in found:
@@ -194,7 +204,7 @@ def test_the_page_of_the_plant_quotes_what_each_effect_moves(monkeypatch):
 def test_the_page_of_the_real_actuator_quotes_what_was_measured(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     page = importlib.import_module("eha_rig_page")
-    assert "\n".join(page.table(*page.read())) in (ROOT / "docs" / "validation.md").read_text()
+    assert "\n".join(page.table(page.read())) in (ROOT / "docs" / "validation.md").read_text()
 
 
 def test_the_page_of_the_real_actuator_quotes_the_loader_in_service(monkeypatch):
@@ -204,7 +214,7 @@ def test_the_page_of_the_real_actuator_quotes_the_loader_in_service(monkeypatch)
     assert "\n".join(study.table(found)) in (ROOT / "docs" / "validation.md").read_text()
 
 
-def test_the_page_of_the_control_quotes_the_study_and_its_python_runs(monkeypatch):
+def test_the_page_of_the_control_quotes_the_study_and_its_python_runs(monkeypatch, tmp_path):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     study = importlib.import_module("unit_control")
     found, page = json.loads((ROOT / "study.json").read_text())["unit_control"], (ROOT / "docs/control.md").read_text()
@@ -217,12 +227,14 @@ def test_the_page_of_the_control_quotes_the_study_and_its_python_runs(monkeypatc
     margins = [row for drives in everything["loop_response"].values() for row in drives.values()]
     assert min(row["phase_margin"] for row in margins) > 60.0
     assert min(row["gain_margin"] or 10.0 for row in margins) > 3.0
-    first, second = re.findall(r"```python\n(.*?)```", page, flags=re.DOTALL)
+    first, second, own = re.findall(r"```python\n(.*?)```", page, flags=re.DOTALL)
     names = {}
     exec(first, names)
     assert names["loop"].now.position["ram"] == pytest.approx(0.05, abs=4e-3)
     exec(second, names)
     assert names["loop"].now.position["ram"] == pytest.approx(0.3, abs=4e-3)
+    monkeypatch.chdir(tmp_path)
+    exec(own, {})
 
 
 def test_no_drive_as_it_is_declared_is_stopped_in_hours_of_work_with_its_noise_or_without():

@@ -34,7 +34,7 @@ def functions():
         if inspect.isfunction(found):
             yield name, found
         elif inspect.isclass(found) and found.__module__.startswith("ramsight"):
-            for key, method in vars(found).items():
+            for key, method in list(vars(found).items()):
                 function = inspect.unwrap(getattr(method, "__func__", method))
                 if inspect.isfunction(function) and not key.startswith("_"):
                     yield f"{name}.{key}", function

@@ -17,24 +17,26 @@ from ramsight.drawing.circuit_drawing import Sheet, Wire, is_on
 from ramsight.drawing.notes import notes
 from ramsight.drawing.shapes import Word, around, points_of
 from ramsight.errors import DescriptionError
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.hose import Volume
 from ramsight.plant.pilot_check import PilotCheckValve
 from ramsight.plant.valve import CheckValve, Orifice, ReliefValve
 
 from .command import as_command, at_once
 
-UNITS = [(entry.name, unit) for entry in ramsight.catalogue("machine") for unit in machine.load(entry.name).units]
+UNITS = [
+    (entry.name, unit) for entry in ramsight.catalogue("machine") for unit in machine.load_machine(entry.name).units
+]
 SVG = "{http://www.w3.org/2000/svg}"
 
 
 def unit_of(name, unit):
-    described = machine.load(name)
-    return build_unit(unit, described.unit(unit), described.linkage)
+    described = machine.load_machine(name)
+    return build(described, unit)
 
 
 def sheet_of(name, unit):
-    return drawn(unit_of(name, unit), f"{name}: {unit}", notes(machine.load(name).unit(unit)))
+    return drawn(unit_of(name, unit), f"{name}: {unit}", notes(machine.load_machine(name).unit(unit)))
 
 
 every_unit = pytest.mark.parametrize(("name", "unit"), UNITS)
@@ -244,7 +246,7 @@ def test_port_reliefs_of_the_direct_driven_unit_stand_beside_the_others(tmp_path
     text = file.read_text(encoding="utf-8")
     valve = '\n[units.boom.port_relief_valve]\nmodel = "DB10P-01"\nsetting = "250 bar"\n'
     file.write_text(text + valve, encoding="utf-8")
-    sheet = drawn(build_unit("boom", machine.load(file).unit("boom")))
+    sheet = drawn(build(machine.load_machine(file).unit("boom"), "boom"))
     assert {"port_relief_a", "port_relief_b"} <= {part.name for part in sheet.placed}
     assert wrongly_joined(sheet) == []
     assert drawn_over(sheet) == []

@@ -25,12 +25,12 @@ from ramsight.duty.faults import Fault, inject
 from ramsight.duty.work_day import work_day
 from ramsight.engine.typed_state import column, leaf, symbols
 from ramsight.errors import DescriptionError
-from ramsight.logs import read_drive_log, write_drive_log
+from ramsight.logs import read_log, write_log
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.mapped import ChannelMap, Mapped, Pdo
 from ramsight.output import write_table
 from ramsight.plant.as_built import AsBuilt
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.limits import Limits, limits_of
 from ramsight.sensor.detectors import CONTRADICTIONS
 from ramsight.sensor.disagreement import Sums, compared, sure
@@ -47,8 +47,8 @@ from .golden import golden
 from .sensor_bench import Fed, Stepped
 
 SHAFT, POWER = {"shaft.std": math.radians(0.05)}, {"power.std": 0.005}
-LOADER = machine.load("mining-loader")
-PLAIN = build_unit("boom", LOADER.unit("boom"))
+LOADER = machine.load_machine("mining-loader")
+PLAIN = build(LOADER.unit("boom"), "boom")
 BOOM = replace(PLAIN, assumptions=PLAIN.assumptions.replace({**SHAFT, **POWER}))
 AT, LONG = 100.0, 10.0
 SPEED_FAULTS = {"gain": 1.3, "offset": 10.0, "sign": 0.0, "stuck": 0.0}
@@ -351,8 +351,8 @@ def test_after_a_night_the_drive_is_no_less_known_than_a_new_one(day, sensors):
 def test_logs_keep_counter_and_power(tmp_path, day):
     log = day[1].isel(time=slice(0, 300))
     for name in ("log.csv", "log.parquet"):
-        write_drive_log(log, tmp_path / name)
-        back = read_drive_log(tmp_path / name)
+        write_log(log, tmp_path / name)
+        back = read_log(tmp_path / name)
         assert np.allclose(back["shaft_angle"], log["shaft_angle"], atol=1e-9)
         assert np.allclose(back["dc_power"], log["dc_power"], atol=1e-6)
 
@@ -365,7 +365,7 @@ def test_a_map_names_counter_and_power(tmp_path):
         'torque = {channel = "M", unit = "N m"}\ntemperature = {channel = "T", unit = "degC"}\n'
         'shaft_angle = {channel = "phi", unit = "deg"}\ndc_power = {channel = "P", unit = "kW"}\n'
     )
-    log = read_drive_log(tmp_path / "log.csv", tmp_path / "map.toml")
+    log = read_log(tmp_path / "log.csv", tmp_path / "map.toml")
     assert float(log["shaft_angle"][10]) == pytest.approx(math.radians(920.0))
     assert float(log["dc_power"][10]) == pytest.approx(2500.0)
 
@@ -422,18 +422,18 @@ def test_voltage_and_current_of_the_link_are_its_power(tmp_path, day):
                "motor_torque_nm": log["motor_torque"].values, "oil_temperature_c": np.full(50, 40.0),
                "dc_voltage_v": np.full(50, 96.0), "dc_current_a": log["dc_power"].values / 96.0}  # fmt: skip
     write_table(columns, tmp_path / "log.parquet")
-    assert np.allclose(read_drive_log(tmp_path / "log.parquet")["dc_power"], log["dc_power"])
-    assert np.all(read_drive_log(tmp_path / "log.parquet")["dc_voltage"] == 96.0), "two drives have it in common"
+    assert np.allclose(read_log(tmp_path / "log.parquet")["dc_power"], log["dc_power"])
+    assert np.all(read_log(tmp_path / "log.parquet")["dc_voltage"] == 96.0), "two drives have it in common"
     text = 'time = {channel = "time_s", unit = "s"}\nspeed = {channel = "motor_speed_rpm", unit = "rpm"}\n'
     text += 'torque = {channel = "motor_torque_nm", unit = "N m"}\ntemperature = {constant = "40 degC"}\n'
     voltage = 'dc_voltage = {channel = "dc_voltage_v", unit = "V"}\n'
     current = 'dc_current = {channel = "dc_current_a", unit = "A", sign = -1}\n'
     (tmp_path / "map.toml").write_text(text + voltage + current)
-    assert np.allclose(read_drive_log(tmp_path / "log.parquet", tmp_path / "map.toml")["dc_power"], -log["dc_power"])
+    assert np.allclose(read_log(tmp_path / "log.parquet", tmp_path / "map.toml")["dc_power"], -log["dc_power"])
     for wrong in (voltage, current, voltage + current + 'dc_power = {channel = "dc_current_a", unit = "W"}\n'):
         (tmp_path / "map.toml").write_text(text + wrong)
         with pytest.raises(DescriptionError, match="dc_"):
-            read_drive_log(tmp_path / "log.parquet", tmp_path / "map.toml")
+            read_log(tmp_path / "log.parquet", tmp_path / "map.toml")
 
 
 def test_the_encoder_multiplies_two_objects(tmp_path):

@@ -10,15 +10,15 @@ from ramsight import casadi_model, machine
 from ramsight.duty import Duty, Profile, lift_lower, simulate
 from ramsight.duty.profile import constant
 from ramsight.errors import DescriptionError
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 
-BOOM = machine.load("mining-loader").unit("boom")
-UNIT = build_unit("boom", BOOM)
+BOOM = machine.load_machine("mining-loader").unit("boom")
+UNIT = build(BOOM, "boom")
 LOAD = 300e3
 
 
 def boom(changes):
-    return build_unit("boom", BOOM.replace(changes))
+    return build(BOOM.replace(changes), "boom")
 
 
 def run_of(changes, load=LOAD, kelvin=313.15, **options):

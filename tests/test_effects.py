@@ -14,7 +14,7 @@ import pytest
 from scipy.integrate import quad
 
 from ramsight import machine
-from ramsight.calibration.identify_tuned import _left as efficiency_left
+from ramsight.calibration.tuned import _left as efficiency_left
 from ramsight.duty import DriveReport, Duty, Magnets, Profile, lift_lower, report, simulate
 from ramsight.duty.linked_duty import LinkedDuty, simulate_linked
 from ramsight.duty.oil_warming import warmed
@@ -23,7 +23,7 @@ from ramsight.duty.work_day import work_day
 from ramsight.errors import DescriptionError
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.balance import balance, without_friction
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.cautions import cautions
 from ramsight.plant.heat import HeatStores
 from ramsight.plant.limits import limits_of
@@ -35,26 +35,20 @@ from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 from ramsight.tracking.judged_errors import judge
 
-from .interpreted import interpret
 from .plant_bench import UNITS
 from .sensor_bench import WARM, Stepped, quiet
 
 ROOT = Path(__file__).parents[1]
 BOOM = UNITS["mining-loader boom"]
-LOADER = machine.load("mining-loader").unit("boom")
+LOADER = machine.load_machine("mining-loader").unit("boom")
 HIGH = 441e3
 HOUR = 3600.0
 CLOSES = 1e-5  # what the energy and volume audit may leave
 
 
-@pytest.fixture(autouse=True)
-def without_compiling(monkeypatch):
-    monkeypatch.setattr("ramsight.engine.run.compile_ode", interpret)
-
-
 def described(changes):
     """The boom with values of its description changed."""
-    return build_unit("boom", LOADER.replace(changes))
+    return build(LOADER.replace(changes), "boom")
 
 
 def resting(unit, duration, *, load=HIGH, temperature=None, position=0.4, period=1.0):
@@ -332,7 +326,7 @@ def test_leakage_that_was_identified_is_written_as_the_efficiency_that_has_it(ch
     pump = unit.pump_a
     left = efficiency_left(pump, pump.volumetric_efficiency, pump.nominal_pressure, lost, moduli)
     new = {"pump_a.volumetric_efficiency": left, "oil.bulk_modulus": moduli[1], "hose.effective_bulk_modulus": 0.5e9}
-    pumps = (build_unit("boom", which).a.pump for which in (unit, unit.replace(new)))
+    pumps = (build(which, "boom").a.pump for which in (unit, unit.replace(new)))
     before, after = (pump.leak_coefficient(32e-6, 872.0) for pump in pumps)
     assert after == pytest.approx(lost * before, rel=1e-9, abs=0.0)
 
@@ -467,10 +461,10 @@ def test_a_pump_that_starves_by_more_than_its_description_says_is_in_the_band(wa
 
 def test_a_check_says_where_a_pump_would_starve():
     low = LOADER.replace(STARVING)
-    said = cautions(low, build_unit("boom", low))
+    said = cautions(low, build(low, "boom"))
     assert any("from the tank's 0.45 bar it fills up to 1897 rpm" in text for text in said), said
     enough = LOADER.replace(of_both_pumps(min_inlet_pressure="0.8 bar"))
-    assert not any("fills up" in text for text in cautions(enough, build_unit("boom", enough)))
+    assert not any("fills up" in text for text in cautions(enough, build(enough, "boom")))
 
 
 # Relief valves of the cylinder's ports -----------------------------------------------------------------------------
@@ -498,9 +492,7 @@ def test_port_relief_valves_change_nothing_of_what_the_pumps_can_do():
     assert limits_of(described(PORTS)) == limits_of(BOOM)
     assert derive(described(PORTS)) == derive(BOOM)
     low = LOADER.replace(PORTS | {"port_relief_valve.setting": "200 bar"})
-    assert any(
-        "port_relief_a of the cylinder opens at 200 bar" in text for text in cautions(low, build_unit("boom", low))
-    )
+    assert any("port_relief_a of the cylinder opens at 200 bar" in text for text in cautions(low, build(low, "boom")))
 
 
 def test_an_optional_part_may_name_a_model_and_is_checked_like_every_part():
@@ -635,7 +627,7 @@ def test_options_that_are_there_with_nothing_in_them_are_the_plain_plant():
 
 
 def test_all_effects_are_in_a_machine_with_a_mechanism_too():
-    loader = machine.load("mining-loader")
+    loader = machine.load_machine("mining-loader")
     changed = loader.replace({f"units.boom.{key}": value for key, value in given_by_the_page().items()})
     speeds = {
         "boom": Profile([0.0, 0.2, 0.5, 1.5, 1.8, 3.0], [0.0, 0.0, 100.0, 100.0, 0.0, 0.0]),

@@ -20,7 +20,7 @@ from ramsight.deploy.encoder.eds import eds_text, object_dictionary
 from ramsight.deploy.encoder.listening import drive_map
 from ramsight.deploy.encoder.objects import BITS, ENTRIES, FORGET, LOAD, OBJECTS, RUNNING, SAVE, STORED, object_table
 from ramsight.errors import DescriptionError, UnknownNameError
-from ramsight.logs import read_drive_log, read_truth
+from ramsight.logs import read_log, read_truth
 from ramsight.logs.channel_map import load_map
 from ramsight.output import HeldError
 from ramsight.sensor.kalman import kalman
@@ -282,7 +282,7 @@ def test_it_follows_the_piston_of_another_simulator(trace):
     truth = read_truth(case.truth)
     bus = Master(encoder())
     bus.node.nmt.state = "OPERATIONAL"
-    frames = list(played(read_drive_log(case.log)))
+    frames = list(played(read_log(case.log)))
     bus.play(frames[:10])
     write(bus, 0x2100, 400)
     write(bus, 0x6003, 10000)
@@ -590,7 +590,7 @@ def test_it_knows_its_position_after_a_power_loss_at_rest(tmp_path):
 
 def test_after_a_power_loss_in_motion_it_does_not_know(tmp_path, trace):
     bus = power_up(tmp_path / "boom.state")
-    frames = list(played(read_drive_log(trace("boom_441kN_40C").log)))
+    frames = list(played(read_log(trace("boom_441kN_40C").log)))
     bus.play(frames[:10])
     write(bus, 0x6003, 10000)
     bus.play(frames[10:400])
@@ -621,7 +621,7 @@ def test_a_state_of_another_machine_is_as_good_as_damaged(tmp_path):
     bus = power_up(tmp_path / "boom.state")
     bus.rest(0.2)
     write(bus, 0x6003, 10000)
-    bucket = build_ddh("bucket", machine.load("mining-loader").unit("bucket"))
+    bucket = build_ddh("bucket", machine.load_machine("mining-loader").unit("bucket"))
     lose_power(bus.device)
     other = Master(encoder_for(bucket, usual_map(), Settings(NODE, DRIVE), tmp_path / "boom.state"))
     other.rest(0.1)
@@ -698,7 +698,7 @@ def disk(monkeypatch):
 
 def move(bus: Master, trace, seconds: float) -> None:
     """The cycle of another simulator, from its first sample on."""
-    frames = [(at, frame) for at, frame in played(read_drive_log(trace("boom_441kN_40C").log)) if at < seconds]
+    frames = [(at, frame) for at, frame in played(read_log(trace("boom_441kN_40C").log)) if at < seconds]
     bus.play(frames, offset=bus.now + 0.02)
 
 
@@ -822,7 +822,7 @@ def test_power_lost_at_any_frame_leaves_a_right_position_or_none(tmp_path, trace
     state, lost = tmp_path / "boom.state", tmp_path / "lost.state"
     bus, case = power_up(state), trace("boom_441kN_40C")
     truth = read_truth(case.truth)
-    frames = list(played(read_drive_log(case.log)))
+    frames = list(played(read_log(case.log)))
     bus.play(frames[:10])
     write(bus, 0x6003, 10000)
     begin, found = None, {}

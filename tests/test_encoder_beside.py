@@ -7,7 +7,7 @@ from ramsight.deploy.encoder.assembly import overrides
 from ramsight.deploy.encoder.beside import ALONE
 from ramsight.deploy.encoder.frame import Frame
 from ramsight.deploy.encoder.played_drive import played_map
-from ramsight.logs import read_drive_log, read_truth
+from ramsight.logs import read_log, read_truth
 from ramsight.logs.channel_map import load_map
 from ramsight.sensor.comparing import Verdict
 
@@ -22,7 +22,7 @@ FIRST = 1.0  # s, of the played log by the encoder's clock
 def together(tmp_path, trace):
     """Plays a recorded log beside a real sensor that says `steps_of(time, steps)`: what was said of each sample."""
     case = trace("boom_258kN_40C")
-    log, truth = read_drive_log(case.log).isel(time=slice(30, 250)), read_truth(case.truth)
+    log, truth = read_log(case.log).isel(time=slice(30, 250)), read_truth(case.truth)
     begin = float(log["time"][0])
     log = log.assign_coords(time=log["time"] - begin)
     (tmp_path / "map.toml").write_text(played_map(DRIVE, WARM, RATED) + OTHER_MAP)

@@ -19,7 +19,7 @@ from ramsight.deploy.encoder.assembly import overrides
 from ramsight.deploy.encoder.played_drive import PlayedDrive, played_map
 from ramsight.deploy.encoder.runner import frame_of, message_of, serve
 from ramsight.errors import RamsightError
-from ramsight.logs import read_drive_log, read_truth
+from ramsight.logs import read_log, read_truth
 from ramsight.logs.channel_map import load_map
 from ramsight.sensor.comparing import Verdict
 from ramsight.sensor.status import Status
@@ -134,7 +134,7 @@ def wait_for(condition, seconds=3.0):
 def test_a_life_as_a_controller_sees_it(buses, tmp_path, trace):
     """Boot, reference, work, temperature lost, wrong preset refused, drive lost, power cycle."""
     case = trace("boom_441kN_40C")
-    log, truth = read_drive_log(case.log).isel(time=slice(30, 250)), read_truth(case.truth)
+    log, truth = read_log(case.log).isel(time=slice(30, 250)), read_truth(case.truth)
     log = log.assign_coords(time=log["time"] - log["time"][0])
     (tmp_path / "map.toml").write_text(played_map(DRIVE, WARM, RATED, hold="1200 ms"))
     channel_map, state = load_map(tmp_path / "map.toml"), tmp_path / "boom.state"
@@ -192,7 +192,7 @@ def test_a_life_as_a_controller_sees_it(buses, tmp_path, trace):
 
 def test_a_real_sensor_on_the_bus_is_held_against_it(buses, tmp_path, trace):
     """At rest: both agree; the real one leaps and comes back; it falls silent."""
-    log = read_drive_log(trace("boom_441kN_40C").log).isel(time=slice(30, 80))
+    log = read_log(trace("boom_441kN_40C").log).isel(time=slice(30, 80))
     log = log.assign_coords(time=log["time"] - log["time"][0])
     (tmp_path / "map.toml").write_text(played_map(DRIVE, WARM, RATED) + OTHER_MAP)
     network = canopen.Network(buses.open())

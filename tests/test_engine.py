@@ -13,7 +13,7 @@ from ramsight.engine.cache import generated_module, instructions
 from ramsight.engine.equation import OdeModel, Output, State
 from ramsight.engine.graph import graph_of
 from ramsight.engine.outcome import Outcome
-from ramsight.engine.recursion import Recursion, replay, replay_many
+from ramsight.engine.recursion import Graph, Recursion, replay, replay_many
 from ramsight.engine.run import Segments, integrate, outputs
 
 
@@ -229,11 +229,7 @@ def test_a_recursion_steps_the_same_alone_and_in_a_row():
         ("u",),
         ("p",),
         ("y",),
-        x,
-        u,
-        p,
-        ca.vertcat(x[0] + p * u, x[0] * 0.5 + x[1]),
-        x[0] + x[1] + u,
+        lambda: Graph(x, u, p, ca.vertcat(x[0] + p * u, x[0] * 0.5 + x[1]), x[0] + x[1] + u),
     )
     inputs = np.random.default_rng(0).standard_normal((50, 1))
     state, alone = np.zeros(2), np.zeros(2)
@@ -258,13 +254,16 @@ def seldom():
     chosen = ca.if_else(now, long, x[0] * 0.5 + u)
     other = ca.if_else(now, 2.0 * long, x[1])
     new = ca.vertcat(chosen, 0.9 * other + p[0] * u)
-    return Recursion(("a", "b"), ("u",), ("p", "q"), ("y", "z"), x, u, p, new, ca.vertcat(chosen - x[1], other))
+    return Recursion(
+        ("a", "b"), ("u",), ("p", "q"), ("y", "z"), lambda: Graph(x, u, p, new, ca.vertcat(chosen - x[1], other))
+    )
 
 
 @pytest.mark.parametrize("runs", [1, 3, 8, 19])
 def test_runs_that_are_replayed_side_by_side_are_as_alone(runs):
     recursion, rng = seldom(), np.random.default_rng(runs)
-    function = ca.Function("f", [recursion.x, recursion.u, recursion.p], [recursion.output], {"cse": True})
+    graph = recursion.graph
+    function = ca.Function("f", [graph.x, graph.u, graph.p], [graph.output], {"cse": True})
     assert any(isinstance(item, Branch) for item in schedule(graph_of(instructions(function))))
     inputs = [rng.random((length, 1)) for length in rng.integers(0, 60, runs)]
     parameters, states = rng.random((runs, 2)), rng.random((runs, 2))

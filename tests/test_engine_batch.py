@@ -14,11 +14,11 @@ from ramsight.duty.profile import constant
 from ramsight.engine.batch import Job, batches, sampled
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import integrate
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.ddh import build_ddh
 from ramsight.plant.unit import circuit, initial_state
 
-UNIT = build_ddh("boom", machine.load("mining-loader").unit("boom"))
+UNIT = build_ddh("boom", machine.load_machine("mining-loader").unit("boom"))
 MODEL = circuit(UNIT)
 
 
@@ -79,7 +79,7 @@ def test_runs_may_differ_in_corners_and_temperature():
     ],
 )
 def test_other_circuits_and_options_run_in_lanes_too(name, unit, changes):
-    built = build_unit(unit, machine.load(name).unit(unit).replace(changes))
+    built = build(machine.load_machine(name).unit(unit).replace(changes), unit)
     model = circuit(built)
     runs = []
     for k in range(9):

@@ -219,6 +219,12 @@ def test_machine_code_of_another_processor_is_not_taken(tmp_path):
     assert child(tmp_path, code=_LOADED).stdout == "42.125 1\n"
 
 
+def test_optimized_code_is_not_taken_for_what_is_not_and_both_are_kept(tmp_path):
+    for told, loaded in (("no", 0), ("yes", 0), ("no", 1), ("", 1)):
+        assert child(tmp_path, code=_LOADED, RAMSIGHT_OPTIMIZE=told).stdout == f"42.125 {loaded}\n"
+    assert len(list(tmp_path.iterdir())) == 2
+
+
 def test_an_array_that_is_not_whole_is_refused():
     x = ca.SX.sym("x")
     model = generated_module({"twice": ca.Function("twice", [x], [2.0 * x], ["x"], ["z"])}, {}, "")

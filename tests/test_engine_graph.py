@@ -156,7 +156,7 @@ def test_machine_code_with_branches_gives_what_the_graph_gives(condition):
 
 
 def test_a_sample_without_contact_does_nothing_of_what_a_contact_does():
-    recursion = kalman(build_ddh("boom", machine.load("mining-loader").unit("boom"))).recursion
+    recursion = kalman(build_ddh("boom", machine.load_machine("mining-loader").unit("boom"))).recursion
     whole = graph_of(instructions(recursion.function()))
     branches = [item for item in schedule(whole) if isinstance(item, Branch)]
     contact = sum(len(item.then) for item in branches if len(item.chosen) > 100)
@@ -240,8 +240,9 @@ def test_machine_code_that_writes_over_its_states_gives_what_the_graph_gives(see
 
 def test_a_usual_sample_writes_what_it_changes():
     """Of hundreds of states those that only a contact, a reference or a leak that is seen changes stay as they are."""
-    recursion = kalman(build_ddh("boom", machine.load("mining-loader").unit("boom"))).recursion
-    step = ca.Function("f", [recursion.x, recursion.u, recursion.p], [recursion.next_state], {"cse": True})
+    recursion = kalman(build_ddh("boom", machine.load_machine("mining-loader").unit("boom"))).recursion
+    made = recursion.graph
+    step = ca.Function("f", [made.x, made.u, made.p], [made.next_state], {"cse": True})
     one = graph_of(instructions(step))
     inside = {k for item in schedule(one) if isinstance(item, Branch) for k in (*item.then, *item.otherwise)}
     found = writes(one, {0: 0}, inside)

@@ -20,6 +20,7 @@ import ramsight
 ROOT = Path(__file__).parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 SAYS = {
+    "first_position.py": r"^first position after \d+\.\d s\n95 % of the errors within 0\.\d mm, in the end 0\.\d mm",
     "own_machine.py": r"^3\.14 mm a revolution.*\nwithin 0\.\d+ mm over 24 s",
     "own_part.py": r"sink \d+\.\d mm in a cycle; energy closes to \d\.\de-\d\d %",
     "own_circuit.py": r"rigid: sinks by 5\.\d mm, 1[45]\d bar.*\nsprung: sinks by 3\d\.\d mm, 12\d bar",
@@ -29,13 +30,15 @@ SAYS = {
     "commissioning.py": r"verdict: look twice\n(.*\n)*failed      units and signs of torque.*\n(.*\n)*verdict: failed",
     "faults.py": r"plain: [5-9]\.\d mm off(.*\n)*with counter: 0\.\d mm off(.*\n)*  from 0\.\d+ s on: .* contradict",
     "control.py": r"(target \d+ mm: rod at \d+\.\d\d mm\n){4}3 s after",
+    "own_loop.py": r"(\d+\.\d s: target \d+ mm, rod at \d+\.\d mm\n){3}the sensor is within 2\.\d mm",
+    "own_mpc.py": r"0\.196 mm/s .*\n7\.9 s: target 200 mm, rod at 199\.\d mm\n.*\novershoot 0\.\d mm, fastest 30\.",
     "canopen_encoder.py": r"device type 406(.*\n)*\d{3} positions",
     "c_on_a_controller.py": r"\n1951 steps, C and Python differ by \d\d?\.\d um at most\n[0-4] statuses differ",
     "fmu_in_a_simulator.py": r"boom-sensor\.fmu: FMI 2\.0(.*\n)*lifted by 67\.\d mm; the sensor is within [01]\.\d+ mm",
     "typed.py": r"^\d+\.\d mm$",
     "linearise.py": r"oscillation: \d+\.\d Hz, damping ratio 0\.\d+\n.*\nthey differ by 0\.\d+ %",
 }
-QUICK = ("own_part.py", "control.py", "typed.py", "linearise.py")
+QUICK = ("own_part.py", "control.py", "own_loop.py", "typed.py", "linearise.py")
 NEEDS = {"canopen_encoder.py": ("can", "canopen"), "fmu_in_a_simulator.py": ("fmpy",)}
 COMPILES = ("c_on_a_controller.py", "fmu_in_a_simulator.py")
 
@@ -99,9 +102,9 @@ def test_the_toml_of_the_plants_page_is_read():
     (table,) = (block for block in blocks if "efficiency_table" in block)
     (circuit,) = (block for block in blocks if "ram" in block.get("units", {}))
     (heat,) = (block["units"]["boom"]["heat"] for block in blocks if "heat" in block.get("units", {}).get("boom", {}))
-    assert machine.load("mining-loader").unit("boom").replace({"heat": heat}).heat.case == 4200.0
+    assert machine.load_machine("mining-loader").unit("boom").replace({"heat": heat}).heat.case == 4200.0
     assert read_efficiencies(table["efficiency_table"]).pressure == (50e5, 250e5)
-    press = machine.load("press").unit("ram")
+    press = machine.load_machine("press").unit("ram")
     for name, part in circuit["units"]["ram"]["parts"].items():
         for key, value in part.items():
             assert press.replace({f"parts.{name}.{key}": value}).parts[name].kind == part["kind"]

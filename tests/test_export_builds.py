@@ -9,7 +9,15 @@ import pytest
 from ramsight import machine
 from ramsight.deploy.c_build import build_files
 from ramsight.deploy.c_folder import STEPS, write_sensor
-from ramsight.deploy.compiler import CompilerError, ControlFootprint, Footprint, find_compiler, run
+from ramsight.deploy.compiler import (
+    CompilerError,
+    ControlFootprint,
+    Footprint,
+    _stack,
+    bodies,
+    find_compiler,
+    run,
+)
 from ramsight.deploy.control_options import ControlOptions
 
 COMPILER = find_compiler()
@@ -35,7 +43,7 @@ def exported(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("ramsight.deploy.c_folder.footprint", counted.footprint)
         patch.setattr("ramsight.deploy.c_folder.control_footprint", lambda *of: ControlFootprint(1, 2, 1e-6))
-        write_sensor(machine.load("mining-loader"), "boom", out, control=ControlOptions(), measure=True)
+        write_sensor(machine.load_machine("mining-loader"), "boom", out, control=ControlOptions(), measure=True)
     return out, counted.builds
 
 
@@ -64,7 +72,7 @@ def test_every_source_compiles_without_a_warning(folder, tmp_path, dialect, word
         pytest.skip("there is no C++ compiler")
     language = ["g++", "-x", "c++"] if dialect == "c++11" else [COMPILER]
     sources = sorted(file.name for file in folder.glob("*.c"))
-    assert len(sources) == 5
+    assert len(sources) == 11
     for single in (0, 1) if dialect == "c99" else (1,):
         options = [f"-std={dialect}", word, f"-DRAMSIGHT_BOOM_FLOAT={single}", *WARNINGS, "-fsyntax-only"]
         run([*language, *options, *sources], folder)
@@ -84,7 +92,7 @@ def test_golden_samples_pass_with_32_bits(folder, tmp_path):
     if not compiles_for_32_bits(tmp_path):
         pytest.skip("the compiler has no headers for 32 bits")
     for name in ("ramsight_boom", "ramsight_boom_control"):
-        sources = [str(folder / f"{name}{end}.c") for end in ("", "_test")]
+        sources = [str(folder / file) for file in (*bodies(folder, name), f"{name}_test.c")]
         run([COMPILER, "-m32", "-std=c99", "-O0", "-DROUNDS=1", *sources, "-lm", "-o", "golden"], tmp_path)
         assert "passed" in run([str(tmp_path / "golden")], tmp_path)
 
@@ -120,9 +128,31 @@ def test_one_build_is_measured_unless_all_are_asked_for(exported, tmp_path, monk
     assert exported[1] == [(False, "-O2"), (False, "-Os"), (True, "-O2"), (True, "-Os")]
     counted, steps = Counted(), []
     monkeypatch.setattr("ramsight.deploy.c_folder.footprint", counted.footprint)
-    done = write_sensor(machine.load("mining-loader"), "boom", tmp_path / "one", single=True, advance=steps.append)
+    done = write_sensor(
+        machine.load_machine("mining-loader"), "boom", tmp_path / "one", single=True, advance=steps.append
+    )
     assert counted.builds == [(True, "-O2")]
     assert sum(steps) == STEPS
     assert [one.precision for one in done.footprints] == ["float"]
     record = json.loads((tmp_path / "one" / "ramsight.json").read_text(encoding="utf-8"))
-    assert record["command"] == "ramsight export c description.toml --unit boom --float"
+    assert record["command"] == "ramsight export c description.toml --unit boom --single"
+
+
+def test_the_stack_of_a_step_is_that_of_its_deepest_part(tmp_path):
+    """Its own frame, and of one part the frame and that of the function in it that takes most."""
+    frames = {
+        "p.su": {"p_step": 100, "p_begin": 9000},
+        "p_step_balance.su": {"p_step_balance": 50, "p_step_balance_0": 700, "p_step_balance_1": 200},
+        "p_step_input_check.su": {"p_step_input_check": 600, "p_step_input_check_0": 10, "p_step_input_check_12": 60},
+    }
+    for file, found in frames.items():
+        lines = (f"{file}:1:1:{name}\t{taken}\tstatic\n" for name, taken in found.items())
+        (tmp_path / file).write_text("".join(lines), encoding="utf-8")
+    assert _stack(tmp_path, "p") == 100 + 50 + 700
+
+
+def test_what_the_linker_lacks_is_named(tmp_path):
+    """The driver's last line, "ld returned 1 exit status", helps nobody."""
+    (tmp_path / "main.c").write_text("int missing_part(void);\nint main(void) { return missing_part(); }\n")
+    with pytest.raises(CompilerError, match="missing_part"):
+        run([COMPILER, "main.c", "-o", "main"], tmp_path)

@@ -184,7 +184,7 @@ def test_the_fmu_of_a_control_moves_a_simulated_unit(tmp_path, fmi):
 
     from .test_export_fmu import Instance
 
-    path = write_fmu(machine.load("mining-loader"), "boom", tmp_path / "c.fmu", what="control", fmi=fmi).path
+    path = write_fmu(machine.load_machine("mining-loader"), "boom", tmp_path / "c.fmu", what="control", fmi=fmi).path
     assert validate_fmu(str(path)) == []
     loop = UnitLoop(BOOM, BOOM, 0.3, 0.3 * limits_of(BOOM).load, LoopSettings(known=True, assumptions=BOOM.assumptions))
     loop.send({"boom": 0.36})

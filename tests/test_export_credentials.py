@@ -12,14 +12,14 @@ from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.credentials import DESCRIPTION, Export, card, credentials
 from ramsight.deploy.fmu import write_fmu
 from ramsight.duty.drive_response import DriveResponse
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 
 TYPE = "{http://ssp-standard.org/SSPTraceability1/SSPTraceabilityCommon}"
 
 
 @pytest.mark.parametrize(("name", "unit"), [("mining-loader", "boom"), ("press", "ram"), ("forklift-mast", "mast")])
 def test_an_fmu_is_made_again_from_what_is_inside(tmp_path, name, unit):
-    loaded = machine.load(name)
+    loaded = machine.load_machine(name)
     unit = unit if unit in loaded.units else next(iter(loaded.units))
     first = write_fmu(loaded, unit, tmp_path / "first.fmu", what="plant", fmi=3, compiler="")
     with zipfile.ZipFile(first.path) as archive:
@@ -35,8 +35,8 @@ def test_an_fmu_is_made_again_from_what_is_inside(tmp_path, name, unit):
 
 
 def export(what="sensor"):
-    loaded = machine.load("mining-loader")
-    return Export(loaded, build_unit("boom", loaded.unit("boom")), what, ("c", "--float"))
+    loaded = machine.load_machine("mining-loader")
+    return Export(loaded, build(loaded.unit("boom"), "boom"), what, ("c", "--single"))
 
 
 def test_a_changed_file_has_another_digest():

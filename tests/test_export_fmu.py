@@ -16,7 +16,7 @@ from ramsight.deploy.golden import faulty_day
 from ramsight.duty import simulate
 from ramsight.duty.profile import Duty, Profile, constant
 from ramsight.errors import DescriptionError, OutputError
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.ddh import build_ddh
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.comparing import Comparison, Verdict
@@ -26,7 +26,7 @@ from ramsight.sensor.virtual_sensor import BOUND
 
 fmpy = pytest.importorskip("fmpy")
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(find_compiler() is None, reason="there is no C compiler")]
-LOADER = machine.load("mining-loader")
+LOADER = machine.load_machine("mining-loader")
 FMI = (2, 3)
 KINDS = [(what, fmi) for what in ("sensor", "plant") for fmi in FMI]
 WRITTEN = [*KINDS, *(("compare", fmi) for fmi in FMI)]
@@ -261,10 +261,10 @@ def test_input_derivatives_of_fmi_2_are_slopes(fmus, instances):
 
 @pytest.mark.parametrize(("name", "unit"), [("eha-test-bench", "axis"), ("eha-single-rod", "axis"), ("press", "ram")])
 def test_any_circuit_is_a_plant(tmp_path, name, unit):
-    described = machine.load(name)
+    described = machine.load_machine(name)
     unit = unit if unit in described.units else next(iter(described.units))
     done = write_fmu(described, unit, tmp_path / "plant.fmu", what="plant", fmi=3)
-    built = build_unit(unit, described.unit(unit))
+    built = build(described.unit(unit), unit)
     start = 0.4 * built.cylinder.stroke
     whole = Duty(Profile([0.0, 0.2, 1.0, 2.0], [0.0, 0.0, 20.0, 0.0]), constant(1e3), constant(313.15), start)
     time, speed, load, acceleration, _ = sampled(whole)

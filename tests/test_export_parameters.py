@@ -16,7 +16,7 @@ from ramsight.deploy.golden import faulty_day
 from ramsight.deploy.machine_parameters import parameter_set, write_parameters
 from ramsight.engine.recursion import replay
 from ramsight.errors import DescriptionError
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.sensor.kalman import kalman
 
 CHANGES = {
@@ -80,13 +80,13 @@ def written(folder, name, changes):
         text = text.replace(old, new)
     file = folder / f"{name}.toml"
     file.write_text(text.replace('name = "mining-loader"', f'name = "{name}"'))
-    return machine.load(file)
+    return machine.load_machine(file)
 
 
 @pytest.fixture(scope="module")
 def stiff(fleet):
     """The second machine's unit, sensor and table, made once."""
-    unit = build_unit("boom", fleet[1][1].unit("boom"))
+    unit = build(fleet[1][1].unit("boom"), "boom")
     sensor = kalman(unit)
     return unit, sensor, machine_table(sensor, "ramsight_boom")
 
@@ -95,7 +95,7 @@ def stiff(fleet):
 def fleet(tmp_path_factory):
     """The loader and two of its kind, with the folder that their numbers are in."""
     folder = tmp_path_factory.mktemp("fleet")
-    machines = [machine.load("mining-loader"), *(written(folder, *one) for one in CHANGES.items())]
+    machines = [machine.load_machine("mining-loader"), *(written(folder, *one) for one in CHANGES.items())]
     return folder, machines
 
 
@@ -109,7 +109,7 @@ def python_track(sensor, rows, start):
 @pytest.mark.skipif(find_compiler() is None, reason="there is no C compiler")
 def test_one_build_is_the_sensor_of_three_machines(fleet, stiff):
     folder, machines = fleet
-    units = [build_unit("boom", one.unit("boom")) for one in machines]
+    units = [build(one.unit("boom"), "boom") for one in machines]
     sensors = [kalman(units[0]), stiff[1], kalman(units[2])]
     source = sensor_source(sensors[0], units[0], "ramsight_boom", "mining-loader", single=False, tabled=True)
     assert write_parameters(machines[2], "boom", folder / "heavy.h") == len(source.table.numbers)
@@ -185,7 +185,7 @@ def test_numbers_of_a_plant_are_its_fmus_parameters(fleet, tmp_path):
 
 @pytest.mark.slow
 def test_a_machine_with_another_stroke_is_of_another_kind(fleet, stiff):
-    unit = build_unit("boom", written(fleet[0], "other", OTHER_KIND).unit("boom"))
+    unit = build(written(fleet[0], "other", OTHER_KIND).unit("boom"), "boom")
     other, table = machine_table(kalman(unit), "ramsight_boom"), stiff[2]
     assert other.kind != table.kind
     assert other.identity != table.identity

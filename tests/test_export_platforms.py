@@ -21,10 +21,10 @@ from ramsight.deploy.golden import faulty_day
 from ramsight.deploy.platforms import PLATFORMS, binaries, platforms_of
 from ramsight.engine.recursion import replay
 from ramsight.errors import DescriptionError
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.sensor.kalman import kalman
 
-LOADER = machine.load("mining-loader")
+LOADER = machine.load_machine("mining-loader")
 IMPORTER = r"""
 #include <math.h>
 #include <stdio.h>
@@ -89,7 +89,7 @@ def test_a_binary_says_what_python_says(tmp_path, name):
         pytest.skip(f"there is no {runner[0]}")
     if not runner and (sys.platform, platform.machine()) != ("linux", "x86_64"):
         pytest.skip("this is another machine")
-    unit = build_unit("boom", LOADER.unit("boom"))
+    unit = build(LOADER.unit("boom"), "boom")
     done = write_fmu(LOADER, "boom", tmp_path / "boom.fmu", platforms=(name,))
     with zipfile.ZipFile(done.path) as archive:
         archive.extractall(tmp_path)

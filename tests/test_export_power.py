@@ -14,14 +14,14 @@ from ramsight import machine
 from ramsight.deploy.c_folder import write_sensor
 from ramsight.deploy.c_sensor import sensor_source
 from ramsight.deploy.compiler import STRICT, find_compiler, library
-from ramsight.logs import read_drive_log, read_truth
+from ramsight.logs import read_log, read_truth
 from ramsight.plant.ddh import build_ddh
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 
 COMPILER = find_compiler()
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(COMPILER is None, reason="there is no C compiler")]
-LOADER = machine.load("mining-loader")
+LOADER = machine.load_machine("mining-loader")
 
 NOTHING, RESUMED, OLDER, MOVED = range(4)
 BEFORE, ERASED, TORN, WRITTEN = range(4)
@@ -131,7 +131,7 @@ def table(array):
 @pytest.mark.parametrize("announced", [True, False])
 def test_power_lost_at_any_step_leaves_a_right_position_or_none(driver, boom, trace, announced):
     case = trace("boom_asbuilt1_workday")
-    log, truth = read_drive_log(case.log), read_truth(case.truth)["position"].values
+    log, truth = read_log(case.log), read_truth(case.truth)["position"].values
     names = ("time", "motor_speed", "motor_torque", "oil_temperature")
     rows = np.column_stack([*(log[name].values for name in names), np.full(log.sizes["time"], np.nan)])
     count = len(rows)

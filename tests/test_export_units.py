@@ -18,7 +18,7 @@ WRITTEN = [("mining-loader", "boom", "compare", 2), ("eha-valve-rig", None, "pla
 def described(request, tmp_path_factory):
     """A description as an importer reads it; fmpy holds it against the standard's schema."""
     name, unit, what, fmi = request.param
-    loaded = machine.load(name)
+    loaded = machine.load_machine(name)
     out = tmp_path_factory.mktemp("fmu") / "unit.fmu"
     write_fmu(loaded, unit or next(iter(loaded.units)), out, what=what, fmi=fmi, compiler="")
     with zipfile.ZipFile(out) as archive:

@@ -127,7 +127,7 @@ class Both:
         """One sample; the estimate may be any."""
         speed, torque = says or (self.speed if self.watched else math.nan, 20.0 + self.k % 7)
         reported = Reported(self.k * DT, speed, torque, WARM)
-        sensed = estimate.position, estimate.std, estimate.velocity, estimate.load, float(estimate.status)
+        sensed = estimate.position, estimate.position_std, estimate.velocity, estimate.load, float(estimate.status)
         given_ = (
             *(*sensed, WARM, 1.0, 1.0, 1.0),
             *(reported.motor_speed, reported.motor_torque, float(ask), target, steering, math.inf),
@@ -297,7 +297,7 @@ def test_an_fmu_that_knows_nothing_finds_its_place_and_tells_its_sensor(tmp_path
     run.home(lifted=False)
     run.go_on(0.5)
     run.send(0.1, wait=True)
-    path = write_fmu(machine.load("mining-loader"), "boom", tmp_path / "c.fmu", what="control", fmi=fmi).path
+    path = write_fmu(machine.load_machine("mining-loader"), "boom", tmp_path / "c.fmu", what="control", fmi=fmi).path
     one = Instance(path, tmp_path / "unzipped")
     record = run.loop.records["boom"]
     try:
@@ -314,7 +314,7 @@ def test_an_fmu_that_knows_nothing_finds_its_place_and_tells_its_sensor(tmp_path
                 target=1e10 if math.isnan(target) else target,
             )
             one.step(reported.time, DT)
-            assert one.get("position_std") == pytest.approx(estimate.std, rel=1e-6)
+            assert one.get("position_std") == pytest.approx(estimate.position_std, rel=1e-6)
             assert one.get("motor_speed_command") == pytest.approx(asked, abs=1e-6)
         assert record.estimate[-1].status is Status.OK
     finally:

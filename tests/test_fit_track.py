@@ -14,7 +14,7 @@ from ramsight.calibration.free_values import FreeValue, free_values, with_values
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.sensor_curve import SensorCurve
 
-RIG = machine.load("eha-valve-rig")
+RIG = machine.load_machine("eha-valve-rig")
 GIVE = "parts.hose_a.effective_bulk_modulus"
 
 

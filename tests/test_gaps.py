@@ -8,20 +8,24 @@ import numpy as np
 import pytest
 import xarray
 
+import ramsight
 from ramsight import Status
-from ramsight.logs import read_drive_log, write_drive_log
+from ramsight.logs import read_log, write_log
+from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.thresholds import BRIDGED_GAP
+from ramsight.signals import Signal, Signals
 from ramsight.tracking.gaps import Gaps
 
 
 def track(time):
     count = len(time)
     columns = {
-        "position": ("time", np.linspace(0.1, 0.2, count)),
-        "status": ("time", np.zeros(count, int)),
-        "referenced": ("time", np.ones(count, bool)),
+        "time": Signal(time),
+        "position": Signal(np.linspace(0.1, 0.2, count)),
+        "status": Signal(np.zeros(count, int)),
+        "referenced": Signal(np.ones(count, bool)),
     }
-    return xarray.Dataset(columns, coords={"time": time})
+    return Signals(columns)
 
 
 @pytest.mark.parametrize(("gap", "rows"), [(0.98 * BRIDGED_GAP, 0), (1.02 * BRIDGED_GAP, 2)])
@@ -32,22 +36,22 @@ def test_a_gap_that_a_motor_can_start_and_stop_in_has_rows(gap, rows):
     lost = filled["status"].values == Status.INPUT_LOST
     assert lost.sum() == rows
     assert np.isnan(filled["position"].values[lost]).all()
-    assert filled["status"].dtype == int
-    assert filled["referenced"].dtype == bool
+    assert filled["status"].values.dtype == int
+    assert filled["referenced"].values.dtype == bool
     assert (np.diff(filled["time"].values) > 0.0).all()
 
 
 def test_a_log_with_a_slow_clock_has_no_gaps():
     gaps = Gaps()
-    assert gaps.filled(track(np.arange(10.0))).sizes["time"] == 10
+    assert len(gaps.filled(track(np.arange(10.0)))) == 10
     assert gaps.text == ""
 
 
 def test_a_gap_between_pieces_is_one_too_and_a_clock_that_goes_back_is_none():
     gaps, time = Gaps(), np.arange(10) * 0.02
-    assert gaps.filled(track(time)).sizes["time"] == 10
-    assert gaps.filled(track(time + 60.0)).sizes["time"] == 12
-    assert gaps.filled(track(time)).sizes["time"] == 10
+    assert len(gaps.filled(track(time))) == 10
+    assert len(gaps.filled(track(time + 60.0))) == 12
+    assert len(gaps.filled(track(time))) == 10
     assert gaps.text == "no rows for 59.8 s from 0.2 s on"
     gaps.filled(track(time + 10.0))
     assert gaps.text.startswith("2 stretches without rows, the longest 59.8 s")
@@ -57,14 +61,14 @@ def test_nothing_is_lost_of_a_track_with_several_gaps():
     time = np.concatenate([np.arange(5) * 0.02 + 10.0 * k for k in range(4)])
     given = track(time)
     filled = Gaps().filled(given)
-    kept = filled.isel(time=filled["status"].values != Status.INPUT_LOST)
-    xarray.testing.assert_equal(kept, given)
+    kept = filled.rows(filled["status"].values != Status.INPUT_LOST)
+    xarray.testing.assert_equal(kept.dataset(), given.dataset())
 
 
 def test_the_track_of_a_log_with_a_pause_shows_it(trace, tmp_path):
-    log = read_drive_log(trace("boom_441kN_40C").log)
+    log = read_log(trace("boom_441kN_40C").log)
     time = log["time"].values
-    write_drive_log(log.isel(time=(time < 6.0) | (time > 9.0)), tmp_path / "log.csv")
+    write_log(log.isel(time=(time < 6.0) | (time > 9.0)), tmp_path / "log.csv")
     words = ["track", "mining-loader", "log.csv", "--unit", "boom", "--start", "100 mm", "--out", "track.csv"]
     done = subprocess.run(
         [sys.executable, "-m", "ramsight.cli", *words], capture_output=True, text=True, cwd=tmp_path, check=True
@@ -74,3 +78,17 @@ def test_the_track_of_a_log_with_a_pause_shows_it(trace, tmp_path):
         rows = [row for row in csv.DictReader(file) if 5.99 < float(row["time_s"]) < 9.01]
     assert [row["status"] for row in rows] == [f"{Status.INPUT_LOST.text}"] * 2
     assert [row["position_m"] for row in rows] == ["", ""]
+
+
+def test_the_farther_end_of_the_band_is_its_deviations_away_also_while_the_speed_is_lost(trace):
+    log = read_log(trace("boom_441kN_40C").log)
+    lost = (log["time"].values > 4.0) & (log["time"].values < 4.6)
+    log["motor_speed"][lost] = np.nan
+    track = ramsight.track("mining-loader", log, "100 mm", unit="boom")
+    position, std, low, high = (track[f"position{end}"].values for end in ("", "_std", "_low", "_high"))
+    inside = (low > 0.0) & (high < 0.7)
+    farther = np.maximum(high - position, position - low)
+    np.testing.assert_allclose(farther[inside], TWO_SIDED_95 * std[inside], rtol=0, atol=1e-8)
+    for end in (high - position, position - low):  # here no other hypothesis reaches farther to one side
+        np.testing.assert_allclose(end[lost], TWO_SIDED_95 * std[lost], rtol=0, atol=1e-8)
+    assert std[lost].max() > 3.0 * std[lost][0], "it grows by what nobody saw"

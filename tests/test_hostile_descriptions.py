@@ -219,7 +219,7 @@ def test_a_check_of_values_at_their_ends_gives_no_traceback(name):
     from ramsight.machine.base import walk
     from ramsight.plant.machine_tables import machine_summary
 
-    rng, described = np.random.default_rng(1), machine.load(name)
+    rng, described = np.random.default_rng(1), machine.load_machine(name)
     for _ in range(40):
         key = str(rng.choice(list(described.units)))
         unit = described.units[key]

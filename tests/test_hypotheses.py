@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy.stats import norm
 
 from ramsight.engine.typed_state import inlined, leaf, leaves, symbols
+from ramsight.normal import TWO_SIDED_95
 from ramsight.plant.symbols import Parameters
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.bank import Bank as State
@@ -120,7 +121,9 @@ class Bank:
         position = nominal + x["went_on"] * x["back"] + measured.moved
         more = {"taken": measured.accepted, "refused": measured.rejected, "moved": measured.moved}
         more |= {
-            "band": bank.band(ca.SX(0.0)),
+            "band": ca.fmax(*bank.band(ca.SX(0.0))) / TWO_SIDED_95,
+            "below": bank.band(ca.SX(0.0))[0],
+            "above": bank.band(ca.SX(0.0))[1],
             "room_low": room[0],
             "room_top": room[1],
             "total": ca.sqrt(bank.variance()),
@@ -136,7 +139,7 @@ class Bank:
             position_variance=bank.variance(), intake=intake, bank=bank.closed(),
         )  # fmt: skip
         outputs = {name: (ca.SX(1.0) * value, "1") for name, value in more.items()}
-        said = Report(position, bank.band(ca.SX(0.0)), 0.0, 0.0, ca.SX(0.0), outputs)
+        said = Report(position, more["band"], 0.0, 0.0, ca.SX(0.0), outputs)
         self._sensor = close("bank", Parameters(), raw, first, state, after, said)
         self._stepped = Stepped(self._sensor)
         self.names = self._sensor.recursion.state
@@ -469,6 +472,25 @@ def test_the_truth_is_outside_the_band_by_another_hypothesis_in_one_log_of_a_hun
     parts = [(p, bank.value(f"{name}_0"), bank.matrix(name)[POSITION, POSITION] ** 0.5) for name, p in weights.items()]
     outside = [p * (norm.sf((half - x) / std) + norm.sf((half + x) / std)) for p, x, std in parts[1:]]
     assert max(outside) == pytest.approx(OTHERWISE, rel=0.1), "none more, and the band is no wider"
+
+
+@pytest.mark.parametrize(("low", "top"), [(0.3, 1e-6), (1e-6, 0.3), (0.06, 0.06), (0.004, 0.004)])
+def test_a_band_reaches_to_the_side_where_another_hypothesis_is(bank, low, top):
+    bank.begin(0.3, std=1e-3)
+    bank.set(top_0=0.02, low_0=-0.03)
+    weights = {"described": 1.0 - low - top, "leaks": 1e-9, "low": low, "top": top, "wrong": 1e-9}
+    bank.set(**{f"{name}_weight": np.log(p) for name, p in weights.items()})
+    said = bank.go()
+    own = TWO_SIDED_95 * bank.matrix("described")[POSITION, POSITION] ** 0.5
+    for end, p, reach in (("below", low, 0.03), ("above", top, 0.02)):
+        if p > OTHERWISE:
+            assert reach < said[end] < reach + 4.0 * own
+        else:
+            assert said[end] == pytest.approx(own, rel=0.05)
+    assert said["band"] == pytest.approx(max(said["below"], said["above"]) / TWO_SIDED_95)
+    parts = [(p, bank.value(f"{name}_0"), bank.matrix(name)[POSITION, POSITION] ** 0.5) for name, p in weights.items()]
+    for p, x, std in parts[1:]:
+        assert p * (norm.cdf((-said["below"] - x) / std) + norm.sf((said["above"] - x) / std)) < 1.6 * OTHERWISE
 
 
 @pytest.mark.parametrize("probability", [1e-3, 0.01, 0.1, 0.3, 0.5, 0.9, 0.999])
@@ -879,6 +901,23 @@ def test_an_entered_position_may_be_wrong(bank):
     described = 1.0 - 2.0 * Assumptions().stops.undeclared
     assert said["p_wrong"] / said["p_described"] == pytest.approx(entered / described)
     assert said["p_wrong"] > 5.0 * plain
+    elsewhere = Assumptions().stops.elsewhere * STROKE
+    assert bank.matrix("wrong")[0, 0] == pytest.approx(elsewhere**2 + 1e-6), "as a stop that is elsewhere"
+    assert bank.matrix("described")[0, 0] == pytest.approx(1e-6)
+
+
+@pytest.mark.parametrize("off", [0.04, 0.45])
+def test_a_start_that_was_entered_wrongly_is_found_by_contacts(bank, off):
+    """Near by it is off as a stop that is elsewhere, far off it is another scale's."""
+    bank.begin(0.5 * STROKE)
+    bank._stepped.state = bank._sensor.initial.copy()
+    bank._time = 0.0
+    bank.set(position=0.5 * STROKE, position_known=1.0, position_variance=1e-6)
+    first = bank.go(entered=1.0)
+    sure = at(bank, off * STROKE, place=0.0, low=1.0, **CONTACT)
+    again = at(bank, off * STROKE, place=0.0, low=1.0, **CONTACT)
+    assert first["p_wrong"] < sure["p_wrong"]
+    assert again["taken"] or again["p_wrong"] > sure["p_wrong"]
 
 
 @pytest.mark.parametrize(("k", "bound"), list(enumerate(BOUNDS, LEAK)))
@@ -895,7 +934,7 @@ def test_factors_stay_within_their_bounds(bank, k, bound):
             for name in NAMES:
                 least, most = bound
                 assert least - 1e-12 <= bank.means(name)[k] <= most + 1e-12
-        if k != DISPLACEMENT:
+        if k in (LEAK, COMPLIANCE):  # what this way shows
             assert bank.means("described")[k] == pytest.approx(limit, rel=0.2)
 
 

@@ -14,16 +14,17 @@ from ramsight.calibration.identify_moves import find_moves
 from ramsight.calibration.identify_record import recorded, running_mean
 from ramsight.calibration.identify_replay import Circuit, Deviation, opening_time_in_steps, orifice_at_one
 from ramsight.calibration.identify_report import summary
-from ramsight.calibration.identify_tuned import tuned
+from ramsight.calibration.knowledge import of_identification
+from ramsight.calibration.tuned import changes, tuned
 from ramsight.duty import DriveReport, lift_lower, report, simulate
 from ramsight.duty.commissioning_duty import commissioning, usual_loads
-from ramsight.logs import read_drive_log, read_truth
-from ramsight.plant.build import build_unit
+from ramsight.logs import read_log, read_truth
+from ramsight.plant.build import build
 from ramsight.plant.ddh import build_ddh
 from ramsight.plant.valve import SETTLED
 
 ROOT = Path(__file__).parent.parent
-LOADER = machine.load("mining-loader")
+LOADER = machine.load_machine("mining-loader")
 UNITS = {name: build_ddh(name, unit) for name, unit in LOADER.units.items()}
 DATA_SHEET = {
     "leak": 1.0, "orifice": 0.0, "displacement": 1.0, "friction": 1.0, "stiffness": 1.0, "efficiency": 0.0
@@ -43,7 +44,7 @@ def coverage():
 
 def found_of(case):
     unit = UNITS[case.case["unit"]]
-    return identify(unit, read_drive_log(case.log), read_truth(case.truth))
+    return identify(unit, read_log(case.log), read_truth(case.truth))
 
 
 def holds(estimate, *values):
@@ -81,7 +82,7 @@ def test_two_loads_do_not_and_friction_is_left_alone(trace):
     assert not found.factors["efficiency"].identified
     assert not found.factors["friction"].identified
     assert found.factors["friction"].value == 1.0
-    new = tuned(LOADER, "boom", found, "day.csv", "rod.csv")
+    new = tuned_by(LOADER, "boom", found)
     assert new.machine.unit("boom").cylinder == LOADER.unit("boom").cylinder
     assert new.machine.unit("boom").pump_a.hydromechanical_efficiency == (
         LOADER.unit("boom").pump_a.hydromechanical_efficiency
@@ -193,16 +194,18 @@ def test_two_loads_leave_the_efficiency_and_the_interval_holds_what_it_may_be(ro
     assert "cylinder." not in "".join(changes_of(found))
 
 
-def changes_of(found):
-    from ramsight.calibration.identify_tuned import changes
+def tuned_by(described, unit, found):
+    return tuned(described, unit, of_identification(found, described.unit(unit)), "day.csv")
 
-    return list(changes(LOADER, "bucket", found))
+
+def changes_of(found):
+    return list(changes(LOADER, "bucket", of_identification(found, LOADER.unit("bucket"))))
 
 
 def test_the_tuned_description_is_the_machine_that_was_found(rough):
     """What is written is read back, and its parts are those of the deviation that was found."""
     found, unit = rough[12], UNITS["bucket"]
-    new = tuned(LOADER, "bucket", found, "day.csv", "rod.csv")
+    new = tuned_by(LOADER, "bucket", found)
     assert list(machine.walk(machine.loads(new.text))) == list(machine.walk(new.machine))
     assert new.machine.unit("boom") == LOADER.unit("boom")
     assert "day.csv" in new.text
@@ -227,7 +230,7 @@ def test_what_cannot_be_used_is_said(trace, cycle):
     run, log = cycle
     case = trace("boom_441kN_40C")
     with pytest.raises(IdentifyError, match="another unit"):
-        identify(UNITS["bucket"], read_drive_log(case.log), read_truth(case.truth) * 0.5 + 0.1)
+        identify(UNITS["bucket"], read_log(case.log), read_truth(case.truth) * 0.5 + 0.1)
     with pytest.raises(IdentifyError, match="stroke allows 0 to 700 mm"):
         identify(UNITS["boom"], log, run[["position"]] * 1000.0)
     with pytest.raises(IdentifyError, match="time in common"):
@@ -236,7 +239,7 @@ def test_what_cannot_be_used_is_said(trace, cycle):
         identify(UNITS["boom"], log.isel(time=slice(0, 60)), run)
     relief = trace("boom_relief_536kN")
     with pytest.raises(IdentifyError, match="relief"):
-        identify(UNITS["boom"], read_drive_log(relief.log), read_truth(relief.truth))
+        identify(UNITS["boom"], read_log(relief.log), read_truth(relief.truth))
 
 
 def test_a_running_mean_keeps_straight_lines():
@@ -278,9 +281,9 @@ def test_a_tuned_sensor_of_a_mast_is_no_worse_on_the_next_day(coverage, mast, mo
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     study = importlib.import_module("tuned_sensor")
     unit, _, found = mast
-    new = tuned(coverage.machine_of("forklift 63 mm"), "lift", found, "day.csv", "rod.csv")
+    new = tuned_by(coverage.machine_of("forklift 63 mm"), "lift", found)
     work = study.day(unit, unit, 3)
-    assert study.error(build_unit("lift", new.machine.unit("lift")), *work) < study.error(unit, *work) + 0.5e-3
+    assert study.error(build(new.machine.unit("lift"), "lift"), *work) < study.error(unit, *work) + 0.5e-3
 
 
 def test_the_page_quotes_the_studies(monkeypatch):

@@ -14,9 +14,10 @@ from ramsight import machine
 from ramsight.calibration.identify_record import IdentifyError
 from ramsight.calibration.identify_replay import Circuit, orifice_at_one
 from ramsight.calibration.identify_report import summary
-from ramsight.calibration.identify_tuned import changes, tuned
+from ramsight.calibration.knowledge import of_identification
+from ramsight.calibration.tuned import changes, tuned
 from ramsight.machine.efficiencies import COLUMNS
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.holding import Holding
 from ramsight.plant.limits import limits_of
 from ramsight.plant.pump import Pump
@@ -69,9 +70,10 @@ def test_stiffness_is_told_only_where_a_valve_holds_the_load_at_rest(name):
 def test_a_tuned_description_of_every_circuit_is_the_machine_that_was_found(name):
     _, unit = coverage.UNITS[name]
     sheet, found = worn(name)
-    new = tuned(coverage.machine_of(name), unit, found, "day.csv", "rod.csv")
+    described = coverage.machine_of(name)
+    new = tuned(described, unit, of_identification(found, described.unit(unit)), "day.csv")
     how = found.deviation
-    made = {part.name: part for part in build_unit(unit, machine.loads(new.text).unit(unit)).parts()}
+    made = {part.name: part for part in build(machine.loads(new.text).unit(unit), unit).parts()}
     for part in sheet.parts():
         if isinstance(part, Pump):
             pump = made[part.name]
@@ -162,7 +164,7 @@ def test_the_same_log_without_the_option_described_is_another_machine():
 
 
 def test_a_worn_pump_with_a_table_comes_back_through_its_table():
-    described = machine.load("mining-loader")
+    described = machine.load_machine("mining-loader")
     pump = described.unit("boom").pump_a
     grid = [(bar, rpm, nu) for bar in (50, 150, 300) for rpm in (400, 1500, 4000) for nu in (20, 46, 200)]
     rows = [f"{bar}, {rpm}, {nu}, {1 - 0.3 * bar * 46 / nu / rpm:.6f}, {0.9 - 5 / bar:.6f}" for bar, rpm, nu in grid]
@@ -170,7 +172,7 @@ def test_a_worn_pump_with_a_table_comes_back_through_its_table():
     sheet = described.replace(
         {f"units.boom.{name}.{key}": value for name in ("pump_a", "pump_b") for key, value in table.items()}
     )
-    unit = build_unit("boom", sheet.unit("boom"))
+    unit = build(sheet.unit("boom"), "boom")
     # A tenth more leakage and friction, as wear makes them.
     made = pumps(unit, lambda p: replace(p, leak_factor=1.1, friction_factor=1.1))
     found = coverage.worked(unit, made, 41)
@@ -179,8 +181,9 @@ def test_a_worn_pump_with_a_table_comes_back_through_its_table():
     rougher = 1.0 / (1.0 + 1.1 * (1.0 / eta - 1.0)) - eta
     assert found.factors["efficiency"].identified
     assert found.factors["efficiency"].value == pytest.approx(rougher, abs=0.0015)
-    assert "units.boom.pump_a.volumetric_efficiency" not in changes(sheet, "boom", found)
-    back = build_unit("boom", tuned(sheet, "boom", found, "day.csv", "rod.csv").machine.unit("boom")).a.pump
+    known = of_identification(found, sheet.unit("boom"))
+    assert "units.boom.pump_a.volumetric_efficiency" not in changes(sheet, "boom", known)
+    back = build(tuned(sheet, "boom", known, "day.csv").machine.unit("boom"), "boom").a.pump
     state = (150.0, 120e5, 30e-6)
     assert replace(back, orifice_leak=None).leakage(*state, 872.0) == pytest.approx(
         found.factors["leak"].value * float(unit.a.pump.leakage(*state, 872.0)), rel=1e-6, abs=0.0

@@ -42,7 +42,7 @@ def test_the_tuned_machine_is_a_machine(identified):
     assert done.returncode == 0, done.stderr
     errors = []
     for described in ("mining-loader", "tuned.toml"):
-        leaktest = at_once("leaktest", described, case.log, "--unit", "boom", cwd=folder)
+        leaktest = at_once("leak-test", described, case.log, "--unit", "boom", cwd=folder)
         assert leaktest.returncode == 0, leaktest.stderr
         errors.append(abs(float(re.search(r"leak factor ([\d.]+)", leaktest.stdout)[1]) - 1.0))
     # The tuned description is told what the leak test, which needs no position, finds of the untuned one.

@@ -15,9 +15,9 @@ from ramsight.duty import report, simulate
 from ramsight.duty.drive_report import declared_report
 from ramsight.duty.faults import Fault, inject
 from ramsight.duty.work_day import work_day
-from ramsight.logs import read_drive_log
+from ramsight.logs import read_log
 from ramsight.plant.as_built import AsBuilt
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.sensor import redundancy
 from ramsight.sensor.inertia_check import InertiaState
 from ramsight.sensor.kalman import kalman
@@ -28,8 +28,8 @@ from .golden import golden
 from .sensor_bench import Stepped
 
 ROOT = Path(__file__).parents[1]
-LOADER = machine.load("mining-loader")
-PLAIN = build_unit("boom", LOADER.unit("boom"))
+LOADER = machine.load_machine("mining-loader")
+PLAIN = build(LOADER.unit("boom"), "boom")
 ASSUMED = PLAIN.assumptions.replace({"inertia.std": 0.3})
 AT, LONG, DT = 40.0, 80.0, 0.02
 
@@ -77,7 +77,7 @@ def test_a_gain_is_no_sign(gain, day, sensor):
 
 @pytest.mark.parametrize("trace_name", ["boom_441kN_40C_x20", "boom_asbuilt1_workday"])
 def test_on_the_logs_of_an_independent_simulator(trace, trace_name, sensor):
-    log = read_drive_log(trace(trace_name).log)
+    log = read_log(trace(trace_name).log)
     sensor.start(None)
     assert Status.SIGN_CONTRADICTED not in sensor.track(log)["status"].values
     sensor.start(None)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from ramsight.logs import read_drive_log, read_truth
-from ramsight.machine import load
+from ramsight.logs import read_log, read_truth
+from ramsight.machine import load_machine
 from ramsight.plant.ddh import build_ddh
 from ramsight.plant.limits import limits_of
 from ramsight.sensor.kalman import kalman
@@ -12,13 +12,13 @@ from ramsight.sensor.kalman import kalman
 
 @pytest.fixture(scope="module")
 def sensor():
-    return kalman(build_ddh("boom", load("mining-loader").unit("boom")))
+    return kalman(build_ddh("boom", load_machine("mining-loader").unit("boom")))
 
 
 def error_with(trace, sensor, sample, leap, lasting=1):
     """Distance from the truth [m] with a torque that leaps by so much [N m] at a sample."""
     case = trace("boom_258kN_40C")
-    log, truth = read_drive_log(case.log), read_truth(case.truth)["position"].values
+    log, truth = read_log(case.log), read_truth(case.truth)["position"].values
     log["motor_torque"].values[sample : sample + lasting] += leap
     sensor.start(float(truth[0]), 1e-3)
     return sensor.track(log)["position"].values - truth
@@ -34,7 +34,7 @@ def test_one_wrong_torque_moves_nothing(trace, sensor, sample, leap):
 
 
 def test_a_torque_that_lasts_is_believed_with_its_second_sample(sensor):
-    at_relief = limits_of(build_ddh("boom", load("mining-loader").unit("boom"))).torque
+    at_relief = limits_of(build_ddh("boom", load_machine("mining-loader").unit("boom"))).torque
     sensor.start(0.2, 1e-3)
     for k in range(50):
         before = sensor.step(0.02 * k, 100.0, 0.2 * at_relief, 313.15)

@@ -18,11 +18,11 @@ from ramsight.deploy.encoder.j1939 import Broadcasting, Message, message_of
 from ramsight.deploy.encoder.listening import Listener, drive_map
 from ramsight.errors import DescriptionError
 from ramsight.logs.can_field import Field, little_endian
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 
-BOOM = build_unit("boom", machine.load("mining-loader").unit("boom"))
+BOOM = build(machine.load_machine("mining-loader").unit("boom"), "boom")
 DATA = struct.Struct("<HHBBH")
 
 

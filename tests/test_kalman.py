@@ -13,7 +13,7 @@ from ramsight import machine
 from ramsight.duty import DriveReport, Duty, Profile, lift_lower, report, simulate
 from ramsight.duty.profile import constant
 from ramsight.duty.work_day import work_day
-from ramsight.logs import read_drive_log, read_truth
+from ramsight.logs import read_log, read_truth
 from ramsight.plant.as_built import AsBuilt
 from ramsight.plant.ddh import build_ddh
 from ramsight.sensor.hypothesis import Kind, covariance_of
@@ -32,7 +32,7 @@ WORK_DAYS = ("boom_asbuilt1_workday", "bucket_asbuilt1_workday")
 
 @pytest.fixture(scope="module")
 def units():
-    loader = machine.load("mining-loader")
+    loader = machine.load_machine("mining-loader")
     return {name: build_ddh(name, loader.unit(name)) for name in ("boom", "bucket")}
 
 
@@ -56,7 +56,7 @@ def tracked(trace, sensors, known):
     def find(name, *, leakage_known=False):
         if (name, leakage_known) not in cache:
             case = trace(name)
-            log, truth = read_drive_log(case.log), read_truth(case.truth)
+            log, truth = read_log(case.log), read_truth(case.truth)
             sensor = (known if leakage_known else sensors)[case.case["unit"]]
             sensor.start(case.case["x0"])
             track = sensor.track(log)
@@ -239,7 +239,7 @@ def test_life_and_replay_are_the_same(tracked, sensors):
     columns = [log[name].values for name in ("time", "motor_speed", "motor_torque", "oil_temperature")]
     live = [sensors["bucket"].step(*map(float, row)) for row in zip(*columns, strict=True)]
     assert [e.position for e in live] == track["position"].values.tolist()
-    assert [e.std for e in live] == track["position_std"].values.tolist()
+    assert [e.position_std for e in live] == track["position_std"].values.tolist()
     assert [int(e.status) for e in live] == track["status"].values.tolist()
 
 
@@ -363,7 +363,7 @@ STEPS = st.one_of(st.floats(-0.05, 0.2), st.floats(-1e6, 1e6), st.just(float("na
 
 @cache
 def known_boom():
-    unit = build_ddh("boom", machine.load("mining-loader").unit("boom"))
+    unit = build_ddh("boom", machine.load_machine("mining-loader").unit("boom"))
     return unit, kalman(unit)
 
 
@@ -381,9 +381,9 @@ def test_nothing_a_drive_may_say_moves_the_position_faster_than_the_piston_can_g
         passed = max(time - clock, 0.0) if np.isfinite(step) else 0.0
         clock = time if np.isfinite(step) else clock
         assert 0.0 <= now.position <= unit.cylinder.stroke
-        referenced = now.std < 0.8 * before.std  # a stop that was recognised, however sure
+        referenced = now.position_std < 0.8 * before.position_std  # a stop that was recognised, however sure
         assert referenced or abs(now.position - before.position) <= fastest * passed + 1e-12
-        assert np.isfinite([now.std, now.velocity, now.load]).all()
+        assert np.isfinite([now.position_std, now.velocity, now.load]).all()
         if not np.isfinite([said, speed, torque]).all():
             assert now.status.validity == "invalid"
         elif not np.isfinite(warmth):

@@ -9,7 +9,7 @@ import pytest
 
 from ramsight import machine
 from ramsight.plant.accumulator import gas_capacity
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.circuit import join
 from ramsight.plant.holding import Leaving
 from ramsight.plant.hose import Volume, laminar_resistance
@@ -90,7 +90,7 @@ def test_the_bulk_modulus_of_oil_with_air_is_that_of_its_volume():
 
 
 def test_a_pumps_leakage_goes_with_pressure_over_viscosity():
-    pump = build_unit("boom", machine.load("mining-loader").unit("boom")).a.pump
+    pump = build(machine.load_machine("mining-loader").unit("boom"), "boom").a.pump
     plain = replace(pump, orifice_leak=None, table=None)
     once = float(plain.leakage(100.0, 100e5, 46e-6, 870.0))
     assert float(plain.leakage(100.0, 100e5, 23e-6, 870.0)) == pytest.approx(2.0 * once, rel=1e-12)
@@ -98,7 +98,7 @@ def test_a_pumps_leakage_goes_with_pressure_over_viscosity():
 
 
 def test_beyond_its_relief_valve_what_leaves_a_side_grows_in_proportion():
-    leaving = Leaving(build_unit("boom", machine.load("mining-loader").unit("boom")), "a")
+    leaving = Leaving(build(machine.load_machine("mining-loader").unit("boom"), "boom"), "a")
     at = leaving.flow(leaving._most, 313.15)
     assert leaving.flow(2.0 * leaving._most, 313.15) == pytest.approx(2.0 * at, rel=1e-9)
 

@@ -12,13 +12,13 @@ from ramsight.calibration.identify_record import IdentifyError
 from ramsight.calibration.leakage import LeakTestError, leak_test, leak_test_summary
 from ramsight.duty import DriveReport, Duty, report, simulate
 from ramsight.duty.profile import constant, trapezoid_moves
-from ramsight.logs import read_drive_log
+from ramsight.logs import read_log
 from ramsight.plant.ddh import build_ddh
 
 from .command import at_once
 
 RPM = np.pi / 30
-UNITS = {name: build_ddh(name, unit) for name, unit in machine.load("mining-loader").units.items()}
+UNITS = {name: build_ddh(name, unit) for name, unit in machine.load_machine("mining-loader").units.items()}
 
 
 def worn(unit, factor):
@@ -36,7 +36,7 @@ def log_of(unit, moves, load, kelvin, seed=0):
 
 def test_the_recorded_leak_test_gives_the_machines_leak_factor(trace):
     case = trace("boom_asbuilt1_leaktest")
-    found = leak_test(UNITS["boom"], read_drive_log(case.log))
+    found = leak_test(UNITS["boom"], read_log(case.log))
     assert found.factor == pytest.approx(case.case["asbuilt"]["leak"], rel=0.02)
     assert len(found.stretches) == 2
     assert 0.0 < found.std < 0.05
@@ -71,11 +71,11 @@ def test_a_slow_lift_is_not_taken_for_a_leak_test():
 
 def test_a_log_without_a_leak_test_says_so(trace):
     with pytest.raises(LeakTestError, match="no leak test"):
-        leak_test(UNITS["boom"], read_drive_log(trace("boom_441kN_40C").log))
+        leak_test(UNITS["boom"], read_log(trace("boom_441kN_40C").log))
 
 
 def test_the_figure_per_kelvin_is_what_a_warmer_oil_would_have_made_of_it(trace):
-    log = read_drive_log(trace("boom_asbuilt1_leaktest").log)
+    log = read_log(trace("boom_asbuilt1_leaktest").log)
     found = leak_test(UNITS["boom"], log)
     warmer = leak_test(UNITS["boom"], log.assign(oil_temperature=log["oil_temperature"] + 1.0))
     assert found.per_kelvin < -0.01  # a thinner oil leaks as much with less wear
@@ -83,7 +83,7 @@ def test_the_figure_per_kelvin_is_what_a_warmer_oil_would_have_made_of_it(trace)
 
 
 def test_the_summary_says_what_the_figure_depends_on(trace):
-    text = leak_test_summary(leak_test(UNITS["boom"], read_drive_log(trace("boom_asbuilt1_leaktest").log)))
+    text = leak_test_summary(leak_test(UNITS["boom"], read_log(trace("boom_asbuilt1_leaktest").log)))
     assert "leak factor 1.1" in text
     assert "60 rpm" in text
     assert "100 rpm" in text
@@ -108,11 +108,11 @@ def own_names(log, path, position=None):
 
 def test_a_log_with_names_of_its_own_takes_a_map(trace, tmp_path):
     case = trace("boom_asbuilt1_leaktest")
-    known = leak_test(UNITS["boom"], read_drive_log(case.log))
-    file, channel_map = own_names(read_drive_log(case.log), tmp_path)
+    known = leak_test(UNITS["boom"], read_log(case.log))
+    file, channel_map = own_names(read_log(case.log), tmp_path)
     found = ramsight.leak_test("mining-loader", file, unit="boom", channel_map=channel_map)
     assert found.factor == pytest.approx(known.factor, abs=1e-3)
-    done = at_once("leaktest", "mining-loader", file, "--unit", "boom", "--map", channel_map)
+    done = at_once("leak-test", "mining-loader", file, "--unit", "boom", "--map", channel_map)
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == leak_test_summary(found)
 

@@ -12,7 +12,7 @@ from ramsight.plant.ddh import build_ddh
 from .plant_bench import table_of
 from .test_leakage import log_of, worn
 
-BOOM = build_ddh("boom", machine.load("mining-loader").unit("boom"))
+BOOM = build_ddh("boom", machine.load_machine("mining-loader").unit("boom"))
 MOVES, LOAD, KELVIN = [(60, 5.0), (100, 5.0)], 441e3, 318.15
 BAND = 1.96
 

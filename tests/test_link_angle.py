@@ -14,8 +14,8 @@ from ramsight.duty import DriveReport, report, simulate
 from ramsight.duty.link_report import LinkReport, declared_link
 from ramsight.duty.work_day import work_day
 from ramsight.errors import DescriptionError
-from ramsight.logs import read_drive_log, write_drive_log
-from ramsight.plant.build import build_unit
+from ramsight.logs import read_log, write_log
+from ramsight.plant.build import build
 from ramsight.plant.linkage import build_mechanism, joints
 from ramsight.plant.linkage.lever import lever
 from ramsight.sensor.kalman import kalman
@@ -23,8 +23,8 @@ from ramsight.tracking.judged_errors import judge
 
 from .golden import golden
 
-LOADER = machine.load("mining-loader")
-BOOM = build_unit("boom", LOADER.unit("boom"), LOADER.linkage)
+LOADER = machine.load_machine("mining-loader")
+BOOM = build(LOADER, "boom")
 STD = math.radians(0.2)
 WITH = BOOM.assumptions.replace({"link_angle.std": STD})
 
@@ -63,12 +63,12 @@ def test_the_lever_is_the_mechanism(position):
 def test_a_body_that_other_cylinders_move_too_has_no_lever():
     assert lever(LOADER.linkage, "bucket") is None
     assert lever(None, "boom") is None
-    mast = machine.load("forklift-mast")
+    mast = machine.load_machine("forklift-mast")
     assert all(lever(mast.linkage, name) is None for name in mast.units)
 
 
 def test_a_declared_angle_without_a_lever_is_refused():
-    bucket = build_unit("bucket", LOADER.unit("bucket"), LOADER.linkage)
+    bucket = build(LOADER, "bucket")
     with pytest.raises(DescriptionError, match=r"units\.bucket\.assumptions\.link_angle\.std.*mechanism"):
         kalman(bucket, WITH)
 
@@ -140,8 +140,8 @@ def test_a_lagging_angle_is_moved_on(leaky):
 def test_logs_keep_angles(tmp_path, leaky):
     log = log_of(leaky).isel(time=slice(0, 200))
     for name in ("log.csv", "log.parquet"):
-        write_drive_log(log, tmp_path / name)
-        back = read_drive_log(tmp_path / name)
+        write_log(log, tmp_path / name)
+        back = read_log(tmp_path / name)
         assert np.allclose(back["link_angle"], log["link_angle"], atol=1e-9)
         assert back["link_angle"].attrs["units"] == "rad"
 
@@ -154,13 +154,13 @@ def test_a_map_names_the_angle(tmp_path):
         'torque = {channel = "M", unit = "N m"}\ntemperature = {channel = "T", unit = "degC"}\n'
         'link_angle = {channel = "tilt", unit = "deg", sign = -1, offset = 5.0}\n'
     )
-    log = read_drive_log(tmp_path / "log.csv", tmp_path / "map.toml")
+    log = read_log(tmp_path / "log.csv", tmp_path / "map.toml")
     assert float(log["link_angle"][10]) == pytest.approx(math.radians(-(20.0 + 5.0)))
 
 
 def test_a_declared_angle_is_rehearsed_and_used(tmp_path):
     text = ramsight.load_machine("mining-loader")
-    assert declared_link(build_unit("boom", text.unit("boom"), text.linkage), 1) is None
+    assert declared_link(build(text, "boom"), 1) is None
     declared = replace(BOOM, assumptions=WITH)
     run = ramsight.simulate(declared, load="200 kN")
     first, again = (ramsight.drive_report(run, declared, seed=4) for _ in range(2))

@@ -123,7 +123,7 @@ def test_a_level_bucket_stays_level_over_the_whole_lift():
 def test_the_rated_payload_takes_the_papers_loads():
     lift = np.column_stack([np.linspace(0.0, 0.7, 71), np.full(71, 0.25)])
     boom, bucket = holding_forces(LOADER, joints(LOADER, lift), LOADER.rated_payload).T
-    loads = {name: machine.load("mining-loader").unit(name).load.loads["high"] for name in ("boom", "bucket")}
+    loads = {name: machine.load_machine("mining-loader").unit(name).load.loads["high"] for name in ("boom", "bucket")}
     assert boom.max() == pytest.approx(loads["boom"], rel=5e-3)
     assert -bucket.min() == pytest.approx(loads["bucket"], rel=5e-3)  # the rod side holds it
     assert np.all(boom > 0.0)
@@ -194,14 +194,14 @@ def test_a_cylinder_needs_a_unit_of_its_name():
 
 def test_every_value_of_the_catalogues_mechanisms_has_a_source():
     for name in ("mining-loader", "forklift-mast"):
-        read = machine.load(name)
+        read = machine.load_machine(name)
         for value in machine.walk(read.linkage, "linkage."):
             assert not value.given or read.source_of(value.path), value.path
 
 
 @pytest.mark.parametrize("name", ["mining-loader", "forklift-mast"])
 def test_a_template_keeps_the_mechanism(name):
-    read = machine.load(name)
+    read = machine.load_machine(name)
     assert machine.loads(machine.template(read)).linkage == read.linkage
 
 

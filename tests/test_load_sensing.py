@@ -10,14 +10,14 @@ from ramsight import machine
 from ramsight.api.abilities import abilities
 from ramsight.duty import simulate
 from ramsight.duty.profile import Duty, Profile, constant
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.load_sensing import LoadSensingPump, MeteringValve
 from ramsight.reproduction.baseline import saves
 from ramsight.reproduction.bench import benches
 from ramsight.reproduction.chapter import Verdict
 from ramsight.reproduction.valve_controlled import PLACES, account, metered_run, valve_controlled
 
-UNIT = build_unit("boom", machine.load("loader-valve-controlled").unit("boom"))
+UNIT = build(machine.load_machine("loader-valve-controlled").unit("boom"), "boom")
 PUMP = next(part for part in UNIT.parts() if isinstance(part, LoadSensingPump))
 VALVE = next(part for part in UNIT.parts() if isinstance(part, MeteringValve))
 SPEED = 1500.0 * np.pi / 30.0

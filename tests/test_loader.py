@@ -16,7 +16,7 @@ from ramsight.errors import DescriptionError
 from ramsight.plant.linkage import holding_forces, positions
 from ramsight.plant.linked import build_linked
 
-LOADER = build_linked(machine.load("mining-loader"))
+LOADER = build_linked(machine.load_machine("mining-loader"))
 UNITS = ("boom", "bucket")
 WARM = dict.fromkeys(UNITS, constant(313.15))
 
@@ -131,7 +131,7 @@ def test_end_stops_hold_until_the_relief_valve_opens(unit, speed, start, stop):
 
 def test_a_mast_on_its_chain_is_the_mass_that_it_is_taken_for():
     """The forklift as a mechanism and as a mass at the rods: inner mast, and four times what the chain lifts."""
-    described = machine.load("forklift-mast")
+    described = machine.load_machine("forklift-mast")
     bodies, payload = described.linkage.bodies, 1000.0
     mass = bodies["inner_mast"].mass + 4.0 * (bodies["carriage"].mass + payload)
     linked = build_linked(described.replace({"units.lift.load.mass": mass}))
@@ -153,7 +153,7 @@ def test_a_start_out_of_reach_and_a_machine_without_a_mechanism_are_refused():
             LOADER, LinkedDuty(dict.fromkeys(UNITS, constant(0.0)), WARM, {"boom": 0.3, "bucket": 2.0}, end=1.0)
         )
     with pytest.raises(DescriptionError, match=r"linkage: .*has no mechanism"):
-        build_linked(machine.load("press"))
+        build_linked(machine.load_machine("press"))
     cold = {"boom": constant(200.0), "bucket": constant(313.15)}
     with pytest.raises(DescriptionError, match="oil temperature"):
         simulate_linked(

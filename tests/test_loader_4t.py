@@ -10,7 +10,7 @@ from ramsight.plant.linkage import angles, holding_forces, joints, tip
 from ramsight.plant.linked import build_linked
 from ramsight.plant.steady import derive
 
-SMALL, LARGE = machine.load("mining-loader-4t"), machine.load("mining-loader")
+SMALL, LARGE = machine.load_machine("mining-loader-4t"), machine.load_machine("mining-loader")
 LOADER = build_linked(SMALL)
 STROKES = {"boom": 0.7, "bucket": 0.5}
 

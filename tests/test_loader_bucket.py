@@ -10,7 +10,7 @@ from ramsight.plant.linkage import build_mechanism
 from ramsight.reproduction.choices import direct_driven
 from ramsight.reproduction.machine_drawings import hydraulics, pumps
 
-LOADER = machine.load("mining-loader")
+LOADER = machine.load_machine("mining-loader")
 
 
 def area(outline):
@@ -40,7 +40,7 @@ def test_a_bucket_holds_its_pins_and_turns_with_them():
 
 
 def test_what_is_no_bucket_stays_the_hull_of_its_pins():
-    mast = shapes(build_mechanism(machine.load("forklift-mast").linkage), [0.5])
+    mast = shapes(build_mechanism(machine.load_machine("forklift-mast").linkage), [0.5])
     assert mast.bucket is None
 
 

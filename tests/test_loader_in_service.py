@@ -11,7 +11,7 @@ from ramsight.plant.balance import balance
 
 from .command import at_once
 
-BENCH, SERVICE = machine.load("mining-loader"), machine.load("mining-loader-in-service")
+BENCH, SERVICE = machine.load_machine("mining-loader"), machine.load_machine("mining-loader-in-service")
 HONEST = {
     "cylinder.stribeck_velocity": (5e-3, 30e-3),
     "cylinder.pressure_friction": (0.02, 0.05),
@@ -114,7 +114,7 @@ def test_every_verb_of_a_machine_works_on_it(unit, tmp_path):
     verbs = (
         ("check", name),
         ("simulate", name, "--unit", unit, "--duty", "commissioning", *files),
-        ("leaktest", name, "log.csv.gz", "--unit", unit),
+        ("leak-test", name, "log.csv.gz", "--unit", unit),
         ("identify", name, "log.csv.gz", "--unit", unit, "--truth", "truth.csv.gz", "--out", "tuned.toml"),
         ("track", name, "log.csv.gz", "--unit", unit, "--truth", "truth.csv.gz"),
         ("calibrate", name, "--unit", unit, "--loads", 8, "--out", "table.sensor"),

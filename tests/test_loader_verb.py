@@ -15,7 +15,7 @@ from ramsight.plant.linked import build_linked
 pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).parent.parent
-LOADER = build_linked(machine.load("mining-loader"))
+LOADER = build_linked(machine.load_machine("mining-loader"))
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ramsight.errors import OutputError
-from ramsight.logs import read_drive_log, read_truth, write_drive_log
+from ramsight.logs import read_log, read_truth, write_log
 from ramsight.logs.csv_table import read_columns
 
 HEADER = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c"
@@ -36,7 +36,7 @@ def drive_log(time, speed, torque, temperature, reference=None):
 
 
 def test_a_log_is_read_into_si_units(tmp_path):
-    log = read_drive_log(written(tmp_path, PLAIN))
+    log = read_log(written(tmp_path, PLAIN))
     assert log.time.values.tolist() == [0.0, 0.02, 0.04]
     np.testing.assert_allclose(log.motor_speed, [0.0, 50.0 * math.pi, -50.0 * math.pi], rtol=1e-15)
     assert log.motor_torque.values.tolist() == [-0.6875, 12.5, 0.0]
@@ -88,15 +88,15 @@ def test_a_log_is_read_into_si_units(tmp_path):
 )
 @pytest.mark.parametrize("packed", [False, True], ids=["csv", "csv.gz"])
 def test_the_same_log_in_another_form_reads_the_same(tmp_path, content, packed):
-    expected = read_drive_log(written(tmp_path, PLAIN))
+    expected = read_log(written(tmp_path, PLAIN))
     data = content.encode()
     path = written(tmp_path, gzip.compress(data) if packed else data, "other.csv.gz" if packed else "other.csv")
-    xarray.testing.assert_identical(read_drive_log(path), expected)
+    xarray.testing.assert_identical(read_log(path), expected)
 
 
 def test_truth_does_not_get_into_a_drive_log(tmp_path):
     lines = [f"{line},{extra}" for line, extra in zip(PLAIN.splitlines(), ["position_m", 1, 2, 3], strict=True)]
-    log = read_drive_log(written(tmp_path, "\n".join(lines)))
+    log = read_log(written(tmp_path, "\n".join(lines)))
     assert set(log.variables) == {"time", "motor_speed", "motor_torque", "oil_temperature"}
     assert log.attrs == {}
 
@@ -109,7 +109,7 @@ def test_a_reference_is_nan_where_its_cell_is_empty(tmp_path, place):
         parts = line.split(",")
         parts.insert(place, cell)
         lines.append(",".join(parts))
-    log = read_drive_log(written(tmp_path, "\n".join(lines)))
+    log = read_log(written(tmp_path, "\n".join(lines)))
     np.testing.assert_array_equal(log.reference, [np.nan, 0.79, np.nan])
     assert log.reference.attrs["units"] == "m"
 
@@ -125,7 +125,7 @@ def test_truth_has_pressures_where_the_file_has_them(tmp_path):
 def test_every_recorded_trace_reads(traces):
     assert len(traces) == 17
     for trace in traces:
-        log, truth = read_drive_log(trace.log), read_truth(trace.truth)
+        log, truth = read_log(trace.log), read_truth(trace.truth)
         np.testing.assert_allclose(log.time, truth.time)
         assert float(truth.position[0]) == pytest.approx(trace.case["x0"], abs=1e-3)
         assert float(log.oil_temperature.mean()) - 273.15 == pytest.approx(trace.case["temp_c"], abs=0.1)
@@ -135,9 +135,9 @@ def test_every_recorded_trace_reads(traces):
 
 
 def test_a_simulated_log_written_and_read_is_the_same(trace, tmp_path):
-    log = read_drive_log(trace("boom_441kN_40C").log)
-    write_drive_log(log, tmp_path / "again.csv.gz")
-    again = read_drive_log(tmp_path / "again.csv.gz")
+    log = read_log(trace("boom_441kN_40C").log)
+    write_log(log, tmp_path / "again.csv.gz")
+    again = read_log(tmp_path / "again.csv.gz")
     xarray.testing.assert_allclose(again, log, rtol=1e-12, atol=0.0)
     assert again.time.values.tolist() == log.time.values.tolist()
     with gzip.open(tmp_path / "again.csv.gz", "rt") as file:
@@ -174,8 +174,8 @@ def test_any_log_written_is_read_the_same(tmp_path_factory, rows, start, packed,
         [np.nan if r is None else r for r in reference] if has_reference else None,
     )
     path = tmp_path_factory.mktemp("log") / ("log.csv.gz" if packed else "log.csv")
-    write_drive_log(log, path)
-    again = read_drive_log(path)
+    write_log(log, path)
+    again = read_log(path)
     assert set(again.variables) == set(log.variables)
     for name in log.variables:
         np.testing.assert_allclose(again[name], log[name], rtol=1e-11, atol=1e-9)
@@ -184,7 +184,7 @@ def test_any_log_written_is_read_the_same(tmp_path_factory, rows, start, packed,
 def test_a_whole_run_is_written_without_its_truth(tmp_path):
     log = drive_log([0.0, 1.0], [1.0, 2.0], [3.0, 4.0], [300.0, 301.0])
     log["position"] = ("time", [0.1, 0.2])
-    write_drive_log(log, tmp_path / "log.csv")
+    write_log(log, tmp_path / "log.csv")
     assert (tmp_path / "log.csv").read_text().splitlines()[0] == HEADER
 
 
@@ -202,7 +202,7 @@ def test_a_whole_run_is_written_without_its_truth(tmp_path):
 def test_what_could_not_be_read_is_not_written(tmp_path, change, part):
     log = change(drive_log([0.0, 1.0], [1.0, 2.0], [3.0, 4.0], [300.0, 301.0]))
     with pytest.raises(OutputError, match=part):
-        write_drive_log(log, tmp_path / "log.csv")
+        write_log(log, tmp_path / "log.csv")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -225,13 +225,13 @@ def test_a_long_log_takes_the_fast_pass_alone(tmp_path, monkeypatch):
     rows = 23_000
     text = HEADER + "\n" + "".join(f"{i * 0.02:.3f},1500.000,-12.5000,40.1\n" for i in range(rows))
     path = written(tmp_path, text)
-    assert read_drive_log(path).sizes["time"] == rows
+    assert read_log(path).sizes["time"] == rows
 
 
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-16-be", "utf-16-le"])
 @pytest.mark.parametrize("end", ["\n", "\r\n", ""], ids=repr)
 def test_a_spreadsheets_unicode_text_is_read(tmp_path, encoding, end):
-    expected = read_drive_log(written(tmp_path, PLAIN))
+    expected = read_log(written(tmp_path, PLAIN))
     text = PLAIN.replace(",", "\t").replace("\n", end or "\n").rstrip("\n" if not end else "")
     data = (text if encoding == "utf-16" else f"\ufeff{text}").encode(encoding)
-    xarray.testing.assert_identical(read_drive_log(written(tmp_path, data, "other.txt")), expected)
+    xarray.testing.assert_identical(read_log(written(tmp_path, data, "other.txt")), expected)

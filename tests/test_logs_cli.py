@@ -10,9 +10,9 @@ import xarray
 
 from ramsight.calibration.sensors import sensor_for
 from ramsight.errors import LogError
-from ramsight.logs import open_log, read_drive_log, write_drive_log
+from ramsight.logs import open_log, read_log, write_log
 from ramsight.logs.inspect import inspect_log
-from ramsight.machine import load
+from ramsight.machine import load_machine
 from ramsight.plant.ddh import build_ddh
 from ramsight.tracking.pieces import track_pieces
 
@@ -39,7 +39,7 @@ def blf(trace, tmp_path_factory):
     """The recorded log as a drive's CAN frames."""
     can, cantools = importlib.import_module("can"), importlib.import_module("cantools")
     folder, database = tmp_path_factory.mktemp("blf"), cantools.database.load_file(DBC)
-    log = read_drive_log(trace("boom_258kN_40C").log)
+    log = read_log(trace("boom_258kN_40C").log)
     speed, torque = log.motor_speed.values * 60 / (2 * np.pi), log.motor_torque.values
     with can.BLFWriter(folder / "day.blf") as logger:
         for k, time in enumerate(log.time.values):
@@ -77,14 +77,14 @@ def test_a_can_log_is_looked_into_mapped_and_tracked(blf, trace, tmp_path):
 
 @pytest.fixture(scope="module")
 def boom():
-    return build_ddh("boom", load("mining-loader").unit("boom"))
+    return build_ddh("boom", load_machine("mining-loader").unit("boom"))
 
 
 @pytest.mark.parametrize("suffix", [".parquet", ".mf4", ".nc"])
 def test_the_track_is_the_same_from_and_into_every_format(trace, boom, tmp_path, suffix):
-    log = read_drive_log(trace("boom_258kN_40C").log)
+    log = read_log(trace("boom_258kN_40C").log)
     source = tmp_path / f"log{suffix if suffix != '.nc' else '.csv.gz'}"
-    write_drive_log(log, source)
+    write_log(log, source)
     sensor = sensor_for(boom, "balance")
     sensor.start(0.1)
     expected = sensor.track(log).position.values
@@ -108,7 +108,7 @@ def test_the_track_is_the_same_from_and_into_every_format(trace, boom, tmp_path,
 def test_pieces_track_like_the_whole(trace, boom):
     sensor = sensor_for(boom, "kalman")
     sensor.start(0.1)
-    whole = sensor.track(read_drive_log(trace("boom_258kN_40C").log))
+    whole = sensor.track(read_log(trace("boom_258kN_40C").log))
     sensor.start(0.1)
     pieces = [sensor.track(piece) for piece in open_log(trace("boom_258kN_40C").log, samples=100)]
     xarray.testing.assert_identical(xarray.concat(pieces, "time"), whole)
@@ -124,7 +124,7 @@ def test_a_log_with_faults_is_tracked_and_they_are_named(trace, tmp_path):
     done = at_once("track", "mining-loader", "log.csv", "--unit", "boom", "--start", "100 mm", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "missing" in done.stdout
-    done = as_command("leaktest", "mining-loader", "log.csv", "--unit", "boom", cwd=tmp_path)
+    done = as_command("leak-test", "mining-loader", "log.csv", "--unit", "boom", cwd=tmp_path)
     refused(done, "motor_speed", "is missing in sample 600")
 
 
@@ -171,7 +171,7 @@ def test_a_log_without_a_frame_is_told_from_one_without_a_map(tmp_path, name, te
         f"speed = {{channel = 'MotorSpeed'}}\ntorque = {{channel = 'MotorTorque'}}\n"
         f"temperature = {{constant = '40 degC'}}\n[can]\ndbc = '{DBC}'\n"
     )
-    for read in (read_drive_log, lambda path: read_drive_log(path, tmp_path / "map.toml"), inspect_log):
+    for read in (read_log, lambda path: read_log(path, tmp_path / "map.toml"), inspect_log):
         with pytest.raises(LogError) as caught:
             read(file)
         assert str(caught.value) == f"{file}: holds no CAN frames"

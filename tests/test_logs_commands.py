@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ramsight.errors import DescriptionError, LogError
-from ramsight.logs import read_drive_log
+from ramsight.logs import read_log
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.mapped import Counted, Motor
 from ramsight.logs.opening import read_measured
@@ -41,7 +41,7 @@ def folder(tmp_path):
 
 
 def test_angle_current_and_command_become_speed_torque_and_command(folder):
-    log = read_drive_log(folder / "run.csv", folder / "map.toml")
+    log = read_log(folder / "run.csv", folder / "map.toml")
     period = np.diff(log["time"].values)
     assert np.allclose(period, 0.02)
     turned = float(np.sum(log["motor_speed"].values) * 0.02 / (2.0 * math.pi))
@@ -53,7 +53,7 @@ def test_angle_current_and_command_become_speed_torque_and_command(folder):
 
 
 def test_what_was_measured_never_enters_the_log(folder):
-    log = read_drive_log(folder / "run.csv", folder / "map.toml")
+    log = read_log(folder / "run.csv", folder / "map.toml")
     measured = read_measured(folder / "run.csv", folder / "map.toml")
     assert "position" not in log
     assert set(measured.data_vars) == {"position"}
@@ -181,16 +181,16 @@ def test_a_map_that_cannot_be_is_refused(tmp_path, old, new, match):
 
 
 def test_a_log_of_our_own_carries_commands(tmp_path):
-    from ramsight.logs import write_drive_log
+    from ramsight.logs import write_log
 
     text = (
         "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c,valve_command\n"
         "0,100,1,35,-1\n0.02,100,1,35,\n0.04,100,1,35,1\n"
     )
     (tmp_path / "log.csv").write_text(text, encoding="utf-8")
-    log = read_drive_log(tmp_path / "log.csv")
+    log = read_log(tmp_path / "log.csv")
     assert np.allclose(log["valve_command"].values, [-1.0, np.nan, 1.0], equal_nan=True)
-    write_drive_log(log, tmp_path / "again.csv")
+    write_log(log, tmp_path / "again.csv")
     assert (tmp_path / "again.csv").read_text(encoding="utf-8") == text
 
 
@@ -206,4 +206,4 @@ def test_a_command_that_never_comes_is_named(folder):
     silent = [",".join([*line.split(",")[:3], "", line.split(",")[4]]) for line in lines[1:]]
     (folder / "run.csv").write_text("\n".join([lines[0], *silent]) + "\n", encoding="utf-8")
     with pytest.raises(LogError, match=r"has no samples of v$"):
-        read_drive_log(folder / "run.csv", folder / "map.toml")
+        read_log(folder / "run.csv", folder / "map.toml")

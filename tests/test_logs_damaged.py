@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from ramsight.errors import DescriptionError, LogError, LogWarning, RamsightError, UnknownNameError
-from ramsight.logs import mdf_file, open_log, read_drive_log, write_drive_log
+from ramsight.logs import mdf_file, open_log, read_log, write_log
 from ramsight.logs.can_dbc import dbc_fields
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.csv_table import CsvTable
@@ -22,7 +22,7 @@ from ramsight.logs.frames_by_suffix import open_frames
 from ramsight.logs.inspect import inspect_log
 from ramsight.logs.lines import line_blocks
 from ramsight.logs.shown import inspection_table, show
-from ramsight.machine import load
+from ramsight.machine import load_machine
 
 HEADER = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n"
 LOG = HEADER + "".join(f"{k / 100:.2f},1500,12.5,40.1\n" for k in range(1000))
@@ -46,7 +46,7 @@ def test_a_line_that_a_power_cut_left_is_left_out_and_said(tmp_path, tail, packe
     data = (LOG + tail).encode()
     path = written(tmp_path, gzip.compress(data) if packed else data, "log.csv.gz" if packed else "log.csv")
     with pytest.warns(LogWarning, match=r"log\.csv.*, line 1002: the file breaks off in this line.*up to line 1001"):
-        log = read_drive_log(path)
+        log = read_log(path)
     assert log.sizes["time"] == 1000
 
 
@@ -55,7 +55,7 @@ def test_a_gzip_file_without_its_end_is_read_as_far_as_it_goes(tmp_path):
     data = (HEADER + "".join(f"{k / 100:.2f},{rng.normal():.6f},12.5,40.1\n" for k in range(5000))).encode()
     packed = gzip.compress(data)
     with pytest.warns(LogWarning, match=r"log\.csv\.gz: is a gzip file that breaks off .*read up to line \d+"):
-        log = read_drive_log(written(tmp_path, packed[: len(packed) // 2], "log.csv.gz"))
+        log = read_log(written(tmp_path, packed[: len(packed) // 2], "log.csv.gz"))
     assert 2000 < log.sizes["time"] < 3000
     np.testing.assert_allclose(log.time, np.arange(log.sizes["time"]) / 100)
 
@@ -63,35 +63,37 @@ def test_a_gzip_file_without_its_end_is_read_as_far_as_it_goes(tmp_path):
 def test_several_gzip_members_are_one_file(tmp_path):
     lines = LOG.encode().splitlines(keepends=True)
     data = b"".join(gzip.compress(b"".join(lines[first : first + 100])) for first in range(0, len(lines), 100))
-    assert read_drive_log(written(tmp_path, data, "log.csv.gz")).sizes["time"] == 1000
+    assert read_log(written(tmp_path, data, "log.csv.gz")).sizes["time"] == 1000
 
 
 MEASURE = """
 import resource, sys
-from ramsight.logs import read_drive_log
+from ramsight.logs import read_log
 from ramsight.logs.can_dbc import dbc_fields
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.frames_by_suffix import open_frames
 from ramsight.errors import RamsightError
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-path = sys.argv[1]
-try:
-    read_drive_log(path) if ".csv" in path else list(open_frames(path))
-except RamsightError as error:
-    print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024, error)
+for path in sys.argv[1:]:
+    try:
+        read_log(path) if ".csv" in path else list(open_frames(path))
+    except RamsightError as error:
+        print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024, error)
 """
 
 
-@pytest.mark.parametrize("fill", [b"\n", b"\0", b"\t\n"], ids=repr)
-@pytest.mark.parametrize("name", ["log.csv.gz", "log.asc.gz", "log.log.gz"])
-def test_a_small_file_that_unpacks_to_much_takes_no_memory(tmp_path, name, fill):
-    piece = zlib.compressobj(9, wbits=31)
-    data = b"".join(piece.compress(fill * ((1 << 20) // len(fill))) for _ in range(80)) + piece.flush()
-    command = [sys.executable, "-c", MEASURE, str(written(tmp_path, data, name))]
+def test_a_small_file_that_unpacks_to_much_takes_no_memory(tmp_path):
+    files = []
+    for k, fill in enumerate((b"\n", b"\0", b"\t\n")):
+        piece = zlib.compressobj(9, wbits=31)
+        data = b"".join(piece.compress(fill * ((1 << 20) // len(fill))) for _ in range(80)) + piece.flush()
+        files += [written(tmp_path, data, f"{k}.{suffix}") for suffix in ("csv.gz", "asc.gz", "log.gz")]
+    command = [sys.executable, "-c", MEASURE, *map(str, files)]
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
-    megabytes, said = done.stdout.split(maxsplit=1)
-    assert name in said
-    assert float(megabytes) < 100.0
+    for file, line in zip(files, done.stdout.splitlines(), strict=True):
+        megabytes, said = line.split(maxsplit=1)
+        assert file.name in said
+        assert float(megabytes) < 100.0
 
 
 def blf(*objects, header=144, count=None, file_size=None):
@@ -227,7 +229,7 @@ def test_candump_says_what_to_do_where_it_has_no_usable_time(tmp_path):
 @pytest.fixture(scope="module")
 def parquet(tmp_path_factory):
     path = tmp_path_factory.mktemp("parquet") / "log.parquet"
-    write_drive_log(read_drive_log(written(path.parent, LOG)), path)
+    write_log(read_log(written(path.parent, LOG)), path)
     return path
 
 
@@ -235,7 +237,7 @@ def test_a_damaged_parquet_file_names_itself_and_never_standard_output(parquet, 
     data = parquet.read_bytes()
     for cut in (4, len(data) // 2, len(data) - 4):
         with pytest.raises(LogError, match=r"cut\.parquet: is no Parquet file, or a damaged one"):
-            read_drive_log(written(tmp_path, data[:cut], "cut.parquet"))
+            read_log(written(tmp_path, data[:cut], "cut.parquet"))
     hole = data[:60] + bytes(len(data) // 3) + data[60 + len(data) // 3 :]
     path = written(tmp_path, hole, "hole.parquet")
     command = [sys.executable, "-m", "ramsight.cli", "track", "mining-loader", str(path), "--unit", "boom"]
@@ -246,7 +248,7 @@ def test_a_damaged_parquet_file_names_itself_and_never_standard_output(parquet, 
 
 
 def test_flipped_bits_in_a_zipped_mdf_file_are_refused_in_one_line(tmp_path):
-    write_drive_log(read_drive_log(written(tmp_path, LOG)), tmp_path / "log.mf4")
+    write_log(read_log(written(tmp_path, LOG)), tmp_path / "log.mf4")
     data = bytearray((tmp_path / "log.mf4").read_bytes())
     rng, refused = np.random.default_rng(3), 0
     for _ in range(60):
@@ -255,7 +257,7 @@ def test_flipped_bits_in_a_zipped_mdf_file_are_refused_in_one_line(tmp_path):
             bad[place] ^= 1 << int(rng.integers(8))
         path, said = written(tmp_path, bytes(bad), "bad.mf4"), ""
         try:
-            read_drive_log(path)
+            read_log(path)
         except RamsightError as error:
             said = str(error)
             refused += 1
@@ -311,7 +313,7 @@ def test_a_page_of_a_parquet_file_that_does_not_fit_its_checksum_is_refused(parq
         bad = bytearray(data)
         bad[place] ^= 0x10
         try:
-            read_drive_log(written(tmp_path, bytes(bad), "bad.parquet"))
+            read_log(written(tmp_path, bytes(bad), "bad.parquet"))
         except RamsightError:
             refused += 1
     assert refused >= 18
@@ -319,13 +321,13 @@ def test_a_page_of_a_parquet_file_that_does_not_fit_its_checksum_is_refused(parq
 
 @pytest.fixture
 def mf4(tmp_path):
-    write_drive_log(read_drive_log(written(tmp_path, LOG)), tmp_path / "log.mf4")
+    write_log(read_log(written(tmp_path, LOG)), tmp_path / "log.mf4")
     return tmp_path / "log.mf4"
 
 
 @pytest.mark.parametrize("way", ["dies", "hangs"])
 def test_a_reader_that_dies_or_hangs_over_a_file_is_one_error_and_the_next_file_is_read(mf4, monkeypatch, way):
-    assert read_drive_log(mf4).sizes["time"] == 1000
+    assert read_log(mf4).sizes["time"] == 1000
     reader = mdf_file._current[0]
     reader._process.send_signal(signal.SIGSEGV if way == "dies" else signal.SIGSTOP)
     if way == "hangs":
@@ -334,17 +336,17 @@ def test_a_reader_that_dies_or_hangs_over_a_file_is_one_error_and_the_next_file_
         monkeypatch.setattr(type(reader), "is_alive", property(lambda self: True))
     said = "broke down over it" if way == "dies" else "no progress within 0 s"
     with pytest.raises(LogError, match=rf"log\.mf4: is no MDF file, or a damaged one: .*{said}"):
-        read_drive_log(mf4)
+        read_log(mf4)
     monkeypatch.undo()
-    assert read_drive_log(mf4).sizes["time"] == 1000
+    assert read_log(mf4).sizes["time"] == 1000
 
 
 def test_a_process_that_was_forked_has_a_reader_of_its_own(mf4):
-    read_drive_log(mf4)
+    read_log(mf4)
     before = mdf_file._current[0]
     before.owner = -1
     try:
-        assert read_drive_log(mf4).sizes["time"] == 1000
+        assert read_log(mf4).sizes["time"] == 1000
         assert mdf_file._current[0] is not before
     finally:
         before.end()
@@ -366,7 +368,7 @@ def test_a_clock_that_goes_back_is_said(tmp_path):
     rows = LOG.splitlines(keepends=True)
     path = written(tmp_path, "".join([*rows[:800], *rows[300:]]))
     with pytest.warns(LogWarning, match=r"time goes back once from 7\.98 s to 2\.99 s: .*there twice"):
-        assert read_drive_log(path).sizes["time"] == 1500
+        assert read_log(path).sizes["time"] == 1500
 
 
 def test_a_pipe_is_no_file_and_nobody_waits_for_it(tmp_path):
@@ -377,14 +379,14 @@ def test_a_pipe_is_no_file_and_nobody_waits_for_it(tmp_path):
     with pytest.raises(DescriptionError, match="is not a regular file"):
         load_map(tmp_path / "pipe.csv")
     with pytest.raises(DescriptionError, match="is not a regular file"):
-        load(str(tmp_path / "pipe.csv"))
+        load_machine(str(tmp_path / "pipe.csv"))
 
 
 def test_a_description_that_is_too_large_is_not_read(tmp_path):
     with open(tmp_path / "large.toml", "wb") as file:
         file.truncate(1 << 40)
     with pytest.raises(DescriptionError, match=r"large\.toml: is too large for a description"):
-        load(str(tmp_path / "large.toml"))
+        load_machine(str(tmp_path / "large.toml"))
 
 
 def test_the_clock_of_a_can_log_is_watched_from_its_first_frame(tmp_path):
@@ -395,7 +397,7 @@ def test_the_clock_of_a_can_log_is_watched_from_its_first_frame(tmp_path):
         'temperature = {constant = "40 degC"}\n[[can.pdo]]\ncob_id = 0x181\nobjects = ["606Ch", "6077h"]\n'
     )
     with pytest.warns(LogWarning, match=r"log\.asc: time goes back once from 8 s to 0 s") as caught:
-        read_drive_log(written(tmp_path, text, "log.asc"), tmp_path / "map.toml")
+        read_log(written(tmp_path, text, "log.asc"), tmp_path / "map.toml")
     assert len(caught) == 1
 
 
@@ -418,24 +420,24 @@ def test_a_table_of_many_columns_is_read_in_proportion(tmp_path):
         def read() -> None:
             found = inspect_log(path)
             inspection_table(found)
-            read_drive_log(path)
+            read_log(path)
             assert len(found.channels) == columns + 3
 
         return calls(read)
 
-    work(100)
-    assert work(2_000) < 20.0 * work(200)
+    work(50)
+    assert work(1_000) < 20.0 * work(100)
 
 
 def test_a_table_of_very_many_columns_is_shown_in_part(tmp_path, capsys):
-    names = [f"c{k}" for k in range(3000)]
+    names = [f"c{k}" for k in range(2050)]
     (tmp_path / "wide.csv").write_text(
-        f"{','.join(names)},time_s,motor_speed_rpm\n" + f"{'1,' * 3000}0.00,5\n{'1,' * 3000}0.02,6\n"
+        f"{','.join(names)},time_s,motor_speed_rpm\n" + f"{'1,' * 2050}0.00,5\n{'1,' * 2050}0.02,6\n"
     )
     show(inspect_log(tmp_path / "wide.csv"))
     said = capsys.readouterr().out
     assert "motor_speed_rpm" in said, "what has a use comes before all others"
-    assert "and 1001 more" in said
+    assert "and 51 more" in said
 
 
 def test_a_clock_that_is_no_time_is_no_clock(tmp_path):

@@ -9,7 +9,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from ramsight.errors import LogError, LogWarning, MissingColumnError, RamsightError
-from ramsight.logs import open_log, read_drive_log, read_truth
+from ramsight.logs import open_log, read_log, read_truth
 
 HEADER = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c"
 ROWS = ["0.00,0,-0.6875,39.8", "0.02,1500,12.5,40.1", "0.04,-1500,0,39.7"]
@@ -23,7 +23,7 @@ PLAIN = log_of(HEADER, *ROWS)
 WITH_REFERENCE = log_of(HEADER + ",reference_m", *(row + "," for row in ROWS))
 
 
-def refusal(folder, data, name="log.csv", read=read_drive_log):
+def refusal(folder, data, name="log.csv", read=read_log):
     path = folder / name
     path.write_bytes(data)
     with pytest.raises(LogError) as caught:
@@ -187,19 +187,19 @@ def test_a_broken_gzip_file_says_so(tmp_path, data, text):
 
 def test_a_file_that_is_none_says_so(tmp_path):
     with pytest.raises(LogError, match="no such file"):
-        read_drive_log(tmp_path / "absent.csv")
+        read_log(tmp_path / "absent.csv")
     with pytest.raises(LogError, match="is a directory"):
-        read_drive_log(tmp_path)
+        read_log(tmp_path)
     (tmp_path / "folder.csv").mkdir()
     with pytest.raises(LogError, match="is a directory"):
-        read_drive_log(tmp_path / "folder.csv")
+        read_log(tmp_path / "folder.csv")
     with pytest.raises(LogError, match="cannot be read"):
-        read_drive_log("null\0character.csv")
+        read_log("null\0character.csv")
     (tmp_path / "log.csv").write_bytes(PLAIN)
     with pytest.raises(LogError, match="cannot be read: Not a directory"):
-        read_drive_log(tmp_path / "log.csv" / "log.csv")
+        read_log(tmp_path / "log.csv" / "log.csv")
     with pytest.raises(LogError) as caught:
-        read_drive_log(tmp_path / "two\nlines.csv")
+        read_log(tmp_path / "two\nlines.csv")
     assert len(str(caught.value).splitlines()) == 1
 
 
@@ -213,7 +213,7 @@ EDIT = st.tuples(
 
 def read_or_refuse(path):
     """Read a log; whatever goes wrong must be a RamsightError of one line."""
-    for read in (read_drive_log, read_truth):
+    for read in (read_log, read_truth):
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", LogWarning)

@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 import ramsight
 from ramsight.cli import app
 from ramsight.errors import LogError, LogWarning, OutputError, RamsightError
-from ramsight.logs import load_map, mdf_file, open_log, read_drive_log, write_drive_log
+from ramsight.logs import load_map, mdf_file, open_log, read_log, write_log
 from ramsight.logs.can_field import Field, big_endian, little_endian
 from ramsight.logs.inspect import inspect_log
 from ramsight.logs.proposal import map_text
@@ -71,12 +71,12 @@ def test_a_german_csv_with_preamble_units_and_another_alphabet(tmp_path):
         "speed": ("n_ist", "1/min", N), "torque": ("M_ist", "%", N), "temperature": ("T_Öl", "°C", N)
     }  # fmt: skip
     with pytest.raises(RamsightError, match="rated"):  # nobody knows what 100 % is
-        read_drive_log(tmp_path / "tag.csv.gz", written(tmp_path, text))
+        read_log(tmp_path / "tag.csv.gz", written(tmp_path, text))
     text = (
         text.replace("# rated =", "rated =").replace('unit = "%"', 'unit = "%"\n').replace("sign = 1", "sign = -1", 2)
     )
     text = text.replace("sign = -1", "sign = 1", 1)
-    same(read_drive_log(tmp_path / "tag.csv.gz", written(tmp_path, text)))
+    same(read_log(tmp_path / "tag.csv.gz", written(tmp_path, text)))
 
 
 @pytest.mark.parametrize(
@@ -97,7 +97,7 @@ def test_a_torque_that_is_a_share_is_proposed_as_one_and_asks_what_of(column, un
     text = map_text(inspect_log(file))
     assert f'channel = "{column}"\nunit = "{unit}"\n# rated = "35 N m"  # needed: what 100 % is: object 6076h' in text
     assert "scale * number + offset" in text
-    log = read_drive_log(file, written(tmp_path, text.replace("# rated =", "rated =")))
+    log = read_log(file, written(tmp_path, text.replace("# rated =", "rated =")))
     share = 0.01 if unit == "percent" else 0.001
     np.testing.assert_allclose(log.motor_torque, [12.5 * share * 35.0, -12.5 * share * 35.0])
 
@@ -110,12 +110,12 @@ def test_a_torque_without_a_unit_may_be_a_share(tmp_path):
 def test_a_column_with_its_own_rate_holds_its_value(tmp_path):
     text = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n0,100,,40\n1,,5,\n2,200,,\n3,,6,\n60,,7,\n"
     file = written(tmp_path, text, "log.csv")
-    raw = read_drive_log(file)
+    raw = read_log(file)
     assert np.isnan(raw.motor_speed).sum() == 3
     found = inspect_log(file)
     assert 'empty = "no sample"' in map_text(found)
     text = map_text(found).replace('base = "speed"', 'base = "torque"').replace("sign = 1", 'sign = 1\nhold = "2 s"')
-    sparse = read_drive_log(file, written(tmp_path, re.sub(r"hold = .*# it comes.*", "", text)))
+    sparse = read_log(file, written(tmp_path, re.sub(r"hold = .*# it comes.*", "", text)))
     assert sparse.time.values.tolist() == [1.0, 3.0, 60.0]
     np.testing.assert_allclose(sparse.motor_speed / RPM, [100, 200, np.nan])  # 58 s is too long to hold
     np.testing.assert_allclose(sparse.oil_temperature, [313.15, np.nan, np.nan])
@@ -124,18 +124,18 @@ def test_a_column_with_its_own_rate_holds_its_value(tmp_path):
 def test_a_log_with_faults_is_passed_on(tmp_path):
     text = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c,reference_m\n0,1,2,40,\n,nan,,3276.7,0.1\n"
     text += "0.02,inf,3, ,nan\n0.02,4,-1e999,40,\n0,5,6,40,\n"
-    log = read_drive_log(written(tmp_path, text, "log.csv"))
+    log = read_log(written(tmp_path, text, "log.csv"))
     np.testing.assert_array_equal(log.time, [0, np.nan, 0.02, 0.02, 0])
     np.testing.assert_allclose(log.motor_speed / RPM, [1, np.nan, np.nan, 4, 5])
     np.testing.assert_array_equal(log.motor_torque, [2, np.nan, 3, np.nan, 6])
     np.testing.assert_array_equal(log.reference, [np.nan, 0.1, np.nan, np.nan, np.nan])
     with pytest.raises(LogError, match=r"column time: is missing in sample 2"):
-        read_drive_log(tmp_path / "log.csv", strict=True)
+        read_log(tmp_path / "log.csv", strict=True)
     back = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n1,0,0,40\n0,0,0,40\n"
     with pytest.raises(LogError, match=r"time goes backwards in sample 2: 0.0 after 1.0"):
-        read_drive_log(written(tmp_path, back, "log.csv"), strict=True)
-    write_drive_log(log, tmp_path / "again.csv")
-    xarray.testing.assert_allclose(read_drive_log(tmp_path / "again.csv"), log)
+        read_log(written(tmp_path, back, "log.csv"), strict=True)
+    write_log(log, tmp_path / "again.csv")
+    xarray.testing.assert_allclose(read_log(tmp_path / "again.csv"), log)
 
 
 @pytest.mark.parametrize("kind", ["timestamp", "duration", "float"])
@@ -153,13 +153,13 @@ def test_parquet_by_its_own_library(tmp_path, kind):
     unit = "ms" if kind == "float" else "s"
     text = f'time = {{channel = "Time", unit = "{unit}"}}\n' + MAP.replace('"MotorSpeed"', '"speed", unit = "rpm"')
     text = text.replace("MotorTorque", "torque_nm").replace('"OilTemperature"', '"oil_temp", unit = "degC"')
-    log = read_drive_log(tmp_path / "log.parquet", written(tmp_path, text))
+    log = read_log(tmp_path / "log.parquet", written(tmp_path, text))
     same(log, torque=np.where(np.arange(N) == 3, np.nan, TORQUE))
     found = inspect_log(tmp_path / "log.parquet")
     assert {one.name: one.note for one in found.channels}["note"] == "text"
     assert found.of("torque").missing == 1
     with pytest.raises(LogError, match="column note: holds string"):
-        read_drive_log(tmp_path / "log.parquet", written(tmp_path, text.replace("oil_temp", "note")))
+        read_log(tmp_path / "log.parquet", written(tmp_path, text.replace("oil_temp", "note")))
 
 
 def mf4(path):
@@ -185,7 +185,7 @@ def test_mf4_with_groups_of_different_rates(tmp_path):
     assert rates == {"MotorSpeed": 200, "0/Counter": 200, "MotorTorque": 100, "1/Counter": 100, "OilTemperature": 1}
     text = map_text(found)
     assert 'base = "torque"' in text
-    log = read_drive_log(tmp_path / "log.mf4", written(tmp_path, text))
+    log = read_log(tmp_path / "log.mf4", written(tmp_path, text))
     same(log, time=TIME + 0.001, temperature=np.where(TIME + 0.001 >= 1.0, 41.0, 40.0))
     for size in (1, 7, 64):
         pieces = list(open_log(tmp_path / "log.mf4", tmp_path / "map.toml", samples=size))
@@ -222,14 +222,14 @@ def test_can_frames_by_a_dbc_file(tmp_path, name):
         for message in frames(database):
             logger.on_message_received(message)
     text = MAP + f"[can]\ndbc = '{DBC}'\n[[reference]]\nchannel = 'TopSwitch'\nposition = '790 mm'\n"
-    log = read_drive_log(tmp_path / name, written(tmp_path, text))
+    log = read_log(tmp_path / name, written(tmp_path, text))
     # the temperature comes after the first torque, so the first sample is without; and holds for ten samples
     held = TEMPERATURE[(np.arange(1, N) - 1) // 10 * 10]
     same(log, TIME[1:], SPEED[1:], TORQUE[1:], held, atol=2e-5)
     assert np.flatnonzero(np.isfinite(log.reference)).tolist() == [100]  # the sample after 101st, which came before it
     assert log.reference.values[100] == 0.79
     heat = text.replace('"OilTemperature"', '"HydraulicFluid.HydraulicOilTemperature"')
-    again = read_drive_log(tmp_path / name, written(tmp_path, heat))
+    again = read_log(tmp_path / name, written(tmp_path, heat))
     assert np.isnan(again.oil_temperature.values[50:60]).all()  # "not available"
     assert np.isnan(again.oil_temperature).sum() == 10
     pieces = list(open_log(tmp_path / name, tmp_path / "map.toml", samples=33))
@@ -269,15 +269,15 @@ def test_canopen_frames_by_their_mapping(tmp_path):
     can.pdo = [{ cob_id = 0x181, objects = ["606Ch", "6077h"] },
                { cob_id = 0x281, objects = ["4602h:0Ch", "2010h:01 INT16"] }]
     """.replace("\n               {", " {")
-    log = read_drive_log(tmp_path / "log.blf", written(tmp_path, text))
+    log = read_log(tmp_path / "log.blf", written(tmp_path, text))
     same(log, torque=np.round(TORQUE / 35.0 * 1000.0) * 0.035, atol=1e-6)
     text = text.replace('"6077h", rated = "35000 mN m"', '"4602h:0Ch"') + 'align = { base = "speed" }\n'
-    same(read_drive_log(tmp_path / "log.blf", written(tmp_path, text)), atol=1e-6)
+    same(read_log(tmp_path / "log.blf", written(tmp_path, text)), atol=1e-6)
     shown = inspect_log(tmp_path / "log.blf")
     assert shown.frames == {0x181: (N, 6), 0x281: (N, 4)}
     assert "# cob_id = 0x181" in map_text(shown)
     with pytest.raises(RamsightError, match="its type has to be said"):
-        read_drive_log(tmp_path / "log.blf", written(tmp_path, text.replace(" INT16", "")))
+        read_log(tmp_path / "log.blf", written(tmp_path, text.replace(" INT16", "")))
 
 
 @given(
@@ -307,7 +307,7 @@ def test_a_missing_package_names_its_extra(tmp_path, monkeypatch):
         ("log.parquet", "pyarrow", "logs"), ("log.mf4", "asammdf", "logs"), ("log.mcap", "mcap", "logs")
     ):  # fmt: skip
         with pytest.raises(LogError, match=rf'needs the package {package}: pip install "ramsight\[{extra}\]"'):
-            read_drive_log(tmp_path / name)
+            read_log(tmp_path / name)
     with pytest.raises(OutputError, match=r'"ramsight\[logs\]"'):
         write_table({"time_s": [0.0]}, tmp_path / "new.parquet")
     assert not (tmp_path / "new.parquet").exists()
@@ -319,18 +319,18 @@ def test_rubbish_of_every_kind_gets_one_line(tmp_path, name, data):
     (tmp_path / name).write_bytes(data)
     text = MAP + (f"[can]\ndbc = '{DBC}'\n" if name.endswith(("blf", "asc", "log")) else "")
     with pytest.raises(RamsightError) as caught:
-        read_drive_log(tmp_path / name, written(tmp_path, text))
+        read_log(tmp_path / name, written(tmp_path, text))
     assert str(caught.value).splitlines() == [str(caught.value)]
     assert name in str(caught.value)
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".csv.gz", ".parquet", ".mf4", ".mcap"])
 def test_a_drive_log_goes_out_and_comes_back_in_every_format(trace, tmp_path, suffix):
-    log = read_drive_log(trace("boom_441kN_40C").log)
+    log = read_log(trace("boom_441kN_40C").log)
     log["reference"] = log.motor_speed * np.nan
     log["reference"][5] = 0.1
-    write_drive_log(log, tmp_path / f"log{suffix}")
-    xarray.testing.assert_allclose(read_drive_log(tmp_path / f"log{suffix}"), log, rtol=1e-12)
+    write_log(log, tmp_path / f"log{suffix}")
+    xarray.testing.assert_allclose(read_log(tmp_path / f"log{suffix}"), log, rtol=1e-12)
 
 
 @given(
@@ -398,8 +398,8 @@ def mcap_messages(path):
 
 
 def test_a_track_as_mcap_has_all_that_the_sensor_says(tmp_path, trace):
-    log = read_drive_log(trace("boom_441kN_40C").log)
-    write_drive_log(log, tmp_path / "log.mcap")
+    log = read_log(trace("boom_441kN_40C").log)
+    write_log(log, tmp_path / "log.mcap")
     verb = ["track", "mining-loader", str(tmp_path / "log.mcap"), "--unit", "boom", "--start", "100 mm"]
     done = CliRunner().invoke(app, [*verb, "--out", str(tmp_path / "track.mcap")])
     assert done.exit_code == 0, done.output
@@ -419,7 +419,7 @@ def test_mcap_counts_from_zero(tmp_path):
 
 
 def test_an_mcap_file_that_breaks_off_is_read_up_to_there(tmp_path, trace):
-    log = read_drive_log(trace("boom_441kN_40C").log)
+    log = read_log(trace("boom_441kN_40C").log)
     path = tmp_path / "log.mcap"
     with open(path, "wb") as file:
         writer = importlib.import_module("mcap.writer").Writer(file, chunk_size=4096)
@@ -434,13 +434,13 @@ def test_an_mcap_file_that_breaks_off_is_read_up_to_there(tmp_path, trace):
         writer.finish()
     text = 'speed = {channel = "n"}\ntorque = {channel = "M"}\ntemperature = {constant = "40 degC"}\n'
     channel_map = written(tmp_path, text)
-    whole = read_drive_log(path, channel_map)
+    whole = read_log(path, channel_map)
     np.testing.assert_allclose(whole["motor_speed"].values, log["motor_speed"].values)
     assert np.flatnonzero(np.isnan(whole["motor_torque"].values)).tolist() == [3]
     data = path.read_bytes()
     path.write_bytes(data[: len(data) // 2])
     with pytest.warns(LogWarning, match="breaks off"):
-        part = read_drive_log(path, channel_map)
+        part = read_log(path, channel_map)
     assert 100 < part.sizes["time"] < whole.sizes["time"]
     np.testing.assert_allclose(part["motor_speed"].values, whole["motor_speed"].values[: part.sizes["time"]])
     said = []
@@ -453,7 +453,7 @@ def test_an_mcap_file_that_breaks_off_is_read_up_to_there(tmp_path, trace):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", LogWarning)
             try:
-                read_drive_log(path, channel_map)
+                read_log(path, channel_map)
             except RamsightError as error:
                 said.append(str(error))
     assert len(said) > 30
@@ -495,7 +495,7 @@ def test_a_maps_scale_offset_and_sign_are_taken_in_this_order(tmp_path, sign, wa
     torque = {{ channel = "m", unit = "N m", offset = -2.5 }}
     temperature = {{ channel = "t", unit = "degC", scale = 0.5, offset = -25.0, sign = {sign} }}
     """
-    log = read_drive_log(tmp_path / "day.csv", written(tmp_path, text))
+    log = read_log(tmp_path / "day.csv", written(tmp_path, text))
     np.testing.assert_allclose(log.motor_speed, 205.0 * RPM)
     np.testing.assert_allclose(log.motor_torque, 7.5)
     np.testing.assert_allclose(log.oil_temperature, wanted + 273.15)

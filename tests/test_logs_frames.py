@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ramsight.errors import LogError, LogWarning
-from ramsight.logs import read_drive_log
+from ramsight.logs import read_log
 from ramsight.logs.frames import EXTENDED, Frame
 from ramsight.logs.frames_by_suffix import open_frames
 from ramsight.logs.inspect import inspect_log
@@ -195,17 +195,17 @@ def test_a_drive_is_read_by_the_map_that_is_proposed(tmp_path, kind):
     file = written(tmp_path, f"day{end}", write(drive()))
     assert {key: count for key, (count, _) in inspect_log(file).frames.items()} == {385: 150, 641: 150}
     text = map_text(inspect_log(file, dbc=[DBC]), tmp_path)
-    log = read_drive_log(file, written(tmp_path, "map.toml", text))
+    log = read_log(file, written(tmp_path, "map.toml", text))
     assert len(log.time) >= 149
     np.testing.assert_allclose(log.motor_speed.values * 30.0 / np.pi, 1200.0)
     np.testing.assert_allclose(log.oil_temperature.values, 314.15)
     with pytest.raises(LogError, match=r"holds CAN frames; .*ramsight logs inspect"):
-        read_drive_log(file)
+        read_log(file)
 
 
 def test_a_table_of_signals_is_no_table_of_frames(tmp_path):
     text = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c,data,id\n0.0,1,2,40,5,6\n"
-    assert float(read_drive_log(written(tmp_path, "log.csv", text)).motor_torque[0]) == 2.0
+    assert float(read_log(written(tmp_path, "log.csv", text)).motor_torque[0]) == 2.0
 
 
 @pytest.mark.parametrize(

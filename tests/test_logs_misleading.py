@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ramsight.errors import LogError, LogWarning, RamsightError
-from ramsight.logs import load_map, read_drive_log
+from ramsight.logs import load_map, read_log
 from ramsight.logs.arrival import arrivals
 from ramsight.logs.inspect import inspect_log
 from ramsight.logs.proposal import map_text
@@ -28,7 +28,7 @@ def written(folder, text, name="map.toml", encoding="utf-8"):
 def mapped(folder, file, **more):
     """The log by the map that is proposed, and that map."""
     text = map_text(inspect_log(file, **more))
-    return read_drive_log(file, written(folder, text)), text
+    return read_log(file, written(folder, text)), text
 
 
 def mf4(path, speed_time=TIME, torque_time=TIME, oil_time=None, **master):
@@ -126,7 +126,7 @@ def test_a_bad_time_stamp_in_mcap_costs_one_sample(tmp_path, jump):
         messages.append(("/rest", time, {"motor_torque_nm": TORQUE[number], "oil_temperature_c": 40.0}))
     file = mcap(tmp_path / "log.mcap", messages)
     with pytest.warns(LogWarning, match="time goes back once"):
-        log = read_drive_log(file)
+        log = read_log(file)
     assert np.isfinite(log.motor_speed.values).sum() >= N - 2
     np.testing.assert_allclose(log.motor_speed.values[-150:] / RPM, SPEED[-150:])
 
@@ -174,7 +174,7 @@ def test_a_number_that_may_be_thousands_is_refused(tmp_path, rows, words):
         'torque = {channel = "M_ist [Nm]"}\ntemperature = {channel = "T_Öl [°C]"}\n',
     )
     with pytest.raises(LogError, match=words):
-        read_drive_log(file, made)
+        read_log(file, made)
     if "1.500;" in rows:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -255,7 +255,7 @@ def j1939_log(folder, *drives, bus="can0"):
 
 def test_signed_signals_of_j1939_keep_their_negative_values(tmp_path):
     dbc(tmp_path)
-    log = read_drive_log(j1939_log(tmp_path, (0x27, 1.0)), written(tmp_path, CAN_MAP))
+    log = read_log(j1939_log(tmp_path, (0x27, 1.0)), written(tmp_path, CAN_MAP))
     np.testing.assert_allclose(log.motor_speed.values / RPM, SPEED)
     assert np.isfinite(log.motor_torque.values).all()
     assert (log.motor_torque.values < 0).all()
@@ -264,7 +264,7 @@ def test_signed_signals_of_j1939_keep_their_negative_values(tmp_path):
 def test_unsigned_signals_of_j1939_keep_their_reserved_range(tmp_path):
     dbc(tmp_path, sign="+")
     lines = [oil_frame(0.0), frame(0.0, "18FF1027", bytes([0, 0xFB, 0xFF, 0xFA, 0, 0, 0, 0]))]
-    log = read_drive_log(written(tmp_path, "\n".join(lines), "log.log"), written(tmp_path, CAN_MAP))
+    log = read_log(written(tmp_path, "\n".join(lines), "log.log"), written(tmp_path, CAN_MAP))
     assert np.isnan(log.motor_speed.values).all()
     assert np.isfinite(log.motor_torque.values).all()
 
@@ -273,16 +273,16 @@ def test_two_drives_of_one_kind_are_no_channel(tmp_path):
     dbc(tmp_path)
     file = j1939_log(tmp_path, (0x27, 1.0), (0x28, -0.5))
     with pytest.raises(LogError, match=r"FF1000h comes from the addresses 27h, 28h: \[can\] source = 0x27 or another"):
-        read_drive_log(file, written(tmp_path, CAN_MAP))
+        read_log(file, written(tmp_path, CAN_MAP))
     with pytest.warns(LogWarning, match="27h, 28h"):
         text = map_text(inspect_log(file, dbc=[tmp_path / "drive.dbc"]), tmp_path)
     assert "# source = [0x27, 0x17]  # needed: J1939 addresses; the drive is one of 0x27, 0x28" in text
     for address, factor in [(0x27, 1.0), (0x28, -0.5)]:
         chosen = text.replace("# source = [0x27", f"source = [0x{address:X}")
-        log = read_drive_log(file, written(tmp_path, chosen))
+        log = read_log(file, written(tmp_path, chosen))
         np.testing.assert_allclose(log.motor_speed.values / RPM, np.round(SPEED * factor))
     with pytest.raises(LogError, match=r"has no samples of .*: .* the log has group FEEE00h from 17h"):
-        read_drive_log(file, written(tmp_path, CAN_MAP + "source = 0x28\n"))
+        read_log(file, written(tmp_path, CAN_MAP + "source = 0x28\n"))
 
 
 def test_an_address_that_cannot_be_is_refused(tmp_path):
@@ -295,11 +295,11 @@ def test_the_same_frames_on_two_buses_are_no_channel(tmp_path, second):
     dbc(tmp_path)
     file = j1939_log(tmp_path, (0x27, 1.0, "can0"), (0x27, -0.5, second))
     with pytest.raises(LogError, match=r"comes on the buses 0, 1: \[can\] bus = 0 or another"):
-        read_drive_log(file, written(tmp_path, CAN_MAP))
+        read_log(file, written(tmp_path, CAN_MAP))
     with pytest.warns(LogWarning, match="buses 0, 1"):
         text = map_text(inspect_log(file, dbc=[tmp_path / "drive.dbc"]), tmp_path)
     assert "# bus = 0  # needed: which of 0, 1" in text
-    log = read_drive_log(file, written(tmp_path, CAN_MAP + "bus = 0\n"))
+    log = read_log(file, written(tmp_path, CAN_MAP + "bus = 0\n"))
     np.testing.assert_allclose(log.motor_speed.values / RPM, SPEED)
 
 
@@ -308,7 +308,7 @@ def test_the_same_frames_on_two_buses_are_no_channel(tmp_path, second):
 )
 def test_a_file_of_j1939_is_known_as_one(tmp_path, last, more):
     dbc(tmp_path, last, more=more)
-    log = read_drive_log(j1939_log(tmp_path, (0x27, 1.0)), written(tmp_path, CAN_MAP))
+    log = read_log(j1939_log(tmp_path, (0x27, 1.0)), written(tmp_path, CAN_MAP))
     np.testing.assert_allclose(log.motor_speed.values / RPM, SPEED)
 
 
@@ -316,8 +316,8 @@ def test_the_same_group_from_another_address_is_named_with_the_key_that_reads_it
     dbc(tmp_path, 0x00, more="")
     file = j1939_log(tmp_path, (0x27, 1.0))
     with pytest.raises(LogError, match=r"18FF1000h \(can\.dbc\).*the log has .*18FF1027h.*\[can\] j1939 = true"):
-        read_drive_log(file, written(tmp_path, CAN_MAP))
-    log = read_drive_log(file, written(tmp_path, CAN_MAP + "j1939 = true\n"))
+        read_log(file, written(tmp_path, CAN_MAP))
+    log = read_log(file, written(tmp_path, CAN_MAP + "j1939 = true\n"))
     np.testing.assert_allclose(log.motor_speed.values / RPM, SPEED)
 
 
@@ -369,7 +369,7 @@ MDF_MAP = 'speed = {channel = "n_ist"}\ntorque = {channel = "M_ist"}\ntemperatur
 def test_a_master_channel_that_is_no_time_is_refused(tmp_path, kind, unit, words):
     file = mf4_over(tmp_path / "log.mf4", "x", kind, unit)
     with pytest.raises(LogError, match=words):
-        read_drive_log(file, written(tmp_path, MDF_MAP))
+        read_log(file, written(tmp_path, MDF_MAP))
     found = inspect_log(file)
     assert found.of("speed") is None
     assert words in {one.note for one in found.channels} or all(words in one.note for one in found.channels)
@@ -378,7 +378,7 @@ def test_a_master_channel_that_is_no_time_is_refused(tmp_path, kind, unit, words
 @pytest.mark.parametrize(("unit", "factor"), [("ms", 1e3), ("s", 1.0), ("", 1.0), ("Sekunden", 1.0)])
 def test_a_clock_of_a_group_is_read_in_its_unit(tmp_path, unit, factor):
     file = mf4_over(tmp_path / "log.mf4", "t", 1, unit, TIME * factor)
-    np.testing.assert_allclose(read_drive_log(file, written(tmp_path, MDF_MAP)).time, TIME, atol=1e-9)
+    np.testing.assert_allclose(read_log(file, written(tmp_path, MDF_MAP)).time, TIME, atol=1e-9)
 
 
 def several_clocks(folder, names, rate=2.0, offset=0.0):
@@ -404,7 +404,7 @@ def test_a_clock_for_each_channel_is_refused(tmp_path, names):
         'torque = {channel = "M_ist [Nm]"}\ntemperature = {channel = "T_oil [degC]"}\n'
     )
     with pytest.raises(LogError, match="are clocks that go on otherwise"):
-        read_drive_log(file, written(tmp_path, made))
+        read_log(file, written(tmp_path, made))
 
 
 @pytest.mark.parametrize(("rate", "offset"), [(1.0, 0.0), (1.0, 1.7e9)])
@@ -468,7 +468,7 @@ def test_events_of_an_asc_file_are_no_frames(tmp_path, line):
         for k, t in enumerate(TIME)
     ]
     text = "\n".join(["date Tue Nov 25 06:30:00.000 AM 2025", "base hex  timestamps absolute", line, *rows]) + "\n"
-    log = read_drive_log(written(tmp_path, text, "log.asc"), written(tmp_path, PDO_MAP))
+    log = read_log(written(tmp_path, text, "log.asc"), written(tmp_path, PDO_MAP))
     np.testing.assert_allclose(log.motor_speed.values / RPM, SPEED)
 
 
@@ -488,7 +488,7 @@ def test_candump_in_all_its_spellings(tmp_path, form):
         for k, t in enumerate(TIME)
     ]
     lines.insert(3, "(1700000000.040000) can0 45123#81:00:12345678#11223344.556677")  # CAN XL
-    log = read_drive_log(written(tmp_path, "\n".join(lines), "log.log"), written(tmp_path, PDO_MAP))
+    log = read_log(written(tmp_path, "\n".join(lines), "log.log"), written(tmp_path, PDO_MAP))
     np.testing.assert_allclose(log.motor_speed.values / RPM, SPEED)
 
 
@@ -496,7 +496,7 @@ def test_an_extended_identifier_is_not_taken_for_a_short_one_where_both_are_mean
     more = PDO_MAP + '[[can.pdo]]\ncob_id = 0x187\nobjects = ["2010h:01 INT16"]\n'
     lines = [frame(t, "185", pdo_bytes(k)) for k, t in enumerate(TIME)]
     lines.insert(50, frame(TIME[50], "10000185", bytes(8)))
-    log = read_drive_log(written(tmp_path, "\n".join(lines), "log.log"), written(tmp_path, more))
+    log = read_log(written(tmp_path, "\n".join(lines), "log.log"), written(tmp_path, more))
     np.testing.assert_allclose(log.motor_speed.values / RPM, SPEED)
 
 
@@ -537,7 +537,7 @@ def test_a_summary_at_the_end_is_left_out_and_what_stands_before_is_read(tmp_pat
         found = inspect_log(file)
     assert found.of("speed").samples == 60
     with pytest.warns(LogWarning, match="line 6"):
-        log = read_drive_log(file, written(tmp_path, map_text(found)))
+        log = read_log(file, written(tmp_path, map_text(found)))
     np.testing.assert_allclose(log.motor_speed.values / RPM, SPEED[:60])
 
 
@@ -548,7 +548,7 @@ def test_what_is_no_row_between_rows_is_still_refused_and_what_stands_before_is_
         found = inspect_log(file)
     assert found.channels[0].samples == 60
     with pytest.raises(LogError, match="line 62"):
-        read_drive_log(file, written(tmp_path, map_text(found)))
+        read_log(file, written(tmp_path, map_text(found)))
 
 
 LABVIEW = [
@@ -672,7 +672,7 @@ def test_fields_of_objects_in_objects_are_channels(tmp_path, schema):
 def test_messages_that_are_not_read_are_named(tmp_path):
     messages = [(topic, t, bytes(12)) for t in TIME for topic in ("/speed", "/torque")]
     file = mcap(tmp_path / "log.mcap", messages, b"float64 value", "flatbuffer", "flatbuffer")
-    for attempt in (inspect_log, read_drive_log):
+    for attempt in (inspect_log, read_log):
         with pytest.raises(
             LogError, match=r"its topics /speed, /torque are in flatbuffer, and messages in JSON are read, .*CSV"
         ):
@@ -707,18 +707,18 @@ def test_no_other_temperature_is_taken_and_no_constant_in_silence(tmp_path, name
     text = map_text(inspect_log(file))
     assert "\n# [temperature]" in text
     with pytest.raises(RamsightError, match=r"has no \[temperature\]; name the oil's channel .*constant"):
-        read_drive_log(file, written(tmp_path, text))
+        read_log(file, written(tmp_path, text))
     stated = text + 'temperature = {constant = "45 degC"}\n'
     lines = stated.splitlines()
     stated = "\n".join([lines[-1], *lines[:-1]])
-    assert read_drive_log(file, written(tmp_path, stated)).oil_temperature.values[0] == pytest.approx(318.15)
+    assert read_log(file, written(tmp_path, stated)).oil_temperature.values[0] == pytest.approx(318.15)
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "cp1252"])
 def test_an_error_names_the_command_that_comes_next(tmp_path, encoding):
     file = written(tmp_path, "Zeit;n_ist;M_ist;Öltemp\n0,0;1;1,5;40\n", "log.csv", encoding)
     with pytest.raises(LogError, match=r"ramsight logs inspect \S+log\.csv --out map\.toml"):
-        read_drive_log(file)
+        read_log(file)
 
 
 @pytest.mark.parametrize(("strict", "code"), [(True, 1), (False, 0)])

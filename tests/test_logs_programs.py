@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ramsight.errors import LogError, LogWarning
-from ramsight.logs import read_drive_log
+from ramsight.logs import read_log
 from ramsight.logs.inspect import inspect_log
 from ramsight.logs.proposal import map_text
 
@@ -23,7 +23,7 @@ def mapped(folder, file):
     """The log by the map that is proposed."""
     text = map_text(inspect_log(file))
     (folder / "map.toml").write_text(text, encoding="utf-8")
-    return read_drive_log(file, folder / "map.toml")
+    return read_log(file, folder / "map.toml")
 
 
 def assert_is_the_drive(log, samples=N):
@@ -66,7 +66,7 @@ def test_tdms_without_a_clock_says_so(tmp_path):
         'temperature = {channel = "T_oil [degC]"}\n'
     )
     with pytest.raises(LogError, match=r"column n_ist \[1/min\]: has no clock"):
-        read_drive_log(file, tmp_path / "map.toml")
+        read_log(file, tmp_path / "map.toml")
 
 
 # ---- MATLAB
@@ -103,7 +103,7 @@ def test_vectors_of_matlab(tmp_path, version, is_struct):
         f'speed = {{channel = "{where}n_rpm"}}\ntorque = {{channel = "{where}M_nm"}}\n'
         f'temperature = {{channel = "{where}T_oil_c"}}\n'
     )
-    assert_is_the_drive(read_drive_log(file, tmp_path / "map.toml"))
+    assert_is_the_drive(read_log(file, tmp_path / "map.toml"))
 
 
 def test_the_map_names_the_clock_of_a_matlab_file_and_columns_of_a_matrix(tmp_path):
@@ -112,7 +112,7 @@ def test_the_map_names_the_clock_of_a_matlab_file_and_columns_of_a_matrix(tmp_pa
         'time = {channel = "x", unit = "ms"}\nspeed = {channel = "data[1]", unit = "rpm"}\n'
         'torque = {channel = "data[2]", unit = "N m"}\ntemperature = {channel = "data[3]", unit = "degC"}\n'
     )
-    assert_is_the_drive(read_drive_log(file, tmp_path / "map.toml"))
+    assert_is_the_drive(read_log(file, tmp_path / "map.toml"))
 
 
 def test_a_matlab_file_without_vectors_says_what_to_write(tmp_path):
@@ -176,7 +176,7 @@ def test_a_wrong_cell_of_excel_is_named_with_its_row(tmp_path):
         'temperature = {channel = "T_oil [degC]"}\n'
     )
     with pytest.raises(LogError, match=r"log\.xlsx, line 11, column M_ist \[Nm\]: is not a number: 'broken'"):
-        read_drive_log(file, tmp_path / "map.toml")
+        read_log(file, tmp_path / "map.toml")
 
 
 def test_an_empty_sheet_is_refused(tmp_path):
@@ -259,7 +259,7 @@ def test_messages_of_ros_2(tmp_path, name):
     assert {one.name for one in inspect_log(file).channels} == {
         "motor_speed_rpm", "motor_torque_nm", "oil_temperature_c"
     }  # fmt: skip
-    assert_is_the_drive(read_drive_log(file))
+    assert_is_the_drive(read_log(file))
 
 
 def test_messages_of_protobuf(tmp_path):
@@ -279,7 +279,7 @@ def test_messages_of_protobuf(tmp_path):
         for t, n, m, c in zip(TIME, SPEED, TORQUE, OIL, strict=True)
     ]
     file = mcap(tmp_path / "log.mcap", "protobuf", "protobuf", schema, messages, "demo.Drive")
-    assert_is_the_drive(read_drive_log(file))
+    assert_is_the_drive(read_log(file))
 
 
 def test_a_damaged_message_is_refused_with_its_time(tmp_path):
@@ -288,7 +288,7 @@ def test_a_damaged_message_is_refused_with_its_time(tmp_path):
     messages = [(0.0, b"\x00\x01\x00\x00" + struct.pack("<ddd", 1.0, 2.0, 40.0)), (0.02, b"\x00\x01\x00\x00\x01")]
     file = mcap(tmp_path / "log.mcap", "cdr", "ros2msg", schema, messages, "demo_msgs/msg/Drive")
     with pytest.raises(LogError, match=r"column /drive: a message at 1e\+09 s"):
-        read_drive_log(file)
+        read_log(file)
 
 
 @pytest.mark.parametrize("end", [".tdms", ".mat", ".xlsx"])

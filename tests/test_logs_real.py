@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ramsight.errors import DescriptionError, LogError, UnknownNameError
-from ramsight.logs import open_log, read_drive_log
+from ramsight.logs import open_log, read_log
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.inspect import inspect_log
 from ramsight.logs.proposal import map_text
@@ -64,7 +64,7 @@ FORMS = {
 def test_what_inspect_proposes_reads_the_log(tmp_path, form):
     (tmp_path / "log.csv").write_text(FORMS[form])
     (tmp_path / "map.toml").write_text(map_text(inspect_log(tmp_path / "log.csv")))
-    log = read_drive_log(tmp_path / "log.csv", tmp_path / "map.toml")
+    log = read_log(tmp_path / "log.csv", tmp_path / "map.toml")
     np.testing.assert_allclose(log.time - log.time[0], TIME, atol=1e-6)
     np.testing.assert_allclose(log.motor_speed, SPEED * 2 * np.pi / 60, atol=1e-9)
     assert log.motor_torque.values.tolist() == [12.5] * N
@@ -160,12 +160,12 @@ def test_bus_logging_in_an_mdf_file_is_read_by_a_map_of_frames(tmp_path):
     text = 'speed = {channel = "606Ch"}\ntorque = {channel = "6077h", rated = "10 N m"}\n'
     text += 'temperature = {constant = "40 degC"}\n[[can.pdo]]\ncob_id = 0x181\nobjects = ["606Ch", "6077h"]\n'
     (tmp_path / "map.toml").write_text(text)
-    log = read_drive_log(tmp_path / "bus.mf4", tmp_path / "map.toml")
+    log = read_log(tmp_path / "bus.mf4", tmp_path / "map.toml")
     np.testing.assert_allclose(log.time, TIME, atol=1e-9)
     np.testing.assert_allclose(log.motor_speed, np.round(SPEED) * 2 * np.pi / 60)
     assert log.motor_torque.values.tolist() == [8.0] * N
     with pytest.raises(LogError, match="CAN frames"):
-        read_drive_log(tmp_path / "bus.mf4")
+        read_log(tmp_path / "bus.mf4")
 
 
 @pytest.mark.parametrize(
@@ -187,4 +187,4 @@ def test_a_clock_that_the_table_does_not_have_is_named(tmp_path):
         'torque = {channel = "motor_torque_nm", unit = "N m"}\ntemperature = {constant = "40 degC"}\n'
     )
     with pytest.raises(UnknownNameError, match="tim%_s"):
-        read_drive_log(tmp_path / "log.csv", tmp_path / "map.toml")
+        read_log(tmp_path / "log.csv", tmp_path / "map.toml")

@@ -19,7 +19,7 @@ from ramsight.machine.placed import PLACED
 
 @pytest.fixture(scope="module")
 def loader():
-    return machine.load("mining-loader")
+    return machine.load_machine("mining-loader")
 
 
 @pytest.fixture(scope="module")
@@ -191,17 +191,17 @@ def test_files_that_cannot_be_read(tmp_path):
     (tmp_path / "binary.toml").write_bytes(b"name = '\xff\xfe'")
     for name, words in cases.items():
         with pytest.raises(DescriptionError, match=words):
-            machine.load(tmp_path / name)
+            machine.load_machine(tmp_path / name)
     with pytest.raises(DescriptionError, match="no such file"):
-        machine.load("nowhere/at-all.toml")
+        machine.load_machine("nowhere/at-all.toml")
     with pytest.raises(UnknownNameError, match="did you mean 'mining-loader'"):
-        machine.load("mining-lauder")
+        machine.load_machine("mining-lauder")
 
 
 def test_a_file_of_other_systems_is_read(tmp_path, text):
     file = tmp_path / "loader"
     file.write_bytes(b"\xef\xbb\xbf" + text.replace("\n", "\r\n").encode())
-    assert machine.load(str(file)).unit("boom").cylinder.bore == 0.127
+    assert machine.load_machine(str(file)).unit("boom").cylinder.bore == 0.127
 
 
 def test_an_unknown_unit_lists_those_there_are(loader):
@@ -309,7 +309,7 @@ def test_replace_takes_a_model_with_all_its_values(loader, text):
 
 
 def test_replace_takes_models_of_placed_parts_and_of_parts_that_were_not_there(loader):
-    rig = machine.load("eha-test-bench")
+    rig = machine.load_machine("eha-test-bench")
     (name,) = rig.unit("axis").pumps
     changed = rig.replace({f"units.axis.parts.{name}.model": "PGI100-2-005"}).unit("axis")
     assert changed.pumps[name].displacement == pytest.approx(5.3e-6 / (2 * math.pi), rel=1e-9, abs=0.0)
@@ -347,7 +347,7 @@ JSON = st.recursive(
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=8), inner, max_size=3),
     max_leaves=5,
 )
-KEYS = sorted(value.path for value in machine.walk(machine.load("mining-loader").unit("boom"), "units.boom."))
+KEYS = sorted(value.path for value in machine.walk(machine.load_machine("mining-loader").unit("boom"), "units.boom."))
 
 
 @given(path=st.sampled_from(KEYS), junk=JSON)
@@ -375,7 +375,7 @@ def test_every_value_of_the_catalogue_has_a_source_and_every_source_a_mark():
     for entry in catalogue.entries():
         assert entry.description
         if entry.kind == "machine":
-            read = machine.load(entry.name)
+            read = machine.load_machine(entry.name)
             for name, unit in read.units.items():
                 for value in machine.walk(unit, f"units.{name}."):
                     source = read.source_of(value.path)
@@ -404,5 +404,5 @@ def test_the_catalogue_has_all_sizes_of_the_pump_and_its_files_their_names():
 def test_values_that_fit_together_alone_are_changed_together():
     small = {"units.boom.cylinder.bore": "60 mm", "units.boom.cylinder.rod": "40 mm"}
     for changes in (small, dict(reversed(small.items()))):
-        cylinder = machine.load("mining-loader").replace(changes).unit("boom").cylinder
+        cylinder = machine.load_machine("mining-loader").replace(changes).unit("boom").cylinder
         assert (cylinder.bore, cylinder.rod) == (0.06, 0.04)

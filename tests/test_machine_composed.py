@@ -13,7 +13,7 @@ from ramsight.duty.profile import constant
 from ramsight.errors import DescriptionError, RamsightError
 from ramsight.machine import catalogue
 from ramsight.machine.placed import KINDS
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.cautions import cautions
 from ramsight.plant.ddh import build_ddh
 from ramsight.plant.steady import derive, torque_at_load
@@ -27,7 +27,7 @@ MACHINES = [
     ("press", "ram"),
     ("forklift-mast", "lift"),
 ]
-BUILT = {name: build_unit(unit, machine.load(name).unit(unit)) for name, unit in MACHINES}
+BUILT = {name: build(machine.load_machine(name).unit(unit), unit) for name, unit in MACHINES}
 
 
 def text_of(name):
@@ -43,7 +43,7 @@ def refusal(text):
 
 @pytest.mark.parametrize(("name", "unit"), MACHINES)
 def test_a_template_reads_back_as_the_machine_it_was_made_from(name, unit):
-    read = machine.load(name)
+    read = machine.load_machine(name)
     text = machine.template(read)
     assert machine.loads(text).units == read.units
     assert text.index('kind = "pump"') < text.index('model = "PGI')
@@ -52,7 +52,7 @@ def test_a_template_reads_back_as_the_machine_it_was_made_from(name, unit):
 
 @pytest.mark.parametrize(("name", "unit"), MACHINES)
 def test_a_machine_lifts_and_lowers_and_its_balances_close(name, unit):
-    described, built = machine.load(name).unit(unit), BUILT[name]
+    described, built = machine.load_machine(name).unit(unit), BUILT[name]
     load = max(described.load.loads.values())
     run = simulate(built, lift_lower(built, load, 313.15))
     assert abs(run.attrs["energy_residual"]) < 1e-3
@@ -88,7 +88,7 @@ def test_check_and_simulate_as_commands(name, unit, tmp_path):
 
 def test_what_needs_a_direct_driven_unit_says_so():
     with pytest.raises(DescriptionError, match=r"units.axis.circuit = 'eha-double-rod'.*allowed: ddh"):
-        build_ddh("axis", machine.load("eha-test-bench").unit("axis"))
+        build_ddh("axis", machine.load_machine("eha-test-bench").unit("axis"))
 
 
 def test_what_follows_from_a_circuit():
@@ -99,7 +99,7 @@ def test_what_follows_from_a_circuit():
     assert side_nodes(BUILT["forklift-mast"], "a") == {"chamber_a", "line", "port"}
     assert side_nodes(BUILT["forklift-mast"], "b") == {"chamber_b"}
     for name, unit in MACHINES:
-        assert cautions(machine.load(name).unit(unit), BUILT[name]) == ()
+        assert cautions(machine.load_machine(name).unit(unit), BUILT[name]) == ()
 
 
 def test_the_rods_volume_goes_through_the_pilot_operated_check():
@@ -151,7 +151,7 @@ def test_a_mistake_in_a_circuit_is_one_line(name, old, new, words):
     changed = text.replace(old, new, 1)
     if words == "has to fill":
         with pytest.raises(DescriptionError, match=words):
-            build_unit("ram", machine.loads(changed).unit("ram"))
+            build(machine.loads(changed).unit("ram"), "ram")
         return
     line = refusal(changed)
     assert "a.toml" in line
@@ -168,7 +168,7 @@ def test_a_circuit_needs_a_pump_and_parts_are_tables():
 
 
 def test_values_of_a_part_change_by_their_path():
-    worn = machine.load("press").replace({"units.ram.parts.pump_a.volumetric_efficiency": 0.8})
+    worn = machine.load_machine("press").replace({"units.ram.parts.pump_a.volumetric_efficiency": 0.8})
     assert worn.unit("ram").parts["pump_a"].volumetric_efficiency == 0.8
     with pytest.raises(DescriptionError, match="out of range"):
         worn.replace({"units.ram.parts.pump_a.belt": 0.0})
@@ -179,8 +179,10 @@ JUNK = st.recursive(
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=8), inner, max_size=3),
     max_leaves=5,
 )
-PATHS = sorted({value.path for name, unit in MACHINES[1:3] for value in
-                machine.walk(machine.load(name).unit(unit), f"{name}.units.{unit}.") if value.given})  # fmt: skip
+PATHS = sorted({
+    value.path for name, unit in MACHINES[1:3]
+    for value in machine.walk(machine.load_machine(name).unit(unit), f"{name}.units.{unit}.") if value.given
+})  # fmt: skip
 
 
 @given(path=st.sampled_from(PATHS), junk=JUNK)
@@ -204,7 +206,7 @@ def test_junk_in_any_place_is_read_or_refused_in_one_line(path, junk):
 
 def test_every_kind_of_part_is_used_or_shown_in_the_catalogue():
     known = [*MACHINES, ("eha-valve-rig", "axis"), ("loader-valve-controlled", "boom")]
-    used = {part.kind for name, unit in known for part in machine.load(name).unit(unit).parts.values()}
+    used = {part.kind for name, unit in known for part in machine.load_machine(name).unit(unit).parts.values()}
     assert used == set(KINDS)
 
 

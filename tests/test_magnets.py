@@ -11,15 +11,15 @@ from ramsight.deploy.compiler import find_compiler
 from ramsight.duty import Magnets, report, simulate
 from ramsight.duty.drive_report import declared_report
 from ramsight.duty.work_day import work_day
-from ramsight.logs import read_drive_log, write_drive_log
-from ramsight.plant.build import build_unit
+from ramsight.logs import read_log, write_log
+from ramsight.plant.build import build
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.status import Status
 
 from .golden import golden
 
-LOADER = machine.load("mining-loader")
-DESCRIBED = build_unit("boom", LOADER.unit("boom"))
+LOADER = machine.load_machine("mining-loader")
+DESCRIBED = build(LOADER.unit("boom"), "boom")
 PLAIN = replace(DESCRIBED, assumptions=DESCRIBED.assumptions.replace({"machine.leak": 1e-3}))  # no stop teaches any
 TOLD = replace(PLAIN, assumptions=PLAIN.assumptions.replace({"motor_temperature.std": 0.01}))
 RISE = 60.0  # K
@@ -88,9 +88,9 @@ def test_what_is_left_of_the_gain_is_assumed(day, sensors):
 
 def test_logs_keep_it_in_degrees(day, tmp_path):
     log = day[1].isel(time=slice(0, 100))
-    write_drive_log(log, tmp_path / "log.csv")
+    write_log(log, tmp_path / "log.csv")
     assert "motor_temperature_c" in (tmp_path / "log.csv").read_text().splitlines()[0]
-    np.testing.assert_allclose(read_drive_log(tmp_path / "log.csv")["motor_temperature"], log["motor_temperature"])
+    np.testing.assert_allclose(read_log(tmp_path / "log.csv")["motor_temperature"], log["motor_temperature"])
     text = "".join(
         f'{role} = {{channel = "{column}", unit = "{unit}"}}\n'
         for role, column, unit in (
@@ -99,7 +99,7 @@ def test_logs_keep_it_in_degrees(day, tmp_path):
         )
     )  # fmt: skip
     (tmp_path / "map.toml").write_text(text)
-    mapped = read_drive_log(tmp_path / "log.csv", tmp_path / "map.toml")
+    mapped = read_log(tmp_path / "log.csv", tmp_path / "map.toml")
     np.testing.assert_allclose(mapped["motor_temperature"], log["motor_temperature"])
 
 

@@ -11,7 +11,7 @@ import xarray
 import ramsight
 from ramsight import Status
 from ramsight.errors import LogWarning
-from ramsight.logs import write_drive_log
+from ramsight.logs import write_log
 from ramsight.sensor.status import is_invalid
 from ramsight.tracking import mistakes
 from ramsight.tracking.mistakes import Explanations, evidence, visits
@@ -90,11 +90,11 @@ def test_a_drive_that_is_a_tenth_off_is_no_mistake(days, unit):
 
 
 def test_no_log_of_the_traces_is_called_wrong(traces):
-    from ramsight.logs import read_drive_log
+    from ramsight.logs import read_log
 
     for trace in traces:
         unit = "bucket" if "bucket" in trace.name else "boom"
-        assert found_in(read_drive_log(trace.log), unit) is None, trace.name
+        assert found_in(read_log(trace.log), unit) is None, trace.name
 
 
 # ---- what it rests on
@@ -201,7 +201,7 @@ def command(*words, cwd):
 
 
 def test_track_ends_with_the_likeliest_mistake_and_its_positions_are_invalid(days, tmp_path):
-    write_drive_log(WRONG["half"][0](days["boom"]), tmp_path / "day.csv")
+    write_log(WRONG["half"][0](days["boom"]), tmp_path / "day.csv")
     words = ["track", "mining-loader", "day.csv", "--unit", "boom", "--out", "track.csv", "--state", "state.json"]
     done = command(*words, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
@@ -244,7 +244,7 @@ def test_strict_is_for_every_verb_that_reads_a_log_and_has_no_verdict_of_its_own
         done = command(*words, cwd=tmp_path)
         assert "breaks off in this line" in done.stderr
         assert done.returncode == ("--strict" in words)
-    for verb in ("track", "leaktest", "identify", "compare"):
+    for verb in ("track", "leak-test", "identify", "compare"):
         assert "--strict" in command(verb, "--help", cwd=tmp_path).stdout
 
 

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 from ramsight import progress as progress_module
 from ramsight.errors import OutputError
-from ramsight.logs import read_drive_log
+from ramsight.logs import read_log
 from ramsight.output import atomic_path, column_name, write_dataset, write_table
 from ramsight.output.cells import rows_text
 from ramsight.progress import progress
@@ -232,7 +232,7 @@ def test_columns_are_named_by_variable_and_unit(name, units, expected):
 
 
 def test_a_drive_log_as_a_dataset_keeps_its_values(trace, tmp_path):
-    log = read_drive_log(trace("bucket_48kN_40C").log)
+    log = read_log(trace("bucket_48kN_40C").log)
     write_dataset(log, tmp_path / "log.csv")
     assert (tmp_path / "log.csv").read_text().splitlines()[0] == (
         "time_s,motor_speed_rad_per_s,motor_torque_nm,oil_temperature_k"

@@ -62,6 +62,8 @@ def test_other_verbs_write_over_nothing_that_they_read(place):
         ("logs", "inspect", "log.csv", "--map", "machine.toml", "--out", "machine.toml"),
         ("simulate", "mining-loader", "--unit", "boom", "--load", "100 kN", "--out", "a.csv", "--log", "a.csv"),
         ("identify", "machine.toml", "log.csv", "--unit", "boom", "--truth", "truth.csv", "--out", "machine.toml"),
+        ("leak-test", "machine.toml", "log.csv", "--unit", "boom", "--out", "machine.toml"),
+        ("commission", "machine.toml", "log.csv", "--unit", "boom", "--tuned", "machine.toml"),
     ):
         done = at_once(*arguments, cwd=place)
         assert done.returncode == 2
@@ -154,41 +156,40 @@ from ramsight.output import open_dataset, write_dataset
 time = numpy.arange(20_000) * 0.01
 piece = xarray.Dataset({"position": ("time", numpy.sin(time), {"units": "m"})}, coords={"time": ("time", time)})
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[2]), resource.RLIM_INFINITY))
-try:
-    if sys.argv[3] == "whole":
-        write_dataset(piece, sys.argv[1])
-    else:
-        with open_dataset(sys.argv[1]) as writer:
-            for _ in range(5):
-                writer.append(piece)
-except OutputError as error:
-    print(error)
+for path, most, how in (one.split(":") for one in sys.argv[1:]):
+    resource.setrlimit(resource.RLIMIT_FSIZE, (int(most), resource.RLIM_INFINITY))
+    try:
+        if how == "whole":
+            write_dataset(piece, path)
+        else:
+            with open_dataset(path) as writer:
+                for _ in range(5):
+                    writer.append(piece)
+    except OutputError as error:
+        print(error)
 """
 
 
-@pytest.mark.parametrize(
-    ("suffix", "most", "how"),
-    [
-        (".nc", 100, "pieces"),
-        (".nc", 60_000, "pieces"),
-        (".nc", 60_000, "whole"),
-        (".csv", 60_000, "pieces"),
-        (".csv.gz", 60_000, "pieces"),
-        (".parquet", 60_000, "pieces"),
-        (".mf4", 60_000, "pieces"),
-        (".mcap", 60_000, "pieces"),
-    ],
-)
-def test_a_full_disk_is_one_line_in_every_format(tmp_path, suffix, most, how):
-    (tmp_path / f"out{suffix}").write_text("old")
-    command = [sys.executable, "-c", FULL, str(tmp_path / f"out{suffix}"), str(most), how]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+def test_a_full_disk_is_one_line_in_every_format(tmp_path):
+    cases = [
+        ("a.nc", 100, "pieces"),
+        ("b.nc", 60_000, "pieces"),
+        ("c.nc", 60_000, "whole"),
+        ("d.csv", 60_000, "pieces"),
+        ("e.csv.gz", 60_000, "pieces"),
+        ("f.parquet", 60_000, "pieces"),
+        ("g.mf4", 60_000, "pieces"),
+        ("h.mcap", 60_000, "pieces"),
+    ]
+    for name, _, _ in cases:
+        (tmp_path / name).write_text("old")
+    asked = [f"{tmp_path / name}:{most}:{how}" for name, most, how in cases]
+    done = subprocess.run([sys.executable, "-c", FULL, *asked], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout.startswith(f"{tmp_path / f'out{suffix}'}: cannot be written: ")
-    assert done.stdout.endswith("File too large\n")
-    assert len(done.stdout.splitlines()) == 1
-    assert contents(tmp_path) == {f"out{suffix}": b"old"}
+    for (name, _, _), said in zip(cases, done.stdout.splitlines(), strict=True):
+        assert said.startswith(f"{tmp_path / name}: cannot be written: ")
+        assert said.endswith("File too large")
+    assert contents(tmp_path) == {name: b"old" for name, _, _ in cases}
 
 
 def test_what_could_not_be_written_can_be_read_until_the_end(tmp_path, monkeypatch):

@@ -10,7 +10,7 @@ from ramsight.errors import DescriptionError, RamsightError
 from ramsight.machine import catalogue
 from ramsight.machine.efficiencies import read_efficiencies
 from ramsight.machine.own_entries import check_own
-from ramsight.machine.pump_map import read_map
+from ramsight.machine.pump_map import KEY, read_map, with_map
 from ramsight.machine.reading import from_catalogue
 from ramsight.machine.viscosity import viscosity_of
 
@@ -62,7 +62,7 @@ def own(tmp_path, monkeypatch):
 
 
 def test_own_parts_are_used_by_name_as_those_of_the_catalogue(own, tmp_path):
-    text = machine.template(machine.load("forklift-mast")).replace('"tellus-t-32"', '"farm-46"', 1)
+    text = machine.template(machine.load_machine("forklift-mast")).replace('"tellus-t-32"', '"farm-46"', 1)
     used = machine.loads(text)
     assert used.unit("lift").oil.model == "farm-46"
     entry = catalogue.find("pump", "GEAR-16")
@@ -148,13 +148,13 @@ def test_a_map_of_flow_and_torque_becomes_efficiencies(tmp_path):
 def test_a_description_names_the_file_beside_it_and_needs_it_no_more_once_read(own, tmp_path):
     (tmp_path / "gear.csv").write_text(MAP)
     pump = '[units.lift.parts.pump]\nmodel = "gear-16"\nefficiency_file = "gear.csv"\n'
-    mast = machine.template(machine.load("forklift-mast"))
+    mast = machine.template(machine.load_machine("forklift-mast"))
     begin = mast.index("[units.lift.parts.pump]")
     end = mast.index("\n\n", begin)
     kept = [line for line in mast[begin:end].splitlines() if line.startswith(("kind", "inlet", "outlet"))]
     file = tmp_path / "mast.toml"
     file.write_text(mast[:begin] + pump + "\n".join(kept) + mast[end:])
-    read = machine.load(file)
+    read = machine.load_machine(file)
     found = read.unit("lift").parts["pump"]
     assert (found.losses, found.efficiency_file) == ("table", "")
     assert read.source_of("units.lift.parts.pump.efficiency_table") == "[S: gear.csv]"
@@ -167,13 +167,27 @@ def test_a_description_names_the_file_beside_it_and_needs_it_no_more_once_read(o
     assert float(run["position"].max()) > 0.3
     (tmp_path / "gear.csv").unlink()
     with pytest.raises(DescriptionError, match=r"gear\.csv.*no such file"):
-        machine.load(file)
+        machine.load_machine(file)
+
+
+@pytest.mark.parametrize("name", ["{up}/secret.csv", "../secret.csv", "maps/../../secret.csv"])
+def test_a_description_reads_no_file_outside_its_folder(own, tmp_path, name):
+    (tmp_path / "secret.csv").write_text("secret,words\n1,2\n")
+    folder = tmp_path / "given"
+    (folder / "maps").mkdir(parents=True)
+    (folder / "maps" / "gear.csv").write_text(MAP)
+    pump = {"displacement": "16 cm3/rev", KEY: name.format(up=tmp_path)}
+    oil = {"viscosity_40c": "46 mm2/s", "viscosity_100c": "7 mm2/s"}
+    with pytest.raises(DescriptionError, match="leads out of the description's folder") as refused:
+        with_map(pump, oil, folder)
+    assert "words" not in str(refused.value)
+    assert with_map({**pump, KEY: "maps/gear.csv"}, oil, folder)["losses"] == "table"
 
 
 def test_an_entry_of_ones_own_has_its_map_beside_itself(own):
     (own / "pumps" / "gear.csv").write_text(MAP)
     (own / "pumps" / "gear.toml").write_text(PUMP + 'efficiency_file = "gear.csv"\n')
-    mast = machine.template(machine.load("forklift-mast")).replace('"PGI100-2-016"', '"gear-16"')
+    mast = machine.template(machine.load_machine("forklift-mast")).replace('"PGI100-2-016"', '"gear-16"')
     lines = [line for line in mast.splitlines() if not line.startswith(("displacement", "efficiency_file"))]
     found = machine.loads("\n".join(lines)).unit("lift").parts["pump"]
     assert (found.model, found.losses) == ("gear-16", "table")

@@ -77,7 +77,7 @@ def test_a_machine_without_the_papers_loads_is_refused(tmp_path):
     )
     file = tmp_path / "loader.toml"
     file.write_text(text)
-    assert "half" in machine.load(file).unit("boom").load.loads
+    assert "half" in machine.load_machine(file).unit("boom").load.loads
     with pytest.raises(DescriptionError, match="medium"):
         benches(Choices(machine=file))
 

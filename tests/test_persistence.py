@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from ramsight import machine
-from ramsight.logs import read_drive_log
+from ramsight.logs import read_log
 from ramsight.output import HeldError
 from ramsight.plant.ddh import build_ddh
 from ramsight.sensor.balance import balance
@@ -29,7 +29,7 @@ from .command import as_command, at_once
 @pytest.fixture(scope="module")
 def unit():
     """Whose entered positions are sure."""
-    boom = build_ddh("boom", machine.load("mining-loader").unit("boom"))
+    boom = build_ddh("boom", machine.load_machine("mining-loader").unit("boom"))
     return replace(boom, assumptions=boom.assumptions.replace({"stops.entered": 1e-6}))
 
 
@@ -75,7 +75,7 @@ def test_a_resumed_position_is_not_referenced_since_power_up(tmp_path, sensor, u
 
 
 def test_what_was_learnt_is_resumed_and_tracking_goes_on(tmp_path, trace, sensor, unit):
-    log = read_drive_log(trace("boom_asbuilt1_workday").log)
+    log = read_log(trace("boom_asbuilt1_workday").log)
     half = log.sizes["time"] // 2
     while abs(log["motor_speed"].values[half]) > 0.1:
         half += 1
@@ -231,7 +231,9 @@ def test_a_value_that_is_no_number_never_has_a_usable_status(sensor, name):
     sensor._state[sensor.recursion.state.index(name)] = math.nan
     for k in range(1, 20):
         now = sensor.step(0.02 * k, 10.0, 20.0, 313.15)
-        assert now.status.validity == "invalid" or all(map(math.isfinite, (now.position, now.std, now.velocity)))
+        assert now.status.validity == "invalid" or all(
+            map(math.isfinite, (now.position, now.position_std, now.velocity))
+        )
 
 
 def test_a_reference_that_is_no_number_is_none(sensor):
@@ -242,20 +244,20 @@ def test_a_reference_that_is_no_number_is_none(sensor):
 
 
 def test_a_state_saved_in_motion_is_less_certain(tmp_path, trace, sensor, unit):
-    log = read_drive_log(trace("boom_258kN_40C").log)
+    log = read_log(trace("boom_258kN_40C").log)
     sensor.start(0.1)
     moving = int(np.searchsorted(log["time"].values, 6.0))
     before = sensor.track(log.isel(time=slice(moving)))["position_std"].values[-1]
     StateFile(tmp_path / "s", sensor).save()
     other = kalman(unit)
     StateFile(tmp_path / "s", other).resume()
-    assert other.step(0.0, 0.0, 0.0, 313.15).std > before + 10e-3
+    assert other.step(0.0, 0.0, 0.0, 313.15).position_std > before + 10e-3
 
 
 def test_states_of_others_and_of_the_future_are_refused(tmp_path, sensor, unit):
     path = tmp_path / "boom.state"
     StateFile(path, sensor).save()
-    bucket = kalman(build_ddh("bucket", machine.load("mining-loader").unit("bucket")))
+    bucket = kalman(build_ddh("bucket", machine.load_machine("mining-loader").unit("bucket")))
     with pytest.raises(StateError, match="another sensor or machine"):
         StateFile(path, bucket).resume()
     newer = bytearray(path.read_bytes())

@@ -18,7 +18,7 @@ from ramsight.plant.unit import circuit, initial_state
 from ramsight.plant.valve import orifice_flow
 from ramsight.tracking.position_errors import first_stop_contact
 
-UNITS = {name: build_ddh(name, unit) for name, unit in machine.load("mining-loader").units.items()}
+UNITS = {name: build_ddh(name, unit) for name, unit in machine.load_machine("mining-loader").units.items()}
 
 
 def radau(model, initial, segments, times):
@@ -193,7 +193,7 @@ def test_hot_oil_and_a_high_load_take_no_more_steps():
 @pytest.mark.parametrize(("kilonewton", "celsius"), [(50, 40), (441, 20), (441, 70), (500, 70)])
 def test_valves_do_not_flutter(kilonewton, celsius):
     # Without the hump of static friction nothing sticks and slips: steps and switchings that are left are the valves'.
-    described = machine.load("mining-loader").unit("boom")
+    described = machine.load_machine("mining-loader").unit("boom")
     smooth = build_ddh("boom", described.replace({"cylinder.breakaway_friction": "1.5 kN"}))
     steps, switched = switchings(smooth, kilonewton * 1e3, celsius)
     assert steps < 1800

@@ -11,7 +11,7 @@ from ramsight.duty.profile import constant
 from ramsight.engine.equation import OdeModel, State
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import Segments, integrate
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.unit import circuit, initial_state
 
 
@@ -102,7 +102,7 @@ def test_radau_agrees_on_the_way():
     np.testing.assert_allclose(ours.state, theirs.y.T, rtol=1e-5, atol=1e-9)
 
 
-BOOM = build_unit("boom", machine.load("mining-loader").unit("boom"))
+BOOM = build(machine.load_machine("mining-loader").unit("boom"), "boom")
 
 
 def plant_run(duty, **options):

@@ -1,10 +1,12 @@
 """Efficiency curves of the catalogue's pumps, as data sheets draw them."""
 
 import itertools
+import re
 
 import numpy as np
 import pytest
 
+import ramsight
 from ramsight.machine import catalogue
 from ramsight.plant.efficiency import catalogue_pump, efficiency
 
@@ -16,20 +18,24 @@ SPEED, VISCOSITY = 1450 * np.pi / 30, 46e-6  # the nominal point of the data she
 @pytest.mark.parametrize("name", PUMPS)
 def test_a_pumps_curves_have_the_shape_of_a_data_sheets(name):
     pump = catalogue_pump(name)
-    curve = efficiency(pump, PRESSURE, SPEED, VISCOSITY)
+    pressure = np.linspace(10e5, pump.nominal_pressure, 25)
+    curve = efficiency(pump, pressure, SPEED, VISCOSITY)
     assert np.all(np.diff(curve.volumetric) < 0.0)  # more pressure leaks more
     np.testing.assert_allclose(np.diff(curve.volumetric, 2), 0.0, atol=1e-12)  # in a straight line, as eq. 9 has it
     assert np.all(np.diff(curve.hydromechanical) > 0.0)  # the no-load torque counts less and less
     assert np.all((curve.total > 0.3) & (curve.total < 1.0))
     assert curve.volumetric[-1] == pytest.approx(pump.volumetric_efficiency)
-    idle = pump.no_load_torque / (pump.displacement * 250e5)
+    idle = pump.no_load_torque / (pump.displacement * pump.nominal_pressure)
     assert curve.hydromechanical[-1] == pytest.approx(1.0 / (1.0 / pump.hydromechanical_efficiency + idle))
     best = curve.total.argmax()
-    assert 0 < best < len(PRESSURE)
+    assert 0 < best < len(pressure)
 
 
-def test_larger_pumps_are_more_efficient():
-    curves = [efficiency(catalogue_pump(name), PRESSURE, SPEED, VISCOSITY) for name in sorted(PUMPS)]
+@pytest.mark.parametrize("series", sorted({name.rpartition("-")[0] for name in PUMPS}))
+def test_larger_pumps_of_a_series_are_more_efficient(series):
+    of_series = sorted(name for name in PUMPS if name.rpartition("-")[0] == series)
+    assert len(of_series) >= 3
+    curves = [efficiency(catalogue_pump(name), PRESSURE, SPEED, VISCOSITY) for name in of_series]
     for smaller, larger in itertools.pairwise(curves):
         assert np.all(larger.volumetric >= smaller.volumetric - 1e-12)
         assert np.all(larger.hydromechanical >= smaller.hydromechanical - 1e-12)
@@ -50,3 +56,16 @@ def test_efficiency_needs_a_pump_that_pumps():
     for pressure, speed in (([0.0], 100.0), ([1e5], 0.0), ([-1e5], 100.0)):
         with pytest.raises(ValueError, match="above zero"):
             efficiency(pump, pressure, speed, VISCOSITY)
+
+
+@pytest.mark.parametrize("name", [name for name in PUMPS if name.startswith("generic-")])
+def test_a_generic_pump_states_its_ranges_and_lifts_a_load(name):
+    values, sources = catalogue.read(catalogue.find("pump", name))
+    for key in ("volumetric_efficiency", "hydromechanical_efficiency"):
+        low, high = map(float, re.match(r"\[G\] (0\.\d+) to (0\.\d+) ", sources[key]).groups())
+        assert low < float(values[key]) < high < 1.0
+    assert all(source.startswith("[G]") for source in sources.values())
+    changes = {f"parts.{one}.model": name for one in ("pump_a", "pump_b")}
+    press = ramsight.build(ramsight.load_machine("press").unit("ram").replace(changes), "ram")
+    run = ramsight.simulate(press, load="50 kN", hold="0.2 s", start="100 mm")
+    assert float(run["position"].max()) > 0.1 + 0.005

@@ -9,7 +9,7 @@ from ramsight.duty import Duty, simulate
 from ramsight.duty.profile import constant, trapezoid_moves
 from ramsight.errors import DescriptionError
 from ramsight.machine.parts import ReliefValve
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.cautions import cautions
 from ramsight.plant.ddh import build_ddh
 from ramsight.plant.oil import ATMOSPHERE
@@ -32,7 +32,7 @@ PER_REV = 2 * math.pi * 1e3
 
 @pytest.fixture(scope="module")
 def loader():
-    return machine.load("mining-loader")
+    return machine.load_machine("mining-loader")
 
 
 @pytest.fixture(scope="module")
@@ -171,11 +171,11 @@ def test_a_rod_that_is_pulled_does_not_buckle_but_sags(loader):
 
 
 def test_a_load_that_is_too_light_to_lower_is_said_where_nothing_presses_it_down():
-    mast = machine.load("forklift-mast").unit("lift")
+    mast = machine.load_machine("forklift-mast").unit("lift")
 
     def said(load):
         described = mast.replace({"load.loads.empty": load})
-        return [text for text in cautions(described, build_unit("lift", described)) if "too light to lower" in text]
+        return [text for text in cautions(described, build(described, "lift")) if "too light to lower" in text]
 
     assert said("2 kN") == []
     (sentence,) = said("0.2 kN")
@@ -183,15 +183,15 @@ def test_a_load_that_is_too_light_to_lower_is_said_where_nothing_presses_it_down
     assert "chamber A would fall to -0.8 bar absolute" in sentence, (
         "by hand (200 + 322 + 76 - 600 - 301) N over 3927 mm2"
     )
-    boom = machine.load("mining-loader").unit("boom").replace({"load.loads.light": "0 kN"})
+    boom = machine.load_machine("mining-loader").unit("boom").replace({"load.loads.light": "0 kN"})
     assert cautions(boom, build_ddh("boom", boom)) == (), "pump B presses it down"
 
 
 def test_a_pump_without_a_relief_valve_is_held_to_what_it_allows():
-    ram = machine.load("press").unit("ram")
+    ram = machine.load_machine("press").unit("ram")
     parts = {name: part for name, part in ram.parts.items() if not isinstance(part, ReliefValve)}
     bare = ram.replace({"parts": parts, "load.loads.full": "900 kN"})
-    said = cautions(bare, build_unit("ram", bare))
+    said = cautions(bare, build(bare, "ram"))
     assert any("load full (900 kN) asks for" in text and "no relief valve" in text for text in said)
 
 
@@ -199,8 +199,8 @@ def test_a_pump_without_a_relief_valve_is_held_to_what_it_allows():
     "name", ["eha-single-rod", "eha-test-bench", "eha-valve-rig", "loader-valve-controlled", "press"]
 )
 def test_no_machine_of_the_catalogue_has_anything_to_look_at_twice(name):
-    for unit, described in machine.load(name).units.items():
-        assert cautions(described, build_unit(unit, described)) == ()
+    for unit, described in machine.load_machine(name).units.items():
+        assert cautions(described, build(described, unit)) == ()
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, math.nan])

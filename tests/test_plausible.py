@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from ramsight.errors import LogWarning
-from ramsight.logs import open_log, read_drive_log, write_drive_log
+from ramsight.logs import open_log, read_log, write_log
 from ramsight.logs.mapped import standard_map
-from ramsight.machine import load
+from ramsight.machine import load_machine
 from ramsight.plant.ddh import build_ddh
 from ramsight.tracking.plausible import reportable
 from ramsight.tracking.watched import watched
@@ -22,7 +22,7 @@ RPM = np.pi / 30.0
 
 @pytest.fixture(scope="module")
 def units():
-    return {name: build_ddh(name, load("mining-loader").unit(name)) for name in ("boom", "bucket")}
+    return {name: build_ddh(name, load_machine("mining-loader").unit(name)) for name in ("boom", "bucket")}
 
 
 def warned(log, unit, channel_map=None):
@@ -35,12 +35,12 @@ def warned(log, unit, channel_map=None):
 def test_nothing_is_said_of_a_log_that_fits(traces, units):
     for trace in traces:
         unit = units["bucket" if "bucket" in trace.name else "boom"]
-        assert warned(read_drive_log(trace.log), unit) == []
+        assert warned(read_log(trace.log), unit) == []
 
 
 @pytest.mark.parametrize(("share", "warns"), [(1.05, False), (1.2, True)])
 def test_a_speed_that_is_somewhat_above_the_highest_is_noticed(trace, units, share, warns):
-    log = read_drive_log(trace("boom_441kN_40C").log)
+    log = read_log(trace("boom_441kN_40C").log)
     faster = share * units["boom"].max_speed / float(np.abs(log["motor_speed"]).max())
     log["motor_speed"] = log["motor_speed"] * faster
     said = [one for one in warned(log, units["boom"]) if "turns up to" in one]
@@ -87,7 +87,7 @@ def test_a_wrong_unit_or_sign_is_named_with_the_one_that_fits(trace, units, case
     changes, channel, unit = WRONG[wrong]
     if "percent" in wrong and case.startswith("bucket"):
         pytest.skip("a light load in percent of a small motor's torque is within what the machine can do")
-    log = read_drive_log(trace(case).log)
+    log = read_log(trace(case).log)
     if wrong == "temperature in degF" and float(log.oil_temperature.mean()) < 301.0:
         pytest.skip("80 degF may be 80 degC")
     for name, change in changes.items():
@@ -106,13 +106,13 @@ def test_channels_are_called_as_in_the_map(trace, units, tmp_path):
     (tmp_path / "map.toml").write_text(
         'time = {channel = "t"}\nspeed = {channel = "n"}\ntorque = {channel = "M"}\ntemperature = {channel = "T"}\n'
     )
-    log = read_drive_log(trace("boom_441kN_40C").log)
+    log = read_log(trace("boom_441kN_40C").log)
     log["motor_speed"] = log.motor_speed * RPM
     assert warned(log, units["boom"], tmp_path / "map.toml")[0].startswith("day.csv, column n: ")
 
 
 def test_a_finding_is_said_once_and_at_the_first_piece(trace, units):
-    log = read_drive_log(trace("boom_441kN_40C").log)
+    log = read_log(trace("boom_441kN_40C").log)
     log["motor_speed"] = log.motor_speed * 6.0
     pieces = watched([log, log, log], units["boom"], "day.csv")
     with pytest.warns(LogWarning, match="the motor turns up to 9"):
@@ -144,14 +144,15 @@ def test_limits_are_those_of_the_machine(units):
 
 
 def test_track_says_it_and_over_how_many_samples_the_error_is(trace, tmp_path):
-    log = read_drive_log(trace("boom_441kN_40C").log)
+    log = read_log(trace("boom_441kN_40C").log)
     log["motor_speed"] = log.motor_speed * RPM
-    write_drive_log(log, tmp_path / "log.csv")
+    write_log(log, tmp_path / "log.csv")
     command = [sys.executable, "-m", "ramsight.cli", "track", "mining-loader", "log.csv", "--unit", "boom"]
     command += ["--start", "100 mm", "--truth", str(trace("boom_441kN_40C").truth)]
     done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=True)
-    assert done.stderr.startswith("warning: log.csv, column motor_speed_rpm: the motor never turns faster than 157 rpm")
-    assert len(done.stderr.splitlines()) == 1
+    said = [line for line in done.stderr.splitlines() if not line.endswith("so far")]  # on a slow machine
+    assert len(said) == 1
+    assert said[0].startswith("warning: log.csv, column motor_speed_rpm: the motor never turns faster than 157 rpm")
     samples = len(next(iter(open_log(tmp_path / "log.csv"))).time)
     # A speed in rpm that is read as rad/s takes the piston out of its cylinder: what is invalid then is counted apart.
     counted = re.search(r"over (\d+) of (\d+) samples", done.stdout)
@@ -162,7 +163,7 @@ def test_track_says_it_and_over_how_many_samples_the_error_is(trace, tmp_path):
 
 
 def test_a_wild_sample_makes_no_move(trace, units):
-    log = read_drive_log(trace("boom_258kN_40C").log)
+    log = read_log(trace("boom_258kN_40C").log)
     log["motor_speed"].values[500] = 1e300
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -170,7 +171,7 @@ def test_a_wild_sample_makes_no_move(trace, units):
 
 
 def test_what_is_said_of_absurd_numbers_is_short(trace, units):
-    log = read_drive_log(trace("boom_258kN_40C").log)
+    log = read_log(trace("boom_258kN_40C").log)
     log["motor_speed"].values[:] *= 1e300
     log["oil_temperature"].values[:] = 1e300
     with pytest.warns(LogWarning) as said:
@@ -181,7 +182,7 @@ def test_what_is_said_of_absurd_numbers_is_short(trace, units):
 @pytest.mark.parametrize(("noise", "said"), [(0.5, False), (0.9, False), (1.6, True), (5.0, True)])
 def test_a_torque_that_scatters_by_more_than_the_description_assumes_is_said(units, trace, noise, said):
     """The loader's is 0.5 N m, 0.7 % of 72 N m; steps of the load at rest are no noise."""
-    log = read_drive_log(trace("boom_258kN_40C").log).copy(deep=True)
+    log = read_log(trace("boom_258kN_40C").log).copy(deep=True)
     rng = np.random.default_rng(1)
     rest = log.isel(time=np.zeros(600, dtype=int)).assign_coords(time=log["time"].values[-1] + 0.02 * np.arange(1, 601))
     rest["motor_speed"][:] = 0.0

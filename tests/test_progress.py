@@ -3,10 +3,11 @@
 import io
 import re
 import sys
+import threading
 import time
 
 from ramsight import progress as module
-from ramsight.progress import progress, spoken
+from ramsight.progress import advancing, progress, spoken
 
 
 class Terminal(io.StringIO):
@@ -99,3 +100,18 @@ def test_the_time_left_follows_from_the_share_done(monkeypatch):
     bar = module.Progress(8, "digging")
     bar.done = 6.0
     assert bar.line == "digging: 75 % done, about 10 s left"
+
+
+def test_a_function_that_shows_its_progress_speaks_through_a_pipe_and_only_once(monkeypatch):
+    pipe = piped(monkeypatch)
+    with advancing(4, "digging", shown=True) as advance:
+        advance(2)
+        assert seen(pipe, "digging: 50 % done, about ")
+    quiet = piped(monkeypatch)
+    with advancing(4, "digging", shown=False) as advance:
+        advance(2)
+        time.sleep(0.15)
+    assert quiet.getvalue() == ""
+    begun = threading.active_count()
+    with spoken("ramsight dig"), advancing(4, "digging", shown=True):
+        assert threading.active_count() == begun + 1, "one speaks"

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from ramsight import machine
-from ramsight.logs import read_drive_log, read_truth
-from ramsight.plant.build import build_unit
+from ramsight.logs import read_log, read_truth
+from ramsight.plant.build import build
 from ramsight.sensor.kalman import kalman
 from ramsight.tracking.judged_errors import judge
 
@@ -21,8 +21,8 @@ OTHERS = {"obstacles": (2.5e-3, 6e-3), "warming": (4.5e-3, 8e-3), "drift": (3e-3
 
 @pytest.fixture(scope="module")
 def sensors():
-    loader = machine.load("mining-loader")
-    units = {name: build_unit(name, loader.unit(name)) for name in ("boom", "bucket")}
+    loader = machine.load_machine("mining-loader")
+    units = {name: build(loader.unit(name), name) for name in ("boom", "bucket")}
     return {name: (kalman(unit), unit.cylinder.stroke) for name, unit in units.items()}
 
 
@@ -33,7 +33,7 @@ def judged(sensors):
     def find(name):
         if name not in cache:
             sensor, stroke = sensors[CASES[name]["unit"]]
-            log, truth = read_drive_log(FOLDER / f"{name}.csv.gz"), read_truth(FOLDER / f"{name}_truth.csv.gz")
+            log, truth = read_log(FOLDER / f"{name}.csv.gz"), read_truth(FOLDER / f"{name}_truth.csv.gz")
             position = np.interp(log["time"], truth["time"], truth["position"])
             sensor.start(float(position[0]))
             cache[name] = judge(sensor.track(log), log["motor_speed"].values, position, stroke)
@@ -58,15 +58,15 @@ def test_the_band_of_every_day_holds(judged, name):
 
 @pytest.mark.parametrize("name", CASES)
 def test_no_day_is_wrong_and_ok(judged, name):
-    assert judged(name).wrong_and_ok < 0.005
+    assert judged(name).wrong_and_ok <= 2e-3
 
 
 def test_ground_that_is_declared_is_a_stop_like_any_other():
     """The boom meets the ground 35 mm before the cylinder's end."""
     name = "person_boom_ground_stop"
-    unit = build_unit("boom", machine.load("mining-loader").unit("boom"))
+    unit = build(machine.load_machine("mining-loader").unit("boom"), "boom")
     sensor = kalman(unit, unit.assumptions.replace({"stops.retracted": 0.035}))
-    log, truth = read_drive_log(FOLDER / f"{name}.csv.gz"), read_truth(FOLDER / f"{name}_truth.csv.gz")
+    log, truth = read_log(FOLDER / f"{name}.csv.gz"), read_truth(FOLDER / f"{name}_truth.csv.gz")
     position = np.interp(log["time"], truth["time"], truth["position"])
     sensor.start(float(position[0]))
     track = sensor.track(log)
@@ -82,8 +82,6 @@ def test_ground_that_is_declared_is_a_stop_like_any_other():
 
 UNKNOWN = Path(__file__).parent / "traces" / "unknown"
 SHORT = {
-    "boom_dig": {"coverage": 0.9},  # fast reversals at the relief valve
-    "boom_ripple_hyst": {"coverage": 0.75},  # hysteresis of the torque at standstill, which nobody declared
     "boom_exchange": {"beyond_bound": 2e-3},  # a first contact that was a load, for 0.8 s
 }
 """What falls short of the other logs' limits, and by how much."""
@@ -92,7 +90,7 @@ SHORT = {
 @pytest.mark.parametrize("name", sorted(file.name[: -len("_truth.csv.gz")] for file in UNKNOWN.glob("*_truth.csv.gz")))
 def test_a_log_whose_start_nobody_knows_is_never_wrong_and_ok(sensors, name):
     sensor, stroke = sensors[name.partition("_")[0]]
-    log, truth = read_drive_log(UNKNOWN / f"{name}.csv.gz"), read_truth(UNKNOWN / f"{name}_truth.csv.gz")
+    log, truth = read_log(UNKNOWN / f"{name}.csv.gz"), read_truth(UNKNOWN / f"{name}_truth.csv.gz")
     position = np.interp(log["time"], truth["time"], truth["position"])
     sensor.start(None)
     found = judge(sensor.track(log), log["motor_speed"].values, position, stroke)
@@ -100,3 +98,19 @@ def test_a_log_whose_start_nobody_knows_is_never_wrong_and_ok(sensors, name):
     assert found.wrong_and_ok <= 2e-3
     assert found.coverage >= limits["coverage"]
     assert found.beyond_bound <= limits["beyond_bound"]
+
+
+def test_a_worn_mast_is_found_at_both_ends():
+    """A fork that is set down shows its lower end by a load that has gone, though its pumps have less friction."""
+    folder = Path(__file__).parent / "traces" / "mast"
+    unit = build(machine.load_machine(folder / "mast.toml").unit("lift"), "lift")
+    log, truth = read_log(folder / "lift_worn.csv.gz"), read_truth(folder / "lift_worn_truth.csv.gz")
+    position = np.interp(log["time"], truth["time"], truth["position"])
+    sensor = kalman(unit)
+    sensor.start(None)
+    found = judge(sensor.track(log), log["motor_speed"].values, position, unit.cylinder.stroke)
+    assert found.coverage >= 0.93
+    assert found.wrong_and_ok <= 2e-3
+    assert found.ok_p95 <= 6e-3 * unit.cylinder.stroke
+    assert found.ok >= 0.6
+    assert found.std <= 8e-3

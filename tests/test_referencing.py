@@ -62,7 +62,7 @@ def test_how_much_work_is_left_until_a_reference_is_due():
     places = [0.7 * STROKE, 0.3 * STROKE]
     left = loop.reference_due("axis", places)
     assert 0.0 < left < 60.0
-    std = max(one.std for one in loop.records["axis"].estimate)
+    std = max(one.position_std for one in loop.records["axis"].estimate)
     assert std < 0.01 * STROKE
     for place in places * 3:
         loop._go({"axis": place})

@@ -179,7 +179,7 @@ def test_what_is_rehearsed_passes_through_the_other_verbs(name, tmp_path):
         "--truth", "truth.csv.gz", "--figure", "run.png", cwd=tmp_path,
     )  # fmt: skip
     assert (tmp_path / "run.png").stat().st_size > 10_000
-    leak = run("leaktest", *of, cwd=tmp_path)
+    leak = run("leak-test", *of, cwd=tmp_path)
     factor, kelvin, percent = (
         float(re.search(p, leak)[1]) for p in (r"factor (\S+)", r"(\S+) for each K", r"(\S+) for each %")
     )

@@ -13,7 +13,7 @@ from ramsight.deploy.encoder.listening import Listener
 from ramsight.deploy.encoder.played_drive import PlayedDrive
 from ramsight.deploy.encoder.replaying import replay
 from ramsight.deploy.encoder.runner import frame_of
-from ramsight.logs import write_drive_log
+from ramsight.logs import write_log
 from ramsight.logs.channel_map import load_map
 
 from .command import at_once
@@ -98,7 +98,7 @@ def test_what_a_log_lacks_is_not_sent_and_what_a_frame_cannot_hold_is_at_its_end
 
 def test_the_verb_sends_what_a_listener_with_its_map_reads_again(tmp_path):
     speed, torque = np.arange(60) * 20, np.linspace(-40.0, 70.0, 60)
-    write_drive_log(log_of(speed, torque, np.full(60, 41.5)), tmp_path / "log.csv")
+    write_log(log_of(speed, torque, np.full(60, 41.5)), tmp_path / "log.csv")
     with can.Bus(interface="virtual", channel="replayed") as ear:
         done = at_once(
             "logs", "replay", "log.csv", "--interface", "virtual", "--channel", "replayed", "--rated-torque", "80 N m",
@@ -119,7 +119,7 @@ def test_the_verb_sends_what_a_listener_with_its_map_reads_again(tmp_path):
 
 
 def test_one_node_cannot_be_two(tmp_path):
-    write_drive_log(log_of([0, 0], [0.0, 0.0], [40, 40]), tmp_path / "log.csv")
+    write_log(log_of([0, 0], [0.0, 0.0], [40, 40]), tmp_path / "log.csv")
     done = at_once(
         "logs", "replay", "log.csv", "--interface", "virtual", "--channel", "x", "--rated-torque", "80 N m",
         "--thermometer-node", "5", cwd=tmp_path,

@@ -137,7 +137,7 @@ def test_a_sheet_that_misses_names_what_is_missing_and_what_mends_it():
 
 
 def test_measures_are_in_the_order_of_what_they_take_of_the_variance():
-    study = ramsight.Study("mining-loader", unit="boom", n=1, duration="60 s")
+    study = ramsight.Study("mining-loader", unit="boom", machines=1, duration="60 s")
     budget = study.budget(0)
     found = mending(study.machine, study.plan, budget)
     shares = [float(text.split("(")[-1].split(" %")[0]) for text in found]

@@ -8,7 +8,7 @@ from ramsight import machine
 from ramsight.calibration.sensors import sensor_for
 from ramsight.duty import DriveReport, lift_lower, report, simulate
 from ramsight.errors import UnknownNameError
-from ramsight.logs import read_drive_log, read_truth
+from ramsight.logs import read_log, read_truth
 from ramsight.plant.ddh import build_ddh
 from ramsight.tracking.position_errors import first_stop_contact, position_errors
 
@@ -29,7 +29,7 @@ PAPER_CYCLES = [
 
 @pytest.fixture(scope="module")
 def units():
-    loader = machine.load("mining-loader")
+    loader = machine.load_machine("mining-loader")
     return {name: build_ddh(name, loader.unit(name)) for name in loader.units}
 
 
@@ -39,7 +39,7 @@ def sensors(units):
 
 
 def errors_of(sensor, case, stroke):
-    log, truth = read_drive_log(case.log), read_truth(case.truth)
+    log, truth = read_log(case.log), read_truth(case.truth)
     sensor.start(case.case["x0"])
     tracked = sensor.track(log)
     time, position = truth["time"].values, truth["position"].values
@@ -110,7 +110,7 @@ def test_balance_does_not_mind_the_drives_period(units, sensors, period):
 
 @pytest.mark.parametrize("kind", ["balance", "table"])
 def test_a_step_at_a_time_is_the_same_as_a_whole_log(trace, sensors, kind):
-    log = read_drive_log(trace("boom_129kN_40C").log).isel(time=slice(0, 400))
+    log = read_log(trace("boom_129kN_40C").log).isel(time=slice(0, 400))
     sensor = sensors["boom", kind]
     sensor.start(0.1)
     whole = sensor.track(log)
@@ -128,7 +128,7 @@ def test_a_step_at_a_time_is_the_same_as_a_whole_log(trace, sensors, kind):
 
 @pytest.mark.parametrize("kind", ["balance", "table"])
 def test_a_sensor_cannot_see_the_truth(trace, sensors, kind):
-    log = read_drive_log(trace("boom_441kN_40C").log)
+    log = read_log(trace("boom_441kN_40C").log)
     sensor = sensors["boom", kind]
     sensor.start(0.1)
     alone = sensor.track(log)
@@ -157,7 +157,7 @@ def test_standing_still_for_an_hour_moves_nothing(sensors, kind):
 def test_balance_tells_the_load(trace, sensors):
     sensor = sensors["boom", "balance"]
     sensor.start(0.1)
-    log = read_drive_log(trace("boom_258kN_40C").log)
+    log = read_log(trace("boom_258kN_40C").log)
     load = sensor.track(log)["load"].values
     moving = np.abs(log["motor_speed"].values) > 150.0
     assert np.median(load[moving]) == pytest.approx(258e3, rel=0.02)
@@ -166,7 +166,7 @@ def test_balance_tells_the_load(trace, sensors):
 def test_a_load_near_the_relief_pressure_is_not_called_ok(trace, sensors):
     sensor = sensors["boom", "balance"]
     sensor.start(0.1)
-    log = read_drive_log(trace("boom_relief_536kN").log)
+    log = read_log(trace("boom_relief_536kN").log)
     status = sensor.track(log)["status"].values
     lifting = log["motor_speed"].values > 150.0
     assert np.mean(status[lifting] != 0) > 0.9

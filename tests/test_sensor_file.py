@@ -134,13 +134,13 @@ def test_a_missing_file_is_named(tmp_path):
 
 
 def test_a_sensor_of_another_unit_is_refused(file):
-    bucket = build_ddh("bucket", machine.load("mining-loader").unit("bucket"))
+    bucket = build_ddh("bucket", machine.load_machine("mining-loader").unit("bucket"))
     with pytest.raises(SensorFileError, match="calibrated for unit 'boom', not for 'bucket'"):
         sensor_for(bucket, str(file))
 
 
 def test_a_loaded_sensor_is_the_same_sensor(file, movement):
-    boom = build_ddh("boom", machine.load("mining-loader").unit("boom"))
+    boom = build_ddh("boom", machine.load_machine("mining-loader").unit("boom"))
     loaded, made = sensor_for(boom, str(file)), table(movement)
     assert np.array_equal(loaded.parameters, made.parameters)
 

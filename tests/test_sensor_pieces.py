@@ -1,6 +1,7 @@
 """Small pieces of the sensor alone: oil over a relief valve, a load that nobody sees, and the status."""
 
 from dataclasses import dataclass, fields, replace
+from types import SimpleNamespace
 
 import casadi as ca
 import numpy as np
@@ -22,13 +23,13 @@ from ramsight.sensor.leakage import LeakageState, leakage_law
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.mode import Mode
 from ramsight.sensor.quantity import Quantity
-from ramsight.sensor.relief import Relief, passed_share, relief_probability, relief_tolerance
+from ramsight.sensor.relief import Blown, Relief, blown, passed_share, relief_probability, relief_tolerance
 from ramsight.sensor.rest import UnseenLoadState, unseen_load
 from ramsight.sensor.status import Status, validity_levels
 from ramsight.sensor.status_rules import PlausibilityState, PositionEstimate, implausible_torque, status_of
 from ramsight.sensor.thresholds import CERTAIN, LOAD_CHANGE_SURE
 from ramsight.sensor.update import Stepped as Stepped_
-from ramsight.sensor.update import Updated
+from ramsight.sensor.update import Updated, relief_flow
 
 from .plant_bench import UNITS
 from .sensor_bench import Machine, estimated, fed, made, step_of
@@ -116,6 +117,63 @@ def test_each_way_of_the_pump_presses_on_one_side():
 @pytest.mark.parametrize("name", UNITS)
 def test_only_a_mast_has_its_pump_on_one_side(name):
     assert one_sided(balance(UNITS[name])) == name.startswith("forklift")
+
+
+@pytest.mark.parametrize("share", [0.93, 0.97, 1.0, 1.02])
+@pytest.mark.parametrize("name", UNITS)
+def test_a_load_presses_oil_over_a_valve_that_the_pump_draws_from(name, share):
+    """Its mean and deviation against a million settings that scatter by their tolerance."""
+    unit, found = UNITS[name], balance(UNITS[name])
+    values = dict(zip(found.parameters, found.values, strict=True))
+    valve = next(part for part in unit.parts() if isinstance(part, ReliefValve))
+    z = found.at_rest(0.5 * unit.cylinder.stroke, 0.0)
+    outlet = values["tank.pressure"] if valve.outlet == "tank" else z[found.states.index(f"pressure_{valve.outlet}")]
+    z[found.states.index(f"pressure_{valve.inlet}")] = outlet + share * valve.setting
+    ways = [way for way in (1.0, -1.0) if delivers(found, valve.inlet, way)]
+    assert len(ways) == 1
+    by_load = blown(ca.DM(z), ca.DM(-10.0 * ways[0]), Passing(found, values))
+    tolerance = Assumptions().machine.relief
+    error = np.random.default_rng(1).normal(size=1_000_000) * tolerance * valve.setting
+    flow = valve.conductance * np.maximum((share - 1.0) * valve.setting + error, 0.0)
+    area = unit.cylinder.area("a" if ways[0] > 0.0 else "b")
+    own = valve.conductance * max(share - 1.0, 0.0) * valve.setting  # the circuit's valve passes that already
+    largest = valve.conductance * tolerance * valve.setting / area
+    assert -ways[0] * float(by_load.mean) == pytest.approx((flow.mean() - own) / area, abs=0.03 * largest)
+    assert float(by_load.std) == pytest.approx(flow.std() / area, abs=0.05 * largest)
+
+
+@pytest.mark.parametrize("name", UNITS)
+def test_what_the_pump_itself_presses_over_a_valve_is_not_the_loads(name):
+    unit, found = UNITS[name], balance(UNITS[name])
+    values = dict(zip(found.parameters, found.values, strict=True))
+    for valve in (part for part in unit.parts() if isinstance(part, ReliefValve)):
+        z = found.at_rest(0.5 * unit.cylinder.stroke, 0.0)
+        z[found.states.index(f"pressure_{valve.inlet}")] = 1.05 * valve.setting
+        for way in (1.0, -1.0):
+            if delivers(found, valve.inlet, way):
+                assert float(blown(ca.DM(z), ca.DM(10.0 * way), Passing(found, values)).std) < 1e-9
+
+
+@pytest.mark.parametrize("stands", [0.0, 1.0])
+@pytest.mark.parametrize("mean", [-0.05, 0.05])
+def test_a_piston_goes_with_the_oil_that_its_load_presses_over_a_valve_unless_it_may_stand(monkeypatch, mean, stands):
+    by_load = Blown(ca.DM(mean), ca.DM(0.03))
+    monkeypatch.setattr("ramsight.sensor.update.blown", lambda z, speed, model: by_load)
+    nothing = ca.DM(0.0)
+    state = SimpleNamespace(free_travel=nothing, waiting_std=nothing, waiting_shift=nothing)
+    sample = SimpleNamespace(
+        extending_angle=nothing, extending_speed=ca.DM(-10.0), last_extending_speed=ca.DM(-10.0), elapsed=ca.DM(0.02)
+    )
+    stepped = SimpleNamespace(sample=sample, step=SimpleNamespace(z=None, motion=SimpleNamespace(travel=nothing)))
+    contact = SimpleNamespace(
+        hold=SimpleNamespace(held=nothing, stands=ca.DM(stands)), place=SimpleNamespace(found=nothing)
+    )
+    met = SimpleNamespace(contact=contact, relief=SimpleNamespace(probability=nothing, passed_std=nothing))
+    bank = SimpleNamespace(room=lambda way, std: ca.DM(1.0))
+    found = relief_flow(state, bank, stepped, met, SimpleNamespace(travel_per_radian=1e-4, stroke=0.5))
+    elapsed = 0.0 if stands else 0.02
+    assert float(found.back) == pytest.approx(-mean * elapsed), "back is against the way that it goes"
+    assert float(found.passed) == pytest.approx(0.03 * elapsed)
 
 
 def test_what_passed_a_relief_valve_is_expected_and_uncertain():
@@ -638,6 +696,14 @@ def test_what_it_went_counts_from_where_the_torque_stays_behind(gripping):
     assert (said[:-1] == (1.0 if gripping[0] == "shown" else 0.0)).all()
 
 
+def test_a_piston_went_no_farther_than_what_the_torque_and_an_unknown_compliance_hide(gripping):
+    """Of 10 N m that pushing asks for 9 are missing, and 2.5 more may be: with 0.1 of noise, at 0.1 mm a N m."""
+    pushed = (20, {"expected": 15.0, "innovation": -9.0, "give": 1e-8})
+    said = gripped(gripping, 50.0, [(1, {"expected": 5.0}), pushed], pushing_began=5.0)
+    if gripping[0] == "went":
+        assert said[-1] == pytest.approx(11.6e-4), "of 2 mm that the pump delivered"
+
+
 def test_a_piston_that_pushes_is_let_go_by_what_is_known_of_the_compliance(gripping):
     """Of 10 N m that a closed volume asks for 7 are there: a soft machine may give so much, a known one does not."""
     said = [
@@ -648,6 +714,17 @@ def test_a_piston_that_pushes_is_let_go_by_what_is_known_of_the_compliance(gripp
         assert said == [0.0, 1.0]
     if gripping[0] == "shown":
         assert said == pytest.approx([1.0, 0.7])
+
+
+def test_a_piston_that_was_pressed_on_its_end_keeps_the_pressure_that_the_torque_shows(gripping):
+    """Pressed with 400 kN, of which 40 N m show at 0.1 mm/rad, the motor creeps on: 4 N m less are a tenth, not all."""
+    pressed = {"carried": 400e3, "unknown": 1.0, "expected": 40.0}
+    rows = [(1, pressed), (1, pressed | {"expected": 40.5, "innovation": -4.0, "compliance": 0.05})]
+    said = gripped(gripping, 50.0, rows, pushing_began=40.0)
+    if gripping[0] == "released":
+        assert said[-1] == 1.0
+    if gripping[0] == "shown":
+        assert said[-1] == pytest.approx(0.9)
 
 
 def test_at_rest_the_share_of_what_leaked_that_the_torque_shows_is_told(gripping):

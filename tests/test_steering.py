@@ -200,7 +200,7 @@ def test_what_is_predicted_is_near_what_the_sensor_then_says():
         loop.go({"boom": target})
         place = target
         # The sensor adds what the load may have moved unseen, and a band around what it believes.
-        assert 0.4 < known.std / loop.records["boom"].estimate[-1].std < 1.1
+        assert 0.4 < known.std / loop.records["boom"].estimate[-1].position_std < 1.1
 
 
 def test_a_planned_visit_is_made():

@@ -47,7 +47,7 @@ def test_what_has_reported_nothing_is_not_ok_and_no_verdict_is():
 
 
 def test_a_rig_says_unchecked_of_the_balance_and_nothing_without_power():
-    rig = Rig(machine.load("press"))
+    rig = Rig(machine.load_machine("press"))
     rig.begin(known=False)
     said = said_of(rig, "ram", rig.step()["ram"])
     assert {kind: one["level"] for kind, one in said.items()} == {"kalman": "not referenced", "balance": UNCHECKED}
@@ -82,7 +82,7 @@ def test_the_lever_presses_at_both_ends_and_turns_round():
 def test_a_scenario_that_a_machine_does_not_show_ends_in_words_that_say_so(monkeypatch):
     monkeypatch.setattr(storyteller, "LONGEST", 0.1)
     never = Scenario("never", "", (Scene("waits", lambda view: False),), "shown", "")
-    rig = Rig(machine.load("press"))
+    rig = Rig(machine.load_machine("press"))
     rig.turn(replace(rig.knobs, leak=2.0))
     story = Storyteller(rig, "never", never)
     assert rig.knobs.leak == 1.0  # it has begun again
@@ -104,7 +104,7 @@ def test_a_page_opens_on_a_scenario_and_every_card_has_a_sentence_and_a_next_ste
 
 def played(name, seconds=600.0):
     """A scenario on a press: the views at the beginning of each scene, and how it ended."""
-    rig = Rig(machine.load("press"))
+    rig = Rig(machine.load_machine("press"))
     story, seen = Storyteller(rig, name, SCENARIOS[name]), []
     for _ in range(round(seconds / rig.period)):
         rows = rig.step()
@@ -123,8 +123,8 @@ def test_in_the_first_scenario_the_sensor_finds_its_position_and_its_band_closes
     _, seen = played(FIRST)
     said = [row.estimates["kalman"] for row in seen]
     assert [one.status.validity for one in said[:3]] == ["not referenced", "uncertain", "ok"]
-    assert [one.std for one in said[:3]] == sorted((one.std for one in said[:3]), reverse=True)
-    assert said[0].std > 20.0 * said[3].std
+    assert [one.position_std for one in said[:3]] == sorted((one.position_std for one in said[:3]), reverse=True)
+    assert said[0].position_std > 20.0 * said[3].position_std
     assert abs(said[-1].position - seen[-1].position) < 5e-3
 
 
@@ -139,7 +139,7 @@ def test_a_scenario_shows_what_its_words_say(name):
     elif name == "ground":
         stopped = seen[1].estimates["kalman"]
         assert stopped.status.validity == "uncertain"
-        assert abs(stopped.position - seen[1].position) > 1.96 * stopped.std  # the words: larger than its band
+        assert abs(stopped.position - seen[1].position) > 1.96 * stopped.position_std  # the words: larger than its band
         assert seen[-1].estimates["kalman"].status is Status.OK
     elif name == "thermometer":
         assert seen[3].estimates["kalman"].status is Status.TEMPERATURE_LOST
@@ -147,7 +147,7 @@ def test_a_scenario_shows_what_its_words_say(name):
     elif name == "power":
         assert seen[3].estimates == {}
         resumed = seen[4].estimates["kalman"]
-        assert abs(resumed.position - seen[4].position) < 1.96 * resumed.std
+        assert abs(resumed.position - seen[4].position) < 1.96 * resumed.position_std
     else:
         assert [row.second.verdict in ALERTS for row in seen[:3]] == [False, False, True]
 

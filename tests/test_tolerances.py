@@ -142,7 +142,7 @@ def test_a_kind_with_its_value_and_its_source_is_one_tolerance():
 
 
 def test_every_default_can_be_read_and_covers_name_values_that_exist():
-    unit = machine.load("mining-loader").unit("boom")
+    unit = machine.load_machine("mining-loader").unit("boom")
     for name in KINDS:
         text, source = default_text(name, unit.assumptions, unit.cylinder.stroke)
         assert source.startswith("default: ")
@@ -200,7 +200,7 @@ def test_a_study_with_more_machines_begins_with_the_same_ones():
 
 
 def test_correlated_quantities_are_correlated_and_keep_their_distributions():
-    quantities = varied(machine.load("mining-loader"), "boom")
+    quantities = varied(machine.load_machine("mining-loader"), "boom")
     matrix = correlation_of(quantities, {"leakage-displacement": -0.7})
     cube = points("sobol", 4096, len(quantities), seed=0)
     free, bound = (values_at(cube, quantities, one) for one in (None, matrix))
@@ -215,7 +215,7 @@ def test_correlated_quantities_are_correlated_and_keep_their_distributions():
 
 
 def test_correlations_that_contradict_each_other_are_refused():
-    quantities = varied(machine.load("mining-loader"), "boom")
+    quantities = varied(machine.load_machine("mining-loader"), "boom")
     pairs = {"leakage-displacement": 0.9, "displacement-friction": 0.9, "friction-leakage": -0.9}
     with pytest.raises(DescriptionError, match="no correlation matrix"):
         correlation_of(quantities, pairs)

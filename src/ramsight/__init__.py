@@ -24,16 +24,19 @@ if TYPE_CHECKING:
     from ramsight.api.drawing import draw
     from ramsight.api.duties import duty_for, lift_lower
     from ramsight.api.exporting import export_c, export_fmu, export_parameters
-    from ramsight.api.machines import build, catalogue, load_machine
+    from ramsight.api.live_plant import LivePlant
+    from ramsight.api.machines import catalogue
     from ramsight.api.plotting import plot
+    from ramsight.api.position_env import position_env
     from ramsight.api.second_channel import compare
     from ramsight.api.shared_reports import check_shared
     from ramsight.api.simulating import drive_report, simulate
     from ramsight.api.simulating_many import simulate_many
     from ramsight.api.studying import Study
-    from ramsight.api.tracking import open_log, read_log, sensor_for, track
+    from ramsight.api.tracking import sensor_for, track
     from ramsight.calibration.identify_record import IdentifyError
     from ramsight.calibration.leakage import LeakTestError
+    from ramsight.duty.drive_response import DriveResponse
     from ramsight.duty.profile import Duty, Profile
     from ramsight.errors import (
         DescriptionError,
@@ -45,7 +48,10 @@ if TYPE_CHECKING:
         SimulationError,
         UnknownNameError,
     )
+    from ramsight.logs import open_log, read_log
+    from ramsight.machine import load_machine
     from ramsight.plant.as_built import AsBuilt
+    from ramsight.plant.build import build
     from ramsight.plant.model import casadi_model
     from ramsight.sensor.mode import Mode
     from ramsight.sensor.status import Status
@@ -57,10 +63,12 @@ __all__ = [
     "AsBuilt",
     "ComparisonError",
     "DescriptionError",
+    "DriveResponse",
     "Duty",
     "Estimate",
     "IdentifyError",
     "LeakTestError",
+    "LivePlant",
     "LogError",
     "LogWarning",
     "MissingColumnError",
@@ -95,6 +103,7 @@ __all__ = [
     "named_faults",
     "open_log",
     "plot",
+    "position_env",
     "read_log",
     "sensor_for",
     "simulate",
@@ -111,20 +120,26 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
         "api.drawing": ("draw",),
         "api.duties": ("duty_for", "lift_lower"),
         "api.exporting": ("export_c", "export_fmu", "export_parameters"),
-        "api.machines": ("build", "catalogue", "load_machine"),
+        "api.live_plant": ("LivePlant",),
+        "api.machines": ("catalogue",),
         "api.plotting": ("plot",),
+        "api.position_env": ("position_env",),
         "api.simulating": ("drive_report", "simulate"),
         "api.simulating_many": ("simulate_many",),
         "api.studying": ("Study",),
-        "api.tracking": ("open_log", "read_log", "sensor_for", "track"),
+        "api.tracking": ("sensor_for", "track"),
         "calibration.identify_record": ("IdentifyError",),
         "calibration.leakage": ("LeakTestError",),
+        "duty.drive_response": ("DriveResponse",),
         "duty.profile": ("Duty", "Profile"),
         "errors": (
             "DescriptionError", "LogError", "LogWarning", "MissingColumnError", "OutputError", "RamsightError",
             "SimulationError", "UnknownNameError",
         ),
+        "logs": ("open_log", "read_log"),
+        "machine": ("load_machine",),
         "plant.as_built": ("AsBuilt",),
+        "plant.build": ("build",),
         "plant.model": ("casadi_model",),
         "sensor.mode": ("Mode",),
         "sensor.status": ("Status",),

@@ -71,7 +71,7 @@ class DescriptionError(RamsightError):
     ) -> None:
         self.message, self.file, self.key, self.value, self.allowed = message, file, key, value, allowed
         place = ": ".join(part for part in (file, plain(key)) if part)
-        passed = short(repr(value)) if value is not None else ""
+        passed = plain(repr(value)) if value is not None else ""
         head = " = ".join(part for part in (place, passed) if part)
         head = f"{head}: " if head else ""
         tail = f" (allowed: {allowed})" if allowed else ""

@@ -6,7 +6,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING, TextIO
 
 if TYPE_CHECKING:
@@ -18,6 +18,7 @@ EVERY = 10.0
 """Seconds between two lines where there is no terminal."""
 
 _open: list[Progress] = []
+_speaking: list[threading.Event] = []
 
 
 class Progress:
@@ -115,6 +116,8 @@ def progress(total: float, text: str) -> Iterator[Progress]:
 def advancing(total: float, text: str, *, shown: bool) -> Iterator[Callable[[float], object]]:
     """What to call with each part of the work that is done: of a `progress`, or nothing where none is wanted.
 
+    Through a pipe it says how far it is, if nobody does so already.
+
     Args:
         total: as of `progress`.
         text: what the work is.
@@ -127,7 +130,7 @@ def advancing(total: float, text: str, *, shown: bool) -> Iterator[Callable[[flo
     if not shown:
         yield lambda amount: None
         return
-    with progress(total, text) as bar:
+    with nullcontext() if _speaking else spoken(text), progress(total, text) as bar:
         yield bar.advance
 
 
@@ -151,9 +154,11 @@ def spoken(text: str) -> Iterator[None]:
             _say(stream, inner[0].line if inner else f"{text}: {time.monotonic() - begun:.0f} s so far")
 
     threading.Thread(target=speak, daemon=True).start()
+    _speaking.append(ended)
     try:
         yield
     finally:
+        _speaking.remove(ended)
         ended.set()
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from importlib.util import find_spec
 
-from ramsight.api.machines import AnyUnit, build
 from ramsight.deploy.compiler import find_compiler
 from ramsight.duty.commissioning_duty import leak_test_speeds, usual_loads
+from ramsight.plant.build import AnyUnit, build
 from ramsight.plant.holding import Holding, held_by_valve
 from ramsight.plant.load_sensing import MeteringValve
 from ramsight.plant.unit import HydraulicUnit

@@ -3,32 +3,29 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ramsight.errors import DescriptionError, LogError, MissingColumnError
-from ramsight.logs import ChannelMap, read_drive_log, read_truth
-from ramsight.logs.source import needs
+from ramsight.logs import read_log, read_truth
+from ramsight.logs.channel_map import AnyMap, known_map
+from ramsight.logs.data_frame import arrow_table, is_data_frame
 from ramsight.sensor.sample import REPORTED
 
 if TYPE_CHECKING:
     import xarray
 
-AnyMap = ChannelMap | str | Path
-_FRAME = "DataFrame"
 _LOG = "a file, a Dataset over time, or a DataFrame"
 
 
-def log_argument(log: Any, channel_map: AnyMap | None = None, name: str = "log", *, strict: bool = False) -> Any:
+def log_argument(log: Any, channel_map: AnyMap | None = None, *, strict: bool = False) -> Any:
     """A drive log as an argument, whole: of a file, a Dataset, or a pandas or polars DataFrame.
 
     Args:
         log: what was passed. A DataFrame has the columns of a CSV log (``time_s``, ``motor_speed_rpm``, ...), or those
             that the map names.
         channel_map: of a file or a DataFrame.
-        name: of the argument, for messages.
         strict: refuse a file with faults.
 
     Returns:
@@ -38,32 +35,10 @@ def log_argument(log: Any, channel_map: AnyMap | None = None, name: str = "log",
         DescriptionError: it is none of these.
         LogError: it cannot be read, or lacks a variable.
     """
-    known = map_argument(channel_map)
-    if isinstance(log, str | os.PathLike):
-        return read_drive_log(Path(log), known, strict=strict)
-    if not is_frame(log):
-        return checked(log, name)
-    arrow, parquet = needs("pyarrow", "logs", _FRAME), needs("pyarrow.parquet", "logs", _FRAME)
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / f"{_FRAME}.parquet"
-        parquet.write_table(_arrow_table(arrow, log), file)
-        return read_drive_log(file, known, strict=strict)
-
-
-def is_frame(passed: object) -> bool:
-    """Whether something is a DataFrame of any library that can hand its columns to Arrow."""
-    return hasattr(passed, "__dataframe__") or hasattr(passed, "__arrow_c_stream__")
-
-
-def map_argument(channel_map: Any) -> AnyMap | None:
-    """A channel map as an argument: a map, the file of one, or none.
-
-    Raises:
-        DescriptionError: it is none of these.
-    """
-    if channel_map is None or isinstance(channel_map, ChannelMap | str | Path):
-        return channel_map
-    raise DescriptionError("is no channel map", key="channel_map", value=channel_map, allowed="a TOML file, or a map")
+    if isinstance(log, str | os.PathLike) or is_data_frame(log):
+        return read_log(log, channel_map, strict=strict)
+    known_map(channel_map)
+    return checked(log, "log")
 
 
 def path_argument(path: Any, name: str) -> Path:
@@ -121,12 +96,12 @@ def truth_argument(truth: Any) -> str | Path | xarray.Dataset | None:
     """
     if truth is None or isinstance(truth, str | Path):
         return truth
-    if not is_frame(truth):
+    if not is_data_frame(truth):
         return checked(truth, "truth", ("time", "position"))
     import numpy as np
     import xarray
 
-    table = _arrow_table(needs("pyarrow", "logs", _FRAME), truth)
+    table = arrow_table(truth)
     missing = [one for one in ("time_s", "position_m") if one not in table.column_names]
     if missing:
         raise MissingColumnError(file="truth", missing=missing, found=table.column_names)
@@ -146,17 +121,3 @@ def truth_of(truth: Any) -> xarray.Dataset:
     """
     known = truth_argument(truth)
     return read_truth(known) if isinstance(known, str | Path) else checked(known, "truth", ("time", "position"))
-
-
-def _arrow_table(arrow: Any, frame: Any) -> Any:
-    """The columns of a DataFrame; its index too, where that has a name."""
-    try:
-        if hasattr(frame, "reset_index") and getattr(frame.index, "name", None) is not None:
-            frame = frame.reset_index()
-        if hasattr(frame, "__arrow_c_stream__"):
-            return arrow.table(frame)
-        from pyarrow.interchange import from_dataframe
-
-        return from_dataframe(frame)
-    except (arrow.ArrowException, TypeError, ValueError) as error:
-        raise LogError(f"cannot be read: {' '.join(str(error).split())}", file=_FRAME) from None

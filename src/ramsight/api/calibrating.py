@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ramsight.api.arguments import log_argument, truth_argument
-from ramsight.api.machines import AnyMachine, AnyUnit, build, load_machine, only_unit
 from ramsight.calibration.fit_track import FittedValues, MeasuredRun, fit_track
 from ramsight.calibration.free_values import free_values
 from ramsight.calibration.identify import EVALUATIONS, Identification
@@ -17,12 +16,15 @@ from ramsight.calibration.identify_record import IdentifyError
 from ramsight.calibration.leakage import LeakTest
 from ramsight.calibration.leakage import leak_test as leak_test_built
 from ramsight.errors import DescriptionError
-from ramsight.logs import read_drive_log
-from ramsight.logs.channel_map import load_map
+from ramsight.logs import read_log
+from ramsight.logs.channel_map import known_map
 from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.opening import read_measured
+from ramsight.machine import AnyMachine, load_machine, only_unit
 from ramsight.machine.description import Composed
+from ramsight.plant.build import AnyUnit, build
 from ramsight.progress import advancing
+from ramsight.tracking.credible import credible_run
 from ramsight.tracking.true_position import known_position
 from ramsight.tracking.watched import watched
 
@@ -90,7 +92,7 @@ def identify(
 
     Returns:
         `factors` on leakage, displacement, stiffness, friction and efficiency [1], each with its 95 % interval, and
-        what they rest on. `ramsight.calibration.identify_tuned.tuned` makes a description of them.
+        what they rest on. `ramsight.calibration.tuned.tuned` makes a description of them.
 
     Raises:
         IdentifyError: log and truth have no time in common, nothing moves, or no position was measured.
@@ -108,12 +110,12 @@ def identify(
     built = build(machine, unit)
     name = log if isinstance(log, str | Path) else "log"
     recorded = _recorded(log, channel_map)
-    known = known_position(truth_argument(truth), log, channel_map, built.cylinder.stroke)
+    known = known_position(truth_argument(truth), log, channel_map, built)
     if known is None:
         raise IdentifyError(f"{name}: no position was measured: give a truth, or a map with measured.position")
     recorded = next(watched([recorded], built, name, channel_map))
     with advancing(EVALUATIONS, "identifying", shown=progress) as advance:
-        return identify_built(built, recorded, known, advance=advance)
+        return identify_built(built, recorded, known.dataset(), advance=advance)
 
 
 def identify_values(
@@ -159,6 +161,8 @@ def identify_values(
     if not isinstance(parts, Composed):
         raise DescriptionError("values are found of circuits of parts; of this one, see identify", key=f"units.{name}")
     read = [run if isinstance(run, MeasuredRun) else _measured_run(run, channel_map) for run in runs]
+    built = build(described, name)
+    read = [replace(run, measured=credible_run(run.log, run.measured, built, run.name)) for run in read]
     with advancing(1.0, "identifying", shown=progress) as advance:
         return fit_track(described, name, read, free_values(parts), advance=advance)
 
@@ -171,7 +175,7 @@ def _recorded(log: str | Path | xarray.Dataset, channel_map: ChannelMap | str | 
 def _measured_run(path: str | Path, channel_map: ChannelMap | str | Path | None) -> MeasuredRun:
     if channel_map is None:
         raise DescriptionError("a map has to name the measured position", key="channel_map")
-    known = load_map(channel_map) if isinstance(channel_map, str | Path) else channel_map
+    known = known_map(channel_map)
     # An uncertain curve is fitted again, from the readings.
     bent = replace(known, curve=None) if known.linearity else known
-    return MeasuredRun(Path(path).name, read_drive_log(path, known), read_measured(path, bent), known.linearity)
+    return MeasuredRun(Path(path).name, read_log(path, known), read_measured(path, bent), known.linearity)

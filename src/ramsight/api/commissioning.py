@@ -3,26 +3,34 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ramsight.api.arguments import AnyMap, log_argument, map_argument, truth_argument
-from ramsight.api.machines import AnyUnit, build, description_of, load_machine
+from ramsight.api.arguments import log_argument, path_argument, truth_argument
+from ramsight.api.machines import description_of
 from ramsight.api.requirements import requirement_of
 from ramsight.api.tracking import track
+from ramsight.calibration.knowledge import MachineKnowledge, completed, of_identification, of_leak_test, of_sensor
+from ramsight.calibration.tuned import tuned as tuned_by
 from ramsight.errors import DescriptionError, SimulationError
-from ramsight.logs.channel_map import load_map
+from ramsight.logs.channel_map import AnyMap, known_map
 from ramsight.logs.mapped import ChannelMap, Mapped
-from ramsight.machine import catalogue
-from ramsight.machine.description import Machine
+from ramsight.machine import catalogue, load_machine, loads
+from ramsight.machine.description import Machine, Unit
 from ramsight.machine.requirement_description import DAY, Requirement
+from ramsight.output import write_text
+from ramsight.plant.build import AnyUnit, build
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.progress import advancing
+from ramsight.study.commissioning.changes import changed, changes
 from ramsight.study.commissioning.commissioning_page import Channel, commissioning_page
+from ramsight.study.commissioning.finding import Verdict
+from ramsight.study.commissioning.kept_values import Kept, Measured, kept_of, measured, over, read_kept
 from ramsight.study.commissioning.walk import STEPS, Commissioning, walk
 from ramsight.study.datasheet.mending import mending
 from ramsight.study.datasheet.studied_duties import Work
@@ -46,8 +54,10 @@ def commission(
     unit: str | None = None,
     channel_map: AnyMap | None = None,
     require: float | str | Requirement | None = None,
+    since: str | Path | None = None,
+    keep: str | Path | None = None,
+    tuned: str | Path | None = None,
     progress: bool = False,
-    named: Callable[[str], str] = str,
 ) -> Commissioning:
     """Judge a machine's commissioning from the log of its drive.
 
@@ -68,16 +78,26 @@ def commission(
         channel_map: of a file, as `read_log`'s.
         require: error that 95 % of the position's errors have to be within [m], or ``"5 mm"``; or a `Requirement`.
             None: what the unit's description states. What misses it has failed.
+        since: file that an earlier commissioning kept: this one is judged by the description that counts since then,
+            and says what has changed of the machine.
+        keep: file in which what is found is kept for a later `since`, unless the commissioning failed: the description,
+            tuned by what was identified, and the measured values with their deviations.
+        tuned: file for the description of the machine as it was found, unless the commissioning failed: identified if
+            the position was measured, else as the sensor has learned it and as the leak test says. How well each value
+            is known is what its sensor assumes, so that it begins where the commissioning has ended.
         progress: show a bar on a terminal if it takes long.
-        named: what errors call an argument.
 
     Returns:
         `verdict`, `reasons`, the `findings` of all checks in order, each with `check`, `verdict`, `found` and `remedy`,
-        and what they rest on: `track`, `leak_test`, `identification`.
+        and what they rest on: `track`, `leak_test`, `identification`; with `since` also `changes`.
 
     Raises:
+        DescriptionError: there is no such earlier commissioning, it was of another unit, or the machine is no
+            description, of which alone something can be kept.
         LogError: log or truth cannot be read, or lack a variable.
         ComparisonError: log and truth have no time in common.
+        IdentifyError: a value found lies outside the range that a description allows.
+        OutputError: `keep` or `tuned` cannot be written.
 
     Example:
         >>> import ramsight
@@ -90,12 +110,18 @@ def commission(
         >>> required.verdict.value, required.reasons[0].check
         ('failed', 'requirement')
     """
+    before = None if since is None else _before(machine, unit, path_argument(since, "since"))
+    machine = machine if before is None else before.machine
+    unit = unit if before is None else before.kept.unit
+    for key, asked_for in (("keep", keep), ("tuned", tuned)):
+        if asked_for is not None and not isinstance(machine, str | Path | Machine):
+            raise DescriptionError("is of a description, and a built unit has none", key=key, value=str(asked_for))
     built = build(machine, unit)
-    asked = requirement_of(built, require, named)
-    channel_map = map_argument(channel_map)
-    known = load_map(channel_map) if isinstance(channel_map, str | Path) else channel_map
+    asked = requirement_of(built, require)
+    known = known_map(channel_map)
     recorded = log_argument(log, known)
-    true = known_position(truth_argument(truth), log, known, built.cylinder.stroke)
+    said = known_position(truth_argument(truth), log, known, built)
+    true = None if said is None else said.dataset()
     if true is not None:
         _check_common(recorded, true)
 
@@ -103,10 +129,83 @@ def commission(
         return track(built, recorded_log, truth=true)
 
     with advancing(STEPS, "commissioning", shown=progress) as advance:
-        return walk(
+        done = walk(
             built, recorded, track_of, true, known, advance, asked,
             lambda: _mending(machine, built, asked), description_of(machine, built.name),
         )  # fmt: skip
+    values = measured(done.track, done.leak_test, done.identification)
+    if before is not None:
+        found = changes(before.kept, values)
+        done = replace(done, changes=found, findings=(*done.findings, changed(before.kept, found)))
+    if isinstance(machine, str | Path | Machine) and done.verdict is not Verdict.FAILED:
+        _write(
+            load_machine(machine), built, done, values,
+            None if keep is None else path_argument(keep, "keep"),
+            None if tuned is None else path_argument(tuned, "tuned"),
+        )  # fmt: skip
+    return done
+
+
+@dataclass(frozen=True)
+class _Before:
+    """An earlier commissioning: what was kept, and the description in it."""
+
+    kept: Kept
+    machine: Machine
+
+
+def _before(machine: AnyUnit, unit: str | None, path: Path) -> _Before:
+    """The earlier commissioning, of the same machine and unit."""
+    kept = read_kept(path)
+    described = loads(kept.description, f"the description in {path}")
+    name, of = kept.machine, unit or kept.unit
+    if isinstance(machine, str | Path | Machine):
+        name = load_machine(machine).name
+    elif not isinstance(machine, Unit):
+        of = build(machine, unit).name
+    asked = (name, of)
+    if asked != (kept.machine, kept.unit) or kept.unit not in described.units:
+        was = f"{kept.machine}, {kept.unit}"
+        raise DescriptionError("is of another machine or unit", file=str(path), value=was, allowed=", ".join(asked))
+    return _Before(kept, described)
+
+
+def _write(
+    machine: Machine,
+    built: HydraulicUnit,
+    done: Commissioning,
+    values: Mapping[str, Measured],
+    keep: Path | None,
+    tuned: Path | None,
+) -> None:
+    """Write what was asked for; nothing if what was found is outside the range of a description.
+
+    What is kept is over the tuned description if the position was measured, else over the one that it was judged by.
+    """
+    found, identified = None, done.identification
+    if tuned is not None or (keep is not None and identified is not None):
+        known = _found(machine.unit(built.name), built, done)
+        found = tuned_by(machine, built.name, known, "its commissioning")
+    if keep is not None:
+        if found is not None and identified is not None:
+            machine, values = found.machine, over(values, identified)
+        kept_of(machine, built.name, datetime.now().astimezone(), values).write(keep)
+    if found is not None and tuned is not None:
+        write_text(found.text, tuned)
+
+
+def _found(described: Unit, built: HydraulicUnit, done: Commissioning) -> MachineKnowledge:
+    """What was identified; without a measured position what the sensor has learned, completed by the leak test.
+
+    Raises:
+        ValueError: the sensor was not asked.
+    """
+    if done.identification is not None:
+        return of_identification(done.identification, described)
+    if done.track is None:
+        raise ValueError("a commissioning without a track has found nothing")
+    known = of_sensor(done.track, described, built, float(np.nanmean(done.log["oil_temperature"].values)))
+    return known if done.leak_test is None else completed(known, of_leak_test(done.leak_test, described))
 
 
 def _mending(machine: AnyUnit, built: HydraulicUnit, asked: Requirement | None) -> list[str]:
@@ -125,7 +224,13 @@ def _mending(machine: AnyUnit, built: HydraulicUnit, asked: Requirement | None) 
 
 
 def report_of(
-    done: Commissioning, machine: Machine, unit: str, log: str | Path, truth: str | Path | None, channel_map: ChannelMap
+    done: Commissioning,
+    machine: Machine,
+    unit: str,
+    log: str | Path,
+    truth: str | Path | None,
+    channel_map: ChannelMap,
+    since: Path | None = None,
 ) -> str:
     """The report of a commissioning that was just made, to be signed: HTML that needs no other file.
 
@@ -136,9 +241,12 @@ def report_of(
         log: file of the log.
         truth: file of the measured position, if there is one.
         channel_map: with which the log was read.
+        since: file that an earlier commissioning kept, if it began from one: its description is what counts.
     """
     title = f"{machine.title or machine.name}, {unit}"
     sources, now = sources_of(machine, log, truth, channel_map), datetime.now().astimezone()
+    if since is not None:
+        sources[0] = ("earlier commissioning, with the machine", since.name, _sha256(since))
     return commissioning_page(done, title, sources, channels_of(channel_map), now)
 
 

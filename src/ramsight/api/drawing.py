@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ramsight.api.machines import AnyUnit, build, load_machine, only_unit
 from ramsight.drawing import drawn, svg
 from ramsight.drawing.notes import notes
+from ramsight.machine import load_machine, only_unit
 from ramsight.machine.description import Machine, Unit
 from ramsight.output import atomic_path, check_apart, check_target
 from ramsight.output.atomic import suffix_of
+from ramsight.plant.build import AnyUnit, build
 
 FILES = (".svg", ".png", ".pdf")
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from ramsight.api.arguments import whole_argument
-from ramsight.api.machines import AnyUnit, build
 from ramsight.duty import Duty
 from ramsight.duty import lift_lower as cycles_of
 from ramsight.duty.commissioning_duty import commissioning, leak_test_duty, usual_loads
@@ -14,6 +13,7 @@ from ramsight.duty.duty_file import read_duty
 from ramsight.duty.lift_lower import RAMP, SPEED, START, above_lowered_end
 from ramsight.duty.work_day import work_day
 from ramsight.errors import DescriptionError
+from ramsight.plant.build import AnyUnit, build
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.units import argument, format_si
@@ -48,7 +48,6 @@ def lift_lower(
     start: Quantity | None = None,
     cycles: int = 1,
     visits: int = 0,
-    named: Callable[[str], str] = str,
 ) -> Duty:
     """A duty of lift-lower cycles: rest, lift at constant speed, rest, lower, with the load on the rods all the time.
 
@@ -63,7 +62,6 @@ def lift_lower(
         start: piston position at first [m], or ``"120 mm"``; by default a fifth of the stroke above the lowered end.
         cycles: how many under each load, 1 to 1000.
         visits: so many end stops are visited first, the lower and the upper one in turn, 0 to 100.
-        named: what errors call an argument.
 
     Returns:
         The duty: motor speed, load and oil temperature as profiles over time, all in SI.
@@ -77,7 +75,7 @@ def lift_lower(
         >>> round(duty.duration, 1), float(duty.load(0.0)), round(duty.start_position, 3)
         (20.0, 441000.0, 0.14)
     """
-    reader = _Reader(build(machine, unit), named)
+    reader = _Reader(build(machine, unit))
     return cycles_of(
         reader.unit,
         reader.loads(load),
@@ -106,7 +104,6 @@ def duty_for(
     visits: int | None = None,
     duration: Quantity | None = None,
     seed: int | None = None,
-    named: Callable[[str], str] = str,
 ) -> Duty:
     """A duty by its name, or from a table.
 
@@ -133,7 +130,6 @@ def duty_for(
         visits: as `lift_lower`'s.
         duration: time after which a work day begins no further move [s]; by default 6 min.
         seed: of a work day; the same seed gives the same day.
-        named: what errors call an argument.
 
     Returns:
         The duty: motor speed, load and oil temperature as profiles over time, all in SI.
@@ -154,13 +150,13 @@ def duty_for(
         "load": load, "speed": speed, "ramp": ramp, "hold": hold, "start": start, "cycles": cycles,
         "visits": visits, "duration": duration, "seed": seed,
     }  # fmt: skip
-    _check_taken(str(kind), {name for name, value in passed.items() if value is not None}, named)
+    _check_taken(str(kind), {name for name, value in passed.items() if value is not None})
     if kind == "lift-lower":
         if load is None:
-            raise DescriptionError("is missing: what is to be lifted?", key=named("load"), allowed="'441 kN'")
+            raise DescriptionError("is missing: what is to be lifted?", key="load", allowed="'441 kN'")
         cycle = {name: value for name, value in passed.items() if value is not None}
-        return lift_lower(machine, oil_temperature=oil_temperature, unit=unit, named=named, **cycle)  # type: ignore[arg-type]
-    reader = _Reader(build(machine, unit), named)
+        return lift_lower(machine, oil_temperature=oil_temperature, unit=unit, **cycle)  # type: ignore[arg-type]
+    reader = _Reader(build(machine, unit))
     built, kelvin, begin = reader.unit, reader.temperature(oil_temperature), reader.start(start)
     if str(kind) not in _TAKES:
         return read_duty(kind, built, kelvin, above_lowered_end(built, START) if begin is None else begin)
@@ -175,13 +171,12 @@ def duty_for(
     return made(built, loads, kelvin, motor_speed=turning, start_position=begin)
 
 
-def check_loads(unit: HydraulicUnit, loads: Sequence[Quantity], named: str) -> None:
+def check_loads(unit: HydraulicUnit, loads: Sequence[Quantity]) -> None:
     """Refuse a plain number that is a load in kN rather than in N: next to nothing, and a load in kN.
 
     Args:
         unit: that carries it.
         loads: as they were passed; text has its unit.
-        named: what errors call it.
 
     Raises:
         DescriptionError: it is one.
@@ -190,21 +185,21 @@ def check_loads(unit: HydraulicUnit, loads: Sequence[Quantity], named: str) -> N
     for one in loads:
         if isinstance(one, int | float) and _LEAST_LOAD * carried <= 1e3 * abs(one) <= carried:
             text = f"a plain number is in N, and that is next to nothing here: '{one:g} kN'?"
-            raise DescriptionError(text, key=named, value=one, allowed="'441 kN', or 441e3")
+            raise DescriptionError(text, key="load", value=one, allowed="'441 kN', or 441e3")
 
 
-def _check_taken(kind: str, passed: set[str], named: Callable[[str], str]) -> None:
+def _check_taken(kind: str, passed: set[str]) -> None:
     """Reject a duty that is not there, and arguments that it does not take."""
     if kind not in _TAKES and not Path(kind).is_file():
         raise DescriptionError(
             "no such duty, and no such file: a table of time, speed and load",
-            key=named("duty"),
+            key="duty",
             value=kind,
             allowed=", ".join((*DUTIES, "a file")),
         )
     for name in sorted(passed - _TAKES.get(kind, _OF_A_FILE)):
         takers = [other for other, takes in _TAKES.items() if name in takes]
-        raise DescriptionError(f"is not for the duty {kind}", key=named(name), allowed=f"with {', '.join(takers)}")
+        raise DescriptionError(f"is not for the duty {kind}", key=name, allowed=f"with {', '.join(takers)}")
 
 
 class _Reader:
@@ -212,22 +207,21 @@ class _Reader:
 
     Args:
         unit: the unit.
-        named: what errors call an argument.
     """
 
-    def __init__(self, unit: HydraulicUnit, named: Callable[[str], str]) -> None:
-        self.unit, self._named = unit, named
+    def __init__(self, unit: HydraulicUnit) -> None:
+        self.unit = unit
 
     def read(self, value: Quantity, si: str, name: str, least: str, most: str) -> float:
         """A quantity within a range."""
-        return argument(value, si, self._named(name), least=least, most=most)
+        return argument(value, si, name, least=least, most=most)
 
     def loads(self, load: Loads) -> tuple[float, ...]:
         """One load or several [N]."""
         several = [load] if isinstance(load, str) or not isinstance(load, Sequence) else load
         if not several:
-            raise DescriptionError("there is none", key=self._named("load"), allowed="'441 kN'")
-        check_loads(self.unit, several, self._named("load"))
+            raise DescriptionError("there is none", key="load", allowed="'441 kN'")
+        check_loads(self.unit, several)
         return tuple(self.read(one, "N", "load", "-10000 kN", "10000 kN") for one in several)
 
     def temperature(self, oil_temperature: Quantity) -> float:
@@ -246,4 +240,4 @@ class _Reader:
 
     def count(self, value: int, name: str, least: int, most: int) -> int:
         """A whole number within a range."""
-        return whole_argument(value, self._named(name), least, most)
+        return whole_argument(value, name, least, most)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
-from ramsight.api.machines import AnyMachine, load_machine, only_unit
 from ramsight.deploy.c_folder import STEPS, WrittenSensor, write_sensor
 from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.fmu import WrittenFmu, write_fmu
@@ -13,6 +11,7 @@ from ramsight.deploy.machine_parameters import write_parameters
 from ramsight.deploy.platforms import platforms_of
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.errors import DescriptionError
+from ramsight.machine import AnyMachine, load_machine, only_unit
 from ramsight.machine.description import Machine
 from ramsight.progress import advancing
 from ramsight.units import argument
@@ -33,7 +32,6 @@ def export_c(
     measure: bool = False,
     compiler: str | None = None,
     progress: bool = False,
-    named: Callable[[str], str] = str,
 ) -> WrittenSensor:
     """Write the kalman sensor of a unit as C99 for an electronic control unit, and a position control if it is wanted.
 
@@ -53,7 +51,6 @@ def export_c(
         measure: compile and run it in both precisions, for speed and for size; by default once, as it is exported.
         compiler: path of the C compiler that measures it; by default the one that is found, "" for none.
         progress: show a bar on a terminal if it takes long.
-        named: what errors call an argument.
 
     Returns:
         The folder, the names of its files, the compiler, and what it takes of memory [bytes] and time [s].
@@ -71,7 +68,7 @@ def export_c(
         True
     """
     described, name = _unit_of(machine, unit)
-    driving = _driving(control, speed, force, period, drive_delay, named)
+    driving = _driving(control, speed, force, period, drive_delay)
     with advancing(STEPS, "exporting", shown=progress) as advance:
         return write_sensor(
             described, name, out, single=single, tabled=parameters, control=driving,
@@ -93,7 +90,6 @@ def export_fmu(
     period: str | float | None = None,
     drive_delay: str | float | DriveResponse | None = None,
     compiler: str | None = None,
-    named: Callable[[str], str] = str,
 ) -> WrittenFmu:
     """Write a co-simulation FMU of a unit's kalman sensor, alone or with what stands behind it, or of the unit itself.
 
@@ -112,7 +108,6 @@ def export_fmu(
         period: of a control's samples [s]; by default 20 ms.
         drive_delay: of a control: as `export_c` has it.
         compiler: path of the C compiler; by default the one that is found. Without one, "", it has sources alone.
-        named: what errors call an argument.
 
     Returns:
         The file, its number of variables, and the platforms of its binaries.
@@ -130,10 +125,10 @@ def export_fmu(
         ('boom.fmu', True)
     """
     described, name = _unit_of(machine, unit)
-    driving = _driving(what == "control", speed, force, period, drive_delay, named) or ControlOptions()
+    driving = _driving(what == "control", speed, force, period, drive_delay) or ControlOptions()
     return write_fmu(
         described, name, out, what=what, fmi=fmi, tabled=parameters, control=driving,
-        platforms=platforms_of(platforms), compiler=compiler, named=named,
+        platforms=platforms_of(platforms), compiler=compiler,
     )  # fmt: skip
 
 
@@ -169,7 +164,6 @@ def _driving(
     force: str | float | None,
     period: str | float | None,
     drive_delay: str | float | DriveResponse | None,
-    named: Callable[[str], str],
 ) -> ControlOptions | None:
     """How a control that is exported drives; None if none is wanted.
 
@@ -180,24 +174,24 @@ def _driving(
     if not wanted:
         for key, value in {**passed, "drive_delay": drive_delay}.items():
             if value is not None:
-                raise DescriptionError("is of a control, and none is exported", key=named(key), value=value)
+                raise DescriptionError("is of a control, and none is exported", key=key, value=value)
         return None
     ranges = {"speed": ("m/s", "0.1 mm/s", "2 m/s"), "force": ("N", "1 N", "100 MN"), "period": ("s", "1 ms", "100 ms")}
     known = {
-        key: argument(value, ranges[key][0], named(key), least=ranges[key][1], most=ranges[key][2])
+        key: argument(value, ranges[key][0], key, least=ranges[key][1], most=ranges[key][2])
         for key, value in passed.items()
         if value is not None
     }
-    return ControlOptions(**known, drive=_declared(drive_delay, named))
+    return ControlOptions(**known, drive=_declared(drive_delay))
 
 
-def _declared(delay: str | float | DriveResponse | None, named: Callable[[str], str]) -> DriveResponse:
+def _declared(delay: str | float | DriveResponse | None) -> DriveResponse:
     """How the drive of a control that is exported is declared."""
     if isinstance(delay, DriveResponse):
         return delay
     if delay is None:
         return IDEAL
-    late = argument(delay, "s", named("drive_delay"), least="0 s", most="0.5 s")
+    late = argument(delay, "s", "drive_delay", least="0 s", most="0.5 s")
     return DriveResponse(command_delay=late, report_delay=late)
 
 

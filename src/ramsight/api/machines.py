@@ -1,45 +1,15 @@
-"""Machines and their units: from a name or a file to what is simulated and tracked."""
+"""What the catalogue has, and the description of a unit."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from ramsight.errors import DescriptionError, UnknownNameError
+from ramsight.errors import UnknownNameError
 from ramsight.machine import catalogue as _catalogue
-from ramsight.machine import load
+from ramsight.machine import load_machine
 from ramsight.machine.catalogue import Entry
 from ramsight.machine.description import Machine, Unit
-from ramsight.plant.build import build_unit
-from ramsight.plant.unit import HydraulicUnit
-
-AnyMachine = str | Path | Machine
-AnyUnit = str | Path | Machine | Unit | HydraulicUnit
-
-
-def load_machine(name_or_path: AnyMachine) -> Machine:
-    """A machine, by its name in the catalogue or from a TOML file.
-
-    Args:
-        name_or_path: such as ``"mining-loader"`` or ``"my-machine.toml"``; a machine is returned as it is.
-
-    Returns:
-        The machine, checked; all values in SI units.
-
-    Raises:
-        DescriptionError: the file cannot be read, or holds what cannot be; names file, key, value and range.
-        UnknownNameError: there is no such machine.
-
-    Example:
-        >>> import ramsight
-        >>> sorted(ramsight.load_machine("mining-loader").units)
-        ['boom', 'bucket']
-    """
-    if isinstance(name_or_path, Machine):
-        return name_or_path
-    if not isinstance(name_or_path, str | Path):
-        allowed = "a description, its name or file; a built unit has none"
-        raise DescriptionError("is no machine", key="machine", value=type(name_or_path).__name__, allowed=allowed)
-    return load(name_or_path)
+from ramsight.plant.build import AnyUnit
 
 
 def catalogue(kind: str | None = None) -> tuple[Entry, ...]:
@@ -66,40 +36,6 @@ def catalogue(kind: str | None = None) -> tuple[Entry, ...]:
     return tuple(entry for entry in entries if kind in (None, entry.kind))
 
 
-def build(machine: AnyUnit, unit: str | None = None) -> HydraulicUnit:
-    """A unit made of its parts, whatever its circuit: what every other function takes.
-
-    Args:
-        machine: a machine, its name or file; or one unit's description; a built unit is returned as it is.
-        unit: name of the unit; may be left out where there is only one.
-
-    Returns:
-        The unit, all values in SI units.
-
-    Raises:
-        DescriptionError: several units, and none is named; or what is described cannot be used.
-        UnknownNameError: no such machine or unit.
-
-    Example:
-        >>> import ramsight
-        >>> boom = ramsight.build("mining-loader", "boom")
-        >>> boom.name, round(boom.cylinder.stroke, 3)  # m
-        ('boom', 0.7)
-    """
-    if isinstance(machine, str | Path | Machine):
-        description = load_machine(machine)
-        name = only_unit(description) if unit is None else unit
-        return build_unit(name, description.unit(name), description.linkage)
-    if isinstance(machine, Unit):
-        return build_unit("unit" if unit is None else unit, machine)
-    if not hasattr(machine, "parts"):
-        allowed = "a machine, its name or file, or a unit"
-        raise DescriptionError("is no machine", key="machine", value=machine, allowed=allowed)
-    if unit not in (None, machine.name):
-        raise UnknownNameError("unit", str(unit), [machine.name])
-    return machine
-
-
 def description_of(machine: AnyUnit, unit: str) -> Unit | None:
     """The description of a unit; None of one that is built already.
 
@@ -110,19 +46,3 @@ def description_of(machine: AnyUnit, unit: str) -> Unit | None:
     if isinstance(machine, str | Path | Machine):
         return load_machine(machine).unit(unit)
     return machine if isinstance(machine, Unit) else None
-
-
-def only_unit(machine: Machine, named: str = "unit") -> str:
-    """The name of a machine's unit where it has only one.
-
-    Args:
-        machine: the machine.
-        named: what errors call the argument that names one.
-
-    Raises:
-        DescriptionError: it has several.
-    """
-    if len(machine.units) > 1:
-        names = ", ".join(machine.units)
-        raise DescriptionError(f"{machine.name} has several units: name one", key=named, allowed=names)
-    return next(iter(machine.units))

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ramsight.api.arguments import AnyMap, truth_of
-from ramsight.api.machines import AnyUnit, build
+from ramsight.api.arguments import truth_of
 from ramsight.api.tracking import Quantity, track
 from ramsight.errors import LogError
 from ramsight.intervals import true_intervals
+from ramsight.logs.channel_map import AnyMap
 from ramsight.machine.assumption_description import SURE_START
 from ramsight.normal import TWO_SIDED_95
+from ramsight.plant.build import AnyUnit, build
 from ramsight.plant.unit import assuming
 from ramsight.sensor.comparing import (
     ALERTS,

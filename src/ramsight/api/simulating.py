@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ramsight.api.arguments import checked, whole_argument
 from ramsight.api.duties import TEMPERATURE, Loads, Quantity, duty_for
-from ramsight.api.machines import AnyUnit, build
 from ramsight.duty import DriveReport, Duty, Magnets
 from ramsight.duty import report as report_of
 from ramsight.duty.drive_report import declared_report, usual_report
@@ -19,6 +18,8 @@ from ramsight.duty.simulate import SAMPLE_PERIOD, labelled, ran
 from ramsight.engine.run import DEFAULT_RTOL
 from ramsight.errors import DescriptionError
 from ramsight.plant.as_built import AsBuilt
+from ramsight.plant.build import AnyUnit, build
+from ramsight.plant.kept_circuit import kept_circuit
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.progress import advancing
 from ramsight.units import argument
@@ -47,7 +48,6 @@ def simulate(
     sample_period: Quantity = SAMPLE_PERIOD,
     rtol: float = DEFAULT_RTOL,
     progress: bool = False,
-    named: Callable[[str], str] = str,
 ) -> xarray.Dataset:
     """Simulate a unit, through a duty of its own or through one that has a name.
 
@@ -72,7 +72,6 @@ def simulate(
         sample_period: distance of the samples [s], or ``"20 ms"``.
         rtol: relative tolerance of the integrator.
         progress: show a bar on a terminal if it takes long.
-        named: what errors call an argument.
 
     Returns:
         Over `time` [s], shape (samples,): `position`, `velocity`, `motor_speed`, `motor_torque`, `load`, pressures,
@@ -97,7 +96,7 @@ def simulate(
     """
     built = build(machine, unit)
     if as_built is not None and not isinstance(as_built, AsBuilt):
-        raise DescriptionError("is no AsBuilt", key=named("as_built"), value=as_built, allowed="AsBuilt(leak=1.2)")
+        raise DescriptionError("is no AsBuilt", key="as_built", value=as_built, allowed="AsBuilt(leak=1.2)")
     made = built if as_built is None else as_built.apply(built)
     of_duty = {
         "load": load, "speed": speed, "ramp": ramp, "hold": hold, "start": start, "cycles": cycles,
@@ -105,11 +104,11 @@ def simulate(
     }  # fmt: skip
     both = isinstance(duty, Duty) and any(one is not None for one in of_duty.values())
     if both or (duty is None and load is None):
-        raise DescriptionError("give a duty or a load, and not both", key=named("load"), value=load, allowed="'441 kN'")
+        raise DescriptionError("give a duty or a load, and not both", key="load", value=load, allowed="'441 kN'")
     if not isinstance(duty, Duty):
         kind = "lift-lower" if duty is None else duty
-        duty = duty_for(made, kind, oil_temperature=oil_temperature, named=named, **of_duty)  # type: ignore[arg-type]
-    run = recorded(made, duty, ambient=ambient, sample_period=sample_period, rtol=rtol, progress=progress, named=named)
+        duty = duty_for(made, kind, oil_temperature=oil_temperature, **of_duty)  # type: ignore[arg-type]
+    run = recorded(made, duty, ambient=ambient, sample_period=sample_period, rtol=rtol, progress=progress)
     return run.dataset()
 
 
@@ -121,16 +120,16 @@ def recorded(
     sample_period: Quantity = SAMPLE_PERIOD,
     rtol: float = DEFAULT_RTOL,
     progress: bool = False,
-    named: Callable[[str], str] = str,
 ) -> Recorded:
     """The same run before it is a Dataset, for whoever needs no more than its numbers; arguments as `simulate`."""
-    rtol = argument(rtol, "1", named("rtol"), least="1e-12", most="0.1")
-    period = argument(sample_period, "s", named("sample_period"), least="0.1 ms", most="10 s")
+    rtol = argument(rtol, "1", "rtol", least="1e-12", most="0.1")
+    period = argument(sample_period, "s", "sample_period", least="0.1 ms", most="10 s")
     if ambient is not None:
-        air = argument(ambient, "K", named("ambient"), least="-60 degC", most="80 degC")
+        air = argument(ambient, "K", "ambient", least="-60 degC", most="80 degC")
         return warm_run(unit, duty, ambient=air, sample_period=period, rtol=rtol, progress=progress)
     with advancing(duty.duration, "simulating", shown=progress) as advance:
-        return labelled(unit, duty, ran(unit, duty, sample_period=period, rtol=rtol, advance=advance))
+        run = ran(unit, duty, sample_period=period, rtol=rtol, advance=advance, model=kept_circuit(unit))
+        return labelled(unit, duty, run)
 
 
 def drive_report(
@@ -147,7 +146,6 @@ def drive_report(
     torque_gain: Quantity = 1.0,
     temperature_offset: Quantity = "0 K",
     magnets: Magnets | None = None,
-    named: Callable[[str], str] = str,
 ) -> xarray.Dataset:
     """What a drive logs of a simulated run: sampled, in steps, with noise, and off if it is to be.
 
@@ -166,7 +164,6 @@ def drive_report(
         torque_gain: reported torque over the true one [1], 0.1 to 10.
         temperature_offset: reported temperature less the true one [K].
         magnets: of the motor, if their warming up changes its torque constant.
-        named: what errors call an argument.
 
     Returns:
         Over the run's `time` [s], shape (samples,): `motor_speed` [rad/s], `motor_torque` [N m] and
@@ -192,7 +189,7 @@ def drive_report(
         "temperature_offset": temperature_offset,
     }
     unit_of = None if machine is None else build(machine, unit)
-    return report_of(checked(run, "run"), reported_how(passed, unit_of, seed=seed, magnets=magnets, named=named))
+    return report_of(checked(run, "run"), reported_how(passed, unit_of, seed=seed, magnets=magnets))
 
 
 # Unit, least and most of what is passed.
@@ -213,7 +210,6 @@ def reported_how(
     *,
     seed: int = 0,
     magnets: Magnets | None = None,
-    named: Callable[[str], str] = str,
 ) -> DriveReport:
     """How a drive reports; the other arguments are those of `drive_report`, and so are the errors.
 
@@ -223,14 +219,13 @@ def reported_how(
         unit: that ran, built.
         seed: of the noise.
         magnets: of the motor.
-        named: what errors call an argument.
     """
     read: dict[str, float] = {}
     for name, value in passed.items():
         if value is not None:
             si, least, most = _REPORTED[name]
-            read[name] = argument(value, si, named(name), least=least, most=most)
-    whole_argument(seed, named("seed"), 0, 2**63)
+            read[name] = argument(value, si, name, least=least, most=most)
+    whole_argument(seed, "seed", 0, 2**63)
     usual = DriveReport() if unit is None else usual_report(unit)
     how = replace(usual, magnets=magnets, seed=seed, **read)  # type: ignore[arg-type]
     return how if unit is None else declared_report(unit, seed, how)

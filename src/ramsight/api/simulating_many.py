@@ -1,46 +1,57 @@
-"""Many runs: units through duties on all cores, of which only the ends and extremes are kept."""
+"""Many runs: machines through duties on all cores, of which the ends, the extremes and what is asked for are kept."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence, Sized
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Sized
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ramsight.api.machines import AnyUnit, build
+from ramsight.api.arguments import whole_argument
+from ramsight.api.varied import Varied, Vary, varied
 from ramsight.duty import Duty
-from ramsight.duty.simulate import check_commands, check_temperature
-from ramsight.engine.batch import Job, Summaries, batches
+from ramsight.duty.run_figures import FIGURES, Figures, Work, figures_of
+from ramsight.duty.simulate import SAMPLE_PERIOD, audited_circuit, check_commands, check_temperature
+from ramsight.engine.batch import Job, batches
 from ramsight.engine.cache import instructions
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import DEFAULT_RTOL
-from ramsight.errors import DescriptionError
-from ramsight.plant.circuit import CircuitModel
+from ramsight.errors import DescriptionError, UnknownNameError
+from ramsight.plant.build import AnyUnit, build
+from ramsight.plant.circuit import CircuitModel, parameter_values, shape
 from ramsight.plant.unit import HydraulicUnit, circuit, initial_state
 from ramsight.progress import advancing
+from ramsight.units import argument
 
 if TYPE_CHECKING:
     import xarray
 
-Described = tuple[float, float, float, float]
+Quantity = float | str
+_DUTIES = "what ramsight.lift_lower makes"
+_MOST_THREADS = 1024  # more than any machine has cores
 _OF_DUTY = (
     ("load", "N", "load at first, positive against lifting"),
     ("oil_temperature", "K", "oil temperature at first"),
     ("start_position", "m", "piston position at first"),
     ("duration", "s", "length of the duty"),
+    ("speed", "rad/s", "largest motor speed"),
 )
 
 
 def simulate_many(
     machines: AnyUnit | Sequence[AnyUnit],
-    duties: Iterable[Duty],
+    duties: Duty | Iterable[Duty],
     *,
     unit: str | None = None,
+    vary: Vary | None = None,
+    keep: Iterable[str] = (),
+    sample_period: Quantity = SAMPLE_PERIOD,
     rtol: float = DEFAULT_RTOL,
     threads: int | None = None,
     progress: bool = False,
 ) -> xarray.Dataset:
-    """Simulate every unit through every duty, on all cores, and keep the end and the extremes of each run.
+    """Simulate every machine through every duty, on all cores, and keep the end and the extremes of each run.
 
     A thousand runs at a time are in memory, however many there are; duties are taken as they are needed.
 
@@ -49,19 +60,28 @@ def simulate_many(
             worn in several ways (`AsBuilt(leak=1.2).apply(unit)`).
         duties: what they do, for example of `lift_lower`; at least one.
         unit: name of the unit, if the machines have several.
-        rtol: relative tolerance of the integrator.
+        vary: what differs from machine to machine, of one that is passed: lists of values, equally long, by name: a
+            factor of `AsBuilt` (``leak``), or a key of the description (``cylinder.bore``), which a built unit has not.
+        keep: what is kept beside the states, of `torque`, `power`, `energy`, `relief` and `pressure`.
+        sample_period: distance of the samples that torque and power are taken from [s].
+        rtol: relative tolerance.
         threads: how many; by default one for each core that this process may use.
-        progress: show a bar on a terminal if it takes long.
+        progress: show a bar on a terminal, or a line every ten seconds through a pipe, if it takes long.
 
     Returns:
         Over `duty` alone if one machine is passed, shape (duties,), else over `machine` and `duty`. Of every state of
         the plant, all in SI with `units`: `position_final`, `position_least`, `position_most` and so on, NaN where a
-        run did not reach its end; `outcome` says ``done`` or why not; `accepted_steps`. Coordinates of a duty: `load`
-        [N], `oil_temperature` [K] and `start_position` [m] at first, `duration` [s].
+        run did not reach its end; `outcome` says ``done`` or why not; `accepted_steps`. By `keep`: `motor_torque_least`
+        and `_most` [N m]; `motor_power_least` and `_most` [W], at the shaft; `energy.shaft_given` and
+        `energy.shaft_taken` [J], by the motor; `relief_share` [1], what relief valves lose of that; `pressure_most`
+        [Pa], in any volume.
+        Coordinates of a duty: `load` [N], `oil_temperature` [K] and `start_position` [m] at first, `duration` [s],
+        `speed` [rad/s], the largest; of a machine what varies, in SI.
 
     Raises:
-        DescriptionError: there is no duty, an oil temperature is outside the oil's data, or circuits differ.
-        UnknownNameError: no such machine or unit.
+        DescriptionError: there is no duty, an oil temperature is outside the oil's data, circuits differ, or an
+            argument cannot be used.
+        UnknownNameError: no such machine or unit, nothing of that name can vary or be kept.
 
     Example:
         >>> import ramsight
@@ -70,80 +90,151 @@ def simulate_many(
         >>> runs = ramsight.simulate_many(boom, [ramsight.lift_lower(boom, load) for load in loads])
         >>> dict(runs.sizes), bool(runs["position_most"][0] > runs["position_most"][1])
         ({'duty': 2}, True)
-        >>> worn = [boom, ramsight.AsBuilt(leak=1.3).apply(boom)]
-        >>> runs = ramsight.simulate_many(worn, [ramsight.lift_lower(boom, load) for load in loads])
-        >>> dict(runs.sizes), bool((runs["position_most"][0] > runs["position_most"][1]).all())
-        ({'machine': 2, 'duty': 2}, True)
+        >>> duty, worn = ramsight.lift_lower(boom, "441 kN"), {"leak": [1.0, 1.3]}
+        >>> runs = ramsight.simulate_many(boom, duty, vary=worn, keep=["power", "energy"])
+        >>> runs["leak"].values.tolist(), bool(runs["motor_power_most"].max() < 30e3)  # W
+        ([1.0, 1.3], True)
     """
-    several = isinstance(machines, list | tuple)
-    passed: Sequence[Any] = machines if isinstance(machines, list | tuple) else [machines]
-    units = [build(one, unit) for one in passed]
-    models = _models(units)
-    of_duties: list[Described] = []
-    jobs = _jobs(units, models, duties, of_duties)
-    total = len(duties) * len(units) if isinstance(duties, Sized) else 0
-    with advancing(total, "simulating", shown=progress and bool(total)) as advance:
-        found = list(batches(models[0].ode, jobs, rtol=rtol, threads=threads, advance=advance))
+    wanted = _wanted(keep)
+    period = argument(sample_period, "s", "sample_period", least="0.1 ms", most="10 s")
+    rtol = argument(rtol, "1", "rtol", least="1e-12", most="0.1")
+    if threads is not None:
+        whole_argument(threads, "threads", 1, _MOST_THREADS)
+    if not isinstance(duties, Iterable | Duty):
+        raise DescriptionError("are no duties", key="duties", value=duties, allowed=_DUTIES)
+    fleet = _fleet(machines, unit, vary)
+    todo = _Todo(fleet.units, audited=bool(wanted), duties=[duties] if isinstance(duties, Duty) else duties)
+    with advancing(todo.total, "simulating", shown=progress) as advance:
+        if wanted:
+            found = list(
+                figures_of(
+                    fleet.units[0], todo.model, todo.works(), wanted,
+                    period=period, rtol=rtol, threads=threads, advance=advance,
+                )
+            )  # fmt: skip
+        else:
+            jobs = (work.job for work in todo.works())
+            done = batches(todo.model.ode, jobs, rtol=rtol, threads=threads, advance=advance)
+            found = [Figures(one, {}) for one in done]
     if not found:
         raise DescriptionError("there is none", key="duties", allowed="one and more")
-    return _dataset(models[0], found, of_duties, len(units), several)
+    several = vary is not None or isinstance(machines, list | tuple)
+    return _dataset(todo, found, wanted, fleet.coordinates, several=several)
 
 
-def _models(units: Sequence[HydraulicUnit]) -> list[CircuitModel]:
-    """The units' equations, which differ in their parameters alone.
+def _wanted(keep: Iterable[str]) -> list[str]:
+    """What is asked for, in the order in which it is listed.
 
     Raises:
-        DescriptionError: there is none, or one has another circuit than the first.
+        DescriptionError: there are no names.
+        UnknownNameError: nothing of that name can be kept.
     """
-    if not units:
-        raise DescriptionError("there is none", key="machines", allowed="one and more")
-    models = [circuit(unit) for unit in units]
-    first = instructions(models[0].ode.function) if len(models) > 1 else None
-    for number, model in enumerate(models[1:], start=1):
-        if model.ode.parameters != models[0].ode.parameters or instructions(model.ode.function) != first:
+    if not isinstance(keep, Iterable):
+        raise DescriptionError("are no names", key="keep", value=keep, allowed=", ".join(FIGURES))
+    asked = [keep] if isinstance(keep, str) else list(keep)
+    for one in asked:
+        if not isinstance(one, str) or one not in FIGURES:
+            raise UnknownNameError("figure to keep", str(one), FIGURES)
+    return [one for one in FIGURES if one in asked]
+
+
+def _fleet(machines: AnyUnit | Sequence[AnyUnit], unit: str | None, vary: Vary | None) -> Varied:
+    """The machines, and what is varied of them."""
+    if vary is None:
+        passed: Sequence[Any] = machines if isinstance(machines, list | tuple) else [machines]
+        if not passed:
+            raise DescriptionError("there is none", key="machines", allowed="one and more")
+        return Varied([build(one, unit) for one in passed], {})
+    if isinstance(machines, list | tuple):
+        raise DescriptionError("varies one machine, and several are passed", key="vary")
+    one: Any = machines
+    return varied(one, unit, vary)
+
+
+@dataclass
+class _Todo:
+    """The runs that are asked for, and what is known of their duties once they have been taken."""
+
+    units: Sequence[HydraulicUnit]
+    audited: bool
+    duties: Iterable[Duty]
+    described: list[tuple[float, ...]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.model, self._values = _models(self.units, audited=self.audited)
+        self.total = len(self.duties) * len(self.units) if isinstance(self.duties, Sized) else 0
+
+    def works(self) -> Iterator[Work]:
+        """The runs, all units through a duty before the next."""
+        for duty in self.duties:
+            if not isinstance(duty, Duty):
+                raise DescriptionError("is no duty", key="duties", value=duty, allowed=_DUTIES)
+            load, speed, kelvin = (float(of(0.0)) for of in (duty.load, duty.motor_speed, duty.oil_temperature))
+            fastest = float(np.abs(duty.motor_speed.value).max())
+            self.described.append((load, kelvin, duty.start_position, duty.duration, fastest))
+            check_commands(self.model, duty)
+            for unit, values in zip(self.units, self._values, strict=True):
+                check_temperature(unit, duty.oil_temperature)
+                initial = initial_state(unit, self.model, duty.start_position, load, speed)
+                yield Work(duty, Job(initial, duty.segments(values, self.model.ode.parameters)))
+
+
+def _models(units: Sequence[HydraulicUnit], *, audited: bool) -> tuple[CircuitModel, list[Any]]:
+    """The units' equation, and the parameters of each, in which alone they differ.
+
+    Raises:
+        DescriptionError: one has another circuit than the first.
+    """
+    first = units[0]
+    model = audited_circuit(first) if audited else circuit(first)
+    own, values = shape(first.oil, first.parts()), [model.values]
+    for number, unit in enumerate(units[1:], start=1):
+        if shape(unit.oil, unit.parts()) == own:
+            values.append(parameter_values(model, unit.oil, unit.tank_pressure, unit.parts()))
+            continue
+        other = circuit(unit, audited=audited)
+        same = other.ode.parameters == model.ode.parameters
+        if not same or instructions(other.ode.function) != instructions(model.ode.function):
             raise DescriptionError("has another circuit than the first", key=f"machines[{number}]")
-    return models
-
-
-def _jobs(
-    units: Sequence[HydraulicUnit], models: Sequence[CircuitModel], duties: Iterable[Duty], described: list[Described]
-) -> Iterator[Job]:
-    """The runs, all units through a duty before the next; what each duty is goes into `described`."""
-    for duty in duties:
-        if not isinstance(duty, Duty):
-            raise DescriptionError("is no duty", key="duties", value=duty, allowed="what ramsight.lift_lower makes")
-        load, speed, kelvin = (float(of(0.0)) for of in (duty.load, duty.motor_speed, duty.oil_temperature))
-        described.append((load, kelvin, duty.start_position, duty.duration))
-        for unit, model in zip(units, models, strict=True):
-            check_temperature(unit, duty.oil_temperature)
-            check_commands(model, duty)
-            initial = initial_state(unit, model, duty.start_position, load, speed)
-            yield Job(initial, duty.segments(model.values, model.ode.parameters))
+        values.append(other.values)
+    return model, values
 
 
 def _dataset(
-    model: CircuitModel, found: Sequence[Summaries], described: Sequence[Described], machines: int, several: bool
+    todo: _Todo,
+    found: Sequence[Figures],
+    wanted: Sequence[str],
+    varied: Mapping[str, tuple[Any, str]],
+    *,
+    several: bool,
 ) -> xarray.Dataset:
     import xarray
 
-    dims = ["machine", "duty"] if several else ["duty"]
+    dims, ode = ["machine", "duty"] if several else ["duty"], todo.model.ode
 
     def arranged(parts: Sequence[Any]) -> Any:
-        table = np.concatenate(parts).reshape(len(described), machines).T
+        table = np.concatenate(parts).reshape(len(todo.described), len(todo.units)).T
         return table if several else table[0]
 
-    outcome = arranged([np.array([one.name.lower().replace("_", " ") for one in part.outcome]) for part in found])
+    ended = [one.summaries for one in found]
+    outcome = arranged([np.array([one.name.lower().replace("_", " ") for one in part.outcome]) for part in ended])
     done = outcome == Outcome.DONE.name.lower()
     data: dict[str, Any] = {}
-    for k, state in enumerate(model.ode.states):
+    for name in (name for one in wanted for name in FIGURES[one]):
+        si, text = next(one[name] for one in FIGURES.values() if name in one)
+        data[name] = (dims, arranged([part.values[name] for part in found]), {"units": si, "long_name": text})
+    for k, state in enumerate(ode.states):
+        if state.integral:
+            continue
         for name, text in (("final", "at the end"), ("least", "smallest"), ("most", "largest")):
-            values = np.where(done, arranged([getattr(part, name)[:, k] for part in found]), np.nan)
+            values = np.where(done, arranged([getattr(part, name)[:, k] for part in ended]), np.nan)
             attributes = {"units": state.unit, "long_name": f"{state.name.replace('_', ' ')}, {text}"}
             data[f"{state.name}_{name}"] = (dims, values, attributes)
     data["outcome"] = (dims, outcome, {"long_name": "how the run ended"})
-    data["accepted_steps"] = (dims, arranged([part.accepted for part in found]), {"units": "1"})
-    columns = np.array(described)
-    coordinates = {
+    data["accepted_steps"] = (dims, arranged([part.accepted for part in ended]), {"units": "1"})
+    columns = np.array(todo.described)
+    coordinates: dict[str, Any] = {name: ("machine", values, {"units": si}) for name, (values, si) in varied.items()}
+    coordinates |= {
         name: ("duty", columns[:, k], {"units": si, "long_name": text}) for k, (name, si, text) in enumerate(_OF_DUTY)
     }
     return xarray.Dataset(data, coords=coordinates, attrs={"format": 1, "kind": "simulated runs"})

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ramsight.api.machines import AnyMachine, build, load_machine, only_unit
 from ramsight.api.requirements import requirement_of
 from ramsight.errors import DescriptionError
+from ramsight.machine import AnyMachine, load_machine, only_unit
 from ramsight.machine.requirement_description import DAY, Requirement
+from ramsight.plant.build import build
 from ramsight.progress import advancing
 from ramsight.study.datasheet.budget import Budget, budget, check_base
 from ramsight.study.datasheet.goal import Way, way_to
@@ -41,14 +42,13 @@ class Study:
         unit: name of the unit; may be left out where there is only one.
         vary: tolerances in the place of those described, as text: ``{"torque_gain": "± 3 %"}``; "" for none.
         correlations: of pairs of quantities, ``{"leakage-displacement": 0.5}``, in the place of those described.
-        n: how many machines.
+        machines: how many.
         seed: decides everything; the same seed gives the same machines.
         method: ``sobol``, which can be extended, or ``latin-hypercube``.
         duration: after which a work day begins no further move [s], or ``"6 min"``.
         visit_every: of a work day, time from one end stop to the next [s]; None: what the unit's requirement states, or
             45 s.
         require: what the position is required for, as `commission` takes it.
-        named: what errors call an argument.
 
     Raises:
         DescriptionError: a tolerance has no meaning, correlations contradict each other, or there is no such duty.
@@ -56,7 +56,7 @@ class Study:
 
     Example:
         >>> import ramsight
-        >>> study = ramsight.Study("mining-loader", "lift-lower", unit="boom", n=2, vary={"leakage": "± 10 %"})
+        >>> study = ramsight.Study("mining-loader", "lift-lower", unit="boom", machines=2, vary={"leakage": "± 10 %"})
         >>> study.quantities["leakage"]
         '1 ± 0.1 uniform'
         >>> found = study.run()
@@ -73,32 +73,31 @@ class Study:
         unit: str | None = None,
         vary: Mapping[str, str] | None = None,
         correlations: Mapping[str, float] | None = None,
-        n: int = 1000,
+        machines: int = 1000,
         seed: int = 0,
         method: str = "sobol",
         duration: Quantity = 360.0,
         visit_every: Quantity | None = None,
         require: Quantity | Requirement | None = None,
-        named: Callable[[str], str] = str,
     ) -> None:
-        self.machine, self._named = load_machine(machine), named
+        self.machine = load_machine(machine)
         name = only_unit(self.machine) if unit is None else unit
         if vary is not None and not isinstance(vary, Mapping):
             allowed = "{'leakage': '± 10 %'}"
-            raise DescriptionError("are no tolerances by name", key=named("vary"), value=vary, allowed=allowed)
-        self.requirement = requirement_of(build(self.machine, name), require, named)
-        if isinstance(n, bool) or not (isinstance(n, int) and 1 <= n <= _MOST):
-            raise DescriptionError("is out of range", key=named("n"), value=n, allowed=f"1 to {_MOST}")
+            raise DescriptionError("are no tolerances by name", key="vary", value=vary, allowed=allowed)
+        self.requirement = requirement_of(build(self.machine, name), require)
+        if isinstance(machines, bool) or not (isinstance(machines, int) and 1 <= machines <= _MOST):
+            raise DescriptionError("is out of range", key="machines", value=machines, allowed=f"1 to {_MOST}")
         if isinstance(seed, bool) or not (isinstance(seed, int) and 0 <= seed < 2**63):
-            raise DescriptionError("is out of range", key=named("seed"), value=seed, allowed=f"0 to {2**63 - 1}")
+            raise DescriptionError("is out of range", key="seed", value=seed, allowed=f"0 to {2**63 - 1}")
         visits = self._visits() if visit_every is None else visit_every
         work = Work(
             str(duty),
-            argument(duration, "s", named("duration"), least="10 s", most="24 h"),
+            argument(duration, "s", "duration", least="10 s", most="24 h"),
             argument(
                 visits,
                 "s",
-                named("visit_every"),
+                "visit_every",
                 least="5 s",
                 most="24 h",
             ),
@@ -110,7 +109,7 @@ class Study:
             sensor,
             vary=vary,
             correlations=correlations,
-            count=n,
+            count=machines,
             seed=seed,
             method=method,
         )
@@ -167,7 +166,7 @@ class Study:
         Raises:
             DescriptionError: base is no power of two.
         """
-        check_base(base, self._named("budget"))
+        check_base(base)
         machines = base * (len(self.plan.quantities) + 2)
         with advancing(machines, "error budget", shown=progress and bool(base)) as advance:
             path = None if store is None else Path(store)
@@ -232,7 +231,7 @@ class Study:
         Raises:
             DescriptionError: it cannot be read or is out of range.
         """
-        return argument(goal, "m", self._named("goal"), least="0.01 mm", most="1 m")
+        return argument(goal, "m", "goal", least="0.01 mm", most="1 m")
 
     def way_to(self, goal: Quantity, client: Any = None, *, progress: bool = False) -> Way:
         """The cheapest measures that bring the 95 % error after the third reference to a goal.

@@ -8,20 +8,22 @@ from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from ramsight.api.arguments import AnyMap, checked, is_frame, log_argument, map_argument, path_argument, truth_argument
+from ramsight.api.arguments import checked, log_argument, path_argument, truth_argument
 from ramsight.api.live_sensor import Sensor
-from ramsight.api.machines import AnyUnit, build
-from ramsight.calibration.sensors import TABLE_RUNS
 from ramsight.calibration.sensors import sensor_for as make_sensor
 from ramsight.errors import DescriptionError, LogWarning
-from ramsight.logs import open_log
+from ramsight.logs.channel_map import AnyMap, known_map
+from ramsight.logs.data_frame import is_data_frame
+from ramsight.logs.opening import open_signals
+from ramsight.plant.build import AnyUnit, build
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.progress import progress as progress_bar
 from ramsight.sensor.persistence import StateFile, said
 from ramsight.sensor.sample import REPORTED
 from ramsight.sensor.thresholds import START_STD
+from ramsight.signals import Signals
 from ramsight.tracking.availability import LONGEST_ALERT, TIME_TO_ALERT, Availability
 from ramsight.tracking.compared_track import judged
 from ramsight.tracking.pieces import Pieces, track_pieces
@@ -32,39 +34,10 @@ from ramsight.units import argument, format_si
 if TYPE_CHECKING:
     import xarray
 
+    from ramsight.sensor.virtual_sensor import VirtualSensor
+
 Quantity = float | str
 _NO_FILE = "log"  # what messages call a log that is no file
-
-
-def read_log(path: Any, channel_map: AnyMap | None = None) -> xarray.Dataset:
-    r"""A drive log, whole, from a file of any kind that ramsight reads; `open_log` reads it piece by piece.
-
-    Args:
-        path: CSV, Parquet, MF4, MCAP, TDMS, MATLAB, Excel or CAN frames, by its suffix; or a pandas or polars DataFrame
-            with such columns.
-        channel_map: which of its channels are what, or the TOML file that states so; None for a table with the columns
-            ``time_s``, ``motor_speed_rpm``, ``motor_torque_nm``, ``oil_temperature_c`` and perhaps ``reference_m``.
-
-    Returns:
-        Over `time` [s], shape (samples,): `motor_speed` [rad/s], `motor_torque` [N m], `oil_temperature` [K], NaN
-        where the log has no number, and `reference` [m] if the file has it.
-
-    Raises:
-        LogError: the file cannot be read; with line and column. `MissingColumnError`: a column is absent.
-        UnknownNameError: the map names a channel that is not there.
-        DescriptionError: the map states what cannot be.
-
-    Example:
-        >>> import pathlib, ramsight, tempfile
-        >>> text = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n0.00,1500,12.5,40.0\n"
-        >>> with tempfile.TemporaryDirectory() as folder:
-        ...     file = pathlib.Path(folder) / "log.csv"
-        ...     _ = file.write_text(text)
-        ...     log = ramsight.read_log(file)
-        >>> round(float(log["motor_speed"][0]), 1), float(log["oil_temperature"][0])
-        (157.1, 313.15)
-    """
-    return log_argument(path, channel_map, "path")  # type: ignore[no-any-return]
 
 
 def sensor_for(machine: AnyUnit, kind: str | Path = "kalman", *, unit: str | None = None) -> Sensor:
@@ -79,7 +52,7 @@ def sensor_for(machine: AnyUnit, kind: str | Path = "kalman", *, unit: str | Non
     Returns:
         The sensor. Its `start(position)` [m] and `step(time, motor_speed, motor_torque, oil_temperature)` [s, rad/s,
         N m, K] take SI numbers or text with a unit, `track(log)` takes a log, and `step` gives an `Estimate` (position
-        and std [m], velocity [m/s], load [N]); `start` raises `StartError` for a position outside the stroke.
+        and position_std [m], velocity [m/s], load [N]); `start` raises `StartError` for a position outside the stroke.
 
     Raises:
         UnknownNameError: no such machine, unit or sensor.
@@ -164,10 +137,12 @@ def track(
         >>> bool(track.attrs["error_largest"] < 1e-3), track["error"].attrs["units"]
         (True, 'm')
     """
+    from ramsight.output.shown_dataset import ShownDataset
+
     built = build(machine, unit)
     position, std = start_of(built, start, start_std)
-    channel_map = map_argument(channel_map)
-    true = known_position(truth_argument(truth), log, channel_map, built.cylinder.stroke)
+    channel_map = known_map(channel_map)
+    true = known_position(truth_argument(truth), log, channel_map, built)
     available = availability_of(built, alarm_limit, time_to_alert)
     done = follow(
         built,
@@ -185,46 +160,41 @@ def track(
     )
     if done.track is None or done.log is None:
         raise DescriptionError("has no samples", key="log")
-    reported = {name: done.log[name] for name in (*REPORTED[1:], "reference") if name in done.log}
-    whole = done.track.assign(reported)
+    log_kept = done.log.dataset()
+    reported = {name: log_kept[name] for name in (*REPORTED[1:], "reference") if name in log_kept}
+    whole = done.track.dataset().assign(reported)
     whole.attrs |= {"kind": "track", "unit": built.name}
     if done.mistake:
         whole.attrs["mistake"] = done.mistake
     if available is not None:
         found = {"available": available.share, "alerts": available.alerts, "longest_alert": available.longest}
         whole.attrs |= found
-    return whole if true is None else judged(whole, true)
+    return ShownDataset.of(whole if true is None else judged(whole, true))
 
 
-def start_of(
-    unit: HydraulicUnit, start: Quantity | None, start_std: Quantity, named: Callable[[str], str] = str
-) -> tuple[float | None, float]:
+def start_of(unit: HydraulicUnit, start: Quantity | None, start_std: Quantity) -> tuple[float | None, float]:
     """Where a piston is reported as at first, and the standard deviation of that [m].
 
     Args:
         unit: whose stroke is the limit.
         start: [m], or text with a unit; None if unknown.
         start_std: its standard deviation [m], or text with a unit.
-        named: what errors call an argument.
 
     Raises:
         DescriptionError: one of them cannot be read or is outside the stroke.
     """
     stroke = format_si(unit.cylinder.stroke, "mm")
-    position = None if start is None else argument(start, "m", named("start"), least="0 mm", most=stroke)
-    return position, argument(start_std, "m", named("start_std"), least="0.01 mm", most=stroke)
+    position = None if start is None else argument(start, "m", "start", least="0 mm", most=stroke)
+    return position, argument(start_std, "m", "start_std", least="0.01 mm", most=stroke)
 
 
-def availability_of(
-    unit: HydraulicUnit, limit: Quantity | None, time_to_alert: Quantity, named: Callable[[str], str] = str
-) -> Availability | None:
+def availability_of(unit: HydraulicUnit, limit: Quantity | None, time_to_alert: Quantity) -> Availability | None:
     """What counts how much of the time a position may be used; None without an alarm limit.
 
     Args:
         unit: whose stroke is the largest limit.
         limit: error that it must not have [m], or text with a unit.
         time_to_alert: for which that may be unsure [s], or text with a unit.
-        named: what errors call an argument.
 
     Raises:
         DescriptionError: one of them cannot be read or is out of range.
@@ -232,8 +202,8 @@ def availability_of(
     if limit is None:
         return None
     stroke = format_si(unit.cylinder.stroke, "mm")
-    allowed = argument(limit, "m", named("alarm_limit"), least="0.1 mm", most=stroke)
-    waits = argument(time_to_alert, "s", named("time_to_alert"), least="0 s", most=format_si(LONGEST_ALERT, "s"))
+    allowed = argument(limit, "m", "alarm_limit", least="0.1 mm", most=stroke)
+    waits = argument(time_to_alert, "s", "time_to_alert", least="0 s", most=format_si(LONGEST_ALERT, "s"))
     return Availability(allowed, waits)
 
 
@@ -278,9 +248,7 @@ def follow(
         advance: is passed the share of a file that was read since the last call, where there is no bar.
         say: is passed what became of the state file.
     """
-    with ExitStack() as stack:
-        bar = stack.enter_context(progress_bar(TABLE_RUNS, "calibrating the table")) if progress else None
-        virtual = make_sensor(unit, sensor, advance=bar.advance if bar else None)
+    virtual = _sensor_of(unit, sensor, progress=progress)
     kept = None if state is None else StateFile(Path(state), virtual, unit.name)
 
     def begin(say: Callable[[str], object]) -> None:
@@ -293,7 +261,7 @@ def follow(
         track_pieces, virtual, out=out, keep_track=keep_track, keep_log=keep_log, all_of_it=all_of_it,
         more=more, available=available,
     )  # fmt: skip
-    passed: list[xarray.Dataset] | None = None if isinstance(log, str | Path) else []
+    passed: list[Signals] | None = None if isinstance(log, str | Path) else []
     with ExitStack() as stack:
         if kept is not None:
             stack.callback(kept.release)
@@ -319,7 +287,17 @@ def follow(
     return replace(done, mistake=watch.last_word, is_contradicted=watch.mistake is not None)
 
 
-def _remembered(pieces: Iterable[xarray.Dataset], passed: list[xarray.Dataset]) -> Iterator[xarray.Dataset]:
+def _sensor_of(unit: HydraulicUnit, kind: str, *, progress: bool) -> VirtualSensor:
+    """A sensor; a bar is shown where it takes runs to make one."""
+    if kind != "table" or not progress:
+        return make_sensor(unit, kind)
+    from ramsight.calibration.movement import RUNS
+
+    with progress_bar(RUNS, "calibrating the table") as bar:
+        return make_sensor(unit, kind, advance=bar.advance)
+
+
+def _remembered(pieces: Iterable[Signals], passed: list[Signals]) -> Iterator[Signals]:
     """The pieces as they come, kept for a second time."""
     for piece in pieces:
         passed.append(piece)
@@ -330,25 +308,23 @@ def _pieces(
     log: str | Path | xarray.Dataset | Iterable[xarray.Dataset],
     channel_map: AnyMap | None,
     advance: Callable[[float], object] | None,
-) -> tuple[Iterable[xarray.Dataset], str | Path]:
+) -> tuple[Iterable[Signals], str | Path]:
     """The pieces of a log, and the file that warnings name."""
+    if isinstance(log, str | Path):
+        return open_signals(log, channel_map, advance=advance), log
     import xarray
 
-    if is_frame(log) and not isinstance(log, xarray.Dataset):
-        return (log_argument(one, channel_map) for one in (log,)), _NO_FILE
-    if isinstance(log, str | Path):
-        return open_log(log, channel_map, advance=advance), log
+    if is_data_frame(log):
+        return (Signals.of(log_argument(one, channel_map)) for one in (log,)), _NO_FILE
     if not isinstance(log, Iterable):
         checked(log, _NO_FILE)
     pieces = log if isinstance(log, Iterable) and not isinstance(log, xarray.Dataset) else [log]
-    return (checked(piece, _NO_FILE) for piece in pieces), _NO_FILE
+    return (Signals.of(checked(piece, _NO_FILE)) for piece in pieces), _NO_FILE
 
 
 __all__ = [
     "availability_of",
     "follow",
-    "open_log",
-    "read_log",
     "sensor_for",
     "start_of",
     "track",

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ramsight.calibration.movement import LOADS, METHOD, TEMPERATURES, calibrate
 from ramsight.calibration.sensor_file import FORMAT, SUFFIX, SensorFileError, load, save
 from ramsight.duty.lift_lower import SPEED
-from ramsight.engine.cache import cache_directory, content_hash
+from ramsight.engine.cache_folder import cache_directory, content_hash
 from ramsight.engine.run import DEFAULT_RTOL
 from ramsight.errors import OutputError
 from ramsight.plant.unit import HydraulicUnit, circuit

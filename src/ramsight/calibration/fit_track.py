@@ -34,7 +34,7 @@ from ramsight.engine.recursion import Recursion, replay_many
 from ramsight.errors import DescriptionError
 from ramsight.logs.sensor_curve import SensorCurve
 from ramsight.normal import TWO_SIDED_95
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.sensor.balance import balance
 from ramsight.sensor.sample import PRESSURES
 from ramsight.sensor.virtual_sensor import VirtualSensor, log_inputs
@@ -271,7 +271,7 @@ class _Model:
 
     def sensor(self, change: Array) -> VirtualSensor:
         """The sensor of the description after a change."""
-        return balance(build_unit(self.unit, self.described(change).unit(self.unit), self.machine.linkage))
+        return balance(build(self.described(change), self.unit))
 
     def torque(self, change: Array) -> Torque:
         """What the reported torque is after a change."""

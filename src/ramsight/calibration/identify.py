@@ -27,7 +27,9 @@ __all__ = ["EVALUATIONS", "FACTORS", "Estimate", "Identification", "IdentifyErro
 
 Array = NDArray[np.float64]
 
-FACTORS = ("leak", "orifice", "displacement", "stiffness", "friction", "efficiency")
+AS_DESCRIBED = {"leak": 1.0, "orifice": 0.0, "displacement": 1.0, "stiffness": 1.0, "friction": 1.0, "efficiency": 0.0}
+"""What the factors of a machine are that is its description."""
+FACTORS = tuple(AS_DESCRIBED)
 EVALUATIONS = 160.0
 """About how often the circuit is run, for a progress bar."""
 UNUSUAL = 2.0
@@ -61,6 +63,17 @@ class Estimate:
     per_torque: float = 0.0
     per_no_load: float = 0.0
     as_described: float = math.nan
+
+    @property
+    def std(self) -> float:
+        """Standard deviation, by the interval [1]."""
+        return (self.high - self.low) / (2.0 * TWO_SIDED_95)
+
+    @property
+    def reciprocal(self) -> Estimate:
+        """Of one over the value; what it depends on is left out."""
+        highest = 1.0 / self.low if self.low > 0.0 else math.inf
+        return Estimate(1.0 / self.value, 1.0 / self.high, highest, self.identified)
 
 
 @dataclass(frozen=True)
@@ -162,7 +175,7 @@ def identify(
     apart, shifts = "efficiency" in friction.identified, []
     for other in (record.changed(kelvin=1.0), record.changed(torque=0.01)):
         problem = BalanceProblem(circuit, other, moves, advance=advance)
-        again = fit_balance(problem, balance.deviation, balance.free)
+        again = fit_balance(problem, balance.deviation, balance)
         found = _estimates(again, fit_friction(problem, again.deviation, groups, apart))
         shifts.append({key: found[key].value - e.value if e.identified else 0.0 for key, e in factors.items()})
     factors = {key: replace(e, per_kelvin=shifts[0][key], per_torque=shifts[1][key]) for key, e in factors.items()}
@@ -195,7 +208,7 @@ def _fit(problem: BalanceProblem, base: Deviation) -> tuple[BalanceFit, Friction
             break
         problem.efficiency_std = min(EFFICIENCY, friction.half_width["efficiency"] / TWO_SIDED_95)
         start = replace(balance.deviation, efficiency=friction.value["efficiency"])
-        balance = fit_balance(problem, start, balance.free)
+        balance = fit_balance(problem, start, balance)
         friction = fit_friction(problem, balance.deviation, groups, separate=True)
     return balance, friction, groups
 
@@ -205,7 +218,8 @@ def _estimates(fitted: BalanceFit, friction: FrictionFit) -> dict[str, Estimate]
 
     def flow(name: str) -> Estimate:
         value = float(getattr(how, name))
-        return Estimate(value, value - half[name], value + half[name], name in fitted.free)
+        least = 0.0 if name in fitted.none else value - half[name]
+        return Estimate(value, least, value + half[name], name in fitted.free or name in fitted.none)
 
     def force(name: str) -> Estimate:
         value, wide = friction.value[name], friction.half_width[name]
@@ -214,8 +228,7 @@ def _estimates(fitted: BalanceFit, friction: FrictionFit) -> dict[str, Estimate]
             return replace(estimate, per_no_load=friction.per_no_load, as_described=friction.as_described)
         return estimate
 
-    soft = flow("compliance")
-    stiff = Estimate(1.0 / soft.value, 1.0 / soft.high, 1.0 / soft.low if soft.low > 0.0 else math.inf, soft.identified)
+    stiff = flow("compliance").reciprocal
     return {name: stiff if name == "stiffness" else flow(name) for name in FACTORS[:4]} | {
         name: force(name) for name in FACTORS[4:]
     }

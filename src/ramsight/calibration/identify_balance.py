@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,6 +24,7 @@ LIMITS = {"leak": 0.25, "orifice": 0.25, "displacement": 0.01, "compliance": 0.3
 _STEPS = {"leak": 1e-2, "orifice": 1e-2, "displacement": 1e-3, "compliance": 1e-2, "delay": 1e-3}
 _LOWEST = {"leak": 0.0, "orifice": 0.0, "displacement": 0.5, "compliance": 0.2, "delay": -1.0}
 _UNIDENTIFIED = ("displacement", "compliance", "delay")
+_NONE = ("leak", "orifice")  # at zero these say that nothing leaks so, which is a finding
 _ENOUGH_RUNS = 8  # moves from which their scatter can be taken for the uncertainty
 _ROUNDS = 10  # of Gauss-Newton, at most: near the solution each squares the error
 _CONVERGED = 1e-2  # of a standard deviation
@@ -42,12 +43,14 @@ class BalanceFit:
         free: the values that were fitted.
         half_width: half of the 95 % interval of each value, and of those that are not identified what it would be.
         residual: root mean square of what a move's nodes leave unexplained [m].
+        none: the values that are zero as far as the log tells, and held there; at most their `half_width`.
     """
 
     deviation: Deviation
     free: tuple[str, ...]
     half_width: dict[str, float]
     residual: float
+    none: tuple[str, ...] = ()
 
 
 class BalanceProblem:
@@ -150,7 +153,7 @@ class BalanceProblem:
             errors.append(np.asarray(per_speed * np.diff(moves.mean(passed))[self.joined]))
         return errors
 
-    def systematic(self, how: Deviation, free: Sequence[str], d: Array) -> Array:
+    def systematic(self, how: Deviation, free: Sequence[str], none: Mapping[str, float], d: Array) -> Array:
         """What errs the same way all the time, a standard deviation each, shape (differences, k).
 
         The zero of the torque; the pumps' friction; what happens while the valve opens and closes, for reversals up
@@ -163,11 +166,8 @@ class BalanceProblem:
         efficiency = self.column(how, "efficiency", -0.5 * EFFICIENCY, d) * self.efficiency_std
         no_load = self.column(how, "no_load", NO_LOAD_TORQUE, d) * NO_LOAD_TORQUE
         turns = (moves.lifting[1:].astype(float) - moves.lifting[:-1])[self.joined] * _TURN * stroke
-        unreferenced = [
-            self.column(how, name, _STEPS[name], d) * LIMITS[name] / TWO_SIDED_95
-            for name in _UNIDENTIFIED
-            if name not in free
-        ]
+        held = {name: LIMITS[name] for name in _UNIDENTIFIED if name not in free} | dict(none)
+        unreferenced = [self.column(how, name, _STEPS[name], d) * half / TWO_SIDED_95 for name, half in held.items()]
         up, down = np.maximum(turns, 0.0), np.minimum(turns, 0.0)
         return np.column_stack([zero, efficiency, no_load, up, down, self._seen_late(how), *unreferenced])
 
@@ -182,38 +182,41 @@ class BalanceProblem:
         return np.where(self.inside, 0.0, leak * self.record.period * change)
 
 
-def fit_balance(problem: BalanceProblem, base: Deviation, free: Sequence[str] | None = None) -> BalanceFit:
+def fit_balance(problem: BalanceProblem, base: Deviation, like: BalanceFit | None = None) -> BalanceFit:
     """Fit what the log tells.
 
     Args:
         problem: the nodes of the record.
         base: values of what is not fitted, and where to begin.
-        free: what to fit; without it, everything, less whatever turns out too uncertain, worst first.
+        like: an earlier fit, of which the same values are free; without it, everything, less whatever turns out too
+            uncertain, worst first.
     """
-    names = [n for n in LIMITS if problem.tells(n)] if free is None else list(free)
+    names = [n for n in LIMITS if problem.tells(n)] if like is None else list(like.free)
     wide: dict[str, float] = {}
+    none = {} if like is None else {name: like.half_width[name] for name in like.none}
     while True:
-        fitted = _gauss_newton(problem, base, names)
+        fitted = _gauss_newton(problem, base, names, none)
         excess = {name: fitted.half_width[name] / LIMITS[name] for name in names}
         worst = max(excess, key=excess.__getitem__, default=None)
         negative = [name for name in names if getattr(fitted.deviation, name) <= _LOWEST[name]]
         if worst == "leak" and "orifice" in names:
             worst = "orifice"  # one leakage, the data sheet's law, is better identified than two inseparable ones
-        if free is None and worst is not None and max(excess.values()) > 1.0:
+        if like is None and worst is not None and max(excess.values()) > 1.0:
             wide[worst] = fitted.half_width[worst]
             names.remove(worst)
-        elif free is None and negative:  # on its bound: the others are fitted with it there
-            wide[negative[0]] = fitted.half_width[negative[0]]
+        elif like is None and negative:  # on its bound: the others are fitted with it there
+            (none if negative[0] in _NONE else wide)[negative[0]] = fitted.half_width[negative[0]]
             names.remove(negative[0])
-            if negative[0] == "orifice":
-                base = replace(base, orifice=0.0)
+            if negative[0] in _NONE:
+                base = replace(base, **{negative[0]: 0.0})
         else:
-            return replace(fitted, half_width={**dict.fromkeys(LIMITS, math.inf), **wide, **fitted.half_width})
+            half = {**dict.fromkeys(LIMITS, math.inf), **wide, **none, **fitted.half_width}
+            return replace(fitted, half_width=half, none=tuple(none))
 
 
-def _gauss_newton(problem: BalanceProblem, base: Deviation, names: list[str]) -> BalanceFit:
+def _gauss_newton(problem: BalanceProblem, base: Deviation, names: list[str], none: Mapping[str, float]) -> BalanceFit:
     if not names or problem.joined.size <= len(names):
-        return BalanceFit(base, (), dict.fromkeys(LIMITS, math.inf), math.nan)
+        return BalanceFit(base, (), dict.fromkeys(names, math.inf), math.nan)
     how, run = base, problem.run(base)
     whiten = problem.whitening(run, how)
     for _ in range(_ROUNDS):
@@ -237,7 +240,7 @@ def _gauss_newton(problem: BalanceProblem, base: Deviation, names: list[str]) ->
         if done:
             break
     left = np.asarray(y + design @ change, dtype=np.float64)
-    half = _half_widths(problem, how, names, whiten, design, left)
+    half = _half_widths(problem, how, names, none, whiten, design, left)
     d = problem.differences(run)
     rms = float(np.sqrt(np.mean(d[problem.inside] ** 2))) if problem.inside.any() else math.nan
     return BalanceFit(how, tuple(names), dict(zip(names, half.tolist(), strict=True)), rms)
@@ -255,7 +258,13 @@ def _explained_by(instruments: Array, columns: Array) -> Array:
 
 
 def _half_widths(
-    problem: BalanceProblem, how: Deviation, names: list[str], whiten: Array, design: Array, left: Array
+    problem: BalanceProblem,
+    how: Deviation,
+    names: list[str],
+    none: Mapping[str, float],
+    whiten: Array,
+    design: Array,
+    left: Array,
 ) -> Array:
     """Half of the 95 % intervals: scatter of nodes and of moves, and shifts by what errs all the time."""
     freedom = len(left) - len(names)
@@ -266,7 +275,7 @@ def _half_widths(
         std = np.maximum(std, np.sqrt(np.diag(sandwich(design, left, runs))))
         freedom = count - len(names)
     d = problem.differences(problem.run(how))
-    effects = (whiten @ problem.systematic(how, names, d)).T
+    effects = (whiten @ problem.systematic(how, names, none, d)).T
     shifts = np.array([np.linalg.lstsq(design, effect, rcond=None)[0] for effect in effects])
     half = np.hypot(student(freedom) * std, TWO_SIDED_95 * np.sqrt((shifts**2).sum(axis=0)))
     return np.asarray(np.hypot(half, [_MODEL.get(name, 0.0) for name in names]))

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.errors import RamsightError
+from ramsight.intervals import true_intervals
+from ramsight.tracking.credible import OUTSIDE, said_frozen
 
 if TYPE_CHECKING:
     import xarray
@@ -20,7 +22,7 @@ Array = NDArray[np.float64]
 _SMOOTH = 0.1  # s; over which position is averaged, and
 _STILL = 2.0  # s; over which oil temperature is
 _FEWEST = 50  # samples in common
-_OUTSIDE = 0.05  # share of the stroke by which a position may lie outside it: a sensor's zero is never exact
+_LONGEST_GAP = 0.5  # s; longer, and the position is not known between two of its samples
 
 
 class IdentifyError(RamsightError):
@@ -100,7 +102,7 @@ def recorded(unit: HydraulicUnit, log: xarray.Dataset, truth: xarray.Dataset) ->
         IdentifyError: they have no time in common, or the position is outside the stroke.
     """
     time, at = log["time"].values, truth["time"].values
-    common = (time >= at[0]) & (time <= at[-1])
+    common = _longest_common(unit, log, truth)
     if common.sum() < _FEWEST:
         raise IdentifyError(
             f"the log ({time[0]:g} to {time[-1]:g} s) and the position ({at[0]:g} to {at[-1]:g} s) have too little "
@@ -108,7 +110,7 @@ def recorded(unit: HydraulicUnit, log: xarray.Dataset, truth: xarray.Dataset) ->
         )
     position = np.interp(time, at, truth["position"].values)[common]
     stroke = unit.cylinder.stroke
-    if position.min() < -_OUTSIDE * stroke or position.max() > (1.0 + _OUTSIDE) * stroke:
+    if position.min() < -OUTSIDE * stroke or position.max() > (1.0 + OUTSIDE) * stroke:
         raise IdentifyError(
             f"the position runs from {1e3 * position.min():.0f} to {1e3 * position.max():.0f} mm; the cylinder's "
             f"stroke allows 0 to {1e3 * stroke:.0f} mm, 0 being retracted"
@@ -117,6 +119,21 @@ def recorded(unit: HydraulicUnit, log: xarray.Dataset, truth: xarray.Dataset) ->
         log[name].values[common] for name in ("motor_speed", "motor_torque", "oil_temperature")
     )
     return record(time[common], speed, torque, temperature, position)
+
+
+def _longest_common(unit: HydraulicUnit, log: xarray.Dataset, truth: xarray.Dataset) -> NDArray[np.bool_]:
+    """The log's samples in the longest stretch for which the position is known, and is no frozen one."""
+    time, at = log["time"].values, truth["time"].values
+    common = (time >= at[0]) & (time <= at[-1])
+    gaps = np.diff(at)
+    for k in np.flatnonzero(gaps > max(_LONGEST_GAP, 2.0 * float(np.median(gaps)))):
+        common &= (time <= at[k]) | (time >= at[k + 1])
+    position = np.interp(time, at, truth["position"].values)
+    common &= ~said_frozen(log, np.where(common, position, np.nan), unit, "position")
+    chosen = np.zeros(len(time), dtype=bool)
+    for a, b in sorted(true_intervals(common), key=lambda one: one[1] - one[0])[-1:]:
+        chosen[a:b] = True
+    return chosen
 
 
 def running_mean(values: Array, width: int) -> Array:

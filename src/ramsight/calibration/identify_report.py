@@ -63,9 +63,14 @@ def summary(found: Identification) -> str:
     return "\n".join(lines)
 
 
-def interval(name: str, estimate: Estimate) -> str:
-    """A factor with its interval, for the source of a value."""
-    text = f"{_number(name, estimate.value)} (95 %: {_ends(name, estimate)}"
+def words_of(name: str, estimate: Estimate) -> str:
+    """A factor with its interval, for the source of a value.
+
+    Args:
+        name: of `FACTORS`.
+        estimate: of it.
+    """
+    text = f"{WORDS[name]} {_number(name, estimate.value)} (95 %: {_ends(name, estimate)}"
     if math.isfinite(estimate.as_described):
         text += f"; ± {estimate.as_described:.4f} if the pumps' no-load torque is as described"
     return text + ")"
@@ -86,11 +91,8 @@ def _plural(count: int, word: str) -> str:
 
 def _untold(name: str, estimate: Estimate) -> str:
     half = estimate.high - estimate.value
-    words = WORDS[name]
-    if name == "orifice" and half < 1.0 and estimate.value == 0.0:
-        return f"  {words}: none found, at most {half:.3f}; {_WHY[name]}"
     wide = f", its interval would be ± {half:.2g}" if half < 1e3 else ""
-    return f"  {words}: left at the data sheet{wide}; {_WHY[name]}"
+    return f"  {WORDS[name]}: left at the data sheet{wide}; {_WHY[name]}"
 
 
 def _no_load(friction: Estimate) -> list[str]:

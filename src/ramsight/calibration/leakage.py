@@ -23,6 +23,7 @@ from ramsight.plant.balance import balance as balance_of
 from ramsight.plant.holding import held_by_valve, holding_valves
 from ramsight.plant.hose import Volume
 from ramsight.plant.limits import limits_of
+from ramsight.plant.oil import Oil
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit, reach, side_nodes
 from ramsight.sensor.balance import balance
@@ -134,14 +135,25 @@ def leak_test(unit: HydraulicUnit, log: xarray.Dataset) -> LeakTest:
 
     factor = mean([s.factor for s in closed])
     temperature = float(np.mean([s.oil_temperature for s in closed]))
-    thinner = unit.oil.viscosity(temperature + 1.0) / unit.oil.viscosity(temperature)
     return LeakTest(
         factor=factor,
         std=math.hypot(1.0 / math.sqrt(weight.sum()), mean([s.systematic for s in closed])),
-        per_kelvin=factor * (float(thinner) - 1.0),
+        per_kelvin=factor * per_kelvin(unit.oil, temperature),
         per_torque=mean([s.per_torque for s in closed]),
         stretches=tuple(closed),
     )
+
+
+def per_kelvin(oil: Oil, temperature: float) -> float:
+    """Share of a leak factor that it becomes larger by if the oil is 1 K warmer than reported [1/K].
+
+    Leakage through gaps is in inverse proportion to the viscosity (eq. 10).
+
+    Args:
+        oil: of the unit.
+        temperature: as reported [K].
+    """
+    return float(oil.viscosity(temperature + 1.0) / oil.viscosity(temperature)) - 1.0
 
 
 def _stretches(unit: HydraulicUnit, log: xarray.Dataset) -> list[Stretch]:

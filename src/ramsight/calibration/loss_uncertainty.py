@@ -14,6 +14,9 @@ EFFICIENCY = 0.02 / math.sqrt(3.0)
 pumps whose curves were read."""
 NO_LOAD_TORQUE = 0.25
 """Of a described no-load torque over it [1]; data sheets rarely give one, and oil and age change it. [G]"""
+THERMOMETER = 1.0
+"""Error of the oil's temperature that another day may have [K]: class B of IEC 60751 has 0.5 K at 40 degC, and as much
+again is between the thermometer and the oil."""
 _FELT = 5e-4  # of a factor, for a kelvin or a percent; less is not said
 
 

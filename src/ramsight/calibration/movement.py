@@ -28,6 +28,7 @@ METHOD = 3
 
 TEMPERATURES = np.array([20.0, 30.0, 40.0, 50.0, 60.0, 70.0]) + FREEZING  # K
 LOADS = 40
+RUNS = 2 * LOADS * len(TEMPERATURES)
 _LIGHTEST = 1e3  # N, [P]
 _STEEP, _TOP = 0.95, 1.03  # shares of the relief load: the points lie closer from here, and end there
 _APART = 1e-3  # share of the table's torque range below which two points are one
@@ -119,8 +120,8 @@ def calibrate(
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build_unit
-        >>> boom = build_unit("boom", machine.load("mining-loader").unit("boom"))
+        >>> from ramsight.plant.build import build
+        >>> boom = build(machine.load_machine("mining-loader").unit("boom"), "boom")
         >>> table = calibrate(boom, temperatures=np.array([313.15]), loads=4)
         >>> bool(table.lift[0, 0] > table.lift[0, 1])  # the heavier load moves less
         True

@@ -25,7 +25,7 @@ def movement_figure(movement: MovementTable, title: str, path: str | Path) -> No
     """Draw a table and write the picture.
 
     Args:
-        movement: the table, as `ramsight.calibration.calibrated` makes it.
+        movement: the table, as `ramsight.calibration.cached.calibrated` makes it.
         title: above the picture.
         path: .png, .svg or .pdf.
 

@@ -5,18 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from ramsight.calibration.cached import calibrated
-from ramsight.calibration.movement import LOADS, TEMPERATURES
-from ramsight.calibration.sensor_file import SUFFIX, SensorFileError, load
 from ramsight.errors import UnknownNameError
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.balance import balance
-from ramsight.sensor.kalman import kalman
-from ramsight.sensor.table import table
+from ramsight.sensor.kept_sensor import kept_sensor
 from ramsight.sensor.virtual_sensor import VirtualSensor
 
 KINDS = ("kalman", "balance", "table")
-TABLE_RUNS = 2 * LOADS * len(TEMPERATURES)
 
 
 def sensor_for(unit: HydraulicUnit, kind: str, *, advance: Callable[[int], object] | None = None) -> VirtualSensor:
@@ -24,8 +18,8 @@ def sensor_for(unit: HydraulicUnit, kind: str, *, advance: Callable[[int], objec
 
     Args:
         unit: the unit it watches.
-        kind: ``kalman``; ``balance``; ``table``, which is calibrated first unless it is in the cache, by `TABLE_RUNS`
-            simulated runs; or a sensor file.
+        kind: ``kalman``; ``balance``; ``table``, which is calibrated first unless it is in the cache, by `RUNS` of
+            `calibration.movement` simulated runs; or a sensor file.
         advance: called with 1 after each of those runs.
 
     Raises:
@@ -33,17 +27,37 @@ def sensor_for(unit: HydraulicUnit, kind: str, *, advance: Callable[[int], objec
         SensorFileError: the sensor file cannot be used, or was made for another unit.
     """
     if kind == "kalman":
-        return kalman(unit)
+        return kept_sensor(kind, unit, _kalman)
     if kind == "balance":
-        return balance(unit)
+        return kept_sensor(kind, unit, _balance)
     if kind == "table":
+        from ramsight.calibration.cached import calibrated
+        from ramsight.sensor.table import table
+
         return table(calibrated(unit, advance=advance))
+    from ramsight.calibration.sensor_file import SUFFIX
+
     if kind.endswith(SUFFIX) or Path(kind).is_file():
         return _from_file(unit, kind)
     raise UnknownNameError("sensor", kind, KINDS)
 
 
+def _kalman(unit: HydraulicUnit) -> VirtualSensor:
+    from ramsight.sensor.kalman import kalman
+
+    return kalman(unit)
+
+
+def _balance(unit: HydraulicUnit) -> VirtualSensor:
+    from ramsight.sensor.balance import balance
+
+    return balance(unit)
+
+
 def _from_file(unit: HydraulicUnit, path: str) -> VirtualSensor:
+    from ramsight.calibration.sensor_file import SensorFileError, load
+    from ramsight.sensor.table import table
+
     movement = load(path)
     if movement.unit != unit.name or movement.lift_sign != unit.lift_sign:
         raise SensorFileError(f"{path}: was calibrated for unit {movement.unit!r}, not for {unit.name!r}")

@@ -60,9 +60,9 @@ def encoder(
     """
     unit = named_unit(machine, unit)
     from ramsight.logs.source import needs
-    from ramsight.machine import load as load_machine
+    from ramsight.machine import load_machine
     from ramsight.output import atomic_path, check_apart, check_state, check_target
-    from ramsight.plant.build import build_unit
+    from ramsight.plant.build import build
     from ramsight.units import parse_option
 
     needs("canopen", "can", channel)
@@ -99,7 +99,7 @@ def encoder(
     )
     settings = Settings(node_id, drive_node, serial, overrides(hold, within, wrong, alert, period))
     described = load_machine(machine)
-    built = build_unit(unit, described.unit(unit), described.linkage)
+    built = build(described, unit)
     meanings = drive_map(drive_node, objects.split(","), rated) if channel_map is None else load_map(channel_map)
     encoder = encoder_for(built, meanings, settings, state, aside=True)
     ready = encoder if j1939 is None else Broadcasting(encoder, message_of(j1939, j1939_period))
@@ -140,9 +140,9 @@ def logs_replay(
     Example: ramsight logs replay log.csv --interface udp_multicast --channel 239.74.163.2 --rated-torque 80Nm
     """
     from ramsight.errors import DescriptionError
-    from ramsight.logs import read_drive_log
+    from ramsight.logs import read_log
     from ramsight.logs.source import needs
-    from ramsight.output import atomic_path, check_apart, check_target
+    from ramsight.output import check_apart, check_target, write_text
     from ramsight.progress import progress
     from ramsight.units import parse_option
 
@@ -157,10 +157,9 @@ def logs_replay(
     if drive_node == thermometer_node:
         raise DescriptionError("is the drive's", key="--thermometer-node", value=drive_node, allowed="another one")
     with progress(1.0, "reading") as bar:
-        recorded = read_drive_log(log, channel_map, advance=bar.advance)
+        recorded = read_log(log, channel_map, advance=bar.advance)
     if map_out is not None:
-        with atomic_path(map_out) as draft:
-            draft.write_text(played_map(drive_node, thermometer_node, rated), encoding="utf-8")
+        write_text(played_map(drive_node, thermometer_node, rated), map_out)
         say_written(map_out)
     frames = PlayedDrive(recorded, drive_node, rated, thermometer_node).frames()
     time = recorded["time"].values

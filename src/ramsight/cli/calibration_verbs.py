@@ -39,9 +39,9 @@ def calibrate(
     from ramsight.calibration.cached import calibrated
     from ramsight.calibration.movement import TEMPERATURES
     from ramsight.calibration.sensor_file import SUFFIX, save
-    from ramsight.machine import load as load_machine
+    from ramsight.machine import load_machine
     from ramsight.output import check_apart, check_target
-    from ramsight.plant.build import build_unit
+    from ramsight.plant.build import build
     from ramsight.progress import progress
     from ramsight.units import format_si, parse_option
 
@@ -52,7 +52,7 @@ def calibrate(
     fastest = format_si(described.drive.max_speed, "rpm")
     motor_speed = parse_option(speed, "rad/s", "--speed", least="100 rpm", most=fastest)
     with progress(2 * loads * len(TEMPERATURES), "calibrating the table") as bar:
-        movement = calibrated(build_unit(unit, described), motor_speed=motor_speed, loads=loads, advance=bar.advance)
+        movement = calibrated(build(described, unit), motor_speed=motor_speed, loads=loads, advance=bar.advance)
     save(movement, out)
     typer.echo(
         f"{out}: written; {unit}, {loads} loads at {len(TEMPERATURES)} oil temperatures, torque from "
@@ -65,27 +65,41 @@ def calibrate(
         say_written(figure)
 
 
-def leaktest(
+def leak_test(
     machine: Machine,
     log: DriveLog,
     unit: DrivenUnit = None,
     channel_map: ChannelMapFile = None,
+    out: Annotated[Path | None, typer.Option(help="The machine's description with that leakage: .toml.")] = None,
     strict: Strict = False,
 ) -> None:
     """Measure a pump's leakage from a drive log, with no position reference.
 
     Turn the motor slowly in the lifting direction under load (60 rpm, then 100 rpm, 6 s each): the safety valve stays
     closed, no oil reaches the cylinder, and what the pump moves is what leaks. Says how much it leaks over its data
-    sheet, corrected for the oil's viscosity, and how sure that is.
+    sheet, corrected for the oil's viscosity, and how sure that is. The description written to --out leaks as much, and
+    its sensor takes it to be known as well as that.
 
-    Example: ramsight leaktest mining-loader log.csv.gz --unit boom
+    Example: ramsight leak-test mining-loader log.csv.gz --unit boom --out tested.toml
     """
     unit = named_unit(machine, unit)
     from ramsight.api.calibrating import leak_test
+    from ramsight.calibration.knowledge import of_leak_test
     from ramsight.calibration.leakage import leak_test_summary
+    from ramsight.calibration.tuned import tuned
+    from ramsight.machine import load_machine
+    from ramsight.output import check_apart, check_target, write_text
 
+    check_target(out, (".toml",))
+    check_apart({"the machine": machine, "the log": log, "--map": channel_map}, {"--out": out})
+    described = load_machine(machine)
     with strictly(is_strict=strict):
-        typer.echo(leak_test_summary(leak_test(machine, log, unit=unit, channel_map=channel_map)))
+        found = leak_test(described, log, unit=unit, channel_map=channel_map)
+    if out is not None:
+        known = of_leak_test(found, described.unit(unit))
+        write_text(tuned(described, unit, known, f"ramsight leak-test from the log {log.name}").text, out)
+    typer.echo(leak_test_summary(found))
+    say_written(out)
 
 
 def identify(
@@ -128,7 +142,7 @@ def identify(
     Example: ramsight identify eha-valve-rig run*.csv.gz --unit axis --map rig.toml --out rig-tuned.toml
     """
     unit = named_unit(machine, unit)
-    from ramsight.machine import load as load_machine
+    from ramsight.machine import load_machine
     from ramsight.machine.description import Composed
 
     if truth is None and channel_map is not None and isinstance(load_machine(machine).unit(unit), Composed):
@@ -149,9 +163,10 @@ def _identify_factors(
     """Find the factors on a data sheet, and write what was asked for."""
     from ramsight.api.calibrating import identify as identify_unit
     from ramsight.calibration.identify_report import summary
-    from ramsight.calibration.identify_tuned import tuned
-    from ramsight.machine import load as load_machine
-    from ramsight.output import atomic_path, check_apart, check_target
+    from ramsight.calibration.knowledge import of_identification
+    from ramsight.calibration.tuned import tuned
+    from ramsight.machine import load_machine
+    from ramsight.output import check_apart, check_target, write_text
 
     check_target(out, (".toml",))
     read: dict[str, str | Path | None] = {"the machine": machine, "the log": log, "--truth": truth}
@@ -159,9 +174,9 @@ def _identify_factors(
     description = load_machine(machine)
     found = identify_unit(description, log, truth, unit=unit, channel_map=channel_map, progress=True)
     if out is not None:
-        text = tuned(description, unit, found, log.name, (truth or log).name).text
-        with atomic_path(out) as draft:
-            draft.write_text(text, encoding="utf-8")
+        by = f"ramsight identify from the log {log.name} and the position in {(truth or log).name}"
+        text = tuned(description, unit, of_identification(found, description.unit(unit)), by).text
+        write_text(text, out)
     typer.echo(summary(found))
     say_written(out)
 
@@ -173,8 +188,8 @@ def _identify_values(
     from ramsight.api.calibrating import identify_values
     from ramsight.calibration.fit_report import described, map_with, values_summary
     from ramsight.logs.channel_map import load_map
-    from ramsight.machine import load as load_machine
-    from ramsight.output import atomic_path, check_apart, check_target
+    from ramsight.machine import load_machine
+    from ramsight.output import check_apart, check_target, write_text
 
     for target in (out, map_out):
         check_target(target, (".toml",))
@@ -187,12 +202,10 @@ def _identify_values(
     description = load_machine(machine)
     found = identify_values(description, logs, known, unit=unit, progress=True)
     if out is not None:
-        with atomic_path(out) as draft:
-            draft.write_text(described(found, unit, description, _named(logs)), encoding="utf-8")
+        write_text(described(found, unit, description, _named(logs)), out)
     if map_out is not None:
         text = map_with(channel_map.read_text(encoding="utf-8"), known, found.torque, found.curve)
-        with atomic_path(map_out) as draft:
-            draft.write_text(text, encoding="utf-8")
+        write_text(text, map_out)
     typer.echo(values_summary(found, unit))
     say_written(out, map_out)
 

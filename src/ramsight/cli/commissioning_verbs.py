@@ -14,7 +14,6 @@ from ramsight.cli.common import (
     Machine,
     Requirement,
     named_unit,
-    option,
     say_verdicts,
     say_written,
 )
@@ -30,6 +29,14 @@ def commission(
     out: Annotated[
         Path | None, typer.Option(help="The report to sign, one page that needs no other file: .html.")
     ] = None,
+    since: Annotated[
+        Path | None, typer.Option(help="What an earlier commissioning kept: it begins there, and says what changed.")
+    ] = None,
+    keep: Annotated[Path | None, typer.Option(help="Where what is found is kept for a later --since: .json.")] = None,
+    tuned: Annotated[
+        Path | None,
+        typer.Option(help="The description of the machine as it was found; its sensor begins there: .toml."),
+    ] = None,
 ) -> None:
     """Judge the commissioning of a machine from the log of its drive.
 
@@ -41,35 +48,43 @@ def commission(
 
     Rehearse it: ramsight simulate MACHINE --unit U --duty commissioning --log log.csv --truth position.csv
 
+    The description that --tuned writes has the values that were found: identified where the position was measured, else
+    as the sensor has learned them and as the leak test says. How well each is known is what its sensor assumes.
+
     Example: ramsight commission mining-loader log.csv --unit boom --truth position.csv --out report.html
+
+    Example: ramsight commission mining-loader log.csv --unit boom --tuned boom.toml
     """
     unit = named_unit(machine, unit)
     from ramsight.api.commissioning import commission as commission_unit
     from ramsight.api.commissioning import report_of
-    from ramsight.api.machines import load_machine
     from ramsight.logs.channel_map import load_map
     from ramsight.logs.mapped import standard_map
-    from ramsight.output import atomic_path, check_apart, check_target
+    from ramsight.machine import load_machine
+    from ramsight.output import check_apart, check_target, write_text
     from ramsight.study.commissioning.finding import Verdict
 
     check_target(out, (".html",))
+    check_target(keep, (".json",))
+    check_target(tuned, (".toml",))
     read: dict[str, str | Path | None] = {
         "the machine": machine,
         "the log": log,
         "--map": channel_map,
         "--truth": truth,
+        "--since": since,
     }
-    check_apart(read, {"--out": out})
+    check_apart(read, {"--out": out, "--keep": keep, "--tuned": tuned})
     described = load_machine(machine)
     known = standard_map([]) if channel_map is None else load_map(channel_map)
     done = commission_unit(
-        described, log, truth, unit=unit, channel_map=channel_map, require=require, progress=True, named=option
-    )
+        described, log, truth, unit=unit, channel_map=channel_map, require=require, since=since, keep=keep,
+        tuned=tuned, progress=True,
+    )  # fmt: skip
     if out is not None:
-        text = report_of(done, described, unit, log, truth, known)
-        with atomic_path(out) as draft:
-            draft.write_text(text, encoding="utf-8")
+        text = report_of(done, described, unit, log, truth, known, since)
+        write_text(text, out)
     say_verdicts(done.text)
-    say_written(out)
+    say_written(out, *(() if done.verdict is Verdict.FAILED else (keep, tuned)))
     if done.verdict is Verdict.FAILED:
         raise typer.Exit(1)

@@ -41,11 +41,6 @@ def group(**options: Any) -> typer.Typer:
     return typer.Typer(rich_markup_mode=None, context_settings={"help_option_names": ["-h", "--help"]}, **options)
 
 
-def option(argument: str) -> str:
-    """What messages call an argument of a function: ``--oil-temperature`` of ``oil_temperature``."""
-    return f"--{argument.replace('_', '-')}"
-
-
 def coloured(word: str, colour: str) -> str:
     """A word in a colour, for a terminal; `NO_COLOR` switches it off, and a pipe has none.
 
@@ -86,9 +81,9 @@ def named_unit(machine: str, unit: str | None) -> str:
     """
     if unit is not None:
         return unit
-    from ramsight.api.machines import load_machine, only_unit
+    from ramsight.machine import load_machine, only_unit
 
-    return only_unit(load_machine(machine), named=option("unit"))
+    return only_unit(load_machine(machine))
 
 
 def say_written(*paths: Path | None) -> None:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import Machine, Requirement, SensedUnit, named_unit, option
+from ramsight.cli.common import Machine, Requirement, SensedUnit, named_unit
 
 
 def datasheet(
@@ -77,11 +77,10 @@ def datasheet(
         )
     check_folder(out)
     study = Study(
-        machine, duty, sensor, unit=unit, vary=_tolerances(vary or []), n=machines, seed=seed, method=method,
+        machine, duty, sensor, unit=unit, vary=_tolerances(vary or []), machines=machines, seed=seed, method=method,
         duration=duration, visit_every=visit_every, require=require,
-        named=lambda name: option("machines" if name == "n" else name),
     )  # fmt: skip
-    check_base(budget, "--budget")
+    check_base(budget)
     wanted = None if goal is None else study.goal_of(goal)
     out.mkdir(exist_ok=True)
     with cluster_at(cluster) if cluster is not None else nullcontext() as client:

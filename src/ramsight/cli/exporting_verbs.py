@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import Machine, SensedUnit, named_unit, option
+from ramsight.cli.common import Machine, SensedUnit, named_unit
 
 Speed = Annotated[str | None, typer.Option(help="Of the control: largest velocity, for example '20 mm/s'.")]
 Force = Annotated[str | None, typer.Option(help="Of the control: largest load that is pushed against, '300 kN'.")]
@@ -22,7 +22,7 @@ def export_c(
     machine: Machine,
     out: Annotated[Path, typer.Option(help="Directory for the C; made if it is not there.")],
     unit: SensedUnit = None,
-    single: Annotated[bool, typer.Option("--float", help="Floats in place of doubles.")] = False,
+    single: Annotated[bool, typer.Option("--single", help="Floats in place of doubles.")] = False,
     parameters: Annotated[
         bool, typer.Option("--parameters", help="Numbers of the machine as a table: one build for a kind of machines.")
     ] = False,
@@ -51,7 +51,7 @@ def export_c(
     driving = {"speed": speed, "force": force, "period": period, "drive_delay": drive_delay}
     done = export_unit(
         machine, unit, out=out, single=single, parameters=parameters, control=control,
-        measure=measure, **driving, progress=True, named=option,
+        measure=measure, **driving, progress=True,
     )  # fmt: skip
     typer.echo(
         shown(done.footprints) if done.footprints else "no C compiler was found: nothing was compiled or measured"
@@ -111,7 +111,6 @@ def export_fmu(
             parameters=parameters,
             platforms=platforms,
             **driving,
-            named=option,
         )
     lacking = "sources alone" if platforms else "sources alone: no C compiler was found"
     binary = f"sources and a binary for {', '.join(done.binaries)}" if done.binaries else lacking

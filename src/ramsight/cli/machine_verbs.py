@@ -16,30 +16,41 @@ def check(
     figure: Annotated[
         Path | None, typer.Option(help="A picture of its pumps' measured efficiencies: .png, .svg or .pdf.")
     ] = None,
+    channel_map: Annotated[
+        Path | None, typer.Option("--map", help="Of an encoder: what of its bus tells that the drive's data are alive.")
+    ] = None,
 ) -> None:
     """Check a machine description and show what follows from it.
 
     Says in one line what is wrong: file, key, value and allowed range. If nothing is, shows for each unit the
     areas and ratios, the travel per motor revolution, the load at relief pressure, for each named load
     the pressure and the motor torque while lifting and lowering, and which sensors, tests and exports it can have.
+    With a channel map of CAN frames: which of sequence, noise, state word and heartbeat an encoder lacks on its bus.
 
     Example: ramsight check my-machine.toml --unit boom
     """
     from ramsight.api.abilities import abilities
-    from ramsight.machine import load
+    from ramsight.machine import load_machine
     from ramsight.machine.tables import rows_of, show
     from ramsight.output import check_target
     from ramsight.plant.machine_tables import machine_summary
 
     check_target(figure, (".png", ".svg", ".pdf"))
-    described = load(machine)
+    described = load_machine(machine)
     show(machine_summary(described, unit))
     for name in described.units if unit is None else (unit,):
         typer.echo(f"\nwhat {name} can have")
         show(rows_of((one.what, "yes" if one.can else "no", one.how) for one in abilities(described, unit=name)))
+    if channel_map is not None:
+        from ramsight.deploy.encoder.witnesses import witnesses
+        from ramsight.logs.channel_map import load_map
+
+        found = witnesses(load_map(channel_map))
+        typer.echo("\nwhat tells that the drive's data are alive")
+        show(rows_of((name, "yes" if there else "no", how) for name, there, how in found))
     if figure is not None:
-        from ramsight.api.machines import build
         from ramsight.calibration.pump_map_figure import pump_map_figure
+        from ramsight.plant.build import build
 
         pump_map_figure(build(described, named_unit(machine, unit)), figure)
         say_written(figure)
@@ -122,10 +133,10 @@ def new(
     Example: ramsight new my-lift.toml --circuit ddh --unit lift --minimal
     """
     from ramsight.errors import DescriptionError, OutputError
-    from ramsight.machine import load, template
+    from ramsight.machine import load_machine, template
     from ramsight.machine.minimal import alone, example_of
     from ramsight.machine.minimal import minimal as minimal_text
-    from ramsight.output import atomic_path
+    from ramsight.output import write_text
 
     if file.exists() and not force:
         raise OutputError(f"{file}: exists already; --force replaces it")
@@ -137,8 +148,7 @@ def new(
         machine, of = example_of(circuit)
         machine = alone(machine, of, unit or of)
     else:
-        machine = load(like or "mining-loader")
+        machine = load_machine(like or "mining-loader")
     text = (minimal_text if minimal else template)(machine, name=file.stem or "my-machine")
-    with atomic_path(file) as draft:
-        draft.write_text(text, encoding="utf-8")
+    write_text(text, file)
     typer.echo(f"{file}: written; put your machine's values in, then: ramsight check {file}")

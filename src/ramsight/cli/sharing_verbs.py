@@ -32,9 +32,9 @@ def logs_shared(
     Example: ramsight logs shared boom.csv bucket.csv --battery battery.csv --others "150 W"
     """
     from ramsight.api.shared_reports import check_shared
-    from ramsight.logs import read_drive_log
+    from ramsight.logs import read_log
     from ramsight.logs.battery import read_battery
 
-    logs = [read_drive_log(first, channel_map), read_drive_log(second, second_map or channel_map)]
+    logs = [read_log(first, channel_map), read_log(second, second_map or channel_map)]
     passed = None if battery is None else read_battery(battery)
     typer.echo(check_shared(*logs, battery=passed, others=others).text)

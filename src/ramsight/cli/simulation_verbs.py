@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ramsight.cli.common import DrivenUnit, Machine, named_unit, option, say_cautions, say_written
+from ramsight.cli.common import DrivenUnit, Machine, named_unit, say_cautions, say_written
 
 if TYPE_CHECKING:
     from ramsight.duty import DriveReport
@@ -86,9 +86,9 @@ def simulate(
     """Simulate a unit at work, and what its drive would log: a rehearsal on one's own machine.
 
     lift-lower: the motor rests, lifts at constant speed, rests and lowers. work-day: moves and loads at random, and end
-    stops now and then. leak-test: slow turning for 'ramsight leaktest'. commissioning: leak test, end stops, and loads
+    stops now and then. leak-test: slow turning for 'ramsight leak-test'. commissioning: leak test, end stops, and loads
     lifted and lowered, for 'ramsight identify'. The machine may differ from its data sheet (--leak 1.2), and its
-    drive be off (--torque-gain 1.03): what --log writes goes to leaktest, identify and track as a real log does.
+    drive be off (--torque-gain 1.03): what --log writes goes to leak-test, identify and track as a real log does.
 
     Shows where the energy went, and how well the balances close; writes results, drive log and truth where you say.
 
@@ -97,10 +97,11 @@ def simulate(
     """
     unit = named_unit(machine, unit)
     from ramsight.api.duties import duty_for
-    from ramsight.api.machines import build, load_machine
     from ramsight.api.simulating import recorded, reported_how
     from ramsight.duty.run_summary import run_cautions, run_summary
+    from ramsight.machine import load_machine
     from ramsight.plant.as_built import AsBuilt
+    from ramsight.plant.build import build
     from ramsight.plant.steady import derive
 
     table = duty if duty.endswith(_TABLES) else None
@@ -121,7 +122,6 @@ def simulate(
         visits=visits,
         duration=duration,
         seed=seed if duty == "work-day" else None,
-        named=option,
     )
     passed: dict[str, float | str | None] = {
         "speed_step": speed_step,
@@ -130,8 +130,8 @@ def simulate(
         "torque_gain": torque_gain,
         "temperature_offset": temperature_offset,
     }
-    how = reported_how(passed, built, seed=seed, named=option)
-    run = recorded(made, work, ambient=ambient, sample_period=sample_period, progress=True, named=option)
+    how = reported_how(passed, built, seed=seed)
+    run = recorded(made, work, ambient=ambient, sample_period=sample_period, progress=True)
     _write(run, how, out, log, truth, figure)
     typer.echo(run_summary(run))
     say_cautions(run_cautions(run, described.unit(unit).drive.max_torque, derive(built).load_at_relief))
@@ -168,9 +168,9 @@ def _write(
         write_dataset(run.dataset(), out)
     if log is not None:
         from ramsight.duty import report
-        from ramsight.logs import write_drive_log
+        from ramsight.logs import write_log
 
-        write_drive_log(report(run.dataset(), how), log)
+        write_log(report(run.dataset(), how), log)
     if truth is not None:
         write_table({"time_s": run["time"].values, "position_m": run["position"].values}, truth)
     if figure is not None:

@@ -93,7 +93,7 @@ def loader(
     Example: ramsight loader --out loader --leak 1.2 --temperature-offset 3 --references 3
     Example: ramsight loader --out late --drive-delay "100 ms"
     """
-    from ramsight.machine import load as load_machine
+    from ramsight.machine import load_machine
     from ramsight.output import check_folder
     from ramsight.plant.linked import build_linked
     from ramsight.progress import progress

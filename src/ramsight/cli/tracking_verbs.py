@@ -15,7 +15,6 @@ from ramsight.cli.common import (
     Requirement,
     Strict,
     named_unit,
-    option,
     say_written,
 )
 from ramsight.cli.strictness import strictly
@@ -44,7 +43,7 @@ def logs_inspect(
     from ramsight.logs.inspect import inspect_log
     from ramsight.logs.proposal import map_text
     from ramsight.logs.shown import show
-    from ramsight.output import atomic_path, check_apart, check_target
+    from ramsight.output import check_apart, check_target, write_text
     from ramsight.progress import progress
 
     check_target(out, (".toml",))
@@ -57,8 +56,7 @@ def logs_inspect(
         if out is None:
             typer.echo(f"\n{text}", nl=False)
             return
-        with atomic_path(out) as draft:
-            draft.write_text(text, encoding="utf-8")
+        write_text(text, out)
         typer.echo(f"{out}: written; check it, signs above all")
 
 
@@ -118,16 +116,18 @@ def track(
     The log has the columns time_s, motor_speed_rpm, motor_torque_nm and oil_temperature_c, and perhaps reference_m:
     empty, or the position that a switch knows at that instant. For any other log, and for CAN frames, a channel map
     states which channels are what: ramsight logs inspect proposes one. The track has time_s, position_m,
-    position_std_m, position_bound_m (an error that one sample in 100 000 exceeds; all empty where the sensor does not
-    know it), status and whether a reference has come; as .nc also velocity, load, pressures and what it learned. With a
-    --truth and a requirement the exit code is 1 if that is missed.
+    position_std_m, position_low_m and position_high_m (the 95 % band), position_bound_m (an error that one sample in
+    100 000 exceeds; all empty where the sensor does not know it), status and whether a reference has come; as .nc also
+    velocity, load, pressures and what it learned. With a --truth and a requirement the exit code is 1 if that is
+    missed.
 
     Example: ramsight track mining-loader log.csv.gz --unit boom --start "100 mm" --out track.csv
     """
     unit = named_unit(machine, unit)
-    from ramsight.api.machines import build, load_machine
     from ramsight.api.requirements import achieved, requirement_of
     from ramsight.api.tracking import availability_of, follow, start_of
+    from ramsight.machine import load_machine
+    from ramsight.plant.build import build
     from ramsight.tracking.availability import TIME_TO_ALERT
     from ramsight.tracking.compared_track import error_text, errors_of
     from ramsight.tracking.figures import tracked_figure
@@ -136,12 +136,12 @@ def track(
     _check_files(machine, log, sensor, channel_map, truth, out, figure, state)
     description = load_machine(machine)
     built = build(description, unit)
-    position, std = start_of(built, start, start_std, named=option)
-    asked = requirement_of(built, require, option)
+    position, std = start_of(built, start, start_std)
+    asked = requirement_of(built, require)
     waits = TIME_TO_ALERT if time_to_alert is None else time_to_alert
-    available = availability_of(built, alarm_limit, waits, named=option)
+    available = availability_of(built, alarm_limit, waits)
     with strictly(is_strict=strict):
-        true = known_position(truth, log, channel_map, built.cylinder.stroke)
+        true = known_position(truth, log, channel_map, built)
         done = follow(
             built,
             log,
@@ -160,10 +160,11 @@ def track(
         )
         if figure is not None and done.track is not None and done.log is not None:
             title = f"{description.title or description.name}, {unit}: {log.name}"
-            tracked_figure(done.log, done.track, true, title, figure)
+            shown = None if true is None else true.dataset()
+            tracked_figure(done.log.dataset(), done.track.dataset(), shown, title, figure)
         typer.echo(done.summary)
         if true is not None and done.track is not None:
-            typer.echo(error_text(errors_of(done.track, true), done.track.sizes["time"]))
+            typer.echo(error_text(errors_of(done.track, true), len(done.track)))
         check = None if asked is None else achieved(done, true, asked, built)
         if check is not None:
             typer.echo(check.verdict)

@@ -28,13 +28,14 @@ from ramsight.cli import (
     tracking_verbs,
 )
 from ramsight.cli.common import group
+from ramsight.cli.option_errors import Verb
 
 
 class Sectioned(TyperGroup):
     """The verbs in sections, by what they are for."""
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:  # noqa: D102 - as in Click
-        sections = {title: [verb.__name__ for verb in verbs] for title, verbs in SECTIONS.items()}
+        sections = {title: [verb_name(verb) for verb in verbs] for title, verbs in SECTIONS.items()}
         for name, title in GROUPS.items():
             sections[title].append(name)
         limit = formatter.width - 6 - max(map(len, self.commands))
@@ -52,12 +53,20 @@ def offer(to: typer.Typer, verb: Callable[..., Any], name: str | None = None, *,
     Args:
         to: the group that gets it.
         verb: the function.
-        name: what it is called there; by default as the function.
+        name: what it is called there; by default as the function, with hyphens.
         alone: it is what the group does by itself.
     """
     # \b makes Click leave the lines of a paragraph as they are.
     text = re.sub(r"((?:^Example: .*\n*)+)\Z", _examples, inspect.getdoc(verb) or "", flags=re.MULTILINE)
-    (to.callback(help=text) if alone else to.command(name, help=text))(verb)
+    if alone:
+        to.callback(help=text)(verb)
+    else:
+        to.command(name or verb_name(verb), cls=Verb, help=text)(verb)
+
+
+def verb_name(verb: Callable[..., Any]) -> str:
+    """What a verb is called on the command line, ``leak-test`` of `leak_test`."""
+    return verb.__name__.replace("_", "-")
 
 
 def _examples(found: re.Match[str]) -> str:
@@ -97,7 +106,7 @@ SECTIONS: dict[str, tuple[Callable[..., Any], ...]] = {
     "Simulate and study": (simulation_verbs.simulate, datasheet_verbs.datasheet, study_verbs.loader, study_verbs.paper),
     "Follow a log": (tracking_verbs.track, comparing_verbs.compare),
     "Calibrate and commission": (
-        calibration_verbs.leaktest,
+        calibration_verbs.leak_test,
         calibration_verbs.identify,
         calibration_verbs.calibrate,
         commissioning_verbs.commission,

@@ -314,7 +314,7 @@ class DrivenUnits(ABC):
         if self.feedback is Feedback.SENSOR:
             return estimate
         noise = POSITION_SENSOR_STD * float(self._noise.standard_normal()) if self.feedback is Feedback.REAL else 0.0
-        return replace(estimate, position=position + noise, std=POSITION_SENSOR_STD, status=Status.OK)
+        return replace(estimate, position=position + noise, position_std=POSITION_SENSOR_STD, status=Status.OK)
 
     def _stop_together(self) -> None:
         """What stops one unit stops the machine: the other moves the same mechanism, or is about to."""
@@ -332,7 +332,7 @@ class DrivenUnits(ABC):
         estimates, reported = record.estimate, record.reported
         columns = {
             "position": ("m", [e.position for e in estimates]),
-            "position_std": ("m", [e.std for e in estimates]),
+            "position_std": ("m", [e.position_std for e in estimates]),
             "velocity": ("m/s", [e.velocity for e in estimates]),
             "load": ("N", [e.load for e in estimates]),
             "target": ("m", record.target),

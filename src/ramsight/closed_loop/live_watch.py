@@ -40,8 +40,8 @@ class DriveWatch:
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build_unit
-        >>> boom = build_unit("boom", machine.load("mining-loader").unit("boom"))
+        >>> from ramsight.plant.build import build
+        >>> boom = build(machine.load_machine("mining-loader").unit("boom"), "boom")
         >>> watch = DriveWatch(boom, DriveResponse(), 0.02)
         >>> for k in range(8):
         ...     watch.command(50.0)

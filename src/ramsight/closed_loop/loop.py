@@ -27,7 +27,7 @@ class ClosedLoop(DrivenUnits):
     Example:
         >>> from ramsight import machine
         >>> from ramsight.plant.linked import build_linked
-        >>> loader = build_linked(machine.load("mining-loader"))
+        >>> loader = build_linked(machine.load_machine("mining-loader"))
         >>> loop = ClosedLoop(loader, loader, {"boom": 0.2, "bucket": 0.25}, LoopSettings(known=True), payload=2000.0)
         >>> loop.go({"boom": 0.25, "bucket": 0.22})
         >>> all(abs(loop.now.position[name] - x) < 2e-3 for name, x in {"boom": 0.25, "bucket": 0.22}.items())

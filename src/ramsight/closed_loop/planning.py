@@ -53,8 +53,8 @@ class Knowledge:
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build_unit
-        >>> boom = build_unit("boom", machine.load("mining-loader").unit("boom"))
+        >>> from ramsight.plant.build import build
+        >>> boom = build(machine.load_machine("mining-loader").unit("boom"), "boom")
         >>> new = Knowledge(Actuation.of(boom), np.diag([1e-3, 0.15, 0.006]) ** 2)
         >>> leg = Leg(0.4, 200e3, 0.028)
         >>> f"{1e3 * new.std:.0f} mm, {1e3 * new.after(leg).std:.0f} mm"

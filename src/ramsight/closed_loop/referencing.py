@@ -40,8 +40,8 @@ class Referencing:
         >>> from ramsight import machine
         >>> from ramsight.closed_loop.loop_settings import LoopSettings
         >>> from ramsight.closed_loop.unit_loop import UnitLoop
-        >>> from ramsight.plant.build import build_unit
-        >>> axis = build_unit("axis", machine.load("eha-test-bench").unit("axis"))
+        >>> from ramsight.plant.build import build
+        >>> axis = build(machine.load_machine("eha-test-bench").unit("axis"), "axis")
         >>> both = Referencing({"axis": (Visit(lifted=False), Visit(lifted=True))})
         >>> loop = UnitLoop(axis, axis, 0.1, 10e3, LoopSettings(known=True, referencing=both))
         >>> f"{loop.reference_due('axis', [0.15, 0.05]):.0f} s of such moves are left"

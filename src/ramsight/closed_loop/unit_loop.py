@@ -21,8 +21,8 @@ class UnitLoop(DrivenUnits):
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build_unit
-        >>> ram = build_unit("ram", machine.load("press").unit("ram"))
+        >>> from ramsight.plant.build import build
+        >>> ram = build(machine.load_machine("press").unit("ram"), "ram")
         >>> loop = UnitLoop(ram, ram, 0.1, 100e3, LoopSettings(known=True))
         >>> loop.go({"ram": 0.15})
         >>> abs(loop.now.position["ram"] - 0.15) < 1e-3

@@ -106,8 +106,8 @@ def position_block(
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build_unit
-        >>> block = position_block(build_unit("boom", machine.load("mining-loader").unit("boom")))
+        >>> from ramsight.plant.build import build
+        >>> block = position_block(build(machine.load_machine("mining-loader").unit("boom"), "boom"))
         >>> len(block.recursion.state) < 100, block.recursion.outputs[:4]
         (True, ('motor_speed', 'activity', 'reason', 'reference'))
     """

@@ -51,8 +51,8 @@ def end_stop(unit: HydraulicUnit, *, lifted: bool) -> float:
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build_unit
-        >>> ram = build_unit("ram", machine.load("press").unit("ram"))
+        >>> from ramsight.plant.build import build
+        >>> ram = build(machine.load_machine("press").unit("ram"), "ram")
         >>> end_stop(ram, lifted=True) - end_stop(ram, lifted=False) == ram.lift_sign * ram.cylinder.stroke
         True
     """

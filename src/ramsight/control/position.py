@@ -75,10 +75,10 @@ class PositionControl:
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build_unit
+        >>> from ramsight.plant.build import build
         >>> from ramsight.sensor.status import Status
-        >>> control = PositionControl(build_unit("boom", machine.load("mining-loader").unit("boom")))
-        >>> here = Estimate(position=0.1, std=1e-4, velocity=0.0, load=2e5, status=Status.OK)
+        >>> control = PositionControl(build(machine.load_machine("mining-loader").unit("boom"), "boom"))
+        >>> here = Estimate(position=0.1, position_std=1e-4, velocity=0.0, load=2e5, status=Status.OK)
         >>> control.move_to(0.3)
         >>> command = control.step(here, Reported(0.0, 0.0, 20.0, 313.15))
         >>> command.activity, command.motor_speed > 0.0
@@ -195,7 +195,7 @@ class PositionControl:
             displacement: the same of the displacement [1].
         """
         e, r, self._last = estimate, reported, estimate
-        sensed = e.position, e.std, e.velocity, e.load, float(e.status), r.oil_temperature, leak, displacement
+        sensed = e.position, e.position_std, e.velocity, e.load, float(e.status), r.oil_temperature, leak, displacement
         return self._stepped((*sensed, 1.0, r.motor_speed, r.motor_torque))
 
     def step_unreported(self) -> Command:

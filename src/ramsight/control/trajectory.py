@@ -57,7 +57,7 @@ class Limits:
         Example:
             >>> from ramsight import machine
             >>> from ramsight.plant.ddh import build_ddh
-            >>> limits = Limits.of(build_ddh("boom", machine.load("mining-loader").unit("boom")))
+            >>> limits = Limits.of(build_ddh("boom", machine.load_machine("mining-loader").unit("boom")))
             >>> f"{1e3 * limits.speed:.0f} mm/s, {1e3 * limits.landing_speed:.1f} mm/s"
             '28 mm/s, 4.3 mm/s'
             >>> f"{limits.smoothing:.1f} s, {1e3 * limits.jerk:.0f} mm/s3"

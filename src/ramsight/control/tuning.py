@@ -31,8 +31,8 @@ class Tuning:
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build_unit
-        >>> boom = build_unit("boom", machine.load("mining-loader").unit("boom"))
+        >>> from ramsight.plant.build import build
+        >>> boom = build(machine.load_machine("mining-loader").unit("boom"), "boom")
         >>> f"{1e3 * Tuning.following_error_limit(Limits.of(boom)):.0f} mm, {Tuning.leak_test_share(boom):.3f}"
         '42 mm, 0.584'
     """

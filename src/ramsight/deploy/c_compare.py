@@ -19,7 +19,8 @@ def comparison_source(unit: HydraulicUnit, prefix: str, machine: str) -> dict[st
         prefix: of all names, the sensor's.
         machine: the machine's name, for the comments.
     """
-    graph = comparison_graph()
+    recursion = comparison_graph()
+    graph = recursion.graph
     step = ca.Function(
         "advance",
         [graph.x, graph.u, graph.p],
@@ -29,9 +30,9 @@ def comparison_source(unit: HydraulicUnit, prefix: str, machine: str) -> dict[st
         {"cse": True},
     )
     title = f"Virtual position sensor of the {unit.name}"
-    common = headings(prefix, machine, title) | {"states": len(graph.state)}
+    common = headings(prefix, machine, title) | {"states": len(recursion.state)}
     listed = indented(f"{prefix.upper()}_{one.name} = {int(one)}, /* {one.text} */" for one in Verdict)
-    header = template("compare.h", verdicts=listed, sets=len(graph.parameters), **common)
+    header = template("compare.h", verdicts=listed, sets=len(recursion.parameters), **common)
     body = template(
         "compare.c",
         real=template("real.h"),

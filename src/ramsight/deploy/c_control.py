@@ -15,7 +15,8 @@ from ramsight.control.block import Block
 from ramsight.control.orders import INPUTS, OUTPUTS, Reason
 from ramsight.control.thresholds import STOPPING_TIME
 from ramsight.deploy.c_function import PLAIN, array_function, literal
-from ramsight.deploy.c_sensor import SensorSource, field_of
+from ramsight.deploy.c_sensor import SensorSource
+from ramsight.deploy.c_step import field_of
 from ramsight.deploy.c_text import golden_table, headings, indented, template
 from ramsight.duty.drive_response import DriveResponse
 from ramsight.engine.typed_state import initial_values
@@ -82,10 +83,10 @@ def declared(drive: DriveResponse) -> str:
 
 def _step(block: Block) -> ca.Function:
     """The step of a control whose moves have the acceleration of its limits, without the live control's outputs."""
-    of = block.recursion
+    of, names = block.recursion.graph, block.recursion.state
     after = ca.vertcat(of.next_state, of.output[: len(OUTPUTS)])
     after = ca.densify(ca.substitute(after, of.p, block.by.limits.acceleration))
-    new, out = ca.vertsplit(after, [0, len(of.state), after.numel()])
+    new, out = ca.vertsplit(after, [0, len(names), after.numel()])
     return ca.Function("advance", [of.x, of.u], [new, out], ["x", "u"], ["x_new", "out"], {"cse": True})
 
 

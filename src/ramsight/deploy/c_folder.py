@@ -11,11 +11,11 @@ from ramsight.deploy.c_compare import comparison_source
 from ramsight.deploy.c_sensor import (
     SensorSource,
     golden_source,
-    identifier_of,
     inputs_of,
     sensor_source,
     unit_table,
 )
+from ramsight.deploy.c_step import identifier_of
 from ramsight.deploy.c_text import template
 from ramsight.deploy.compiler import ControlFootprint, Footprint, control_footprint, find_compiler, footprint, version
 from ramsight.deploy.control_options import ControlOptions
@@ -25,7 +25,7 @@ from ramsight.engine.recursion import replay
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
 from ramsight.output import check_folder, whole_folder
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.thresholds import START_STD
@@ -91,15 +91,17 @@ def write_sensor(
         >>> import tempfile
         >>> from ramsight import machine
         >>> with tempfile.TemporaryDirectory() as folder:
-        ...     done = write_sensor(machine.load("mining-loader"), "boom", f"{folder}/boom-c", compiler="")
+        ...     done = write_sensor(machine.load_machine("mining-loader"), "boom", f"{folder}/boom-c", compiler="")
         ...     sorted(done.files)  # doctest: +NORMALIZE_WHITESPACE
         ['CMakeLists.txt', 'README.md', 'card.srmd', 'description.toml', 'library.json', 'ramsight.json',
          'ramsight_boom.c', 'ramsight_boom.h', 'ramsight_boom_compare.c', 'ramsight_boom_compare.h',
-         'ramsight_boom_golden.h', 'ramsight_boom_test.c', 'zephyr/module.yml']
+         'ramsight_boom_golden.h', 'ramsight_boom_step.h', 'ramsight_boom_step_balance.c',
+         'ramsight_boom_step_contacts.c', 'ramsight_boom_step_input_check.c', 'ramsight_boom_step_results.c',
+         'ramsight_boom_step_status.c', 'ramsight_boom_step_update.c', 'ramsight_boom_test.c', 'zephyr/module.yml']
     """
     out = Path(out)
     check_folder(out)
-    built = build_unit(unit, machine.unit(unit), machine.linkage)
+    built = build(machine, unit)
     if single:
         _check_floats(built)
     sensor, prefix = kalman(built), f"ramsight_{identifier_of(unit)}"
@@ -134,7 +136,7 @@ def write_sensor(
             measured=_table(measured, compiler),
             control=_about_control(prefix, driving) if control else "",
         )
-        options = [*(["--float"] if single else []), *(["--parameters"] if tabled else [])]
+        options = [*(["--single"] if single else []), *(["--parameters"] if tabled else [])]
         command = ("c", *options, *(("--control", *control.words) if control else ()))
         passed = f"golden samples passed by {compiler}, builds {len(measured)}" if compiler else ""
         own = credentials(
@@ -200,7 +202,7 @@ def shown(footprints: tuple[Footprint, ...]) -> str:
 
 def _builds(unit: HydraulicUnit) -> Iterator[tuple[bool, str]]:
     """Builds that are measured; floats are not good enough where a load only resists."""
-    return (build_unit for build_unit in _BUILDS if not (build_unit[0] and unit.cylinder.passive))
+    return (build for build in _BUILDS if not (build[0] and unit.cylinder.passive))
 
 
 def _table(measured: list[Footprint], compiler: str | None) -> str:

@@ -7,16 +7,15 @@ mean is what they mean in the engine (engine/llvm.py).
 from __future__ import annotations
 
 import math
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
 
-from ramsight.deploy.c_sections import by_section, titled
 from ramsight.engine.branches import Branch, choice, schedule
 from ramsight.engine.cache import instructions
-from ramsight.engine.graph import SELECT, Graph, Node, graph_of
+from ramsight.engine.graph import SELECT, Graph, Node, graph_of, side_by_side
 
 
 @dataclass(frozen=True)
@@ -56,8 +55,6 @@ def statements(
     read: Callable[[int, int], Term],
     write: Callable[[int, int, Term], str],
     dialect: Dialect,
-    sections: Sequence[str] = (),
-    kept: Mapping[int, int] | None = None,
 ) -> list[str]:
     """The lines of a function's body.
 
@@ -66,21 +63,13 @@ def statements(
         read: the term of an input's element, by argument and nonzero.
         write: the statement that gives an output's element its value; all stand behind everything that is read.
         dialect: how operations are written.
-        sections: titles of the parts that it consists of. All but the last have a mark among the function's last
-            outputs, which are not written: what the part leads to.
-        kept: of an output the input that it is written over, where there is one: what stays as it was is not written.
     """
     graph = graph_of(instructions(function))
-    marks = max(len(sections) - 1, 0)
-    graph, parts = by_section(graph, function.n_out() - marks, marks)
+    graph = graph.reordered(side_by_side(graph))
     terms: dict[int, Term] = {}
-    written = written_if(graph, kept or {})
-    unneeded = {node for place, node in graph.results if place in written}
 
     def line(k: int) -> list[str]:
         node = graph.nodes[k]
-        if k in unneeded:
-            return []
         if node.code == ca.OP_INPUT:
             terms[k] = read(*node.place)
         elif node.code == ca.OP_CONST:
@@ -101,25 +90,11 @@ def statements(
             for body, value in zip(bodies, values, strict=True):
                 body.append(f"{terms[k].text} = {'0' if value is None else as_kind(made.kind, terms[value])};")
         then, otherwise = ([f"  {text}" for text in body] for body in bodies)
-        return [*declared, f"if ({_truth(terms[item.condition])}) {{", *then, "} else {", *otherwise, "}"]
+        return [*declared, f"if ({truth(terms[item.condition])}) {{", *then, "} else {", *otherwise, "}"]
 
-    def copy(k: int) -> list[str]:
-        read, terms[k] = terms[k], Term(f"{terms[k].kind[0]}{k}", terms[k].kind)
-        return [f"const {dialect.types[read.kind]} {terms[k].text} = {read.text};"]
-
-    lines = [
-        (parts[max(item.chosen)], branch(item)) if isinstance(item, Branch) else (parts[item], line(item))
-        for item in (schedule(graph, parts) if dialect.branches else range(len(graph.nodes)))
-    ]
-    known = ["", "/* What is known from now on */"] if sections else []
-    copied = [text for node in sorted(_moved(graph, written, kept or {})) for text in copy(node)]
-    always = [write(*place, terms[node]) for place, node in graph.results if place not in written]
-    seldom: dict[str, list[str]] = defaultdict(list)
-    for place, (condition, value, wanted) in written.items():
-        truth = _truth(terms[condition])
-        seldom[truth if wanted else f"!{truth}"].append(f"  {write(*place, terms[value])}")
-    guarded = [text for truth, body in seldom.items() for text in (f"if ({truth}) {{", *body, "}")]
-    return titled(lines, sections) + known + copied + always + guarded
+    items = schedule(graph) if dialect.branches else range(len(graph.nodes))
+    lines = [text for item in items for text in (branch(item) if isinstance(item, Branch) else line(item))]
+    return lines + [write(*place, terms[node]) for place, node in graph.results]
 
 
 def result_kinds(graph: Graph, read: Callable[[int, int], Term], dialect: Dialect) -> dict[tuple[int, int], str]:
@@ -141,8 +116,16 @@ def result_kinds(graph: Graph, read: Callable[[int, int], Term], dialect: Dialec
     return {place: terms[node].kind for place, node in graph.results}
 
 
-def _moved(graph: Graph, written: Mapping[tuple[int, int], tuple[int, int, bool]], kept: Mapping[int, int]) -> set[int]:
-    """Inputs that are results elsewhere than where they stand: they may be written over before they are read."""
+def moved_inputs(
+    graph: Graph, written: Mapping[tuple[int, int], tuple[int, int, bool]], kept: Mapping[int, int]
+) -> set[int]:
+    """Inputs that are results elsewhere than where they stand: they may be written over before they are read.
+
+    Args:
+        graph: of the function.
+        written: results that are a new value or what stood in their place (`written_if`).
+        kept: of an output the input that it is written over.
+    """
     values = {written[place][1] if place in written else node for place, node in graph.results}
     return {k for k in values if graph.nodes[k].code == ca.OP_INPUT and graph.nodes[k].place[0] in kept.values()}
 
@@ -219,7 +202,8 @@ def number(term: Term) -> str:
     return term.text if term.kind == "real" else f"(real){term.text}"
 
 
-def _truth(term: Term) -> str:
+def truth(term: Term) -> str:
+    """A term as a condition."""
     return term.text if term.kind == "flag" else f"({term.text} != 0)"
 
 
@@ -245,7 +229,7 @@ def _express(code: int, operands: Sequence[Term]) -> Term:
     if code == ca.OP_ASSIGN:
         return operands[0]
     if code in _LOGICAL:
-        return Term(_LOGICAL[code].format(*map(_truth, operands)), "flag")
+        return Term(_LOGICAL[code].format(*map(truth, operands)), "flag")
     if code in _COMPARED:
         kind = _widest(operands)
         return Term(_COMPARED[code].format(*(as_kind(kind, term) for term in operands)), "flag")
@@ -259,10 +243,10 @@ def _express(code: int, operands: Sequence[Term]) -> Term:
     if code in (SELECT, ca.OP_IF_ELSE_ZERO):
         condition, *values = operands
         if len(values) == 2 and all(term.kind == "flag" for term in values):
-            return Term(f"{_truth(condition)} ? {values[0].text} : {values[1].text}", "flag")
+            return Term(f"{truth(condition)} ? {values[0].text} : {values[1].text}", "flag")
         kind = _widest(values)
         texts = [as_kind(kind, term) for term in values] + ["0"] * (2 - len(values))
-        return Term(f"{_truth(condition)} ? {texts[0]} : {texts[1]}", kind)
+        return Term(f"{truth(condition)} ? {texts[0]} : {texts[1]}", kind)
     raise NotImplementedError(f"CasADi's operation {code} has no C yet")
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 from ramsight.engine.graph import Graph, side_by_side
@@ -45,21 +44,3 @@ def by_section(graph: Graph, first: int, count: int) -> tuple[Graph, list[int]]:
     order = side_by_side(graph, parts)
     results = [one for one in graph.results if one[0][0] < first]
     return replace(graph, results=results).reordered(order), [parts[k] for k in order]
-
-
-def titled(lines: Sequence[tuple[int, Sequence[str]]], titles: Sequence[str]) -> list[str]:
-    """Statements with a comment where each part of the step begins.
-
-    Args:
-        lines: of each operation or branch the number of its part, and its statements, in order.
-        titles: of the parts.
-    """
-    found: list[str] = []
-    reached = -1
-    for part, statements in lines:
-        if part > reached and statements:
-            reached = part
-            if titles:
-                found += ["", f"/* {titles[part]} */"]
-        found += statements
-    return found

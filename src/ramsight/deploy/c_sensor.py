@@ -7,22 +7,20 @@ from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from ramsight._version import __version__
 from ramsight.deploy import c_machine
-from ramsight.deploy.c_function import PLAIN, Term, as_kind, literal, number, result_kinds, statements
+from ramsight.deploy.c_cut import LONGEST
+from ramsight.deploy.c_function import literal
 from ramsight.deploy.c_machine import MachineTable
-from ramsight.deploy.c_sections import live_marks
+from ramsight.deploy.c_step import WrittenStep, field_of, written_step
 from ramsight.deploy.c_text import golden_table, headings, indented, template
 from ramsight.deploy.sensor_words import meaning
-from ramsight.engine.cache import hold, instructions
-from ramsight.engine.graph import graph_of
-from ramsight.engine.recursion import Recursion
 from ramsight.engine.typed_state import Leaf
 from ramsight.plant.unit import HydraulicUnit
+from ramsight.sensor.hypothesis import Kind
 from ramsight.sensor.persistence import CLOCKED, STARTED, VELOCITY
 from ramsight.sensor.sample import MEASURED, SHAFT_ANGLE
 from ramsight.sensor.status import Status
@@ -37,16 +35,12 @@ from ramsight.sensor.thresholds import (
 )
 from ramsight.sensor.virtual_sensor import IS_REFERENCED, REFERENCED_NOW, VARIANCE, VirtualSensor
 
-TIME = "time"
-"""The input that clocks repeat. The step gets how far they are back. A sum of times stays a double too, or a timer of
-samples would end a sample early or late at its limit."""
 ROW = ("time [s]", "motor speed [rad/s]", "motor torque [N m]", "oil temperature [K]", "reference [m]")
 """Columns of a row of samples; what else a sensor takes comes after them."""
 _SLOTS = "slots 3"
 """How the bytes of a slot are laid out; part of its identity."""
 _OTHER_STATUSES = 4
 """Statuses among the golden samples in which floats may differ; doubles may in none."""
-_LAST_PART = "Status: which of the detectors has spoken; and what the sensor says"
 
 
 @dataclass(frozen=True)
@@ -65,7 +59,14 @@ class SensorSource:
 
 
 def sensor_source(
-    sensor: VirtualSensor, unit: HydraulicUnit, prefix: str, machine: str, *, single: bool, tabled: bool = False
+    sensor: VirtualSensor,
+    unit: HydraulicUnit,
+    prefix: str,
+    machine: str,
+    *,
+    single: bool,
+    tabled: bool = False,
+    longest: int = LONGEST,
 ) -> SensorSource:
     """Header and body of a sensor.
 
@@ -76,11 +77,11 @@ def sensor_source(
         machine: the machine's name, for the comments.
         single: reals are floats by default.
         tabled: the machine's numbers are a table that the sensor is handed, not constants.
+        longest: statements of a function, nearly; checkers whose time grows faster than a function take short ones.
     """
     recursion = sensor.recursion
-    step, table, wide, declared = _tabled_step(sensor, prefix)
-    states = tuple(table.start)
-    wides, changing = len(wide), set(_repeated(sensor).values())
+    step, table, wide, declared = _tabled_step(sensor, prefix, tabled=tabled, longest=longest)
+    states, wides = tuple(table.start), len(wide)
     macro = prefix.upper()
     common = headings(prefix, machine, f"Virtual position sensor of the {unit.name}")
     header = template(
@@ -97,12 +98,12 @@ def sensor_source(
         bytes=f"(20 + 8 * {wides} + (int)sizeof({prefix}_real) * {len(states) - wides})",
         **common,
     )
+    numbers = _by_table(table, prefix, common) if tabled else _by_constants(table, wide)
     body = template(
         "sensor.c",
-        **(_by_table(table, prefix, common) if tabled else _by_constants(table, wide)),
-        further="".join(f"  const real u_{name} = in->{name};\n" for name in sensor.further if name not in changing),
-        relative=indented(_relative(sensor)),
-        step=indented(step),
+        **numbers,
+        begun=indented(step.begun),
+        calls=indented(step.functions.calls),
         texts=indented((f'case {macro}_{s.name}: return "{s.text}";' for s in Status), 4),
         wides=wides,
         count=len(states),
@@ -124,7 +125,20 @@ def sensor_source(
         clocked=field_of(CLOCKED),
         **common,
     )
-    return SensorSource(prefix, {f"{prefix}.h": header, f"{prefix}.c": body}, table)
+    inner = template(
+        "step.h",
+        constants=numbers["constants"],
+        each=len(Kind),
+        fields=indented(step.functions.work),
+        of_each=indented(step.functions.each),
+        declared="\n".join(step.functions.headers),
+        **common,
+    )
+    parts = {
+        f"{name}.c": template("step.c", part=step.titles[name], functions=text, **common)
+        for name, text in step.functions.texts.items()
+    }
+    return SensorSource(prefix, {f"{prefix}.h": header, f"{prefix}.c": body, f"{prefix}_step.h": inner, **parts}, table)
 
 
 def golden_source(
@@ -209,20 +223,23 @@ def machine_table(sensor: VirtualSensor, prefix: str) -> MachineTable:
         sensor: the `kalman` sensor of the unit.
         prefix: of the C's names.
     """
-    return _tabled_step(sensor, prefix)[1]
+    return _tabled_step(sensor, prefix, tabled=True)[1]
 
 
-def _tabled_step(sensor: VirtualSensor, prefix: str) -> tuple[list[str], MachineTable, set[str], tuple[Leaf, ...]]:
-    """Statements of the step, the machine's numbers, fields that are doubles, and the states in the struct's order."""
+def _tabled_step(
+    sensor: VirtualSensor, prefix: str, *, tabled: bool, longest: int = LONGEST
+) -> tuple[WrittenStep, MachineTable, frozenset[str], tuple[Leaf, ...]]:
+    """The step, the machine's numbers, fields that are doubles, and the states in the struct's order."""
     recursion = sensor.recursion
-    step, constants, wide = _step(sensor, prefix)
+    step = written_step(sensor, prefix, tabled=tabled, longest=longest)
+    wide, constants = step.wide, step.constants
     declared = tuple(sorted(sensor.states, key=lambda one: one.name not in wide))
     values = dict(zip(recursion.state, sensor.initial.tolist(), strict=True))
     start = {field_of(one.name): float(values[one.name]) for one in declared}
     identity = "\n".join((_SLOTS, sensor.kind, *start, *recursion.parameters)).encode() + sensor.parameters.tobytes()
-    kind = "\n".join((_SLOTS, *start, *constants, *step)).encode()
-    table = MachineTable(zlib.crc32(kind), zlib.crc32(identity), float(sensor.stroke), start, constants)
-    return step, table, {field_of(name) for name in wide}, declared
+    kind = "\n".join((_SLOTS, *start, *constants, *step.begun, *step.functions.texts.values())).encode()
+    table = MachineTable(zlib.crc32(kind), zlib.crc32(identity), float(sensor.stroke), start, dict(constants))
+    return step, table, frozenset(map(field_of, wide)), declared
 
 
 def _by_constants(table: MachineTable, wide: Container[str]) -> dict[str, str]:
@@ -234,7 +251,7 @@ def _by_constants(table: MachineTable, wide: Container[str]) -> dict[str, str]:
         ),
         "identity": f"UINT32_C(0x{table.identity:08X})",
         "stroked": repr(table.stroke),
-        **dict.fromkeys(("begins", "keeps", "kept", "likewise", "beside"), ""),
+        **dict.fromkeys(("defined", "begins", "keeps", "kept", "likewise", "beside"), ""),
     }
 
 
@@ -242,7 +259,8 @@ def _by_table(table: MachineTable, prefix: str, common: Mapping[str, object]) ->
     """The same as a table that it is handed."""
     defined = f"const {prefix}_machine {prefix}_described = {c_machine.initializer(table, prefix)};"
     return {
-        "constants": "\n".join((defined, *(f"#define {name} (s->machine->{name})" for name in table.constants))),
+        "constants": "\n".join(f"#define {name} (s->machine->{name})" for name in table.constants),
+        "defined": f"{defined}\n\n",
         "initial": template("machine_start.c"),
         "identity": "s->machine->identity",
         "stroked": "s->machine->stroke",
@@ -253,121 +271,6 @@ def _by_table(table: MachineTable, prefix: str, common: Mapping[str, object]) ->
         "likewise": "  set_machine(to, machine_of(from));\n",
         "beside": template("machine_resume.c", **common),
     }
-
-
-def _step(sensor: VirtualSensor, prefix: str) -> tuple[list[str], dict[str, float], set[str]]:
-    """Statements of the step, the constants that they use, and the states that are doubles."""
-    recursion = sensor.recursion
-    step, prepare = _marked(recursion, [found for _, found in sensor.sections])
-    titles = [*(title for title, _ in sensor.sections), _LAST_PART]
-    values = prepare(sensor.parameters).full().ravel()
-    extra = len(values) - len(recursion.parameters)
-    names = [f"k_{k}" for k in range(extra)] + [f"k_{identifier_of(name)}" for name in recursion.parameters]
-    wide = {one.name for one in sensor.states if one.exact}
-    graph = graph_of(instructions(step))
-    scribe = _Scribe(sensor, prefix, names, frozenset(wide))
-    while (
-        more := scribe.sums(result_kinds(graph, scribe.read, PLAIN)) - wide
-    ):  # what a sum of doubles becomes is a double
-        wide |= more
-        scribe = _Scribe(sensor, prefix, names, frozenset(wide))
-    lines = statements(step, scribe.read, scribe.write, PLAIN, titles, kept={0: 0})
-    constants = {n: float(value) for n, value in zip(names, values, strict=True) if n in scribe.used}
-    return lines, constants, wide
-
-
-def _marked(recursion: Recursion, marks: list[Any]) -> tuple[ca.Function, ca.Function]:
-    """The step with what its parts lead to behind its results, and the function of its held values.
-
-    Of that only what the results need as well, so that the operations are those without it.
-    """
-    live = live_marks(graph_of(instructions(_split(recursion, marks)[0])), 2)
-    return _split(recursion, [mark[sorted(k for of, k in live if of == 2 + n)] for n, mark in enumerate(marks)])
-
-
-def _split(recursion: Recursion, marks: list[Any]) -> tuple[ca.Function, ca.Function]:
-    everything = [recursion.next_state, recursion.output, *marks]
-    both, q, prepare = hold(ca.densify(ca.vertcat(*everything)), recursion.p)
-    parts = ca.vertsplit(both, [0, *np.cumsum([part.numel() for part in everything]).tolist()])
-    names = ["x_new", "out", *(f"part_{k}" for k in range(len(marks)))]
-    inputs = [recursion.x, recursion.u, q]
-    return ca.Function("step", inputs, parts, ["x", "u", "q"], names, {"cse": True}), prepare
-
-
-def field_of(state: str) -> str:
-    """The name of a state in C: ``hypotheses[2].leakage`` is `hypotheses_2_leakage` there.
-
-    Example:
-        >>> field_of("hypotheses[2].covariance[leakage,lag]")
-        'hypotheses_2_covariance_leakage_lag'
-    """
-    return identifier_of(state.replace("]", ""))
-
-
-def _repeated(sensor: VirtualSensor) -> dict[str, str]:
-    """States that are what an input was, of which only the change counts, by the names of the inputs.
-
-    They are doubles, and the step gets the change.
-    """
-    return {one.name: one.exact for one in sensor.states if one.exact in sensor.further}
-
-
-def _relative(sensor: VirtualSensor) -> Iterator[str]:
-    """How far back clocks and repeated inputs are, of which now is 0."""
-    repeated = _repeated(sensor)
-    for one in sensor.states:
-        field = field_of(one.name)
-        if one.exact == TIME:
-            yield f"const wide x_{field} = s->{field} - in->time;"
-        if one.name in repeated:
-            of = repeated[one.name]
-            yield f"const real u_{of} = in->{of} == in->{of} ? R(0.0) : (real)NAN;"
-            yield f"const real x_{field} = (real)(s->{field} - in->{of});"
-
-
-class _Scribe:
-    """How a step reads and writes states, inputs, constants and outputs; keeps what it came across."""
-
-    def __init__(self, sensor: VirtualSensor, prefix: str, constants: list[str], wide: frozenset[str]) -> None:
-        self._recursion, self._prefix, self._constants, self._wide = sensor.recursion, prefix, constants, wide
-        self._clocks = {one.name for one in sensor.states if one.exact == TIME}
-        self._repeated = _repeated(sensor)
-        self.used: set[str] = set()
-
-    def sums(self, kinds: Mapping[tuple[int, int], str]) -> set[str]:
-        """States that become a double, by the kinds of the step's results."""
-        own = {self._recursion.state[k] for (argument, k), kind in kinds.items() if argument == 0 and kind == "wide"}
-        return own - self._clocks - self._repeated.keys()
-
-    def read(self, argument: int, k: int) -> Term:
-        if argument == 1:
-            name = self._recursion.inputs[k]
-            return Term(f"u_{name}", "wide" if name == "time" else "real")
-        if argument == 2:
-            self.used.add(self._constants[k])
-            return Term(self._constants[k])
-        name = self._recursion.state[k]
-        field, relative = field_of(name), name in self._clocks or name in self._repeated
-        kind = "wide" if name in self._wide and name not in self._repeated else "real"
-        return Term(f"x_{field}" if relative else f"s->{field}", kind)
-
-    def write(self, argument: int, k: int, term: Term) -> str:
-        if argument == 1:
-            name = self._recursion.outputs[k]
-            value = f"({self._prefix}_status){term.text}" if name == "status" else number(term)
-            return f"out->{name} = {value};"
-        name = self._recursion.state[k]
-        field = field_of(name)
-        if name in self._clocks:
-            return f"if ({term.text} == 0) s->{field} = in->time;"
-        if name in self._repeated:
-            return f"if ({term.text} == 0) s->{field} = in->{self._repeated[name]};"
-        return f"s->{field} = {as_kind('wide', term) if name in self._wide else number(term)};"
-
-
-def identifier_of(name: str) -> str:
-    """A name as C and FMI can have it."""
-    return "".join(c if c.isalnum() else "_" for c in name)
 
 
 def inputs_of(rows: Any) -> NDArray[np.float64]:

@@ -7,11 +7,15 @@ import re
 import shutil
 import subprocess
 import tempfile
+from base64 import b64decode, b64encode
+from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from ramsight.engine.kept import keep, key_of, read_kept
 from ramsight.errors import RamsightError
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
@@ -84,13 +88,15 @@ def run(command: Sequence[str], folder: Path) -> str:
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     if done.returncode:
         said = (done.stderr or done.stdout).strip().splitlines()
-        first = next((line for line in said if "error" in line), said[0] if said else f"exit code {done.returncode}")
+        # What a linker lacks stands before the driver's own line, and is not called an error.
+        reasons = (line for line in said if "error" in line or "undefined reference" in line)
+        first = next(reasons, said[0] if said else f"exit code {done.returncode}")
         raise CompilerError(f"{Path(command[0]).name} failed: {first}")
     return done.stdout
 
 
 def library(compiler: str, files: Mapping[str, str], target: Path, *options: str) -> None:
-    """Compile C files into one shared library.
+    """Compile C files into one shared library; what the same compiler made of the same files before is taken again.
 
     Args:
         compiler: its path.
@@ -98,17 +104,24 @@ def library(compiler: str, files: Mapping[str, str], target: Path, *options: str
         target: the library.
         options: further ones.
     """
+    key = key_of("library", _identity(compiler), options, files)
+    found = read_kept(key)
+    if found is not None:
+        target.write_bytes(b64decode(found["library"]))
+        return
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for file, text in files.items():
             (folder / file).write_text(text, encoding="utf-8")
         sources = sorted(file for file in files if file.endswith(".c"))
-        run([compiler, "-O2", "-fPIC", "-shared", *options, *sources, "-o", "library.so", "-lm"], folder)
+        objects = compile_files([compiler, "-O2", "-fPIC", *options], sources, folder)
+        run([compiler, "-shared", *options, *objects, "-o", "library.so", "-lm"], folder)
         shutil.copyfile(folder / "library.so", target)
+    keep(key, {"library": b64encode(target.read_bytes()).decode()})
 
 
 def footprint(compiler: str, folder: Path, prefix: str, *, single: bool, optimised: str) -> Footprint:
-    """Compile and run the golden samples of an exported folder, and measure.
+    """Compile and run the golden samples of an exported folder, and measure; the same C is measured once by a compiler.
 
     Args:
         compiler: its path.
@@ -118,12 +131,17 @@ def footprint(compiler: str, folder: Path, prefix: str, *, single: bool, optimis
         optimised: ``-O2`` or ``-Os``.
     """
     options = [optimised, "-fstack-usage", f"-D{prefix.upper()}_FLOAT={int(single)}"]
+    key = key_of("footprint", _identity(compiler), _texts(folder), prefix, options)
+    if (found := read_kept(key)) is not None:
+        return Footprint(**found)
     with _copied(folder) as work:
         step = _timed(compiler, work, prefix, options)
-        (stack,) = re.findall(rf":{prefix}_step\t([0-9]+)", (work / f"{prefix}.su").read_text(encoding="utf-8"))
+        stack = _stack(work, prefix)
         state, saved = _numbers(compiler, work, prefix, [f"sizeof({prefix})", f"{prefix.upper()}_BYTES"], options)
-        code = _code_bytes(work / f"{prefix}.o")
-    return Footprint("float" if single else "double", optimised, code, int(stack), state, saved, step)
+        code = _code_bytes(work, prefix)
+    measured = Footprint("float" if single else "double", optimised, code, stack, state, saved, step)
+    keep(key, asdict(measured))
+    return measured
 
 
 def control_footprint(compiler: str, folder: Path, prefix: str) -> ControlFootprint:
@@ -135,11 +153,28 @@ def control_footprint(compiler: str, folder: Path, prefix: str) -> ControlFootpr
         prefix: of the names in it.
     """
     name, options = f"{prefix}_control", ["-O2"]
+    key = key_of("control-footprint", _identity(compiler), _texts(folder), name, options)
+    if (found := read_kept(key)) is not None:
+        return ControlFootprint(**found)
     with _copied(folder) as work:
         step = _timed(compiler, work, name, options)
         (state,) = _numbers(compiler, work, name, [f"sizeof({name})"], options)
-        code = _code_bytes(work / f"{name}.o")
-    return ControlFootprint(code, state, step)
+        code = _code_bytes(work, name)
+    measured = ControlFootprint(code, state, step)
+    keep(key, asdict(measured))
+    return measured
+
+
+def _identity(compiler: str) -> tuple[str, int, int, str]:
+    """What tells a compiler from another one."""
+    path = Path(compiler).resolve()
+    known = path.stat()
+    return str(path), known.st_size, known.st_mtime_ns, version(compiler)
+
+
+def _texts(folder: Path) -> dict[str, str]:
+    """The C of an exported folder."""
+    return {file.name: file.read_text(encoding="utf-8") for file in sorted(folder.glob("*.[ch]"))}
 
 
 @contextmanager
@@ -154,8 +189,8 @@ def _copied(folder: Path) -> Iterator[Path]:
 def _timed(compiler: str, work: Path, name: str, options: Sequence[str]) -> float:
     """Compile `name.c`, link it with its golden samples, and run them: the least time of a step [s]."""
     common = [compiler, *STRICT, *options, f"-DROUNDS={_ROUNDS}"]
-    run([*common, "-c", f"{name}.c", "-o", f"{name}.o"], work)
-    run([*common, f"{name}.o", f"{name}_test.c", "-lm", "-o", "golden"], work)
+    objects = compile_files(common, bodies(work, name), work)
+    run([*common, *objects, f"{name}_test.c", "-lm", "-o", "golden"], work)
     return 1e-9 * min(_step_nanoseconds(run([str(work / "golden")], work)) for _ in range(_RUNS))
 
 
@@ -172,6 +207,33 @@ def _step_nanoseconds(said: str) -> int:
     return int(re.findall(r"([0-9]+) ns a step", said)[0])
 
 
-def _code_bytes(file: Path) -> int:
-    """Bytes of an object's code and constants, by `size` of the binutils that every gcc comes with."""
-    return int(run(["size", str(file)], file.parent).splitlines()[1].split()[0])
+def bodies(folder: Path, name: str) -> list[str]:
+    """The files that `name.h` is the header of: its body, and the parts of its step."""
+    return [f"{name}.c", *sorted(file.name for file in folder.glob(f"{name}_step_*.c"))]
+
+
+def compile_files(command: Sequence[str], sources: Sequence[str], folder: Path) -> list[str]:
+    """Compile files beside each other; the names of their objects."""
+    objects = [source.removesuffix(".c") + ".o" for source in sources]
+    pairs = sorted(zip(sources, objects, strict=True), key=lambda pair: -(folder / pair[0]).stat().st_size)
+    with ThreadPoolExecutor(os.cpu_count()) as pool:  # the longest first
+        list(pool.map(lambda pair: run([*command, "-c", pair[0], "-o", pair[1]], folder), pairs))
+    return objects
+
+
+def _stack(work: Path, prefix: str) -> int:
+    """Bytes of stack of a step: its frame, with those of a part of it and of that part's function that takes most."""
+    said = "".join(file.read_text(encoding="utf-8") for file in sorted(work.glob(f"{prefix}*.su")))
+    frames = {name: int(taken) for name, taken in re.findall(r":(\w+)\t([0-9]+)", said)}
+    deepest: dict[str, list[int]] = defaultdict(lambda: [0, 0])
+    for name, taken in frames.items():
+        if found := re.fullmatch(rf"{prefix}_step_([a-z_]+?)(_[0-9]+)?", name):
+            levels = deepest[found[1]]
+            levels[found[2] is not None] = max(levels[found[2] is not None], taken)
+    return frames[f"{prefix}_step"] + max((sum(levels) for levels in deepest.values()), default=0)
+
+
+def _code_bytes(folder: Path, name: str) -> int:
+    """Bytes of code and constants, by `size` of the binutils that every gcc comes with."""
+    objects = [body.removesuffix(".c") + ".o" for body in bodies(folder, name)]
+    return sum(int(line.split()[0]) for line in run(["size", *objects], folder).splitlines()[1:])

@@ -8,11 +8,11 @@ import sys
 import tempfile
 import uuid
 import zipfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ramsight.deploy.c_sensor import identifier_of
+from ramsight.deploy.c_step import identifier_of
 from ramsight.deploy.c_text import template
 from ramsight.deploy.compiler import STRICT, find_compiler, library
 from ramsight.deploy.control_options import ControlOptions
@@ -57,7 +57,6 @@ def write_fmu(
     control: ControlOptions | None = None,
     platforms: Sequence[str] | None = None,
     compiler: str | None = None,
-    named: Callable[[str], str] = str,
 ) -> WrittenFmu:
     """Write a co-simulation FMU of a unit's virtual sensor, alone or with what stands behind it, or of the unit itself.
 
@@ -73,7 +72,6 @@ def write_fmu(
         platforms: names of `PLATFORMS` that it has binaries for, by the package ziglang; by default that of this
             machine, by its compiler.
         compiler: path of the C compiler; by default the one that is found. Without one the FMU has sources alone.
-        named: what errors call an argument.
 
     Raises:
         DescriptionError: there is no such sensor or version.
@@ -84,22 +82,20 @@ def write_fmu(
         >>> import tempfile
         >>> from ramsight import machine
         >>> with tempfile.TemporaryDirectory() as folder:
-        ...     done = write_fmu(machine.load("mining-loader"), "boom", f"{folder}/boom.fmu", compiler="")
+        ...     done = write_fmu(machine.load_machine("mining-loader"), "boom", f"{folder}/boom.fmu", compiler="")
         ...     done.path.name, done.variables, done.binaries
-        ('boom.fmu', 30, ())
+        ('boom.fmu', 34, ())
     """
     for key, value, known in (("what", what, WHAT), ("fmi", fmi, VERSIONS)):
         if value not in known:
-            raise DescriptionError(
-                "there is no such FMU", key=named(key), value=value, allowed=", ".join(map(str, known))
-            )
+            raise DescriptionError("there is no such FMU", key=key, value=value, allowed=", ".join(map(str, known)))
     if tabled and what != "sensor":
-        raise DescriptionError("is of a sensor alone", key=named("parameters"), value=what, allowed="sensor")
+        raise DescriptionError("is of a sensor alone", key="parameters", value=what, allowed="sensor")
     out = Path(out)
     check_target(out, (".fmu",))
-    from ramsight.plant.build import build_unit
+    from ramsight.plant.build import build
 
-    built, driving = build_unit(unit, machine.unit(unit)), control or ControlOptions()
+    built, driving = build(machine.unit(unit), unit), control or ControlOptions()
     model = _model(machine, built, what, driving, tabled)
     identifier = f"ramsight_{identifier_of(unit)}_{what}"
     files = _sources(model, fmi)

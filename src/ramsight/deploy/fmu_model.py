@@ -10,7 +10,8 @@ from typing import Any
 import casadi as ca
 
 from ramsight.deploy.c_function import PLAIN, array_function, literal
-from ramsight.deploy.c_sensor import field_of, sensor_source
+from ramsight.deploy.c_sensor import sensor_source
+from ramsight.deploy.c_step import field_of
 from ramsight.deploy.c_text import template
 from ramsight.deploy.fmu_behind import Behind
 from ramsight.deploy.fmu_units import parameter_unit, usual_sizes

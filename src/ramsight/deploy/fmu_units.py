@@ -110,8 +110,8 @@ def usual_sizes(unit: HydraulicUnit) -> dict[str, float]:
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build_unit
-        >>> sizes = usual_sizes(build_unit("boom", machine.load("mining-loader").unit("boom")))
+        >>> from ramsight.plant.build import build
+        >>> sizes = usual_sizes(build(machine.load_machine("mining-loader").unit("boom"), "boom"))
         >>> sizes["Pa"], sizes["m"]
         (21000000.0, 0.7)
     """

@@ -125,7 +125,7 @@ class Recording:
         """The inputs of the control, a column each of `ramsight.control.orders.INPUTS`, shape (samples, 15)."""
         record, rows, before = self.loop.records[self._name], [], math.nan
         for e, r, learned, asked in zip(record.estimate, record.reported, record.learned, self._asked, strict=True):
-            sensed = e.position, e.std, e.velocity, e.load, float(e.status), r.oil_temperature
+            sensed = e.position, e.position_std, e.velocity, e.load, float(e.status), r.oil_temperature
             arrived, before = float(r.time != before), r.time  # a report that was lost is the last one once more
             rows.append((*sensed, *learned, arrived, r.motor_speed, r.motor_torque, *asked))
         return np.array(rows)

@@ -8,12 +8,13 @@ from xml.sax.saxutils import quoteattr
 from ramsight._version import __version__
 from ramsight.deploy.c_function import literal
 from ramsight.deploy.c_machine import MachineTable, table_header
-from ramsight.deploy.c_sensor import identifier_of, machine_table
+from ramsight.deploy.c_sensor import machine_table
+from ramsight.deploy.c_step import identifier_of
 from ramsight.deploy.fmu_model import plant_model
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
-from ramsight.output import atomic_path, check_target
-from ramsight.plant.build import build_unit
+from ramsight.output import check_target, write_text
+from ramsight.plant.build import build
 from ramsight.sensor.kalman import kalman
 
 _SPACE = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
@@ -37,7 +38,7 @@ def write_parameters(machine: Machine, unit: str, out: str | Path, *, what: str 
     """
     out = Path(out)
     check_target(out, (".ssv", ".h") if what == "sensor" else (".ssv",))
-    built = build_unit(unit, machine.unit(unit))
+    built = build(machine.unit(unit), unit)
     if what == "plant":
         variables = plant_model(built, machine.name).variables
         numbers = {v.name: v.start or 0.0 for v in variables if v.causality == "parameter"}
@@ -48,8 +49,7 @@ def write_parameters(machine: Machine, unit: str, out: str | Path, *, what: str 
         numbers, text = table.numbers, _of_sensor(table, prefix, machine.name, unit, out.suffix)
     else:
         raise DescriptionError("has no parameters", key="what", value=what, allowed="sensor, plant")
-    with atomic_path(out) as draft:
-        draft.write_text(text, encoding="utf-8")
+    write_text(text, out)
     return len(numbers)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ramsight.sensor.diagnosis import KINDS
 from ramsight.sensor.hypothesis import Kind
-from ramsight.sensor.virtual_sensor import BOUND
+from ramsight.sensor.virtual_sensor import BOUND, HIGHEST, LOWEST
 
 _MEANING = {
     "position": "0 = retracted",
@@ -13,9 +13,12 @@ _MEANING = {
     "pressure_a": "chamber on the piston's side, absolute",
     "pressure_b": "chamber on the rod's side, absolute",
     "leak_factor": "leakage over the data sheet's",
+    "leak_exponent": "by how much less than described the leakage grows with pressure, as an exponent",
     "displacement_factor": "displacement over the data sheet's",
     "compliance_factor": "compliance over the data sheet's",
     "mode": "what the piston is doing, a number of docs/kalman.md",
+    LOWEST: "lower end of the 95 % band",
+    HIGHEST: "upper end of the 95 % band",
     BOUND: "error that one sample in 100000 exceeds",
     "referenced_since_power_up": "whether a reference has come since the start, or since it was resumed",
     "torque_over_pressures": "reported torque less what the pressures ask for, lately",

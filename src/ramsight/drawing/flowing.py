@@ -51,8 +51,8 @@ def chains(sheet: Sheet, unit: HydraulicUnit) -> list[Chain]:
     Example:
         >>> from ramsight import machine
         >>> from ramsight.drawing import drawn
-        >>> from ramsight.plant.build import build_unit
-        >>> press = build_unit("ram", machine.load("press").unit("ram"))
+        >>> from ramsight.plant.build import build
+        >>> press = build(machine.load_machine("press").unit("ram"), "ram")
         >>> [dict(chain.flows) for chain in chains(drawn(press), press) if chain.node == "chamber_a"]
         [{'pipe_a': -1.0}]
     """

@@ -51,8 +51,8 @@ def drawn(unit: HydraulicUnit, title: str | None = None, notes: Mapping[str, str
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build_unit
-        >>> sheet = drawn(build_unit("ram", machine.load("press").unit("ram")))
+        >>> from ramsight.plant.build import build
+        >>> sheet = drawn(build(machine.load_machine("press").unit("ram"), "ram"))
         >>> sorted(part.name for part in sheet.placed)[:3]
         ['cylinder', 'drive', 'oil temperature']
     """

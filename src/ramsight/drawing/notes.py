@@ -12,7 +12,7 @@ def notes(unit: Unit) -> dict[str, str]:
 
     Example:
         >>> from ramsight import machine
-        >>> notes(machine.load("mining-loader").unit("boom"))["pump_a"]
+        >>> notes(machine.load_machine("mining-loader").unit("boom"))["pump_a"]
         'PGI100-2-008'
     """
     found = {}

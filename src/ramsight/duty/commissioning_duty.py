@@ -85,8 +85,8 @@ def commissioning(
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build_unit
-        >>> boom = build_unit("boom", machine.load("mining-loader").unit("boom"))
+        >>> from ramsight.plant.build import build
+        >>> boom = build(machine.load_machine("mining-loader").unit("boom"), "boom")
         >>> 300.0 < commissioning(boom, usual_loads(boom), 313.15).duration < 600.0
         True
     """
@@ -124,8 +124,8 @@ def leak_test_speeds(unit: HydraulicUnit, loads: Sequence[float], oil_temperatur
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build_unit
-        >>> boom = build_unit("boom", machine.load("mining-loader").unit("boom"))
+        >>> from ramsight.plant.build import build
+        >>> boom = build(machine.load_machine("mining-loader").unit("boom"), "boom")
         >>> [round(speed * 30.0 / 3.14159) for speed in leak_test_speeds(boom, [441e3], 313.15)]
         [85, 138]
     """

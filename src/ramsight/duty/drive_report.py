@@ -151,8 +151,8 @@ def usual_report(unit: HydraulicUnit) -> DriveReport:
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build_unit
-        >>> axis = build_unit("axis", machine.load("eha-test-bench").unit("axis"))
+        >>> from ramsight.plant.build import build
+        >>> axis = build(machine.load_machine("eha-test-bench").unit("axis"), "axis")
         >>> round(usual_report(axis).torque_noise, 3)
         0.106
     """

@@ -37,8 +37,8 @@ def read_duty(path: str | Path, unit: HydraulicUnit, oil_temperature: float, sta
     Example:
         >>> import pathlib, tempfile
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build_unit
-        >>> boom = build_unit("boom", machine.load("mining-loader").unit("boom"))
+        >>> from ramsight.plant.build import build
+        >>> boom = build(machine.load_machine("mining-loader").unit("boom"), "boom")
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     file = pathlib.Path(folder) / "duty.csv"
         ...     _ = file.write_text("time_s,motor_speed_rpm,load_kn\n0,0,129\n1,1500,129\n5,1500,129\n6,0,129\n")

@@ -43,8 +43,8 @@ def lift_lower(
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build_unit
-        >>> boom = build_unit("boom", machine.load("mining-loader").unit("boom"))
+        >>> from ramsight.plant.build import build
+        >>> boom = build(machine.load_machine("mining-loader").unit("boom"), "boom")
         >>> [round(lift_lower(boom, load, 313.15).duration, 1) for load in (441e3, [441e3, 129e3])]
         [20.0, 40.6]
     """

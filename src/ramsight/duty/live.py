@@ -214,8 +214,8 @@ class LiveUnit(_Live):
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build_unit
-        >>> live = LiveUnit(build_unit("ram", machine.load("press").unit("ram")), 0.1, 50e3)
+        >>> from ramsight.plant.build import build
+        >>> live = LiveUnit(build(machine.load_machine("press").unit("ram"), "ram"), 0.1, 50e3)
         >>> live.advance(50.0, 50e3).motor_torque["ram"] > 0.0
         True
     """

@@ -27,10 +27,10 @@ class LiveFurther:
     Example:
         >>> from ramsight import machine
         >>> from ramsight.machine.assumption_description import AssumedMotorTemperature
-        >>> from ramsight.plant.build import build_unit
-        >>> ram = machine.load("press").unit("ram")
+        >>> from ramsight.plant.build import build
+        >>> ram = machine.load_machine("press").unit("ram")
         >>> known = ram.assumptions.model_copy(update={"motor_temperature": AssumedMotorTemperature(std=0.01)})
-        >>> further = LiveFurther(build_unit("ram", ram.model_copy(update={"assumptions": known})), 0.02)
+        >>> further = LiveFurther(build(ram.model_copy(update={"assumptions": known}), "ram"), 0.02)
         >>> further.sample(0.1, 100.0, 20.0, (1e7, 1e5), warmer=40.0)
         {'motor_temperature': 338.0}
     """

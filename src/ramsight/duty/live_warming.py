@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
+from ramsight.plant.circuit import WARMING
 from ramsight.plant.heat import HeatStores, case_losses, shared_out
 from ramsight.plant.unit import HydraulicUnit
 
@@ -20,8 +21,8 @@ class LiveWarming:
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build_unit
-        >>> oil = LiveWarming(build_unit("ram", machine.load("press").unit("ram")), 313.15)
+        >>> from ramsight.plant.build import build
+        >>> oil = LiveWarming(build(machine.load_machine("press").unit("ram"), "ram"), 313.15)
         >>> for k in range(600):
         ...     oil.go_on(0.1, {"pump_a.leakage": 100.0 * k}, ambient=293.15)
         >>> round(oil.pumps - 273.15, 1), round(oil.tank - 273.15, 1)
@@ -43,6 +44,20 @@ class LiveWarming:
     def tank(self) -> float:
         """Temperature of the oil in the tank, which a thermometer sees [K]."""
         return float(self._stores[1])
+
+    def followed(self, before: float, passed: float, known: Collection[str], prefix: str = "") -> dict[str, float]:
+        """Parameters of a live equation that follow the oil, in SI by name.
+
+        Args:
+            before: temperature of the oil in the pumps a while ago [K].
+            passed: since then [s].
+            known: names of the equation's parameters; not each has a rate of warming.
+            prefix: of the unit's, with its point; "" for a unit alone.
+        """
+        values = {f"{prefix}oil_temperature": self.pumps}
+        if (rate := f"{prefix}{WARMING}") in known:
+            values[rate] = (self.pumps - before) / passed
+        return values
 
     def begin_account(self) -> None:
         """The account of losses begins again."""

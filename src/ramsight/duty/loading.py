@@ -79,7 +79,7 @@ def loading_cycle(
     Example:
         >>> from ramsight import machine
         >>> from ramsight.plant.linked import build_linked
-        >>> duty = loading_cycle(build_linked(machine.load("mining-loader")))
+        >>> duty = loading_cycle(build_linked(machine.load_machine("mining-loader")))
         >>> [name for name, _ in duty.phases][:4]
         ['approach', 'crowd', 'fill', 'break out']
     """

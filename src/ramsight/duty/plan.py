@@ -38,8 +38,8 @@ class Plan:
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build_unit
-        >>> plan = Plan(build_unit("boom", machine.load("mining-loader").unit("boom")), 200e3, 313.15, 0.1)
+        >>> from ramsight.plant.build import build
+        >>> plan = Plan(build(machine.load_machine("mining-loader").unit("boom"), "boom"), 200e3, 313.15, 0.1)
         >>> plan.rest(1.0)
         >>> plan.go(0.5, 100.0, ramp=0.5)
         >>> round(plan.height, 3), round(plan.duty().duration, 1)

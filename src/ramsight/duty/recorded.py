@@ -53,8 +53,10 @@ class Recorded:
         """As a Dataset over `time`; xarray takes a third of a second to be imported."""
         import xarray
 
+        from ramsight.output.shown_dataset import ShownDataset
+
         data = {
             name: ("time", one.values, {"units": one.units, "long_name": one.long_name})
             for name, one in self.signals.items()
         }
-        return xarray.Dataset(data, attrs=dict(self.attrs))
+        return ShownDataset.of(xarray.Dataset(data, attrs=dict(self.attrs)))

@@ -111,10 +111,11 @@ def ran(
     rtol: float = DEFAULT_RTOL,
     max_steps: int = DEFAULT_MAX_STEPS,
     advance: Callable[[float], object] | None = None,
+    model: CircuitModel | None = None,
 ) -> Ran:
-    """Run a unit through a duty; arguments and errors as `simulate`."""
+    """Run a unit through a duty; arguments and errors as `simulate`, and perhaps its audited equation."""
     check_temperature(unit, duty.oil_temperature)
-    model = audited_circuit(unit)
+    model = model or audited_circuit(unit)
     check_commands(model, duty)
     ode = model.ode
     segments = duty.segments(model.values, ode.parameters)

@@ -84,16 +84,7 @@ def batches(
             share = -(-len(chunk) // threads)
             parts = [chunk[k : k + share] for k in range(0, len(chunk), share)]
             done = list(pool.map(lambda part: _run(loop, part, rtol, atol, max_steps), parts))
-            final, least, most, ended = (np.concatenate(pieces) for pieces in zip(*done, strict=True))
-            yield Summaries(
-                final=final,
-                least=least,
-                most=most,
-                outcome=[_OUTCOMES[int(code)] for code in ended[:, 0]],
-                time=ended[:, 3],
-                accepted=ended[:, 1].astype(np.int64),
-                rejected=ended[:, 2].astype(np.int64),
-            )
+            yield _summaries(*(np.concatenate(pieces) for pieces in zip(*done, strict=True)))
             if advance is not None:
                 advance(len(chunk))
 
@@ -105,14 +96,22 @@ class Sampled:
     Attributes:
         time: of the samples of each run [s], one array a run.
         state: states at those times, shape (samples, states), one array a run.
-        outcome: how each ended; of a run that did not reach its end only what came before counts.
-        ended: when each ended [s], shape (runs,).
+        summaries: how each ended, and its extremes; of a run that did not reach its end only what came before counts.
     """
 
     time: list[Array]
     state: list[Array]
-    outcome: list[Outcome]
-    ended: Array
+    summaries: Summaries
+
+    @property
+    def outcome(self) -> list[Outcome]:
+        """How each ended."""
+        return self.summaries.outcome
+
+    @property
+    def ended(self) -> Array:
+        """When each ended [s], shape (runs,)."""
+        return self.summaries.time
 
 
 def sampled(
@@ -140,16 +139,28 @@ def sampled(
     counts = [int(np.floor(span / period + 1e-9)) + 1 for span in spans]
     first = np.concatenate([[0], np.cumsum(counts)])
     samples = np.empty((int(first[-1]), len(model.states)))
-    _, _, _, ended = _run(loop, jobs, rtol, atol, max_steps, period, first, samples)
+    ended = _run(loop, jobs, rtol, atol, max_steps, period, first, samples)
     return Sampled(
         time=[job.segments.start[0] + period * np.arange(n) for job, n in zip(jobs, counts, strict=True)],
         state=[samples[first[k] : first[k + 1]] for k in range(len(jobs))],
-        outcome=[_OUTCOMES[int(code)] for code in ended[:, 0]],
-        ended=ended[:, 3],
+        summaries=_summaries(*ended),
     )
 
 
 _OUTCOMES = (Outcome.DONE, Outcome.TOO_MANY_STEPS, Outcome.STEP_TOO_SMALL)
+
+
+def _summaries(final: Array, least: Array, most: Array, ended: Array) -> Summaries:
+    """What `_run` returns, by name."""
+    return Summaries(
+        final=final,
+        least=least,
+        most=most,
+        outcome=[_OUTCOMES[int(code)] for code in ended[:, 0]],
+        time=ended[:, 3],
+        accepted=ended[:, 1].astype(np.int64),
+        rejected=ended[:, 2].astype(np.int64),
+    )
 
 
 def _run(

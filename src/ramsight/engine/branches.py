@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import heapq
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -53,13 +53,14 @@ def choice(graph: Graph, place: int) -> tuple[int, int, int | None] | None:
     return None
 
 
-def schedule(graph: Graph, parts: Sequence[int] | None = None) -> list[int | Branch]:
+def schedule(graph: Graph, parts: Sequence[int] | None = None, varying: Collection[int] = ()) -> list[int | Branch]:
     """All operations in an order in which they can be done, the seldom ones in branches.
 
     Args:
         graph: the operations.
         parts: number of each operation's part, never less than that of what it needs; no branch has choices of two
             parts. By default all of it is one.
+        varying: conditions that no branch is made of, as they are of several runs.
     """
     users: dict[int, list[int]] = defaultdict(list)
     for k, node in enumerate(graph.nodes):
@@ -72,7 +73,7 @@ def schedule(graph: Graph, parts: Sequence[int] | None = None) -> list[int | Bra
     taken: set[int] = set()
     for condition, members in _groups(graph, users, parts or [0] * len(graph.nodes)):
         branch = _branch(graph, users, condition, members, taken)
-        if _cost(graph, branch) < _LEAST:
+        if condition in varying or _cost(graph, branch) < _LEAST:
             continue
         found = _ordered(graph, [*branches, branch])
         if found is not None:

@@ -3,39 +3,23 @@
 from __future__ import annotations
 
 import ast
-import hashlib
 import inspect
-import os
-from collections.abc import Mapping, Sequence
-from functools import partial
-from pathlib import Path
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
 
 import casadi as ca
-from llvmlite import ir
 
-from ramsight.engine import branches, graph, llvm, llvm_loop, terms, writes
-from ramsight.engine.llvm_loop import Kinds
-from ramsight.engine.object_code import NativeFunction
-from ramsight.engine.private_folder import private_folder
-from ramsight.engine.terms import View
+from ramsight.engine.cache_folder import cache_directory, content_hash
+from ramsight.engine.object_code import Kinds, NativeFunction
 from ramsight.expression import Vector
+
+if TYPE_CHECKING:
+    from ramsight.engine.terms import View
 
 WIDTH = 8
 """Runs side by side: one AVX-512 register of doubles, two of AVX2."""
 _loaded: dict[str, CompiledModule] = {}
-
-
-def cache_directory() -> Path:
-    """Where compiled models are kept; the folder exists, and nobody else can write into it.
-
-    `$RAMSIGHT_CACHE`, else `ramsight` in the user's cache directory. Where that cannot be written, or others may
-    write into it, another one that is ours alone (`engine.private_folder`).
-    """
-    named = os.environ.get("RAMSIGHT_CACHE")
-    base = os.environ.get("XDG_CACHE_HOME")
-    wanted = Path(named) if named else (Path(base) if base else Path.home() / ".cache") / "ramsight"
-    return private_folder(wanted, "remove it, or set RAMSIGHT_CACHE to a folder of your own")
 
 
 def instructions(function: ca.Function) -> list[list[Any]]:
@@ -50,14 +34,6 @@ def instructions(function: ca.Function) -> list[list[Any]]:
         value = function.instruction_constant(k) if code == ca.OP_CONST else 0.0
         listing.append([code, target, sources, value])
     return listing
-
-
-def content_hash(*parts: str) -> str:
-    """A short hash of texts; the same texts always have the same one."""
-    found = hashlib.sha256()
-    for part in parts:
-        found.update(f"{len(part)} {part}".encode())
-    return found.hexdigest()[:24]
 
 
 def generated_module(
@@ -77,6 +53,8 @@ def generated_module(
         body: source of further functions, of what `engine.terms` and `engine.loop` know.
         widths: functions that work on several runs side by side, and on how many; their arrays are (n, width).
     """
+    from ramsight.engine import branches, graph, llvm, llvm_loop, terms, writes
+
     widths = {name: (widths or {}).get(name, 1) for name in functions}
     name = "model_" + content_hash(
         *(text for name, function in functions.items() for text in (name, function.serialize())),
@@ -85,6 +63,25 @@ def generated_module(
         *map(inspect.getsource, (graph, branches, writes, llvm, terms, llvm_loop)),
         ca.CasadiMeta.version(),
     )
+    return kept_module(name, lambda: functions, constants, body, widths)
+
+
+def kept_module(
+    name: str,
+    functions: Callable[[], Mapping[str, ca.Function]],
+    constants: Mapping[str, object],
+    body: str,
+    widths: Mapping[str, int],
+) -> CompiledModule:
+    """The module of a name that `generated_module` gave; its functions are asked for only where it is to be compiled.
+
+    Args:
+        name: of the module.
+        functions: gives what it is made of.
+        constants: as they were.
+        body: as it was.
+        widths: of every function.
+    """
     if name not in _loaded:
         _loaded[name] = CompiledModule(name, functions, constants, body, widths)
     return _loaded[name]
@@ -95,7 +92,7 @@ class CompiledModule:
 
     Args:
         name: of the module and its files.
-        functions: what it is made of, by name.
+        functions: gives what it is made of, by name.
         constants: names that have a number.
         body: source of the loops around them.
         widths: of each function.
@@ -104,22 +101,26 @@ class CompiledModule:
     def __init__(
         self,
         name: str,
-        functions: Mapping[str, ca.Function],
+        functions: Callable[[], Mapping[str, ca.Function]],
         constants: Mapping[str, object],
         body: str,
         widths: Mapping[str, int],
     ) -> None:
-        self._folder, self._name = cache_directory(), name
-        self._functions, self._widths = functions, widths
+        self._folder, self.name = cache_directory(), name
+        self._made, self._widths = functions, widths
         statements = ast.parse(body).body
         self._loops = {one.name: one for one in statements if isinstance(one, ast.FunctionDef)}
         self._constants: dict[str, Any] = dict(constants)
         rest: list[ast.stmt] = [one for one in statements if isinstance(one, ast.Assign)]
-        exec(compile(ast.Module(rest, []), f"<{name}>", "exec"), {}, self._constants)
+        exec(compile(ast.Module(rest, []), f"<{name}>", "exec"), {}, self._constants)  # noqa: S102  our own source
+
+    @cached_property
+    def _functions(self) -> Mapping[str, ca.Function]:
+        return self._made()
 
     def __getattr__(self, name: str) -> Any:
-        if name in self._loops or name in self._functions:
-            value: Any = NativeFunction(partial(self._written, name), f"{self._name}.{name}", self._folder)
+        if name in self._loops or name in self._widths:
+            value: Any = NativeFunction(partial(self._written, name), f"{self.name}.{name}", self._folder)
         elif name in self._constants:
             value = self._constants[name]
         else:
@@ -129,6 +130,10 @@ class CompiledModule:
 
     def _written(self, name: str, kinds: Kinds) -> tuple[str, int]:
         """The text of a function for LLVM, and the size of its workspace."""
+        from llvmlite import ir
+
+        from ramsight.engine import llvm_loop
+
         module = ir.Module(name)
         source = self._loops.get(name) or self._alone(name)
         words = llvm_loop.emit_loop(module, source, kinds, self._constants, self._call)
@@ -143,8 +148,10 @@ class CompiledModule:
 
     def _call(self, builder: Any, name: str, views: Sequence[View]) -> bool:
         """Emit the call of a function, and the function if it is the first."""
-        if name not in self._functions:
+        if name not in self._widths:
             return False
+        from ramsight.engine import llvm
+
         function, module = self._functions[name], builder.module
         inputs, outputs = function.name_in(), [out.removesuffix("_new") for out in function.name_out()]
         symbol = f"operations.{name}"

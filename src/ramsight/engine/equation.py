@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
+from typing import Any
 
 import casadi as ca
 
@@ -36,6 +38,22 @@ class Output:
     unit: str
     expression: Real
 
+    def __getattr__(self, name: str) -> Any:
+        """The expression of an equation that is not made yet."""
+        if name != "expression" or "_made" not in self.__dict__:
+            raise AttributeError(name)
+        self.__dict__["expression"] = self.__dict__["_made"]()
+        return self.__dict__["expression"]
+
+
+def _late_output(name: str, unit: str, place: int, made: Callable[[], OdeModel]) -> Output:
+    output = object.__new__(Output)
+    output.__dict__.update(name=name, unit=unit, _made=lambda: made().outputs[place].expression)
+    return output
+
+
+_GRAPH = ("x", "u", "slope", "p", "rhs")
+
 
 @dataclass(frozen=True, eq=False)
 class OdeModel:
@@ -61,6 +79,42 @@ class OdeModel:
     p: Vector
     rhs: Vector
     outputs: tuple[Output, ...] = ()
+
+    @classmethod
+    def late(
+        cls,
+        name: str,
+        states: tuple[State, ...],
+        inputs: tuple[str, ...],
+        parameters: tuple[str, ...],
+        outputs: Mapping[str, str],
+        made: Callable[[], OdeModel],
+        known: object,
+    ) -> OdeModel:
+        """An equation whose graph is made when it is asked for.
+
+        Args:
+            name: for messages.
+            states: the states.
+            inputs: names of the inputs.
+            parameters: names of the parameters.
+            outputs: their units by their names.
+            made: makes the whole equation.
+            known: where its machine code is (`engine.ode_module.Integrated`).
+        """
+        model, whole = object.__new__(cls), cache(made)
+        model.__dict__.update(name=name, states=states, inputs=inputs, parameters=parameters, known=known)
+        shown = [_late_output(one, unit, place, whole) for place, (one, unit) in enumerate(outputs.items())]
+        model.__dict__.update(outputs=tuple(shown), _made=whole)
+        return model
+
+    def __getattr__(self, name: str) -> Any:
+        """What of the graph is not made yet."""
+        if name not in _GRAPH or "_made" not in self.__dict__:
+            raise AttributeError(name)
+        whole = self.__dict__["_made"]()
+        self.__dict__.update({one: getattr(whole, one) for one in _GRAPH})
+        return self.__dict__[name]
 
     @property
     def n_coupled(self) -> int:

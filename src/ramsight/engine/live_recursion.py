@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.engine.recursion import Recursion, replay
+from ramsight.engine.recursion import Graph, Recursion, replay
 from ramsight.engine.typed_state import column, initial_values, leaves, symbols
 from ramsight.expression import Real
 
@@ -37,10 +37,9 @@ def recursion_of(
     before = symbols(initial)
     after, given = stage(before, inputs)
     names = [tuple(one.name for one in leaves(tree)) for tree in (before, inputs, parameters)]
-    return Recursion(
-        names[0], names[1], tuple(str(one.value) for one in leaves(parameters)), tuple(outputs),
-        column(before), column(inputs), ca.SX(column(parameters)), column(after), ca.vertcat(*given),
-    )  # fmt: skip
+    graph = Graph(column(before), column(inputs), ca.SX(column(parameters)), column(after), ca.vertcat(*given))
+    constants = tuple(str(one.value) for one in leaves(parameters))
+    return Recursion(names[0], names[1], constants, tuple(outputs), lambda: graph)
 
 
 class Live:

@@ -15,6 +15,7 @@ from llvmlite import ir
 
 from ramsight.engine.branches import Branch, schedule
 from ramsight.engine.graph import SELECT, Program, graph_of
+from ramsight.engine.object_code import JOINED
 from ramsight.engine.writes import Writes, writes
 
 _LOG2_E = 1.4426950408889634
@@ -120,7 +121,7 @@ class _Emitter:
 
     def table(self) -> dict[int, Callable[..., Any]]:
         """CasADi's operation codes and what each becomes."""
-        b, fast = self.b, ("contract",)
+        b, fast = self.b, (JOINED,)
         one, two = self.constant(1.0), self.constant(2.0)
         return {
             ca.OP_ASSIGN: lambda x: x,

@@ -13,16 +13,11 @@ from typing import Any
 
 from llvmlite import ir
 
+from ramsight.engine.object_code import ENTRY, Kinds
 from ramsight.engine.terms import REAL, WHOLE, LoopError, Terms, View, whole
-
-Kinds = tuple[tuple[str, int], ...]
-"""Of arguments: type and number of dimensions, 0 for a number."""
 
 Call = Callable[[Any, str, Sequence[View]], bool]
 """Emits the call of a function of the graph, by a builder; false if it is not one."""
-
-ENTRY = "loop"
-"""The name of the function in its module."""
 
 
 def emit_loop(

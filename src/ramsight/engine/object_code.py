@@ -1,6 +1,7 @@
 """Compiled functions as object files: LLVM makes one when its content is new, and loads it where it is not.
 
-An object file is machine code and nothing else, so that nothing is unpickled.
+An object file is machine code and nothing else, so that nothing is unpickled. With `$RAMSIGHT_OPTIMIZE` = `no` it is
+assembled as it is written: two thirds of a first call are spent on optimizing it.
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import hashlib
+import os
 import threading
 from collections.abc import Callable
 from functools import cache, partial
@@ -18,15 +20,23 @@ import llvmlite
 import numpy as np
 from llvmlite import binding
 
-from ramsight.engine.llvm_loop import ENTRY, Kinds
 from ramsight.engine.private_folder import is_ours
 from ramsight.engine.whole_file import write_whole
+
+Kinds = tuple[tuple[str, int], ...]
+"""Of arguments: type and number of dimensions, 0 for a number."""
+
+ENTRY = "loop"
+"""The name of a function in its module."""
 
 Written = Callable[[Kinds], tuple[str, int]]
 """The text of a function `loop` for LLVM, for arguments of some kinds, and the size of its workspace [8 bytes]."""
 
 _MAGIC = b"ramsight object 2\n"
 _DIGEST = 32
+JOINED = "contract"
+"""LLVM's flag of a sum or a product that may be rounded once with the other."""
+_HIGHEST = 3  # level of LLVM's optimizers
 _NUMBER = ("d", 0)
 _DTYPES = {"d": "float64", "l": "int64"}
 _lock = threading.Lock()
@@ -76,7 +86,7 @@ class NativeFunction:
 
     def _file(self, kinds: Kinds) -> tuple[Path, bytes]:
         """Where the machine code is, and all that it depends on."""
-        key = repr((self._name, kinds, llvmlite.__version__, *_target())).encode()
+        key = repr((self._name, kinds, llvmlite.__version__, *_target(), _level())).encode()
         return self._folder / f"{self._name}-{hashlib.sha256(key).hexdigest()[:16]}.o", key
 
     def _load(self, kinds: Kinds) -> Callable[..., int] | None:
@@ -96,8 +106,10 @@ class NativeFunction:
     def _make(self, kinds: Kinds) -> Callable[..., int]:
         """Compile it, and keep the machine code if that can be done."""
         text, words = self._written(kinds)
-        assembly = binding.parse_assembly(text)
-        _optimize(assembly)
+        # Not optimized, LLVM joins products and sums in vectors, but not in scalars, and a batch would round otherwise.
+        assembly = binding.parse_assembly(text if _level() else text.replace(f" {JOINED} ", " "))
+        if _level():
+            _optimize(assembly)
         path, key = self._file(kinds)
         rest = words.to_bytes(8, "little") + _machine().emit_object(assembly)
         with contextlib.suppress(OSError):  # without a cache it is compiled each time
@@ -137,7 +149,12 @@ def _machine() -> Any:
     _initialize()
     triple, processor, features = _target()
     target = binding.Target.from_triple(triple)
-    return target.create_target_machine(cpu=processor, features=features, opt=3, jit=True)
+    return target.create_target_machine(cpu=processor, features=features, opt=_level(), jit=True)
+
+
+def _level() -> int:
+    """How much LLVM optimizes: all, or nothing where the user wants it sooner."""
+    return 0 if os.environ.get("RAMSIGHT_OPTIMIZE") == "no" else _HIGHEST
 
 
 @cache
@@ -147,7 +164,7 @@ def _initialize() -> None:
 
 
 def _optimize(assembly: Any) -> None:
-    options = binding.create_pipeline_tuning_options(speed_level=3)
+    options = binding.create_pipeline_tuning_options(speed_level=_HIGHEST)
     builder = binding.create_pass_builder(_machine(), options)
     builder.getModulePassManager().run(assembly, builder)
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import inspect
+from dataclasses import dataclass
 from functools import lru_cache
 from types import ModuleType
+from typing import Any
 
 import casadi as ca
 
 from ramsight.engine import kernel, lanes, rodas4
-from ramsight.engine.cache import WIDTH, CompiledModule, generated_module, hold
+from ramsight.engine.cache import WIDTH, CompiledModule, generated_module, hold, kept_module
 from ramsight.engine.elimination import eliminate
 from ramsight.engine.equation import OdeModel
 
@@ -28,11 +30,36 @@ def sample_outputs(x, u, slope, parameters, row, out):
 """
 
 
+@dataclass(frozen=True)
+class Integrated:
+    """Where the machine code of `integrate` and `sample_outputs` is.
+
+    Args:
+        module: its name.
+        constants: names that its loops know.
+        functions: names of the functions that they call.
+    """
+
+    module: str
+    constants: dict[str, Any]
+    functions: tuple[str, ...]
+
+
 @lru_cache(maxsize=256)
 def compile_ode(model: OdeModel) -> CompiledModule:
     """The compiled functions of a model: `integrate`, `sample_outputs` and the parts they are made of."""
+    body = _loop(kernel, "DONE, PAUSED") + _SAMPLE_OUTPUTS
+    if isinstance(known := vars(model).get("known"), Integrated):
+        widths = dict.fromkeys(known.functions, 1)
+        return kept_module(known.module, lambda: pieces(model)[0], known.constants, body, widths)
     functions, constants = pieces(model)
-    return generated_module(functions, constants, _loop(kernel, "DONE, PAUSED") + _SAMPLE_OUTPUTS)
+    return generated_module(functions, constants, body)
+
+
+def integrated(model: OdeModel) -> Integrated:
+    """Where the machine code of a model is."""
+    functions, constants = pieces(model)
+    return Integrated(compile_ode(model).name, constants, tuple(functions))
 
 
 @lru_cache(maxsize=64)

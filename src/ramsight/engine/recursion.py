@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.engine.cache import WIDTH, CompiledModule, generated_module, hold
+from ramsight.engine.cache import WIDTH, CompiledModule, generated_module, hold, kept_module
 
 Array = NDArray[np.float64]
 
@@ -57,49 +57,95 @@ def replay_lanes(inputs, begin, length, p, states, kept, out):
 """
 
 
-@dataclass(frozen=True, eq=False)
-class Recursion:
-    """A recursion as a CasADi graph without branches.
+@dataclass(frozen=True)
+class Graph:
+    """What a recursion computes, a CasADi graph without branches.
 
     Args:
-        state, inputs, parameters, outputs: names.
         x, u, p: the SX symbols, column vectors.
         next_state, output: SX expressions.
     """
 
-    state: tuple[str, ...]
-    inputs: tuple[str, ...]
-    parameters: tuple[str, ...]
-    outputs: tuple[str, ...]
     x: Any
     u: Any
     p: Any
     next_state: Any
     output: Any
 
+
+@dataclass(frozen=True)
+class Replayed:
+    """Where the machine code of `replay` is: all that is needed of it beside the names.
+
+    Args:
+        module: its name.
+        held: size of what is computed once of the parameters.
+    """
+
+    module: str
+    held: int
+
+
+@dataclass(frozen=True, eq=False)
+class Recursion:
+    """A recursion: names, and a graph that is made when it is asked for.
+
+    Args:
+        state, inputs, parameters, outputs: names.
+        drawn: gives the graph.
+        known: where its machine code is, if that was made before.
+    """
+
+    state: tuple[str, ...]
+    inputs: tuple[str, ...]
+    parameters: tuple[str, ...]
+    outputs: tuple[str, ...]
+    drawn: Callable[[], Graph]
+    known: Replayed | None = None
+
+    @cached_property
+    def graph(self) -> Graph:
+        """Its graph."""
+        return self.drawn()
+
+    @property
+    def replayed(self) -> Replayed:
+        """Where its machine code is."""
+        return self.known or Replayed(_compile(self).name, _held(self))
+
     def function(self) -> ca.Function:
         """The step as `step(x, u, p) -> (x_new, y)`."""
         return ca.Function(
-            "step", [self.x, self.u, self.p], [self.next_state, self.output], ["x", "u", "p"], ["x_new", "y"]
+            "step",
+            [self.graph.x, self.graph.u, self.graph.p],
+            [self.graph.next_state, self.graph.output],
+            ["x", "u", "p"],
+            ["x_new", "y"],
         )
 
 
 def _pieces(recursion: Recursion) -> tuple[dict[str, ca.Function], dict[str, object]]:
     """The functions that a loop calls, and the constants that it knows."""
-    n = recursion.x.numel()
-    both, q, prepare = hold(ca.densify(ca.vertcat(recursion.next_state, recursion.output)), recursion.p)
+    graph = recursion.graph
+    n = graph.x.numel()
+    both, q, prepare = hold(ca.densify(ca.vertcat(graph.next_state, graph.output)), graph.p)
     new, out = ca.vertsplit(both, [0, n, both.numel()])
-    step = ca.Function(
-        "advance", [recursion.x, recursion.u, q], [new, out], ["x", "u", "q"], ["x_new", "out"], {"cse": True}
-    )
-    sizes = {"N": n, "NU": recursion.u.numel(), "NO": out.numel(), "NQ": q.numel()}
+    step = ca.Function("advance", [graph.x, graph.u, q], [new, out], ["x", "u", "q"], ["x_new", "out"], {"cse": True})
+    sizes = {"N": n, "NU": graph.u.numel(), "NO": out.numel(), "NQ": q.numel()}
     return {"prepare": prepare, "advance": step}, dict(sizes)
 
 
 @lru_cache(maxsize=64)
 def _compile(recursion: Recursion) -> CompiledModule:
+    if (known := recursion.known) is not None:
+        widths = {"prepare": 1, "advance": 1}
+        return kept_module(known.module, lambda: _pieces(recursion)[0], {"NQ": known.held}, _REPLAY, widths)
     functions, constants = _pieces(recursion)
     return generated_module(functions, {"NQ": constants["NQ"]}, _REPLAY)
+
+
+def _held(recursion: Recursion) -> int:
+    return int(_compile(recursion).NQ)
 
 
 @lru_cache(maxsize=16)

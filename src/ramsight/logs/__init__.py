@@ -1,15 +1,15 @@
 """Drive logs in and out, and the truth beside them where a test rig has it.
 
 A drive log states what a motor drive knows: speed, torque and oil temperature, and reference switches if there are any.
-`read_drive_log` reads that and nothing else, so that a position in the same file cannot reach a sensor; `open_log`
+`read_log` reads that and nothing else, so that a position in the same file cannot reach a sensor; `open_log`
 reads it piece by piece, however long it is. A channel map states which channels of a file are what. `read_truth` reads
 the position, to judge the sensor by afterwards.
 """
 
 from ramsight.logs.channel_map import load_map
-from ramsight.logs.drive_log import read_drive_log, write_drive_log
+from ramsight.logs.drive_log import read_log, write_log
 from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.opening import open_log
 from ramsight.logs.truth import read_truth
 
-__all__ = ["ChannelMap", "load_map", "open_log", "read_drive_log", "read_truth", "write_drive_log"]
+__all__ = ["ChannelMap", "load_map", "open_log", "read_log", "read_truth", "write_log"]

@@ -10,6 +10,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import overload
 
 from ramsight import bounded_toml
 from ramsight.errors import DescriptionError
@@ -33,6 +34,7 @@ from ramsight.logs.mapped import (
     Motor,
     Pdo,
     Referenced,
+    Sequence,
     to_si_of,
 )
 from ramsight.logs.sensor_curve import SensorCurve
@@ -40,6 +42,7 @@ from ramsight.logs.sensor_curve import SensorCurve
 SHORTEST, LONGEST, USUAL_PERIOD = 8e-3, 0.1, 0.02
 """Periods of samples that sensors work with, and one that drives usually have [s]."""
 
+MOST_NOISE = 1000.0  # N m; as much as tolerances of a description have
 WORST_LINEARITY = 0.1  # m; a sensor that is bent by more measures something else
 
 _PROPOSED = "'ramsight logs inspect' proposes one"
@@ -48,9 +51,37 @@ _WHERE = {
     ' temperature = {constant = "45 degC"}'
 }
 
+LARGEST_MODULUS = 1 << 32
 LARGEST_ADDRESS = 0xFD  # of J1939: FEh is nobody's, FFh everybody's
 
 EDGES = ("rising", "falling", "both")
+
+
+AnyMap = ChannelMap | str | Path
+
+
+@overload
+def known_map(channel_map: AnyMap) -> ChannelMap: ...
+
+
+@overload
+def known_map(channel_map: AnyMap | None) -> ChannelMap | None: ...
+
+
+def known_map(channel_map: AnyMap | None) -> ChannelMap | None:
+    """A channel map as it is passed to a function: a map, the file of one, or none.
+
+    Args:
+        channel_map: as it was passed.
+
+    Raises:
+        DescriptionError: it is none of these, or the file cannot be read.
+    """
+    if isinstance(channel_map, str | Path):
+        return load_map(channel_map)
+    if channel_map is None or isinstance(channel_map, ChannelMap):
+        return channel_map
+    raise DescriptionError("is no channel map", key="channel_map", value=channel_map, allowed="a TOML file, or a map")
 
 
 def load_map(path: str | Path) -> ChannelMap:
@@ -118,13 +149,39 @@ def _read_map(keys: Keys, folder: Path, file: str) -> ChannelMap:
     tables = {name: keys.table(name) for name in FURTHER}
     further = {name: _mapped(table, name) for name, table in tables.items() if table is not None}
     linked = _linked(keys, further)
+    sequence, state = _sequence(keys.table("sequence")), _state(keys.table("state"))
     keys.end()
     clock = None if time is None else _mapped(time, "time")
     return ChannelMap(
         file, clock, roles, references, base, bool(empty), form, dbc, pdos, bus, date, angle, motor, commands, further,
         measured, linked, USUAL_PERIOD if angle is not None and period is None else period, linearity, curve,
-        sources, j1939,
+        sources, j1939, sequence, state,
     )  # fmt: skip
+
+
+def _sequence(keys: Keys | None) -> Sequence | None:
+    """The number of the drive's frames."""
+    if keys is None:
+        return None
+    channel, modulus = keys.take("channel", str, ""), keys.take("modulus", int, 256)
+    of_sync = keys.choice("counts", {"frames": False, "sync": True}, False)
+    if not channel:
+        raise keys.wrong("channel", "a channel is needed", None)
+    if not 2 <= modulus <= LARGEST_MODULUS:
+        raise keys.wrong("modulus", "is none of a sequence", f"2 to {LARGEST_MODULUS}; 2 is a toggle bit")
+    keys.end()
+    return Sequence(channel, modulus, bool(of_sync))
+
+
+def _state(keys: Keys | None) -> str | None:
+    """The channel of the drive's state word."""
+    if keys is None:
+        return None
+    channel = str(keys.take("channel", str, ""))
+    if not channel:
+        raise keys.wrong("channel", "a channel is needed", '"6041h"')
+    keys.end()
+    return channel
 
 
 def _linked(keys: Keys, further: Mapping[str, Mapped]) -> dict[str, Mapped]:
@@ -240,6 +297,9 @@ def _mapped(keys: Keys, role: str, *, end: bool = True) -> Mapped:
     if bool(channel) == (constant is not None):
         other = " or a constant, one of the two" if role == "temperature" else ""
         raise keys.wrong("channel", f"a channel is needed{other}", None)
+    noise = keys.quantity("noise", SI[role]) if role == "torque" else None
+    if noise is not None and not 0.0 < noise <= MOST_NOISE:
+        raise keys.wrong("noise", "is none of a torque", f"above 0 to {MOST_NOISE:g} N m")
     unit = keys.take("unit", str, None)
     rated = keys.quantity("rated", SI[role]) if role in ("speed", "torque", "dc_current") else None
     if unit is not None:
@@ -257,7 +317,7 @@ def _mapped(keys: Keys, role: str, *, end: bool = True) -> Mapped:
         keys.end()
     usual = HOLD.get(role, USUAL_HOLD)
     held = usual if hold is None else hold
-    return Mapped(channel, unit, float(sign), float(scale), float(offset), rated, held, constant)
+    return Mapped(channel, unit, float(sign), float(scale), float(offset), rated, held, constant, noise or 0.0)
 
 
 def _referenced(keys: Keys) -> Referenced:

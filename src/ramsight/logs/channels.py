@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ramsight.signals import Signal, Signals
 from ramsight.units import FREEZING, RPM
 
 if TYPE_CHECKING:
@@ -134,7 +135,12 @@ def part_of(column: str) -> str:
 
 
 def as_dataset(columns: Mapping[str, NDArray[np.float64]], channels: Sequence[Channel]) -> xarray.Dataset:
-    """A `Dataset` over time of the columns that are there.
+    """The same as `as_signals`, as a `Dataset`."""
+    return as_signals(columns, channels).dataset()
+
+
+def as_signals(columns: Mapping[str, NDArray[np.float64]], channels: Sequence[Channel]) -> Signals:
+    """The columns that are there, over time.
 
     Args:
         columns: column name to values, shape (n,); ``time_s`` [s] among them.
@@ -143,17 +149,9 @@ def as_dataset(columns: Mapping[str, NDArray[np.float64]], channels: Sequence[Ch
     Returns:
         The variables in SI units over ``time`` [s], each with ``units`` and ``long_name``.
     """
-    import xarray
-
-    return xarray.Dataset(
-        {
-            channel.name: (
-                "time",
-                channel.to_si(columns[channel.column]),
-                {"units": channel.units, "long_name": channel.long_name},
-            )
-            for channel in channels
-            if channel.column in columns
-        },
-        coords={"time": ("time", columns[TIME], {"units": "s", "long_name": "time"})},
-    )
+    found = {"time": Signal(columns[TIME], {"units": "s", "long_name": "time"})}
+    for channel in channels:
+        if channel.column in columns:
+            values = channel.to_si(columns[channel.column])
+            found[channel.name] = Signal(values, {"units": channel.units, "long_name": channel.long_name})
+    return Signals(found)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.errors import LogError, OutputError
+from ramsight.errors import DescriptionError, LogError, OutputError
+from ramsight.logs.channel_map import AnyMap
 from ramsight.logs.channels import (
     DRIVE_LOG,
     FURTHER,
@@ -20,8 +22,8 @@ from ramsight.logs.channels import (
     TIME,
     is_command,
 )
+from ramsight.logs.data_frame import as_file, is_data_frame
 from ramsight.logs.lines import Advance, file_name
-from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.opening import check_temperature, open_log
 from ramsight.output import open_table
 
@@ -35,56 +37,62 @@ _UNITS = {
 }  # fmt: skip
 
 
-def read_drive_log(
-    path: str | Path,
-    channel_map: ChannelMap | str | Path | None = None,
+def read_log(
+    log: Any,
+    channel_map: AnyMap | None = None,
     *,
     strict: bool = False,
     advance: Advance | None = None,
 ) -> xarray.Dataset:
-    r"""The drive log in a file of any kind that ramsight reads, by its suffix, whole.
+    r"""A drive log, whole, from a file of any kind that ramsight reads; `open_log` reads it piece by piece.
 
-    Without a map, the file's channels are called ``time_s``, ``motor_speed_rpm``, ``motor_torque_nm``,
-    ``oil_temperature_c`` and perhaps ``reference_m``, in any order. Every other one is ignored, a position above all.
+    Without a map, the columns are called ``time_s``, ``motor_speed_rpm``, ``motor_torque_nm``, ``oil_temperature_c``
+    and perhaps ``reference_m``, in any order. Every other one is ignored, a position above all.
 
     Args:
-        path: the file, for example ``.csv`` or ``.csv.gz``; docs/logs.md has them all.
-        channel_map: which of its channels are what, or the file that states so.
+        log: CSV, Parquet, MF4, MCAP, TDMS, MATLAB, Excel or CAN frames, by its suffix (docs/logs.md has them all); or
+            a pandas or polars DataFrame with such columns.
+        channel_map: which of its channels are what, or the TOML file that states so.
         strict: refuse a log with faults, for work that needs one without: values that are missing, time that does
             not increase. A sensor does not need that, it states which samples are bad.
         advance: is passed the share of the file that was read since the last call.
 
     Returns:
-        Over ``time`` [s], as in the file: ``motor_speed`` [rad/s], ``motor_torque`` [N m], ``oil_temperature`` [K],
-        NaN where the file has no number, and, if the file has it, ``reference`` [m], NaN where none is known.
+        Over `time` [s], as in the file, shape (samples,): `motor_speed` [rad/s], `motor_torque` [N m],
+        `oil_temperature` [K], NaN where the log has no number, and, if the file has it, `reference` [m].
 
     Raises:
         MissingColumnError: a column is absent.
         LogError: the file cannot be read, or what it says cannot be; with line and column.
         UnknownNameError: the map names a channel that is not there.
-        DescriptionError: the map states what cannot be.
+        DescriptionError: the map states what cannot be, or the log is neither path nor DataFrame.
 
     Example:
-        >>> import pathlib, tempfile
+        >>> import pathlib, ramsight, tempfile
         >>> text = "time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c\n0.00,1500,12.5,40.0\n"
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     file = pathlib.Path(folder) / "log.csv"
         ...     _ = file.write_text(text)
-        ...     log = read_drive_log(file)
-        >>> round(float(log.motor_speed[0]), 3), log.motor_speed.attrs["units"]
-        (157.08, 'rad/s')
+        ...     log = ramsight.read_log(file)
+        >>> round(float(log.motor_speed[0]), 3), log.motor_speed.attrs["units"], float(log["oil_temperature"][0])
+        (157.08, 'rad/s', 313.15)
     """
+    if is_data_frame(log):
+        with as_file(log) as file:
+            return read_log(file, channel_map, strict=strict, advance=advance)
+    if not isinstance(log, str | os.PathLike):
+        raise DescriptionError("is no log", key="log", value=log, allowed="a file, or a DataFrame")
     import xarray
 
-    pieces = list(open_log(path, channel_map, advance=advance))
-    log = pieces[0] if len(pieces) == 1 else xarray.concat(pieces, "time", join="outer", combine_attrs="override")
+    pieces = list(open_log(Path(log), channel_map, advance=advance))
+    read = pieces[0] if len(pieces) == 1 else xarray.concat(pieces, "time", join="outer", combine_attrs="override")
     if strict:
-        _check_faultless(log, file_name(path))
-    return log
+        _check_faultless(read, file_name(Path(log)))
+    return read
 
 
-def write_drive_log(log: xarray.Dataset, path: str | Path) -> None:
-    """A drive log as a file that `read_drive_log` reads, in the format that its suffix says.
+def write_log(log: xarray.Dataset, path: str | Path) -> None:
+    """A drive log as a file that `read_log` reads, in the format that its suffix says.
 
     Only what a drive log has is written, so a whole simulated run may be passed. In CSV values keep 12 digits, times
     15, and NaN is an empty cell.
@@ -111,7 +119,7 @@ def write_drive_log(log: xarray.Dataset, path: str | Path) -> None:
         ... )
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     file = pathlib.Path(folder) / "log.csv"
-        ...     write_drive_log(log, file)
+        ...     write_log(log, file)
         ...     print(file.read_text(), end="")
         time_s,motor_speed_rpm,motor_torque_nm,oil_temperature_c
         0,1500,12.5,40

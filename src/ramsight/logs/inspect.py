@@ -11,7 +11,7 @@ import numpy as np
 from ramsight.errors import LogError, warn_of_log
 from ramsight.logs.align import Samples
 from ramsight.logs.can_origins import Origins
-from ramsight.logs.channel_map import load_map
+from ramsight.logs.channel_map import known_map
 from ramsight.logs.clock import Clock, find_clock
 from ramsight.logs.distances import Distances
 from ramsight.logs.guess import guess_form, guess_roles
@@ -119,7 +119,7 @@ def inspect_log(
     Raises:
         LogError: the file cannot be read.
     """
-    known = load_map(channel_map) if isinstance(channel_map, str | Path) else channel_map or ChannelMap()
+    known = known_map(channel_map) or ChannelMap()
     known = replace(known, dbc=(*known.dbc, *dbc))
     if channel_map is None and is_table(path):
         known = replace(known, form=guess_form(path))

@@ -58,6 +58,10 @@ HOLD = {"speed": 0.5, "torque": 0.5, "temperature": 60.0, "reference": 0.5, "mot
 milliseconds, and oil does not change its temperature within a minute."""
 
 
+ENABLED_MASK, ENABLED = 0x6F, 0x27
+"""Bits of the state word 6041h that state what the drive does, and theirs where its operation is enabled (CiA 402)."""
+
+
 @dataclass(frozen=True)
 class Mapped:
     """One source channel and what its numbers mean: ``sign * (scale * number + offset)`` in ``unit``.
@@ -71,6 +75,7 @@ class Mapped:
         rated: what 100 % is, in SI, where `unit` is percent or permille.
         hold: how long a value holds [s].
         constant: the value in SI where there is no channel.
+        noise: of the torque from one frame to the next, standard deviation [N m]; 0 if none is declared.
     """
 
     channel: str
@@ -81,6 +86,7 @@ class Mapped:
     rated: float | None = None
     hold: float = 0.5
     constant: float | None = None
+    noise: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -154,6 +160,21 @@ class Referenced:
 
 
 @dataclass(frozen=True)
+class Sequence:
+    """A number of the drive's frame that goes on with each of them.
+
+    Args:
+        channel: its name.
+        modulus: numbers until it begins again; 2 is a toggle bit.
+        of_sync: whether it is the counter of the SYNC that the frame answers, rather than the drive's own.
+    """
+
+    channel: str
+    modulus: int
+    of_sync: bool = False
+
+
+@dataclass(frozen=True)
 class Pdo:
     """A CANopen process data object.
 
@@ -193,6 +214,8 @@ class ChannelMap:
         curve: that of the measured position's sensor, where it is known.
         linked: voltage and current of the DC link, by their names in `LINKED`, or none; their product is the power.
         period: of the log's samples, if they are resampled [s].
+        sequence: number of the drive's frames, for an encoder; None where there is none.
+        state: channel of the drive's state word 6041h, for an encoder; None where there is none.
     """
 
     file: str | None = None
@@ -217,6 +240,8 @@ class ChannelMap:
     curve: SensorCurve | None = None
     sources: tuple[int, ...] = ()
     j1939: bool | None = None
+    sequence: Sequence | None = None
+    state: str | None = None
 
     @property
     def is_can(self) -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 from ramsight.errors import DescriptionError, LogError, MissingColumnError
 from ramsight.logs.align import Aligner, Array, Block, Switch
 from ramsight.logs.can_dbc import j1939_group
-from ramsight.logs.channel_map import load_map
+from ramsight.logs.channel_map import known_map
 from ramsight.logs.channels import (
     DC_CURRENT,
     DC_POWER,
@@ -39,6 +39,7 @@ from ramsight.logs.resample import Resampler
 from ramsight.logs.source import Source
 from ramsight.logs.source_by_suffix import open_source
 from ramsight.logs.source_can import CanSource
+from ramsight.signals import Signal, Signals
 from ramsight.units import FREEZING
 
 if TYPE_CHECKING:
@@ -65,7 +66,7 @@ def open_log(
 ) -> Iterator[xarray.Dataset]:
     r"""A drive log piece by piece, from a file of any kind that ramsight reads, by its suffix.
 
-    The pieces follow one another; together they are what `read_drive_log` gives at once. A sensor that tracks them
+    The pieces follow one another; together they are what `read_log` gives at once. A sensor that tracks them
     one after the other states what it says of the whole.
 
     Args:
@@ -99,7 +100,19 @@ def open_log(
         >>> [piece.motor_speed.values.round(2).tolist() for piece in pieces]
         [[157.08], [nan]]
     """
-    known = load_map(channel_map) if isinstance(channel_map, str | Path) else channel_map
+    pieces = open_signals(path, channel_map, samples=samples, advance=advance)
+    return (piece.dataset() for piece in pieces)
+
+
+def open_signals(
+    path: str | Path,
+    channel_map: ChannelMap | str | Path | None = None,
+    *,
+    samples: int = SAMPLES,
+    advance: Advance | None = None,
+) -> Iterator[Signals]:
+    """The same pieces as columns; arguments and errors as `open_log`."""
+    known = known_map(channel_map)
     source = open_source(path, known, advance)
     if known is None:
         names = [one.name for one in source.offered()]
@@ -108,7 +121,7 @@ def open_log(
         source.clock = TIME
     pieces = _regular(_resampled(_columns(source, known), known, source.file), samples)
     oil = known.roles["temperature"].channel
-    return _as_datasets(pieces, source.file, oil, is_clock_watched=source.has_clock_watched)
+    return _as_signals(pieces, source.file, oil, is_clock_watched=source.has_clock_watched)
 
 
 def _check_standard(source: Source, names: list[str]) -> None:
@@ -151,7 +164,7 @@ def read_measured(
     Raises:
         LogError, UnknownNameError, DescriptionError: as `open_log`; or the map names nothing measured.
     """
-    known = load_map(channel_map) if isinstance(channel_map, str | Path) else channel_map
+    known = known_map(channel_map)
     if not known.measured:
         raise DescriptionError("names nothing measured", file=known.file, key="measured", allowed=", ".join(MEASURED))
     source = open_source(path, known, advance)
@@ -312,11 +325,9 @@ def _regular(columns: Iterator[dict[str, Array]], samples: int) -> Iterator[dict
         yield held
 
 
-def _as_datasets(
+def _as_signals(
     pieces: Iterator[dict[str, Array]], file: str, oil: str, *, is_clock_watched: bool
-) -> Iterator[xarray.Dataset]:
-    import xarray
-
+) -> Iterator[Signals]:
     timed, clock = False, None if is_clock_watched else Falls(file)
     for number, columns in enumerate(pieces):
         if number == 0:
@@ -324,13 +335,14 @@ def _as_datasets(
         timed = timed or bool(np.isfinite(columns["time"]).any())
         if clock is not None:
             clock.take_all(columns["time"])
-        yield xarray.Dataset(
-            {
-                channel.name: ("time", columns[channel.name], {"units": channel.units, "long_name": channel.long_name})
+        time = {"time": Signal(columns["time"], {"units": "s", "long_name": "time"})}
+        yield Signals(
+            time
+            | {
+                channel.name: Signal(columns[channel.name], {"units": channel.units, "long_name": channel.long_name})
                 for channel in (*_DRIVE, *_commanded(columns), *FURTHER.values(), DC_VOLTAGE)
                 if channel.name in columns
-            },
-            coords={"time": ("time", columns["time"], {"units": "s", "long_name": "time"})},
+            }
         )
     if not timed:
         raise LogError("has no time: not one sample has a number there", file=file)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ramsight.logs.channels import POSITION, PRESSURE_A, PRESSURE_B, as_dataset
+from ramsight.logs.channels import POSITION, PRESSURE_A, PRESSURE_B, as_signals
 from ramsight.logs.csv_table import read_timed
+from ramsight.signals import Signals
 
 if TYPE_CHECKING:
     import xarray
@@ -38,5 +39,10 @@ def read_truth(path: str | Path) -> xarray.Dataset:
         >>> truth.position.values.tolist()
         [0.25, 0.26]
     """
+    return truth_signals(path).dataset()
+
+
+def truth_signals(path: str | Path) -> Signals:
+    """The same as columns; errors as `read_truth`."""
     columns = read_timed(path, [POSITION.column], [PRESSURE_A.column, PRESSURE_B.column])
-    return as_dataset(columns, (POSITION, PRESSURE_A, PRESSURE_B))
+    return as_signals(columns, (POSITION, PRESSURE_A, PRESSURE_B))

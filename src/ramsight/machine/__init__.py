@@ -2,7 +2,7 @@
 
 Example:
     >>> from ramsight import machine
-    >>> boom = machine.load("mining-loader").unit("boom")
+    >>> boom = machine.load_machine("mining-loader").unit("boom")
     >>> round(boom.cylinder.bore, 4), boom.load_direction
     (0.127, 'extend')
 """
@@ -25,12 +25,13 @@ from ramsight.machine.parts import (
     SafetyValve,
     Tank,
 )
-from ramsight.machine.reading import from_catalogue, load, loads
+from ramsight.machine.reading import AnyMachine, from_catalogue, load_machine, loads, only_unit
 from ramsight.machine.template import json_schema, template
 
 __all__ = [
     "FORMAT",
     "AnticavitationValve",
+    "AnyMachine",
     "Assumptions",
     "Composed",
     "Cylinder",
@@ -52,8 +53,9 @@ __all__ = [
     "catalogue",
     "from_catalogue",
     "json_schema",
-    "load",
+    "load_machine",
     "loads",
+    "only_unit",
     "quantity",
     "template",
     "walk",

@@ -35,6 +35,15 @@ class AssumedDrive(Part):
         float,
         quantity("s", "for which an error as large as the torque's gain's stays what it is", least="0 s", most="1 h"),
     ] = 5.0
+    # A current's sensor that was not zeroed, or whose zero wanders with its temperature.
+    zero: Annotated[
+        float,
+        quantity("N m", "of the torque reported without one, std; learned at rest", least="0 N m", most="1 kN m"),
+    ] = 0.0
+    zero_walk: Annotated[
+        float,
+        quantity("N m/sqrt(s)", "random walk of that zero", least="0 N m/sqrt(s)", most="10 N m/sqrt(s)"),
+    ] = 0.0
     # Brushes, cogging, seals of the shaft, gears that do not turn back: what it takes to move a motor that has stood.
     standing: Annotated[
         float,

@@ -20,7 +20,7 @@ P = TypeVar("P", bound="Part")
 class Part(BaseModel):
     """Base of everything that a description holds: frozen, SI inside, unknown keys rejected."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, protected_namespaces=())
+    model_config = ConfigDict(extra="forbid", frozen=True, protected_namespaces=(), defer_build=True)
 
     #: the kind under which the catalogue lists such parts; empty if it does not
     family: ClassVar[str] = ""
@@ -41,7 +41,7 @@ class Part(BaseModel):
 
         Example:
             >>> from ramsight import machine
-            >>> boom = machine.load("mining-loader").unit("boom")
+            >>> boom = machine.load_machine("mining-loader").unit("boom")
             >>> boom.replace({"cylinder.bore": "6 in"}).cylinder.bore
             0.1524
             >>> smaller = boom.replace({"pump_b.model": "PGI100-2-005"}).pump_b

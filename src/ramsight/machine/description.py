@@ -46,7 +46,7 @@ _RESERVED = ("tank", "oil", "cylinder", "drive", "oil_temperature")
 
 def circuits() -> tuple[str, ...]:
     """What a description may name as its circuit."""
-    return ("ddh", *(entry.name for entry in catalogue.entries() if entry.kind == "circuit"), IN_FULL)
+    return ("ddh", *catalogue.circuits(), IN_FULL)
 
 
 class Unit(Part):
@@ -67,6 +67,11 @@ class Unit(Part):
     ] = None
     assumptions: Annotated[Assumptions, Field(description="what a sensor assumes of it")] = Assumptions()
     tolerances: Annotated[Tolerances, Field(description="how far it may be from its description")] = Tolerances()
+
+    def _repr_html_(self) -> str:
+        from ramsight.machine.described_html import unit_html
+
+        return unit_html(self)
 
     @property
     def lift_sign(self) -> int:
@@ -250,6 +255,11 @@ class Machine(Part):
                 raise refuse(f"linkage.cylinders.{name}", name, "no such unit", ", ".join(self.units))
         return self
 
+    def _repr_html_(self) -> str:
+        from ramsight.machine.described_html import machine_html
+
+        return machine_html(self.title or self.name, self.description, self.units)
+
     @property
     def sources(self) -> Mapping[str, str]:
         """Where each value comes from, by dotted path, as far as the description states."""
@@ -299,7 +309,7 @@ class Machine(Part):
 
         Example:
             >>> from ramsight import machine
-            >>> machine.load("mining-loader").unit("boom").cylinder.number
+            >>> machine.load_machine("mining-loader").unit("boom").cylinder.number
             2
         """
         try:

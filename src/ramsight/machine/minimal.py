@@ -12,7 +12,7 @@ from ramsight.machine.assumption_description import Assumptions
 from ramsight.machine.base import Part
 from ramsight.machine.declare import declaration, explain
 from ramsight.machine.description import Composed, Machine, Unit, circuits
-from ramsight.machine.reading import load
+from ramsight.machine.reading import load_machine
 from ramsight.machine.template import yours
 from ramsight.machine.tolerances import Tolerances
 
@@ -36,7 +36,7 @@ def example_of(circuit: str) -> tuple[Machine, str]:
     found: dict[str, tuple[Machine, str]] = {}
     for entry in catalogue.entries():
         if entry.kind == "machine":
-            machine = load(entry.name)
+            machine = load_machine(entry.name)
             for name, unit in machine.units.items():
                 found.setdefault(unit.circuit, (machine, name))
     if circuit not in found:
@@ -68,7 +68,8 @@ def minimal(machine: Machine, name: str = "my-machine") -> str:
     Example:
         >>> from ramsight import machine
         >>> text = minimal(alone(*example_of("ddh"), name="arm"))
-        >>> len(text.splitlines()) < 80, machine.loads(text).unit("arm") == machine.load("mining-loader").unit("boom")
+        >>> loader = machine.load_machine("mining-loader")
+        >>> len(text.splitlines()) < 80, machine.loads(text).unit("arm") == loader.unit("boom")
         (True, True)
     """
     head = _HEAD.format(name=name, of=machine.title or machine.name, like=machine.name)

@@ -10,7 +10,7 @@ from ramsight.errors import RamsightError
 from ramsight.machine import catalogue
 from ramsight.machine.declare import declaration
 from ramsight.machine.parts import PARTS
-from ramsight.machine.reading import load
+from ramsight.machine.reading import load_machine
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ def _checked(path: Path) -> Checked:
     try:
         entry = catalogue.read_entry(path)
         if entry.kind == "machine":
-            load(path)
+            load_machine(path)
             return Checked(path, f"machine {entry.name}")
         if entry.kind not in PARTS:
             kinds = ", ".join(("machine", *PARTS))

@@ -5,12 +5,14 @@ from __future__ import annotations
 import csv
 import io
 import math
+import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from ramsight.bounded_toml import LARGEST
 from ramsight.errors import DescriptionError
+from ramsight.machine.catalogue import own_folder
 from ramsight.machine.declare import declaration
 from ramsight.machine.efficiencies import COLUMNS
 from ramsight.machine.parts import Oil, Pump
@@ -32,14 +34,19 @@ def with_map(pump: dict[str, Any], oil: Any, folder: Path) -> dict[str, Any]:
     Args:
         pump: values as they are written, those of its model among them, with ``efficiency_file``.
         oil: of the unit, the same; its viscosities are needed where the file states temperatures.
-        folder: that the file's name counts from.
+        folder: that the file's name counts from, and that holds the file: a description reads no others.
 
     Raises:
-        DescriptionError: the file cannot be read, or is no full grid of what is needed; names file, line and value.
+        DescriptionError: the file is elsewhere, cannot be read, or is no full grid of what is needed; names file, line
+            and value.
     """
     name = pump[KEY]
     if not isinstance(name, str):
         raise DescriptionError("is no file's name", key=KEY, value=name)
+    if not any(_is_within(folder / name, place) for place in (folder, own_folder())):
+        raise DescriptionError(
+            "leads out of the description's folder", key=KEY, value=name, allowed="a file beside the description"
+        )
     size = _value(Pump, "displacement", pump) * int(pump.get("chambers", 1)) * int(pump.get("blocks", 1))
     points = {
         key: _value(Oil, key, oil if isinstance(oil, Mapping) else {}) for key in ("viscosity_40c", "viscosity_100c")
@@ -50,6 +57,11 @@ def with_map(pump: dict[str, Any], oil: Any, folder: Path) -> dict[str, Any]:
 
     table = read_map(folder / name, size, viscosity)
     return {**{key: value for key, value in pump.items() if key != KEY}, "losses": "table", "efficiency_table": table}
+
+
+def _is_within(path: Path, folder: Path) -> bool:
+    """Whether a file is in a folder or below it, by its name; links are followed only when it is read."""
+    return Path(os.path.abspath(path)).is_relative_to(os.path.abspath(folder))
 
 
 def read_map(path: Path, displacement: float, viscosity: Callable[[float], float]) -> str:

@@ -21,11 +21,15 @@ _MOST_UNITS = 100  # cylinders or groups of them; the largest machines of constr
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
 
 
-def load(name_or_path: str | Path) -> Machine:
-    """Read a machine, by its name in the catalogue or from a file.
+AnyMachine = str | Path | Machine
+
+
+def load_machine(name_or_path: AnyMachine) -> Machine:
+    """A machine, by its name in the catalogue or from a file.
 
     Args:
-        name_or_path: a catalogue name such as ``"mining-loader"``, or the path of a TOML description.
+        name_or_path: a catalogue name such as ``"mining-loader"``, or the path of a TOML description; a machine is
+            returned as it is.
 
     Returns:
         The machine, checked, in SI units.
@@ -36,10 +40,15 @@ def load(name_or_path: str | Path) -> Machine:
         UnknownNameError: no such machine, or the description names an unknown oil, pump or valve.
 
     Example:
-        >>> from ramsight import machine
-        >>> sorted(machine.load("mining-loader").units)
+        >>> import ramsight
+        >>> sorted(ramsight.load_machine("mining-loader").units)
         ['boom', 'bucket']
     """
+    if isinstance(name_or_path, Machine):
+        return name_or_path
+    if not isinstance(name_or_path, str | Path):
+        allowed = "a description, its name or file; a built unit has none"
+        raise DescriptionError("is no machine", key="machine", value=type(name_or_path).__name__, allowed=allowed)
     if isinstance(name_or_path, str) and catalogue.has("machine", name_or_path):
         entry = catalogue.find("machine", name_or_path)
         return _machine(catalogue.read_toml(entry.path), entry.name, entry.path.parent)
@@ -51,6 +60,25 @@ def load(name_or_path: str | Path) -> Machine:
     return _machine(catalogue.read_toml(path), str(path), path.parent)
 
 
+def only_unit(machine: Machine) -> str:
+    """The name of a machine's unit where it has only one.
+
+    Args:
+        machine: the machine.
+
+    Raises:
+        DescriptionError: it has several.
+
+    Example:
+        >>> only_unit(load_machine("press"))
+        'ram'
+    """
+    if len(machine.units) > 1:
+        names = ", ".join(machine.units)
+        raise DescriptionError(f"{machine.name} has several units: name one", key="unit", allowed=names)
+    return next(iter(machine.units))
+
+
 def loads(text: str, file: str = "description") -> Machine:
     """Read a machine from the text of a description.
 
@@ -59,8 +87,8 @@ def loads(text: str, file: str = "description") -> Machine:
         file: what to call it in errors.
 
     Raises:
-        DescriptionError: as `load`.
-        UnknownNameError: as `load`.
+        DescriptionError: as `load_machine`.
+        UnknownNameError: as `load_machine`.
     """
     return _machine(catalogue.parse_toml(text, file), file)
 

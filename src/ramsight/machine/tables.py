@@ -14,7 +14,7 @@ from ramsight.machine.base import walk
 from ramsight.machine.declare import declaration, explain
 from ramsight.machine.parts import PARTS
 from ramsight.machine.placed import KINDS
-from ramsight.machine.reading import load
+from ramsight.machine.reading import load_machine
 
 _WIDE = 140  # columns where the output goes into a file or a pipe
 
@@ -102,7 +102,7 @@ def catalogue_entry(name: str) -> RenderableType:
 
 def _rows(entry: catalogue.Entry) -> Iterator[tuple[str, str, str, str]]:
     if entry.kind == "machine":
-        machine = load(entry.name)
+        machine = load_machine(entry.name)
         found = [value for name, unit in machine.units.items() for value in walk(unit, f"units.{name}.")]
         if machine.linkage is not None:
             found += walk(machine.linkage, "linkage.")

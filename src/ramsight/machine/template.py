@@ -56,9 +56,9 @@ def template(like: Machine | None = None, name: str = "my-machine") -> str:
         'my-machine'
     """
     if like is None:
-        from ramsight.machine.reading import load
+        from ramsight.machine.reading import load_machine
 
-        boom = load("mining-loader").units["boom"]
+        boom = load_machine("mining-loader").units["boom"]
         like = Machine(name=name, title="My machine", description="", units={"boom": boom})
     lines = [_comment(_HEAD), ""]
     for key in ("format", "name", "title", "description"):

@@ -1,12 +1,12 @@
 """Results as files, whole or not at all, in the format that the suffix says: CSV, Parquet, MF4, MCAP, NetCDF.
 
 `write_table` and `write_dataset` write what is there; `open_table` and `open_dataset` take a long result some rows
-after others. `atomic_path` is for files of any other kind, `whole_folder` for several that belong together.
-`Exclusive` keeps other programs from a file.
+after others. `write_text` is for texts, `atomic_path` for files of any other kind, `whole_folder` for several that
+belong together. `Exclusive` keeps other programs from a file.
 `flush_folder` makes what was moved or removed last through a power loss.
 """
 
-from ramsight.output.atomic import atomic_path, check_target
+from ramsight.output.atomic import atomic_path, check_target, write_text
 from ramsight.output.cells import DECIMALS, Coded
 from ramsight.output.command_files import check_apart, check_state
 from ramsight.output.dataset import DATASET_FILES, DATASETS, column_name, open_dataset, write_dataset
@@ -37,4 +37,5 @@ __all__ = [
     "whole_folder",
     "write_dataset",
     "write_table",
+    "write_text",
 ]

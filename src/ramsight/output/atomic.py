@@ -54,6 +54,20 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
             draft.unlink(missing_ok=True)
 
 
+def write_text(text: str, path: str | Path) -> None:
+    """Write a text as UTF-8, whole or not at all.
+
+    Args:
+        text: of the file.
+        path: where it belongs.
+
+    Raises:
+        OutputError: as `atomic_path`.
+    """
+    with atomic_path(path) as draft:
+        draft.write_text(text, encoding="utf-8")
+
+
 def check_target(path: Path | None, suffixes: Sequence[str]) -> None:
     """Reject a place that cannot be written, before long work rather than after it.
 

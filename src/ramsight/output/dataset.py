@@ -14,6 +14,7 @@ from ramsight.output.atomic import atomic_path, one_line, suffix_of
 from ramsight.output.cells import Coded
 from ramsight.output.table_file import TABLE_FILES, TABLES, open_table, write_table
 from ramsight.output.table_writer import TableWriter
+from ramsight.signals import Samples, Signals
 
 if TYPE_CHECKING:
     import xarray
@@ -23,9 +24,9 @@ DATASET_FILES = (".nc", *TABLE_FILES)
 
 
 class DatasetWriter(Protocol):
-    """Takes pieces of a `Dataset`; made by `open_dataset`."""
+    """Takes pieces of a `Dataset`, or of columns; made by `open_dataset`."""
 
-    def append(self, piece: xarray.Dataset) -> None:
+    def append(self, piece: Samples) -> None:
         """Write a piece: over the same one dimension each time, with the same variables."""
 
 
@@ -143,9 +144,9 @@ class _Table:
     ) -> None:
         self._table, self._variables, self._words, self._units, self._shown = table, variables, words, units, shown
 
-    def append(self, piece: xarray.Dataset) -> None:
+    def append(self, piece: Samples) -> None:
         columns: dict[str, Any] = dict(_columns(piece, self._variables, self._shown))
-        for name, variable in piece.variables.items():
+        for name, variable in (piece.columns if isinstance(piece, Signals) else piece.variables).items():
             unit = str(variable.attrs.get("units", ""))
             self._units[column_name(str(name), unit)] = "" if unit == "1" else unit
         for name, meanings in self._words.items():
@@ -154,7 +155,10 @@ class _Table:
         self._table.append(columns)
 
 
-def _columns(dataset: xarray.Dataset, variables: Sequence[str] | None, shown: str) -> dict[str, np.ndarray[Any, Any]]:
+def _columns(dataset: Samples, variables: Sequence[str] | None, shown: str) -> dict[str, np.ndarray[Any, Any]]:
+    if isinstance(dataset, Signals):
+        wanted = [name for name in ("time", *(variables or dataset.names)) if name in dataset]
+        return {column_name(name, str(dataset[name].attrs.get("units", ""))): dataset[name].values for name in wanted}
     dims = [str(dim) for dim in dataset.sizes]
     many = [str(name) for name, variable in dataset.variables.items() if variable.ndim > 1]
     if len(dims) != 1 or many:

@@ -10,6 +10,7 @@ import numpy as np
 
 from ramsight.errors import OutputError
 from ramsight.output.forgiving import ForgivingFile
+from ramsight.signals import Samples, Signals
 
 if TYPE_CHECKING:
     import xarray
@@ -43,8 +44,9 @@ class NetcdfPieces:
         if kind is None:
             self._disk.check()
 
-    def append(self, piece: xarray.Dataset) -> None:
+    def append(self, samples: Samples) -> None:
         """Write a piece."""
+        piece = samples.dataset() if isinstance(samples, Signals) else samples
         if len(piece.sizes) != 1:
             dims = ", ".join(map(str, piece.dims))
             raise OutputError(f"{self._shown}: pieces run over one dimension, not over {dims}")

@@ -66,7 +66,7 @@ class AsBuilt:
         Example:
             >>> from ramsight import machine
             >>> from ramsight.plant.ddh import build_ddh
-            >>> boom = build_ddh("boom", machine.load("mining-loader").unit("boom"))
+            >>> boom = build_ddh("boom", machine.load_machine("mining-loader").unit("boom"))
             >>> round(AsBuilt(displacement=0.995).apply(boom).travel_per_radian / boom.travel_per_radian, 6)
             0.995
         """

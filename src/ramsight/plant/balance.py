@@ -143,8 +143,8 @@ class Balance:
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build_unit
-        >>> bench = balance(build_unit("axis", machine.load("eha-test-bench").unit("axis")))
+        >>> from ramsight.plant.build import build
+        >>> bench = balance(build(machine.load_machine("eha-test-bench").unit("axis"), "axis"))
         >>> bench.states[:4]
         ('position', 'velocity', 'pressure_chamber_a', 'pressure_chamber_b')
         >>> z = bench.at_rest(0.1, 5e3)
@@ -296,7 +296,7 @@ class Balance:
             commands: to parts, by their names.
             warming: rate of the oil's temperature [K/s]; used where the oil expands.
         """
-        entries: list[Real] = list(p) if isinstance(p, list) else list(ca.vertsplit(ca.SX(p)))
+        entries: list[Real] = list(ca.vertsplit(p)) if isinstance(p, ca.SX) else list(p)  # numbers stay numbers
         entries[self.parameters.index("oil_temperature")] = temperature
         if self.expands:
             entries[self.parameters.index(WARMING)] = warming
@@ -380,8 +380,8 @@ class Balance:
 
         Example:
             >>> from ramsight import machine
-            >>> from ramsight.plant.build import build_unit
-            >>> bench = balance(build_unit("axis", machine.load("eha-test-bench").unit("axis")))
+            >>> from ramsight.plant.build import build
+            >>> bench = balance(build(machine.load_machine("eha-test-bench").unit("axis"), "axis"))
             >>> z, p = bench.at_rest(0.1, 15e3), bench.parameters_at(bench.values, 313.15)
             >>> [round(float(bench.pump_heat(z, speed, p))) for speed in (0.0, 150.0, -150.0)]
             [118, 370, 370]

@@ -3,31 +3,57 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
-from ramsight.machine.description import Composed, DirectDriven, Unit
+from ramsight.errors import DescriptionError, UnknownNameError
+from ramsight.machine import load_machine, only_unit
+from ramsight.machine.description import Composed, DirectDriven, Machine, Unit
 from ramsight.machine.linkage import Linkage
 from ramsight.plant.composed import ComposedUnit, build_composed
 from ramsight.plant.ddh import DdhUnit, build_ddh
 from ramsight.plant.linkage.lever import lever
+from ramsight.plant.unit import HydraulicUnit
+
+AnyUnit = str | Path | Machine | Unit | HydraulicUnit
 
 
-def build_unit(name: str, unit: Unit, linkage: Linkage | None = None) -> DdhUnit | ComposedUnit:
-    """The parts of a described unit, whatever its circuit.
+def build(machine: AnyUnit, unit: str | None = None) -> HydraulicUnit:
+    """A unit made of its parts, whatever its circuit: what every other function takes.
 
     Args:
-        name: of the unit.
-        unit: its description.
-        linkage: what the machine's cylinders move, if that is described.
+        machine: a machine, its name or file; or one unit's description, which moves no body of a linkage; a built unit
+            is returned as it is.
+        unit: name of the unit; may be left out where there is only one.
+
+    Returns:
+        The unit, all values in SI units.
 
     Raises:
-        DescriptionError: the circuit cannot move its load.
+        DescriptionError: several units, and none is named; the circuit cannot move its load; or what is described
+            cannot be used.
+        UnknownNameError: no such machine or unit.
 
     Example:
-        >>> from ramsight import machine
-        >>> bench = build_unit("axis", machine.load("eha-test-bench").unit("axis"))
-        >>> bench.held, [part.name for part in bench.others][:2]
-        ('a', ['pump', 'manifold_a'])
+        >>> import ramsight
+        >>> boom = ramsight.build("mining-loader", "boom")
+        >>> boom.name, round(boom.cylinder.stroke, 3)  # m
+        ('boom', 0.7)
     """
+    if isinstance(machine, str | Path | Machine):
+        description = load_machine(machine)
+        name = only_unit(description) if unit is None else unit
+        return _built(name, description.unit(name), description.linkage)
+    if isinstance(machine, Unit):
+        return _built("unit" if unit is None else unit, machine, None)
+    if not hasattr(machine, "parts"):
+        allowed = "a machine, its name or file, or a unit"
+        raise DescriptionError("is no machine", key="machine", value=machine, allowed=allowed)
+    if unit not in (None, machine.name):
+        raise UnknownNameError("unit", str(unit), [machine.name])
+    return machine
+
+
+def _built(name: str, unit: Unit, linkage: Linkage | None) -> DdhUnit | ComposedUnit:
     if isinstance(unit, DirectDriven):
         return replace(build_ddh(name, unit), lever=lever(linkage, name), requirement=unit.requirement)
     if isinstance(unit, Composed):

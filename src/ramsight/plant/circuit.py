@@ -374,6 +374,19 @@ def parameter_values(model: CircuitModel, oil: Oil, tank_pressure: float, parts:
     return np.array(list((known | passed).values()))
 
 
+def shape(oil: Oil, parts: Sequence[Part]) -> tuple[object, ...]:
+    """All that decides a circuit's equation except its numbers; of equal shapes `parameter_values` serves both.
+
+    Args:
+        oil: the oil in it.
+        parts: its parts.
+    """
+    return tuple(
+        (type(part), tuple((key, None if isinstance(value, float) else (value,)) for key, value in vars(part).items()))
+        for part in (oil, *parts)
+    )
+
+
 def join(name: str, oil: Oil, tank_pressure: float, parts: Sequence[Part], *, audited: bool = False) -> CircuitModel:
     """Join parts at their nodes into one equation.
 

@@ -58,6 +58,11 @@ class ComposedUnit:
     heat: HeatStores | None = field(default=None, repr=False)
     requirement: Requirement | None = field(default=None, repr=False)
 
+    def _repr_html_(self) -> str:
+        from ramsight.plant.built_html import built_html
+
+        return built_html(self)
+
     def mapped(self, change: Callable[[Any], Any]) -> ComposedUnit:  # as in `HydraulicUnit`
         """The unit with every further part replaced by what `change` makes of it."""
         return replace(self, others=tuple(change(part) for part in self.others))

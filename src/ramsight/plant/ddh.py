@@ -86,6 +86,11 @@ class DdhUnit:
         """All parts."""
         return (self.drive, self.cylinder, *self.a.parts(), *self.b.parts(), *self.extra)
 
+    def _repr_html_(self) -> str:
+        from ramsight.plant.built_html import built_html
+
+        return built_html(self)
+
     def mapped(self, change: Callable[[Any], Any]) -> DdhUnit:  # as in `HydraulicUnit`
         """The unit with every part of its sides, and every further one, replaced by what `change` makes of it."""
         a, b = (Side(**{f.name: change(getattr(s, f.name)) for f in fields(s)}) for s in (self.a, self.b))

@@ -111,9 +111,9 @@ def shared_out(of_pumps: Collection[str], losses: Mapping[str, Any]) -> tuple[An
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build_unit
+        >>> from ramsight.plant.build import build
         >>> losses = {"pump_a.leakage": 2.0, "hose_a.throttling": 3.0, "cylinder.friction": 5.0}
-        >>> shared_out(case_losses(build_unit("ram", machine.load("press").unit("ram")).parts()), losses)
+        >>> shared_out(case_losses(build(machine.load_machine("press").unit("ram"), "ram").parts()), losses)
         (2.0, 3.0)
     """
     into_case: Any = 0.0

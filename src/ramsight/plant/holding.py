@@ -54,8 +54,8 @@ class Leaving:
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build_unit
-        >>> ram = Leaving(build_unit("ram", machine.load("press").unit("ram")), "a")
+        >>> from ramsight.plant.build import build
+        >>> ram = Leaving(build(machine.load_machine("press").unit("ram"), "ram"), "a")
         >>> f"{6e4 * ram.flow(100e5, 313.15):.2f} l/min at 100 bar"
         '1.05 l/min at 100 bar'
     """
@@ -114,8 +114,8 @@ class Holding:
 
     Example:
         >>> from ramsight import machine
-        >>> from ramsight.plant.build import build_unit
-        >>> ram = Holding(build_unit("ram", machine.load("press").unit("ram")))
+        >>> from ramsight.plant.build import build
+        >>> ram = Holding(build(machine.load_machine("press").unit("ram"), "ram"))
         >>> ram.stands, f"{ram.leakage(200e3, 313.15):.1f} rad/s"
         (False, '4.3 rad/s')
     """

@@ -18,7 +18,7 @@ from ramsight.engine.equation import OdeModel, Output, State
 from ramsight.errors import DescriptionError
 from ramsight.expression import Real, Scalar, Vector, scalar_symbol
 from ramsight.machine.description import Machine
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.circuit import Circuit, Closed
 from ramsight.plant.cylinder import Cylinder
 from ramsight.plant.linkage.mechanism import Mechanism, build_mechanism
@@ -90,12 +90,12 @@ def build_linked(machine: Machine) -> LinkedMachine:
 
     Example:
         >>> from ramsight import machine
-        >>> [unit.name for unit in build_linked(machine.load("mining-loader")).units]
+        >>> [unit.name for unit in build_linked(machine.load_machine("mining-loader")).units]
         ['boom', 'bucket']
     """
     if machine.linkage is None:
         raise DescriptionError("is missing: the machine has no mechanism", file=machine.origin or None, key="linkage")
-    units = tuple(build_unit(name, machine.unit(name), machine.linkage) for name in machine.linkage.cylinders)
+    units = tuple(build(machine, name) for name in machine.linkage.cylinders)
     return LinkedMachine(machine.name, units, build_mechanism(machine.linkage))
 
 

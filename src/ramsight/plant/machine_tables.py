@@ -10,7 +10,7 @@ from rich.text import Text
 from ramsight.machine.base import walk
 from ramsight.machine.description import Machine, Unit
 from ramsight.machine.tables import table_of
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.cautions import cautions
 from ramsight.plant.steady import derive, torque_at_load
 from ramsight.plant.unit import HydraulicUnit
@@ -33,7 +33,7 @@ def machine_summary(machine: Machine, only: str | None = None) -> RenderableType
     parts: list[RenderableType] = [Text(machine.title or machine.name, style="bold")]
     for name in names:
         unit = machine.unit(name)
-        built = build_unit(name, unit)
+        built = build(unit, name)
         parts += [Text(), _facts(unit, built)]
         if unit.load.loads:
             parts += [Text(), _loads(unit, built)]

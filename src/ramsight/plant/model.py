@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.machine.description import Unit
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.circuit import CircuitModel
 from ramsight.plant.unit import HydraulicUnit, circuit, initial_state
 
@@ -76,7 +76,7 @@ def casadi_model(unit: HydraulicUnit | Unit, name: str = "plant") -> PlantFuncti
 
     Example:
         >>> from ramsight import casadi_model, machine
-        >>> model = casadi_model(machine.load("eha-test-bench").unit("axis"))
+        >>> model = casadi_model(machine.load_machine("eha-test-bench").unit("axis"))
         >>> model.name_in(), model.name_out()
         (['x', 'u', 'slope', 'p'], ['dx', 'y'])
         >>> model.states[:3], model.inputs
@@ -85,7 +85,7 @@ def casadi_model(unit: HydraulicUnit | Unit, name: str = "plant") -> PlantFuncti
         >>> rate.shape
         (7, 1)
     """
-    built: Any = build_unit(name, unit) if isinstance(unit, Unit) else unit
+    built: Any = build(unit, name) if isinstance(unit, Unit) else unit
     model = circuit(built)
     ode = model.ode
     y = ca.vertcat(*(output.expression for output in ode.outputs))

@@ -242,8 +242,8 @@ class Pump:
         Example:
             >>> from dataclasses import replace
             >>> from ramsight import machine
-            >>> from ramsight.plant.build import build_unit
-            >>> pump = build_unit("boom", machine.load("mining-loader").unit("boom")).a.pump
+            >>> from ramsight.plant.build import build
+            >>> pump = build(machine.load_machine("mining-loader").unit("boom"), "boom").a.pump
             >>> starving = replace(pump, filling=pump.displacement * 300.0 / 0.8e5**0.5)
             >>> [round(float(starving.filled(300.0, p, 100e5)), 2) for p in (0.2e5, 0.8e5, 4e5)]
             [0.5, 1.0, 1.0]

@@ -78,7 +78,7 @@ def derive(unit: HydraulicUnit) -> Derived:
     Example:
         >>> from ramsight import machine
         >>> from ramsight.plant.ddh import build_ddh
-        >>> boom = derive(build_ddh("boom", machine.load("mining-loader").unit("boom")))
+        >>> boom = derive(build_ddh("boom", machine.load_machine("mining-loader").unit("boom")))
         >>> round(boom.area_ratio, 3), round(boom.geared_flow_ratio, 3)
         (0.609, 0.613)
     """
@@ -142,7 +142,7 @@ def torque_at_load(
     Example:
         >>> from ramsight import machine
         >>> from ramsight.plant.ddh import build_ddh
-        >>> boom = build_ddh("boom", machine.load("mining-loader").unit("boom"))
+        >>> boom = build_ddh("boom", machine.load_machine("mining-loader").unit("boom"))
         >>> point = torque_at_load(boom, 441e3, low_side=2e5, tank=0.0, atmosphere=0.0)
         >>> round(point.torque_lift, 1), round(point.torque_lower, 1)
         (68.0, 51.7)

@@ -50,7 +50,7 @@ class Choices:
             >>> round(changed.unit("boom").hose.diameter, 4)  # m
             0.0254
         """
-        found = machine.load(self.machine)
+        found = machine.load_machine(self.machine)
         for name in UNITS:
             direct_driven(found, name)
         changes = {f"units.{key}": value for key, value in self.values}

@@ -87,7 +87,7 @@ def valve_controlled(bench: Bench) -> ComposedUnit:
     Args:
         bench: a unit that lifts by extending.
     """
-    unit = build_composed(UNIT, cast("Composed", machine.load(MACHINE).unit(UNIT)))
+    unit = build_composed(UNIT, cast("Composed", machine.load_machine(MACHINE).unit(UNIT)))
     own = {"hose_a": bench.unit.a.hose, "hose_b": bench.unit.b.hose}
     higher = bench.unit.held_side.relief.setting - pump_reliefs(unit)[0].setting
 

@@ -26,7 +26,7 @@ import casadi as ca
 from ramsight.expression import Flag, Real, Scalar, all_of, any_of, count, holds, negated, scalar
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.bank_state import ENDS, BankState, StartOfPosition, stepping
-from ramsight.sensor.closed_volume import LEARNED, SHARED, Event
+from ramsight.sensor.closed_volume import LEARNED, SHARED, Event, weight_of
 from ramsight.sensor.contact import Hold
 from ramsight.sensor.hypothesis import Hypothesis, Kind, choose
 from ramsight.sensor.machine_model import MachineModel
@@ -36,6 +36,7 @@ from ramsight.sensor.measurement import (
     TorqueEvidence,
     log_likelihood,
     normalised,
+    reweighed,
     weighed,
 )
 from ramsight.sensor.mixture import Mixture, flag_of_likeliest, leads, of_likeliest
@@ -46,6 +47,7 @@ from ramsight.sensor.thresholds import (
     BEYOND_END,
     BEYOND_END_LEAST,
     CERTAIN,
+    CONTACTS_ALIKE,
     EVENT_GATE,
     EVENT_SHARE_LEAST,
     INNOVATION_GAIN,
@@ -95,14 +97,15 @@ class Bank:
             elapsed: since the last one [s].
             start: what is known of the position at the first sample.
         """
-        unknown2 = (0.5 * model.stroke) ** 2
+        unknown2, stops = (0.5 * model.stroke) ** 2, model.assumed.stops
         entered = all_of(start.first, start.known, start.entered)
+        wrong2 = ca.if_else(entered, start.variance + (stops.elsewhere * model.stroke) ** 2, unknown2)
         begun = []
         for kind, h in zip(Kind, state.hypotheses, strict=True):
-            least = unknown2 if kind == Kind.WRONG else ca.if_else(start.known, start.variance, unknown2)
+            least = wrong2 if kind == Kind.WRONG else ca.if_else(start.known, start.variance, unknown2)
             at_first = ca.if_else(start.first, least, 0.0)
             if kind == Kind.WRONG:
-                h = h.with_weight(ca.if_else(entered, math.log(model.assumed.stops.entered), h.weight))
+                h = h.with_weight(ca.if_else(entered, math.log(stops.entered), h.weight))
             begun.append(h.with_covariance(h.covariance.at_least(Quantity.POSITION, at_first)))
         state = replace(state, hypotheses=tuple(begun), entered=any_of(entered, state.entered))
         together = Mixture.of(begun, cls._assumed(state, model))
@@ -289,8 +292,11 @@ class Bank:
 
     def _wrong_weighed(self, tells: Flag, odds: Scalar) -> Bank:
         """With *wrong* likelier by so much, logarithm of the odds, where something tells it."""
-        *others, wrong = self.hypotheses
-        changed = normalised([*others, wrong.with_weight(wrong.weight + odds)])
+        return self._weighed(tells, [odds if kind == Kind.WRONG else 0.0 for kind in Kind])
+
+    def _weighed(self, tells: Flag, likelihoods: Sequence[Real]) -> Bank:
+        """With each hypothesis likelier by so much, logarithms, where something tells it."""
+        changed = normalised([h.with_weight(h.weight + by) for h, by in zip(self.hypotheses, likelihoods, strict=True)])
         after = tuple(
             old.with_weight(ca.if_else(tells, new.weight, old.weight))
             for new, old in zip(changed, self.hypotheses, strict=True)
@@ -301,11 +307,13 @@ class Bank:
     def learned(self, event: Event, around: Mapping[Quantity, Scalar]) -> Bank:
         """After a stop or a start of the motor: leakage, compliance and what such events share; all else is considered.
 
+        An event that one hypothesis expects and another one does not makes the first likelier.
+
         Args:
             event: that has ended.
             around: the values that its torques were expected with.
         """
-        found, around = [], {**around, **dict.fromkeys(SHARED, scalar(0.0))}
+        found, weights, around = [], [], {**around, **dict.fromkeys(SHARED, scalar(0.0))}
         for h in self.hypotheses:
             missing, known = event.innovation - h.along(event.row, around), h.covariance.variance(event.row)
             fits = missing**2 < EVENT_GATE**2 * (known + event.variance)
@@ -315,7 +323,9 @@ class Bank:
             found.append(
                 h.corrected(*h.covariance.updated(event.row, missing, event.variance / new, fits, only=corrected))
             )
-        return self._kept_unless(event.ends, found, self.hypotheses)
+            weights.append(weight_of(event, missing, known))
+        bank = self._kept_unless(event.ends, found, self.hypotheses)
+        return bank._weighed(event.ends, weights)
 
     def _kept_unless(self, condition: Flag, then: Sequence[Hypothesis], kept: Sequence[Hypothesis]) -> Bank:
         """All as it was unless a condition holds: what leads away from it is a branch that few samples take."""
@@ -327,7 +337,7 @@ class Bank:
         chance = ca.log(m.obstacle / self.model.stroke)  # of its density, were it anywhere in the stroke
         kept = normalised(self.hypotheses)
         each = [weighed(h, m, row, chance, self.model) for h in self._restarted(kept, m, row, chance)]
-        hypotheses = normalised([one.hypothesis for one in each])
+        hypotheses = normalised(reweighed(each, self._counts(m)))
         fits = flag_of_likeliest(hypotheses, [one.fits for one in each])
         normal = of_likeliest(hypotheses, [one.normal for one in each])
         newest = ca.fmin(normal, INNOVATION_MOST)
@@ -352,10 +362,22 @@ class Bank:
             below=ca.if_else(unplaced, 0.0, self.state.below),
             above=ca.if_else(unplaced, 0.0, self.state.above),
             room=ca.if_else(unplaced, 1.0, self.state.room),
+            met_low=self.state.met_low + count(all_of(use, accepted, m.low)),
+            met_top=self.state.met_top + count(all_of(use, accepted, m.top)),
         )
         together = replace(together.moved(centred), wrong=self._assumed(state, self.model))
         bank = replace(self, state=state, together=together)
-        return bank, Measured(accepted, all_of(use, negated(accepted)), moved)
+        stages = (kept, [one.hypothesis for one in each])
+        return bank, Measured(accepted, all_of(use, negated(accepted)), moved, stages)
+
+    def _counts(self, m: Measurement) -> Scalar:
+        """How much a contact counts as evidence, after n with the same end: 1 / (1 + n r)^2 of an independent one.
+
+        n measurements whose errors are correlated by r are worth n / (1 + (n - 1) r) independent ones, 1/r at most. The
+        derivative by n at n + 1 is (1 - r) / (1 + n r)^2; without 1 - r the first contact counts in full.
+        """
+        before = ca.if_else(m.low, self.state.met_low, ca.if_else(m.top, self.state.met_top, 0.0))
+        return 1.0 / (1.0 + CONTACTS_ALIKE * before) ** 2
 
     def _restarted(
         self, hypotheses: Sequence[Hypothesis], m: Measurement, row: Row, chance: Scalar
@@ -369,7 +391,8 @@ class Bank:
         innovation = m.place - m.nominal
         missing2, variance = (innovation - wrong.mean[Quantity.POSITION]) ** 2, wrong.covariance.variance(row) + own
         before = wrong.weight + ca.fmax(log_likelihood(missing2, variance), chance)
-        prior = math.log(self.model.assumed.stops.wrong)
+        stops = self.model.assumed.stops
+        prior = ca.if_else(self.state.entered, math.log(stops.entered), math.log(stops.wrong))
         again = prior + log_likelihood((innovation - first.mean[Quantity.POSITION]) ** 2, self._unknown**2 + own)
         lost = all_of(m.use, again > before)
         return [*hypotheses[: Kind.WRONG], choose(lost, self._unknown_position(first, prior), wrong)]
@@ -439,11 +462,8 @@ class Bank:
         """Of the position over all hypotheses, about the nominal one [m2] (`Mixture.variance`)."""
         return self.together.variance()
 
-    def band(self, others: Scalar) -> Scalar:
-        """Standard deviation of the position [m] whose 1.96-fold holds the truth in 95 of 100 cases, by references.
-
-        See `Mixture.band`.
-        """
+    def band(self, others: Scalar) -> tuple[Scalar, Scalar]:
+        """How far below and above the position the truth is in 95 of 100 cases [m], by references (`Mixture.band`)."""
         return self.together.band(self.state.band_width, others)
 
     def beyond(self, limit: Scalar, others: Scalar) -> Scalar:

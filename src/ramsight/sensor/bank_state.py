@@ -31,6 +31,7 @@ class BankState:
         by_obstacle: whether *wrong* is that the last contact, taken for an end, was with an obstacle.
         below, above: how far below and above where it is now the piston has been since *wrong* lost its place [m].
         room: share of the stroke in which it may be under *wrong* by that; 0 where nobody knows how it became wrong.
+        met_low, met_top: contacts with the retracted and with the extended end.
     """
 
     hypotheses: tuple[Hypothesis, ...]
@@ -41,6 +42,8 @@ class BankState:
     below: Scalar = leaf("m")
     above: Scalar = leaf("m")
     room: Scalar = leaf("1")
+    met_low: Scalar = leaf("1")
+    met_top: Scalar = leaf("1")
 
     @classmethod
     def initial(cls, assumptions: Assumptions, stroke: float, *, with_link: bool = False) -> BankState:
@@ -60,7 +63,7 @@ class BankState:
             Kind.LEAKS: (described * odds, stops.std, stops.std, other),
             Kind.LOW: (stops.undeclared, stops.elsewhere, stops.std, usual),
             Kind.TOP: (stops.undeclared, stops.std, stops.elsewhere, usual),
-            Kind.WRONG: (stops.wrong, stops.std, stops.std, other),
+            Kind.WRONG: (stops.wrong, stops.std, stops.std, usual),
         }
         found = []
         for kind in Kind:

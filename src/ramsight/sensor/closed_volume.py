@@ -24,14 +24,15 @@ from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.quantity import Quantity, Row
 from ramsight.sensor.sample import Sample
 from ramsight.sensor.thresholds import (
+    EVENT_COUNTS,
     EVENT_FOLLOWS,
+    EVENT_FREEDOM,
     EVENT_FRICTION_STD,
     EVENT_GAIN_MOVING,
     EVENT_GAIN_STANDING,
     EVENT_MODEL_STD,
     EVENT_MOVING_STD,
     EVENT_NOISE,
-    EVENT_OFFSET,
     EVENT_OFFSET_TIME,
     EVENT_SAMPLING,
     EVENT_STANDING_STD,
@@ -40,6 +41,7 @@ from ramsight.sensor.thresholds import (
     MOTOR_TURNS,
     SHORTEST_STEP,
     SHOWN_SHARE,
+    TORQUE_OFFSET,
 )
 
 LEARNED = (Quantity.LEAKAGE, Quantity.COMPLIANCE)
@@ -105,6 +107,22 @@ class Event:
     variance: Scalar
 
 
+def weight_of(event: Event, missing: Real, known: Real) -> Scalar:
+    """By how much an event makes a hypothesis likelier: logarithm of a power of its likelihood.
+
+    The likelihood is Student's, for events that are far off are not rare; of the power, because many events of one
+    machine are wrong by the same.
+
+    Args:
+        event: that has ended.
+        missing: the event less what the hypothesis expects.
+        known: variance of what it expects.
+    """
+    total = known + event.variance + event.common**2
+    tails = (EVENT_FREEDOM + 1.0) * ca.log(1.0 + missing**2 / (EVENT_FREEDOM * total))
+    return scalar(-0.5 * EVENT_COUNTS) * (ca.log(total) + tails)
+
+
 def follow_event(
     state: EventState, sample: Sample, step: LoadStep, torque_by: Row, closed: Flag, model: MachineModel
 ) -> tuple[EventState, Event]:
@@ -156,7 +174,7 @@ def _row(
         **{one: torque_by[one] for one in LEARNED},
         Quantity.EXPONENT: assumed.machine.leak_exponent * torque_by[Quantity.EXPONENT],
         "gain": ca.if_else(stands, EVENT_GAIN_STANDING, EVENT_GAIN_MOVING) * torque.expected,
-        "offset": EVENT_OFFSET * model.relief_torque
+        "offset": TORQUE_OFFSET * model.relief_torque
         + assumed.drive.standing
         + ca.if_else(stands, 0.0, ca.fabs(offset)),
         "delay": ca.sqrt(assumed.drive.delay**2 + sample.elapsed**2) * rate,

@@ -17,7 +17,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.engine.recursion import Recursion, replay
+from ramsight.engine.recursion import Graph, Recursion, replay
 from ramsight.engine.typed_state import column, initial_values, leaf, leaves, symbols
 from ramsight.expression import Flag, Scalar, all_of, any_of, count, flag, negated, scalar_symbol
 from ramsight.plant.unit import HydraulicUnit
@@ -153,7 +153,7 @@ def comparison_graph() -> Recursion:
     after, verdict = compare(before, sample, settings)
     names = tuple(one.name for one in leaves(before))
     x, u, p = column(before), ca.vertcat(*sample.values()), ca.vertcat(*settings.values())
-    return Recursion(names, _INPUTS, _SET, ("verdict",), x, u, p, column(after), verdict)
+    return Recursion(names, _INPUTS, _SET, ("verdict",), lambda: Graph(x, u, p, column(after), verdict))
 
 
 @dataclass

@@ -7,8 +7,9 @@ compliance gives back. Meanwhile the torque shows the compliance.
 
 When the motor goes on pushing, the piston is released where the torque stays behind that of a closed volume, and
 neither its compliance nor a relief valve that opens early explains that. Then it may not have been held since the
-torque stays behind: it may have moved as far as the pump delivered, less what leaked before. Its oil was compressed no
-more than the torque shows, and what it gave way by then is travel (`load_release`).
+torque stays behind: it may have moved as far as the pump delivered, less what leaked before, and no farther than the
+oil gives way by what the torque stays behind. Its oil was compressed no more than the torque shows, and what it gave
+way by then is travel (`load_release`).
 
 Where the pump holds the load, the piston also leaves a stop at rest: leakage lets the oil's force sink below the load
 that it carried before, or the torque stays at that load while a closed volume would lose it:
@@ -23,7 +24,7 @@ from dataclasses import dataclass, field
 import casadi as ca
 
 from ramsight.engine.typed_state import leaf
-from ramsight.expression import Flag, Real, Scalar, all_of, any_of, negated
+from ramsight.expression import Flag, Real, Scalar, all_of, any_of, negated, scalar
 from ramsight.sensor.load_step import LoadStep
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.sample import Sample
@@ -147,12 +148,14 @@ class _Drawn:
         behind: whether it changes less than that of a closed volume.
         surely: whether compliance and noise do not explain that: the piston moves.
         largest, least: torque since the motor turns back [N m].
+        most_behind: how far it stays behind, and by how much more the compliance may hide [N m].
     """
 
     behind: Flag
     surely: Flag
     largest: Scalar
     least: Scalar
+    most_behind: Scalar
 
 
 @dataclass(frozen=True)
@@ -198,6 +201,7 @@ def look_for_release(
     yields = all_of(pushing, missing > explained)
     drawn = _drawn(state, step, back, compliance)
     behind = any_of(all_of(pushing, missing > compliance * rise), all_of(back, drawn.behind))
+    most_behind = ca.if_else(pushing, missing + compliance * rise, drawn.most_behind)
     leakage, pushed = _moved_in_vain(state, sample, step, any_of(piston.keeps_load, negated(turns)), model)
     rest = _at_rest(state.rest, sample, step, rests, back, model)
     stays = all_of(rests, torque_stays(step, rest.expected, rest.shown))
@@ -208,7 +212,10 @@ def look_for_release(
     most_drawn = oil_back > DECOMPRESSION_MOST * step.motion.give * state.pressed_before
     leaves = all_of(back, any_of(drawn.surely, any_of(towards < -friction, most_drawn)))
     released = any_of(any_of(leaves, sunk_at_rest), any_of(yields, stays))
-    shown = ca.if_else(yields, _share(rise - missing, rise), ca.if_else(stays, _share(rest.shown, rest.expected), 1.0))
+    # Of a piston that was pressed on it before, the torque has long shown that; what it stays behind is a part of all.
+    built_up = ca.fmax(rise, ca.fabs(pressed) * model.travel_per_radian)
+    shown = ca.if_else(yields, _share(built_up - missing, built_up), 1.0)
+    shown = ca.if_else(stays, _share(rest.shown, rest.expected), shown)
     after = ReleaseState(
         pushing_began=ca.if_else(pushing, state.pushing_began, step.torque.expected),
         load_least=load_least,
@@ -229,7 +236,7 @@ def look_for_release(
         pressed=pressed,
         rise=rise,
         missing=missing,
-        went=ca.if_else(any_of(yields, leaves), pushed, 0.0),
+        went=ca.if_else(any_of(yields, leaves), way_gone(pushed, most_behind, step, model), 0.0),
         shown=shown,
         travel_std=rest.sunk + compliance * oil_back,
     )
@@ -244,14 +251,16 @@ def _drawn(state: ReleaseState, step: LoadStep, back: Flag, compliance: Scalar) 
     the change counts from the largest, or the least torque.
     """
     torque, noise = step.torque.expected, RELEASE_NOISE * step.torque.noise
-    behind, surely, extremes = [], [], []
+    behind, surely, extremes, most = [], [], [], scalar(0.0)
     for extreme, sign in ((state.back_largest, 1.0), (state.back_least, -1.0)):
         now = ca.if_else(back, ca.fmax(sign * extreme, sign * torque), sign * torque)
         changed, left = now - sign * torque, sign * step.torque.innovation
         behind.append(left > compliance * changed)
         surely.append(all_of(changed > noise, left > noise + COMPLIANCE_GATE * compliance * changed))
         extremes.append(sign * now)
-    return _Drawn(any_of(*behind), any_of(*surely), *extremes)
+        most = ca.fmax(most, left + compliance * changed)
+    largest, least = extremes
+    return _Drawn(any_of(*behind), any_of(*surely), largest, least, most)
 
 
 def _moved_in_vain(
@@ -266,6 +275,25 @@ def _moved_in_vain(
     return leakage, pushed
 
 
+def way_gone(pushed: Scalar, behind: Scalar, step: LoadStep, model: MachineModel) -> Scalar:
+    """The longest way that a piston may have gone while it seemed held [m].
+
+    Oil that moves the piston is not compressed: the torque stays behind by as much as the oil gives way on that way.
+
+    Args:
+        pushed: way by what the pump has delivered meanwhile [m].
+        behind: how far the torque stays behind that of a piston that is held [N m].
+        step: of the load observer.
+        model: of the machine.
+    """
+    return ca.fmin(ca.fabs(pushed), _given_way(ca.fmax(behind, 0.0) + step.torque.noise, step, model))
+
+
+def _given_way(torque: Scalar, step: LoadStep, model: MachineModel) -> Scalar:
+    """Way that the oil gives by a change of the torque [m]."""
+    return torque * step.motion.give / model.travel_per_radian
+
+
 def _at_rest(state: RestState, sample: Sample, step: LoadStep, rests: Flag, back: Flag, model: MachineModel) -> _AtRest:
     """Changes of the expected torque and of the reported one since a piston is held at rest.
 
@@ -277,7 +305,7 @@ def _at_rest(state: RestState, sample: Sample, step: LoadStep, rests: Flag, back
     shown = ca.if_else(state.held, sample.motor_torque - state.shown_began, 0.0)
     behind = (expected - shown) * ca.sign(expected)
     went_along = ca.if_else(rests, ca.fmin(state.least_behind, behind), 0.0)
-    way = (behind - went_along) * step.motion.give / model.travel_per_radian
+    way = _given_way(behind - went_along, step, model)
     sunk = ca.if_else(rests, way, ca.if_else(back, state.sunk, 0.0))
     after = RestState(
         held=rests,

@@ -15,6 +15,7 @@ from ramsight.sensor.thresholds import VARIANCE_LEAST
 
 Pair = tuple[str, str]
 K = TypeVar("K", bound=str)
+_LARGEST = 1e30  # of a measurement that says nothing, in any unit: infinity times no gain is no number
 _OF_MACHINE = frozenset(Quantity) - {Quantity.POSITION}
 
 
@@ -101,15 +102,8 @@ class Covariance:
             use: whether there is one at this sample; corrections are 0 elsewhere.
             only: quantities that it may correct; by default all (Schmidt's filter: the others are considered).
         """
-        cross = {i: sum(self[i, j] * row[j] for j in self._in(row)) for i in self.quantities}
-        total = sum(row[i] * cross[i] for i in self._in(row)) + variance
         corrected = self.quantities if only is None else [one for one in self.quantities if one in only]
-        gain = {i: ca.if_else(use, cross[i] / total, 0.0) for i in corrected}
-        entries = dict(self.entries)
-        for i, j in self.entries:
-            if i in gain or j in gain:
-                entries[i, j] = self.entries[i, j] - (gain[i] * cross[j] if i in gain else cross[i] * gain[j])
-        return Covariance(entries), {i: by * innovation for i, by in gain.items()}
+        return self._corrected(dict(row.items()), innovation, variance, dict.fromkeys(corrected, use))
 
     def considered(
         self, row: Mapping[K, Real], innovation: Real, variance: Real, use: Mapping[K, Condition]
@@ -122,17 +116,67 @@ class Covariance:
             variance: of the measurement.
             use: by quantity, whether it is corrected; all others are considered.
         """
-        cross = {i: sum(self[i, j] * row[j] for j in self._in(row)) for i in self.quantities}
+        return self._corrected(dict(row.items()), innovation, variance, dict(use.items()))
+
+    def _corrected(
+        self, row: dict[str, Real], innovation: Real, variance: Real, use: dict[str, Condition]
+    ) -> tuple[Covariance, dict[str, Scalar]]:
+        cross = {i: sum((self[i, j] * row[j] for j in self._in(row)), scalar(0.0)) for i in self.quantities}
         total = sum(row[i] * cross[i] for i in self._in(row)) + variance
         gain = {i: ca.if_else(condition, cross[i] / total, 0.0) for i, condition in use.items()}
+        return self._joseph(row, cross, gain, variance), {i: by * innovation for i, by in gain.items()}
+
+    def _joseph(
+        self, row: dict[str, Real], cross: dict[str, Scalar], gain: dict[str, Scalar], variance: Real
+    ) -> Covariance:
+        """P <- A P A' + K R K' with A = I - K H, whatever the gain; what is small is a sum of what is small.
+
+        P - K H P is the same, but where a measurement is far better than what is known it is the small difference of
+        two large numbers, and floats make no covariance of it. Of a quantity i that is not in H, row i of A takes
+        K_i times H x from x_i, and H x is the same for all of them: so most entries take two products more than in the
+        short form.
+
+        Args:
+            row: H.
+            cross: P H'.
+            gain: K, of the quantities that are corrected.
+            variance: R.
+        """
+        known = self._in(row)
+        off = {(i, k): (1.0 if i == k else 0.0) - gain[i] * row[k] for i in gain if i in known for k in known}
+        half: dict[Pair, Scalar] = {}  # A P
+
+        def in_half(i: str, j: str) -> Scalar:
+            if (i, j) not in half:
+                if i not in gain:
+                    half[i, j] = self[i, j]
+                elif i in known:
+                    half[i, j] = sum((off[i, k] * self[k, j] for k in known), scalar(0.0))
+                else:
+                    half[i, j] = self[i, j] - gain[i] * cross[j]
+            return half[i, j]
+
+        finite = ca.fmin(variance, _LARGEST)
+        noise = {i: finite * by for i, by in gain.items()}
+        rest: dict[str, Scalar] = {}  # R K' - H P A', which is small
+
+        def in_rest(j: str) -> Scalar:
+            if j not in rest:
+                rest[j] = noise.get(j, scalar(0.0)) - sum((row[k] * in_half(j, k) for k in known), scalar(0.0))
+            return rest[j]
+
         entries = dict(self.entries)
-        for i, j in self.entries:
-            change: Real = sum(gain[k] * cross[other] for k, other in ((i, j), (j, i)) if k in gain)
-            if i in gain and j in gain:
-                both = gain[i] * gain[j] * total
-                change = gain[i] * (2.0 * cross[i] - gain[i] * total) if i == j else change - both
-            entries[i, j] = self.entries[i, j] - change
-        return Covariance(entries), {i: by * innovation for i, by in gain.items()}
+        for pair in self.entries:
+            i, j = sorted(pair, key=lambda one: (one not in gain, one in known))  # what is short comes first
+            if i not in gain:
+                continue
+            if j not in gain:
+                entries[pair] = in_half(i, j)
+            elif i in known:
+                entries[pair] = sum((off[i, k] * in_half(j, k) for k in known), noise[i] * gain[j])
+            else:
+                entries[pair] = in_half(j, i) + gain[i] * in_rest(j)
+        return Covariance(entries)
 
     def grown(self, std: Real, given: Collection[K] = ()) -> Covariance:
         """The first quantity's standard deviation is larger by `std`, as a persistent error and not as noise.

@@ -17,8 +17,10 @@ from ramsight.sensor.thresholds import (
     COMPLIANCE_FACTOR_MOST,
     DISPLACEMENT_FACTOR_LEAST,
     DISPLACEMENT_FACTOR_MOST,
+    LAG_MOST,
     LEAK_FACTOR_LEAST,
     LEAK_FACTOR_MOST,
+    LEAKAGE_EXPONENT_MOST,
 )
 
 
@@ -66,8 +68,10 @@ BOUNDS = {
     Quantity.LEAKAGE: (LEAK_FACTOR_LEAST, LEAK_FACTOR_MOST),
     Quantity.DISPLACEMENT: (DISPLACEMENT_FACTOR_LEAST, DISPLACEMENT_FACTOR_MOST),
     Quantity.COMPLIANCE: (COMPLIANCE_FACTOR_LEAST, COMPLIANCE_FACTOR_MOST),
+    Quantity.LAG: (-LAG_MOST, LAG_MOST),
+    Quantity.EXPONENT: (-LEAKAGE_EXPONENT_MOST, LEAKAGE_EXPONENT_MOST),
 }
-"""What the factors are kept within [1]."""
+"""What estimates of the machine are kept within [SI]: inputs that cannot be leave nothing behind that overflows."""
 
 
 def _describes_machine(key: str) -> bool:
@@ -110,7 +114,7 @@ class Hypothesis:
         return replace(self, mean={**self.mean, Quantity.POSITION: self.mean[Quantity.POSITION] + by})
 
     def corrected(self, covariance: Covariance, changes: Mapping[str, Scalar]) -> Hypothesis:
-        """With estimates changed by so much and another covariance; the factors stay within `BOUNDS`."""
+        """With estimates changed by so much and another covariance; those of the machine stay within `BOUNDS`."""
         mean = {one: value + changes[one] if one in changes else value for one, value in self.mean.items()}
         mean |= {one: within(mean[one], *bounds) for one, bounds in BOUNDS.items()}
         return replace(self, mean=mean, covariance=covariance)

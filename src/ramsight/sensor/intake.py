@@ -37,6 +37,7 @@ from ramsight.sensor.thresholds import (
     HABIT_GAIN,
     HABIT_LEAST,
     LONGEST_GAP,
+    MOTOR_TURNS,
     NUMBER_LIMIT,
     OIL_TIME_CONSTANT,
     REPEATS_LEARNT,
@@ -55,6 +56,7 @@ from ramsight.sensor.thresholds import (
     TORQUE_STEP_SHARE,
     UNSEEN_SPEED_SHARE,
     USUAL_PERIOD,
+    ZERO_GATE,
 )
 
 
@@ -297,7 +299,7 @@ def _reported_speed(state: IntakeState, raw: Raw, clock: _Clock, model: MachineM
 def _torque(state: IntakeState, raw: Raw, speed: Scalar, model: MachineModel) -> tuple[TorqueState, Flag, Flag]:
     """The torque that is used, whether the reported one is possible, and whether it stands still."""
     torque, last = raw.motor_torque, state.torque
-    possible = _inside(torque, TORQUE_LIMIT_SHARE * model.largest_torque)
+    possible = all_of(_inside(torque, TORQUE_LIMIT_SHARE * model.largest_torque), negated(_pulls(raw, speed, model)))
     changed = torque != last.value
     turning = ca.fabs(speed) > TORQUE_STEADY_SPEED
     learnt = last.habit + HABIT_GAIN * (count(changed) - last.habit)
@@ -309,6 +311,17 @@ def _torque(state: IntakeState, raw: Raw, speed: Scalar, model: MachineModel) ->
     waits = all_of(all_of(state.started, negated(last.waits)), all_of(running, steps))
     used = ca.if_else(all_of(possible, negated(waits)), torque, last.value)
     return TorqueState(value=used, habit=habit, repeats=repeats, waits=waits), possible, stuck
+
+
+def _pulls(raw: Raw, speed: Scalar, model: MachineModel) -> Flag:
+    """Whether a motor that drives one way only reports at standstill that it drives the other way.
+
+    It cannot. A current's sensor that has lost its supply reads that.
+    """
+    if not raw.commands:
+        return flag(False)
+    least = -ZERO_GATE * ca.sqrt(model.torque_std**2 + model.assumed.drive.zero**2)
+    return all_of(ca.fabs(speed) < MOTOR_TURNS, raw.motor_torque < least)
 
 
 def _temperature(state: TemperatureState, raw: Raw, elapsed: Scalar) -> tuple[TemperatureState, Scalar, Flag]:

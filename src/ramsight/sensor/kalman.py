@@ -3,6 +3,7 @@
     raw sample
       magnets        torque of warm magnets                        (where declared)
       intake         impossible inputs replaced or passed over
+      torque zero    learned at rest, taken off                    (where declared)
       drive checks   speed against counter, torque against power   (where declared)
       leakage, load  the circuit's balance under a load that the torque corrects
       contact        whether the piston stands on something
@@ -48,6 +49,7 @@ from ramsight.sensor.relief import Relief, relief_probability, relief_tolerance
 from ramsight.sensor.report import Outcome, ReportState, report
 from ramsight.sensor.sample import LINK_ANGLE, Raw, Sample
 from ramsight.sensor.thresholds import LOAD_KNOWN_SHARE
+from ramsight.sensor.torque_zero import TorqueZeroState, correct_zero
 from ramsight.sensor.update import Met, Stepped, Updated, UpdateState, measure, predict
 from ramsight.sensor.virtual_sensor import Section, VirtualSensor, close
 
@@ -63,6 +65,7 @@ class KalmanState:
         referenced_since_power_up: whether a reference has come since it was started, or resumed.
         magnets: of the motor.
         intake: the last sample that counted.
+        torque_zero: of the reported torque.
         case: of the pumps, as a heat store.
         drive: reports that are held against each other.
         inertia: torque against the shaft's acceleration.
@@ -84,6 +87,7 @@ class KalmanState:
     referenced_since_power_up: Flag = leaf("1")
     magnets: MagnetState | None
     intake: IntakeState
+    torque_zero: TorqueZeroState | None
     case: CaseState | None
     drive: DriveState | None
     inertia: InertiaState | None
@@ -113,6 +117,7 @@ class KalmanState:
             position=scalar(0.5 * stroke),
             magnets=MagnetState() if declared_temperature(assumed) else None,
             intake=IntakeState.initial(model.balance.model.commands, measured),
+            torque_zero=TorqueZeroState.initial(assumed.drive.zero),
             case=None if model.unit.heat is None else CaseState(),
             drive=DriveState.initial(assumed),
             inertia=InertiaState.initial(assumed),
@@ -170,7 +175,8 @@ class Pipe:
         intake_state, sample, intake = check_inputs(state.intake, raw, model)
         title = "Input check: what of the sample is possible, and what stands in for the rest"
         sections = [Section(title, (intake, sample.motor_speed, sample.motor_torque, sample.oil_temperature))]
-        state_1 = replace(state, magnets=magnets, intake=intake_state)
+        torque_zero, sample = self._zero(state, sample)
+        state_1 = replace(state, magnets=magnets, intake=intake_state, torque_zero=torque_zero)
         stepped, state_2 = self._step(state, state_1, sample, intake)
         title = (
             "Balance: a step of the circuit's equations under the load that the torque corrects, and its derivatives"
@@ -182,7 +188,7 @@ class Pipe:
         sections.append(Section(title, (met.contact, met.relief.probability)))
         updated, outcome, state_4 = self._update(state, state_3, bank, stepped, met)
         title = "Update: the filters of what is unknown of machine and ends, by torque, contact or reference"
-        sections.append(Section(title, state_4))
+        sections.append(Section(title, state_4, updated.measured.stages))
         report_state, said = report(state.report, stepped, met, updated, outcome, model)
         after = passed_over(intake.passed_over, state, replace(state_4, report=report_state))
         return close("kalman", model.table, self.raw, initial, state, after, said, sections)
@@ -192,6 +198,12 @@ class Pipe:
         if state.magnets is None:
             return None, self.raw
         return correct_torque(state.magnets, self.raw, self.model.assumed.motor_temperature)
+
+    def _zero(self, state: KalmanState, sample: Sample) -> tuple[TorqueZeroState | None, Sample]:
+        """The sample without the zero of its torque, where that is declared."""
+        if state.torque_zero is None:
+            return None, sample
+        return correct_zero(state.torque_zero, sample, state.load.expected_torque, self.model)
 
     def _checks(
         self, state: KalmanState, after: KalmanState, sample: Sample

@@ -24,6 +24,7 @@ from ramsight.sensor.quantity import FACTOR_OF, Quantity, Values
 from ramsight.sensor.sample import Sample
 from ramsight.sensor.thresholds import (
     FIRST_INSTANT,
+    LEAKAGE_POWER_MOST,
     LEAKAGE_REFERENCE,
     LEAKAGE_SETTLED,
     LEAKAGE_TORQUE_LEAST,
@@ -66,7 +67,7 @@ class Leakage:
         power = learned[Quantity.LAG] * self.rate + learned[Quantity.EXPONENT] * self.by_exponent
         if Quantity.WARMER in learned:
             power = power + learned[Quantity.WARMER] * self.per_kelvin
-        return ca.exp(power)
+        return ca.exp(within(power, -LEAKAGE_POWER_MOST, LEAKAGE_POWER_MOST))
 
     def factors(self, learned: Values) -> list[Scalar]:
         """Factors of the balance at this sample, in its order [1]."""

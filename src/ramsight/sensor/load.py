@@ -23,6 +23,7 @@ from ramsight.engine.typed_state import leaf
 from ramsight.expression import Condition, Flag, Real, Scalar, Vector, all_of, any_of, flag, negated, scalar, within
 from ramsight.plant.balance import FACTORS, Solution
 from ramsight.sensor.delivery import one_sided
+from ramsight.sensor.emptiness import EmptyState, emptiness
 from ramsight.sensor.load_solution import FreeStep, StepProblem, free_step
 from ramsight.sensor.load_step import LoadEstimate, LoadStep, Motion, TorqueStep
 from ramsight.sensor.machine_model import MachineModel
@@ -30,10 +31,8 @@ from ramsight.sensor.pressures import MeasuredPressures, PressureState
 from ramsight.sensor.sample import Sample
 from ramsight.sensor.thresholds import (
     FIRST_LOAD_SHARE,
-    FRICTION_SPREAD,
     FRICTION_TIME,
     JUMP_GATE,
-    NO_LOAD_GATE,
     RELEASED_TRAVEL,
     RELEASED_TRAVEL_LEAST,
     SHOWN_SHARE,
@@ -54,7 +53,7 @@ class LoadState:
         expected_torque: at the last sample [N m].
         timing_variance: of the torque by the drive's delay [N2 m2].
         give: travel per load that the oil's compression allows [m/N].
-        empty_for: how long the oil may have given the piston no force [s], where the pumps act on one side only.
+        empty: oil that may give the piston no force, where the pumps act on one side only.
         sensitivities: derivatives of the circuit's states and the load with respect to the balance's factors.
         pressures: the chambers' sensors, where there are any.
     """
@@ -66,9 +65,9 @@ class LoadState:
     expected_torque: Scalar = leaf("N m")
     timing_variance: Scalar = leaf("N2 m2")
     give: Scalar = leaf("m/N")
-    empty_for: Scalar | None = leaf("s", None)
     sensitivities: Mapping[str, Mapping[str, Scalar]] = leaf("SI", None)
     pressures: PressureState | None = None
+    empty: EmptyState | None = None
 
     @classmethod
     def initial(cls, model: MachineModel) -> LoadState:
@@ -85,9 +84,9 @@ class LoadState:
             load=scalar(load),
             variance=scalar(first if model.passive else 0.0),
             first_variance=scalar(0.0 if model.passive else first),
-            empty_for=scalar(0.0) if one_sided(balance) and not model.passive else None,
             sensitivities={factor: dict(slopes) for factor in FACTORS},
             pressures=PressureState.initial(model.assumed),
+            empty=EmptyState() if one_sided(balance) and not model.passive else None,
         )
 
 
@@ -188,8 +187,9 @@ def observe_load(
         )
     done = _correct(state, problem, free, innovation.value, gains, pressures, piston, model)
     z = ca.if_else(moves, done.z, free.before)
-    empty_for, empty_share, may_be_empty, empty = _emptiness(state, z, done, free, sample, model)
-    goes = all_of(moves, negated(empty))
+    bounce = model.bounce_time(state.give)
+    empty = emptiness(state.empty, z, done.load, done.variance, free.noise.pump_friction, bounce, sample, model)
+    goes = all_of(moves, negated(empty.surely))
     used = ca.if_else(ca.fabs(free.missed) < free.hidden, innovation.used, 1.0)
     follows = _Following(state, free, done, gains, used, moves, goes)
     slopes, travel_by, torque_by = follows.derivatives()
@@ -198,7 +198,7 @@ def observe_load(
     left = free.missed - free.torque_by_first * done.first - free.torque_by_load * done.changing
     unused = 1.0 - used * (gains.first * free.torque_by_first + gains.changing * free.torque_by_load)
     travel = ca.if_else(goes, done.z[0] - free.before[0], 0.0) + _sunk(sinks, left, free.hidden, free_travel)
-    give = _give(state, free, piston.held, may_be_empty, done.load, model)
+    give = _give(state, free, piston.held, empty.may_be, done.load, model)
     kept_first = (1.0 - gains.first * free.torque_by_first) * gains.first_variance
     after = LoadState(
         circuit={name: z[k] for k, name in enumerate(state.circuit, 1)},
@@ -208,7 +208,7 @@ def observe_load(
         expected_torque=done.solution.torque,
         timing_variance=free.noise.timing,
         give=give,
-        empty_for=empty_for,
+        empty=empty.state,
         sensitivities=slopes,
         pressures=None if pressures is None else pressures.after(z, done.solution.stands, free.h, done.variance),
     )
@@ -219,7 +219,7 @@ def observe_load(
             velocity=z[1],
             noise=give * model.torque_std / model.travel_per_radian,
             give=give,
-            bounce=model.bounce_time(state.give),
+            bounce=bounce,
         ),
         torque=TorqueStep(
             expected=done.solution.torque,
@@ -235,8 +235,8 @@ def observe_load(
             asked=done.asked,
             std=ca.sqrt(ca.fmax(gains.variance + gains.first_variance, 0.0)),
             carried=model.balance.force(z),
-            empty=empty,
-            empty_share=empty_share,
+            empty=empty.surely,
+            empty_share=empty.share,
         ),
         z=z,
         travel_by=tuple(by - sinks * unused * more for by, more in zip(travel_by, torque_by, strict=True)),
@@ -343,33 +343,6 @@ def _starting_load(state: LoadState, free: FreeStep, innovation: Scalar, model: 
         return state.load
     presses = ca.fmin(state.load, ca.fabs(model.balance.force(free.solution.z)))
     return ca.if_else(all_of(free.solution.stands, innovation < 0.0), presses, state.load)
-
-
-def _emptiness(
-    state: LoadState, z: Vector, done: _Corrected, free: FreeStep, sample: Sample, model: MachineModel
-) -> tuple[Scalar | None, Real, Condition, Condition]:
-    """Since when oil may give no force [s], how likely it gives none, whether it may, and whether it surely does.
-
-    Then nothing in the circuit determines where the piston goes, and it stays. Where the pump acts on one side only,
-    that is so as soon as there may be no load and the pump does not deliver: a load that rests on something else leaves
-    the oil, and the pump draws from the tank. One that bounces on its oil comes back within half a period. How light a
-    load may be follows from its standard deviation, not from a single torque.
-    """
-    if model.passive:  # a load that only resists keeps the piston where it is
-        return None, 0.0, flag(False), flag(False)
-    balance = model.balance
-    if state.empty_for is None:
-        least = NO_LOAD_GATE * model.assumed.drive.torque * model.relief_load
-        held = getattr(balance.unit.cylinder, f"node_{balance.unit.held}")
-        drained = z[balance.states.index(f"pressure_{held}")] < model.of_circuit("tank.pressure")
-        empty = all_of(drained, ca.fabs(balance.force(z)) < least)
-        return None, 0.0, empty, empty
-    rougher = (FRICTION_SPREAD - 1.0) * free.noise.pump_friction / model.travel_per_radian
-    lightest = NO_LOAD_GATE * ca.sqrt(ca.fmax(done.variance, 0.0) + rougher**2)
-    none = all_of(done.load < lightest, model.lift * sample.extending_speed <= 0.0)
-    since = ca.if_else(none, state.empty_for + sample.elapsed, 0.0)
-    likely = ca.if_else(none, ca.fmin(1.0 - done.load / ca.fmax(lightest, 1e-3), 1.0), 0.0)
-    return since, likely, none, since > model.bounce_time(state.give)
 
 
 @dataclass(frozen=True)

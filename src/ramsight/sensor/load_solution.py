@@ -209,13 +209,16 @@ def torque_noise(
     friction = 0.5 * (up - down)
     stands = ca.fabs(sample.motor_speed) < MOTOR_TURNS
     hidden = ca.if_else(stands, FRICTION_SPREAD * friction, 0.0) + _held_back(sample, drive.standing)
-    return TorqueNoise(model.torque_std**2 + timing, timing, friction, hidden)
+    return TorqueNoise(model.torque_std**2 + sample.offset_variance + timing, timing, friction, hidden)
 
 
 def _held_back(sample: Sample, standing: float) -> Real:
-    """Torque that a motor which hardly turns may hold beside its pumps' friction [N m], as declared."""
-    slow = ca.fabs(sample.motor_speed) < MIXED_FRICTION_SPEED
-    return ca.if_else(slow, standing, 0.0) if standing else 0.0
+    """Torque that a motor which hardly turns may hold beside its pumps' friction [N m], as declared.
+
+    A motor that drives one way only is never driven back: its pump turns it, against that torque.
+    """
+    backward: Real = sample.motor_speed if sample.one_way else ca.fabs(sample.motor_speed)
+    return ca.if_else(backward < MIXED_FRICTION_SPEED, standing, 0.0) if standing else 0.0
 
 
 def _shown_at_rest(

@@ -92,11 +92,13 @@ class Measured:
         accepted: whether the likeliest hypothesis used it.
         rejected: whether it did not.
         moved: by how much that moved the nominal position [m].
+        stages: the hypotheses before it, and as it corrected each.
     """
 
     accepted: Flag
     rejected: Flag
     moved: Scalar
+    stages: tuple[Sequence[Hypothesis], ...]
 
 
 @dataclass(frozen=True)
@@ -108,12 +110,16 @@ class Weighed:
         fits: whether the measurement is an end or a reference under it.
         normal: its normalised innovation, squared.
         likelihood: logarithm of it, were it that.
+        variance: of the innovation, as it expected it [m2].
+        otherwise: logarithm of the likelihood, were it neither.
     """
 
     hypothesis: Hypothesis
     fits: Flag
     normal: Scalar
     likelihood: Scalar
+    variance: Scalar
+    otherwise: Scalar
 
 
 def log_likelihood(innovation2: Scalar, variance: Real) -> Scalar:
@@ -153,9 +159,37 @@ def weighed(h: Hypothesis, m: Measurement, row: Row, chance: Scalar, model: Mach
     covariance = h.covariance.added(Quantity.POSITION, ca.if_else(fits, m.arrived, 0.0))
     corrected = [one for one in mean if one != Quantity.COMPLIANCE]
     after = h.corrected(*covariance.updated(row, innovation, m.variance, fits, only=corrected))
-    after = after.with_weight(h.weight + ca.fmax(likelihood, elsewhere))
     went_on = {one: ca.if_else(m.went_on, -by, 0.0) for one, by in m.seemed.items()}
-    return Weighed(_taken_back(after, went_on, m), fits, innovation**2 / total, likelihood)
+    after = _taken_back(after, went_on, m)
+    return Weighed(after, fits, innovation**2 / total, likelihood, total, elsewhere)
+
+
+def reweighed(each: Sequence[Weighed], counts: Scalar) -> list[Hypothesis]:
+    """The hypotheses with the logarithms of their weights, each plus that of its likelihood of the measurement.
+
+    The errors of contacts with one end are correlated: by the place of the end, by the law of leakage, by the way from
+    the other end. A hypothesis that predicts each contact slightly better must not become certain by repetition. Of the
+    logarithm of the likelihood, -0.5 (v^2/s^2 + ln(s^2/s_min^2) + ln(2 pi s_min^2)) for an innovation v of variance
+    s^2, the first and the second term therefore count by the share `counts` up to 1 each, and in full beyond.
+
+    Args:
+        each: the hypotheses with their likelihoods of this measurement.
+        counts: how much this contact counts as evidence, over an independent one [1].
+    """
+    least = each[0].variance
+    for one in each[1:]:
+        least = ca.fmin(least, one.variance)
+
+    def shared(value: Scalar) -> Scalar:
+        return counts * ca.fmin(value, 1.0) + ca.fmax(value - 1.0, 0.0)
+
+    found = []
+    for one in each:
+        wider = ca.log(one.variance / least)
+        misfit = -2.0 * one.likelihood - ca.log(2.0 * math.pi * one.variance)
+        likelihood = -0.5 * (shared(misfit) + shared(wider) + ca.log(2.0 * math.pi * least))
+        found.append(one.hypothesis.with_weight(one.hypothesis.weight + ca.fmax(likelihood, one.otherwise)))
+    return found
 
 
 def _taken_back(h: Hypothesis, by: Row, m: Measurement) -> Hypothesis:

@@ -124,8 +124,8 @@ class Mixture:
         stated[Kind.WRONG] = ca.fmax(stated[Kind.WRONG] - 2.0 * self.wrong, 0.0)
         return stated
 
-    def band(self, width: Scalar, others: Scalar) -> Scalar:
-        """Standard deviation of the position [m] whose 1.96-fold holds the truth in 95 of 100 cases.
+    def band(self, width: Scalar, others: Scalar) -> tuple[Scalar, Scalar]:
+        """How far below and above the position the truth is in 95 of 100 cases [m].
 
         That of the likeliest hypothesis, and so much more that the truth is outside by any other one with no more than
         `OTHERWISE`: where it has the probability w, its position is outside with
@@ -140,15 +140,16 @@ class Mixture:
             others: variance of the position by what no hypothesis follows [m2].
         """
         deviations, largest = self._deviations(width, others), largest_weight(self.hypotheses)
-        wide = TWO_SIDED_95 * of_likeliest(self.hypotheses, deviations)
+        below = above = TWO_SIDED_95 * of_likeliest(self.hypotheses, deviations)
         for p, h, std in zip(self._stated(), self.hypotheses, deviations, strict=True):
-            share = OTHERWISE / ca.fmax(p, OTHERWISE)
+            share, off = OTHERWISE / ca.fmax(p, OTHERWISE), h.mean[Quantity.POSITION]
             # Beside the likeliest one side of it counts, about the same position both do.
-            beside = ca.fabs(h.mean[Quantity.POSITION]) + upper_quantile(share) * std
-            reach = ca.fmax(beside, two_sided_quantile(share) * std)
+            beside, about = ca.fabs(off) + upper_quantile(share) * std, two_sided_quantile(share) * std
+            far, near = ca.fmax(beside, about), about - ca.fabs(off)
             counts = all_of(h.weight < largest, p > OTHERWISE)
-            wide = ca.fmax(wide, ca.if_else(counts, reach, 0.0))
-        return wide / TWO_SIDED_95
+            below = ca.fmax(below, ca.if_else(counts, ca.if_else(off < 0.0, far, near), 0.0))
+            above = ca.fmax(above, ca.if_else(counts, ca.if_else(off < 0.0, near, far), 0.0))
+        return below, above
 
     def beyond(self, limit: Scalar, width: Scalar, others: Scalar) -> Scalar:
         """Probability that the error of the position is larger than a limit, whichever hypothesis is true [1].

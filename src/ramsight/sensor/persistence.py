@@ -89,7 +89,7 @@ class StateFile:
         >>> from ramsight import machine
         >>> from ramsight.plant.ddh import build_ddh
         >>> from ramsight.sensor.kalman import kalman
-        >>> boom = kalman(build_ddh("boom", machine.load("mining-loader").unit("boom")))
+        >>> boom = kalman(build_ddh("boom", machine.load_machine("mining-loader").unit("boom")))
         >>> boom.start(0.25)
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     StateFile(f"{folder}/boom.state", boom).save()

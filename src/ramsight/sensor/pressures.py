@@ -18,7 +18,13 @@ from ramsight.plant.balance import Solution
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.sample import PRESSURES, Sample
-from ramsight.sensor.thresholds import MEASURABLE_LIMIT, PRESSURE_SETTLING, SHOWN_SHARE, TORQUE_STEADY_SPEED
+from ramsight.sensor.thresholds import (
+    PRESSURE_ABOVE,
+    PRESSURE_BELOW,
+    PRESSURE_SETTLING,
+    SHOWN_SHARE,
+    TORQUE_STEADY_SPEED,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,7 +107,7 @@ class MeasuredPressures:
             reported = sample.measured[name]
             gain = variance / (variance + std**2)
             due = gain * (reported - state.shown[name] + state.corrected[name])
-            counts = all_of(all_of(ca.fabs(reported) < MEASURABLE_LIMIT, state.stood), state.begun)
+            counts = all_of(_possible(reported, model), state.stood, state.begun)
             moved = ca.if_else(counts, share * (due - state.corrected[name]), 0.0)
             values[place] = values[place] + moved
             shown[name] = state.shown[name] + moved
@@ -115,7 +121,7 @@ class MeasuredPressures:
         return math.hypot(cylinder.area_a, cylinder.area_b) * self.model.assumed.pressure.std
 
     def _both_known(self) -> Flag:
-        return all_of(*(ca.fabs(self.sample.measured[name]) < MEASURABLE_LIMIT for name in PRESSURES))
+        return all_of(*(_possible(self.sample.measured[name], self.model) for name in PRESSURES))
 
     def correction(self, solution: Solution, by_load: Vector, variance: Scalar, h: Scalar) -> tuple[Scalar, Scalar]:
         """Correction of the load by the reports [N], and its variance after that [N2].
@@ -179,7 +185,7 @@ class MeasuredPressures:
         shown, leaked, corrected = {}, {}, {}
         for name, (place, _) in _chambers(self.model).items():
             reported = self.sample.measured[name]
-            first = ca.if_else(ca.fabs(reported) < MEASURABLE_LIMIT, reported, z[place])
+            first = ca.if_else(_possible(reported, self.model), reported, z[place])
             later = self.shown[name] + lag * (z[place] - self.shown[name])
             shown[name] = ca.if_else(self.state.begun, later, first)
             since = self.state.leaked[name] + z[place] - self.before[place]
@@ -193,6 +199,12 @@ class MeasuredPressures:
             begun=flag(True),
             stood=stands,
         )
+
+
+def _possible(reported: Scalar, model: MachineModel) -> Flag:
+    """Whether a chamber can have a pressure: a sensor without supply shows less than vacuum, or its full scale."""
+    highest = float(model.limits.pressure)
+    return all_of(reported > -PRESSURE_BELOW * highest, reported < (1.0 + PRESSURE_ABOVE) * highest)
 
 
 def _chambers(model: MachineModel) -> dict[str, tuple[int, float]]:

@@ -9,6 +9,7 @@ import casadi as ca
 
 from ramsight.engine.typed_state import leaf
 from ramsight.expression import Flag, Scalar, all_of, any_of, count, negated, within
+from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.bank import Bank
 from ramsight.sensor.contact import Contact
 from ramsight.sensor.load_step import LoadStep
@@ -19,7 +20,7 @@ from ramsight.sensor.sample import Sample
 from ramsight.sensor.status_rules import PlausibilityState, PositionEstimate, implausible_torque, status_of
 from ramsight.sensor.thresholds import FASTEST_SHARE, TIME_LEAST, VELOCITY_SMOOTHING
 from ramsight.sensor.update import Met, Stepped, Updated
-from ramsight.sensor.virtual_sensor import BOUND, REFERENCED_NOW, Outputs, Report
+from ramsight.sensor.virtual_sensor import BOUND, HIGHEST, LOWEST, REFERENCED_NOW, Outputs, Report
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,7 +76,8 @@ def report(
     unseen_state, unseen = _unseen(state.unseen, sample, step, contact, model)
     others = _others(at, contact, model)
     seen = unseen.std**2 + others + updated.pending**2
-    std, overall = bank.band(seen), ca.sqrt(ca.fmax(bank.variance(), 0.0) + seen)
+    below, above = bank.band(seen)
+    std, overall = ca.fmax(below, above) / TWO_SIDED_95, ca.sqrt(ca.fmax(bank.variance(), 0.0) + seen)
     plausibility, implausible = implausible_torque(state.plausibility, sample, step, negated(contact.hold.held), model)
     beyond = bank.beyond(model.assumed.integrity.limit * model.stroke, seen)
     position = PositionEstimate(outcome.nominal, std, overall, beyond, outcome.known)
@@ -85,6 +87,8 @@ def report(
     velocity = _velocity(state, sample, step, contact)
     more: Outputs = {
         **model.balance.chambers(step.z),
+        LOWEST: (within(shown - below - TWO_SIDED_95 * astray, 0.0, model.stroke), "m"),
+        HIGHEST: (within(shown + above + TWO_SIDED_95 * astray, 0.0, model.stroke), "m"),
         BOUND: (ca.fmin(bound + astray, model.stroke), "m"),
         REFERENCED_NOW: (count(outcome.referenced_now), "1"),
         **at.checks.more,
@@ -124,6 +128,8 @@ def _learned(at: Stepped, bank: Bank) -> Mapping[str, tuple[Scalar, str]]:
     for name, quantity in FACTOR_OF.items():
         more[f"{name}_factor"] = means[quantity], "1"
         more[f"{name}_factor_std"] = bank.factor_std(quantity), "1"
+    more["leak_exponent"] = means[Quantity.EXPONENT], "1"
+    more["leak_exponent_std"] = bank.factor_std(Quantity.EXPONENT), "1"
     if Quantity.WARMER in means:  # what leaks by the reported temperature, be it the oil's or not
         leak, by = at.leakage.at_reported(means[Quantity.LEAKAGE], means[Quantity.WARMER])
         more |= {"leak_factor": (leak, "1"), "leak_factor_std": (bank.std(by), "1")}

@@ -117,6 +117,7 @@ class Sample:
         measured: what else is measured.
         counter: the shaft's counter at the sample before, where the machine declares one.
         pump_warmer: by how much the oil in the pumps' gaps is warmer than the reported one [K].
+        offset_variance: of what is left of the torque's zero error, where one is declared [N2 m2].
     """
 
     started: Flag
@@ -135,6 +136,12 @@ class Sample:
     measured: Mapping[str, Scalar]
     counter: CounterState | None = None
     pump_warmer: Real = 0.0
+    offset_variance: Real = 0.0
+
+    @property
+    def one_way(self) -> bool:
+        """Whether the motor drives one way only, and a commanded valve decides which way that moves the piston."""
+        return bool(self.commands)
 
     @property
     def angle(self) -> Scalar:

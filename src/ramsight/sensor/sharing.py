@@ -17,7 +17,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.engine.recursion import Recursion, replay
+from ramsight.engine.recursion import Graph, Recursion, replay
 from ramsight.engine.typed_state import column, leaf, leaves, symbols
 from ramsight.expression import Flag, Scalar, all_of, any_of, scalar_symbol
 from ramsight.sensor.disagreement import Sums, summed
@@ -133,7 +133,7 @@ def agreement_graph(memory: float) -> Recursion:
     names = tuple(one.name for one in leaves(state))
     columns = column(state), ca.vertcat(*u.values()), ca.vertcat(*p.values())
     outputs = ca.vertcat(found.by, found.allowed, found.alarm)
-    return Recursion(names, _INPUTS, _SET, _OUTPUTS, *columns, column(after), outputs)
+    return Recursion(names, _INPUTS, _SET, _OUTPUTS, lambda: Graph(*columns, column(after), outputs))
 
 
 class Agreement:

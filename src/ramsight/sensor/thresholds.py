@@ -66,6 +66,10 @@ BLIND_PRESSURE_SHARE = Constant(
     0.3, "1", "share of the relief pressure by which pressure may change unseen (loads of work days)"
 )
 MAGNET_STEP = Constant(1.0, "K", "below it a torque of 0.1 %/K changes by less than its noise")
+PRESSURE_BELOW = Constant(0.05, "1", "of relief pressure: zero errors and noise of a sensor read as far below vacuum")
+PRESSURE_ABOVE = Constant(0.15, "1", "of relief pressure: by which valves that open, and loads, exceed their setting")
+ZERO_STANDS = Constant(0.5, "s", "drives release a torque, filters of currents settle and valves turn within 0.2 s")
+ZERO_GATE = Constant(3.0, "1", "99.7 % of a normal error: a standing motor that reports more carries something")
 CASE_WARMER_MOST = Constant(60.0, "K", "a pump case that is further from its tank burns its oil")
 SMOOTHING_TIME = Constant(20.0, "s", "noise of 0.2 K is averaged away; oil warms by less than a kelvin meanwhile")
 FIRST_INSTANT = Constant(1e-3, "s", "a filter takes its first sample as it is")
@@ -161,6 +165,9 @@ LOAD_FOUND_TIME = Constant(
 NEAR_END = Constant(4.0, "1", "standard deviations from an end, 1 in 16000")
 NEAR_END_LEAST = Constant(5e-3, "1", "share of the stroke: ends give way and are described to about that")
 LOAD_LEFT_SHARE = Constant(0.7, "1", "share of a load that is left: less, and the load settles on something else")
+LOAD_FALLEN_SHARE = Constant(
+    0.3, "1", "share of a load that is left where it has settled on something: friction of the pumps; noise leaves half"
+)
 LOAD_MEMORY = Constant(1.0, "s", "for which the load and the leakage from before a contact are remembered")
 SETTLING_STD_SHARE = Constant(0.1, "1", "of the apparent way since the load settled: how well leakage is known")
 SEPARATE_CONTACTS = Constant(0.05, "1", "share of the stroke between two contacts that are independent evidence")
@@ -219,6 +226,9 @@ DISPLACEMENT_FACTOR_LEAST = Constant(0.97, "1", "tolerance of displacements, ISO
 DISPLACEMENT_FACTOR_MOST = Constant(1.03, "1", "tolerance of displacements, ISO 8426")
 COMPLIANCE_FACTOR_LEAST = Constant(0.4, "1", "oil without air in rigid lines")
 COMPLIANCE_FACTOR_MOST = Constant(2.5, "1", "oil with 1 % of air, or soft hoses")
+LAG_MOST = Constant(600.0, "s", "a thermometer that is slower shows the tank of another hour")
+LEAKAGE_EXPONENT_MOST = Constant(1.0, "1", "twice what turns laminar flow into an orifice's")
+LEAKAGE_POWER_MOST = Constant(3.0, "1", "logarithm of 20: no lag and no law changes a leakage by more within a machine")
 
 # What teaches the filters.
 BLIND_SHARE = Constant(0.02, "1", "share of a load that the torque shows: below, a closed valve carries it")
@@ -244,8 +254,8 @@ EVENT_GAIN_STANDING = Constant(
     0.2, "1", "share of the torque that friction at standstill may hide: 1/0.8 of a usual efficiency"
 )
 EVENT_GAIN_MOVING = Constant(0.03, "1", "of the pumps' hydromechanical efficiency, as catalogues round it")
-EVENT_OFFSET = Constant(
-    0.01, "1", "offset of the torque at standstill over that at relief pressure: one step of drives of 1 %"
+TORQUE_OFFSET = Constant(
+    0.01, "1", "offset of a reported torque over that at relief pressure: one step of drives of 1 %"
 )
 EVENT_MODEL_STD = Constant(0.02, "1", "of a torque, new with each sample: kinks of the speed between two samples")
 EVENT_OFFSET_TIME = Constant(0.1, "s", "averages the noise of five samples; the oil's pressure is gone by then")
@@ -260,7 +270,20 @@ EVENT_SAMPLING = Constant(
     20.0, "1/s2", "error that all events share, by the square of the sample: 1/12 T^2 for a decay of T = 65 ms"
 )
 EVENT_SHARE_LEAST = Constant(1e-6, "1", "keeps quotients finite")
+CONTACTS_ALIKE = Constant(
+    0.1, "1", "share of a contact's error that is that of all contacts with the same end: together they count as ten"
+)
 EVENT_GATE = Constant(3.5, "1", "standard deviations beyond which an event is something else, 1 in 2000")
+EVENT_COUNTS = Constant(
+    0.3,
+    "1",
+    "power of an event's likelihood: events of one machine err alike, and by up to twice as much (recorded logs)",
+)
+EVENT_FREEDOM = Constant(
+    4.0,
+    "1",
+    "degrees of freedom of an event's error (Student): one in twenty is beyond 2.8 deviations, as on recorded logs",
+)
 INFORMATION_LEAST = Constant(1e-6, "1", "keeps quotients finite: a factor that is known to 1000")
 
 # Relief valves.

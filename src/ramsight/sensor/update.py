@@ -29,7 +29,7 @@ from ramsight.sensor.machine_model import MachineModel
 from ramsight.sensor.measurement import Measured, Measurement, TorqueEvidence
 from ramsight.sensor.mode import Mode, is_in
 from ramsight.sensor.quantity import Quantity
-from ramsight.sensor.relief import Relief, passed_share
+from ramsight.sensor.relief import Relief, blown, passed_share
 from ramsight.sensor.rest import creep
 from ramsight.sensor.sample import DC_POWER, PRESSURES, SHAFT_ANGLE, Sample
 from ramsight.sensor.thresholds import (
@@ -312,10 +312,12 @@ def relief_flow(state: UpdateState, bank: Bank, at: Stepped, met: Met, model: Ma
 
     passed, waiting_std = counted(state.waiting_std, std * moved)
     back, waiting_shift = counted(state.waiting_shift, way * missing * moved)
+    by_load = blown(at.step.z, sample.extending_speed, model)
+    elapsed = ca.if_else(may_stand, 0.0, sample.elapsed)
     return ReliefFlow(
-        passed=passed,
+        passed=passed + by_load.std * elapsed,
         pending=waiting_std,
-        back=back,
+        back=back - by_load.mean * elapsed,
         waiting_std=waiting_std,
         waiting_shift=waiting_shift,
         free_travel=ca.if_else(turns_back, 0.0, freely),
@@ -336,7 +338,8 @@ def _time_update(bank: Bank, at: Stepped, grows: Scalar, model: MachineModel) ->
     leak = share * ca.sqrt(dt / SMOOTHING_TIME)
     # An error of the torque that lasts for a while leaks like an error of the leakage that lasts for a while.
     by_leak = at.travel_by[Quantity.LEAKAGE]
-    wrong = drive.torque_gain**2 * by_leak**2 * 2.0 * drive.correlation / ca.fmax(dt, SHORTEST_STEP)
+    offset = at.sample.offset_variance / ca.fmax(at.sample.motor_torque**2, model.torque_std**2)
+    wrong = (drive.torque_gain**2 + offset) * by_leak**2 * 2.0 * drive.correlation / ca.fmax(dt, SHORTEST_STEP)
     # At rest friction hides a part of the load, and so a part of what leaks where the pump holds it.
     hidden = ca.fmin(step.torque.hidden / model.travel_per_radian, step.load.std) / ca.fabs(step.load.value)
     hidden = ca.if_else(step.torque.hidden > 0.0, ca.fmin(hidden, 1.0), 0.0)

@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from ramsight.engine.recursion import Recursion, replay
+from ramsight.engine.recursion import Graph, Recursion, replay
 from ramsight.engine.typed_state import Leaf, column, initial_values, leaves
 from ramsight.errors import LogError, RamsightError
 from ramsight.expression import Real, Scalar
@@ -20,6 +20,7 @@ from ramsight.plant.symbols import Parameters
 from ramsight.sensor.sample import INPUTS, REPORTED, Raw
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import NUMBER_LIMIT, START_SLACK, START_STD
+from ramsight.signals import Samples, Signal, Signals
 
 if TYPE_CHECKING:
     import xarray
@@ -33,6 +34,8 @@ UNITS = {"position": "m", "position_std": "m", "velocity": "m/s", "load": "N", "
 OUTPUTS = tuple(UNITS)
 BOUND = "position_bound"
 """Output of a sensor that bounds its error: what one sample in 100 000 exceeds without a warning [m]."""
+LOWEST, HIGHEST = "position_low", "position_high"
+"""Outputs of such a sensor: the ends of its 95 % band, within the stroke [m]."""
 POSITION, TIME = "position", "intake.time"
 """States of every sensor: its position [m], and the time of the last sample that counted [s]."""
 IS_REFERENCED = "position_known"
@@ -57,7 +60,7 @@ class Estimate:
 
     Attributes:
         position: [m].
-        std: its standard deviation [m]; NaN if the sensor does not know it.
+        position_std: its standard deviation [m]; NaN if the sensor does not know it.
         velocity: [m/s]; NaN if unknown.
         load: [N], positive against lifting; NaN if unknown.
         status: whether to rely on it, and why not.
@@ -67,12 +70,12 @@ class Estimate:
         >>> sensor = ramsight.sensor_for("mining-loader", unit="boom")
         >>> sensor.start(position=0.1)  # m
         >>> now = sensor.step(time=0.0, motor_speed=0.0, motor_torque=0.0, oil_temperature=313.15)
-        >>> now.position, round(now.std, 4), now.status.text
+        >>> now.position, round(now.position_std, 4), now.status.text
         (0.1, 0.0019, 'uncertain: reference due')
     """
 
     position: float
-    std: float
+    position_std: float
     velocity: float
     load: float
     status: Status
@@ -86,15 +89,24 @@ class Section:
         title: of the part.
         found: what it leads to, expressions or objects that hold some; what is needed for it belongs to this part,
             unless it was needed before.
+        alike: stages of several of a kind, as of the hypotheses, which are worked out alike: exported C has what leads
+            from one stage to the next once for all of them.
     """
 
     title: str
     found: object
+    alike: tuple[Sequence[object], ...] = ()
 
     @property
     def marks(self) -> Any:  # a column of expressions of whatever kind
         """All that it leads to, as one column."""
         return ca.vertcat(*_expressions(self.found))
+
+    @property
+    def rows(self) -> Any:
+        """What corresponds in the stages, a row each with a column for each of the kind."""
+        stages = ([ca.vertcat(*_expressions(one)) for one in stage] for stage in self.alike)
+        return ca.vertcat(*(ca.horzcat(*columns) for columns in stages))
 
 
 @dataclass(frozen=True)
@@ -155,20 +167,25 @@ def close(
         raise ValueError(f"a state is missing after the sample: {sorted({one.name for one in states} ^ set(names))}")
     outputs = [report.position, report.std, report.velocity, report.load, report.checked_status]
     inputs = raw.inputs
-    recursion = Recursion(
-        state=tuple(one.name for one in states),
-        inputs=tuple(symbol.name() for symbol in inputs),
-        parameters=parameters.names,
-        outputs=(*OUTPUTS, *report.more),
+    graph = Graph(
         x=column(before),
         u=ca.vertcat(*inputs),
         p=parameters.column,
         next_state=column(after),
         output=ca.vertcat(*outputs, *(value for value, _ in report.more.values())),
     )
+    recursion = Recursion(
+        state=tuple(one.name for one in states),
+        inputs=tuple(symbol.name() for symbol in inputs),
+        parameters=parameters.names,
+        outputs=(*OUTPUTS, *report.more),
+        drawn=lambda: graph,
+    )
     units = {**UNITS, **{name: unit for name, (_, unit) in report.more.items()}}
-    marks = tuple((one.title, one.marks) for one in sections)
-    return VirtualSensor(kind, recursion, parameters.values, initial_values(initial), units, states, marks)
+    return VirtualSensor(
+        kind, recursion, parameters.values, initial_values(initial), units, states,
+        lambda: tuple((one.title, one.marks, one.rows) for one in sections),
+    )  # fmt: skip
 
 
 def _expressions(found: object) -> Iterator[Any]:
@@ -196,7 +213,8 @@ class VirtualSensor:
         initial: states before the first sample.
         units: of its outputs.
         states: what is declared of each state, in the recursion's order.
-        sections: parts of the step in order, each a title and what it leads to; the last part needs none.
+        sections: gives the parts of the step in order, each a title, what it leads to, and rows of what is worked out
+            alike; the last part needs none.
     """
 
     kind: str
@@ -205,7 +223,7 @@ class VirtualSensor:
     initial: Array
     units: Mapping[str, str]
     states: tuple[Leaf, ...] = field(repr=False)
-    sections: tuple[tuple[str, Any], ...] = field(default=(), repr=False)
+    sections: Callable[[], tuple[tuple[str, Any, Any], ...]] = field(default=tuple, repr=False)
     _state: Array = field(init=False, repr=False)
     _says: Array = field(init=False, repr=False)
 
@@ -338,25 +356,22 @@ class VirtualSensor:
             A Dataset over the same `time` with position, position_std, velocity, load, status, and whatever else
             this sensor knows, each with `units`.
         """
-        import xarray
+        return self.followed(Signals.of(log), advance=advance).dataset()
 
+    def followed(self, log: Signals, *, advance: Callable[[int], object] | None = None) -> Signals:
+        """The same from columns to columns, for whoever needs no Dataset."""
         inputs = log_inputs(self, log)
         result = replay(self.recursion, inputs, self.parameters, self._state, advance=advance)
-        data = {
-            name: ("time", result[:, k], {"units": self.units[name], "long_name": name.replace("_", " ")})
-            for k, name in enumerate(self.recursion.outputs)
-        }
-        tracked = xarray.Dataset(data, coords={"time": log["time"]}, attrs={"format": 1, "sensor": self.kind})
-        tracked["status"] = tracked["status"].astype(np.int16)
-        meanings = {str(int(status)): status.text for status in Status}
-        tracked["status"].attrs = {
-            "long_name": "status",
-            "meaning": "; ".join(f"{k}: {v}" for k, v in meanings.items()),
-        }
-        return tracked
+        columns = {"time": log["time"]}
+        for k, name in enumerate(self.recursion.outputs):
+            columns[name] = Signal(result[:, k], {"units": self.units[name], "long_name": name.replace("_", " ")})
+        meaning = "; ".join(f"{int(status)}: {status.text}" for status in Status)
+        status = columns["status"].values.astype(np.int16)
+        columns["status"] = Signal(status, {"long_name": "status", "meaning": meaning})
+        return Signals(columns, {"format": 1, "sensor": self.kind})
 
 
-def log_inputs(sensor: VirtualSensor, log: xarray.Dataset) -> Array:
+def log_inputs(sensor: VirtualSensor, log: Samples) -> Array:
     """A log as the inputs of a sensor's recursion, shape (samples, inputs).
 
     Raises:
@@ -366,11 +381,11 @@ def log_inputs(sensor: VirtualSensor, log: xarray.Dataset) -> Array:
         if name not in log:
             raise LogError("is missing: the circuit has a part that it commands", file="log", column=name)
     columns: list[Any] = [log[name].values for name in REPORTED]
-    reference = log["reference"].values if "reference" in log else np.full(log.sizes["time"], np.nan)
+    reference = log["reference"].values if "reference" in log else np.full(len(log["time"].values), np.nan)
     known = np.isfinite(reference)
     columns += [np.where(known, reference, 0.0), known]
     columns += [log[name].values for name in sensor.commands]
-    unknown = np.full(log.sizes["time"], np.nan)
+    unknown = np.full(len(log["time"].values), np.nan)
     columns += [log[name].values if name in log else unknown for name in sensor.optional]
     return np.ascontiguousarray(np.column_stack(columns), dtype=np.float64)
 
@@ -386,7 +401,7 @@ def impossible(sensor: VirtualSensor, state: Mapping[str, float]) -> str:
         >>> from ramsight import machine
         >>> from ramsight.plant.ddh import build_ddh
         >>> from ramsight.sensor.kalman import kalman
-        >>> boom = kalman(build_ddh("boom", machine.load("mining-loader").unit("boom")))
+        >>> boom = kalman(build_ddh("boom", machine.load_machine("mining-loader").unit("boom")))
         >>> impossible(boom, boom.state), impossible(boom, {**boom.state, "position_variance": -1.0})
         ('', 'position_variance = -1.0: a variance is not negative')
     """

@@ -14,7 +14,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from ramsight.errors import RamsightError
-from ramsight.studio.spawned import end, taken
+from ramsight.studio.spawned import Spawned, taken
 
 Say = Callable[[str, Any], None]
 News = tuple[str, Any]
@@ -30,10 +30,8 @@ class Job:
     """
 
     def __init__(self, work: Callable[..., None], *arguments: Any) -> None:
-        context = multiprocessing.get_context("spawn")
-        self._pipe, other = context.Pipe(duplex=False)
-        self._process = context.Process(target=_do, args=(other, work, arguments), daemon=True, name="ramsight-job")
-        self._process.start()
+        self._pipe, other = multiprocessing.get_context("spawn").Pipe(duplex=False)
+        self._process = Spawned(_do, other, work, arguments, name="ramsight-job")
         other.close()
         self._news: deque[News] = deque()
         self._listener = threading.Thread(target=self._listen, daemon=True, name="ramsight-listen")
@@ -50,17 +48,17 @@ class Job:
 
     def stop(self) -> None:
         """End it, whatever it is doing."""
-        self._process.terminate()
-        end(self._process)
+        self._process.end()
 
     def _listen(self) -> None:
         try:
             while True:
                 self._news.append(self._pipe.recv())
         except (EOFError, OSError):
-            self._process.join()
-            if self._process.exitcode not in (0, -15):
-                self._news.append(("error", f"the process has ended ({self._process.exitcode})"))
+            if (code := self._process.code()) not in (0, -15):
+                self._news.append(("error", f"the process has ended ({code})"))
+        finally:
+            self._pipe.close()
 
 
 def _do(pipe: Connection, work: Callable[..., None], arguments: tuple[Any, ...]) -> None:

@@ -8,20 +8,22 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from typing import Any
 
-from nicegui import background_tasks, run, ui
+from nicegui import background_tasks, ui
 
 from ramsight.studio.controls import Controls
 from ramsight.studio.prepared import Prepared
 from ramsight.studio.said import LEVELS
 from ramsight.studio.scenarios import SCENARIOS
 from ramsight.studio.scene import MachineScene
-from ramsight.studio.session import Session
+from ramsight.studio.session import STANDS, Session
 from ramsight.studio.status_bar import status_bar
 from ramsight.studio.status_help import status_help
 from ramsight.studio.story_panel import StoryPanel
 from ramsight.studio.worker import Frame
 
+_STANDS = f"the machine's process has said nothing for {STANDS:g} s: what is shown is old"
 _PAUSE = 0.03  # s between two looks at what has come
+_BEGINS = 30.0  # s that a page may take to begin, and then to lay out the machine in space
 _ANSWERS = 5.0  # s that a page may take for a frame
 _SCENE = 3  # every how many frames the machine in space is moved
 _MAGNIFIED = 100  # times, at most, that an error is shown as large as it is
@@ -35,13 +37,12 @@ def live_page(prepared: Prepared, session: Session, scenario: str | None) -> Non
 
     Args:
         prepared: the machine.
-        session: the process in which it runs for him; it is closed when he goes.
+        session: the process in which it runs for him.
         scenario: that plays at first; None for a machine that stands, with its controls.
     """
     described, units = prepared.described, list(prepared.circuits)
     signs = {name: float(described.unit(name).lift_sign) for name in units}
     client = ui.context.client
-    client.on_delete(lambda: background_tasks.create(run.io_bound(session.close)))
     status_bar(units)
     with ui.element("div").classes("studio"):
         with ui.column().classes("gap-3 min-w-0 first"):
@@ -80,7 +81,7 @@ def _first_column(
 ) -> tuple[StoryPanel, Controls]:
     """Scenarios or controls, one of them at a time; the state of the machine above them."""
     waits = ui.label("the machine is being made ready …").props("id=ready role=status").classes("text-sm")
-    ui.timer(0.3, lambda: waits.set_text(session.ended or ("runs" if session.about else waits.text)))
+    ui.timer(0.3, lambda: waits.set_text(session.ended or _state(session, waits.text)))
     choice = ui.toggle([_STORY, _CONTROLS], value=_CONTROLS if scenario is None else _STORY)
     choice.props("no-caps spread dense").classes("w-full")
 
@@ -98,6 +99,13 @@ def _first_column(
     if scenario is not None:
         play(scenario if scenario in SCENARIOS else next(iter(SCENARIOS)))
     return story, controls
+
+
+def _state(session: Session, before: str) -> str:
+    """What is said of a machine that has not ended."""
+    if session.stands:
+        return _STANDS
+    return "runs" if session.about else before
 
 
 def _key() -> str:
@@ -170,16 +178,16 @@ async def _follow(
     The machine in space comes once the rest is there: what draws it is as large as all the rest.
     """
     units = list(prepared.circuits)
-    await client.connected(timeout=30.0)
-    with client:
-        given = ", ".join(json.dumps(one) for one in (units, _HIGHEST, prepared.lines, status_help()))
-        await client.run_javascript(f"studio.begin({given})", timeout=30.0)
-        space = scene()
-        await space.scene.initialized()
-        client.run_javascript(f"studio.space({space.scene.id})")
-    seen = 0
+    try:
+        space = await _begun(client, scene, prepared)
+    except TimeoutError:  # the browser has gone, or runs no script
+        return
+    seen, stood = 0, False
     while not client.is_deleted and not session.over:
         frames = session.frames()
+        if session.stands is not stood and client.has_socket_connection:
+            stood = not stood
+            client.run_javascript(f"document.getElementById('bar').classList.toggle('old', {json.dumps(stood)})")
         if not frames or not client.has_socket_connection:
             await asyncio.sleep(_PAUSE)
             continue
@@ -195,7 +203,20 @@ async def _follow(
             show(frame)
             if seen % _SCENE == 0:
                 space.show(_positions(frame, "position", units), _positions(frame, "kalman", units), frame.load)
-    session.close()
+
+
+async def _begun(client: Any, scene: Callable[[], MachineScene], prepared: Prepared) -> MachineScene:
+    """Let the page begin; the machine in space. TimeoutError: it does not answer."""
+    await client.connected(timeout=_BEGINS)
+    with client:
+        given = (list(prepared.circuits), _HIGHEST, prepared.lines, status_help())
+        await client.run_javascript(f"studio.begin({', '.join(map(json.dumps, given))})", timeout=_BEGINS)
+        if client.is_deleted:
+            raise TimeoutError
+        space = scene()
+        await asyncio.wait_for(space.scene.initialized(), _BEGINS)
+        client.run_javascript(f"studio.space({space.scene.id})")
+    return space
 
 
 def _joined(frames: list[Frame]) -> Frame:

@@ -10,7 +10,7 @@ from ramsight.drawing import Sheet, drawn, svg
 from ramsight.drawing.flowing import chains
 from ramsight.drawing.notes import notes
 from ramsight.machine.description import Machine
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.linked import LinkedMachine, build_linked
 from ramsight.plant.pump import Pump
 from ramsight.plant.unit import HydraulicUnit
@@ -43,7 +43,7 @@ def prepare(described: Machine) -> Prepared:
     circuits, lines = {}, {}
     for name in units:
         unit = described.unit(name)
-        built = build_unit(name, unit, described.linkage)
+        built = build(unit, name)
         sheet = drawn(built, f"{described.name}: {name}", notes(unit))
         circuits[name], lines[name] = svg.text(sheet), _lines(sheet, built)
     linked = None if described.linkage is None else build_linked(described)

@@ -21,8 +21,7 @@ from ramsight.errors import DescriptionError
 from ramsight.logs.channels import column_of
 from ramsight.machine.description import Machine
 from ramsight.plant.as_built import AsBuilt
-from ramsight.plant.build import build_unit
-from ramsight.plant.circuit import WARMING
+from ramsight.plant.build import build
 from ramsight.plant.directional import DirectionalValve
 from ramsight.plant.linked import LinkedMachine, build_linked
 from ramsight.plant.unit import HydraulicUnit
@@ -78,7 +77,7 @@ class Rig:
 
     Example:
         >>> from ramsight import machine
-        >>> rig = Rig(machine.load("press"))
+        >>> rig = Rig(machine.load_machine("press"))
         >>> rig.levers["ram"] = 1.0
         >>> before = rig.step()["ram"].position
         >>> for _ in range(100):
@@ -94,7 +93,7 @@ class Rig:
             self.sheet: dict[str, HydraulicUnit] = {unit.name: unit for unit in self.linked.units}
         else:
             name = next(iter(machine.units))
-            self.sheet = {name: build_unit(name, machine.unit(name))}
+            self.sheet = {name: build(machine.unit(name), name)}
         self.levers = dict.fromkeys(self.sheet, 0.0)
         self.faults: set[str] = set()
         self._largest = self._largest_load(machine)
@@ -374,10 +373,7 @@ class Rig:
             else:
                 there = oil.bring(passed, losses, self._aim, _HEATER) and there
             prefix = f"{name}." if self.linked is not None else ""
-            values = {f"{prefix}oil_temperature": oil.pumps}
-            if f"{prefix}{WARMING}" in self._plant.parameters:
-                values[f"{prefix}{WARMING}"] = (oil.pumps - before) / passed
-            self._plant.change(values)
+            self._plant.change(oil.followed(before, passed, self._plant.parameters, prefix))
         if there and not self.holds_oil:
             self._aim = None
 

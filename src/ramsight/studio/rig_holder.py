@@ -13,6 +13,7 @@ from ramsight.studio.draft import Problem, problem
 from ramsight.studio.live_page import live_page
 from ramsight.studio.prepared import Prepared, prepare
 from ramsight.studio.session import Session
+from ramsight.studio.visitors import Place
 
 _LOOK = 0.1  # s, from one look at whether a machine is ready to the next
 
@@ -24,6 +25,7 @@ class Running:
         panel: where it is built.
         prepared: the machine that runs at first.
         session: in which it does.
+        place: of the visitor, with the session that is ended when he goes.
         naming: is passed the machine's name whenever another one runs.
         scenario: that plays at first, or None.
     """
@@ -33,11 +35,12 @@ class Running:
         panel: ui.tab_panel,
         prepared: Prepared,
         session: Session,
+        place: Place,
         naming: Callable[[str], object],
         scenario: str | None,
     ) -> None:
-        self._panel, self._naming, self._session = panel, naming, session
-        self._show(prepared, scenario)
+        self._panel, self._place, self._naming = panel, place, naming
+        self._show(prepared, session, scenario)
 
     async def another(self, machine: Machine) -> Problem | None:
         """Let another machine run; the one before runs until that one is ready, and goes on if it cannot.
@@ -48,33 +51,33 @@ class Running:
         Returns:
             Why it cannot run; None if it does.
         """
+        async with self._place.changing:
+            return await self._change(machine)
+
+    async def _change(self, machine: Machine) -> Problem | None:
         try:
             prepared = await run.io_bound(prepare, machine)
         except DescriptionError as error:
             return problem(error)
         except RamsightError as error:
             return Problem("", str(error))
-        if prepared is None:  # the server is going
-            return Problem("", "the studio has ended")
-        session = await run.io_bound(Session, machine)
-        if session is None:
-            return Problem("", "the studio has ended")
-        while session.about is None and not session.over:
+        session = None if prepared is None or self._panel.client.is_deleted else await run.io_bound(Session, machine)
+        if prepared is None or session is None:
+            return Problem("", "the studio has ended, or nobody looks any more")
+        while session.about is None and not session.over and not self._panel.client.is_deleted:
             await asyncio.sleep(_LOOK)
-        if session.about is None:
+        if session.about is None or self._panel.client.is_deleted:
             await run.io_bound(session.close)
             return session.wrong or Problem("", session.ended)
-        if self._panel.client.is_deleted:  # nobody is there any more to close it
-            await run.io_bound(session.close)
-            return None
-        before, self._session = self._session, session
-        await run.io_bound(before.close)
+        before, self._place.session = self._place.session, session
+        if before is not None:
+            await run.io_bound(before.close)
         self._panel.clear()
-        self._show(prepared, None)  # whoever has described a machine moves it himself
+        self._show(prepared, session, None)  # whoever has described a machine moves it himself
         return None
 
-    def _show(self, prepared: Prepared, scenario: str | None) -> None:
+    def _show(self, prepared: Prepared, session: Session, scenario: str | None) -> None:
         described = prepared.described
         self._naming(described.title or described.name)
         with self._panel:
-            live_page(prepared, self._session, scenario)
+            live_page(prepared, session, scenario)

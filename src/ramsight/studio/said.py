@@ -43,7 +43,7 @@ def of_estimate(estimate: Estimate | None) -> Said:
     """
     if estimate is None:
         return Said(SILENT, SILENT)
-    if estimate.status is Status.OK and not math.isfinite(estimate.std):
+    if estimate.status is Status.OK and not math.isfinite(estimate.position_std):
         return Said(UNCHECKED, UNCHECKED)
     return Said(estimate.status.text, estimate.status.validity)
 

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import multiprocessing
 import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from typing import Any
 
 from ramsight.machine.description import Machine
 from ramsight.studio.draft import Problem
-from ramsight.studio.spawned import end, taken
+from ramsight.studio.spawned import Spawned, taken
 from ramsight.studio.worker import Frame, run
 
+STANDS = 2.0  # s without a word, after which a process stands; it speaks twice a second at least
 _WAITING = 4  # frames that wait for a page; older ones are dropped, as of a page that is too slow
 
 
@@ -31,37 +33,42 @@ class Session:
     """
 
     def __init__(self, machine: Machine | str) -> None:
-        context = multiprocessing.get_context("spawn")
-        self._pipe, other = context.Pipe()
-        self._process = context.Process(target=run, args=(other, machine), daemon=True, name="ramsight-rig")
-        self._process.start()
+        self._pipe, other = multiprocessing.get_context("spawn").Pipe()
+        self._process = Spawned(run, other, machine, name="ramsight-rig")
         other.close()
         self.about: dict[str, Any] | None = None
         self.ended, self.refused, self.dropped = "", "", 0
         self.wrong: Problem | None = None
         self._frames: deque[Frame] = deque()
+        self._heard = time.monotonic()
         self._lock, self._closed = threading.Lock(), False
         threading.Thread(target=self._listen, daemon=True, name="ramsight-listen").start()
 
     @property
     def process(self) -> int | None:
         """Number of the process."""
-        return self._process.pid
+        return self._process.number
 
     @property
     def alive(self) -> bool:
         """Whether the process is there."""
-        return self._process.is_alive()
+        return self._process.alive
 
     @property
     def over(self) -> bool:
         """Whether it has ended, or was closed."""
         return bool(self.ended) or self._closed
 
+    @property
+    def stands(self) -> bool:
+        """Whether a process that was ready says nothing more: it is stopped, or the computer has no time for it."""
+        return self.about is not None and not self.over and time.monotonic() - self._heard > STANDS
+
     def say(self, *command: Any) -> None:
-        """Send a command to the machine; one that comes too late is forgotten."""
+        """Send a command to the machine; one that comes too late, or while it stands, is forgotten."""
+        stands = self.stands and command[0] != "stop"  # nobody empties the pipe, and a full one would stop the server
         with self._lock:
-            if not self._closed:
+            if not self._closed and not stands:
                 try:
                     self._pipe.send(command)
                 except OSError:
@@ -75,10 +82,8 @@ class Session:
         """Stop the machine and end its process."""
         self.say("stop")
         with self._lock:
-            already, self._closed = self._closed, True
-        if already and not self.alive:
-            return
-        end(self._process)
+            self._closed = True
+        self._process.end(ask=False)
         self._pipe.close()
 
     def _listen(self) -> None:
@@ -87,10 +92,12 @@ class Session:
             "frame": self._frame,
             "ended": self._ended,
             "refused": self._refused,
+            "alive": lambda _: None,
         }
         try:
             while True:
                 kind, value = self._pipe.recv()
+                self._heard = time.monotonic()
                 take[kind](value)
         except (EOFError, OSError):
             if not self.ended and not self._closed:

@@ -51,7 +51,7 @@ class View:
         """Half the 95 % band over the stroke; infinite if nothing is reported."""
         if self.kalman is None:
             return float("inf")
-        return TWO_SIDED_95 * self.kalman.std / self.rig.sheet[self.unit].cylinder.stroke
+        return TWO_SIDED_95 * self.kalman.position_std / self.rig.sheet[self.unit].cylinder.stroke
 
     def error(self, kind: str) -> float:
         """How far a sensor is off [m]; 0 if it reports nothing."""

@@ -68,7 +68,7 @@ def fill(say: Say, wanted: Wanted, below: Path) -> None:
 
 
 def _study(wanted: Wanted, count: int) -> Study:
-    return Study(wanted.machine, wanted.duty, wanted.sensor, unit=wanted.unit, n=count, seed=wanted.seed)
+    return Study(wanted.machine, wanted.duty, wanted.sensor, unit=wanted.unit, machines=count, seed=wanted.seed)
 
 
 def steps(machines: int) -> list[int]:

@@ -12,16 +12,20 @@ from ramsight.studio.prepared import Prepared
 from ramsight.studio.rig_holder import Running
 from ramsight.studio.session import Session
 from ramsight.studio.visit import Visit
+from ramsight.studio.visitors import Place
 
 Build = Callable[[Visit], None]
 
 
-def tabs(prepared: Prepared, session: Session, naming: Callable[[str], object], scenario: str | None) -> None:
+def tabs(
+    prepared: Prepared, session: Session, place: Place, naming: Callable[[str], object], scenario: str | None
+) -> None:
     """Lay the tabs out for one visitor.
 
     Args:
         prepared: the machine that he begins with.
         session: in which it runs.
+        place: of the visitor.
         naming: is passed the name of the machine that runs.
         scenario: that plays at first; None for a machine that stands.
     """
@@ -33,7 +37,7 @@ def tabs(prepared: Prepared, session: Session, naming: Callable[[str], object], 
         for name in _LATER:
             ui.tab(name)
     with ui.tab_panels(row, value="Live", keep_alive=True).classes("w-full bg-transparent"):
-        live = Running(ui.tab_panel("Live"), prepared, session, naming, scenario)
+        live = Running(ui.tab_panel("Live"), prepared, session, place, naming, scenario)
         for name, build in _LATER.items():
             with ui.tab_panel(name) as panel:
                 waiting[name] = panel, build

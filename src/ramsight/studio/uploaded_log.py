@@ -14,19 +14,20 @@ import numpy as np
 
 from ramsight.api.calibrating import identify, leak_test
 from ramsight.api.commissioning import commission, report_of
-from ramsight.api.machines import build
-from ramsight.api.tracking import follow, read_log, start_of
+from ramsight.api.tracking import follow, start_of
 from ramsight.calibration.identify_report import summary as identified_summary
 from ramsight.calibration.leakage import leak_test_summary
 from ramsight.errors import LogWarning, RamsightError
-from ramsight.logs import read_truth
+from ramsight.logs import read_log, read_truth
 from ramsight.logs.channel_map import load_map
 from ramsight.logs.inspect import inspect_log
 from ramsight.logs.mapped import standard_map
 from ramsight.logs.proposal import map_text
 from ramsight.machine.description import Machine
 from ramsight.normal import TWO_SIDED_95
+from ramsight.plant.build import build
 from ramsight.sensor.status import Status
+from ramsight.sensor.virtual_sensor import HIGHEST, LOWEST
 from ramsight.studio.job import Say
 from ramsight.studio.thinning import keep
 from ramsight.tracking.compared_track import error_text, errors_of
@@ -124,15 +125,16 @@ def track(say: Say, asked: Asked) -> None:
         if done.track is None or done.log is None:
             tell("error", "the log has no samples")
             return
+        tracked, log = done.track.dataset(), done.log.dataset()
         lines = [done.summary]
         if known is not None:
-            lines.append(error_text(errors_of(done.track, known), done.track.sizes["time"]))
-        nowhere = bool((done.track["status"].values == int(Status.NOT_REFERENCED)).all())
-        keep(asked.folder / VIEW, columns_of(done.track, known))
-        found = references(done.log, done.track, known, unit.cylinder.stroke)
-        said = {"summary": "\n".join(lines), "samples": done.track.sizes["time"], "references": found}
+            lines.append(error_text(errors_of(tracked, known), len(done.track)))
+        nowhere = bool((tracked["status"].values == int(Status.NOT_REFERENCED)).all())
+        keep(asked.folder / VIEW, columns_of(tracked, known))
+        found = references(log, tracked, known, unit.cylinder.stroke)
+        said = {"summary": "\n".join(lines), "samples": len(done.track), "references": found}
         tell("tracked", said | {"advice": NOWHERE if nowhere else ""})
-        _draw(asked, done.log, done.track, known)
+        _draw(asked, log, tracked, known)
         tell("drawn", list(FIGURES))
 
 
@@ -168,8 +170,12 @@ def judge(say: Say, asked: Asked) -> None:
 def columns_of(found: xarray.Dataset, known: xarray.Dataset | None) -> dict[str, Any]:
     """A track in mm: `position`, its band `low` to `high`, and with a truth `true` and `error`."""
     position = 1e3 * found["position"].values
-    half = 1e3 * TWO_SIDED_95 * found["position_std"].values
-    columns = {"position": position, "low": position - half, "high": position + half}
+    if LOWEST in found:
+        low, high = (1e3 * found[end].values for end in (LOWEST, HIGHEST))
+    else:
+        half = 1e3 * TWO_SIDED_95 * found["position_std"].values
+        low, high = position - half, position + half
+    columns = {"position": position, "low": low, "high": high}
     if known is not None:
         at = known["time"].values
         true = 1e3 * np.interp(found["time"].values, at, known["position"].values, left=np.nan, right=np.nan)

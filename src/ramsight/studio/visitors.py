@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
+
+from ramsight.studio.session import Session
+
 MOST = 8
 """Visitors, if nothing else is said: about a gigabyte of their machines."""
 
@@ -39,3 +43,27 @@ class Visitors:
             f"This studio has as many visitors as it lets in at a time ({self.most}): close another page of it, wait"
             " until somebody goes, or begin it with more (--visitors). Then load this page again."
         )
+
+
+class Place:
+    """The place of one visitor who was let in: another one gets it once his machine's process has ended.
+
+    Args:
+        visitors: that he is one of.
+
+    Attributes:
+        session: his machine; None before it is started.
+        changing: is held while a machine is started or takes another one's place.
+    """
+
+    def __init__(self, visitors: Visitors) -> None:
+        self._visitors = visitors
+        self.session: Session | None = None
+        self.changing = asyncio.Lock()
+
+    async def leave(self) -> None:
+        """End the machine, beside the server's loop, and free the place."""
+        async with self.changing:
+            if self.session is not None:
+                await asyncio.to_thread(self.session.close)
+        self._visitors.go()

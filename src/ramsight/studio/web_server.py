@@ -7,9 +7,9 @@ from contextlib import suppress
 from pathlib import Path
 
 from ramsight.errors import DescriptionError
-from ramsight.machine import load
+from ramsight.machine import load_machine
 from ramsight.studio.guard import LOOPBACK, Guard
-from ramsight.studio.visitors import MOST, Visitors
+from ramsight.studio.visitors import MOST, Place, Visitors
 
 ASSETS = Path(__file__).parent / "assets"
 LARGEST = 256 * 2**20  # bytes of an upload: ten hours at 100 Hz are some 150 MB of CSV
@@ -55,7 +55,7 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
         DescriptionError: the extra `studio` is not installed, or the machine cannot be used.
         UnknownNameError: there is no such machine.
     """
-    described = load(machine)
+    described = load_machine(machine)
     try:
         from nicegui import app, background_tasks, run, ui
     except ImportError:
@@ -101,14 +101,15 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
             with body:
                 ui.label(room.full).classes("p-4").props("id=full role=alert")
             return
-        client.on_delete(room.go)
-        session = await run.io_bound(Session, prepared.described)  # a process takes a while to start
+        place = Place(room)
+        client.on_delete(lambda: background_tasks.create(place.leave()))
+        async with place.changing:
+            session = await run.io_bound(Session, prepared.described)  # a process takes a while to start
+            place.session = session
         if session is None or client.is_deleted:  # the server goes, or he has gone meanwhile
-            if session is not None:
-                background_tasks.create(run.io_bound(session.close))
             return
         with body:
-            tabs(prepared, session, named.set_text, None if asked == NOTHING else asked)
+            tabs(prepared, session, place, named.set_text, None if asked == NOTHING else asked)
 
     print(f"ramsight studio: {address(host, port, token)}", flush=True)
     ui.run(

@@ -10,7 +10,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from ramsight.errors import DescriptionError, RamsightError
-from ramsight.machine import load
+from ramsight.machine import load_machine
 from ramsight.machine.description import Machine
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.virtual_sensor import Estimate
@@ -24,6 +24,7 @@ from ramsight.studio.storyteller import Storyteller
 from ramsight.units import FREEZING, RPM
 
 _FRAME = 0.04  # s, from one frame to the next
+_ALIVE = 0.5  # s, after which a machine that has no frame says that it is there
 _SMOOTH = 0.1  # share of a frame in how fast the machine is said to run
 _ROWS = 8  # of a frame, at most: of a faster machine only every nth sample is sent
 _ENERGY = 0.3  # s, from one look at the energy accounts to the next
@@ -68,7 +69,7 @@ def run(pipe: Connection, machine: Machine | str) -> None:
         machine: what is described, or a description file, or a catalogue name.
     """
     try:
-        rig = Rig(machine if isinstance(machine, Machine) else load(machine))
+        rig = Rig(machine if isinstance(machine, Machine) else load_machine(machine))
         rig.step()  # whatever has to be compiled is compiled here
         pipe.send(("ready", _about(rig)))
         _Clock(rig, pipe).go_on()
@@ -98,7 +99,7 @@ class _Clock:
         self.rig, self.pipe, self.factor = rig, pipe, 1.0
         self.begun, self.steps, self.sent, self.accounted = time.perf_counter(), 0, 0.0, 0.0
         self.rows: list[dict[str, Row]] = []
-        self.ran, self.restarts = 0.0, 0
+        self.ran, self.restarts, self.spoke = 0.0, 0, 0.0
         self.story: Storyteller | None = None
 
     def go_on(self) -> None:
@@ -120,6 +121,9 @@ class _Clock:
             if self.rows and now - self.sent >= _FRAME:
                 self.pipe.send(("frame", self._frame(now)))
                 self.sent = now
+            elif now - max(self.sent, self.spoke) >= _ALIVE:
+                self.pipe.send(("alive", None))
+                self.spoke = now
             time.sleep(0.004)
 
     def _from_now(self, now: float) -> None:
@@ -253,7 +257,9 @@ def _columns(rows: list[Row]) -> Mapping[str, list[float | None]]:
         found[f"{kind}_error"] = [
             None if one is None else _number(1e3 * (one.position - row.position)) for one, row in both
         ]
-        found[f"{kind}_band"] = [None if one is None else _number(1e3 * TWO_SIDED_95 * one.std) for one in said]
+        found[f"{kind}_band"] = [
+            None if one is None else _number(1e3 * TWO_SIDED_95 * one.position_std) for one in said
+        ]
         found[f"{kind}_level"] = [LEVELS.index(of_estimate(one).level) for one in said]
     if any(row.second for row in rows):
         shown = [None if row.second is None else row.second.position for row in rows]

@@ -14,10 +14,11 @@ import numpy as np
 from ramsight.sensor.comparing import LONGEST_ALERT, TIME_TO_ALERT
 from ramsight.sensor.status import LEAST
 from ramsight.sensor.virtual_sensor import BOUND
+from ramsight.signals import Samples
 from ramsight.tracking.passed_time import PassedTime
 
 if TYPE_CHECKING:
-    import xarray
+    pass
 
 __all__ = ["LONGEST_ALERT", "TIME_TO_ALERT", "Availability"]
 
@@ -54,7 +55,7 @@ class Availability:
         self.alerts = 0
         self.longest = 0.0
 
-    def append(self, tracked: xarray.Dataset) -> None:
+    def append(self, tracked: Samples) -> None:
         """Count a piece.
 
         Args:

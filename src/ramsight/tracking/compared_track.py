@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ramsight.sensor.status import is_invalid
+from ramsight.signals import Samples
 from ramsight.tracking.position_errors import PositionErrors, TrackErrors, track_errors
 
 if TYPE_CHECKING:
     import xarray
 
 
-def judged(tracked: xarray.Dataset, truth: xarray.Dataset) -> xarray.Dataset:
+def judged(tracked: xarray.Dataset, truth: Samples) -> xarray.Dataset:
     """A track with the true position and the error beside it, and their figures among its attributes.
 
     Args:
@@ -38,7 +39,7 @@ def judged(tracked: xarray.Dataset, truth: xarray.Dataset) -> xarray.Dataset:
     return result
 
 
-def errors_of(tracked: xarray.Dataset, truth: xarray.Dataset) -> TrackErrors:
+def errors_of(tracked: Samples, truth: Samples) -> TrackErrors:
     """The errors of a track, those that the sensor reports are invalid apart.
 
     Args:

@@ -11,6 +11,7 @@ from ramsight.intervals import true_intervals
 from ramsight.normal import TWO_SIDED_95
 from ramsight.output import atomic_path
 from ramsight.sensor.status import VALIDITIES, Status, validity_levels
+from ramsight.sensor.virtual_sensor import HIGHEST, LOWEST
 from ramsight.units import FREEZING, RPM
 
 if TYPE_CHECKING:
@@ -74,7 +75,7 @@ def draw_track(log: xarray.Dataset, tracked: xarray.Dataset, truth: xarray.Datas
 
     Args:
         log: with motor_speed [rad/s], motor_torque [N m] and oil_temperature [K].
-        tracked: with position, position_std [m] and status.
+        tracked: with position, position_std [m] and status, and the ends of its band if the sensor states them.
         truth: with `position` [m], or None.
         title: above the picture.
     """
@@ -91,6 +92,9 @@ def draw_track(log: xarray.Dataset, tracked: xarray.Dataset, truth: xarray.Datas
         if truth is not None:
             position.plot(truth["time"], 1e3 * truth["position"], color=TRUTH, lw=2.4, label="true position")
         estimate = 1e3 * tracked["position"].values
+        if LOWEST in tracked:
+            low, high = (1e3 * tracked[end].values for end in (LOWEST, HIGHEST))
+            position.fill_between(time, low, high, color=ESTIMATE, alpha=0.15, lw=0.0, label="95 % band")
         position.plot(time, estimate, color=ESTIMATE, lw=1.1, label=f"{tracked.attrs['sensor']} sensor")
         position.set_ylabel("position\n[mm]")
         error = None

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.sensor.status import Status
 from ramsight.sensor.thresholds import BRIDGED_GAP
-
-if TYPE_CHECKING:
-    import xarray
+from ramsight.signals import Signals, joined
 
 _PERIODS = 2.0  # a stretch takes two rows of its own, a period from either side
 
@@ -25,11 +21,11 @@ class Gaps:
         at: when the longest begins [s].
 
     Example:
-        >>> import xarray
+        >>> from ramsight.signals import Signal
         >>> gaps, time = Gaps(), np.array([0.0, 0.02, 30.02, 30.04])
-        >>> columns = {"position": ("time", np.ones(4)), "status": ("time", np.zeros(4, int))}
-        >>> filled = gaps.filled(xarray.Dataset(columns, coords={"time": time}))
-        >>> filled.time.values.tolist(), [Status(code).name for code in filled.status.values]
+        >>> columns = {"time": Signal(time), "position": Signal(np.ones(4)), "status": Signal(np.zeros(4, int))}
+        >>> filled = gaps.filled(Signals(columns))
+        >>> filled["time"].values.tolist(), [Status(code).name for code in filled["status"].values]
         ([0.0, 0.02, 0.04, 30.0, 30.02, 30.04], ['OK', 'OK', 'INPUT_LOST', 'INPUT_LOST', 'OK', 'OK'])
         >>> gaps.text
         'no rows for 30.0 s from 0.0 s on'
@@ -37,45 +33,43 @@ class Gaps:
 
     def __init__(self) -> None:
         self.count, self.longest, self.at = 0, 0.0, 0.0
-        self._last: xarray.Dataset | None = None
+        self._last: Signals | None = None
         self._period = 0.0
 
-    def filled(self, tracked: xarray.Dataset) -> xarray.Dataset:
+    def filled(self, tracked: Signals) -> Signals:
         """A piece of a track, with rows in the stretches that have none; positions and the like are NaN there.
 
         Args:
             tracked: with status over time [s].
         """
-        import xarray
-
         time = tracked["time"].values
         if not len(time):
             return tracked
         before = self._last
-        self._last = tracked.isel(time=slice(-1, None)).copy(deep=True)
+        self._last = tracked.rows([-1])
         steps = np.diff(time)
         self._period = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else self._period
         places = np.flatnonzero(steps > max(BRIDGED_GAP, _PERIODS * self._period)) + 1
         parts = [self._stretch(tracked, int(place) - 1, float(time[place])) for place in places]
         cut = np.split(np.arange(len(time)), places)
-        whole = [tracked.isel(time=cut[0])]
+        whole = [tracked.rows(slice(0, len(cut[0])))]
         for part, rows in zip(parts, cut[1:], strict=True):
-            whole += [part, tracked.isel(time=rows)]
+            whole += [part, tracked.rows(slice(rows[0], rows[-1] + 1))]
         if before is not None and time[0] - before["time"].values[0] > max(BRIDGED_GAP, _PERIODS * self._period):
             whole.insert(0, self._stretch(before, 0, float(time[0])))
-        return tracked if len(whole) == 1 else xarray.concat(whole, "time", combine_attrs="override")
+        return tracked if len(whole) == 1 else joined(whole)
 
-    def _stretch(self, tracked: xarray.Dataset, place: int, end: float) -> xarray.Dataset:
+    def _stretch(self, tracked: Signals, place: int, end: float) -> Signals:
         """Two rows after a sample, until the next one."""
         begin = float(tracked["time"].values[place])
         self.count += 1
         if end - begin > self.longest:
             self.longest, self.at = end - begin, begin
-        rows = tracked.isel(time=[place, place])
-        rows = rows.assign({str(name): one.where(False) for name, one in rows.items() if one.dtype.kind == "f"})
-        lost: NDArray[np.int_] = np.full(2, int(Status.INPUT_LOST), dtype=rows["status"].dtype)
-        rows = rows.assign(status=("time", lost, rows["status"].attrs))
-        return rows.assign_coords(time=("time", [begin + self._period, end - self._period], rows["time"].attrs))
+        rows = tracked.rows([place, place])
+        unknown = {name: np.full(2, np.nan) for name, one in rows.columns.items() if one.values.dtype.kind == "f"}
+        lost: NDArray[np.int_] = np.full(2, int(Status.INPUT_LOST), dtype=rows["status"].values.dtype)
+        time = np.array([begin + self._period, end - self._period])
+        return rows.replaced({**unknown, "status": lost, "time": time})
 
     @property
     def text(self) -> str:

@@ -12,19 +12,16 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from statistics import median
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ramsight.constant import Constant
 from ramsight.plant.unit import HydraulicUnit
+from ramsight.signals import Samples
 from ramsight.tracking.pressed import Press, Pressed
 from ramsight.tracking.weighing import SURE, WORTH, log_mean, probabilities
 from ramsight.units import RPM
-
-if TYPE_CHECKING:
-    import xarray
 
 Array = NDArray[np.float64]
 Reading = Callable[[Array, Array], tuple[Array, Array]]
@@ -109,7 +106,7 @@ class Explanations:
     def _add(self, name: str, reading: Reading) -> None:
         self._readings[name] = (reading, Pressed(self._unit))
 
-    def take(self, piece: xarray.Dataset) -> None:
+    def take(self, piece: Samples) -> None:
         """Take a piece of a drive log in."""
         time, speed, torque, oil = (
             piece[name].values for name in ("time", "motor_speed", "motor_torque", "oil_temperature")

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ramsight.sensor.diagnosis import KINDS
 from ramsight.sensor.status import Status
-
-if TYPE_CHECKING:
-    import xarray
+from ramsight.signals import Samples
 
 _SURE = 0.95  # probability from which a hypothesis is said
 _APART = 1.0  # s; contradictions closer together are one
@@ -97,7 +94,7 @@ class FaultNames:
         self._found: list[NamedFault] = []
         self._open: dict[str, _Episode] = {}
 
-    def append(self, tracked: xarray.Dataset) -> None:
+    def append(self, tracked: Samples) -> None:
         """Look at a piece of a track; only sensors that are declared a counter or DC power say anything of it."""
         for signal in _SIGNALS:
             if f"{signal}_{KINDS[0]}_probability" in tracked:
@@ -109,7 +106,7 @@ class FaultNames:
             self._end(signal)
         return sorted(self._found, key=lambda one: (one.first, one.signal))
 
-    def _look(self, signal: str, tracked: xarray.Dataset) -> None:
+    def _look(self, signal: str, tracked: Samples) -> None:
         time, status = tracked["time"].values, tracked["status"].values
         chances = np.array([tracked[f"{signal}_{kind}_probability"].values for kind in KINDS])
         gains, offsets = (tracked[f"{signal}_{kind}"].values for kind in ("gain", "offset"))
@@ -127,7 +124,7 @@ class FaultNames:
         self._found.append(self._open.pop(signal).named(signal))
 
 
-def named_faults(tracked: xarray.Dataset) -> list[NamedFault]:
+def named_faults(tracked: Samples) -> list[NamedFault]:
     """The faults of inputs that a track names, in the order of their beginnings.
 
     Args:

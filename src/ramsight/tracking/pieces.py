@@ -13,13 +13,12 @@ from numpy.typing import NDArray
 
 from ramsight.output import open_dataset
 from ramsight.sensor.status import Status
-from ramsight.sensor.virtual_sensor import BOUND, REFERENCED_NOW
+from ramsight.sensor.virtual_sensor import BOUND, HIGHEST, LOWEST, REFERENCED_NOW
+from ramsight.signals import Samples, Signal, Signals
 from ramsight.tracking.gaps import Gaps
 from ramsight.tracking.tally import Tally
 
 if TYPE_CHECKING:
-    import xarray
-
     from ramsight.sensor.virtual_sensor import VirtualSensor
     from ramsight.tracking.availability import Availability
 
@@ -37,20 +36,21 @@ class Pieces:
     """
 
     summary: str
-    track: xarray.Dataset | None
-    log: xarray.Dataset | None
+    track: Signals | None
+    log: Signals | None
     mistake: str = ""
     is_contradicted: bool = False
 
 
 _TRACK = ("position", "position_std", "status")
-_INTEGRITY = (BOUND, REFERENCED_NOW)
+_BAND = (LOWEST, HIGHEST)
+_INTEGRITY = (*_BAND, BOUND, REFERENCED_NOW)
 _LOG = ("motor_speed", "motor_torque", "oil_temperature")
 
 
 def track_pieces(
     sensor: VirtualSensor,
-    pieces: Iterable[xarray.Dataset],
+    pieces: Iterable[Samples],
     out: str | Path | None = None,
     *,
     keep_track: bool = False,
@@ -58,13 +58,13 @@ def track_pieces(
     all_of_it: bool = False,
     more: tuple[str, ...] = (),
     available: Availability | None = None,
-    said_of: Callable[[xarray.Dataset], xarray.Dataset] = lambda tracked: tracked,
+    said_of: Callable[[Signals], Signals] = lambda tracked: tracked,
 ) -> Pieces:
     """Track a log piece by piece, and write the track.
 
     Args:
         sensor: started; goes on from piece to piece.
-        pieces: of a drive log, in order, for example from `ramsight.logs.open_log`.
+        pieces: of a drive log, in order, for example from `ramsight.logs.open_log` or `open_signals`.
         out: the track's file, with rows where the log has none for long. NetCDF and MCAP hold all that the sensor
             reports, a table (CSV, Parquet, MF4) position, its standard deviation, bound, status in words and whether a
             reference has come; None writes none.
@@ -79,12 +79,12 @@ def track_pieces(
         OutputError: the file cannot be written; then there is none.
     """
     words = {"status": {int(status): status.text for status in Status}}
-    tally, track, log = Tally(), *(_Kept(None if all_of_it else names, more) for names in (_TRACK, _LOG))
+    tally, track, log = Tally(), *(_Kept(None if all_of_it else names, (*_BAND, *more)) for names in (_TRACK, _LOG))
     gaps = Gaps()
     table = (*_TRACK, *(name for name in _INTEGRITY if name in sensor.recursion.outputs))
     with nullcontext() if out is None else open_dataset(out, variables=table, words=words) as writer:
-        for piece in pieces:
-            tracked = said_of(as_said(sensor.track(piece)))
+        for piece in map(Signals.of, pieces):
+            tracked = said_of(as_said(sensor.followed(piece)))
             tally.append(tracked)
             if available is not None:
                 available.append(tracked)
@@ -100,17 +100,17 @@ def track_pieces(
     return Pieces(summary, track.whole(), log.whole())
 
 
-def as_said(tracked: xarray.Dataset) -> xarray.Dataset:
+def as_said(tracked: Signals) -> Signals:
     """A track without a position, NaN, where the sensor is not referenced: what it has there is no estimate.
 
     Args:
         tracked: with position, position_std [m] and status over time.
     """
-    nowhere = tracked["status"] == int(Status.NOT_REFERENCED)
-    if not bool(nowhere.any()):
+    nowhere = tracked["status"].values == int(Status.NOT_REFERENCED)
+    if not nowhere.any():
         return tracked
-    known = [name for name in ("position", "position_std", BOUND) if name in tracked]
-    return tracked.assign({name: tracked[name].where(~nowhere) for name in known})
+    known = [name for name in ("position", "position_std", *_BAND, BOUND) if name in tracked]
+    return tracked.replaced({name: np.where(nowhere, np.nan, tracked[name].values) for name in known})
 
 
 class _Kept:
@@ -119,28 +119,24 @@ class _Kept:
     def __init__(self, names: tuple[str, ...] | None, more: tuple[str, ...]) -> None:
         self._names, self._more = names, more
         self._parts: dict[str, list[NDArray[np.generic]]] = {}
-        self._first: xarray.Dataset | None = None
+        self._first: Signals | None = None
 
-    def append(self, piece: xarray.Dataset) -> None:
+    def append(self, piece: Signals) -> None:
         """Keep the wanted signals of a piece."""
         if self._first is None:
-            self._first = piece.isel(time=slice(0)).copy(deep=True)
-            there = tuple(map(str, piece.data_vars))
+            self._first, there = piece.rows([]), piece.names
             wanted = None if self._names is None else (*self._names, *(one for one in self._more if one in there))
             names = there if wanted is None else wanted
             self._parts = {name: [] for name in ("time", *names)}
         for name, parts in self._parts.items():
             parts.append(piece[name].values.copy())  # a view would hold all that the sensor reports
 
-    def whole(self) -> xarray.Dataset | None:
+    def whole(self) -> Signals | None:
         """All pieces as one; None if there are none."""
-        import xarray
-
         if self._first is None:
             return None
-        data = {}
+        columns = {}
         for name, parts in self._parts.items():
-            data[name] = ("time", np.concatenate(parts), self._first[name].attrs)
+            columns[name] = Signal(np.concatenate(parts), self._first[name].attrs)
             parts.clear()
-        time = data.pop("time")
-        return xarray.Dataset(data, coords={"time": time}, attrs=self._first.attrs)
+        return Signals(columns, self._first.attrs)

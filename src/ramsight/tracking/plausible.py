@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ramsight.logs.mapped import ChannelMap, standard_map
 from ramsight.plant.limits import limits_of
 from ramsight.plant.unit import HydraulicUnit
+from ramsight.signals import Samples
 from ramsight.units import FREEZING, RPM, to_si
 
 if TYPE_CHECKING:
@@ -144,7 +145,7 @@ class Seen:
     seconds: dict[int, float] = field(default_factory=lambda: {1: 0.0, -1: 0.0})
     torque_seconds: dict[int, float] = field(default_factory=lambda: {1: 0.0, -1: 0.0})
 
-    def take(self, piece: xarray.Dataset, moving: float, leaking: float = 0.0) -> None:
+    def take(self, piece: Samples, moving: float, leaking: float = 0.0) -> None:
         """Take a piece in; from a speed of `moving` [rad/s] on the motor turns, up to `leaking` the rod may stand."""
         time = piece["time"].values
         speed, torque = piece["motor_speed"].values, piece["motor_torque"].values

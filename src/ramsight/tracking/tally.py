@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ramsight.sensor.status import Status
+from ramsight.signals import Samples
 from ramsight.tracking.named_faults import FaultNames
 from ramsight.tracking.passed_time import PassedTime
-
-if TYPE_CHECKING:
-    import xarray
 
 
 class Tally:
@@ -24,7 +20,7 @@ class Tally:
         self._counts: dict[int, int] = {}
         self._faults = FaultNames()
 
-    def append(self, tracked: xarray.Dataset) -> None:
+    def append(self, tracked: Samples) -> None:
         """Count the samples of a piece by their status."""
         time, position = tracked["time"].values, tracked["position"].values
         self._sensor, self._samples = tracked.attrs["sensor"], self._samples + len(time)

@@ -8,10 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ramsight.errors import LogError
-from ramsight.logs import load_map, read_truth
+from ramsight.logs.channel_map import known_map
 from ramsight.logs.channels import POSITION
 from ramsight.logs.mapped import ChannelMap
 from ramsight.logs.opening import read_measured
+from ramsight.logs.truth import truth_signals
+from ramsight.plant.unit import HydraulicUnit
+from ramsight.signals import Samples, Signals
+from ramsight.tracking.credible import credible_truth
 from ramsight.tracking.position_errors import ComparisonError
 
 if TYPE_CHECKING:
@@ -21,30 +25,38 @@ _FARTHEST = 3.0  # strokes; no measured position of a piston is farther from its
 
 
 def known_position(
-    truth: str | Path | xarray.Dataset | None, log: object, channel_map: ChannelMap | str | Path | None, stroke: float
-) -> xarray.Dataset | None:
+    truth: str | Path | xarray.Dataset | None,
+    log: object,
+    channel_map: ChannelMap | str | Path | None,
+    unit: HydraulicUnit,
+) -> Signals | None:
     """The true position of a log: as it is passed, of a file, or of the log itself.
 
     Args:
         truth: a file, or `position` [m] over `time` [s]; None: what the log holds itself, if its map names it.
         log: a file; anything else holds no true position.
         channel_map: of the log.
-        stroke: of the cylinder [m].
+        unit: whose piston it is.
 
     Returns:
-        `position` [m] over `time` [s]; None if there is none.
+        `position` [m] over `time` [s], without samples where this piston cannot be, which a warning names; None if
+        there is none.
 
     Raises:
         LogError: a file cannot be read, or has no number there.
         ComparisonError: no piston of this stroke can have that position.
     """
     if truth is None:
-        known = truth_in(log, channel_map)
+        held = truth_in(log, channel_map)
+        known = None if held is None else Signals.of(held)
     else:
-        known = read_truth(truth) if isinstance(truth, str | Path) else truth
-    if known is not None:
-        possible_truth(known, stroke)
-    return known
+        known = truth_signals(truth) if isinstance(truth, str | Path) else Signals.of(truth)
+    if known is None:
+        return None
+    source = next((str(one) for one in (truth, log) if isinstance(one, str | Path)), "true position")
+    left = credible_truth(known, unit, source)
+    possible_truth(left, float(unit.cylinder.stroke))
+    return left
 
 
 def truth_in(log: object, channel_map: ChannelMap | str | Path | None) -> xarray.Dataset | None:
@@ -60,7 +72,7 @@ def truth_in(log: object, channel_map: ChannelMap | str | Path | None) -> xarray
     Raises:
         LogError: the log cannot be read, or has no number there.
     """
-    known = load_map(channel_map) if isinstance(channel_map, str | Path) else channel_map
+    known = known_map(channel_map)
     if not isinstance(log, str | Path) or known is None or POSITION.name not in known.measured:
         return None
     measured = read_measured(log, known)
@@ -70,7 +82,7 @@ def truth_in(log: object, channel_map: ChannelMap | str | Path | None) -> xarray
     return found
 
 
-def possible_truth(truth: xarray.Dataset, stroke: float) -> None:
+def possible_truth(truth: Samples, stroke: float) -> None:
     """Reject a true position that no piston of this stroke can have; it is most often in another unit.
 
     Args:

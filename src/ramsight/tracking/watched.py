@@ -4,26 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TypeVar
+
+import numpy as np
 
 from ramsight.constant import Constant
 from ramsight.errors import warn_of_log
-from ramsight.logs.channel_map import load_map
+from ramsight.logs.channel_map import known_map
 from ramsight.logs.channels import is_command
 from ramsight.logs.lines import file_name
 from ramsight.logs.mapped import ChannelMap, standard_map
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.status import LEAST, Status
+from ramsight.signals import Samples, Signals
 from ramsight.tracking.mistakes import Explanations, Mistake
 from ramsight.tracking.plausible import MOVING, Seen, findings, noise, reportable
-
-if TYPE_CHECKING:
-    import xarray
 
 EXAMINED = Constant(
     6.0, "1", "pieces of a log that mistakes are looked for in: 2 h of samples every 20 ms, at 0.1 s each"
 )
 _DRIVEN = ("speed", "torque")
+S = TypeVar("S", bound=Samples)
 
 
 class Watch:
@@ -42,7 +43,7 @@ class Watch:
     def __init__(
         self, unit: HydraulicUnit, file: str | Path, channel_map: ChannelMap | str | Path | None = None
     ) -> None:
-        known = load_map(channel_map) if isinstance(channel_map, str | Path) else channel_map or standard_map([])
+        known = known_map(channel_map) or standard_map([])
         self._names = {role: one.channel for role, one in known.roles.items()}
         self._names["time"] = known.time.channel if known.time is not None else "time"
         self._units = {role: one.unit or "" for role, one in known.roles.items()}
@@ -52,11 +53,11 @@ class Watch:
         self.mistake: Mistake | None = None
         self.last_word = ""
 
-    def over(self, pieces: Iterable[xarray.Dataset]) -> Iterator[xarray.Dataset]:
+    def over(self, pieces: Iterable[S]) -> Iterator[S]:
         """The pieces of a drive log as they are, in order; looked at before each is passed on."""
         for number, piece in enumerate(pieces):
             self._seen.take(piece, MOVING * self._unit.max_speed, self._limits.leaking)
-            if number < EXAMINED and not any(is_command(str(name)) for name in piece.data_vars):
+            if number < EXAMINED and not any(map(is_command, Signals.of(piece).names)):
                 self._explanations.take(piece)  # a valve that turns round what the pump does is not followed
             if number == 0:
                 self._warn()
@@ -78,11 +79,11 @@ class Watch:
 
 
 def watched(
-    pieces: Iterable[xarray.Dataset],
+    pieces: Iterable[S],
     unit: HydraulicUnit,
     file: str | Path,
     channel_map: ChannelMap | str | Path | None = None,
-) -> Iterator[xarray.Dataset]:
+) -> Iterator[S]:
     """The pieces of a drive log as they are; warns after the first, and at the end, of what cannot be this machine's.
 
     Args:
@@ -111,7 +112,7 @@ def _led_by(mistake: Mistake, found: list[tuple[str, str]]) -> list[tuple[str, s
     return [(role, text), *(one for one in found if one[0] not in _DRIVEN)]
 
 
-def contradicted(tracked: xarray.Dataset, mistake: Mistake) -> xarray.Dataset:
+def contradicted(tracked: Signals, mistake: Mistake) -> Signals:
     """A track of a log that contradicts the machine: what it says of the position is invalid, and names the cause.
 
     Args:
@@ -119,5 +120,5 @@ def contradicted(tracked: xarray.Dataset, mistake: Mistake) -> xarray.Dataset:
         mistake: what is wrong with the log.
     """
     cause = Status.IMPLAUSIBLE_SPEED if mistake.role == "speed" else Status.IMPLAUSIBLE_TORQUE
-    status = tracked["status"]
-    return tracked.assign(status=status.where(status >= LEAST[1], int(cause)).astype(status.dtype))
+    status = tracked["status"].values
+    return tracked.replaced({"status": np.where(status >= LEAST[1], status, int(cause)).astype(status.dtype)})

@@ -3,6 +3,6 @@
 `conversion` reads and writes quantities, `algebra` knows the units.
 """
 
-from ramsight.units.conversion import FREEZING, RPM, argument, format_si, name_of, parse, parse_option, to_si
+from ramsight.units.conversion import FREEZING, RPM, argument, format_si, name_of, parse, parse_option, si_unit, to_si
 
-__all__ = ["FREEZING", "RPM", "argument", "format_si", "name_of", "parse", "parse_option", "to_si"]
+__all__ = ["FREEZING", "RPM", "argument", "format_si", "name_of", "parse", "parse_option", "si_unit", "to_si"]

@@ -29,6 +29,7 @@ FREEZING = 273.15
 _KNOWN = {
     "1": ("plain number", "0.9"),
     "1/sqrt(s)": ("random walk", "1 %/sqrt(h)"),
+    "N m/sqrt(s)": ("random walk of a torque", "0.01 N m/sqrt(h)"),
     "m/sqrt(m)": ("random walk over a way", "0.2 mm/sqrt(m)"),
     "1/Pa": ("compressibility", "8e-10 1/Pa"),
     "K": ("temperature", "40 degC"),
@@ -135,12 +136,27 @@ def name_of(unit: str) -> str:
         >>> name_of("bar")
         "a pressure such as '210 bar'"
     """
-    wanted = _known(unit)
-    for si, (words, example) in _KNOWN.items():
-        if _known(si).dimension == wanted.dimension and si.startswith("delta_") == unit.startswith("delta_"):
-            article = "an" if words[0] in "aeiou" else "a"
-            return f"{article} {words} such as {example!r}"
-    return f"a quantity in {unit}"
+    if (si := si_unit(unit)) not in _KNOWN:
+        return f"a quantity in {unit}"
+    words, example = _KNOWN[si]
+    article = "an" if words[0] in "aeiou" else "a"
+    return f"{article} {words} such as {example!r}"
+
+
+@cache
+def si_unit(unit: str) -> str:
+    """The SI unit of the same dimension, as values in it are named; the unit itself where it has no name here.
+
+    Args:
+        unit: any unit, for example ``"bar"``.
+
+    Example:
+        >>> si_unit("bar"), si_unit("mm2/s"), si_unit("%")
+        ('Pa', 'm2/s', '1')
+    """
+    wanted, difference = _known(unit).dimension, unit.startswith("delta_")
+    same = (si for si in _KNOWN if _known(si).dimension == wanted and si.startswith("delta_") == difference)
+    return next(same, unit)
 
 
 def to_si(number: float, unit: str) -> float:

@@ -1,41 +1,10 @@
 /* ${title}. Made by ramsight ${version} from the machine "${machine}"; do not edit, export it again. */
-#include "${p}.h"
+#include "${p}_step.h"
 
-#include <math.h>
 #include <stddef.h>
 #include <string.h>
 
-#if (defined __FINITE_MATH_ONLY__ && __FINITE_MATH_ONLY__) || defined _M_FP_FAST
-#error "NaN is a value that is missing: compile without -ffast-math, -ffinite-math-only and /fp:fast"
-#endif
-
-typedef ${p}_real real;
-typedef double wide;
-#define R(x) ((real)(x))
-#if ${P}_FLOAT
-#define SQRT sqrtf
-#define EXP expf
-#define LOG logf
-#define TANH tanhf
-#define POW powf
-#define SIN sinf
-#define COS cosf
-#define ABS fabsf
-#else
-#define SQRT sqrt
-#define EXP exp
-#define LOG log
-#define TANH tanh
-#define POW pow
-#define SIN sin
-#define COS cos
-#define ABS fabs
-#endif
-
-/* The machine. */
-${constants}
-
-#define STROKE R(${stroked}) /* [m] */
+${defined}#define STROKE R(${stroked}) /* [m] */
 #define SLACK R(${slack})  /* by which a start may lie outside it [m] */
 #define MADE UINT32_C(0x52414D53)
 /* States stand first in the struct, doubles before reals. */
@@ -98,17 +67,12 @@ ${unknown}
     out->status = ${P}_STATE_INVALID;
     return;
   }
-  /* The step knows differences of time alone: now is 0, and what was before is below it. */
+  ${p}_work w;
   const int clocked = in->time > -1e12 && in->time < 1e12;
-  const wide u_time = clocked ? 0.0 : (wide)NAN;
-${relative}
-  const real u_motor_speed = in->motor_speed;
-  const real u_motor_torque = in->motor_torque;
-  const real u_oil_temperature = in->oil_temperature;
-${further}  const int f_reference = s->reference == s->reference;
-  const real u_reference = f_reference ? s->reference : R(0.0);
-  const real u_reference_known = (real)f_reference;
-${step}
+  const int referenced = s->reference == s->reference;
+  /* The step knows differences of time alone: now is 0, and what was before is below it. */
+${begun}
+${calls}
   s->reference = (real)NAN;
   watch(s, in, out);
 }

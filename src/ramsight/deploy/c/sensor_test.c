@@ -1,5 +1,5 @@
 /* Runs ${p} over the golden samples, compares with what Python said, and tells how long a step takes.
- *   cc -std=c99 -O2 ${p}.c ${p}_test.c -lm -o ${p}_test && ./${p}_test
+ *   cc -std=c99 -O2 ${p}.c ${p}_step_?*.c ${p}_test.c -lm -o ${p}_test && ./${p}_test
  * For a sensor of floats add -D${P}_FLOAT=1. */
 #include <math.h>
 #include <stdio.h>

@@ -63,8 +63,17 @@ class Fault(Enum):
         "F",
         "another node with the drive's identifier; the position is forgotten",
     )
+    STALE = (POSITION_ERROR, _INPUT, 0xFF09, _BUS, "F", "the drive's data repeat, or are late")
+    DISABLED = (POSITION_ERROR, 0, 0xFF0A, _DEVICE, "C", "the drive is not enabled (6041h), and its torque is none")
     DRIVE_SILENT = (POSITION_ERROR, _INPUT, 0x8250, _BUS, "F", "drive silent for longer than object 2002h allows")
-    DRIVE_GONE = (POSITION_ERROR, _INPUT, 0x8130, _BUS, "F", "the drive's heartbeat is missing (1016h)")
+    DRIVE_GONE = (
+        POSITION_ERROR,
+        _INPUT,
+        0x8130,
+        _BUS,
+        "F",
+        "the drive's heartbeat (1016h) is missing, or says that it is not operational",
+    )
     SHORT = (0, 0, 0x8210, _BUS, "S", "a PDO of the drive is shorter than what is mapped")
     STATE_DAMAGED = (
         POSITION_ERROR | DATA_DAMAGED,

@@ -13,6 +13,7 @@ from ramsight.deploy.encoder.bus_clock import BusClock
 from ramsight.deploy.encoder.emergencies import Emergencies
 from ramsight.deploy.encoder.frame import Frame
 from ramsight.deploy.encoder.listening import Listener, Sample
+from ramsight.deploy.encoder.liveness import Liveness
 from ramsight.deploy.encoder.objects import (
     COMMUNICATION,
     ENTRIES,
@@ -103,9 +104,9 @@ class Encoder:
     Example:
         >>> from ramsight import machine
         >>> from ramsight.deploy.encoder.listening import drive_map
-        >>> from ramsight.plant.build import build_unit
+        >>> from ramsight.plant.build import build
         >>> from ramsight.sensor.kalman import kalman
-        >>> boom = build_unit("boom", machine.load("mining-loader").unit("boom"))
+        >>> boom = build(machine.load_machine("mining-loader").unit("boom"), "boom")
         >>> encoder = Encoder(kalman(boom), boom, Listener(drive_map(5, rated_torque=35.0)), Settings(node_id=6))
         >>> [str(frame) for frame in encoder.start(0.0)]
         ['706#00', '086#00420901002040FF']
@@ -137,6 +138,8 @@ class Encoder:
         self._estimate: Estimate | None = None
         self._drive = Presence(self._node, settings.drive_node)
         self._second = SecondNode(listener.periodic, unit.max_speed)
+        self._alive = Liveness(unit.max_speed, listener.sequence, listener.noise, listener.torque_step)
+        self._fastest = unit.max_speed * unit.travel_per_radian
         self._stored = Stored(self._node, parameters, settings.overrides or {}, self._save_now, self._refusal)
         self._short = False
         self._faults: set[Fault] = set()
@@ -162,6 +165,8 @@ class Encoder:
         elif kind == _NMT:
             self._command(data)
         elif kind == _SYNC:
+            if len(data) == 1:
+                self._alive.synced(data[0])
             if self._node.state == OPERATIONAL and len(data) <= 1:
                 self._published.follow(now)
                 self._schedule.sync()
@@ -169,7 +174,7 @@ class Encoder:
             if len(data) == 8 and self._node.state in (PRE_OPERATIONAL, OPERATIONAL):
                 self._serve(data)
         elif self.settings.drive_node is not None and kind == HEARTBEAT + self.settings.drive_node and len(data) == 1:
-            self._drive.alive(now)
+            self._drive.alive(now, data[0])
             self._look()
         return self._out()
 
@@ -210,13 +215,20 @@ class Encoder:
     @property
     def std(self) -> float:
         """Standard deviation of the position [m]."""
-        return math.inf if self._estimate is None else self._estimate.std + self._published.behind
+        if self._estimate is None:
+            return math.inf
+        return math.hypot(self._estimate.position_std, self._unseen / math.sqrt(3.0)) + self._published.behind
 
     @property
     def bound(self) -> float:
         """What the position's error exceeds once in 100 000 samples without a warning [m]; infinite if unknown."""
         bound = self._sensor.says(BOUND)
-        return math.inf if math.isnan(bound) else bound + self._published.behind
+        return math.inf if math.isnan(bound) else bound + self._unseen + self._published.behind
+
+    @property
+    def _unseen(self) -> float:
+        """How far the piston may have moved at most while reports that were used may have been old [m]."""
+        return self._fastest * self._alive.age
 
     @property
     def referenced(self) -> bool:
@@ -272,8 +284,11 @@ class Encoder:
         sample = self._listener.sample(self._now) if whole_frame else None
         if sample is None:
             return
-        if self._second.is_there:  # nobody knows whose it is
+        if self._alive.take(self._listener.report(sample), self._second.period_of(frame.cob_id)):
+            self._saving.forget()  # reports that were old have been used
+        if self._second.is_there or not self._alive.is_new() or self._drive.gone:  # nobody knows whose it is, or when
             self._drive.sampled(self._now)
+            self._look()
         else:
             self._step(sample)
 
@@ -304,7 +319,7 @@ class Encoder:
         if not 0.0 <= position <= self._unit.cylinder.stroke:
             refuse(INVALID)
         if (
-            last is None or self._drive.lost or self._second.is_there or self._refused_one
+            last is None or self._drive.lost or self._is_false or self._refused_one
         ):  # whoever insists has to forget the position first
             refuse(BY_STATE)
         assert last is not None
@@ -337,6 +352,8 @@ class Encoder:
             Fault.REFUSED: self._is_disputed,
             Fault.TEMPERATURE: math.isnan(self._listener.temperature(self._now)),
             Fault.SECOND_NODE: self._second.is_there,
+            Fault.STALE: self._alive.is_stale,
+            Fault.DISABLED: self._alive.is_disabled,
             Fault.DRIVE_SILENT: self._drive.silent,
             Fault.DRIVE_GONE: self._drive.gone,
             Fault.SHORT: self._short,
@@ -353,6 +370,11 @@ class Encoder:
         position = math.nan if estimate is None else estimate.position
         self._published.set(self._now, position, valid, at_once=preset)
         self._emergencies.tell(self._now, self._faults, self.status)
+
+    @property
+    def _is_false(self) -> bool:
+        """Whether the drive's frames are another's, or old, or of a drive that is not enabled."""
+        return self._second.is_there or self._alive.is_stale or self._alive.is_disabled
 
     @property
     def _is_disputed(self) -> bool:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ramsight.deploy.encoder.frame import EXTENDED, Frame
+from ramsight.deploy.encoder.liveness import Report
 from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.logs.align import Samples, Switch
 from ramsight.logs.can_field import Field
@@ -148,11 +149,17 @@ class Listener:
         ]
         position = channel_map.measured.get(OTHER)
         self._other = None if position is None else self._channel(OTHER, position, channel_map)
+        self.sequence = channel_map.sequence
+        self._number = None if self.sequence is None else _Channel(Mapped(self.sequence.channel), 1.0, 0.0)
+        self._state = None if channel_map.state is None else _Channel(Mapped(channel_map.state), 1.0, 0.0)
         self._places = self._placed()
         temperature = self.channels["temperature"]
         if temperature.mapped.constant is not None:
             temperature.value, temperature.at = temperature.mapped.constant, math.inf
         self.written = temperature if temperature.mapped.channel == WRITTEN else None
+
+        if self._number is not None:
+            self._check_number(self._number)
 
     @property
     def identifiers(self) -> frozenset[int]:
@@ -201,6 +208,39 @@ class Listener:
                 else:
                     taker.take(number, sent, now)
         return True
+
+    @property
+    def noise(self) -> float:
+        """Declared noise of the torque from frame to frame, standard deviation [N m]; 0 if there is none."""
+        return self.channels["torque"].mapped.noise
+
+    @property
+    def torque_step(self) -> float:
+        """What the torque is rounded to [N m]; 0 if it is a floating number."""
+        torque = self.channels["torque"]
+        wire = self._named(torque.mapped.channel)
+        return 0.0 if wire.floating else abs(torque.factor * torque.mapped.scale * wire.scale)
+
+    def report(self, sample: Sample) -> Report:
+        """What a sample that has just become whole says of itself."""
+        number, state = (math.nan if one is None else one.value for one in (self._number, self._state))
+        return Report(self.channels["torque"].sent, sample.motor_speed, sample.motor_torque, number, state)
+
+    @property
+    def has_state(self) -> bool:
+        """Whether the map names the drive's state word."""
+        return self._state is not None
+
+    def _check_number(self, number: _Channel) -> None:
+        """Refuse a sequence that stands in another frame than the torque."""
+        torque = self.channels["torque"]
+        together = [places for places in self._places.values() if any(number in takers for _, takers in places)]
+        if not any(torque in takers for places in together for _, takers in places):
+            raise DescriptionError(
+                "is in another frame than the torque, and tells nothing of that one",
+                file=self._file, key="sequence.channel", value=number.mapped.channel,
+                allowed="a field of the torque's frame",
+            )  # fmt: skip
 
     def write_temperature(self, value: float, now: float) -> None:
         """The oil temperature as somebody wrote it [°C]; NaN: unknown."""
@@ -269,7 +309,8 @@ class Listener:
 
     def _placed(self) -> dict[int, list[tuple[Field, list[_Channel | _Reference]]]]:
         """What each frame's fields go to."""
-        listed = [*self.channels.values(), *([] if self._other is None else [self._other])]
+        beside = [one for one in (self._other, self._number, self._state) if one is not None]
+        listed = [*self.channels.values(), *beside]
         wired = [one for one in listed if one.mapped.channel not in ("", WRITTEN)]
         takers: list[tuple[Field, _Channel | _Reference]] = [
             *((self._named(one.mapped.channel), one) for one in wired),

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from ramsight.deploy.encoder.objects import STORED, code
-from ramsight.output.atomic import atomic_path
+from ramsight.output.atomic import write_text
 
 FORMAT = 1
 SUFFIX = ".parameters"
@@ -43,8 +43,7 @@ class ParameterFile:
         """
         named = {code(*key): value for key, value in sorted(values.items())}
         content = {"format": FORMAT, "checksum": _checksum(named), "parameters": named}
-        with atomic_path(self.path) as draft:
-            draft.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+        write_text(json.dumps(content, indent=1) + "\n", self.path)
 
     def load(self) -> Values | None:
         """What is stored: nothing if there is no file, None if there is one that cannot be trusted."""

@@ -30,8 +30,8 @@ class PlayedDrive:
         warm_node: the thermometer's: 180h + node has the oil temperature [0.1 °C] as INT16; None without one.
 
     Example:
-        >>> from ramsight.logs import read_drive_log
-        >>> log = read_drive_log("tests/traces/boom_441kN_40C.csv.gz").isel(time=slice(100, 102))
+        >>> from ramsight.logs import read_log
+        >>> log = read_log("tests/traces/boom_441kN_40C.csv.gz").isel(time=slice(100, 102))
         >>> for time, frame in PlayedDrive(log, 5, 35.0).frames():
         ...     print(f"{time:.2f}", frame)
         2.00 705#05

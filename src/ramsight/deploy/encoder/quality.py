@@ -30,6 +30,8 @@ QUALITY = {
     Fault.SECOND_NODE: "BadConfigurationError",
     Fault.DRIVE_SILENT: STALE,
     Fault.DRIVE_GONE: STALE,
+    Fault.STALE: STALE,
+    Fault.DISABLED: "BadDeviceFailure",
     Fault.SHORT: "UncertainSubNormal",
     Fault.STATE_DAMAGED: "BadConfigurationError",
     Fault.PARAMETERS_DAMAGED: "BadConfigurationError",

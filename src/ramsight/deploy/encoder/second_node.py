@@ -188,6 +188,11 @@ class SecondNode:
         begins, self.is_there, self._until = not self.is_there, True, sent + _LASTS
         return begins
 
+    def period_of(self, identifier: int) -> float:
+        """Of the frames with an identifier [s]; NaN if it is not known."""
+        arrivals = self._arrivals.get(identifier)
+        return math.nan if arrivals is None else arrivals.period
+
     def check(self, now: float) -> bool:
         """See whether it is gone [s]; whether that has changed."""
         gone = self.is_there and now >= self._until

@@ -67,7 +67,7 @@ def shapes(mechanism: Mechanism, positions: ArrayLike) -> Shapes:
     Example:
         >>> from ramsight import machine
         >>> from ramsight.plant.linkage import build_mechanism
-        >>> seen = shapes(build_mechanism(machine.load("mining-loader").linkage), [0.35, 0.25])
+        >>> seen = shapes(build_mechanism(machine.load_machine("mining-loader").linkage), [0.35, 0.25])
         >>> sorted(seen.bodies), [strut.name for strut in seen.struts]
         (['boom', 'bucket', 'lever'], ['boom', 'bucket'])
     """

@@ -7,7 +7,7 @@ Entries of one's own stand beside ramsight's in the folder that ``RAMSIGHT_CATAL
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -124,7 +124,7 @@ def read_entry(path: Path) -> Entry:
 
 def has(kind: str, name: str) -> bool:
     """Say whether the catalogue knows a name; upper and lower case are alike."""
-    return any(entry.kind == kind and entry.name.casefold() == name.casefold() for entry in entries())
+    return _of_name(kind, name) is not None
 
 
 def find(kind: str, name: str, *, where: str | None = None) -> Entry:
@@ -138,11 +138,36 @@ def find(kind: str, name: str, *, where: str | None = None) -> Entry:
     Raises:
         UnknownNameError: the catalogue has no such name; the text lists those it has.
     """
-    some = [entry for entry in entries() if kind in ("", entry.kind)]
-    for entry in some:
-        if entry.name.casefold() == name.casefold():
-            return entry
-    raise UnknownNameError(kind or "catalogue name", name, [entry.name for entry in some], where)
+    if (entry := _of_name(kind, name)) is not None:
+        return entry
+    known = [entry.name for entry in entries() if kind in ("", entry.kind)]
+    raise UnknownNameError(kind or "catalogue name", name, known, where)
+
+
+def circuits() -> tuple[str, ...]:
+    """Names of the circuits, in order."""
+    if own_files():
+        return tuple(entry.name for entry in entries() if entry.kind == "circuit")
+    return tuple(path.stem for path in sorted(_shipped().values()) if path.parent.name == "circuits")
+
+
+def _of_name(kind: str, name: str) -> Entry | None:
+    """The entry of a name; without entries of one's own no more than its file is read."""
+    if own_files():
+        some: Iterable[Entry] = entries()
+    else:
+        path = _shipped().get(name.casefold())
+        some = () if path is None else (_read_shipped(path),)
+    return next((one for one in some if kind in ("", one.kind) and one.name.casefold() == name.casefold()), None)
+
+
+_read_shipped = cache(read_entry)
+
+
+@cache
+def _shipped() -> dict[str, Path]:
+    """Ramsight's files by the names of their entries."""
+    return {path.stem.casefold(): path for folder in _FOLDERS for path in (_ROOT / folder).glob("*.toml")}
 
 
 def read(entry: Entry) -> tuple[dict[str, Any], dict[str, str]]:

@@ -44,7 +44,7 @@ class Lever:
 
         Example:
             >>> from ramsight import machine
-            >>> boom = lever(machine.load("mining-loader").linkage, "boom")
+            >>> boom = lever(machine.load_machine("mining-loader").linkage, "boom")
             >>> float(round(boom.position(boom.angle(0.3)), 9))
             0.3
         """

@@ -179,7 +179,7 @@ def build_mechanism(spec: description.Linkage) -> Mechanism:
 
     Example:
         >>> from ramsight import machine
-        >>> build_mechanism(machine.load("mining-loader").linkage).joints
+        >>> build_mechanism(machine.load_machine("mining-loader").linkage).joints
         ('boom', 'bucket')
     """
     chains = (members.following(spec, name) for name in spec.bodies)

@@ -93,7 +93,7 @@ def motion(mechanism: Mechanism) -> tuple[OdeModel, NDArray[np.float64]]:
     Example:
         >>> from ramsight import machine
         >>> from ramsight.plant.linkage import build_mechanism, motion
-        >>> ode, values = motion(build_mechanism(machine.load("mining-loader").linkage))
+        >>> ode, values = motion(build_mechanism(machine.load_machine("mining-loader").linkage))
         >>> ode.inputs
         ('force_boom', 'force_bucket', 'payload', 'tip_force_x', 'tip_force_z')
     """

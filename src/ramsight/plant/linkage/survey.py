@@ -43,7 +43,7 @@ def joints(mechanism: Mechanism, positions: ArrayLike) -> Array:
     Example:
         >>> from ramsight import machine
         >>> from ramsight.plant.linkage import build_mechanism, joints
-        >>> boom, bucket = joints(build_mechanism(machine.load("mining-loader").linkage), [0.7, 0.25])
+        >>> boom, bucket = joints(build_mechanism(machine.load_machine("mining-loader").linkage), [0.7, 0.25])
         >>> f"{np.degrees(boom):.1f}, {np.degrees(boom + bucket):.1f} deg"
         '38.4, -0.0 deg'
     """

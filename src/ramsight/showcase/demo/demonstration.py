@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ramsight.api.machines import build
-from ramsight.api.tracking import read_log, track
-from ramsight.logs import read_truth
+from ramsight.api.tracking import track
+from ramsight.logs import read_log, read_truth
+from ramsight.plant.build import build
 from ramsight.showcase.demo import LOG, MACHINE, TRUTH, UNIT
 from ramsight.showcase.demo.showing import Shown
 

@@ -8,4 +8,4 @@ from ramsight.drawing.mechanism.side_view import mechanism_figure
 from ramsight.plant.linked import build_linked
 
 name, file = sys.argv[1:]
-mechanism_figure(build_linked(machine.load(name)), Path(file))
+mechanism_figure(build_linked(machine.load_machine(name)), Path(file))

@@ -20,8 +20,9 @@ from ramsight.drawing.mechanism.bodies import Shapes, shapes
 from ramsight.drawing.mechanism.bucket import rock
 from ramsight.drawing.mechanism.scenery import heap_radius, scenery
 from ramsight.drawing.mechanism.side_view import COLOURS, draw_ground, draw_rock, draw_scenery, draw_shapes
-from ramsight.output import atomic_path
+from ramsight.output import atomic_path, write_text
 from ramsight.plant.linked import LinkedMachine
+from ramsight.signals import Signals
 from ramsight.tracking.pieces import as_said
 
 if TYPE_CHECKING:
@@ -71,8 +72,7 @@ def write_animation(
     units = [_unit(machine, run, tracks, unit.name, times) for unit in machine.units]
     seen = _poses(machine, units, times, lambda share: tell(0.5 * share))
     content = page_text(machine, run, units, seen, times, phases, title or machine.name, _meanings(tracks))
-    with atomic_path(page) as draft:
-        draft.write_text(content, encoding="utf-8")
+    write_text(content, page)
     stride = max(round(GIF_STEP / PAGE_STEP), -(-len(times) // _GIF_PICTURES))
     which = range(0, len(times), stride)
     _write_gif(machine, run, units, seen, times, which, picture, title, lambda share: tell(0.5 * share))
@@ -93,7 +93,9 @@ def _unit(
     nothing = np.full(len(times), np.nan)
     found |= {"estimate": nothing, "std": nothing, "status": np.zeros(len(times), dtype=int)}
     if name in tracks:
-        track = as_said(tracks[name])  # before it is referenced a sensor has no position, and no ghost stands there
+        track = as_said(
+            Signals.of(tracks[name])
+        ).dataset()  # before it is referenced a sensor has no position, and no ghost stands there
         at = np.clip(np.searchsorted(track["time"].values, times + 1e-9, side="right") - 1, 0, None)
         found |= {"estimate": track["position"].values[at], "std": track["position_std"].values[at]}
         found["status"] = track["status"].values[at].astype(int)
@@ -168,8 +170,9 @@ def page_text(
         ],
     }
     text = (Path(__file__).with_name("page.html")).read_text(encoding="utf-8")
-    packed = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("</", "<\\/")
-    return text.replace("@TITLE@", escape(title)).replace("@DATA@", packed)
+    packed = json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")  # nothing ends the script
+    before, after = text.split("@DATA@")  # what fills a place is not looked at for places
+    return f"{before.replace('@TITLE@', escape(title))}{packed}{after}"
 
 
 def error_range(unit: Mapping[str, Any]) -> float:

@@ -14,6 +14,7 @@ from ramsight.calibration.identify_report import WORDS
 from ramsight.calibration.leakage import LeakTest
 from ramsight.calibration.loss_uncertainty import dependence
 from ramsight.output.html_page import page, row, table
+from ramsight.study.commissioning.changes import HEAD, Change
 from ramsight.study.commissioning.finding import Finding, Verdict
 from ramsight.study.commissioning.walk import Commissioning
 from ramsight.tracking.figures import draw_track
@@ -64,6 +65,7 @@ def commissioning_page(
     parts.append(table("sign × (scale × number + offset), in the unit", head, (row(channel) for channel in channels)))
     parts += _leak_test(done.leak_test) if done.leak_test is not None else []
     parts += _factors(done.identification) if done.identification is not None else []
+    parts += _changes(done.changes) if done.changes else []
     parts += _picture(done) if done.track is not None else []
     parts += ["<h2>Signed</h2>", table("", ("", ""), (row((word, " ")) for word in _SIGNED), "signed")]
     return page(f"{title}: commissioning", parts, _SUMS)
@@ -114,6 +116,11 @@ def _factors(found: Identification) -> list[str]:
     head = ("factor on the data sheet", "value", "95 % from", "to", "oil 1 K warmer", "torque 1 % larger")
     note = f"{found.moves} moves over {found.duration:.0f} s, {found.loads} loads lifted and lowered"
     return ["<h2>Identified</h2>", table(note, head, rows, "numbers")]
+
+
+def _changes(changes: Sequence[Change]) -> list[str]:
+    note = "over the description that was kept, with 95 % intervals"
+    return ["<h2>Changed since</h2>", table(note, HEAD, (row(one.cells) for one in changes), "numbers")]
 
 
 def _picture(done: Commissioning) -> list[str]:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from ramsight.calibration.identify import Identification
+from ramsight.calibration.identify import AS_DESCRIBED, Identification
 from ramsight.calibration.identify_report import WORDS
 from ramsight.calibration.loss_uncertainty import dependence
 from ramsight.study.commissioning.finding import Finding, Verdict
-
-_NOMINAL = {"leak": 1.0, "displacement": 1.0, "stiffness": 1.0, "friction": 1.0, "orifice": 0.0, "efficiency": 0.0}
 
 
 def identified(found: Identification) -> list[Finding]:
@@ -23,7 +21,7 @@ def _factor(name: str, found: Identification) -> Finding:
     check, estimate = f"data sheet, {WORDS[name]}", found.factors[name]
     if not estimate.identified:
         return Finding(check, Verdict.OPEN, "not identifiable from this log")
-    nominal, allowed = _NOMINAL[name], found.judged_by[name]
+    nominal, allowed = AS_DESCRIBED[name], found.judged_by[name]
     said = f"{estimate.value:.4f} ({estimate.low:.4f} to {estimate.high:.4f}), expected {nominal:g} ± {allowed:.2g}"
     follows = dependence(estimate.per_kelvin, estimate.per_torque)
     said += f"; {follows}" if follows else ""

@@ -16,6 +16,7 @@ from ramsight.machine.description import Unit
 from ramsight.machine.requirement_description import Requirement
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.study.commissioning import log_checks, sensor_checks
+from ramsight.study.commissioning.changes import Change, table_text
 from ramsight.study.commissioning.description_check import description
 from ramsight.study.commissioning.finding import Finding, Verdict
 from ramsight.study.commissioning.requirement_finding import requirement
@@ -46,6 +47,7 @@ class Commissioning:
         leak_test: what the leak test said, if there was one.
         identification: what was identified, if the position was measured.
         wrong_value: the value of the description that is likely wrong, if one is.
+        changes: what was measured both now and at an earlier commissioning, if one was passed.
     """
 
     unit: str
@@ -55,6 +57,7 @@ class Commissioning:
     leak_test: LeakTest | None = None
     identification: Identification | None = None
     wrong_value: WrongValue | None = None
+    changes: tuple[Change, ...] = ()
 
     @property
     def verdict(self) -> Verdict:
@@ -76,7 +79,8 @@ class Commissioning:
             Verdict.LOOK_TWICE: f"commissioned with {reservations}",
             Verdict.FAILED: "not commissioned",
         }
-        return "\n".join([*(finding.text for finding in self.findings), f"{self.unit}: {words[self.verdict]}"])
+        table = [table_text(self.changes)] if self.changes else []
+        return "\n".join([*(finding.text for finding in self.findings), *table, f"{self.unit}: {words[self.verdict]}"])
 
 
 def walk(

@@ -18,7 +18,7 @@ from ramsight.errors import DescriptionError
 from ramsight.machine.base import walk
 from ramsight.machine.declare import Quantity
 from ramsight.machine.description import Unit
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.study.commissioning.observed import LEAK, RELIEF, STROKE, TRAVEL, TURN, Observation, predicted
 from ramsight.tracking.weighing import SURE, WORTH, log_mean, probabilities
@@ -133,7 +133,7 @@ def _candidates(
         shares, rows = [], []
         for share in _COARSE:
             try:
-                other = predicted(build_unit(name, described.replace({one.path: one.value * math.exp(share)})))
+                other = predicted(build(described.replace({one.path: one.value * math.exp(share)}), name))
             except DescriptionError:
                 continue
             if all(key in other for key in names):

@@ -78,18 +78,17 @@ class Budget:
         return xarray.Dataset(data, {"quantity": list(self.names)}, attributes)
 
 
-def check_base(base: int, named: str = "base") -> None:
+def check_base(base: int) -> None:
     """Reject a number of base points that Sobol's indices cannot be made of.
 
     Args:
         base: how many; 0 for none.
-        named: what messages call it.
 
     Raises:
         DescriptionError: it is no power of two.
     """
     if base < 0 or base & (base - 1):
-        raise DescriptionError("is no power of two", key=named, value=base, allowed="0, 16, 32, 64, …")
+        raise DescriptionError("is no power of two", key="budget", value=base, allowed="0, 16, 32, 64, …")
 
 
 def budget_plan(plan: Plan, base: int) -> Plan:

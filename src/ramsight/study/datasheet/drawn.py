@@ -14,7 +14,7 @@ from ramsight.duty.lagging import lagging
 from ramsight.machine.description import Unit
 from ramsight.machine.tolerances import KINDS
 from ramsight.plant.as_built import AsBuilt
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.hose import Hose, Volume
 from ramsight.plant.limits import limits_of
 from ramsight.plant.oil import T40, T100, Oil, walther_constants
@@ -92,14 +92,14 @@ def draw(described: Unit, name: str, nominal: HydraulicUnit, values: Mapping[str
 
     Example:
         >>> from ramsight import machine
-        >>> boom = machine.load("mining-loader").unit("boom")
-        >>> sheet = ready(build_unit("boom", boom))
+        >>> boom = machine.load_machine("mining-loader").unit("boom")
+        >>> sheet = ready(build(boom, "boom"))
         >>> made = draw(boom, "boom", sheet, {"leakage": 1.2, "area": 1.001, "cylinder.bore": 0.128})
         >>> round(made.unit.cylinder.area_a / sheet.cylinder.area_a, 6)
         1.016826
     """
     own = {path: value for path, value in values.items() if path not in KINDS}
-    unit = ready(build_unit(name, described.replace(own))) if own else nominal
+    unit = ready(build(described.replace(own), name)) if own else nominal
     factor = {kind: values.get(kind, 1.0) for kind in ("leakage", "displacement", "stiffness", "friction")}
     unit = AsBuilt(factor["leakage"], factor["displacement"], factor["stiffness"], factor["friction"]).apply(unit)
     changed: Any = unit.mapped(lambda part: _part(part, values))

@@ -20,7 +20,7 @@ from ramsight.engine.equation import OdeModel
 from ramsight.engine.ode_module import compile_outputs
 from ramsight.engine.outcome import Outcome
 from ramsight.engine.run import Segments
-from ramsight.plant.build import build_unit
+from ramsight.plant.build import build
 from ramsight.plant.circuit import CircuitModel, parameter_values
 from ramsight.plant.unit import HydraulicUnit, circuit, initial_state
 from ramsight.sensor.virtual_sensor import VirtualSensor
@@ -66,7 +66,7 @@ class Bench:
     @property
     def sheet(self) -> HydraulicUnit:
         """The unit as described, which the sensor assumes."""
-        found: HydraulicUnit = self._once("sheet", lambda: build_unit(self.unit, self.described))
+        found: HydraulicUnit = self._once("sheet", lambda: build(self.described, self.unit))
         return found
 
     @property

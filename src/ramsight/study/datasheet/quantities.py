@@ -97,7 +97,7 @@ def varied(machine: Machine, unit: str, vary: Mapping[str, str] | None = None) -
 
     Example:
         >>> from ramsight import machine
-        >>> found = varied(machine.load("mining-loader"), "boom", {"leakage": "± 10 %", "mass": ""})
+        >>> found = varied(machine.load_machine("mining-loader"), "boom", {"leakage": "± 10 %", "mass": ""})
         >>> [(one.name, one.spread.half, one.is_default) for one in found][:2]
         [('leakage', 0.1, False), ('displacement', 0.012, True)]
     """

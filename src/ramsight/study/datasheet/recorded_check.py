@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ramsight.logs import read_drive_log, read_truth
+from ramsight.logs import read_log, read_truth
 from ramsight.sensor.virtual_sensor import BOUND
 from ramsight.study.datasheet.machine_tasks import Bench
 from ramsight.study.datasheet.measuring import GROUPS, Track, measures
@@ -22,7 +22,7 @@ def held_against(sheet: Sheet, bench: Bench, log: Path, truth: Path) -> dict[str
     Args:
         sheet: the data sheet.
         bench: of its study.
-        log: a drive log, as `ramsight.logs.read_drive_log` reads it.
+        log: a drive log, as `ramsight.logs.read_log` reads it.
         truth: its true position.
 
     Returns:
@@ -32,7 +32,7 @@ def held_against(sheet: Sheet, bench: Bench, log: Path, truth: Path) -> dict[str
     Raises:
         LogError: a file cannot be read.
     """
-    reported, true = read_drive_log(log), read_truth(truth)
+    reported, true = read_log(log), read_truth(truth)
     position = np.interp(reported["time"].values, true["time"].values, true["position"].values)
     sensor = bench.virtual
     sensor.start(float(position[0]), _START_KNOWN)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import csv
 import io
-import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from ramsight.calibration.identify import Identification, IdentifyError
-from ramsight.calibration.identify_report import WORDS, interval, summary
+from ramsight.calibration.identify import AS_DESCRIBED, Estimate, IdentifyError
+from ramsight.calibration.identify_report import words_of
+from ramsight.calibration.knowledge import MachineKnowledge
 from ramsight.calibration.loss_uncertainty import rougher
 from ramsight.errors import DescriptionError
 from ramsight.machine.as_toml import as_toml
@@ -18,23 +18,13 @@ from ramsight.machine.description import Composed, DirectDriven, Unit
 from ramsight.machine.efficiencies import COLUMNS
 from ramsight.machine.parts import Hose, Pump
 from ramsight.machine.reading import loads
-from ramsight.normal import TWO_SIDED_95
 from ramsight.units import to_si
 
 if TYPE_CHECKING:
     from ramsight.machine.description import Machine
 
-_THERMOMETER = 1.0
-"""Error of the oil's temperature that another day may have [K]: class B of IEC 60751 has 0.5 K at 40 degC, and as much
-again is between the thermometer and the oil."""
-_MEASURED, _REACHED = 1e-3, 1e-4
-"""Chance that a machine leaks otherwise of which leakage and its law were measured, and that a piston stops elsewhere
-than at its ends that was measured at both."""
-_AT_END = 2e-3
-"""How near an end the measured position has to be [m]: twice what a usual position sensor is off."""
 
-
-def changes(machine: Machine, unit: str, found: Identification) -> dict[str, tuple[float | str, str]]:
+def changes(machine: Machine, unit: str, known: MachineKnowledge) -> dict[str, tuple[float | str, str]]:
     """What changes in the description: dotted path to value [SI] and its source.
 
     Leakage is written as the volumetric efficiency that the pump has left, wear like an orifice's as its flow at the
@@ -44,29 +34,30 @@ def changes(machine: Machine, unit: str, found: Identification) -> dict[str, tup
     Args:
         machine: the description.
         unit: the unit's name.
-        found: what was found of it.
+        known: what was found of it.
     """
-    described, factors = machine.unit(unit), found.factors
+    described = machine.unit(unit)
+    factors = {name: one for name, one in known.factors.items() if one.identified}
     result = dict[str, tuple[float | str, str]]()
     path = f"units.{unit}"
 
     def put(key: str, value: float | str, *names: str) -> None:
-        words = ", ".join(f"{WORDS[n]} {interval(n, factors[n])}" for n in names if factors[n].identified)
+        words = ", ".join(words_of(n, factors[n]) for n in names if n in factors)
         before = machine.source_of(f"{path}.{key}")
-        result[f"{path}.{key}"] = (value, f"[identified] {words}" + (f"; was: {before}" if before else ""))
+        result[f"{path}.{key}"] = (value, f"[{known.origin}] {words}" + (f"; was: {before}" if before else ""))
 
-    stiffness = factors["stiffness"].value if factors["stiffness"].identified else 1.0
+    stiffness = factors["stiffness"].value if "stiffness" in factors else 1.0
     moduli_of_oil = described.oil.bulk_modulus, stiffness * described.oil.bulk_modulus
     for name, pump in _placed(described, Pump).items():
-        for key, value, source in _pump(pump, found, moduli_of_oil):
+        for key, value, source in _pump(pump, factors, moduli_of_oil):
             put(f"{name}.{key}", value, *source)
-    if factors["friction"].identified:
+    if "friction" in factors:
         names = ["coulomb_friction", "breakaway_friction", "viscous_friction"]
         names += ["pressure_friction"] if described.cylinder.pressure_friction else []
         # One after the other, and breakaway may not be below Coulomb friction in between.
         for name in names if factors["friction"].value < 1.0 else reversed(names):
             put(f"cylinder.{name}", factors["friction"].value * getattr(described.cylinder, name), "friction")
-    if factors["stiffness"].identified:
+    if "stiffness" in factors:
         moduli = [
             (f"{n}.effective_bulk_modulus", h.effective_bulk_modulus) for n, h in _placed(described, Hose).items()
         ]
@@ -74,32 +65,9 @@ def changes(machine: Machine, unit: str, found: Identification) -> dict[str, tup
         moduli.insert(0 if stiffness > 1.0 else len(moduli), ("oil.bulk_modulus", described.oil.bulk_modulus))
         for key, modulus in moduli:
             put(key, stiffness * modulus, "stiffness")
-    for key, known, name in _known(described, found):
-        put(f"assumptions.machine.{key}", known, name)
-    stops = described.assumptions.stops
-    low, high = found.reached
-    if low < stops.retracted + _AT_END and high > described.cylinder.stroke - stops.extended - _AT_END:
-        words = f"[identified] the measured position reached both ends, {1e3 * low:.1f} and {1e3 * high:.1f} mm"
-        result[f"{path}.assumptions.stops.undeclared"] = min(stops.undeclared, _REACHED), words
+    for key, (value, words) in known.assumed.items():
+        result[f"{path}.assumptions.{key}"] = value, f"[{known.origin}] {words}"
     return result
-
-
-def _known(unit: Unit, found: Identification) -> Iterator[tuple[str, float, str]]:
-    """Of the sensor's assumptions: key, standard deviation of what was found [1], and the factor that it rests on.
-
-    A thermometer or a torque that is off shifts what is found; on another day they may be off otherwise. No factor is
-    assumed to be known worse than before.
-    """
-    assumed = unit.assumptions
-    for key, name in (("leak", "leak"), ("displacement", "displacement"), ("compliance", "stiffness")):
-        factor, before = found.factors[name], getattr(assumed.machine, key)
-        if factor.identified:
-            own = (factor.high - factor.low) / (2.0 * TWO_SIDED_95)
-            torque = 100.0 * assumed.drive.torque_gain * factor.per_torque
-            std = math.hypot(own, _THERMOMETER * factor.per_kelvin, torque) / factor.value
-            yield key, min(std, before), name
-    if found.factors["leak"].identified and found.factors["orifice"].identified:
-        yield "leaks_otherwise", min(_MEASURED, assumed.machine.leaks_otherwise), "orifice"
 
 
 def _placed(unit: Unit, kind: type) -> dict[str, Any]:
@@ -120,27 +88,32 @@ def _left(pump: Pump, efficiency: float, pressure: float, lost: float, moduli: t
 
 
 def _pump(
-    pump: Pump, found: Identification, moduli: tuple[float, float]
+    pump: Pump, factors: Mapping[str, Estimate], moduli: tuple[float, float]
 ) -> Iterator[tuple[str, float | str, tuple[str, ...]]]:
     """Keys and values of a pump that change, and the factors that they rest on."""
-    leak, orifice, size, rough = (found.factors[n] for n in ("leak", "orifice", "displacement", "efficiency"))
-    if size.identified:
-        yield "displacement", size.value * pump.displacement, ("displacement",)
+
+    def value(name: str) -> float:
+        return factors[name].value if name in factors else AS_DESCRIBED[name]
+
+    size, rough = value("displacement"), value("efficiency")
     # Eq. 10 makes leakage proportional to displacement; the factors are independent.
-    lost = leak.value / size.value
+    lost = value("leak") / size
+    has_flow = "leak" in factors or "displacement" in factors
+    if "displacement" in factors:
+        yield "displacement", size * pump.displacement, ("displacement",)
     if pump.losses == "table":
-        if leak.identified or size.identified or rough.identified:
-            friction = rougher(pump.hydromechanical_efficiency, rough.value)
+        if has_flow or "efficiency" in factors:
+            friction = rougher(pump.hydromechanical_efficiency, rough)
             yield "efficiency_table", _table(pump, lost, friction, moduli), ("leak", "displacement", "efficiency")
     else:
-        if leak.identified or size.identified:
+        if has_flow:
             left = _left(pump, pump.volumetric_efficiency, pump.nominal_pressure, lost, moduli)
             yield "volumetric_efficiency", left, ("leak", "displacement")
-        if rough.identified:
-            yield "hydromechanical_efficiency", pump.hydromechanical_efficiency + rough.value, ("efficiency",)
-    if orifice.identified:
+        if "efficiency" in factors:
+            yield "hydromechanical_efficiency", pump.hydromechanical_efficiency + rough, ("efficiency",)
+    if "orifice" in factors:
         nominal = pump.displacement * pump.nominal_speed * (1.0 - pump.volumetric_efficiency)
-        yield "orifice_leakage", orifice.value * nominal, ("orifice",)
+        yield "orifice_leakage", value("orifice") * nominal, ("orifice",)
 
 
 def _table(pump: Pump, leak: float, friction: float, moduli: tuple[float, float]) -> str:
@@ -167,30 +140,35 @@ class Tuned:
     text: str
 
 
-def tuned(machine: Machine, unit: str, found: Identification, log: str, truth: str) -> Tuned:
+def tuned(machine: Machine, unit: str, known: MachineKnowledge, by: str) -> Tuned:
     """The whole machine's description with what was found of one of its units.
 
     Args:
         machine: the description.
-        unit: the unit that was identified.
-        found: what was found.
-        log: name of the drive log that it rests on.
-        truth: name of the file with the position.
+        unit: name of the unit that was measured.
+        known: its factors [1] and what its sensor may assume [SI].
+        by: what found them, and from which files, for the first line of the text.
 
     Raises:
         IdentifyError: a value found lies outside the range that a description allows.
+
+    Example:
+        >>> from ramsight.calibration.knowledge import of_leak_test
+        >>> from ramsight.calibration.leakage import LeakTest
+        >>> from ramsight.machine import load_machine
+        >>> loader = load_machine("mining-loader")
+        >>> test = LeakTest(factor=1.2, std=0.02, per_kelvin=-0.04, per_torque=-0.01, stretches=())
+        >>> worn = tuned(loader, "boom", of_leak_test(test, loader.unit("boom")), "a leak test").machine.unit("boom")
+        >>> worn.pump_a.volumetric_efficiency, worn.assumptions.machine.leak
+        (0.88, 0.0382)
     """
-    new = changes(machine, unit, found)
+    new = changes(machine, unit, known)
     try:
         changed = machine.replace({path: value for path, (value, _) in new.items()})
     except DescriptionError as error:
-        raise IdentifyError(f"what was found is no machine that can be: {error}") from error
+        raise IdentifyError(f"a value found is outside the range of a description: {error}") from error
     sources = {path: source for path, (_, source) in new.items()}
-    head = [
-        f"{unit} of {machine.origin or machine.name}, tuned by ramsight identify",
-        f"from the log {log} and the position in {truth}:",
-        *summary(found).splitlines(),
-    ]
-    lines = [f"# {' '.join(line.split())}" if n < 2 else f"# {line}" for n, line in enumerate(head)]
+    head = f"{unit} of {machine.origin or machine.name}, tuned by {by}:"
+    lines = [f"# {' '.join(head.split())}", *(f"# {line}" for line in known.lines)]
     text = "\n".join([*lines, *as_toml(changed, {**machine.sources, **sources})]) + "\n"
     return Tuned(loads(text, "the tuned description"), text)

@@ -1,0 +1,181 @@
+"""Whether the drive's data are alive: new, in time, of a drive that is enabled, by what its frames say of themselves.
+
+A frame that is frozen, zero or late looks like any other. Three things tell it, each where the channel map names it:
+
+- a *sequence*, a number of the frame that goes on with each frame, or the counter of the SYNC that the frame answers;
+- *noise* of the torque: a report with noise repeats only so often in a row by chance (`control.repeats`);
+- the *state word* of the drive (6041h): a drive that is not enabled has no torque.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cache
+
+from ramsight.control.repeats import repeats_in_a_row
+from ramsight.logs.mapped import ENABLED, ENABLED_MASK, Sequence
+
+LATE = 3.0
+"""Frames by which the drive may be late: one waits for the bus a period at most, two more are for a busy bus."""
+RESTARTS = 2.0  # s; after such a silence a drive may have been switched off and on, and counts from anywhere
+USUAL_PERIOD = 0.02  # s
+_SLOWER = 0.01  # share by which a drive's period may be longer than it is known, before its frames add up
+_DUPLICATE = 2  # frames with one number; CAN repeats one whose last bit was disturbed, not two
+_SURE = 2  # repeats from which on they make the report older: more are rarer than one sample in 100
+_TURNS = 0.02  # of the highest speed; slower the motor rests
+_DECLARED = 1e-3  # of a step; finer a report is not rounded
+
+
+@dataclass(frozen=True)
+class Report:
+    """What a whole sample says of itself.
+
+    Attributes:
+        sent: when its frame was sent [s].
+        speed: [rad/s].
+        torque: [N m].
+        sequence: its number; NaN if it has none.
+        state: the drive's state word; NaN if it has none.
+    """
+
+    sent: float
+    speed: float
+    torque: float
+    sequence: float = math.nan
+    state: float = math.nan
+
+
+class Counted:
+    """Compares a number of the frames with time, or with the counter of SYNC.
+
+    Args:
+        sequence: how it counts.
+
+    Attributes:
+        late: frames, or SYNCs, by which the newest frame is late [1].
+        repeated: frames in a row with the same number.
+    """
+
+    def __init__(self, sequence: Sequence) -> None:
+        self._sequence = sequence
+        self.late, self.repeated = 0.0, 0
+        self._at = self._last = self._sync = math.nan
+
+    @property
+    def are_late(self) -> bool:
+        """Whether frames are too late to be used."""
+        return self.late >= LATE or self.repeated >= _DUPLICATE
+
+    def synced(self, counter: int) -> None:
+        """A SYNC with its counter."""
+        self._sync = float(counter)
+
+    def take(self, at: float, number: float, period: float) -> None:
+        """A frame, when it was sent [s], its number, and the period of such frames [s]; NaN if that is not known."""
+        passed, step = at - self._at, (number - self._last) % self._sequence.modulus
+        begins = not passed <= RESTARTS
+        self._at, self._last = at, number
+        self.repeated = self.repeated + 1 if step == 0.0 and not begins else 0
+        if self._sequence.of_sync:
+            late = (self._sync - number) % self._sequence.modulus
+            self.late = 0.0 if math.isnan(late) else late
+        elif begins:
+            self.late = 0.0
+        else:
+            share = 1.0 if self.are_late else 1.0 - _SLOWER  # a drive that is late stays so
+            expected = share * passed / period if period > 0.0 else max(step, 1.0)
+            half = 0.5 * self._sequence.modulus
+            self.late = max(self.late + (expected - step + half) % self._sequence.modulus - half, 0.0)
+
+
+class Liveness:
+    """Watches what the drive's reports say of themselves.
+
+    Args:
+        fastest: highest speed of the motor [rad/s].
+        sequence: how the number of its frames counts; None where there is none.
+        noise: of the torque from frame to frame, standard deviation [N m]; 0 where none is declared.
+        step: to which the torque is rounded [N m].
+
+    Attributes:
+        is_stale: whether its data repeat, or are late.
+        is_disabled: whether its state word says that it is not enabled.
+
+    Example:
+        >>> alive = Liveness(300.0, None, noise=0.5, step=0.08)
+        >>> def forgets(k, torque): return alive.take(Report(0.02 * k, 100.0, torque), 0.02)
+        >>> any(forgets(k, 20.0 + 0.08 * (k % 5)) for k in range(100))
+        False
+        >>> [forgets(100 + k, 20.0) for k in range(9)].index(True), alive.is_stale
+        (7, True)
+    """
+
+    def __init__(self, fastest: float, sequence: Sequence | None, noise: float, step: float) -> None:
+        self._turns, self._noise, self._step = _TURNS * fastest, noise, max(step, _DECLARED * noise)
+        self._counted = None if sequence is None else Counted(sequence)
+        self._torque, self._run, self._since = math.nan, 0, -math.inf
+        self._turned = False
+        self.is_stale = self.is_disabled = False
+        self._age = 0.0
+
+    @property
+    def age(self) -> float:
+        """For how long the reports that were used may have been old [s]."""
+        return self._age
+
+    def synced(self, counter: int) -> None:
+        """A SYNC with its counter."""
+        if self._counted is not None:
+            self._counted.synced(counter)
+
+    def take(self, report: Report, period: float) -> bool:
+        """A whole sample, and the period of the drive [s], NaN if unknown; whether false ones may have been used."""
+        known = period if period > 0.0 else USUAL_PERIOD
+        late = frozen = False
+        self._age = 0.0
+        if self._counted is not None and not math.isnan(report.sequence):
+            self._counted.take(report.sent, report.sequence, period)
+            late = self._counted.are_late
+            self._age = known * self._counted.late
+        moved = self._state(report)
+        if self._noise > 0.0 and not self.is_disabled:
+            frozen = self._repeats(report, known)
+        forgets = frozen and not self.is_stale
+        self.is_stale = late or frozen
+        return forgets or moved
+
+    def is_new(self) -> bool:
+        """Whether the newest report may be used: it is of an enabled drive that rests or turns, in time and new."""
+        again = self._counted is not None and self._counted.repeated > 0
+        return not (self.is_stale or again or (self.is_disabled and self._turned))
+
+    def _state(self, report: Report) -> bool:
+        """Follow the state word; whether the motor turned while it was said to be disabled."""
+        if math.isnan(report.state):
+            return False
+        before = self.is_disabled
+        self.is_disabled = int(report.state) & ENABLED_MASK != ENABLED
+        turns = abs(report.speed) > self._turns
+        self._turned = turns or (self._turned and self.is_disabled)
+        return before and not self.is_disabled and turns
+
+    def _repeats(self, report: Report, period: float) -> bool:
+        """Whether the torque repeats for longer than its noise lets it."""
+        if report.torque != self._torque:
+            self._torque, self._run, self._since = report.torque, 0, report.sent
+            return False
+        self._run += 1
+        if self._run >= _SURE:
+            self._age = max(self._age, report.sent - self._since)
+        return self._run >= _enough(self._noise, self._step, period)
+
+
+@cache
+def _rounded_enough(noise: float, step: float, period: float) -> float:
+    return repeats_in_a_row(noise, step, period)
+
+
+def _enough(noise: float, step: float, period: float) -> float:
+    """Repeats that are too many; of a learned period that trembles, worked out once a millisecond."""
+    return _rounded_enough(noise, step, max(round(period, 3), 1e-3))

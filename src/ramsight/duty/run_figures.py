@@ -1,0 +1,157 @@
+"""Figures of many runs: torque, power, energy and the relief valves' share, of each run a number."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import islice
+
+import numpy as np
+
+from ramsight.duty.profile import Array, Duty
+from ramsight.engine.batch import Job, Sampled, Summaries, sampled
+from ramsight.engine.equation import OdeModel
+from ramsight.engine.ode_module import compile_outputs
+from ramsight.engine.outcome import Outcome
+from ramsight.plant.circuit import CircuitModel
+from ramsight.plant.unit import HydraulicUnit
+from ramsight.plant.valve import ReliefValve
+
+BESIDE = 32  # runs that are simulated side by side on a thread: fewer leave lanes empty at the end, more take memory
+_LEAST_ENERGY = 1e-9  # J, so that a run at rest divides by something
+
+FIGURES: Mapping[str, Mapping[str, tuple[str, str]]] = {
+    "torque": {
+        "motor_torque_least": ("N m", "motor torque, smallest"),
+        "motor_torque_most": ("N m", "motor torque, largest"),
+    },
+    "power": {
+        "motor_power_least": ("W", "power at the motor shaft, smallest; negative where the motor brakes"),
+        "motor_power_most": ("W", "power at the motor shaft, largest"),
+    },
+    "energy": {
+        "energy.shaft_given": ("J", "energy that the motor gave at its shaft"),
+        "energy.shaft_taken": ("J", "energy that it took back"),
+    },
+    "relief": {"relief_share": ("1", "energy lost at relief valves, over the energy that the motor gave")},
+    "pressure": {"pressure_most": ("Pa", "largest pressure of any volume, absolute")},
+}
+"""Names, units and texts of what is kept of a run, by what it is asked for as."""
+
+
+@dataclass(frozen=True)
+class Work:
+    """One run: the duty, and the engine's job of it."""
+
+    duty: Duty
+    job: Job
+
+
+@dataclass(frozen=True)
+class Figures:
+    """What is kept of some runs, in their order: the engine's summaries, and figures by name, shape (runs,)."""
+
+    summaries: Summaries
+    values: Mapping[str, Array]
+
+
+def figures_of(
+    unit: HydraulicUnit,
+    model: CircuitModel,
+    works: Iterable[Work],
+    keep: Iterable[str],
+    *,
+    period: float,
+    rtol: float,
+    threads: int | None,
+    advance: Callable[[int], object],
+) -> Iterator[Figures]:
+    """Do runs on all cores and keep their figures; samples of a few dozen runs a thread are in memory at a time.
+
+    Args:
+        unit: one that has the circuit.
+        model: its audited equation.
+        works: the runs, taken as they are needed.
+        keep: keys of `FIGURES`.
+        period: distance of the samples that torque and power are taken from [s].
+        rtol: relative tolerance.
+        threads: how many; by default one for each core that this process may use.
+        advance: called with the number of runs done since the last call.
+    """
+    names = [name for one in FIGURES if one in set(keep) for name in FIGURES[one]]
+    threads = threads or len(os.sched_getaffinity(0))
+    torque_of = compile_outputs(_only_torque(model.ode)).sample_outputs
+    do = partial(_done, unit, model, torque_of, names=names, period=period, rtol=rtol)
+    supply = iter(works)
+    with ThreadPoolExecutor(threads) as pool:
+        while chunk := list(islice(supply, BESIDE * threads)):
+            for done in pool.map(do, [chunk[k : k + BESIDE] for k in range(0, len(chunk), BESIDE)]):
+                yield done
+                advance(len(done.summaries.outcome))
+
+
+def _done(
+    unit: HydraulicUnit,
+    model: CircuitModel,
+    torque_of: Callable[..., None],
+    works: Sequence[Work],
+    *,
+    names: Sequence[str],
+    period: float,
+    rtol: float,
+) -> Figures:
+    run = sampled(model.ode, [one.job for one in works], period, rtol=rtol)
+    values = {name: np.full(len(works), np.nan) for name in names}
+    needs_torque = any(name.startswith("motor_") for name in names)
+    for k, work in enumerate(works):
+        if run.outcome[k] is not Outcome.DONE:
+            continue
+        found = _integrals(unit, model, run.summaries.final[k], run.summaries.most[k])
+        if needs_torque:
+            found |= _at_the_shaft(model.ode, torque_of, work, run, k)
+        for name in names:
+            values[name][k] = found[name]
+    return Figures(run.summaries, values)
+
+
+def _integrals(unit: HydraulicUnit, model: CircuitModel, final: Array, most: Array) -> dict[str, float]:
+    """Figures of the audit's integrals, and the largest pressure."""
+    ode = model.ode
+    valves = tuple(f"energy.{part.name}." for part in unit.parts() if isinstance(part, ReliefValve))
+    at_relief = sum(
+        float(final[k]) for k, one in enumerate(ode.states) if valves and one.integral and one.name.startswith(valves)
+    )
+    given, taken = (float(final[ode.state_index(f"energy.shaft_{way}")]) for way in ("given", "taken"))
+    return {
+        "energy.shaft_given": given,
+        "energy.shaft_taken": taken,
+        "relief_share": at_relief / max(given, _LEAST_ENERGY),
+        "pressure_most": max(float(most[ode.state_index(f"pressure_{node}")]) for node in model.nodes),
+    }
+
+
+def _only_torque(ode: OdeModel) -> OdeModel:
+    """The equation with nothing but the motor's torque to be said of a state."""
+    return replace(ode, outputs=tuple(one for one in ode.outputs if one.name == "motor_torque"))
+
+
+def _at_the_shaft(ode: OdeModel, torque_of: Callable[..., None], work: Work, run: Sampled, k: int) -> dict[str, float]:
+    """Extremes of torque and power over the samples."""
+    segments, time, state = work.job.segments, run.time[k], run.state[k]
+    row, u = segments.at(time)
+    held = np.minimum(row, len(segments.parameters) - 1)
+    found = np.empty((len(time), 1))
+    slope = np.ascontiguousarray(segments.slope[row])
+    torque_of(state, np.ascontiguousarray(u), slope, segments.parameters, held, found)
+    torque, own = found[:, 0], [one.name for one in ode.states]
+    speed = state[:, own.index("motor_speed")] if "motor_speed" in own else work.duty.motor_speed(time)
+    power = torque * speed
+    return {
+        "motor_torque_least": float(torque.min()),
+        "motor_torque_most": float(torque.max()),
+        "motor_power_least": float(power.min()),
+        "motor_power_most": float(power.max()),
+    }

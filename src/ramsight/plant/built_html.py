@@ -1,0 +1,28 @@
+"""A built unit in a notebook."""
+
+from __future__ import annotations
+
+import math
+
+from ramsight.machine.described_html import circuit_picture
+from ramsight.output.notebook import card
+from ramsight.plant.unit import HydraulicUnit
+from ramsight.units import format_si
+
+
+def built_html(unit: HydraulicUnit) -> str:
+    """A built unit as HTML: its sizes, and its circuit.
+
+    Args:
+        unit: the unit.
+    """
+    cylinder = unit.cylinder
+    rows = [
+        ("areas A, B", f"{1e6 * cylinder.area_a:.0f}, {1e6 * cylinder.area_b:.0f} mm2"),
+        ("stroke", format_si(cylinder.stroke, "mm", 4)),
+        ("travel of a motor turn", f"{1e3 * unit.travel_per_radian * math.tau:.4g} mm"),
+        ("motor", f"up to {format_si(unit.max_speed, 'rpm', 4)}"),
+        ("oil", unit.oil.name),
+        ("parts", ", ".join(part.name for part in unit.parts())),
+    ]
+    return card(f"unit {unit.name}", rows, circuit_picture(unit, unit.name))

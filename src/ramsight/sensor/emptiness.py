@@ -1,0 +1,99 @@
+"""Whether the oil gives the piston a force; where it gives none, nothing in the circuit says where the piston goes.
+
+Where the pump acts on one side only, that is so as soon as there may be no load and the pump does not deliver: a load
+that rests on something else leaves the oil, and the pump draws from the tank. One that bounces on its oil comes back
+within half a period. How light a load may be follows from its standard deviation, not from a single torque, and from
+what no torque tells from a load: pumps with another friction, and where most of the load has just gone or has been gone
+since, an offset of the drive's torque. Of a load that stays what it was an offset says nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from ramsight.engine.typed_state import leaf
+from ramsight.expression import Condition, Real, Scalar, Vector, all_of, flag
+from ramsight.sensor.machine_model import MachineModel
+from ramsight.sensor.sample import Sample
+from ramsight.sensor.thresholds import (
+    FRICTION_SPREAD,
+    LOAD_FALLEN_SHARE,
+    LOAD_MEMORY,
+    NO_LOAD_GATE,
+    TORQUE_OFFSET,
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class EmptyState:
+    """Oil that may give the piston no force, where the pumps act on one side only.
+
+    Attributes:
+        since: how long it may have given none [s].
+        carried: largest load lately, before that [N].
+    """
+
+    since: Scalar = leaf("s")
+    carried: Scalar = leaf("N")
+
+
+@dataclass(frozen=True)
+class Emptiness:
+    """What is known of that at a sample.
+
+    Attributes:
+        state: after the sample; None where the pumps act on both sides.
+        share: how likely the oil gives no force, 0 to 1.
+        may_be: whether it may give none.
+        surely: whether it surely gives none.
+    """
+
+    state: EmptyState | None
+    share: Real
+    may_be: Condition
+    surely: Condition
+
+
+def emptiness(
+    state: EmptyState | None,
+    z: Vector,
+    load: Scalar,
+    variance: Scalar,
+    friction: Scalar,
+    bounce: Scalar,
+    sample: Sample,
+    model: MachineModel,
+) -> Emptiness:
+    """Whether the oil gives the piston a force.
+
+    Args:
+        state: before the sample.
+        z: the circuit's states after it.
+        load: estimated [N].
+        variance: of it [N2].
+        friction: of the pumps, as a torque of the motor [N m].
+        bounce: half a period of the load on its oil [s].
+        sample: with the speed that is used.
+        model: of the machine.
+    """
+    if model.passive:  # a load that only resists keeps the piston where it is
+        return Emptiness(None, 0.0, flag(False), flag(False))
+    balance = model.balance
+    if state is None:
+        least = NO_LOAD_GATE * model.assumed.drive.torque * model.relief_load
+        held = getattr(balance.unit.cylinder, f"node_{balance.unit.held}")
+        drained = z[balance.states.index(f"pressure_{held}")] < model.of_circuit("tank.pressure")
+        empty = all_of(drained, ca.fabs(balance.force(z)) < least)
+        return Emptiness(None, 0.0, empty, empty)
+    # What it carried is remembered for as long as it may carry none.
+    fades = ca.if_else(state.since > 0.0, 1.0, ca.exp(-sample.elapsed / LOAD_MEMORY))
+    carried = ca.fmax(load, state.carried * fades)
+    offset = ca.if_else(load < LOAD_FALLEN_SHARE * carried, TORQUE_OFFSET * model.relief_torque, 0.0)
+    persistent2 = ((FRICTION_SPREAD - 1.0) ** 2 * friction**2 + offset**2) / model.travel_per_radian**2
+    lightest = NO_LOAD_GATE * ca.sqrt(ca.fmax(variance, 0.0) + persistent2)
+    none = all_of(load < lightest, model.lift * sample.extending_speed <= 0.0)
+    since = ca.if_else(none, state.since + sample.elapsed, 0.0)
+    likely = ca.if_else(none, ca.fmin(1.0 - load / ca.fmax(lightest, 1e-3), 1.0), 0.0)
+    return Emptiness(EmptyState(since=since, carried=carried), likely, none, since > bounce)

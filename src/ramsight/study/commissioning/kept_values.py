@@ -1,0 +1,173 @@
+"""What a commissioning found, kept for the next one: the description that counts from then on, and measured values."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ramsight._version import __version__
+from ramsight.calibration.identify import Identification
+from ramsight.calibration.leakage import LeakTest
+from ramsight.calibration.loss_uncertainty import THERMOMETER
+from ramsight.errors import DescriptionError
+from ramsight.machine.as_toml import as_toml
+from ramsight.output import write_text
+
+if TYPE_CHECKING:
+    import xarray
+
+    from ramsight.machine.description import Machine
+
+FORMAT = 1
+LARGEST = 16_000_000
+"""Bytes of a file that is read."""
+_KIND = "ramsight commissioning"
+_IDENTIFIED = ("leak", "displacement", "stiffness", "friction")
+_LEARNED = ("leak", "displacement", "compliance")
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A value over that of the description [1], and its standard deviation [1]."""
+
+    value: float
+    std: float
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What is kept of a commissioning.
+
+    Attributes:
+        machine, unit: names.
+        made: when, as ISO 8601.
+        description: TOML of the machine by which the next one is judged.
+        values: over those of that description, by name.
+    """
+
+    machine: str
+    unit: str
+    made: str
+    description: str
+    values: Mapping[str, Measured]
+
+    def write(self, path: Path) -> None:
+        """Write it as JSON.
+
+        Args:
+            path: the file.
+
+        Raises:
+            OutputError: it cannot be written.
+        """
+        content = {"kind": _KIND, "format": FORMAT, "version": __version__, **asdict(self)}
+        write_text(json.dumps(content, indent=1) + "\n", path)
+
+
+def read_kept(path: Path) -> Kept:
+    """What was kept of an earlier commissioning.
+
+    Args:
+        path: a file of `Kept.write`.
+
+    Raises:
+        DescriptionError: it is none, or of a later format.
+    """
+    file = str(path)
+    try:
+        with path.open("rb") as stream:
+            content = json.loads(stream.read(LARGEST + 1)[:LARGEST])
+    except (OSError, ValueError, RecursionError) as error:
+        raise DescriptionError(f"cannot be read: {' '.join(str(error).split())}", file=file) from None
+    if not isinstance(content, dict) or content.get("kind") != _KIND:
+        raise DescriptionError("holds no commissioning", file=file, allowed="what ramsight commission --keep writes")
+    if content.get("format") != FORMAT:
+        raise DescriptionError(
+            "is of another format", file=file, key="format", value=content.get("format"), allowed="1"
+        )
+    texts = [content.get(name) for name in ("machine", "unit", "made", "description")]
+    if not all(isinstance(one, str) for one in texts) or not isinstance(content.get("values"), dict):
+        raise DescriptionError("is not whole", file=file)
+    machine, unit, made, description = map(str, texts)
+    try:
+        datetime.fromisoformat(made)
+    except ValueError:
+        raise DescriptionError("is no time", file=file, key="made", value=made, allowed="as ISO 8601 has it") from None
+    values = {str(name): _measured(file, str(name), one) for name, one in content["values"].items()}
+    return Kept(machine, unit, made, description, values)
+
+
+def _measured(file: str, name: str, one: Any) -> Measured:
+    numbers: list[Any] = [one.get(key) for key in ("value", "std")] if isinstance(one, dict) else []
+    # A comparison, because a whole number of JSON may be larger than any float.
+    finite = [n for n in numbers if isinstance(n, int | float) and abs(n) <= sys.float_info.max]
+    if len(finite) != 2 or finite[1] < 0.0:
+        raise DescriptionError("is no value with its standard deviation", file=file, key=f"values.{name}", value=one)
+    return Measured(float(finite[0]), float(finite[1]))
+
+
+def described_as(machine: Machine) -> str:
+    """A machine's description as TOML, with its sources.
+
+    Args:
+        machine: the machine.
+    """
+    return "\n".join(as_toml(machine, machine.sources)).strip() + "\n"
+
+
+def measured(
+    track: xarray.Dataset | None, test: LeakTest | None, identification: Identification | None
+) -> dict[str, Measured]:
+    """What a commissioning measured of a machine, over the description that it was judged by.
+
+    Args:
+        track: of the kalman sensor.
+        test: the leak test.
+        identification: what was identified with a measured position.
+    """
+    found = {}
+    if test is not None:
+        found["leak test"] = Measured(test.factor, math.hypot(test.std, THERMOMETER * test.per_kelvin))
+    for name in _IDENTIFIED if identification is not None else ():
+        one = identification.factors[name]  # type: ignore[union-attr]
+        if one.identified:
+            found[f"identified {name}"] = Measured(one.value, math.hypot(one.std, THERMOMETER * one.per_kelvin))
+    for name in _LEARNED if track is not None else ():
+        value, std = (float(track[f"{name}_factor{end}"][-1]) for end in ("", "_std"))  # type: ignore[index]
+        if math.isfinite(value) and math.isfinite(std):
+            found[f"learned {name}"] = Measured(value, std)
+    return found
+
+
+def over(values: Mapping[str, Measured], tuned: Identification) -> dict[str, Measured]:
+    """The same values over those of the description that was tuned by what was identified.
+
+    Where no leakage through gaps was identified, values of the leakage are left out: nothing can be over zero.
+
+    Args:
+        values: of `measured`.
+        tuned: the factors that the tuned description has.
+    """
+    factor = {name: one.value if one.identified else 1.0 for name, one in tuned.factors.items()}
+    factor["compliance"] = 1.0 / factor["stiffness"]
+    factor["test"] = factor["leak"]
+    by = {name: factor[name.rpartition(" ")[2]] for name in values}
+    return {name: Measured(one.value / by[name], one.std / by[name]) for name, one in values.items() if by[name] > 0.0}
+
+
+def kept_of(machine: Machine, unit: str, made: datetime, values: Mapping[str, Measured]) -> Kept:
+    """What is kept of a commissioning.
+
+    Args:
+        machine: by which the next one is judged.
+        unit: name of the unit.
+        made: when.
+        values: over those of that description.
+    """
+    return Kept(machine.name, unit, made.isoformat(timespec="seconds"), described_as(machine), values)

@@ -1,0 +1,261 @@
+"""A drive whose frames freeze, are zero or late: told within 0.2 s by what the map names; a healthy one never is."""
+
+import math
+
+import numpy as np
+import pytest
+
+from ramsight.deploy.encoder import Frame, Settings, encoder_for
+from ramsight.deploy.encoder.alarms import Fault
+from ramsight.deploy.encoder.liveness import LATE, RESTARTS, Counted, Liveness, Report
+from ramsight.deploy.encoder.witnesses import witnesses
+from ramsight.errors import DescriptionError
+from ramsight.logs.channel_map import load_map
+from ramsight.logs.mapped import Sequence
+
+from .command import at_once
+from .encoder_bus import DRIVE, NODE, Master, boom
+
+ENABLED, SWITCHED_ON, PERIOD = 0x0637, 0x0633, 0.02
+NOISY = ', noise = "0.5 N m"'
+NUMBERED = '[sequence]\nchannel = "2001h"\n'
+STATED = '[state]\nchannel = "6041h"\n'
+
+
+def lateness(numbers, modulus=256, period=PERIOD, gap=(), jitter=0.0, of_sync=False):
+    """By how many frames each is late, in times of whole periods; a gap is (index, seconds)."""
+    rng, counted, at, late = np.random.default_rng(1), Counted(Sequence("n", modulus, of_sync)), 0.0, []
+    for k, number in enumerate(numbers):
+        at += PERIOD + sum(after for index, after in gap if index == k)
+        counted.take(at + rng.uniform(0.0, jitter), float(number % modulus), period)
+        late.append(counted.late)
+    return counted, late
+
+
+@pytest.mark.parametrize("modulus", [2, 16, 256])
+@pytest.mark.parametrize("jitter", [0.0, 0.015])
+def test_a_drive_that_counts_is_in_time(modulus, jitter):
+    _, late = lateness(range(5000), modulus, jitter=jitter)
+    assert max(late) < LATE
+
+
+@pytest.mark.parametrize("faster", [0.995, 1.005])
+def test_the_period_may_be_off(faster):
+    _, late = lateness(range(20000), period=PERIOD * faster)
+    assert max(late) < LATE
+
+
+def test_frames_that_were_lost_are_not_late():
+    _, late = lateness([*range(100), *range(150, 300)], gap=[(100, 50 * PERIOD)])
+    assert max(late) < LATE
+
+
+def test_frames_that_waited_are_late_until_they_are_in_time_again():
+    counted, late = lateness(range(200), gap=[(100, 10 * PERIOD), *((k, -0.9 * PERIOD) for k in range(101, 113))])
+    assert late[100] == pytest.approx(10.0, abs=0.2)
+    assert late[120] < LATE
+    assert not counted.are_late
+
+
+def test_a_drive_that_is_late_stays_so_until_it_was_silent():
+    counted, late = lateness(range(10000), gap=[(100, 0.5)])
+    assert late[100] == pytest.approx(25.0, abs=0.3)
+    assert late[-1] > 20.0
+    counted.take(1e4, 7.0, PERIOD)
+    assert counted.late == 0.0, f"after more than {RESTARTS} s"
+
+
+def test_one_number_twice_is_a_repeated_frame_and_three_times_a_frozen_one():
+    counted, _ = lateness([0, 1, 2, 2], period=math.nan)
+    assert not counted.are_late
+    counted.take(1.0, 2.0, math.nan)
+    assert counted.are_late
+    counted.take(1.02, 3.0, math.nan)
+    assert not counted.are_late
+
+
+def test_a_number_of_sync_is_compared_with_the_bus():
+    counted = Counted(Sequence("n", 240, of_sync=True))
+    counted.take(0.0, 5.0, PERIOD)
+    assert counted.late == 0.0, "no SYNC with a counter has come"
+    for newest, number, late in ((7, 7, 0), (8, 7, 1), (1, 239, 2), (2, 239, 3)):
+        counted.synced(newest)
+        counted.take(0.0, float(number), PERIOD)
+        assert (counted.late, counted.are_late) == (late, late >= LATE)
+
+
+def test_the_age_grows_with_repeats_and_ends_with_a_new_torque():
+    alive = Liveness(300.0, None, noise=0.5, step=0.08)
+    ages = []
+    for k, torque in enumerate((20.0, 20.0, 20.0, 20.0, 20.08)):
+        alive.take(Report(PERIOD * k, 0.0, torque), PERIOD)
+        ages.append(round(alive.age, 6))
+    assert ages == [0.0, 0.0, 0.04, 0.06, 0.0]
+
+
+def test_noise_that_is_rounded_away_tells_nothing():
+    alive = Liveness(300.0, None, noise=0.01, step=0.08)
+    assert not any(alive.take(Report(PERIOD * k, 0.0, 20.0), PERIOD) for k in range(10000))
+
+
+def test_a_torque_with_its_noise_is_alive_for_hours():
+    rng = np.random.default_rng(3)
+    alive = Liveness(300.0, None, noise=0.5, step=0.08)
+    torques = 0.08 * np.round((20.0 + rng.normal(0.0, 0.5, 200_000)) / 0.08)
+    assert not any(alive.take(Report(PERIOD * k, 0.0, float(one)), PERIOD) for k, one in enumerate(torques))
+
+
+# ---- the encoder
+
+
+def map_file(folder, noise="", further="", objects='"606Ch", "6077h"', more=""):
+    path = folder / "map.toml"
+    path.write_text(
+        f'speed = {{channel = "606Ch", unit = "1/min"}}\ntorque = {{channel = "6077h", rated = "80 N m"{noise}}}\n'
+        f'temperature = {{constant = "40 degC"}}\n{further}'
+        f"[[can.pdo]]\ncob_id = {0x180 + DRIVE}\nobjects = [{objects}]\n{more}"
+    )
+    return path
+
+
+def ready(folder, noise="", further="", objects='"606Ch", "6077h", "2001h UINT8"'):
+    """An encoder that knows its position, and the number of the next frame."""
+    bus = Master(
+        encoder_for(
+            boom(),
+            load_map(map_file(folder, noise, further, objects)),
+            Settings(NODE, DRIVE, overrides={(0x2004, 0): 200}),
+        )
+    )
+    bus.node.nmt.state = "OPERATIONAL"
+    follow(bus, range(10))
+    bus.node.sdo[0x6003].raw = 10000
+    follow(bus, range(10, 30))
+    assert bus.alarms == 0
+    return bus
+
+
+def put(bus, last, rpm=0, torque=20.0, after=PERIOD):
+    share = round(1e3 * torque / 80.0)
+    data = rpm.to_bytes(4, "little", signed=True) + share.to_bytes(2, "little", signed=True)
+    bus.put(bus.now + after, Frame(0x180 + DRIVE, data + last.to_bytes(2, "little")))
+
+
+def follow(bus, numbers, rpm=0, state=None):
+    """Reports with noise, numbered or with a state word."""
+    rng = np.random.default_rng(4)
+    for k in numbers:
+        put(bus, k % 256 if state is None else state, rpm, 20.0 + rng.normal(0.0, 0.5))
+
+
+def told(bus, fault, *args, **options):
+    """After how many seconds of such frames a fault is there."""
+    begin = bus.now
+    while fault not in bus.device.faults and bus.now - begin < 1.0:
+        put(bus, *args, **options)
+    return bus.now - begin
+
+
+def test_a_torque_that_repeats_is_told_and_the_position_forgotten(tmp_path):
+    bus = ready(tmp_path, NOISY)
+    std = bus.device.std
+    put(bus, 0, 300, 21.0)
+    for _ in range(3):
+        put(bus, 0, 300, 21.0)
+    assert bus.device.std > std + 2e-4, "the reports may be old"
+    assert told(bus, Fault.STALE, 0, 300, 21.0) <= 0.2
+    assert not bus.device.valid
+    assert 0xFF09 in bus.emergencies()
+    follow(bus, range(20))
+    assert Fault.STALE not in bus.device.faults
+    assert Fault.NOT_REFERENCED in bus.device.faults
+
+
+def test_a_frozen_number_is_told_and_the_position_kept(tmp_path):
+    bus = ready(tmp_path, further=NUMBERED)
+    assert told(bus, Fault.STALE, 29, 300) <= 0.06
+    assert not bus.device.valid
+    with pytest.raises(Exception, match="0x08000022"):
+        bus.node.sdo[0x6003].raw = 10000
+    follow(bus, range(33, 50))
+    assert bus.device.valid, "nothing old has been used"
+
+
+def test_half_a_second_late_is_told_at_once(tmp_path):
+    bus = ready(tmp_path, further=NUMBERED)
+    put(bus, 30, 300, after=0.5)
+    assert Fault.STALE in bus.device.faults
+    follow(bus, range(31, 80), rpm=300)
+    assert not bus.device.valid, "as long as it is late"
+
+
+def test_a_drive_that_is_not_enabled_has_no_torque(tmp_path):
+    options = {"further": STATED, "objects": '"606Ch", "6077h", "6041h"'}
+    bus = Master(encoder_for(boom(), load_map(map_file(tmp_path, **options)), Settings(NODE, DRIVE)))
+    bus.node.nmt.state = "OPERATIONAL"
+    follow(bus, range(10), state=ENABLED)
+    bus.node.sdo[0x6003].raw = 10000
+    follow(bus, range(20), state=ENABLED)
+    assert bus.alarms == 0
+    follow(bus, range(10), state=SWITCHED_ON)
+    assert Fault.DISABLED in bus.device.faults
+    assert not bus.device.valid
+    follow(bus, range(5), state=ENABLED)
+    assert bus.device.valid, "it rested"
+    follow(bus, range(10), rpm=300, state=ENABLED)
+    here = bus.device.position
+    follow(bus, range(20), rpm=300, state=SWITCHED_ON)
+    assert bus.device.position == here, "what it says is not used"
+    follow(bus, range(2), rpm=300, state=ENABLED)
+    assert Fault.NOT_REFERENCED in bus.device.faults, "the motor turned meanwhile"
+
+
+@pytest.mark.parametrize(("state", "gone"), [(5, False), (0x85, False), (127, True), (4, True), (0, True)])
+def test_a_heartbeat_tells_the_drives_state_where_it_is_watched(tmp_path, state, gone):
+    bus = ready(tmp_path, NOISY)
+    bus.put(bus.now, Frame(0x700 + DRIVE, bytes([state])))
+    assert Fault.DRIVE_GONE not in bus.device.faults, "nobody watches it"
+    with bus.configuring():
+        bus.node.sdo[0x1016][1].raw = DRIVE << 16 | 500
+    bus.put(bus.now, Frame(0x700 + DRIVE, bytes([state])))
+    assert (Fault.DRIVE_GONE in bus.device.faults) is gone
+    assert bus.device.valid is not gone
+    bus.put(bus.now, Frame(0x700 + DRIVE, b"\x05"))
+    assert Fault.DRIVE_GONE not in bus.device.faults
+
+
+# ---- the map
+
+
+@pytest.mark.parametrize(
+    ("further", "said"),
+    [
+        ('[sequence]\nmodulus = 4\n', "sequence.channel"),
+        ('[sequence]\nchannel = "2001h"\nmodulus = 1\n', "2 is a toggle bit"),
+        ('[sequence]\nchannel = "2001h"\ncounts = "frame"\n', "frames, sync"),
+        ("[state]\n", "state.channel"),
+        ('[state]\nchannel = "6041h"\nbits = 3\n', "not a key"),
+    ],
+)  # fmt: skip
+def test_a_map_that_cannot_be_is_refused(tmp_path, further, said):
+    with pytest.raises(DescriptionError, match=said):
+        load_map(map_file(tmp_path, further=further))
+
+
+def test_a_number_of_another_frame_is_refused(tmp_path):
+    more = f'[[can.pdo]]\ncob_id = {0x280 + DRIVE}\nobjects = ["2001h UINT8"]\n'
+    with pytest.raises(DescriptionError, match="in another frame than the torque"):
+        witnesses(load_map(map_file(tmp_path, further=NUMBERED, more=more)))
+
+
+def test_check_says_what_a_bus_lacks(tmp_path):
+    everything = map_file(tmp_path, NOISY, NUMBERED + STATED, '"606Ch", "6077h", "2001h UINT8", "6041h UINT8"')
+    done = at_once("check", "mining-loader", "--unit", "boom", "--map", everything)
+    shown = done.stdout.partition("what tells that the drive's data are alive\n")[2]
+    assert [line.split()[:2] for line in shown.splitlines() if not line.startswith(" ")] == [
+        ["sequence", "yes"], ["noise", "yes"], ["state", "yes"], ["heartbeat", "no"]
+    ]  # fmt: skip
+    assert "7 equal torques in a row" in shown
+    little = witnesses(load_map(map_file(tmp_path, ', noise = "0.01 N m"')))
+    assert [there for _, there, _ in little] == [False] * 4
+    assert "too little to be seen" in little[1][2]
