@@ -161,6 +161,7 @@ def test_a_motor_turns_no_faster_than_it_can(press):
     [
         ({"start": "9 m"}, "start = '9 m'.*0 mm to 400 mm"),
         ({"load": "5 kg"}, "load = '5 kg'"),
+        ({"load": 130}, "load = 130: .*'130 kN'"),
         ({"oil_temperature": 500.0}, "oil_temperature"),
         ({"ambient": "200 degC"}, "ambient"),
         ({"as_built": 1.2}, "is no AsBuilt"),

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ramsight.api.arguments import whole_argument
-from ramsight.api.duties import TEMPERATURE
+from ramsight.api.duties import TEMPERATURE, check_loads
 from ramsight.duty.drive_report import usual_report
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.duty.live import LiveUnit
@@ -124,6 +124,7 @@ class LivePlant:
         )
         warm = argument(oil_temperature, "K", "oil_temperature", least="-60 degC", most="150 degC")
         self.period = argument(period, "s", "period", least="1 ms", most="0.1 s")
+        check_loads(built, [load])  # at first only: a load that changes may pass any small number
         self._load = _load(load)
         self._air = None if ambient is None else argument(ambient, "K", "ambient", least="-60 degC", most="80 degC")
         self._live = LiveUnit(made, at, self._load, warm, self.period)
