@@ -25,7 +25,8 @@ def _check(prepared: Prepared, rng: Rng, folder: Path) -> tuple[str, str]:
     content = prepared.contents[0]
     there = int(rng.integers(len(content) // 10, len(content)))
     path.write_bytes(content[:there])
-    writer = threading.Thread(target=_write, args=(path, content[there:], rng), daemon=True)
+    (its_own,) = rng.spawn(1)  # two threads draw in an order that changes
+    writer = threading.Thread(target=_write, args=(path, content[there:], its_own), daemon=True)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", LogWarning)

@@ -29,6 +29,7 @@ from ramsight.sensor.persistence import StateFile
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
 from ramsight.studio.knobs import FAULTS, KINDS, SENSORS, Knobs
 from ramsight.studio.playing import Playing
+from ramsight.studio.recorder import Recorder, reported
 from ramsight.studio.transducer import Compared, Transducer
 from ramsight.units import FREEZING
 
@@ -157,6 +158,7 @@ class Rig:
             for sensor in sensors.values():
                 sensor.start(begin[name])
         self._at = dict(begin)
+        self.recorders = {name: Recorder(self.period) for name in self.sheet}
         self._last: dict[str, dict[str, Estimate]] = {name: {} for name in begin}
         self._apply(self.knobs)
 
@@ -348,6 +350,7 @@ class Rig:
         for name in self.sheet:
             truth = now.motor_speed[name], now.motor_torque[name]
             self._at[name] = now.position[name]
+            self.recorders[name].truth(now.time, now.position[name])
             chambers = (self.of(name, f"pressure_{self.sheet[name].cylinder.node_a}"),
                         self.of(name, f"pressure_{self.sheet[name].cylinder.node_b}"))  # fmt: skip
             further = self._further[name].sample(now.position[name], *truth, chambers, self._magnets)
@@ -422,6 +425,8 @@ class Rig:
             said = replace(said, motor_speed=said.motor_speed * _SPEED_GAIN)
         off = self._references.pop(name, None)
         reference = None if off is None else position + off
+        heard = reported(said.motor_speed, said.motor_torque, said.oil_temperature, reference, further)
+        self.recorders[name].report(said.time, heard)
         for kind, sensor in self.sensors[name].items():
             others = {column: further[column] for column in sensor.further if column in further}
             values = said.motor_speed, said.motor_torque, said.oil_temperature

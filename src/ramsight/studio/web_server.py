@@ -16,6 +16,7 @@ LARGEST = 256 * 2**20  # bytes of an upload: ten hours at 100 Hz are some 150 MB
 _INK = "#1f4e79"  # of buttons and sliders; white on it has a contrast of 8.6 : 1
 _FREE = 16  # bytes of a token
 _SHOWN = 60.0  # s, within which a browser that shows a page asks for its socket
+_FORGOTTEN = 3600.0  # s, after which NiceGUI forgets a tab that nobody has come back to
 _GONE = 5.0  # s, until a page that has gone away is abandoned, and its machine ended
 
 
@@ -73,6 +74,7 @@ def serve(machine: str, *, host: str, port: int, show: bool, visitors: int = MOS
     token = None if host in LOOPBACK else secrets.token_urlsafe(_FREE)
     app.add_middleware(Guard, token=token, largest=LARGEST)
     app.add_static_files("/studio-assets", ASSETS)
+    app.storage.max_tab_storage_age = _FORGOTTEN
     prepared, room = prepare(described), Visitors(visitors)
     title = f"ramsight studio: {described.title or described.name}"
 
