@@ -14,6 +14,7 @@ import sys
 import time
 import urllib.error
 import urllib.request
+import zipfile
 from pathlib import Path
 
 import psutil
@@ -604,6 +605,42 @@ def test_a_data_sheet_fills_is_stopped_goes_on_and_is_the_sheet_of_the_verb(page
     address = opened.value.url
     opened.value.close()
     assert answered(address.rsplit("/", 2)[0] + "/another/sheet.html")[0] >= 400
+
+
+def test_strips_stand_where_they_are_dragged_over_and_are_saved(page, tmp_path):
+    wait(page, lambda: page.evaluate("studio.units.boom.time.length") > 100)
+    over = page.locator("#strip-error .u-over").bounding_box()
+    middle = over["y"] + 0.5 * over["height"]
+    page.mouse.move(over["x"] + 0.4 * over["width"], middle)
+    page.mouse.down()
+    page.mouse.move(over["x"] + 0.8 * over["width"], middle, steps=4)
+    page.mouse.up()
+    pause = page.locator("#strips-pause")
+    assert pause.get_attribute("aria-pressed") == "true"
+    scales = page.evaluate("studio.plots().map((one) => [one.plot.scales.x.min, one.plot.scales.x.max])")
+    assert all(one == scales[0] for one in scales), "all strips show the same time"
+    count = page.evaluate("studio.units.boom.time.length")
+    wait(page, lambda: page.evaluate("studio.units.boom.time.length") > count)
+    assert page.evaluate("studio.plots()[0].plot.scales.x.max") == scales[0][1], "they stand while the machine goes on"
+    with page.expect_download() as coming:
+        page.locator("#strips-picture").click()
+    assert Path(coming.value.path()).read_bytes().startswith(b"\x89PNG")
+    page.locator("#strips-whole").click()
+    assert pause.get_attribute("aria-pressed") == "false"
+    wait(page, lambda: page.evaluate("studio.plots()[0].plot.scales.x.max") > scales[0][1])
+    with page.expect_download() as coming:
+        page.get_by_role("button", name="save the run of boom").click()
+    with zipfile.ZipFile(coming.value.path()) as archive:
+        archive.extractall(tmp_path)
+    words = ["track", str(tmp_path / "machine.toml"), str(tmp_path / "log.csv"), "--unit", "boom"]
+    assert CliRunner().invoke(app, [*words, "--truth", str(tmp_path / "truth.csv")]).exit_code == 0
+
+
+def test_what_happens_is_marked_in_the_strips(page):
+    page.get_by_text("torque frozen", exact=True).click()
+    wait(page, lambda: "torque frozen" in str(page.evaluate("studio.timeline.marks()")))
+    page.get_by_text("torque frozen", exact=True).click()
+    wait(page, lambda: "torque frozen: over" in str(page.evaluate("studio.timeline.marks()")))
 
 
 def test_a_second_visitor_has_a_machine_of_his_own_and_a_closed_tab_ends_its_process(loader, browser, page):

@@ -148,7 +148,7 @@ class Controls:
             for name, words in FAULTS.items():
                 switch = ui.switch(words, on_change=lambda e, name=name: self._say("fault", name, bool(e.value)))
                 self._faults[name] = switch.props("dense").classes("w-full")
-            _button("reset the sensors", lambda: self._say("start")).tooltip("they start at the true positions")
+            _button("reset the sensors", lambda: self._say("start")).props('title="they start at the true positions"')
             for name in self._units:
                 with ui.row().classes("gap-1 mt-1"):
                     _button(f"{name}: reference", partial(self._say, "refer", name, False))

@@ -12,13 +12,13 @@ from nicegui import background_tasks, ui
 
 from ramsight.studio.controls import Controls
 from ramsight.studio.prepared import Prepared
-from ramsight.studio.said import LEVELS
 from ramsight.studio.scenarios import SCENARIOS
 from ramsight.studio.scene import MachineScene
 from ramsight.studio.session import STANDS, Session
 from ramsight.studio.status_bar import status_bar
 from ramsight.studio.status_help import status_help
 from ramsight.studio.story_panel import StoryPanel
+from ramsight.studio.strips_panel import strips_panel
 from ramsight.studio.worker import Frame
 
 _STANDS = f"the machine's process has said nothing for {STANDS:g} s: what is shown is old"
@@ -28,7 +28,6 @@ _ANSWERS = 5.0  # s that a page may take for a frame
 _SCENE = 3  # every how many frames the machine in space is moved
 _MAGNIFIED = 100  # times, at most, that an error is shown as large as it is
 _HIGHEST = 250.0  # bar, that the circuit's warmest colour stands for where no relief valve says it
-_STRIPS = ("position", "error", "status", "drive", "pressure")
 _STORY, _CONTROLS = "scenarios", "controls"
 
 
@@ -51,12 +50,7 @@ def live_page(prepared: Prepared, session: Session, scenario: str | None) -> Non
             space, magnified = _machine()
             _circuits(prepared.circuits)
             _energy(session)
-        with ui.element("section").classes("panel strips min-w-0").props("id=strips"):
-            ui.html("<h2>Over time</h2>", sanitize=False)
-            for name in _STRIPS:
-                ui.element("div").props(f"id=strip-{name}").classes("w-full")
-                if name == "status":
-                    ui.html(_key(), sanitize=False)
+        strips_panel(session, units)
 
     def scene() -> MachineScene:
         with space:
@@ -94,7 +88,7 @@ def _first_column(
         story = StoryPanel(play)
     with ui.column().classes("gap-3 w-full").bind_visibility_from(choice, "value", value=_CONTROLS):
         begin = ui.button("begin again, nothing plays", on_click=lambda: play(None))
-        begin.props("dense size=sm no-caps").tooltip("positions, knobs, faults and sensors as at first")
+        begin.props('dense size=sm no-caps title="positions, knobs, faults and sensors as at first"')
         controls = Controls(session, units, signs)
     if scenario is not None:
         play(scenario if scenario in SCENARIOS else next(iter(SCENARIOS)))
@@ -106,12 +100,6 @@ def _state(session: Session, before: str) -> str:
     if session.stands:
         return _STANDS
     return "runs" if session.about else before
-
-
-def _key() -> str:
-    """What the colours of the status mean."""
-    names = (f'<span><i style="background:var(--level-{one.replace(" ", "-")})"></i>{one}</span>' for one in LEVELS)
-    return f'<div class="key">{"".join(names)}</div>'
 
 
 def _machine() -> tuple[Any, Any]:
@@ -223,6 +211,7 @@ def _joined(frames: list[Frame]) -> Frame:
     """Several frames as one: all their rows since the machine began again last, and the newest of the rest."""
     last = frames[-1]
     frames = [frame for frame in frames if frame.begun == last.begun]
+    last.marks = [mark for frame in frames for mark in frame.marks]
     last.energy = next((frame.energy for frame in reversed(frames) if frame.energy), {})
     for name in last.columns:
         parts = [frame.columns[name] for frame in frames]

@@ -7,11 +7,13 @@ import math
 import zipfile
 from array import array
 from collections.abc import Mapping
+from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from ramsight.duty.live import Reported
 from ramsight.errors import OutputError
 from ramsight.logs import write_log
 from ramsight.logs.channels import DRIVE_LOG, OIL_TEMPERATURE, REFERENCE
@@ -20,7 +22,6 @@ from ramsight.output.table_file import write_table
 
 LONGEST = 3600.0  # s of a run that are kept
 _SLACK = 1.1  # times as much may be kept before the oldest is dropped, so that it is dropped seldom
-FORMATS = (".csv", ".mcap")
 _SPEED, _TORQUE = "motor_speed", "motor_torque"
 
 
@@ -62,14 +63,15 @@ class Recorder:
             for column in columns.values():
                 del column[: count - self._most]
 
-    def save(self, path: Path, name: str, toml: str, suffix: str = FORMATS[0]) -> None:
+    def save(self, path: Path, name: str, toml: str) -> None:
         """Write log, truth and description as a ZIP file, with the command that tracks them.
+
+        The log is in CSV and, where the extra `logs` is installed, in MCAP.
 
         Args:
             path: of the ZIP file.
             name: of the unit.
             toml: the machine's description.
-            suffix: of the log, one of `FORMATS`; MCAP needs the extra `logs`.
 
         Raises:
             OutputError: the drive has not reported anything yet, or the file cannot be written.
@@ -85,28 +87,28 @@ class Recorder:
         log = xarray.Dataset(known, coords={"time": columns["time"]}, attrs={"kind": DRIVE_LOG})
         with TemporaryDirectory() as made:
             folder = Path(made)
-            write_log(log, folder / f"log{suffix}")
+            for suffix in (".csv", ".mcap") if find_spec("mcap") else (".csv",):
+                write_log(log, folder / f"log{suffix}")
             write_table({key: np.array(column) for key, column in self._truth.items()}, folder / "truth.csv")
             (folder / "machine.toml").write_text(toml, encoding="utf-8")
-            start = float(np.interp(columns["time"][0], *(np.array(one) for one in self._truth.values())))
-            (folder / "README.txt").write_text(_readme(name, f"log{suffix}", start), encoding="utf-8")
+            time, position = (np.array(column) for column in self._truth.values())
+            start = float(np.interp(columns["time"][0], time, position))
+            (folder / "README.txt").write_text(_readme(name, start), encoding="utf-8")
             with atomic_path(path) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
                 for one in sorted(folder.iterdir()):
                     archive.write(one, one.name)
 
 
-def reported(
-    motor_speed: float, motor_torque: float, oil_temperature: float, reference: float | None, further: Mapping[str, float]
-) -> dict[str, float]:
-    """One report of a drive as a log has it, NaN where there is no reference; all in SI."""
-    told = {_SPEED: motor_speed, _TORQUE: motor_torque, OIL_TEMPERATURE.name: oil_temperature}
-    return told | {REFERENCE.name: math.nan if reference is None else reference, **further}
+def reported(said: Reported, reference: float | None, further: Mapping[str, float]) -> dict[str, float]:
+    """One report of a drive as a log has it, in SI; NaN where there is no reference."""
+    three = {_SPEED: said.motor_speed, _TORQUE: said.motor_torque, OIL_TEMPERATURE.name: said.oil_temperature}
+    return three | {REFERENCE.name: math.nan if reference is None else reference, **further}
 
 
-def _readme(unit: str, log: str, start: float) -> str:
+def _readme(unit: str, start: float) -> str:
     position = json.dumps(f"{1e3 * start:.1f} mm")
     return (
         "A run of the studio: the drive's log, the true position of the piston, and the machine's description.\n\n"
-        f"ramsight track machine.toml {log} --unit {unit} --truth truth.csv --figure track.png\n\n"
+        f"ramsight track machine.toml log.csv --unit {unit} --truth truth.csv --figure track.png\n\n"
         f"With the position at the beginning: --start {position}\n"
     )

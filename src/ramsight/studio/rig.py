@@ -28,6 +28,7 @@ from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.persistence import StateFile
 from ramsight.sensor.virtual_sensor import Estimate, VirtualSensor
 from ramsight.studio.knobs import FAULTS, KINDS, SENSORS, Knobs
+from ramsight.studio.marks import Marks
 from ramsight.studio.playing import Playing
 from ramsight.studio.recorder import Recorder, reported
 from ramsight.studio.transducer import Compared, Transducer
@@ -159,6 +160,7 @@ class Rig:
                 sensor.start(begin[name])
         self._at = dict(begin)
         self.recorders = {name: Recorder(self.period) for name in self.sheet}
+        self.marks = Marks({name: unit.cylinder.stroke for name, unit in self.sheet.items()})
         self._last: dict[str, dict[str, Estimate]] = {name: {} for name in begin}
         self._apply(self.knobs)
 
@@ -241,6 +243,7 @@ class Rig:
     def refer(self, unit: str, off: float = 0.0) -> None:
         """Tell the sensors of a unit its true position at the next sample, as a switch would, off by this much [m]."""
         self._references[unit] = off
+        self.marks.add(self._plant.now.time, "reference" if off == 0.0 else "wrong reference")
 
     def fault(self, name: str, *, on: bool) -> None:
         """Switch a fault of `FAULTS` on or off."""
@@ -248,6 +251,8 @@ class Rig:
             raise ValueError(f"no fault {name!r}; there are {', '.join(FAULTS)}")
         if name == "power" and on != (name in self.faults):
             self._power(on=on)
+        if on != (name in self.faults):
+            self.marks.add(self._plant.now.time, FAULTS[name] if on else f"{FAULTS[name]}: over")
         (self.faults.add if on else self.faults.discard)(name)
         self._frozen.clear()
         if name == "obstacle":
@@ -351,6 +356,7 @@ class Rig:
             truth = now.motor_speed[name], now.motor_torque[name]
             self._at[name] = now.position[name]
             self.recorders[name].truth(now.time, now.position[name])
+            self.marks.moved(now.time, name, now.position[name])
             chambers = (self.of(name, f"pressure_{self.sheet[name].cylinder.node_a}"),
                         self.of(name, f"pressure_{self.sheet[name].cylinder.node_b}"))  # fmt: skip
             further = self._further[name].sample(now.position[name], *truth, chambers, self._magnets)
@@ -425,8 +431,7 @@ class Rig:
             said = replace(said, motor_speed=said.motor_speed * _SPEED_GAIN)
         off = self._references.pop(name, None)
         reference = None if off is None else position + off
-        heard = reported(said.motor_speed, said.motor_torque, said.oil_temperature, reference, further)
-        self.recorders[name].report(said.time, heard)
+        self.recorders[name].report(said.time, reported(said, reference, further))
         for kind, sensor in self.sensors[name].items():
             others = {column: further[column] for column in sensor.further if column in further}
             values = said.motor_speed, said.motor_torque, said.oil_temperature

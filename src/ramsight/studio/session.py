@@ -29,6 +29,7 @@ class Session:
         ended: why it has ended, in words; "" while it has not.
         wrong: what of its description cannot run, where that is why it has ended.
         rejected: why it did not do the last thing that it could not do; "" at first.
+        saved: a run as a ZIP file, or why there is none, once it was asked for and has come.
         dropped: frames that the page was too slow for.
     """
 
@@ -39,6 +40,7 @@ class Session:
         self.about: dict[str, Any] | None = None
         self.ended, self.refused, self.dropped = "", "", 0
         self.wrong: Problem | None = None
+        self.saved: bytes | str | None = None
         self._frames: deque[Frame] = deque()
         self._heard = time.monotonic()
         self._lock, self._closed = threading.Lock(), False
@@ -92,6 +94,7 @@ class Session:
             "frame": self._frame,
             "ended": self._ended,
             "refused": self._refused,
+            "saved": self._saved,
             "alive": lambda _: None,
         }
         try:
@@ -114,6 +117,9 @@ class Session:
 
     def _refused(self, text: str) -> None:
         self.refused = text
+
+    def _saved(self, what: bytes | str) -> None:
+        self.saved = what
 
     def _ended(self, said: tuple[str, Problem | None]) -> None:
         self.ended, self.wrong = said

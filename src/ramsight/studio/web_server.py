@@ -20,7 +20,9 @@ _FORGOTTEN = 3600.0  # s, after which NiceGUI forgets a tab that nobody has come
 _GONE = 5.0  # s, until a page that has gone away is abandoned, and its machine ended
 
 
-_SCRIPTS = ("uPlot.iife.min.js", "studio.js", "flows.js", "status.js", "space.js", "description.js", "energy.js")
+_SCRIPTS = (
+    "uPlot.iife.min.js", "studio.js", "timeline.js", "flows.js", "status.js", "space.js", "description.js", "energy.js",
+)  # fmt: skip
 _FIRST = (
     f'<div id="first" style="position:absolute;inset:0;padding:8px 16px;font:600 18px sans-serif;color:{_INK};'
     'background:#f3f5f7">ramsight studio is being laid out …</div>'

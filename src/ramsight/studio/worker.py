@@ -7,16 +7,20 @@ import time
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from multiprocessing.connection import Connection
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from ramsight.errors import DescriptionError, RamsightError
 from ramsight.machine import load_machine
+from ramsight.machine.as_toml import as_toml
 from ramsight.machine.description import Machine
 from ramsight.normal import TWO_SIDED_95
 from ramsight.sensor.virtual_sensor import Estimate
 from ramsight.studio.draft import Problem, problem
 from ramsight.studio.energy import flows
 from ramsight.studio.knobs import LIE, SECOND
+from ramsight.studio.marks import Mark
 from ramsight.studio.rig import Rig, Row
 from ramsight.studio.said import LEVELS, of_estimate, of_verdict
 from ramsight.studio.scenarios import SCENARIOS
@@ -44,6 +48,7 @@ class Frame:
         energy: by unit, as `energy.flows`; empty in most frames.
         load: on the unit [N], or what the mechanism carries [kg].
         oil: temperatures of the oil in the pumps and in the tank [°C], by unit.
+        marks: what has happened at one time, as `marks.Mark`.
         begun: how often the machine has begun again.
         telling: how far the scenario is, as `storyteller.Telling`; None if none plays.
         settings: what knobs, faults, duty cycle, speed-up and sensors are now.
@@ -56,6 +61,7 @@ class Frame:
     energy: dict[str, Any] = field(default_factory=dict)
     load: float = 0.0
     oil: dict[str, list[float]] = field(default_factory=dict)
+    marks: list[Mark] = field(default_factory=list)
     begun: int = 0
     telling: dict[str, Any] | None = None
     settings: dict[str, Any] = field(default_factory=dict)
@@ -69,10 +75,11 @@ def run(pipe: Connection, machine: Machine | str) -> None:
         machine: what is described, or a description file, or a catalogue name.
     """
     try:
-        rig = Rig(machine if isinstance(machine, Machine) else load_machine(machine))
+        described = machine if isinstance(machine, Machine) else load_machine(machine)
+        rig = Rig(described)
         rig.step()  # whatever has to be compiled is compiled here
         pipe.send(("ready", _about(rig)))
-        _Clock(rig, pipe).go_on()
+        _Clock(rig, pipe, described).go_on()
     except (EOFError, BrokenPipeError, ConnectionResetError, KeyboardInterrupt):
         return
     except RamsightError as error:
@@ -95,8 +102,8 @@ def _about(rig: Rig) -> dict[str, Any]:
 class _Clock:
     """Steps a rig so that its time goes by a factor faster than ours."""
 
-    def __init__(self, rig: Rig, pipe: Connection) -> None:
-        self.rig, self.pipe, self.factor = rig, pipe, 1.0
+    def __init__(self, rig: Rig, pipe: Connection, described: Machine) -> None:
+        self.rig, self.pipe, self.described, self.factor = rig, pipe, described, 1.0
         self.begun, self.steps, self.sent, self.accounted = time.perf_counter(), 0, 0.0, 0.0
         self.rows: list[dict[str, Row]] = []
         self.ran, self.restarts, self.spoke = 0.0, 0, 0.0
@@ -152,6 +159,8 @@ class _Clock:
                     self.rig.hold_oil(on=values[0])
                 case "account":
                     self.rig.begin_account()
+                case "save":
+                    self._save(values[0])
                 case "start":
                     self.rig.start_sensors()
                 case "factor":
@@ -195,6 +204,18 @@ class _Clock:
         self.rows = []  # of one kind of columns
         self._from_now(time.perf_counter())
 
+    def _save(self, unit: str) -> None:
+        """Hand out the log of a unit's drive with its truth; time stands meanwhile."""
+        toml = "\n".join(as_toml(self.described, self.described.sources)).strip() + "\n"
+        try:
+            with TemporaryDirectory() as folder:
+                path = Path(folder) / "run.zip"
+                self.rig.recorders[unit].save(path, unit, toml)
+                self.pipe.send(("saved", path.read_bytes()))
+        except RamsightError as error:
+            self.pipe.send(("saved", str(error)))
+        self._from_now(time.perf_counter())
+
     def _frame(self, now: float) -> Frame:
         every = max(math.ceil(len(self.rows) / _ROWS), 1)
         kept, last = self.rows[every - 1 :: every] or self.rows[-1:], self.rows[-1]
@@ -211,6 +232,7 @@ class _Clock:
         if now - self.accounted >= _ENERGY:
             self.accounted = now
             frame.energy = {name: flows(self.rig.sheet[name], account) for name, account in self.rig.accounts.items()}
+        frame.marks = self.rig.marks.taken()
         frame.begun, frame.telling = self.restarts, None if self.story is None else self.story.telling
         frame.settings = {"knobs": asdict(self.rig.knobs), "faults": sorted(self.rig.faults), "duty": self.rig.duty}
         frame.settings |= {"speed": self.factor, "sensors": list(self.rig.sensors[first])}

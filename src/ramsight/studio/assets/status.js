@@ -67,6 +67,9 @@
     const { ctx, bbox, data } = plot, time = data[0], lanes = data.length - 1, height = bbox.height / lanes;
     const colours = LEVELS.map((one) => getComputedStyle(document.body).getPropertyValue("--level-" + one.replace(" ", "-")).trim());
     ctx.save();
+    ctx.beginPath();
+    ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+    ctx.clip(); // of a part of the time what is beside it is not shown
     for (let lane = 0; lane < lanes; lane++) {
       const levels = data[lane + 1], top = bbox.top + bbox.height - (lane + 1) * height;
       for (let from = 0, k = 1; k <= time.length; k++) {

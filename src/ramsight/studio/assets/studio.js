@@ -2,6 +2,7 @@
 "use strict";
 window.studio = (() => {
   const KEEP = 1500; // points of a strip
+  const LEFT = 64, RIGHT = 44; // of the axes: all strips have one time below the other
   const PAGE_UP = 33, PAGE_DOWN = 34; // as browsers number keys
   const PAGES = 50; // keys at most from one end of a slider to the other, ten of its steps each
   const SENSORS = ["kalman", "balance", "unreferenced", "table", "second"];
@@ -47,21 +48,25 @@ window.studio = (() => {
   function make(strip, place) {
     place.replaceChildren();
     watch(place);
-    const axis = (more = {}) => ({ stroke: css("--ink"), grid: { stroke: css("--grid"), width: 1 }, ticks: { stroke: css("--grid"), width: 1 }, font: "12px sans-serif", size: 52, ...more });
+    const axis = (more = {}) => ({ stroke: css("--ink"), grid: { stroke: css("--grid"), width: 1 }, ticks: { stroke: css("--grid"), width: 1 }, font: "12px sans-serif", size: LEFT, ...more });
     const axes = [axis({ size: 28, values: (_, all) => all.map((v) => v + " s") }), axis()];
-    if (strip.lanes) Object.assign(axes[1], { splits: strip.lanes.map((_, k) => k + 0.5), values: () => strip.lanes.map((one) => one.replace("unreferenced", "no ref.")), size: 64, grid: { show: false } });
-    if (strip.second) axes.push(axis({ scale: strip.second, side: 1, grid: { show: false } }));
+    if (strip.lanes) Object.assign(axes[1], { splits: strip.lanes.map((_, k) => k + 0.5), values: () => strip.lanes.map((one) => one.replace("unreferenced", "no ref.")), grid: { show: false } });
+    if (strip.second) axes.push(axis({ scale: strip.second, side: 1, size: RIGHT, grid: { show: false } }));
     const options = {
       title: strip.title, width: place.clientWidth || 500, height: strip.height, series: [{ label: "time [s]" }, ...strip.series], axes,
-      bands: strip.bands || [], legend: { live: false, show: !strip.lanes, markers: MARKERS }, hooks: strip.lanes ? { draw: [studio.lanes] } : {}, cursor: { drag: { x: false, y: false } },
+      padding: [null, strip.second ? 0 : RIGHT, null, null], bands: strip.bands || [], legend: { show: !strip.lanes, markers: MARKERS }, cursor: studio.timeline.cursor,
+      hooks: { setSelect: [studio.timeline.zoomed], draw: [...(strip.lanes ? [studio.lanes] : []), studio.timeline.marked] },
       scales: { x: { time: false }, ...(strip.range ? { y: { range: strip.range } } : {}) },
     };
-    return { names: strip.names, plot: new uPlot(options, [[], ...strip.series.map(() => [])], place), place, height: strip.height };
+    const plot = new uPlot(options, [[], ...strip.series.map(() => [])], place);
+    plot.over.addEventListener("dblclick", studio.timeline.whole);
+    return { names: strip.names, plot, place, height: strip.height, title: strip.title };
   }
 
   function begin(names, highestPressure, lines, words) {
     help = words;
     begun = 0;
+    studio.timeline.forget();
     for (const name of Object.keys(units)) delete units[name];
     fitting?.disconnect();
     highest = highestPressure;
@@ -112,7 +117,7 @@ window.studio = (() => {
   function draw() {
     waiting = false;
     const kept = units[shown];
-    if (!kept?.time.length) return;
+    if (!kept?.time.length || studio.timeline.stands()) return;
     for (const one of plots) if (isSeen(one.place)) one.plot.setData([kept.time, ...one.names.map((name) => kept[name])]);
   }
 
@@ -142,12 +147,17 @@ window.studio = (() => {
   }
 
   function frame(f) {
-    if (f.begun !== begun) for (const kept of Object.values(units)) for (const row of Object.values(kept)) row.length = 0;
+    if (f.begun !== begun) {
+      for (const kept of Object.values(units)) for (const row of Object.values(kept)) row.length = 0;
+      studio.timeline.forget();
+    }
     begun = f.begun;
+    studio.timeline.happened(f.marks);
     const now = SENSORS.filter((one) => one in f.status[shown]);
     if (now.join() !== on.join()) {
       on = now;
       plots = strips().map((strip, k) => make(strip, plots[k].place));
+      studio.timeline.whole();
     }
     for (const unit of Object.keys(units)) take(unit, f.columns.time, f.columns[unit]);
     paint(shown, f.circuit[shown]);
@@ -265,5 +275,5 @@ window.studio = (() => {
   }
   for (const kind of ["keydown", "keyup"]) addEventListener(kind, keyed, true);
 
-  return { watch, isSeen, begin, show, frame, track, forget, count: () => drawn, units, seen };
+  return { watch, isSeen, begin, show, frame, track, forget, draw, css, plots: () => plots, shown: () => shown, count: () => drawn, units, seen };
 })();

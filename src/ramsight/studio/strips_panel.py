@@ -1,0 +1,74 @@
+"""The strips over time, what can be done with them, and the run that they show as files."""
+
+from __future__ import annotations
+
+import asyncio
+from functools import partial
+
+from nicegui import ui
+
+from ramsight.studio.said import LEVELS
+from ramsight.studio.session import Session
+
+_STRIPS = ("position", "error", "status", "drive", "pressure")
+_LOOKS = 0.1  # s between two looks at whether the run has come
+_PATIENCE = 60.0  # s, after which it is given up
+_BUTTONS = (
+    ("strips-pause", "pause", "the strips stand, the machine goes on; dragging over a strip does so, too", "latch"),
+    ("strips-whole", "whole", "go on, with all that the strips keep; a double click does so, too", ""),
+    ("strips-picture", "picture", "save the strips as PNG", ""),
+)
+
+
+def strips_panel(session: Session, units: list[str]) -> None:
+    """Build the panel; `studio.js` draws into it, `timeline.js` knows its buttons.
+
+    Args:
+        session: of the machine.
+        units: of it.
+    """
+    with ui.element("section").classes("panel strips min-w-0").props("id=strips"):
+        with ui.row().classes("w-full justify-between items-center gap-1"):
+            ui.html("<h2>Over time</h2>", sanitize=False)
+            with ui.row().classes("gap-1 items-center"):
+                ui.html("".join(_button(*one) for one in _BUTTONS), sanitize=False)
+                for unit in units:
+                    _saving(session, unit, of_several=len(units) > 1)
+        for name in _STRIPS:
+            ui.element("div").props(f"id=strip-{name}").classes("w-full")
+            if name == "status":
+                ui.html(_key(), sanitize=False)
+
+
+def _button(name: str, words: str, hint: str, kind: str) -> str:
+    pressed = ' aria-pressed="false"' if kind else ""
+    return f'<button type="button" id="{name}" class="small {kind}" title="{hint}"{pressed}>{words}</button>'
+
+
+def _saving(session: Session, unit: str, *, of_several: bool) -> None:
+    """A button that saves the newest hour of a unit's run."""
+    words = f"save the run of {unit}" if of_several else "save the run"
+    button = ui.button(words, on_click=partial(_save, session, unit), color=None)
+    hint = "log of the drive, truth and description: what ramsight track takes"
+    button.props(f'dense no-caps unelevated title="{hint}"').classes("latch")
+
+
+async def _save(session: Session, unit: str) -> None:
+    """Ask for the run, wait until it has come, and hand it to the browser."""
+    session.saved = None
+    session.say("save", unit)
+    waited = 0.0
+    while session.saved is None and waited < _PATIENCE and not session.over:
+        await asyncio.sleep(_LOOKS)
+        waited += _LOOKS
+    found = session.saved
+    if isinstance(found, bytes):
+        ui.download.content(found, f"{unit}-run.zip", "application/zip")
+    else:
+        ui.notify(found or "the machine gives no answer", type="negative")
+
+
+def _key() -> str:
+    """What the colours of the status mean."""
+    names = (f'<span><i style="background:var(--level-{one.replace(" ", "-")})"></i>{one}</span>' for one in LEVELS)
+    return f'<div class="key">{"".join(names)}</div>'
