@@ -636,6 +636,32 @@ def test_strips_stand_where_they_are_dragged_over_and_are_saved(page, tmp_path):
     assert CliRunner().invoke(app, [*words, "--truth", str(tmp_path / "truth.csv")]).exit_code == 0
 
 
+def test_the_machine_is_looked_at_from_above_and_as_at_first(page):
+    scene = page.locator(".space .nicegui-scene")
+    scene.wait_for(timeout=READY)
+    at = f"getElement({scene.get_attribute('id')[1:]}).camera.position"
+    first = page.evaluate(f"{at}.z")
+    page.get_by_role("button", name="above", exact=True).click()
+    wait(page, lambda: page.evaluate(f"{at}.z") > first + 1.0)
+    page.get_by_role("button", name="as at first", exact=True).click()
+    wait(page, lambda: abs(page.evaluate(f"{at}.z") - first) < 1e-3)
+
+
+def test_circuit_and_space_are_dark_where_the_page_is(page):
+    def colours():
+        return page.evaluate(
+            "[document.querySelector('.circuit .drawing .sheet'), document.querySelector('.panel')]"
+            ".map((one, k) => getComputedStyle(one)[k ? 'backgroundColor' : 'fill'])"
+        )
+
+    light = colours()
+    assert light[0] == light[1], "a sheet has the colour of its panel"
+    page.emulate_media(color_scheme="dark")
+    wait(page, lambda: colours() != light)
+    dark = colours()
+    assert dark[0] == dark[1]
+
+
 def test_what_happens_is_marked_in_the_strips(page):
     page.get_by_text("torque frozen", exact=True).click()
     wait(page, lambda: "torque frozen" in str(page.evaluate("studio.timeline.marks()")))

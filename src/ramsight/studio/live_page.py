@@ -6,6 +6,7 @@ import asyncio
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
+from functools import partial
 from typing import Any
 
 from nicegui import background_tasks, ui
@@ -13,7 +14,7 @@ from nicegui import background_tasks, ui
 from ramsight.studio.controls import Controls
 from ramsight.studio.prepared import Prepared
 from ramsight.studio.scenarios import SCENARIOS
-from ramsight.studio.scene import MachineScene
+from ramsight.studio.scene import VIEWS, MachineScene
 from ramsight.studio.session import STANDS, Session
 from ramsight.studio.status_bar import status_bar
 from ramsight.studio.status_help import status_help
@@ -27,6 +28,8 @@ _BEGINS = 30.0  # s that a page may take to begin, and then to lay out the machi
 _ANSWERS = 5.0  # s that a page may take for a frame
 _SCENE = 3  # every how many frames the machine in space is moved
 _MAGNIFIED = 100  # times, at most, that an error is shown as large as it is
+_SCALE = '<div class="scale"><span>0 bar</span><i></i><span><b id="highest-pressure">–</b> bar</span></div>'
+"""The colours of the circuit's lines over the pressure; `studio.js` knows the highest one."""
 _HIGHEST = 250.0  # bar, that the circuit's warmest colour stands for where no relief valve says it
 _STORY, _CONTROLS = "scenarios", "controls"
 
@@ -47,16 +50,19 @@ def live_page(prepared: Prepared, session: Session, scenario: str | None) -> Non
         with ui.column().classes("gap-3 min-w-0 first"):
             story, controls = _first_column(session, units, signs, scenario)
         with ui.column().classes("gap-3 min-w-0 seen"):
-            space, magnified = _machine()
+            space, magnified = _machine(lambda view: looks[0](view) if looks else None)
             _circuits(prepared.circuits)
             _energy(session)
         strips_panel(session, units)
+
+    looks: list[Callable[[str], None]] = []  # of the machine in space, once it is there
 
     def scene() -> MachineScene:
         with space:
             made = MachineScene(described, prepared.linked)
         magnified.on_value_change(lambda e: made.magnify(float(e.value)))
         made.magnify(float(magnified.value))
+        looks[:] = [made.look]
         return made
 
     begun = 0
@@ -102,8 +108,8 @@ def _state(session: Session, before: str) -> str:
     return "runs" if session.about else before
 
 
-def _machine() -> tuple[Any, Any]:
-    """The place of the machine in space, and the slider that magnifies the error in it."""
+def _machine(look: Callable[[str], None]) -> tuple[Any, Any]:
+    """The place of the machine in space, and the slider that magnifies the error in it; `look` goes to a view."""
     with ui.element("section").classes("panel"):
         ui.html("<h2>The machine</h2>", sanitize=False)
         ui.label("red and pale: where the sensor takes it to be").classes("text-xs")
@@ -113,6 +119,10 @@ def _machine() -> tuple[Any, Any]:
             shown = ui.label("1")
         magnified = ui.slider(min=1, max=_MAGNIFIED, value=1, on_change=lambda e: shown.set_text(f"{e.value:g}"))
         magnified.props('dense aria-label="error in the picture [× true]"')
+        with ui.row().classes("gap-1").props('role=group aria-label="where one looks from"'):
+            for name in ("as at first", *VIEWS):
+                button = ui.button(name, on_click=partial(look, name), color=None)
+                button.props("dense no-caps unelevated").classes("latch")
     return space, magnified
 
 
@@ -127,6 +137,7 @@ def _circuits(circuits: Mapping[str, str]) -> None:
             "lines: blue at the tank's pressure, red at the relief valves'; dashes go as the oil goes, faster where"
             " more flows; yellow: a valve passes oil; red: a relief valve opens"
         ).classes("text-xs")
+        ui.html(_SCALE, sanitize=False)
         units = list(circuits)
         for k, (name, text) in enumerate(circuits.items()):
             place = ui.html(text, sanitize=False).classes("w-full drawn").props(f'data-circuit="{name}" tabindex=0')

@@ -29,6 +29,10 @@ _PAINT, _TYRE, _FOOT = "#d9c48f", "#4a4f55", "#56616d"
 _STEEL, _RED = "#8b939c", "#b03030"
 
 
+VIEWS = {"side": (0.0, -1.0, 0.0), "front": (1.0, -0.02, 0.1), "above": (0.0, -0.02, 1.0)}
+"""Where one looks from, over the distance: forwards, to the left and upwards; straight down a camera has no upright."""
+
+
 class MachineScene:
     """A scene of one machine.
 
@@ -49,6 +53,19 @@ class MachineScene:
                 self._bench()
             else:
                 self._mechanism()
+
+    def look(self, view: str, seconds: float = 0.5) -> None:
+        """Look at the machine from one of `VIEWS`, or as at first."""
+        (x, z), beside, far = self._middle, self._beside, self._far
+        dx, dy, dz = VIEWS.get(view, (beside[0] / far, -1.0, beside[1] / far))
+        self.scene.move_camera(
+            x=x + dx * far, y=dy * far, z=z + dz * far, look_at_x=x, look_at_y=0.0, look_at_z=z, duration=seconds
+        )
+
+    def _set_out(self, middle: tuple[float, float], beside: tuple[float, float], far: float) -> None:
+        """Put the camera where it is at first: so far from the middle (x, z) of all, and beside it [m]."""
+        self._middle, self._beside, self._far = middle, beside, far
+        self.look("", 0.0)
 
     def magnify(self, times: float) -> None:
         """Show the sensor's errors so many times as large."""
@@ -112,9 +129,7 @@ class MachineScene:
         ui.scene.box(3.0 * s + 1.0, 0.5, 0.05).move(1.2 * s, 0.0, 0.3).material(_STEEL)
         self._rod = _plate([[-s - 0.15, -0.05], [0.0, -0.05], [0.0, 0.05], [-s - 0.15, 0.05]], 0.1, _STEEL)
         self._ghost_rod = _plate([[-0.04, -0.09], [0.0, -0.09], [0.0, 0.09], [-0.04, 0.09]], 0.18, GHOST, 0.5)
-        self.scene.move_camera(
-            x=1.2 * s, y=-2.4 * s - 1.2, z=1.4, look_at_x=1.2 * s, look_at_y=0.0, look_at_z=0.4, duration=0
-        )
+        self._set_out((1.2 * s, 0.4), (0.0, 1.0), 2.4 * s + 1.2)
 
     def _mechanism(self) -> None:
         assert self._linked is not None
@@ -152,10 +167,7 @@ class MachineScene:
             everything = np.vstack([frame, *wide])
         x, z = 0.5 * (everything.min(axis=0) + everything.max(axis=0))
         far = 0.7 * float(np.max(np.ptp(everything, axis=0))) + 0.3
-        self.scene.move_camera(
-            x=float(x) + 0.35 * far, y=-far, z=float(z) + 0.3 * far,
-            look_at_x=float(x), look_at_y=0.0, look_at_z=float(z), duration=0,
-        )  # fmt: skip
+        self._set_out((float(x), float(z)), (0.35 * far, 0.3 * far), far)
         self.show(middle, middle)
 
 

@@ -12,8 +12,24 @@
   for (const kind of ["pointerdown", "pointermove", "wheel", "keydown", "resize"]) addEventListener(kind, () => wake(), { passive: true });
   document.addEventListener("visibilitychange", () => wake());
 
+  // The colours of the page, not those that the scene was made with.
+  let tint = () => {};
+  function tinted(own) {
+    let ground = "#e9edf0"; // as in scene.py
+    return () => {
+      const wanted = studio.css("--space");
+      own.renderer.setClearColor(wanted);
+      own.scene.traverse((one) => { if (one.material?.color?.getHexString() === ground.slice(1)) one.material.color.set(wanted); });
+      ground = wanted;
+      wake();
+    };
+  }
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => setTimeout(() => tint(), 100));
+
   studio.space = (id) => {
     const own = getElement(id), renderer = own.renderer, render = renderer.render.bind(renderer);
+    tint = tinted(own);
+    tint();
     studio.watch(own.$el, wake);
     wake(BEGIN);
     studio.pictures = 0;

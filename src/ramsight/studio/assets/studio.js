@@ -70,6 +70,8 @@ window.studio = (() => {
     for (const name of Object.keys(units)) delete units[name];
     fitting?.disconnect();
     highest = highestPressure;
+    const scale = document.getElementById("highest-pressure");
+    if (scale) scale.textContent = highest.toFixed(0);
     for (const name of names) studio.lay(name, lines[name]);
     for (const name of names) units[name] = { time: [] };
     shown = names[0];
@@ -129,7 +131,7 @@ window.studio = (() => {
       const bar = now["pressure_" + group.dataset.node];
       if (bar === undefined) continue;
       const share = Math.min(Math.max(bar / highest, 0), 1);
-      group.style.setProperty("--line", `hsl(${215 - 215 * share} 80% ${38 + 8 * share}%)`);
+      group.style.setProperty("--line", `hsl(${215 - 215 * share} 80% calc(var(--light) + ${8 * share}%))`);
       group.querySelector("title").textContent = `${group.dataset.node} ${bar} bar`;
     }
     for (const part of root.querySelectorAll("g.part")) {

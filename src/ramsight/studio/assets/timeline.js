@@ -40,6 +40,8 @@ studio.timeline = (() => {
     ctx.save();
     ctx.strokeStyle = ctx.fillStyle = studio.css("--soft");
     ctx.font = `${size}px sans-serif`;
+    ctx.textAlign = "left";
+    ctx.textBaseline = "alphabetic";
     ctx.lineWidth = ratio;
     ctx.setLineDash([3 * ratio, 3 * ratio]);
     let row = 0, end = -1;
