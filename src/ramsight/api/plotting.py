@@ -5,29 +5,40 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ramsight.errors import DescriptionError
+from ramsight.errors import DescriptionError, UnknownNameError
 from ramsight.output import check_target
-from ramsight.tracking.figures import draw_run, draw_track, save
+from ramsight.tracking.figures import LOOKS, Look, draw_run, draw_track, save
 from ramsight.tracking.sweep_figure import draw_sweep
+from ramsight.units import argument
 
 if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
 
-def plot(dataset: xarray.Dataset, path: str | Path | None = None, *, title: str | None = None) -> Figure:
+def plot(
+    dataset: xarray.Dataset,
+    path: str | Path | None = None,
+    *,
+    title: str | None = None,
+    width: float | str | None = None,
+    style: str = LOOKS[0],
+) -> Figure:
     r"""Draw a simulated run, a track with its error where the truth is known, or many runs over what was varied.
 
     Args:
         dataset: of `simulate`, `track` or `simulate_many`.
         path: also write it here: .png, .svg or .pdf.
         title: above the picture; by default what it is.
+        width: of a run's or a track's picture [m], or text as ``"88 mm"``, a column of most journals.
+        style: ``screen``, or ``journal``: a serif font of 7 points, thin lines and no title.
 
     Returns:
         A `matplotlib.figure.Figure` in mm, bar, rpm and N m; no window is opened.
 
     Raises:
-        DescriptionError: the Dataset is none of these, or nothing differs between its runs.
+        DescriptionError: the Dataset is none of these, nothing differs between its runs, or there is no such width.
+        UnknownNameError: there is no such style.
         OutputError: the file cannot be written.
 
     Example:
@@ -36,20 +47,37 @@ def plot(dataset: xarray.Dataset, path: str | Path | None = None, *, title: str 
         >>> [axes.get_ylabel() for axes in ramsight.plot(run).axes][:2]
         ['position [mm]', 'pressure\n[bar]']
     """
+    look = look_of(width, style)
     check_target(None if path is None else Path(path), (".png", ".svg", ".pdf"))
     attributes = getattr(dataset, "attrs", {})
     kind, unit = attributes.get("kind"), attributes.get("unit")
     if kind == "track":
         known = "true_position" in dataset
         truth = dataset[["true_position"]].rename(true_position="position") if known else None
-        figure = draw_track(dataset, dataset, truth, title or f"{unit}: track of the {attributes['sensor']} sensor")
+        figure = draw_track(
+            dataset, dataset, truth, title or f"{unit}: track of the {attributes['sensor']} sensor", look
+        )
     elif kind == "simulated runs":
         figure = draw_sweep(dataset, title or f"{dataset['outcome'].size} simulated runs")
     elif kind == "simulated run" and unit is not None:
-        figure = draw_run(dataset, title or f"{unit}: simulated run")
+        figure = draw_run(dataset, title or f"{unit}: simulated run", look)
     else:
         allowed = "what ramsight.simulate, ramsight.simulate_many or ramsight.track returns"
         raise DescriptionError("is neither a run nor a track", key="dataset", value=kind, allowed=allowed)
     if path is not None:
-        save(figure, path)
+        with look.context():
+            save(figure, path)
     return figure
+
+
+def look_of(width: float | str | None, style: str) -> Look:
+    """Width and style as they were passed.
+
+    Raises:
+        DescriptionError: there is no such width.
+        UnknownNameError: there is no such style.
+    """
+    if style not in LOOKS:
+        raise UnknownNameError("style", style, LOOKS)
+    wide = None if width is None else argument(width, "m", "width", least="50 mm", most="1000 mm")
+    return Look(wide, style)

@@ -98,6 +98,10 @@ def track(
         typer.Option(help="True position, to print the errors: .csv or .csv.gz; or the map's measured.position."),
     ] = None,
     figure: Annotated[Path | None, typer.Option(help="A picture of it: .png, .svg or .pdf.")] = None,
+    width: Annotated[str | None, typer.Option(help='Of the picture: "88 mm".')] = None,
+    style: Annotated[
+        str, typer.Option(help="Of the picture: screen, or journal (small serif font, no title).")
+    ] = "screen",
     alarm_limit: Annotated[
         str | None,
         typer.Option(
@@ -124,6 +128,7 @@ def track(
     Example: ramsight track mining-loader log.csv.gz --unit boom --start "100 mm" --out track.csv
     """
     unit = named_unit(machine, unit)
+    from ramsight.api.plotting import look_of
     from ramsight.api.requirements import achieved, requirement_of
     from ramsight.api.tracking import availability_of, follow, start_of
     from ramsight.machine import load_machine
@@ -134,6 +139,7 @@ def track(
     from ramsight.tracking.true_position import known_position
 
     _check_files(machine, log, sensor, channel_map, truth, out, figure, state)
+    look = look_of(width, style)
     description = load_machine(machine)
     built = build(description, unit)
     position, std = start_of(built, start, start_std)
@@ -161,7 +167,7 @@ def track(
         if figure is not None and done.track is not None and done.log is not None:
             title = f"{description.title or description.name}, {unit}: {log.name}"
             shown = None if true is None else true.dataset()
-            tracked_figure(done.log.dataset(), done.track.dataset(), shown, title, figure)
+            tracked_figure(done.log.dataset(), done.track.dataset(), shown, title, figure, look)
         typer.echo(done.summary)
         if true is not None and done.track is not None:
             typer.echo(error_text(errors_of(done.track, true), len(done.track)))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +31,7 @@ _SHADES = {
 }
 """Name and colour of each validity that is not ok."""
 
+_NEVER_KNOWN = "The position is never known: give --start, or a log that meets an end stop."
 _LEAST = 1e-3  # mm; smaller errors stand there on the logarithmic scale
 STYLE = {
     "font.size": 9,
@@ -39,6 +42,59 @@ STYLE = {
     "legend.frameon": False,
     "svg.hashsalt": "ramsight",
 }
+
+
+_JOURNAL = {
+    "font.size": 7,
+    "font.family": "serif",
+    "mathtext.fontset": "stix",
+    "axes.linewidth": 0.5,
+    "grid.linewidth": 0.4,
+    "pdf.fonttype": 42,  # fonts as outlines, which publishers ask for
+}
+LOOKS = ("screen", "journal")
+_INCH = 25.4e-3  # m
+_NAME = 35e-3  # m, of a name in a legend with its line
+_THIN = 0.6
+
+
+@dataclass(frozen=True)
+class Look:
+    """How large a figure is, and for whom.
+
+    Args:
+        width: [m]; None for that of the screen. The height stays as it is.
+        style: one of `LOOKS`: journal has a serif font of 7 points, thin lines, and no title.
+    """
+
+    width: float | None = None
+    style: str = LOOKS[0]
+
+    @property
+    def is_for_print(self) -> bool:
+        """Whether a caption says what the title would."""
+        return self.style == "journal"
+
+    def context(self) -> AbstractContextManager[Any]:
+        """Matplotlib's parameters while a figure is made and saved."""
+        import matplotlib as mpl
+
+        return mpl.rc_context(STYLE | (_JOURNAL if self.is_for_print else {}))  # type: ignore[arg-type]
+
+    def fit(self, figure: Any) -> None:
+        """Give a figure its width, and thin lines where it is printed."""
+        if self.width is not None:
+            figure.set_size_inches(self.width / _INCH, figure.get_figheight())
+        if self.is_for_print:
+            for line in (line for axes in figure.axes for line in axes.lines):
+                line.set_linewidth(_THIN * line.get_linewidth())
+
+    def beside(self, columns: int) -> int:
+        """How many names of a legend stand beside each other, of so many at most."""
+        return columns if self.width is None else min(max(int(self.width / _NAME), 1), columns)
+
+
+SCREEN = Look()
 
 
 def save(figure: Any, path: str | Path) -> None:
@@ -53,7 +109,12 @@ def legend_above(axes: Any, **style: Any) -> None:
 
 
 def tracked_figure(
-    log: xarray.Dataset, tracked: xarray.Dataset, truth: xarray.Dataset | None, title: str, path: str | Path
+    log: xarray.Dataset,
+    tracked: xarray.Dataset,
+    truth: xarray.Dataset | None,
+    title: str,
+    path: str | Path,
+    look: Look = SCREEN,
 ) -> None:
     """Draw a tracked log: position with the truth if there is one, the error, and what the drive reported.
 
@@ -63,14 +124,15 @@ def tracked_figure(
         truth: with `position` [m], or None.
         title: above the picture.
         path: .png, .svg or .pdf.
+        look: its width and style.
     """
-    import matplotlib as mpl
-
-    with mpl.rc_context(STYLE):  # type: ignore[arg-type]
-        save(draw_track(log, tracked, truth, title), path)
+    with look.context():
+        save(draw_track(log, tracked, truth, title, look), path)
 
 
-def draw_track(log: xarray.Dataset, tracked: xarray.Dataset, truth: xarray.Dataset | None, title: str) -> Figure:
+def draw_track(
+    log: xarray.Dataset, tracked: xarray.Dataset, truth: xarray.Dataset | None, title: str, look: Look = SCREEN
+) -> Figure:
     """The picture of `tracked_figure`, a `matplotlib.figure.Figure`: a panel a quantity, so that each has its scale.
 
     Args:
@@ -78,13 +140,13 @@ def draw_track(log: xarray.Dataset, tracked: xarray.Dataset, truth: xarray.Datas
         tracked: with position, position_std [m] and status, and the ends of its band if the sensor states them.
         truth: with `position` [m], or None.
         title: above the picture.
+        look: its width and style.
     """
-    import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    time, band = tracked["time"].values, 1e3 * TWO_SIDED_95 * tracked["position_std"].values
+    time, band = tracked["time"].values, 1e3 * half_band(tracked)
     has_band = bool(np.isfinite(band).any())  # the volume balance states none
-    with mpl.rc_context(STYLE):  # type: ignore[arg-type]
+    with look.context():
         heights = [2.4, *[1.2] * ((truth is not None) + has_band), 0.8, 0.8, 0.6]
         figure = Figure(figsize=(7.2, 1.2 + 1.05 * sum(heights)), layout="constrained")
         axes = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights)
@@ -97,6 +159,8 @@ def draw_track(log: xarray.Dataset, tracked: xarray.Dataset, truth: xarray.Datas
             position.fill_between(time, low, high, color=ESTIMATE, alpha=0.15, lw=0.0, label="95 % band")
         position.plot(time, estimate, color=ESTIMATE, lw=1.1, label=f"{tracked.attrs['sensor']} sensor")
         position.set_ylabel("position\n[mm]")
+        if not np.isfinite(estimate).any():
+            position.text(0.5, 0.5, _NEVER_KNOWN, transform=position.transAxes, ha="center", va="center")
         error = None
         if truth is not None:
             error = estimate - 1e3 * np.interp(time, truth["time"], truth["position"], left=np.nan, right=np.nan)
@@ -108,10 +172,19 @@ def draw_track(log: xarray.Dataset, tracked: xarray.Dataset, truth: xarray.Datas
         draw_drive(axes[-3:], log)
         for one in axes[:-3]:
             shade_status(one, time, tracked["status"].values)
-        legend_above(position, ncols=5)
-        figure.suptitle(title, x=0.01, ha="left", fontsize=10, fontweight="bold")
+        legend_above(position, ncols=look.beside(5))
+        if not look.is_for_print:
+            figure.suptitle(title, x=0.01, ha="left", fontsize=10, fontweight="bold")
         figure.align_ylabels()
+        look.fit(figure)
     return figure
+
+
+def half_band(tracked: xarray.Dataset) -> Any:
+    """Half of the 95 % band's width [m]: by its ends where the sensor states them, else by its standard deviation."""
+    if LOWEST in tracked:
+        return 0.5 * (tracked[HIGHEST].values - tracked[LOWEST].values)
+    return TWO_SIDED_95 * tracked["position_std"].values
 
 
 def draw_band(axes: Any, time: Any, band: Any, error: Any) -> None:
@@ -126,22 +199,23 @@ def draw_band(axes: Any, time: Any, band: Any, error: Any) -> None:
         legend_above(axes, ncols=2, fontsize=7)
 
 
-def draw_run(run: xarray.Dataset, title: str) -> Figure:
+def draw_run(run: xarray.Dataset, title: str, look: Look = SCREEN) -> Figure:
     """A picture of a simulated run: position, chamber pressures, motor speed, torque and oil temperature.
 
     Args:
         run: a Dataset as `ramsight.duty.simulate` returns it.
         title: above the picture.
+        look: its width and style.
     """
-    import matplotlib as mpl
     from matplotlib.figure import Figure
 
-    with mpl.rc_context(STYLE):  # type: ignore[arg-type]
+    with look.context():
         figure = Figure(figsize=(7.2, 7.2), layout="constrained")
         axes = figure.subplots(5, 1, sharex=True, height_ratios=[2.2, 1.2, 0.9, 0.9, 0.7])
         axes[0].plot(run["time"], 1e3 * run["position"], color=TRUTH, lw=1.6)
         axes[0].set_ylabel("position [mm]")
-        axes[0].set_title(title, loc="left", fontweight="bold")
+        if not look.is_for_print:
+            axes[0].set_title(title, loc="left", fontweight="bold")
         for name, color in (("pressure_a", ESTIMATE), ("pressure_b", ERROR)):
             if name in run:
                 axes[1].plot(run["time"], run[name] / 1e5, color=color, lw=1.0, label=f"chamber {name[-1].upper()}")
@@ -149,6 +223,7 @@ def draw_run(run: xarray.Dataset, title: str) -> Figure:
         legend_above(axes[1], ncols=2)
         draw_drive(axes[-3:], run)
         figure.align_ylabels()
+        look.fit(figure)
     return figure
 
 
