@@ -585,6 +585,8 @@ def test_a_data_sheet_fills_is_stopped_goes_on_and_is_the_sheet_of_the_verb(page
     page.locator("#study-start").click()
     wait(page, lambda: "of 400 machines" in said.inner_text(), 120.0)
     assert page.locator("#study-accuracy tbody tr").count() >= 3
+    page.locator("#study-picture canvas").wait_for()
+    assert page.locator("#study-picture .u-legend .u-series").count() >= 4  # machines, and three groups
     page.locator("#study-stop").click()
     wait(page, lambda: "stopped" in said.inner_text())
     assert {p.pid for p in workers(server)} <= running
@@ -634,6 +636,28 @@ def test_strips_stand_where_they_are_dragged_over_and_are_saved(page, tmp_path):
         archive.extractall(tmp_path)
     words = ["track", str(tmp_path / "machine.toml"), str(tmp_path / "log.csv"), "--unit", "boom"]
     assert CliRunner().invoke(app, [*words, "--truth", str(tmp_path / "truth.csv")]).exit_code == 0
+
+
+def test_values_of_a_description_are_found_and_what_follows_is_dimmed_while_one_is_wrong(page):
+    page.get_by_role("tab", name="Machines").click()
+    said = page.locator("#machine-found")
+    wait(page, lambda: " values" in said.inner_text())
+    shown = page.locator("#machine-form .field:not([hidden])")
+    page.get_by_label("find a value").fill("bore")
+    wait(page, lambda: 0 < shown.count() < 40)
+    assert page.locator("[data-path='units.boom.cylinder.bore']").is_visible()
+    page.get_by_label("find a value").fill("")
+    page.get_by_text("only what is given").click()
+    given = shown.count()
+    assert 50 < given < page.locator("#machine-form .field").count()
+    field = page.locator("[data-path='units.boom.cylinder.bore'] input").first
+    page.get_by_label("find a value").fill("cylinder.bore")
+    field.fill("-3 mm")
+    field.press("Tab")
+    wait(page, lambda: "old" in (page.locator("#machine-follows").get_attribute("class") or ""))
+    field.fill("127 mm")
+    field.press("Tab")
+    wait(page, lambda: "old" not in (page.locator("#machine-follows").get_attribute("class") or ""))
 
 
 def test_the_machine_is_looked_at_from_above_and_as_at_first(page):

@@ -16,6 +16,13 @@ from ramsight.studio.visit import Visit
 
 _KEPT = "ramsight-description"  # where the browser keeps it
 _LARGEST = 2**20  # bytes of a description
+_FINDING = (
+    '<div class="finding"><input type="search" id="machine-search" aria-label="find a value"'
+    ' placeholder="find a value: bore, leak, bar …" autocomplete="off" spellcheck="false">'
+    '<label><input type="checkbox" id="machine-given"> only what is given</label>'
+    '<span id="machine-found" role="status"></span></div>'
+)
+"""What `description.js` shows of the form by."""
 
 
 def machine_page(visit: Visit) -> None:
@@ -52,6 +59,7 @@ class _MachinePage:
         with ui.element("div").classes("described"):
             with ui.element("section").classes("panel"):
                 ui.html("<h2>Values</h2>", sanitize=False)
+                ui.html(_FINDING, sanitize=False).classes("w-full")
                 self.form = ui.html("", sanitize=False).props("id=machine-form").classes("w-full")
             with ui.column().classes("gap-3 min-w-0 w-full"):
                 with ui.element("section").classes("panel"):

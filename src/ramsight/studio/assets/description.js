@@ -32,9 +32,29 @@
     }
   }
 
+  // Of the form only what has all words that are looked for, and a value of its own if that is asked for.
+  function find() {
+    const words = (document.getElementById("machine-search")?.value ?? "").toLowerCase().split(/\s+/).filter(Boolean);
+    const given = document.getElementById("machine-given")?.checked, all = [...document.querySelectorAll("#machine-form .field")];
+    let found = 0;
+    for (const field of all) {
+      const path = field.dataset.path, text = [path, ...(fields[path] ?? []), field.textContent].join(" ").toLowerCase();
+      field.hidden = !words.every((one) => text.includes(one)) || (given && !fields[path]?.[0]);
+      found += !field.hidden;
+    }
+    for (const group of document.querySelectorAll("#machine-form details")) {
+      group.hidden = !group.querySelector(".field:not([hidden])");
+      if (words.length && !group.hidden) group.open = true;
+    }
+    const said = document.getElementById("machine-found");
+    if (said) said.textContent = `${found} of ${all.length} values`;
+  }
+
   studio.description = (nowFields, nowWrong) => {
     [fields, wrong] = [nowFields, nowWrong];
     show();
+    find();
+    document.getElementById("machine-follows")?.classList.toggle("old", Object.keys(wrong).length > 0);
   };
 
   // A form that is drawn again, or seen for the first time, is filled.
@@ -43,7 +63,9 @@
     new MutationObserver(empty).observe(document.body, { childList: true, subtree: true });
   });
 
+  document.addEventListener("input", (event) => { if (event.target.id === "machine-search") find(); });
   document.addEventListener("change", (event) => {
+    if (event.target.id === "machine-given") find();
     const input = event.target, field = input.closest?.("#machine-form .field");
     if (field && input.dataset.key) emitEvent("description-edited", [field.dataset.path, input.dataset.key, input.value]);
   });

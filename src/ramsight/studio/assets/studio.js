@@ -232,6 +232,21 @@ window.studio = (() => {
     return columns.time.length;
   }
 
+  // How a study's figures settle while machines are added: what 95 % of the samples keep, a line for each group.
+  const STUDIED = ["--true", "--kalman", "--balance", "--second", "--table", "--unreferenced"];
+  function studied(rows) {
+    const place = document.getElementById("study-picture");
+    if (!place) return;
+    place.replaceChildren();
+    const names = [...new Set(rows.flatMap((row) => Object.keys(row)))].filter((one) => one !== "machines");
+    const lines = names.map((one, k) => series(one, STUDIED[k % STUDIED.length], { dash: k ? [8 - k, 2 + k] : undefined, points: { show: true, size: 5 } }));
+    const axis = (more = {}) => ({ stroke: css("--ink"), grid: { stroke: css("--grid"), width: 1 }, font: "12px sans-serif", size: 56, ...more });
+    new uPlot({ title: "95 % of the samples within [mm], over the machines so far", width: place.clientWidth || 600, height: 200,
+      series: [{ label: "machines" }, ...lines], axes: [axis({ size: 28 }), axis()], legend: { live: false, markers: MARKERS },
+      cursor: { show: false }, scales: { x: { time: false }, y: { range: (_, __, most) => [0, 1.1 * (most || 1)] } } },
+      [rows.map((row) => row.machines), ...names.map((one) => rows.map((row) => row[one] ?? null))], place);
+  }
+
   // Of a track that belongs to another file nothing is left.
   function forget() {
     for (const name of Object.keys(seen)) delete seen[name];
@@ -277,5 +292,5 @@ window.studio = (() => {
   }
   for (const kind of ["keydown", "keyup"]) addEventListener(kind, keyed, true);
 
-  return { watch, isSeen, begin, show, frame, track, forget, draw, css, plots: () => plots, shown: () => shown, count: () => drawn, units, seen };
+  return { watch, isSeen, begin, show, frame, track, studied, forget, draw, css, plots: () => plots, shown: () => shown, count: () => drawn, units, seen };
 })();
