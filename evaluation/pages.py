@@ -14,6 +14,7 @@ import bounds
 import commissioned
 import drive_control
 import effects
+import fmeda
 import in_service
 import leak_learning
 import loader_control
@@ -237,6 +238,7 @@ def main() -> None:
     put(INTEGRITY_PAGE, integrity | fixed)
     put(THRESHOLDS_PAGE, {name: constant_table(table).splitlines() for name, table in THRESHOLDS.items()})
     put(SAFETY_PAGE, {"second_channel": second_channel.table(found["second_channel"])})
+    fmeda.renew(found)
     put(LOADER_PAGE, {name: table(found["loader_control"]) for name, table in LOADER_TABLES.items()})
     put(CONTROL_PAGE, {name: table(found[study]) for name, (study, table) in CONTROL_TABLES.items()})
 

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from ramsight.api.drawing import draw
     from ramsight.api.duties import duty_for, lift_lower
     from ramsight.api.exporting import export_c, export_fmu, export_parameters
+    from ramsight.api.fmeda_tables import diagnostic_coverage, export_fmeda
     from ramsight.api.live_plant import LivePlant
     from ramsight.api.machines import catalogue
     from ramsight.api.plotting import plot
@@ -89,10 +90,12 @@ __all__ = [
     "check_shared",
     "commission",
     "compare",
+    "diagnostic_coverage",
     "draw",
     "drive_report",
     "duty_for",
     "export_c",
+    "export_fmeda",
     "export_fmu",
     "export_parameters",
     "identify",
@@ -120,6 +123,7 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
         "api.drawing": ("draw",),
         "api.duties": ("duty_for", "lift_lower"),
         "api.exporting": ("export_c", "export_fmu", "export_parameters"),
+        "api.fmeda_tables": ("diagnostic_coverage", "export_fmeda"),
         "api.live_plant": ("LivePlant",),
         "api.machines": ("catalogue",),
         "api.plotting": ("plot",),

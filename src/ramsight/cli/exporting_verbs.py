@@ -1,4 +1,4 @@
-"""Verbs that bring a sensor or a plant into other runtimes."""
+"""Verbs that bring a sensor or a plant into other runtimes, and what a safety analysis needs of it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import Machine, SensedUnit, named_unit
+from ramsight.cli.common import Machine, SensedUnit, named_unit, say_written
 
 Speed = Annotated[str | None, typer.Option(help="Of the control: largest velocity, for example '20 mm/s'.")]
 Force = Annotated[str | None, typer.Option(help="Of the control: largest load that is pushed against, '300 kN'.")]
@@ -134,3 +134,46 @@ def export_parameters(
 
     count = export_numbers(machine, unit, out=out, what=what)
     typer.echo(f"{out}: {count} numbers of {what} written")
+
+
+def export_fmeda(
+    machine: Machine,
+    out: Annotated[Path, typer.Option(help="The table: .csv.")],
+    unit: SensedUnit = None,
+) -> None:
+    """Write the faults of a unit's sensor with what detects them and how surely, for a safety analysis.
+
+    The shares were measured, with the lower ends of their 95 % intervals; a fault that was not measured has none. Fill
+    in failure rates, and 'ramsight fmeda' gives the diagnostic coverage.
+
+    Example: ramsight export fmeda mining-loader --unit boom --out fmeda.csv
+    """
+    unit = named_unit(machine, unit)
+    from ramsight.api.fmeda_tables import export_fmeda as export_table
+
+    typer.echo(f"{out}: {export_table(machine, unit, out=out)} faults written; failure_rate_fit is yours to fill in")
+
+
+def fmeda(
+    table: Annotated[Path, typer.Argument(help="A table of 'ramsight export fmeda' with failure rates filled in.")],
+    out: Annotated[
+        Path | None, typer.Option(help="The table with the coverage of each fault and its undetected rate: .csv.")
+    ] = None,
+) -> None:
+    """Give the diagnostic coverage that follows from a table of faults and their failure rates.
+
+    It is the mean of the shares that are detected, weighed by the failure rates: by channel, by signal and overall,
+    each with its lower end. The class is that of ISO 13849-1 for the lower end.
+
+    Example: ramsight fmeda fmeda.csv
+    """
+    from ramsight.api.fmeda_tables import diagnostic_coverage
+    from ramsight.output import check_apart, check_target, write_text
+
+    check_target(out, (".csv",))
+    check_apart({"the table": table}, {"--out": out})
+    found = diagnostic_coverage(table)
+    typer.echo(found.text)
+    if out is not None:
+        write_text(found.filled(), out)
+    say_written(out)

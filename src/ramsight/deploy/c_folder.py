@@ -93,7 +93,7 @@ def write_sensor(
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     done = write_sensor(machine.load_machine("mining-loader"), "boom", f"{folder}/boom-c", compiler="")
         ...     sorted(done.files)  # doctest: +NORMALIZE_WHITESPACE
-        ['CMakeLists.txt', 'README.md', 'card.srmd', 'description.toml', 'library.json', 'ramsight.json',
+        ['CMakeLists.txt', 'README.md', 'card.srmd', 'description.toml', 'fmeda.csv', 'library.json', 'ramsight.json',
          'ramsight_boom.c', 'ramsight_boom.h', 'ramsight_boom_compare.c', 'ramsight_boom_compare.h',
          'ramsight_boom_golden.h', 'ramsight_boom_step.h', 'ramsight_boom_step_balance.c',
          'ramsight_boom_step_contacts.c', 'ramsight_boom_step_input_check.c', 'ramsight_boom_step_results.c',
