@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 import ramsight
 from ramsight import machine
-from ramsight.deploy.diagnostic_coverage import Coverage, RatedFault, read_table
 from ramsight.deploy.credentials import Export, credentials
+from ramsight.deploy.diagnostic_coverage import Coverage, RatedFault, read_table
 from ramsight.deploy.fmeda import COLUMNS, NOT_MEASURED, REAL, VIRTUAL, fmeda_table
 from ramsight.errors import LogError
 from ramsight.plant.build import build
