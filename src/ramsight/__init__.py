@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from ramsight.api.simulating import drive_report, simulate
     from ramsight.api.simulating_many import simulate_many
     from ramsight.api.studying import Study
+    from ramsight.api.tolerance_deriving import derive_tolerance
     from ramsight.api.tracking import sensor_for, track
     from ramsight.calibration.identify_record import IdentifyError
     from ramsight.calibration.leakage import LeakTestError
@@ -90,6 +91,7 @@ __all__ = [
     "check_shared",
     "commission",
     "compare",
+    "derive_tolerance",
     "diagnostic_coverage",
     "draw",
     "drive_report",
@@ -131,6 +133,7 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
         "api.simulating": ("drive_report", "simulate"),
         "api.simulating_many": ("simulate_many",),
         "api.studying": ("Study",),
+        "api.tolerance_deriving": ("derive_tolerance",),
         "api.tracking": ("sensor_for", "track"),
         "calibration.identify_record": ("IdentifyError",),
         "calibration.leakage": ("LeakTestError",),
