@@ -18,6 +18,8 @@ from ramsight.units import RPM
 
 DESCRIPTION = "description.toml"
 """The machine; what `command` exports once more."""
+CARD = "card.srmd"
+"""What a machine reads of the export: attributes of MIC Core."""
 FMEDA = "fmeda.csv"
 """Faults of a sensor and what detects them, `ramsight.deploy.fmeda`."""
 _TRACE = "http://ssp-standard.org/SSPTraceability1"
@@ -74,7 +76,7 @@ def credentials(export: Export, content: Mapping[str, bytes]) -> dict[str, str]:
         DESCRIPTION: described,
         **table,
         "ramsight.json": json.dumps(record, indent=2) + "\n",
-        "card.srmd": card(export, record["command"]),
+        CARD: card(export, record["command"]),
     }
 
 

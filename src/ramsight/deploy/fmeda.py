@@ -20,6 +20,7 @@ from ramsight.deploy.measured_faults import (
     measured_real_faults,
     measured_set,
 )
+from ramsight.logs.channels import column_of
 from ramsight.plant.unit import HydraulicUnit, circuit
 from ramsight.sensor.comparing import Verdict
 from ramsight.sensor.detectors import COUNTER, DETECTORS, POWER, PRESSURES, SPEED, TEMPERATURE, TIME, TORQUE
@@ -142,4 +143,4 @@ def _others(unit: HydraulicUnit, further: Sequence[str], given: str) -> Iterator
     if unit.assumptions.link_angle.std > 0.0:
         yield "link_angle"
     yield from declared_temperature(unit.assumptions)
-    yield from circuit(unit).commands
+    yield from (column_of(name) for name in circuit(unit).commands)
