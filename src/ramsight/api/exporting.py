@@ -9,6 +9,7 @@ from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.fmu import WrittenFmu, write_fmu
 from ramsight.deploy.machine_parameters import write_parameters
 from ramsight.deploy.platforms import platforms_of
+from ramsight.deploy.ssp import WrittenSsp, write_ssp
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.errors import DescriptionError
 from ramsight.machine import AnyMachine, load_machine, only_unit
@@ -130,6 +131,56 @@ def export_fmu(
         described, name, out, what=what, fmi=fmi, tabled=parameters, control=driving,
         platforms=platforms_of(platforms), compiler=compiler,
     )  # fmt: skip
+
+
+def export_ssp(
+    machine: AnyMachine,
+    unit: str | None = None,
+    *,
+    out: str | Path,
+    control: bool = False,
+    fmi: int = 2,
+    platforms: str | None = None,
+    speed: str | float | None = None,
+    force: str | float | None = None,
+    period: str | float | None = None,
+    drive_delay: str | float | DriveResponse | None = None,
+    compiler: str | None = None,
+) -> WrittenSsp:
+    """Write a package (SSP 1.0) of a unit's plant and its sensor, or the control that drives it, wired together.
+
+    Args:
+        machine: a machine, its name or file.
+        unit: name of the unit; may be left out where there is only one.
+        out: the file, `.ssp`.
+        control: with the position control, which has the sensor inside, in the place of the sensor.
+        fmi: version of the FMUs: 2 or 3.
+        platforms: as `export_fmu` has it.
+        speed: of a control: as `export_fmu` has it.
+        force: of a control: as `export_fmu` has it.
+        period: of a control: as `export_fmu` has it.
+        drive_delay: of a control: as `export_fmu` has it.
+        compiler: path of the C compiler; by default the one that is found. Without one, "", FMUs have sources alone.
+
+    Returns:
+        The file, its components, and how many connections and parameters it has.
+
+    Raises:
+        DescriptionError: there is no such FMU, or the machine has several units and none is named.
+        UnknownNameError: no such machine or unit.
+        OutputError: the file cannot be written.
+
+    Example:
+        >>> import ramsight, tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     ramsight.export_ssp("mining-loader", "boom", out=f"{folder}/boom.ssp", compiler="").components
+        ('plant', 'sensor')
+    """
+    described, name = _unit_of(machine, unit)
+    driving = _driving(control, speed, force, period, drive_delay)
+    return write_ssp(
+        described, name, out, control=driving, fmi=fmi, platforms=platforms_of(platforms), compiler=compiler
+    )
 
 
 def export_parameters(machine: AnyMachine, unit: str | None = None, *, out: str | Path, what: str = "sensor") -> int:

@@ -15,6 +15,12 @@ Delay = Annotated[
     str | None,
     typer.Option(help="Of the control: by which the drive is late, with commands and with reports each, '40 ms'."),
 ]
+Platforms = Annotated[
+    str | None,
+    typer.Option(
+        help="Binaries for linux64, linux-aarch64, win64, darwin64, darwin-arm64; all; none. Default: this machine."
+    ),
+]
 Period = Annotated[str | None, typer.Option(help="Of the control: time between its steps; by default 20 ms.")]
 
 
@@ -77,12 +83,7 @@ def export_fmu(
         bool,
         typer.Option("--parameters", help="Of a sensor: the machine's numbers are parameters, for a kind of machines."),
     ] = False,
-    platforms: Annotated[
-        str | None,
-        typer.Option(
-            help="Binaries for linux64, linux-aarch64, win64, darwin64, darwin-arm64; all; none. Default: this machine."
-        ),
-    ] = None,
+    platforms: Platforms = None,
     speed: Speed = None,
     force: Force = None,
     period: Period = None,
@@ -115,6 +116,39 @@ def export_fmu(
     lacking = "sources alone" if platforms else "sources alone: no C compiler was found"
     binary = f"sources and a binary for {', '.join(done.binaries)}" if done.binaries else lacking
     typer.echo(f"{out}: written; FMI {fmi}.0 co-simulation, {done.variables} variables, {binary}")
+
+
+def export_ssp(
+    machine: Machine,
+    out: Annotated[Path, typer.Option(help="The package: .ssp.")],
+    unit: SensedUnit = None,
+    control: Annotated[
+        bool, typer.Option("--control", help="With the position control, which drives the plant.")
+    ] = False,
+    fmi: Annotated[int, typer.Option(help="Version of the FMUs: 2 or 3.")] = 2,
+    platforms: Platforms = None,
+    speed: Speed = None,
+    force: Force = None,
+    period: Period = None,
+    drive_delay: Delay = None,
+) -> None:
+    """Write a package of a unit's plant and its sensor as FMUs that are wired together, with their parameters.
+
+    The sensor gets what the plant's drive reports. With a control it is the control that turns the motor, by the sensor
+    inside it. System structure and parameter set are those of SSP 1.0.
+
+    Example: ramsight export ssp mining-loader --unit boom --out boom.ssp
+    """
+    unit = named_unit(machine, unit)
+    from ramsight.api.exporting import export_ssp as export_package
+    from ramsight.progress import progress
+
+    driving = {"speed": speed, "force": force, "period": period, "drive_delay": drive_delay}
+    with progress(1.0, "exporting"):  # one step, whose progress is unknown
+        done = export_package(machine, unit, out=out, control=control, fmi=fmi, platforms=platforms, **driving)
+    binary = f"binaries for {', '.join(done.binaries)}" if done.binaries else "sources alone"
+    held = f"{done.connections} connections, {done.parameters} parameters, {binary}"
+    typer.echo(f"{out}: written; {' and '.join(done.components)}, {held}")
 
 
 def export_parameters(
