@@ -150,7 +150,7 @@ def make_fmu(
         binaries(files, identifier, fmi, platforms) if platforms is not None else _own(files, identifier, fmi, compiler)
     )
     content |= built_for
-    given = experiment_of(built, what)
+    given = experiment_of(built, what, model.sensor)
     own_names = (DESCRIPTION, CARD, *(() if what == "plant" else (FMEDA,)))
     related = reference_files(given, identifier, own_names)
     content |= {name: text.encode() for name, text in related.items()}

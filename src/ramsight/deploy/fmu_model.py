@@ -29,7 +29,7 @@ from ramsight.sensor.kalman import kalman
 from ramsight.sensor.quantity import FACTOR_OF
 from ramsight.sensor.sample import MEASURED
 from ramsight.sensor.thresholds import START_STD
-from ramsight.sensor.virtual_sensor import REFERENCED_NOW, VARIANCE
+from ramsight.sensor.virtual_sensor import REFERENCED_NOW, VARIANCE, VirtualSensor
 
 _T0 = 313.15  # K
 ACTUAL_SPEED = "motor_speed_actual"
@@ -47,6 +47,7 @@ class FmuModel:
         description: a line of text.
         step: a usual communication step [s].
         linear: whether inputs may have slopes.
+        sensor: that it is made of, if it is one's.
     """
 
     variables: tuple[Variable, ...]
@@ -55,6 +56,7 @@ class FmuModel:
     description: str
     step: float
     linear: bool
+    sensor: VirtualSensor | None = None
 
     @property
     def counts(self) -> dict[str, int]:
@@ -160,6 +162,7 @@ def sensor_model(
         f"Virtual position sensor{behind.title if behind else ''} of the {unit.name} of {machine}",
         behind.period if behind else PERIOD,
         linear=False,
+        sensor=sensor,
     )
 
 

@@ -26,7 +26,7 @@ from ramsight.plant.unit import HydraulicUnit, circuit
 from ramsight.sensor.comparing import TIME_TO_ALERT, TOLERANCE, Comparison, verdicts
 from ramsight.sensor.kalman import kalman
 from ramsight.sensor.thresholds import START_STD
-from ramsight.sensor.virtual_sensor import BOUND
+from ramsight.sensor.virtual_sensor import BOUND, VirtualSensor
 
 Array = NDArray[np.float64]
 
@@ -66,21 +66,21 @@ class Experiment:
     tolerance: float
 
 
-def experiment_of(unit: HydraulicUnit, what: str) -> Experiment | None:
+def experiment_of(unit: HydraulicUnit, what: str, sensor: VirtualSensor | None = None) -> Experiment | None:
     """The experiment of an FMU; None of a control, and of a plant with commanded parts, whose inputs are not all.
 
     Args:
         unit: its parts.
         what: ``sensor``, ``compare``, ``control`` or ``plant``.
+        sensor: the `kalman` sensor of the unit, if it is made already.
     """
     if what == "plant":
         return None if circuit(unit).commands else _of_plant(unit)
-    return None if what == "control" else _of_sensor(unit, compared=what == "compare")
+    return None if what == "control" else _of_sensor(unit, sensor or kalman(unit), compared=what == "compare")
 
 
-def _of_sensor(unit: HydraulicUnit, *, compared: bool) -> Experiment:
+def _of_sensor(unit: HydraulicUnit, sensor: VirtualSensor, *, compared: bool) -> Experiment:
     """A work day without faults; beside a real sensor that agrees for half of it and then says nothing."""
-    sensor = kalman(unit)
     rows, start = faulty_day(unit, duration=_TIME + 5.0, every=None, seed=1, further=sensor.further)
     rows = rows[rows[:, 0] <= _TIME + 1e-9]
     rows[0, _REFERENCE] = start
