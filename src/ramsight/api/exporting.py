@@ -9,6 +9,7 @@ from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.fmu import WrittenFmu, write_fmu
 from ramsight.deploy.machine_parameters import write_parameters
 from ramsight.deploy.platforms import platforms_of
+from ramsight.deploy.profiles import profile_of
 from ramsight.deploy.ssp import WrittenSsp, write_ssp
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.errors import DescriptionError
@@ -30,6 +31,7 @@ def export_c(
     force: str | float | None = None,
     period: str | float | None = None,
     drive_delay: str | float | DriveResponse | None = None,
+    profile: str = "kalman",
     measure: bool = False,
     compiler: str | None = None,
     progress: bool = False,
@@ -49,6 +51,7 @@ def export_c(
         period: of the control's samples [s]; by default 20 ms.
         drive_delay: by which the drive is late, with commands and with reports each [s], or all that is declared of it;
             by default it follows at once. The control stops a drive that does otherwise.
+        profile: what the sensor weighs: ``kalman``, or ``kalman-small`` for fewer operations (docs/export.md).
         measure: compile and run it in both precisions, for speed and for size; by default once, as it is exported.
         compiler: path of the C compiler that measures it; by default the one that is found, "" for none.
         progress: show a bar on a terminal if it takes long.
@@ -73,7 +76,7 @@ def export_c(
     with advancing(STEPS, "exporting", shown=progress) as advance:
         return write_sensor(
             described, name, out, single=single, tabled=parameters, control=driving,
-            measure=measure, compiler=compiler, advance=advance,
+            profile=profile_of(profile), measure=measure, compiler=compiler, advance=advance,
         )  # fmt: skip
 
 

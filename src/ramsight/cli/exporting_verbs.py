@@ -37,6 +37,9 @@ def export_c(
     force: Force = None,
     period: Period = None,
     drive_delay: Delay = None,
+    profile: Annotated[
+        str, typer.Option(help="What the sensor weighs: kalman, or kalman-small for fewer operations.")
+    ] = "kalman",
     measure: Annotated[
         bool,
         typer.Option("--measure", help="Sizes and times in both precisions, for speed and for size; half a minute."),
@@ -57,7 +60,7 @@ def export_c(
     driving = {"speed": speed, "force": force, "period": period, "drive_delay": drive_delay}
     done = export_unit(
         machine, unit, out=out, single=single, parameters=parameters, control=control,
-        measure=measure, **driving, progress=True,
+        profile=profile, measure=measure, **driving, progress=True,
     )  # fmt: skip
     typer.echo(
         shown(done.footprints) if done.footprints else "no C compiler was found: nothing was compiled or measured"
