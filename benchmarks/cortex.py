@@ -18,12 +18,19 @@ from pathlib import Path
 
 from ramsight import machine
 from ramsight.deploy.c_folder import write_sensor
+from ramsight.deploy.c_step import identifier_of
 from ramsight.deploy.compiler import bodies, compile_files, run, version
+from ramsight.deploy.profiles import Profile
 
 HERE = Path(__file__).parent / "cortex"
 GCC, SIZE, QEMU = "arm-none-eabi-gcc", "arm-none-eabi-size", "qemu-system-arm"
 UNIT, PREFIX = "boom", "ramsight_boom"
 LEVEL = "-Os"
+PROFILES = {
+    "kalman": (Profile.KALMAN, None),
+    "kalman-small, sure ends": (Profile.KALMAN_SMALL, 1e-6),
+}
+"""Profiles, and the chance of an end that is elsewhere; None for the machine's own."""
 _START_FILES = ("crti.o", "rdimon-crt0.o", "crtn.o")
 
 
@@ -98,12 +105,36 @@ def table(found: dict[str, dict[str, int]]) -> list[str]:
     return rows
 
 
-def renew(page: Path, found: dict[str, dict[str, int]]) -> None:
-    """Put the table into its page."""
-    begin, end = "<!-- cortex -->\n", "<!-- end of cortex -->"
+def written(words: str, folder: Path) -> Path:
+    """The sensor of a profile in a folder, of a machine whose ends are as sure as `PROFILES` has them."""
+    profile, undeclared = PROFILES[words]
+    loader = machine.load_machine("mining-loader")
+    unit = loader.unit(UNIT)
+    assumed = unit.assumptions.replace({"stops.undeclared": undeclared or unit.assumptions.stops.undeclared})
+    sure = loader.model_copy(update={"units": {**loader.units, UNIT: unit.model_copy(update={"assumptions": assumed})}})
+    out = folder / identifier_of(words)
+    write_sensor(sure, UNIT, out, profile=profile, compiler="")
+    return out
+
+
+def profile_table(found: dict[str, dict[str, int]]) -> list[str]:
+    """Profiles in floats on a Cortex-M4F."""
+    rows = [
+        "| profile | code and constants | stack | state | saved | instructions of a step, mean | most |",
+        "|---" * 7 + "|",
+    ]
+    return [
+        *rows,
+        *(f"| {name} | " + " | ".join(str(value) for value in one.values()) + " |" for name, one in found.items()),
+    ]
+
+
+def renew(page: Path, mark: str, rows: list[str]) -> None:
+    """Put a table into its page."""
+    begin, end = f"<!-- {mark} -->\n", f"<!-- end of {mark} -->"
     before, _, rest = page.read_text(encoding="utf-8").partition(begin)
     _, _, after = rest.partition(end)
-    page.write_text(f"{before}{begin}\n" + "\n".join(table(found)) + f"\n\n{end}{after}", encoding="utf-8")
+    page.write_text(f"{before}{begin}\n" + "\n".join(rows) + f"\n\n{end}{after}", encoding="utf-8")
 
 
 def main() -> None:
@@ -119,11 +150,15 @@ def main() -> None:
         folder = Path(name) / "sensor"
         write_sensor(machine.load_machine("mining-loader"), UNIT, folder, compiler="")
         found = {core.name: measured(core, folder) for core in CORES}
+        smaller = {words: measured(CORES[0], written(words, Path(name))) for words in PROFILES}
     results = json.loads(options.out.read_text()) if options.out.exists() else {}
     results |= {"cortex_compiler": version(GCC), "cortex_emulator": version(QEMU), "cortex": found}
+    results["cortex_profiles"] = smaller
     options.out.write_text(json.dumps(results, indent=1) + "\n")
-    renew(HERE.parents[1] / "docs" / "export.md", found)
-    print("\n".join(table(found)))
+    page = HERE.parents[1] / "docs" / "export.md"
+    renew(page, "cortex", table(found))
+    renew(page, "cortex_profiles", profile_table(smaller))
+    print("\n".join([*table(found), *profile_table(smaller)]))
 
 
 if __name__ == "__main__":

@@ -14,11 +14,13 @@ import bounds
 import commissioned
 import drive_control
 import effects
+import fmeda
 import in_service
 import leak_learning
 import loader_control
 import loop_response
 import named_faults
+import profiles
 import real_machine
 import second_channel
 import tuned_sensor
@@ -41,6 +43,7 @@ PAGE, CONTROL_PAGE, PLANT_PAGE, VALIDATION_PAGE, INTEGRITY_PAGE, SAFETY_PAGE, LO
     for name in ("kalman", "control", "plant", "validation", "integrity", "safety", "loader", "identify")
 )
 COMMISSIONING_PAGE = ROOT / "docs" / "commissioning.md"
+EXPORT_PAGE = ROOT / "docs" / "export.md"
 THRESHOLDS_PAGE = ROOT / "docs" / "thresholds.md"
 THRESHOLDS = {
     "sensor_thresholds": sensor_thresholds,
@@ -237,6 +240,8 @@ def main() -> None:
     put(INTEGRITY_PAGE, integrity | fixed)
     put(THRESHOLDS_PAGE, {name: constant_table(table).splitlines() for name, table in THRESHOLDS.items()})
     put(SAFETY_PAGE, {"second_channel": second_channel.table(found["second_channel"])})
+    put(EXPORT_PAGE, {"profiles": profiles.table(found["profiles"])})
+    fmeda.renew(found)
     put(LOADER_PAGE, {name: table(found["loader_control"]) for name, table in LOADER_TABLES.items()})
     put(CONTROL_PAGE, {name: table(found[study]) for name, (study, table) in CONTROL_TABLES.items()})
 

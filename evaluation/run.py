@@ -25,6 +25,7 @@ import leak_learning
 import loader_control
 import loop_response
 import named_faults
+import profiles
 import quadrants
 import real_machine
 import real_oil
@@ -71,6 +72,11 @@ STUDIES = {
         "machines drawn",
         lambda given: given.machines * len(structure.CIRCUITS) * len(structure.LAWS),
         lambda given, advance: structure.study(given.machines, advance),
+    ),
+    "profiles": Study(
+        "profiles of exports",
+        lambda given: len(profiles.PROFILES),
+        lambda given, advance: profiles.study(10, advance),
     ),
     "real_oil": Study("real oil", lambda given: 1, lambda given, advance: real_oil.study(given.data / _OIL)),
     "identify": Study(

@@ -14,6 +14,7 @@ import numpy as np
 from ramsight.calibration import identify as identification
 from ramsight.deploy import c_sensor
 from ramsight.sensor import kalman as pipe
+from ramsight.sensor.hypothesis import KINDS
 
 _GRAPHS, _SOURCES, _FOUND = 24, 12, 12  # that are kept; a graph takes about 10 MB
 _make, _write, _find = pipe.kalman, c_sensor.sensor_source, identification.identify
@@ -21,8 +22,8 @@ _made = lru_cache(maxsize=_GRAPHS)(_make)
 
 
 @wraps(_make)
-def _kalman(unit, assumptions=None):
-    known = _made(unit, assumptions or unit.assumptions)
+def _kalman(unit, assumptions=None, kinds=KINDS):
+    known = _made(unit, assumptions or unit.assumptions, tuple(kinds))
     return replace(known, parameters=known.parameters.copy(), initial=known.initial.copy(), units=dict(known.units))
 
 

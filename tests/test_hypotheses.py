@@ -20,7 +20,7 @@ from ramsight.sensor.bank_state import LEARNT as LEARNT_QUANTITIES
 from ramsight.sensor.bank_state import BankState, StartOfPosition
 from ramsight.sensor.covariance import Covariance
 from ramsight.sensor.hypothesis import BOUNDS as BOUNDS_OF
-from ramsight.sensor.hypothesis import Kind, covariance_of, state_of
+from ramsight.sensor.hypothesis import KINDS, Kind, covariance_of, state_of
 from ramsight.sensor.measurement import Measurement, TorqueEvidence
 from ramsight.sensor.normal_tail import upper_quantile
 from ramsight.sensor.pressing import PressState
@@ -78,7 +78,7 @@ def state_name(name):
 class Model:
     """What the bank asks of a machine model."""
 
-    stroke, assumed = STROKE, Assumptions()
+    stroke, assumed, kinds = STROKE, Assumptions(), KINDS
 
 
 class Bank:

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from ramsight.api.commissioning import commission
     from ramsight.api.drawing import draw
     from ramsight.api.duties import duty_for, lift_lower
-    from ramsight.api.exporting import export_c, export_fmu, export_parameters
+    from ramsight.api.exporting import export_c, export_fmu, export_parameters, export_ssp
+    from ramsight.api.fmeda_tables import diagnostic_coverage, export_fmeda
     from ramsight.api.live_plant import LivePlant
     from ramsight.api.machines import catalogue
     from ramsight.api.plotting import plot
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from ramsight.api.simulating import drive_report, simulate
     from ramsight.api.simulating_many import simulate_many
     from ramsight.api.studying import Study
+    from ramsight.api.tolerance_deriving import derive_tolerance
     from ramsight.api.tracking import sensor_for, track
     from ramsight.calibration.identify_record import IdentifyError
     from ramsight.calibration.leakage import LeakTestError
@@ -89,12 +91,16 @@ __all__ = [
     "check_shared",
     "commission",
     "compare",
+    "derive_tolerance",
+    "diagnostic_coverage",
     "draw",
     "drive_report",
     "duty_for",
     "export_c",
+    "export_fmeda",
     "export_fmu",
     "export_parameters",
+    "export_ssp",
     "identify",
     "identify_values",
     "leak_test",
@@ -119,7 +125,8 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
         "api.shared_reports": ("check_shared",),
         "api.drawing": ("draw",),
         "api.duties": ("duty_for", "lift_lower"),
-        "api.exporting": ("export_c", "export_fmu", "export_parameters"),
+        "api.exporting": ("export_c", "export_fmu", "export_parameters", "export_ssp"),
+        "api.fmeda_tables": ("diagnostic_coverage", "export_fmeda"),
         "api.live_plant": ("LivePlant",),
         "api.machines": ("catalogue",),
         "api.plotting": ("plot",),
@@ -127,6 +134,7 @@ if not TYPE_CHECKING:  # so that a type checker sees the imports above, and know
         "api.simulating": ("drive_report", "simulate"),
         "api.simulating_many": ("simulate_many",),
         "api.studying": ("Study",),
+        "api.tolerance_deriving": ("derive_tolerance",),
         "api.tracking": ("sensor_for", "track"),
         "calibration.identify_record": ("IdentifyError",),
         "calibration.leakage": ("LeakTestError",),

@@ -9,6 +9,8 @@ from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.fmu import WrittenFmu, write_fmu
 from ramsight.deploy.machine_parameters import write_parameters
 from ramsight.deploy.platforms import platforms_of
+from ramsight.deploy.profiles import profile_of
+from ramsight.deploy.ssp import WrittenSsp, write_ssp
 from ramsight.duty.drive_response import IDEAL, DriveResponse
 from ramsight.errors import DescriptionError
 from ramsight.machine import AnyMachine, load_machine, only_unit
@@ -29,6 +31,7 @@ def export_c(
     force: str | float | None = None,
     period: str | float | None = None,
     drive_delay: str | float | DriveResponse | None = None,
+    profile: str = "kalman",
     measure: bool = False,
     compiler: str | None = None,
     progress: bool = False,
@@ -48,6 +51,7 @@ def export_c(
         period: of the control's samples [s]; by default 20 ms.
         drive_delay: by which the drive is late, with commands and with reports each [s], or all that is declared of it;
             by default it follows at once. The control stops a drive that does otherwise.
+        profile: what the sensor weighs: ``kalman``, or ``kalman-small`` for fewer operations (docs/export.md).
         measure: compile and run it in both precisions, for speed and for size; by default once, as it is exported.
         compiler: path of the C compiler that measures it; by default the one that is found, "" for none.
         progress: show a bar on a terminal if it takes long.
@@ -72,7 +76,7 @@ def export_c(
     with advancing(STEPS, "exporting", shown=progress) as advance:
         return write_sensor(
             described, name, out, single=single, tabled=parameters, control=driving,
-            measure=measure, compiler=compiler, advance=advance,
+            profile=profile_of(profile), measure=measure, compiler=compiler, advance=advance,
         )  # fmt: skip
 
 
@@ -130,6 +134,56 @@ def export_fmu(
         described, name, out, what=what, fmi=fmi, tabled=parameters, control=driving,
         platforms=platforms_of(platforms), compiler=compiler,
     )  # fmt: skip
+
+
+def export_ssp(
+    machine: AnyMachine,
+    unit: str | None = None,
+    *,
+    out: str | Path,
+    control: bool = False,
+    fmi: int = 2,
+    platforms: str | None = None,
+    speed: str | float | None = None,
+    force: str | float | None = None,
+    period: str | float | None = None,
+    drive_delay: str | float | DriveResponse | None = None,
+    compiler: str | None = None,
+) -> WrittenSsp:
+    """Write a package (SSP 1.0) of a unit's plant and its sensor, or the control that drives it, wired together.
+
+    Args:
+        machine: a machine, its name or file.
+        unit: name of the unit; may be left out where there is only one.
+        out: the file, `.ssp`.
+        control: with the position control, which has the sensor inside, in the place of the sensor.
+        fmi: version of the FMUs: 2 or 3.
+        platforms: as `export_fmu` has it.
+        speed: of a control: as `export_fmu` has it.
+        force: of a control: as `export_fmu` has it.
+        period: of a control: as `export_fmu` has it.
+        drive_delay: of a control: as `export_fmu` has it.
+        compiler: path of the C compiler; by default the one that is found. Without one, "", FMUs have sources alone.
+
+    Returns:
+        The file, its components, and how many connections and parameters it has.
+
+    Raises:
+        DescriptionError: there is no such FMU, or the machine has several units and none is named.
+        UnknownNameError: no such machine or unit.
+        OutputError: the file cannot be written.
+
+    Example:
+        >>> import ramsight, tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     ramsight.export_ssp("mining-loader", "boom", out=f"{folder}/boom.ssp", compiler="").components
+        ('plant', 'sensor')
+    """
+    described, name = _unit_of(machine, unit)
+    driving = _driving(control, speed, force, period, drive_delay)
+    return write_ssp(
+        described, name, out, control=driving, fmi=fmi, platforms=platforms_of(platforms), compiler=compiler
+    )
 
 
 def export_parameters(machine: AnyMachine, unit: str | None = None, *, out: str | Path, what: str = "sensor") -> int:

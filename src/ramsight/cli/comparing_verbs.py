@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import DrivenUnit, Machine, Strict, named_unit, say_written
+from ramsight.cli.common import DrivenUnit, Machine, Strict, named_unit, say_verdicts, say_written
 from ramsight.cli.strictness import strictly
 
 
@@ -17,9 +17,23 @@ def compare(
         Path,
         typer.Argument(help="Drive log: CSV, Parquet, MF4, MCAP, TDMS, MATLAB, Excel or CAN frames, by its suffix."),
     ],
-    other: Annotated[Path, typer.Argument(help="What the real sensor says: time_s and position_m, .csv or .csv.gz.")],
+    other: Annotated[
+        Path | None,
+        typer.Argument(help="What the real sensor says: time_s and position_m, .csv or .csv.gz; not needed with --dc."),
+    ] = None,
     unit: DrivenUnit = None,
-    tolerance: Annotated[str, typer.Option(help="Of the real sensor, by its data sheet and mounting.")] = "2 mm",
+    tolerance: Annotated[
+        str | None, typer.Option(help="Of the real sensor, by its data sheet and mounting [default: 2 mm].")
+    ] = None,
+    dc: Annotated[
+        str | None, typer.Option("--dc", help='Derive the tolerance: share of errors that is to be found, "90 %".')
+    ] = None,
+    false_alarms: Annotated[str | None, typer.Option(help='With --dc: false alerts accepted, "1e-5/h".')] = None,
+    other_std: Annotated[
+        str | None, typer.Option(help="With --dc: standard deviation of all that the real sensor may be off by.")
+    ] = None,
+    drift: Annotated[str | None, typer.Option(help="With --dc: size of an error of either sensor that stays.")] = None,
+    within: Annotated[str, typer.Option(help="With --dc: time in which it is to be found.")] = "0 s",
     time_to_alert: Annotated[str, typer.Option(help="For which both have to be apart.")] = "0.2 s",
     start: Annotated[str | None, typer.Option(help='Piston position at the first sample: "100 mm".')] = None,
     channel_map: Annotated[
@@ -35,17 +49,38 @@ def compare(
     time to alert one is wrong: the real one where it stands, leaps or leaves the stroke while the piston cannot have;
     the virtual one where its own status is not ok; else nothing tells. Also how the real one drifts.
 
+    With --dc the tolerance is derived from how far both sensors may be off: the smallest one with few enough false
+    alerts. If it does not find as many errors as asked, the exit code is 1, and what would be possible is listed.
+
     Example: ramsight compare mining-loader log.csv rod.csv --unit boom --tolerance "1 mm" --figure both.png
+    Example: ramsight compare press log.csv --dc "90 %" --false-alarms "1e-5/h" --other-std "0.3 mm" --drift "20 mm"
     """
     unit = named_unit(machine, unit)
+    asked = {"--dc": dc, "--false-alarms": false_alarms, "--other-std": other_std, "--drift": drift}
+    _check_asked(asked, other, tolerance, {"--out": out, "--figure": figure})
     from ramsight.api.second_channel import compare as compared
     from ramsight.output import check_apart, check_installed, check_target
+    from ramsight.sensor.comparing import TOLERANCE
     from ramsight.tracking.compared_figure import compared_figure, write_compared
 
     check_target(out, (".csv", ".csv.gz", ".parquet"))
     if out is not None:
         check_installed(out)
     check_target(figure, (".png", ".svg", ".pdf"))
+    if dc is not None and false_alarms is not None and other_std is not None and drift is not None:
+        from ramsight.api.tolerance_deriving import derive_tolerance
+
+        with strictly(is_strict=strict):
+            derived = derive_tolerance(
+                machine, log, unit=unit, dc=dc, false_alarms=false_alarms, other_std=other_std, drift=drift,
+                within=within, time_to_alert=time_to_alert, start=start, channel_map=channel_map, progress=True,
+            )  # fmt: skip
+        say_verdicts(derived.text)
+        if derived.tolerance is None:
+            raise typer.Exit(1)
+        tolerance = f"{1e3 * derived.tolerance:.2f} mm"
+    if other is None:
+        return
     read: dict[str, str | Path | None] = {"the machine": machine, "the log": log, "the other": other}
     check_apart(read | {"--map": channel_map}, {"--out": out, "--figure": figure})
     with strictly(is_strict=strict):
@@ -54,7 +89,7 @@ def compare(
             log,
             other,
             unit=unit,
-            tolerance=tolerance,
+            tolerance=tolerance or TOLERANCE,
             time_to_alert=time_to_alert,
             start=start,
             channel_map=channel_map,
@@ -66,3 +101,26 @@ def compare(
             compared_figure(found.track, f"{machine}, {unit}: {other.name}", figure)
         typer.echo(found.text)
         say_written(out, figure)
+
+
+def _check_asked(
+    asked: dict[str, str | None], other: Path | None, tolerance: str | None, results: dict[str, Path | None]
+) -> None:
+    """Refuse options that do not go together.
+
+    Raises:
+        DescriptionError: some of `asked` are missing beside others, or there is no sensor to compare with.
+    """
+    from ramsight.errors import DescriptionError
+
+    passed = [name for name, value in asked.items() if value is not None]
+    missing = [name for name, value in asked.items() if value is None]
+    if passed and missing:
+        raise DescriptionError(f"needs {', '.join(missing)} beside it", key=passed[0], value=asked[passed[0]])
+    if passed and tolerance is not None:
+        raise DescriptionError("is derived with --dc: pass one of them", key="--tolerance", value=tolerance)
+    if other is None and not passed:
+        raise DescriptionError("what the real sensor says is missing: a file, or --dc to derive a tolerance alone")
+    for name, path in results.items():
+        if other is None and path is not None:
+            raise DescriptionError("needs what the real sensor says", key=name, value=str(path))

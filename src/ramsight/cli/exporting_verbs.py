@@ -1,4 +1,4 @@
-"""Verbs that bring a sensor or a plant into other runtimes."""
+"""Verbs that bring a sensor or a plant into other runtimes, and what a safety analysis needs of it."""
 
 from __future__ import annotations
 
@@ -7,13 +7,19 @@ from typing import Annotated
 
 import typer
 
-from ramsight.cli.common import Machine, SensedUnit, named_unit
+from ramsight.cli.common import Machine, SensedUnit, named_unit, say_written
 
 Speed = Annotated[str | None, typer.Option(help="Of the control: largest velocity, for example '20 mm/s'.")]
 Force = Annotated[str | None, typer.Option(help="Of the control: largest load that is pushed against, '300 kN'.")]
 Delay = Annotated[
     str | None,
     typer.Option(help="Of the control: by which the drive is late, with commands and with reports each, '40 ms'."),
+]
+Platforms = Annotated[
+    str | None,
+    typer.Option(
+        help="Binaries for linux64, linux-aarch64, win64, darwin64, darwin-arm64; all; none. Default: this machine."
+    ),
 ]
 Period = Annotated[str | None, typer.Option(help="Of the control: time between its steps; by default 20 ms.")]
 
@@ -31,6 +37,9 @@ def export_c(
     force: Force = None,
     period: Period = None,
     drive_delay: Delay = None,
+    profile: Annotated[
+        str, typer.Option(help="What the sensor weighs: kalman, or kalman-small for fewer operations.")
+    ] = "kalman",
     measure: Annotated[
         bool,
         typer.Option("--measure", help="Sizes and times in both precisions, for speed and for size; half a minute."),
@@ -51,7 +60,7 @@ def export_c(
     driving = {"speed": speed, "force": force, "period": period, "drive_delay": drive_delay}
     done = export_unit(
         machine, unit, out=out, single=single, parameters=parameters, control=control,
-        measure=measure, **driving, progress=True,
+        profile=profile, measure=measure, **driving, progress=True,
     )  # fmt: skip
     typer.echo(
         shown(done.footprints) if done.footprints else "no C compiler was found: nothing was compiled or measured"
@@ -77,12 +86,7 @@ def export_fmu(
         bool,
         typer.Option("--parameters", help="Of a sensor: the machine's numbers are parameters, for a kind of machines."),
     ] = False,
-    platforms: Annotated[
-        str | None,
-        typer.Option(
-            help="Binaries for linux64, linux-aarch64, win64, darwin64, darwin-arm64; all; none. Default: this machine."
-        ),
-    ] = None,
+    platforms: Platforms = None,
     speed: Speed = None,
     force: Force = None,
     period: Period = None,
@@ -117,6 +121,39 @@ def export_fmu(
     typer.echo(f"{out}: written; FMI {fmi}.0 co-simulation, {done.variables} variables, {binary}")
 
 
+def export_ssp(
+    machine: Machine,
+    out: Annotated[Path, typer.Option(help="The package: .ssp.")],
+    unit: SensedUnit = None,
+    control: Annotated[
+        bool, typer.Option("--control", help="With the position control, which drives the plant.")
+    ] = False,
+    fmi: Annotated[int, typer.Option(help="Version of the FMUs: 2 or 3.")] = 2,
+    platforms: Platforms = None,
+    speed: Speed = None,
+    force: Force = None,
+    period: Period = None,
+    drive_delay: Delay = None,
+) -> None:
+    """Write a package of a unit's plant and its sensor as FMUs that are wired together, with their parameters.
+
+    The sensor gets what the plant's drive reports. With a control it is the control that turns the motor, by the sensor
+    inside it. System structure and parameter set are those of SSP 1.0.
+
+    Example: ramsight export ssp mining-loader --unit boom --out boom.ssp
+    """
+    unit = named_unit(machine, unit)
+    from ramsight.api.exporting import export_ssp as export_package
+    from ramsight.progress import progress
+
+    driving = {"speed": speed, "force": force, "period": period, "drive_delay": drive_delay}
+    with progress(1.0, "exporting"):  # one step, whose progress is unknown
+        done = export_package(machine, unit, out=out, control=control, fmi=fmi, platforms=platforms, **driving)
+    binary = f"binaries for {', '.join(done.binaries)}" if done.binaries else "sources alone"
+    held = f"{done.connections} connections, {done.parameters} parameters, {binary}"
+    typer.echo(f"{out}: written; {' and '.join(done.components)}, {held}")
+
+
 def export_parameters(
     machine: Machine,
     unit: Annotated[str, typer.Option(help="The unit, the same as of the export.")],
@@ -134,3 +171,46 @@ def export_parameters(
 
     count = export_numbers(machine, unit, out=out, what=what)
     typer.echo(f"{out}: {count} numbers of {what} written")
+
+
+def export_fmeda(
+    machine: Machine,
+    out: Annotated[Path, typer.Option(help="The table: .csv.")],
+    unit: SensedUnit = None,
+) -> None:
+    """Write the faults of a unit's sensor with what detects them and how surely, for a safety analysis.
+
+    The shares were measured, with the lower ends of their 95 % intervals; a fault that was not measured has none. Fill
+    in failure rates, and 'ramsight fmeda' gives the diagnostic coverage.
+
+    Example: ramsight export fmeda mining-loader --unit boom --out fmeda.csv
+    """
+    unit = named_unit(machine, unit)
+    from ramsight.api.fmeda_tables import export_fmeda as export_table
+
+    typer.echo(f"{out}: {export_table(machine, unit, out=out)} faults written; failure_rate_fit is yours to fill in")
+
+
+def fmeda(
+    table: Annotated[Path, typer.Argument(help="A table of 'ramsight export fmeda' with failure rates filled in.")],
+    out: Annotated[
+        Path | None, typer.Option(help="The table with the coverage of each fault and its undetected rate: .csv.")
+    ] = None,
+) -> None:
+    """Give the diagnostic coverage that follows from a table of faults and their failure rates.
+
+    It is the mean of the shares that are detected, weighed by the failure rates: by channel, by signal and overall,
+    each with its lower end. The class is that of ISO 13849-1 for the lower end.
+
+    Example: ramsight fmeda fmeda.csv
+    """
+    from ramsight.api.fmeda_tables import diagnostic_coverage
+    from ramsight.output import check_apart, check_target, write_text
+
+    check_target(out, (".csv",))
+    check_apart({"the table": table}, {"--out": out})
+    found = diagnostic_coverage(table)
+    typer.echo(found.text)
+    if out is not None:
+        write_text(found.filled(), out)
+    say_written(out)

@@ -111,7 +111,7 @@ SECTIONS: dict[str, tuple[Callable[..., Any], ...]] = {
         calibration_verbs.calibrate,
         commissioning_verbs.commission,
     ),
-    "Deploy": (bus_verbs.encoder,),
+    "Deploy": (bus_verbs.encoder, exporting_verbs.fmeda),
     "Look on": (demonstration_verbs.demo, studio_verbs.studio),
 }
 """Verbs by what they are for, as the help lists them; groups of verbs join theirs in `GROUPS`."""
@@ -136,5 +136,7 @@ app.add_typer(logs, name="logs")
 export = group(no_args_is_help=True, help="Into a control unit and into a simulator.")
 offer(export, exporting_verbs.export_c, "c")
 offer(export, exporting_verbs.export_fmu, "fmu")
+offer(export, exporting_verbs.export_ssp, "ssp")
 offer(export, exporting_verbs.export_parameters, "parameters")
+offer(export, exporting_verbs.export_fmeda, "fmeda")
 app.add_typer(export, name="export")

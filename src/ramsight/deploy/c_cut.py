@@ -122,11 +122,14 @@ def cut(name: str, items: Iterable[Line | Fork], longest: int = LONGEST) -> Part
 def _runs(lines: Iterable[Line], longest: int) -> Iterator[list[Line]]:
     """Lines of one function after the other."""
     run: list[Line] = []
+    length = 0
     for line in lines:
-        if run and (line.each != run[0].each or _length(run) + _length([line]) > longest):
+        more = _length([line])
+        if run and (line.each != run[0].each or length + more > longest):
             yield run
-            run = []
+            run, length = [], 0
         run.append(line)
+        length += more
     if run:
         yield run
 

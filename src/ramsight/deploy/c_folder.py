@@ -21,6 +21,7 @@ from ramsight.deploy.compiler import ControlFootprint, Footprint, control_footpr
 from ramsight.deploy.control_options import ControlOptions
 from ramsight.deploy.credentials import Export, credentials
 from ramsight.deploy.golden import SAMPLES, faulty_day
+from ramsight.deploy.profiles import Profile
 from ramsight.engine.recursion import replay
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
@@ -64,6 +65,7 @@ def write_sensor(
     single: bool = False,
     tabled: bool = False,
     control: ControlOptions | None = None,
+    profile: Profile = Profile.KALMAN,
     measure: bool = False,
     compiler: str | None = None,
     advance: Callable[[int], object] = lambda count: None,
@@ -78,12 +80,13 @@ def write_sensor(
         tabled: the machine's numbers are a table that the sensor is handed; those of another machine by
             `write_parameters`.
         control: write a position control beside the sensor, driving so.
+        profile: what the sensor weighs.
         measure: compile and run it in both precisions, for speed and for size; by default once, as it is exported.
         compiler: path of the C compiler that measures; by default the one that is found, "" for none.
         advance: called with the parts of the work, of `STEPS`, that are done.
 
     Raises:
-        DescriptionError: no sensor knows the unit's circuit.
+        DescriptionError: no sensor knows the unit's circuit, or a table of numbers is of another profile.
         OutputError: the folder cannot be written.
         CompilerError: the compiler refuses the C, or the test program fails.
 
@@ -93,7 +96,7 @@ def write_sensor(
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     done = write_sensor(machine.load_machine("mining-loader"), "boom", f"{folder}/boom-c", compiler="")
         ...     sorted(done.files)  # doctest: +NORMALIZE_WHITESPACE
-        ['CMakeLists.txt', 'README.md', 'card.srmd', 'description.toml', 'library.json', 'ramsight.json',
+        ['CMakeLists.txt', 'README.md', 'card.srmd', 'description.toml', 'fmeda.csv', 'library.json', 'ramsight.json',
          'ramsight_boom.c', 'ramsight_boom.h', 'ramsight_boom_compare.c', 'ramsight_boom_compare.h',
          'ramsight_boom_golden.h', 'ramsight_boom_step.h', 'ramsight_boom_step_balance.c',
          'ramsight_boom_step_contacts.c', 'ramsight_boom_step_input_check.c', 'ramsight_boom_step_results.c',
@@ -104,7 +107,9 @@ def write_sensor(
     built = build(machine, unit)
     if single:
         _check_floats(built)
-    sensor, prefix = kalman(built), f"ramsight_{identifier_of(unit)}"
+    if tabled and profile is not Profile.KALMAN:
+        raise DescriptionError("has no table of numbers", key="profile", value=profile.value, allowed="kalman")
+    sensor, prefix = kalman(built, None, profile.kinds(built)), f"ramsight_{identifier_of(unit)}"
     plain = sensor_source(sensor, built, prefix, machine.name, single=single, tabled=tabled)
     source, samples = _with_rows(plain, sensor, built)
     advance(1)
@@ -137,6 +142,7 @@ def write_sensor(
             control=_about_control(prefix, driving) if control else "",
         )
         options = [*(["--single"] if single else []), *(["--parameters"] if tabled else [])]
+        options += [] if profile is Profile.KALMAN else [f"--profile {profile.value}"]
         command = ("c", *options, *(("--control", *control.words) if control else ()))
         passed = f"golden samples passed by {compiler}, builds {len(measured)}" if compiler else ""
         own = credentials(

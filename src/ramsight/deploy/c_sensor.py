@@ -20,7 +20,6 @@ from ramsight.deploy.c_text import golden_table, headings, indented, template
 from ramsight.deploy.sensor_words import meaning
 from ramsight.engine.typed_state import Leaf
 from ramsight.plant.unit import HydraulicUnit
-from ramsight.sensor.hypothesis import Kind
 from ramsight.sensor.persistence import CLOCKED, STARTED, VELOCITY
 from ramsight.sensor.sample import MEASURED, SHAFT_ANGLE
 from ramsight.sensor.status import Status
@@ -128,7 +127,7 @@ def sensor_source(
     inner = template(
         "step.h",
         constants=numbers["constants"],
-        each=len(Kind),
+        each=len({one.name.partition(".")[0] for one in declared if one.name.startswith("hypotheses[")}),
         fields=indented(step.functions.work),
         of_each=indented(step.functions.each),
         declared="\n".join(step.functions.headers),

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from xml.sax.saxutils import escape, quoteattr
 
 from ramsight._version import __version__
+from ramsight.deploy.fmeda import fmeda_table
 from ramsight.machine.as_toml import as_toml
 from ramsight.machine.description import Machine
 from ramsight.plant.limits import limits_of
@@ -17,6 +18,10 @@ from ramsight.units import RPM
 
 DESCRIPTION = "description.toml"
 """The machine; what `command` exports once more."""
+CARD = "card.srmd"
+"""What a machine reads of the export: attributes of MIC Core."""
+FMEDA = "fmeda.csv"
+"""Faults of a sensor and what detects them, `ramsight.deploy.fmeda`."""
 _TRACE = "http://ssp-standard.org/SSPTraceability1"
 _UNCHECKED = "none: no commissioning and no data sheet of this machine is attached"
 _CRITERIA = "as in Python: positions of a sensor within 1e-9 m and the same statuses, a plant's within 1e-6 m"
@@ -49,7 +54,7 @@ class Export:
 
 
 def credentials(export: Export, content: Mapping[str, bytes]) -> dict[str, str]:
-    """Description, record and card, text by file name; the same for the same export.
+    """Description, record and card, and a sensor's FMEDA table: text by file name, the same for the same export.
 
     Args:
         export: what was exported.
@@ -57,7 +62,8 @@ def credentials(export: Export, content: Mapping[str, bytes]) -> dict[str, str]:
     """
     described = "\n".join(as_toml(export.machine, export.machine.sources)) + "\n"
     kind, *options = export.command
-    every = {**content, DESCRIPTION: described.encode()}
+    table = {} if export.what == "plant" else {FMEDA: fmeda_table(export.unit)}
+    every = {**content, DESCRIPTION: described.encode(), **{name: text.encode() for name, text in table.items()}}
     record = {
         "ramsight": __version__,
         "machine": export.machine.name,
@@ -68,8 +74,9 @@ def credentials(export: Export, content: Mapping[str, bytes]) -> dict[str, str]:
     }
     return {
         DESCRIPTION: described,
+        **table,
         "ramsight.json": json.dumps(record, indent=2) + "\n",
-        "card.srmd": card(export, record["command"]),
+        CARD: card(export, record["command"]),
     }
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import platform
 import sys
 import tempfile
 import uuid
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,11 +17,13 @@ from ramsight.deploy.c_step import identifier_of
 from ramsight.deploy.c_text import template
 from ramsight.deploy.compiler import STRICT, find_compiler, library
 from ramsight.deploy.control_options import ControlOptions
-from ramsight.deploy.credentials import Export, credentials
+from ramsight.deploy.credentials import CARD, DESCRIPTION, FMEDA, Export, credentials
 from ramsight.deploy.fmu_behind import comparison_behind
 from ramsight.deploy.fmu_description import build_description, description_2, description_3
 from ramsight.deploy.fmu_model import FmuModel, config_text, plant_model, sensor_model
+from ramsight.deploy.fmu_variable import Variable
 from ramsight.deploy.platforms import binaries
+from ramsight.deploy.reference_experiment import experiment_of, reference_files
 from ramsight.errors import DescriptionError
 from ramsight.machine.description import Machine
 from ramsight.output import atomic_path, check_target
@@ -43,6 +46,21 @@ class WrittenFmu:
 
     path: Path
     variables: int
+    binaries: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class MadeFmu:
+    """An FMU that is no file yet.
+
+    Attributes:
+        content: its files, by their places in it.
+        variables: of its model.
+        binaries: the platforms of its binaries.
+    """
+
+    content: Mapping[str, bytes]
+    variables: tuple[Variable, ...]
     binaries: tuple[str, ...]
 
 
@@ -86,13 +104,33 @@ def write_fmu(
         ...     done.path.name, done.variables, done.binaries
         ('boom.fmu', 34, ())
     """
+    target = Path(out)
+    check_target(target, (".fmu",))
+    made = make_fmu(
+        machine, unit, what=what, fmi=fmi, tabled=tabled, control=control, platforms=platforms, compiler=compiler
+    )
+    with atomic_path(target) as draft:
+        draft.write_bytes(zipped(made.content, "modelDescription.xml"))
+    return WrittenFmu(target, len(made.variables), made.binaries)
+
+
+def make_fmu(
+    machine: Machine,
+    unit: str,
+    *,
+    what: str = "sensor",
+    fmi: int = 2,
+    tabled: bool = False,
+    control: ControlOptions | None = None,
+    platforms: Sequence[str] | None = None,
+    compiler: str | None = None,
+) -> MadeFmu:
+    """Make an FMU; arguments and errors as `write_fmu`."""
     for key, value, known in (("what", what, WHAT), ("fmi", fmi, VERSIONS)):
         if value not in known:
             raise DescriptionError("there is no such FMU", key=key, value=value, allowed=", ".join(map(str, known)))
     if tabled and what != "sensor":
         raise DescriptionError("is of a sensor alone", key="parameters", value=what, allowed="sensor")
-    out = Path(out)
-    check_target(out, (".fmu",))
     from ramsight.plant.build import build
 
     built, driving = build(machine.unit(unit), unit), control or ControlOptions()
@@ -112,16 +150,26 @@ def write_fmu(
         binaries(files, identifier, fmi, platforms) if platforms is not None else _own(files, identifier, fmi, compiler)
     )
     content |= built_for
+    given = experiment_of(built, what, model.sensor)
+    own_names = (DESCRIPTION, CARD, *(() if what == "plant" else (FMEDA,)))
+    related = reference_files(given, identifier, own_names)
+    content |= {name: text.encode() for name, text in related.items()}
     options = (f"--what {what}", f"--fmi {fmi}", *(["--parameters"] if tabled else []), *_asked(platforms))
     command = ("fmu", *options, *(driving.words if what == "control" else ()))
     own = credentials(Export(machine, built, what, command), content)
     content |= {f"resources/{name}": text.encode() for name, text in own.items()}
-    with atomic_path(out) as draft, zipfile.ZipFile(draft, "w") as archive:
-        for name in sorted(content, key=lambda name: (name != "modelDescription.xml", name)):
+    return MadeFmu(content, model.variables, tuple(name.split("/")[1] for name in built_for))
+
+
+def zipped(content: Mapping[str, bytes], first: str) -> bytes:
+    """An archive, the same for the same content; one file comes first in it."""
+    found = io.BytesIO()
+    with zipfile.ZipFile(found, "w") as archive:
+        for name in sorted(content, key=lambda name: (name != first, name)):
             entry = zipfile.ZipInfo(name, _DATE)
             entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
             archive.writestr(entry, content[name])
-    return WrittenFmu(out, len(model.variables), tuple(name.split("/")[1] for name in built_for))
+    return found.getvalue()
 
 
 def _own(files: dict[str, str], identifier: str, fmi: int, compiler: str | None) -> dict[str, bytes]:

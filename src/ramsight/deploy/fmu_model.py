@@ -29,9 +29,11 @@ from ramsight.sensor.kalman import kalman
 from ramsight.sensor.quantity import FACTOR_OF
 from ramsight.sensor.sample import MEASURED
 from ramsight.sensor.thresholds import START_STD
-from ramsight.sensor.virtual_sensor import REFERENCED_NOW, VARIANCE
+from ramsight.sensor.virtual_sensor import REFERENCED_NOW, VARIANCE, VirtualSensor
 
 _T0 = 313.15  # K
+ACTUAL_SPEED = "motor_speed_actual"
+"""Output of a plant: the speed of the motor, by its servo or as the input has it."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,7 @@ class FmuModel:
         description: a line of text.
         step: a usual communication step [s].
         linear: whether inputs may have slopes.
+        sensor: that it is made of, if it is one's.
     """
 
     variables: tuple[Variable, ...]
@@ -53,6 +56,7 @@ class FmuModel:
     description: str
     step: float
     linear: bool
+    sensor: VirtualSensor | None = None
 
     @property
     def counts(self) -> dict[str, int]:
@@ -158,6 +162,7 @@ def sensor_model(
         f"Virtual position sensor{behind.title if behind else ''} of the {unit.name} of {machine}",
         behind.period if behind else PERIOD,
         linear=False,
+        sensor=sensor,
     )
 
 
@@ -200,7 +205,9 @@ def plant_model(unit: HydraulicUnit, machine: str) -> FmuModel:
         Variable(ode.outputs[k].name, "real", "output", _fmi_unit(ode.outputs[k].unit), ode.outputs[k].name)
         for k in shown
     )
-    variables = (_TIME, *inputs, *parameters, *states, *says)
+    followed = "motor_speed" in {one.name for one in ode.states}
+    reached = () if followed else (Variable(ACTUAL_SPEED, "real", "output", "rad/s", "motor speed at the step's end"),)
+    variables = (_TIME, *inputs, *parameters, *states, *says, *reached)
     first = {"PARAMETER": 7, "STATE": 7 + len(parameters), "OUTPUT": 7 + len(parameters) + len(states)}
     config = [f"#define {v.name.upper()} {k}" for k, v in enumerate(inputs, 1)]
     config += [f"#define FIRST_{name} {k}" for name, k in first.items()]
@@ -217,6 +224,7 @@ def plant_model(unit: HydraulicUnit, machine: str) -> FmuModel:
         causality=_letters(variables),
         starts="\n".join(_starts(variables)),
         shown=", ".join(map(str, shown)),
+        reached="" if followed else f"  m->real[FIRST_OUTPUT + {len(says)}] = u[0];\n",
         tolerances=", ".join(literal(s.tolerance) for s in ode.states),
     )
     files = {"model.c": text, "real.h": template("real.h"), "rodas4.h": template("rodas4.h")}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
@@ -59,15 +60,20 @@ def _of_sensor(table: MachineTable, prefix: str, machine: str, unit: str, suffix
     return parameter_set(f"{machine} {unit}", table.numbers)
 
 
-def parameter_set(name: str, numbers: dict[str, float]) -> str:
-    """Numbers as SSP's SystemStructureParameterValues 1.0.
+def _valued(value: float | bool) -> str:
+    """A value as an element of SSV."""
+    return f'Boolean value="{str(value).lower()}"' if isinstance(value, bool) else f'Real value="{literal(value)}"'
+
+
+def parameter_set(name: str, numbers: Mapping[str, float | bool]) -> str:
+    """Numbers and truths as SSP's SystemStructureParameterValues 1.0.
 
     Example:
         >>> print(parameter_set("press ram", {"cylinder.stroke": 0.5}).splitlines()[-3].strip())
         <ssv:Parameter name="cylinder.stroke"><ssv:Real value="0.5"/></ssv:Parameter>
     """
     lines = [
-        f'    <ssv:Parameter name={quoteattr(key)}><ssv:Real value="{literal(value)}"/></ssv:Parameter>'
+        f"    <ssv:Parameter name={quoteattr(key)}><ssv:{_valued(value)}/></ssv:Parameter>"
         for key, value in numbers.items()
     ]
     tool = quoteattr(f"ramsight {__version__}")

@@ -101,7 +101,7 @@ class Bank:
         entered = all_of(start.first, start.known, start.entered)
         wrong2 = ca.if_else(entered, start.variance + (stops.elsewhere * model.stroke) ** 2, unknown2)
         begun = []
-        for kind, h in zip(Kind, state.hypotheses, strict=True):
+        for kind, h in zip(model.kinds, state.hypotheses, strict=True):
             least = wrong2 if kind == Kind.WRONG else ca.if_else(start.known, start.variance, unknown2)
             at_first = ca.if_else(start.first, least, 0.0)
             if kind == Kind.WRONG:
@@ -141,7 +141,7 @@ class Bank:
 
     def probabilities(self) -> dict[str, Scalar]:
         """Of each hypothesis, by its name."""
-        return {kind.text: p for kind, p in zip(Kind, self.together.probabilities, strict=True)}
+        return {kind.text: p for kind, p in zip(self.model.kinds, self.together.probabilities, strict=True)}
 
     def predicted(
         self,
@@ -190,7 +190,7 @@ class Bank:
         Args:
             travel: of the piston [m].
         """
-        state, stroke, wrong = self.state, self.model.stroke, self.hypotheses[Kind.WRONG]
+        state, stroke, wrong = self.state, self.model.stroke, self.hypotheses[-1]
         below, above = ca.fmax(state.below + travel, 0.0), ca.fmax(state.above - travel, 0.0)
         surely = ca.fmax(below + above - TWO_SIDED_95 * self.together.std({Quantity.POSITION: 1.0}), 0.0)
         room = ca.fmax(1.0 - surely / stroke, ROOM_LEAST)
@@ -292,7 +292,7 @@ class Bank:
 
     def _wrong_weighed(self, tells: Flag, odds: Scalar) -> Bank:
         """With *wrong* likelier by so much, logarithm of the odds, where something tells it."""
-        return self._weighed(tells, [odds if kind == Kind.WRONG else 0.0 for kind in Kind])
+        return self._weighed(tells, [odds if kind == Kind.WRONG else 0.0 for kind in self.model.kinds])
 
     def _weighed(self, tells: Flag, likelihoods: Sequence[Real]) -> Bank:
         """With each hypothesis likelier by so much, logarithms, where something tells it."""
@@ -346,7 +346,7 @@ class Bank:
         accepted = holds(ca.if_else(use, count(fits), 0.0))
         # A reference is never an obstacle.
         obstacle = ca.if_else(any_of(m.low, m.top), chance, UNREACHABLE)
-        odds = [obstacle - each[kind].likelihood for kind in (Kind.DESCRIBED, Kind.WRONG)]
+        odds = [obstacle - one.likelihood for one in (each[0], each[-1])]
         renewed, restarts, by_obstacle, lost = self._renewed(hypotheses, fits, kept[0], odds)
         unplaced = all_of(use, lost)
         together = self.together.reweighed(renewed, use, renewed)
@@ -387,7 +387,7 @@ class Bank:
         Since the last reference the position may have become wrong at any time. What *wrong* took for an end before
         that may have been an obstacle; it does not keep the position from being found again.
         """
-        first, wrong, own = hypotheses[Kind.DESCRIBED], hypotheses[Kind.WRONG], m.variance + m.arrived
+        first, wrong, own = hypotheses[0], hypotheses[-1], m.variance + m.arrived
         innovation = m.place - m.nominal
         missing2, variance = (innovation - wrong.mean[Quantity.POSITION]) ** 2, wrong.covariance.variance(row) + own
         before = wrong.weight + ca.fmax(log_likelihood(missing2, variance), chance)
@@ -395,7 +395,7 @@ class Bank:
         prior = ca.if_else(self.state.entered, math.log(stops.entered), math.log(stops.wrong))
         again = prior + log_likelihood((innovation - first.mean[Quantity.POSITION]) ** 2, self._unknown**2 + own)
         lost = all_of(m.use, again > before)
-        return [*hypotheses[: Kind.WRONG], choose(lost, self._unknown_position(first, prior), wrong)]
+        return [*hypotheses[:-1], choose(lost, self._unknown_position(first, prior), wrong)]
 
     def _unknown_position(self, of: Hypothesis, weight: Real) -> Hypothesis:
         """A hypothesis that knows the machine as another one does, but not the position, nor whether it leaks more."""
@@ -439,11 +439,17 @@ class Bank:
         Returns:
             The hypotheses, whether *wrong* restarts, whether that is by an obstacle, and whether it has lost its place.
         """
-        described, leaks, low, top, wrong = hypotheses
-        surely = all_of(leads(hypotheses, Kind.LEAKS), described.weight < math.log(OUTSIDE))
-        known_leak, found = all_of(accepted, surely), all_of(accepted, leads(hypotheses, Kind.WRONG))
-        first = choose(found, wrong, choose(known_leak, leaks, described))
-        leaks = leaks.with_weight(ca.if_else(known_leak, LOG_WEIGHT_LEAST, leaks.weight))
+        described, *between, wrong = hypotheses
+        found = all_of(accepted, leads(hypotheses, len(hypotheses) - 1))
+        first = described
+        if Kind.LEAKS in self.model.kinds:
+            place = self.model.kinds.index(Kind.LEAKS)
+            leaks = hypotheses[place]
+            surely = all_of(leads(hypotheses, place), described.weight < math.log(OUTSIDE))
+            known_leak = all_of(accepted, surely)
+            first = choose(known_leak, leaks, described)
+            between[place - 1] = leaks.with_weight(ca.if_else(known_leak, LOG_WEIGHT_LEAST, leaks.weight))
+        first = choose(found, wrong, first)
         prior = math.log(self.model.assumed.stops.wrong)
         # What became wrong since is likelier by now than what was wrong before.
         was_known = before.position_variance < (0.5 * self._unknown) ** 2
@@ -455,7 +461,7 @@ class Bank:
         unknown = self._unknown_position(first, ca.if_else(perhaps, ca.fmax(weight, prior), prior))
         goes_on = all_of(perhaps, was_known, negated(found))
         again = choose(goes_on, before.with_weight(weight), unknown)
-        after = [first, leaks, low, top, choose(restarts, again, wrong)]
+        after = [first, *between, choose(restarts, again, wrong)]
         return after, restarts, perhaps, all_of(restarts, negated(goes_on))
 
     def variance(self) -> Scalar:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ramsight.engine.typed_state import leaf
 from ramsight.expression import Flag, Scalar, scalar
 from ramsight.sensor.assumptions import Assumptions
 from ramsight.sensor.covariance import Covariance
-from ramsight.sensor.hypothesis import Hypothesis, Kind
+from ramsight.sensor.hypothesis import KINDS, Hypothesis, Kind
 from ramsight.sensor.quantity import Quantity
 
 LEARNT = (Quantity.LEAKAGE, Quantity.DISPLACEMENT, Quantity.COMPLIANCE, Quantity.LAG, Quantity.EXPONENT)
@@ -24,7 +25,7 @@ class BankState:
     """The hypotheses and what references show of all of them.
 
     Attributes:
-        hypotheses: in the order of `Kind`.
+        hypotheses: in the order of `Kind`, as many as the sensor weighs.
         innovations: mean square of normalised innovations, less 1.
         band_width: of the band over what the filters say, by references.
         entered: whether *wrong* is that an entered start was wrong.
@@ -46,13 +47,16 @@ class BankState:
     met_top: Scalar = leaf("1")
 
     @classmethod
-    def initial(cls, assumptions: Assumptions, stroke: float, *, with_link: bool = False) -> BankState:
+    def initial(
+        cls, assumptions: Assumptions, stroke: float, *, with_link: bool = False, kinds: Sequence[Kind] = KINDS
+    ) -> BankState:
         """Before the first sample.
 
         Args:
             assumptions: of machine and stops.
             stroke: of the cylinder [m].
             with_link: whether the angle of the body that the cylinder turns is measured.
+            kinds: of the hypotheses.
         """
         machine, stops = assumptions.machine, assumptions.stops
         usual = (machine.leak, machine.leak_exponent)
@@ -66,7 +70,7 @@ class BankState:
             Kind.WRONG: (stops.wrong, stops.std, stops.std, usual),
         }
         found = []
-        for kind in Kind:
+        for kind in kinds:
             probability, low, top, (leak, exponent) = priors[kind]
             std = _prior_std(assumptions, leak, exponent, low * stroke, top * stroke, with_link=with_link)
             mean = {one: scalar(value) for one, value in _prior_mean(assumptions).items() if one in std}

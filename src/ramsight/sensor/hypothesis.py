@@ -44,6 +44,10 @@ class Kind(IntEnum):
         return self.name.lower()
 
 
+KINDS = tuple(Kind)
+"""All of them; a smaller sensor has the first, the last, and some between."""
+
+
 def state_of(kind: Kind, quantity: Quantity) -> str:
     """Name of the state that a hypothesis has for a quantity.
 

@@ -17,6 +17,7 @@ Each stage is a function (state, inputs, model) -> (state, outputs) over frozen 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import casadi as ca
@@ -33,6 +34,7 @@ from ramsight.sensor.bank_state import BankState, StartOfPosition, stepping
 from ramsight.sensor.case_heat import CaseParameters, CaseState, heat_case, with_case
 from ramsight.sensor.contact import ContactState, Estimated, look_for_contact, moved
 from ramsight.sensor.drive_check import DriveChecks, DriveState, check_drive, declared_checks
+from ramsight.sensor.hypothesis import KINDS, Kind
 from ramsight.sensor.inertia_check import InertiaState, check_inertia, shaft_inertia
 from ramsight.sensor.intake import Intake, IntakeState, check_inputs
 from ramsight.sensor.leakage import LeakageState, leakage_law
@@ -125,18 +127,20 @@ class KalmanState:
             load=load,
             unheld=UnheldState.initial(load),
             contact=ContactState.initial(stepping(assumed)),
-            bank=BankState.initial(assumed, stroke, with_link=linked),
+            bank=BankState.initial(assumed, stroke, with_link=linked, kinds=model.kinds),
             link=LinkState() if linked else None,
             update=UpdateState.initial(assumed, measured),
         )
 
 
-def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> VirtualSensor:
+def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None, kinds: Sequence[Kind] = KINDS) -> VirtualSensor:
     """The self-calibrating sensor of a unit.
 
     Args:
         unit: the unit's parts, as its data sheet has them, whatever its circuit.
         assumptions: of drive, thermometer, machine and stops; by default what the unit declares.
+        kinds: of the hypotheses that it weighs, the first and the last of `Kind` among them; fewer take fewer
+            operations.
 
     Returns:
         A sensor with position, standard deviation, velocity, load and status, and beside them the chambers' pressures
@@ -146,7 +150,7 @@ def kalman(unit: HydraulicUnit, assumptions: Assumptions | None = None) -> Virtu
     lever = _lever(unit, assumed)
     if declared_temperature(assumed):
         assumed = gain_with_magnets(assumed)
-    model = MachineModel.of(unit, assumed)
+    model = replace(MachineModel.of(unit, assumed), kinds=tuple(kinds))
     angles = () if lever is None else (LINK_ANGLE,)
     measured = (*measured_pressures(assumed), *angles, *declared_checks(assumed), *declared_temperature(assumed))
     raw = Raw.symbols(model.balance.model.commands, measured)

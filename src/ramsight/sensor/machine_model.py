@@ -15,6 +15,7 @@ from ramsight.plant.oil import T40, Oil
 from ramsight.plant.symbols import Parameters
 from ramsight.plant.unit import HydraulicUnit
 from ramsight.sensor.assumptions import Assumptions
+from ramsight.sensor.hypothesis import KINDS, Kind
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,7 @@ class MachineModel:
         max_speed: of the motor [rad/s].
         leak_velocity: of the piston by leakage at relief pressure and 40 degC [m/s].
         mass: that the piston moves [kg].
+        kinds: of the hypotheses that the sensor weighs, in the order of `Kind`, the first and the last among them.
     """
 
     unit: HydraulicUnit
@@ -58,6 +60,7 @@ class MachineModel:
     max_speed: Scalar
     leak_velocity: Scalar
     mass: Scalar
+    kinds: tuple[Kind, ...] = KINDS
 
     @classmethod
     def of(

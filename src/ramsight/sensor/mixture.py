@@ -9,7 +9,7 @@ import casadi as ca
 
 from ramsight.expression import Flag, Real, Scalar, all_of, count, holds, scalar, within
 from ramsight.normal import TWO_SIDED_95
-from ramsight.sensor.hypothesis import Hypothesis, Kind
+from ramsight.sensor.hypothesis import Hypothesis
 from ramsight.sensor.normal_tail import two_sided_quantile, upper_quantile, upper_tail
 from ramsight.sensor.quantity import Quantity, Row
 from ramsight.sensor.thresholds import OTHERWISE, OUTSIDE, RISK, STD_LEAST
@@ -36,9 +36,9 @@ def flag_of_likeliest(hypotheses: Sequence[Hypothesis], values: Sequence[Flag]) 
     return holds(of_likeliest(hypotheses, [count(one) for one in values]))
 
 
-def leads(hypotheses: Sequence[Hypothesis], kind: Kind) -> Flag:
-    """Whether a hypothesis is the likeliest."""
-    return holds(of_likeliest(hypotheses, [float(k == kind) for k in range(len(hypotheses))]))
+def leads(hypotheses: Sequence[Hypothesis], place: int) -> Flag:
+    """Whether the hypothesis at a place is the likeliest."""
+    return holds(of_likeliest(hypotheses, [float(k == place) for k in range(len(hypotheses))]))
 
 
 def shares_of(hypotheses: Sequence[Hypothesis]) -> list[Scalar]:
@@ -104,7 +104,7 @@ class Mixture:
         A position that may be anywhere counts from where it is one of twenty cases: the band is that of 95 %.
         """
         weights = self.probabilities
-        weights[Kind.WRONG] = weights[Kind.WRONG] * within(weights[Kind.WRONG] / OUTSIDE - 1.0, 0.0, 1.0)
+        weights[-1] = weights[-1] * within(weights[-1] / OUTSIDE - 1.0, 0.0, 1.0)
         weighed = (
             w * (h.position_variance + h.mean[Quantity.POSITION] ** 2)
             for w, h in zip(weights, self.hypotheses, strict=True)
@@ -121,7 +121,7 @@ class Mixture:
         Until then its weight is an assumption (`stops.wrong`), not a finding.
         """
         stated = self.probabilities
-        stated[Kind.WRONG] = ca.fmax(stated[Kind.WRONG] - 2.0 * self.wrong, 0.0)
+        stated[-1] = ca.fmax(stated[-1] - 2.0 * self.wrong, 0.0)
         return stated
 
     def band(self, width: Scalar, others: Scalar) -> tuple[Scalar, Scalar]:

@@ -23,7 +23,7 @@ static void say(Model *m, const double *u, const double *slope) {
   outputs(m->memory.x, u, slope, m->memory.q, y);
   for (int k = 0; k < N; k++) m->real[FIRST_STATE + k] = m->memory.x[k];
   for (size_t k = 0; k < sizeof shown / sizeof shown[0]; k++) m->real[FIRST_OUTPUT + k] = y[shown[k]];
-}
+${reached}}
 
 /* The oil's temperature is one of the parameters, and an input here. */
 static void warm(Model *m, double p[NP]) {

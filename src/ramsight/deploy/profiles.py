@@ -1,0 +1,60 @@
+"""Profiles of an exported sensor: what it weighs, for processors that cannot do all of it."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from ramsight.errors import DescriptionError
+from ramsight.plant.unit import HydraulicUnit
+from ramsight.sensor.hypothesis import KINDS, Kind
+
+SURE_ENDS = 1e-5
+"""Chance of a stop that is elsewhere than described, up to which a machine's ends are sure."""
+
+
+class Profile(Enum):
+    """What a sensor weighs.
+
+    `KALMAN`: all hypotheses, as in Python. `KALMAN_SMALL`: not those of ends that are elsewhere than described. It is
+    for machines whose ends are declared as sure; on another one it would be wrong without a warning.
+    """
+
+    KALMAN = "kalman"
+    KALMAN_SMALL = "kalman-small"
+
+    def kinds(self, unit: HydraulicUnit) -> tuple[Kind, ...]:
+        """The hypotheses of a unit's sensor.
+
+        Args:
+            unit: with what it declares of its stops.
+
+        Raises:
+            DescriptionError: the profile is for machines whose ends are sure, and the unit's are not.
+        """
+        if self is Profile.KALMAN:
+            return KINDS
+        undeclared = unit.assumptions.stops.undeclared
+        if undeclared > SURE_ENDS:
+            raise DescriptionError(
+                f"profile {self.value} weighs no end that is elsewhere than described; declare that the ends are sure",
+                key=f"units.{unit.name}.assumptions.stops.undeclared",
+                value=f"{100 * undeclared:g} %",
+                allowed=f"up to {100 * SURE_ENDS:g} %",
+            )
+        return (Kind.DESCRIBED, Kind.LEAKS, Kind.WRONG)
+
+
+def profile_of(name: str) -> Profile:
+    """A profile by its name.
+
+    Raises:
+        DescriptionError: there is none of that name.
+
+    Example:
+        >>> profile_of("kalman-small")
+        <Profile.KALMAN_SMALL: 'kalman-small'>
+    """
+    if name not in {one.value for one in Profile}:
+        allowed = ", ".join(one.value for one in Profile)
+        raise DescriptionError("there is no such profile", key="profile", value=name, allowed=allowed)
+    return Profile(name)
