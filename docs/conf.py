@@ -151,7 +151,7 @@ def adapt_links(app, docname: str, source: list[str]) -> None:
 
 
 def adapted(text: str, up: str = "") -> str:
-    """A page's text, with links to files of the repository that are pages here leading to those; `up` leads to docs/."""
+    """A page's text, with links to files of the repository that are pages here leading there; `up` leads to docs/."""
     for file, page in PAGES_OUTSIDE.items():
         text = text.replace(f"](../{up}{file}", f"]({up}{page}")
     return text

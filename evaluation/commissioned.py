@@ -1,7 +1,7 @@
 """What a commissioning saves: the next day's lift before any reference, by the data sheet and by what was found.
 
-Each machine is commissioned as docs/reference/accuracy-commissioned.md says. Then it lifts and lowers its largest usual load; the start
-is known, and the piston meets no end. The seed decides everything.
+Each machine is commissioned as docs/how-to/commission.md says. Then it lifts and lowers its largest usual load; the
+start is known, and the piston meets no end. The seed decides everything.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Writes the tables of docs/reference/description-keys.md from the models of a description: python evaluation/description_keys.py."""
+"""Writes the tables of description-keys.md from the models of a description: python evaluation/description_keys.py."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def default(field: FieldInfo) -> str:
     if field.is_required():
         return "required"
     value: Any = field.get_default(call_default_factory=True)
-    if value is None or isinstance(value, Part | dict | str) and not value:
+    if value is None or value in ("", {}):
         return "–"
     return declared.show(value) if declared else f"`{value}`"
 

@@ -1,4 +1,4 @@
-"""Writes the pages of the paper in docs/reference and their figures from a run of the study: python evaluation/paper_page.py."""
+"""Writes the pages of the paper and their figures from a run of the study: python evaluation/paper_page.py."""
 
 from __future__ import annotations
 
@@ -61,26 +61,27 @@ exact parameters; and the self-calibrating sensor, which has the data sheet and 
 CHAPTERS = {
     "paper-open": (
         "The paper: what it leaves open",
-        "The machine as drawn, what the paper does not say and what that is worth, and what it takes for granted. Each chapter "
-        "holds statements of the paper against this run.",
+        "The machine as drawn, what the paper does not say and what that is worth, and what it takes for granted. "
+        "Each chapter holds statements of the paper against this run.",
         ("drawn", "how the position", "leaves open", "for granted"),
     ),
     "paper-cycles": (
         "The paper: cycles and references",
-        "The errors of one cycle, of cycles with cold and hot oil, and of many cycles with and without references, and where "
-        "they come from. Each chapter holds statements of the paper against this run.",
+        "The errors of one cycle, of cycles with cold and hot oil, and of many cycles with and without references. "
+        "The last chapter says where they come from. Each chapter holds statements of the paper against this run.",
         ("one lift-lower", "cold and", "repeated", "ramps"),
     ),
     "paper-limits": (
         "The paper: other machines and loads",
-        "How the sensors do at other speeds, on machines that differ from their data sheet, with wrong temperatures, loads that "
-        "change, and near the relief pressure. Each chapter holds statements of the paper against this run.",
+        "How the sensors do at other speeds and on machines that differ from their data sheet. Then temperatures "
+        "are wrong, loads change, and the relief pressure is near. Each chapter holds statements of the paper against this "
+        "run.",
         ("other speeds", "machines that", "pumps that", "oil temperature", "load change", "relief"),
     ),
     "paper-system": (
         "The paper: hoses, mechanism and energy",
-        "Hoses, the model of hydraulics and kinematics together, where the energy goes, and the paper's bench. Each chapter "
-        "holds statements of the paper against this run.",
+        "Hoses, the model of hydraulics and kinematics together, where the energy goes, and the paper's bench. "
+        "Each chapter holds statements of the paper against this run.",
         ("hoses", "combined", "energy", "bench"),
     ),
 }
@@ -117,7 +118,7 @@ def texts(study: Study) -> dict[str, str]:
     """Every page of a study, by the name of its file."""
     pages = {"paper": text(study)}
     shown = [one for one in study.chapters if not any(name in one.title.lower() for name in _LEFT_OUT)]
-    for name, (title, summary, words) in CHAPTERS.items():
+    for name, (title, summary, _) in CHAPTERS.items():
         own = [one for one in shown if page_of(one) == name]
         lines = [f"# {title}", "", f"{summary} [The paper, reproduced](paper.md) lists every statement.", ""]
         pages[name] = _joined([*lines, *(line for one in own for line in (*_chapter(one), ""))])

@@ -32,7 +32,9 @@ NEEDED = (
     "ramsight/showcase/demo/workday.csv.gz",
     "ramsight/showcase/demo/workday_truth.csv.gz",
 )
-WHEEL_TOO = tuple(f"ramsight/studio/{page}.md" for page in ("status", "status-invalid", "messages"))  # copies of docs/reference
+WHEEL_TOO = tuple(
+    f"ramsight/studio/{page}.md" for page in ("status", "status-invalid", "messages")
+)  # copies of docs/reference
 SDIST_TOO = (
     "pyproject.toml",
     "README.md",
