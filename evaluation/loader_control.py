@@ -241,8 +241,8 @@ def limits(found: dict[str, dict[str, Any]]) -> list[str]:
     return [
         f"The limits were set beforehand. Within {1e3 * LIMITS['sheet_sensor']:g} mm on the data sheet's machine is "
         f"{held[0]} ({_mm(sheet['p95'])}).",
-        f"Within {1e3 * LIMITS['deviating']:g} mm after three references without a leak test on the others is {held[1]} "
-        f"by both units together ({_mm(three['p95'])})",
+        f"Within {1e3 * LIMITS['deviating']:g} mm after three references without a leak test on the others is "
+        f"{held[1]} by both units together ({_mm(three['p95'])})",
         f"and by {each} (boom {_mm(three['boom_p95'])}, bucket {_mm(three['bucket_p95'])}).",
         f"The sensors alone are off by {_mm(three['sensor_p95'])}, as the column says. The visits take "
         f"{three['visits_time']:.0f} s, the ten targets after them {three['work_time']:.0f} s.",

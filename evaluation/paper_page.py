@@ -74,8 +74,8 @@ CHAPTERS = {
     "paper-limits": (
         "The paper: other machines and loads",
         "How the sensors do at other speeds and on machines that differ from their data sheet. Then temperatures "
-        "are wrong, loads change, and the relief pressure is near. Each chapter holds statements of the paper against this "
-        "run.",
+        "are wrong, loads change, and the relief pressure is near. Each chapter holds statements of the "
+        "paper against this run.",
         ("other speeds", "machines that", "pumps that", "oil temperature", "load change", "relief"),
     ),
     "paper-system": (
