@@ -13,7 +13,8 @@ from typer.testing import CliRunner
 
 from ramsight import machine
 from ramsight.cli import app
-from shown import ROOT, alike, blocks
+
+from .shown import ROOT, alike, blocks
 
 pytestmark = pytest.mark.slow
 
@@ -86,12 +87,14 @@ def invoked(words):
     return done.stdout
 
 
-@pytest.mark.parametrize("page", PAGES)
+def pages_with(kind):
+    """The pages that have such blocks."""
+    return [page for page in PAGES if any(block.kind == kind for block in blocks(page))]
+
+
+@pytest.mark.parametrize("page", pages_with("sh"))
 @pytest.mark.filterwarnings("ignore::ramsight.errors.LogWarning")
 def test_the_shell_blocks_of_a_page_run(page, folder):
-    found = [block for block in blocks(page) if block.kind == "sh"]
-    if not found:
-        pytest.skip("has none")
     folder(page)
     for block in blocks(page):
         if block.kind != "sh":
@@ -115,12 +118,10 @@ RUN_BY_NAME = {
 """Pages whose Python test_docs.py and test_loader.py run, and look at what it leaves."""
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if page not in RUN_BY_NAME])
+@pytest.mark.parametrize("page", [page for page in pages_with("python") if page not in RUN_BY_NAME])
 def test_the_python_blocks_of_a_page_run(page, folder):
-    found = [block for block in blocks(page) if block.kind == "python"]
-    if not found:
-        pytest.skip("has none")
     folder(page)
     names = {"__name__": "page"}
-    for block in found:
-        exec(compile(block.text, page, "exec"), names)
+    for block in blocks(page):
+        if block.kind == "python":
+            exec(compile(block.text, page, "exec"), names)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from shown import ROOT, SAVED, alike, blocks
+from .shown import ROOT, SAVED, alike, blocks
 
 TUTORIALS = sorted(page.stem for page in (ROOT / "docs" / "tutorials").glob("*.md") if page.stem != "index")
 SLOW = {"commissioning-at-your-desk", "onto-can", "into-c"}
