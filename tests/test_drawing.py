@@ -261,7 +261,7 @@ def test_the_pages_pictures_are_what_is_drawn_today(monkeypatch):
     for name, unit in UNITS:
         file = pictures.file_name(name, unit)
         assert (root / "docs" / "images" / file).read_text(encoding="utf-8") == ramsight.draw(name, unit=unit)
-        assert f"](images/{file})" in page
+        assert f"](../images/{file})" in page
     assert len(list((root / "docs" / "images").glob("circuit-*.svg"))) == len(UNITS)
 
 
