@@ -228,11 +228,11 @@ def test_the_page_of_the_real_actuator_quotes_what_was_measured(monkeypatch):
     assert "\n".join(page.table(page.read())) in (ROOT / "docs" / "validation.md").read_text()
 
 
-def test_the_page_of_the_real_actuator_quotes_the_loader_in_service(monkeypatch):
+def test_the_page_of_real_machines_quotes_the_loader_in_service(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     study = importlib.import_module("in_service")
     found = json.loads((ROOT / "study.json").read_text())["in_service"]
-    assert "\n".join(study.table(found)) in (ROOT / "docs" / "validation.md").read_text()
+    assert "\n".join(study.table(found)) in (ROOT / "docs" / "reference" / "real-machines.md").read_text()
 
 
 def test_the_pages_of_the_control_quote_the_study_and_their_python_runs(monkeypatch):

@@ -25,7 +25,6 @@ LONGEST_PAGE, MEDIAN_PAGE = 1500, 700
 """Words of a page without its tables, code and what scripts write into it."""
 LONGER = {
     "docs/export.md": "how C and FMUs are used, and what was measured of them: to be split next",
-    "docs/validation.md": "one study of one real actuator: to be split next",
 }
 """Pages that are longer, and why."""
 WRITTEN_BY_CODE = re.compile(r"<!-- (\S+) -->.*?<!-- end of \1 -->", flags=re.DOTALL)
