@@ -140,6 +140,14 @@ def test_every_table_that_a_script_writes_is_that_of_study_and_code(monkeypatch)
         assert block in pages.page_of(name).read_text(encoding="utf-8"), name
 
 
+def test_the_outputs_of_the_sensor_are_those_of_the_code(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "evaluation")
+    outputs = importlib.import_module("sensor_outputs")
+    rows = outputs.rows()
+    assert "\n".join(rows) in (ROOT / "docs" / "reference" / "outputs.md").read_text(encoding="utf-8")
+    assert {row.split(" | ")[-1] for row in rows[2:]} == {"always |", "with further signals |"}
+
+
 def test_the_keys_of_a_description_are_those_of_its_models(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "evaluation")
     keys = importlib.import_module("description_keys")
